@@ -16,7 +16,7 @@ The interface for servers (use it inside ``with simulator.lock:``; the lock is r
 
     simulator.graph.find("/rover/leftMotor")     an object by path, or None; find_flat("v0") by its old name
     simulator.graph[17]                          an object by handle; raises NoObjectError
-    simulator.graph.pose(thing)                  its place in the world, a scene.poses.Transform
+    simulator.graph.pose(node)                  its place in the world, a scene.poses.Transform
     simulator.start() pause() stop()             requests, as the API's
     simulator.state time time_step               scene.State, seconds, seconds
     simulator.hold(client) release(client)       begin and end stepping; a client is any hashable; leave(client)

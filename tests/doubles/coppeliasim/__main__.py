@@ -19,7 +19,7 @@ SCENES = {"default": default_scene, "bubblerob": bubblerob_scene, "relay": relay
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Serve until SIGTERM or SIGINT. The first line of output has the ports."""
+    """Serve until SIGTERM or SIGINT. The first line of the output names the ports."""
     signals = {signal.SIGTERM, signal.SIGINT}
     signal.pthread_sigmask(signal.SIG_BLOCK, signals)
     options = _parser().parse_args(arguments)

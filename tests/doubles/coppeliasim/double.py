@@ -50,6 +50,5 @@ class Double:
         return self.legacy.port
 
     def _start_service(self, port: int, *_: Any) -> int:
-        """Start a temporary legacy service, as a scene's script does, and return 1."""
         self.legacy.start_temporary(port)
         return 1

@@ -16,7 +16,7 @@ PATIENCE_S = 20
 
 @contextmanager
 def running(*options: str) -> Iterator[tuple[subprocess.Popen[str], int, int]]:
-    """Start a double; yield its process and its ports."""
+    """Start a double as a process, and yield the process, its ZeroMQ port and its legacy port."""
     command = [sys.executable, "-m", "tests.doubles.coppeliasim", "--zmq-port", "0", "--legacy-port", "0", *options]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout

@@ -1,4 +1,4 @@
-"""Scenes to join: their objects, compared with their worlds."""
+"""Compare the objects of scenes with the descriptions of their worlds."""
 
 from __future__ import annotations
 

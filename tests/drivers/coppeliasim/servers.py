@@ -1,4 +1,4 @@
-"""A server with scripted answers, and robots that join scenes."""
+"""A server with scripted answers, and robots for existing scenes."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class ScriptedServer:
 
 
 def load_joined_robot(name: str) -> RobotDescription:
-    """Load a shipped robot that joins a scene of the double, in which devices have their own names."""
+    """Load a shipped robot for a scene of the double, in which each object has the name of its device."""
     robot = load_robot(name)
     devices = [device.name for device in robot.devices if not isinstance(device, DisplayDescription)]
     section = {device: {"path": f"/{name}/{device.replace('encoder', 'motor')}"} for device in devices}

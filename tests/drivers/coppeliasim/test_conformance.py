@@ -1,4 +1,4 @@
-"""The conformance kit, in a scene that is built and in one that is joined."""
+"""The conformance suite, in a built scene and in an existing scene."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ LACKS = {TestSupport.LOST_ECHO: EVERY_ECHO, TestSupport.SLOW_HARDWARE: NO_HARDWA
 
 @pytest.fixture(scope="module")
 def port() -> Iterator[int]:
-    """One simulator for all tests; each robot must restore its scene."""
+    """Start one simulator for all tests, and return its port. Each robot must restore the scene."""
     with Double(default_scene()) as double:
         yield double.zmq_port
 

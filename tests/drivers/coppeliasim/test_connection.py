@@ -1,4 +1,4 @@
-"""Connections to servers that are absent, of another protocol, slow, or send invalid answers."""
+"""Tests of connections to servers that are absent, slow, or send invalid answers, or that have another protocol."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from tests.texts import CheckText, Raises
 
 ANSWER_S = 0.2
 BOUND_S = 5.0
-"""Fails a test whose call hangs."""
+"""The time after which a call counts as hanging, in seconds."""
 
 INFO = {"getObjectPosition": {"func": {}}, "handle_all": {"const": -2}}
 

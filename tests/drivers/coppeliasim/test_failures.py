@@ -29,7 +29,10 @@ from tests.robotcore.runs import CallOnce
 from tests.texts import CheckText
 
 BOUND_S = 6.0
-"""Fails a test whose run hangs; errors come within two seconds on an idle machine."""
+"""The time after which a run counts as hanging, in seconds.
+
+On an idle machine, errors are raised within two seconds.
+"""
 
 
 @pytest.fixture(autouse=True)
@@ -139,7 +142,7 @@ def test_program_that_lost_the_lock_changes_nothing_more(
 
     def take_over() -> None:
         with simulator.lock:
-            double._zmq._shared.kept["named", simulator_lock.PARAMETER] = "another 7"
+            double._zmq._shared.stored_values["named", simulator_lock.PARAMETER] = "another 7"
             simulator.pause()
         last.append(list_names(simulator))
 
@@ -147,7 +150,7 @@ def test_program_that_lost_the_lock_changes_nothing_more(
     require_error(result, "lease-lost")
     check_text(result.reason, hide=[double.zmq_port])
     assert list_names(simulator) == last[0]
-    assert double._zmq._shared.kept["named", simulator_lock.PARAMETER] == "another 7"
+    assert double._zmq._shared.stored_values["named", simulator_lock.PARAMETER] == "another 7"
 
 
 def test_simulation_in_its_last_steps_counts_as_stopped() -> None:
@@ -215,13 +218,13 @@ def read_targets(simulator: Simulator) -> list[float]:
 
 def list_names(simulator: Simulator) -> list[str]:
     with simulator.lock:
-        return [thing.alias for thing in simulator.graph]
+        return [node.alias for node in simulator.graph]
 
 
 def test_signal_during_a_call_ends_the_run_and_restores_the_scene(
     simulator: Simulator, double: Double, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    before = {thing.handle for thing in simulator.graph}
+    before = {node.handle for node in simulator.graph}
     advance = simulator.advance
 
     def advance_during_ctrl_c() -> None:
@@ -234,5 +237,5 @@ def test_signal_during_a_call_ends_the_run_and_restores_the_scene(
     pressing = CallOnce(lambda: monkeypatch.setattr(simulator, "advance", advance_during_ctrl_c))
     result = drive(double.zmq_port, pressing)
     assert (result.outcome, result.exit_status) == (Outcome.INTERRUPTED, 128 + signal.SIGINT)
-    assert {thing.handle for thing in simulator.graph} == before
+    assert {node.handle for node in simulator.graph} == before
     assert simulator.state is State.STOPPED

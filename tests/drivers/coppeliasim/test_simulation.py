@@ -1,4 +1,4 @@
-"""Built scenes, and how the user's scene is restored."""
+"""Tests of built scenes, and of restoring the user's scene."""
 
 from __future__ import annotations
 
@@ -50,8 +50,8 @@ def open_robot(port: int, **options: Any) -> Any:
 
 def take_snapshot(simulator: Simulator) -> dict[str, Any]:
     with simulator.lock:
-        things = {thing.alias: simulator.graph.pose(thing) for thing in simulator.graph}
-        return {"things": things, "step": simulator.time_step}
+        nodes = {node.alias: simulator.graph.pose(node) for node in simulator.graph}
+        return {"nodes": nodes, "step": simulator.time_step}
 
 
 def test_world_and_robot_have_paths(simulator: Simulator, port: int) -> None:
@@ -94,14 +94,14 @@ def test_kept_scene_that_was_loaded_with_new_handles_is_removed(simulator: Simul
     before = take_snapshot(simulator)
     open_robot(port, keep=True).close()
     with simulator.lock:
-        things, simulator.graph._things = list(simulator.graph), {}
-        for handle, thing in enumerate(reversed(things), 100):
-            thing.handle = handle
-            simulator.graph._things[handle] = thing
+        nodes, simulator.graph._nodes = list(simulator.graph), {}
+        for handle, node in enumerate(reversed(nodes), 100):
+            node.handle = handle
+            simulator.graph._nodes[handle] = node
     collections = dict(simulator.graph.collections)  # may be the user's
     open_robot(port).close()
     after = take_snapshot(simulator)
-    assert (after["step"], after["things"]) == (before["step"], before["things"])
+    assert (after["step"], after["nodes"]) == (before["step"], before["nodes"])
     assert simulator.graph.collections == collections
 
 
@@ -179,7 +179,7 @@ def test_objects_added_after_a_program_was_killed_stay(simulator: Simulator, por
 
 
 def interrupt_building(port: int, *aliases: str) -> None:
-    """Build as a program does that is killed before it gives these objects a parent."""
+    """Create these objects without a parent, as a program does that is killed while it builds a scene."""
     connection = SimulatorConnection.open(Address(port=port), 5.0)
     builder = SceneBuilder(connection)
     root = builder.create_dummy("arena")

@@ -48,8 +48,8 @@ def bubblerob_scene(wall_m: float = 0.6) -> Simulator:
         wheel = graph.add(
             Shape(f"{name}Wheel", primitive=Primitive.CYLINDER, size=(0.08, 0.08, 0.03), is_static=False), joint
         )
-        for thing in (joint, wheel):
-            graph.put(thing, Transform((0.0, y, 0.04), TO_THE_LEFT))
+        for node in (joint, wheel):
+            graph.put(node, Transform((0.0, y, 0.04), TO_THE_LEFT))
     nose = graph.add(ProximitySensor("sensingNose", reach=0.25), body)
     nose.flat_name = "bubbleRob_sensingNose"
     graph.put(nose, Transform((0.05, 0.0, 0.12), AHEAD))
@@ -57,7 +57,7 @@ def bubblerob_scene(wall_m: float = 0.6) -> Simulator:
 
 
 def relay_scene() -> Simulator:
-    """Return a scene with v0, which sees a green ball on its left, and v1, which shows received pictures."""
+    """Return a scene with v0, which sees a green ball on the left, and v1, which shows received pictures."""
     graph = Graph()
     graph.put(graph.add(Shape("floor", size=(9.0, 9.0, 0.1))), Transform((0.0, 0.0, -0.05)))
     ball = graph.add(Shape("ball", primitive=Primitive.SPHEROID, size=(0.2, 0.2, 0.2), colour=(0.0, 1.0, 0.0)))
@@ -69,7 +69,7 @@ def relay_scene() -> Simulator:
 
 
 class OnDoubles(ConformanceSuite):
-    """The conformance kit, with a new server for each robot."""
+    """The conformance suite, with a new server for each robot."""
 
     backend = VrepBackend
     servers: ExitStack
@@ -84,5 +84,5 @@ class OnDoubles(ConformanceSuite):
         return super().open(replace(setup, options={**self.serve(simulator), **setup.options}))
 
     def serve(self, simulator: Simulator) -> dict[str, object]:
-        """Start a server of a scene; return the backend's options for it."""
+        """Start a server of a scene, and return the backend options with its port."""
         return {"port": self.servers.enter_context(LegacyServer(simulator)).port}

@@ -1,4 +1,4 @@
-"""Packets, messages and requests as bytes; invalid bytes."""
+"""Tests of packets, messages and requests as bytes, and of invalid bytes."""
 
 from __future__ import annotations
 

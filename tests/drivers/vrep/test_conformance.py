@@ -1,4 +1,4 @@
-"""The conformance kit, in lockstep and with a simulation that runs by itself."""
+"""The conformance suite, in lockstep and without lockstep."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tests.doubles.coppeliasim.scene.simulator import Simulator
 from tests.drivers.vrep.scenes import OnDoubles
 
 PACE = 5
-"""Speed of the simulation that runs by itself, relative to real time; the rules wait for it."""
+"""The speed of a simulation without lockstep, relative to real time."""
 
 EVERY_ECHO = "every ray that is cast is answered"
 NO_HARDWARE = "there is no hardware to wait for"

@@ -35,7 +35,10 @@ from tests.drivers.vrep.test_apps import create_arena
 from tests.robotcore.runs import CallOnce
 
 BOUND_S = 20.0
-"""Fails a test whose run hangs; errors come within two seconds on an idle machine."""
+"""The time after which a run counts as hanging, in seconds.
+
+On an idle machine, errors are raised within two seconds.
+"""
 
 
 @pytest.fixture

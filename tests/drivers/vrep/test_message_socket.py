@@ -1,4 +1,4 @@
-"""Each failure of a server is a named error within the time limit."""
+"""Each failure of a server raises a specific error within the time limit."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ from tests.doubles.coppeliasim.scenes import default_scene
 from tests.texts import Raises
 
 SHORT_S = 0.1
-"""Time limit of requests that fail."""
+"""The time limit of requests that must fail, in seconds."""
 
 LONGER_S = 0.6
-"""Time limit of requests that a server answers on a busy machine."""
+"""The time limit of requests that a server answers even on a busy machine, in seconds."""
 
 WHOLE_REPLY = encode_packets(encode_message(-1, 0, []))
 OPENERS = [LockstepConnection.open, StreamReader.open]

@@ -1,4 +1,4 @@
-"""The official binding in a user's folder: loading it, errors if it is incomplete, and runs over it."""
+"""Tests of loading the official binding, of the errors for an incomplete one, and of runs over it."""
 
 from __future__ import annotations
 

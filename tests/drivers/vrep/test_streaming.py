@@ -1,4 +1,4 @@
-"""A simulation that runs by itself: its newest values and its time."""
+"""Tests of a simulation without lockstep: its newest values and its time."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def wait_for(condition: Callable[[], object]) -> None:
 
 
 def await_error(reader: StreamReader) -> RemoteApiError:
-    """Read the time until it raises an error; return the error."""
+    """Read the time until it raises an error, and return the error."""
     clock = MonotonicClock()
     while clock.now() < PATIENCE_S:
         try:

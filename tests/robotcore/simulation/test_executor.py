@@ -1,4 +1,4 @@
-"""A signal does not interrupt a task of a `SerialExecutor`. A `SampleCache` takes one sample for each instant."""
+"""Tests of `SerialExecutor` and `SampleCache`."""
 
 from __future__ import annotations
 

@@ -17,11 +17,11 @@ from tests.system.speed import scaled
 
 VARIABLE = "ROBOTCORE_COPPELIASIM"
 ANSWER_S = 3.0
-"""Time limit of a call on the reference machine; rendering without a graphics card is slow."""
+"""The time limit of a call, in seconds. It is long, because rendering without a graphics card is slow."""
 
 
 def address() -> Address | None:
-    """Return the address in the environment variable; None if it is not set."""
+    """Return the address in the environment variable ROBOTCORE_COPPELIASIM; None if it is not set."""
     return read_address(VARIABLE)
 
 

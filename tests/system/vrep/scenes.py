@@ -1,4 +1,4 @@
-"""Scenes to join, built over the ZeroMQ remote API of the same simulator.
+"""Scenes for the checks, built over the ZeroMQ remote API of the same simulator.
 
 The ZeroMQ client disconnects before a legacy client connects. While a legacy client steps the simulation, the ZeroMQ
 server does not answer.
@@ -20,11 +20,11 @@ from tests.system.coppeliasim import server
 SIGHT_PX = 256
 SIGHT_RAD = 1.05
 BALL_M = (1.0, 0.15, 0.1)
-"""The position of the ball; v0 sees it on the left, below the middle."""
+"""The position of the ball in metres. v0 sees it on the left, below the middle."""
 
 BALL_AWAY_M = 2.5
 WALL_M = 0.35
-"""The distance from bubbleRob's nose to the wall."""
+"""The distance from bubbleRob's nose to the wall, in metres."""
 
 _PERSPECTIVE, _EXTERNAL = 2, 16
 _CONE, _ULTRASONIC = 34, 16
@@ -38,7 +38,7 @@ def require_builder() -> None:
 
 @contextmanager
 def rover() -> Iterator[None]:
-    """Keep the built rover in the scene, on open ground, with a distant ball in front of it."""
+    """Build the rover on open ground, with a distant ball in front of it."""
     require_builder()
     eye = load_robot("rover").first_of(CameraDescription)
     assert eye
@@ -51,7 +51,7 @@ def rover() -> Iterator[None]:
 
 @contextmanager
 def bubblerob() -> Iterator[bool]:
-    """Keep bubbleRob in the scene with its old names, in front of a wall; yield whether its nose works.
+    """Build bubbleRob with its old names in front of a wall, and yield whether its nose works.
 
     Without the plug-in, proximity sensors can be created, but detect nothing.
     """
@@ -70,7 +70,7 @@ def bubblerob() -> Iterator[bool]:
 
 @contextmanager
 def relay() -> Iterator[None]:
-    """Keep two vision sensors in the scene: v0 sees a green ball, v1 shows the pictures that it receives.
+    """Build two vision sensors: v0 sees a green ball, and v1 shows received pictures.
 
     The sensors see only the ball. CoppeliaSim 4.10 may crash if a removed sensor has seen an object with a texture.
     """
@@ -101,7 +101,7 @@ def relay() -> Iterator[None]:
 
 @contextmanager
 def running() -> Iterator[None]:
-    """Run the simulation in a context, without steps; it must still run at the end, and is stopped then."""
+    """Run the simulation without lockstep. At the end, check that it still runs, and stop it."""
     with server.connect() as other:
         other.sim("startSimulation", within_s=LOADING_S)
     try:

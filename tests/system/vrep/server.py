@@ -20,18 +20,18 @@ from tests.system.speed import scaled
 
 VARIABLE = "ROBOTCORE_VREP"
 ANSWER_S = 3.0
-"""Time limit of a call on the reference machine; rendering without a graphics card is slow."""
+"""The time limit of a call, in seconds. It is long, because rendering without a graphics card is slow."""
 
 WAIT = simx.simx_opmode_blocking
 
 
 def address() -> Address | None:
-    """Return the address in the environment variable; None if it is not set."""
+    """Return the address in the environment variable ROBOTCORE_VREP; None if it is not set."""
     return read_address(VARIABLE)
 
 
 def require_address() -> Address:
-    """Return the address in the environment variable."""
+    """Return the address in the environment variable ROBOTCORE_VREP."""
     found = address()
     assert found, f"set {VARIABLE}"
     return found
@@ -78,7 +78,7 @@ def is_running(number: int) -> bool:
 
 
 def find_handle(number: int, name: str) -> int:
-    """Return the handle of an object; it must exist."""
+    """Return the handle of an object. The check fails if there is no such object."""
     code, handle = simx.simxGetObjectHandle(number, name, WAIT)
     assert code == simx.simx_return_ok, name
     return int(handle)

@@ -9,41 +9,41 @@ from dataclasses import replace
 from tests.doubles.coppeliasim.legacy.codec import Command
 from tests.doubles.coppeliasim.legacy.conversation import Conversation
 from tests.doubles.coppeliasim.legacy.functions import Functions
-from tests.doubles.coppeliasim.legacy.object_answers import (
-    Answers,
+from tests.doubles.coppeliasim.legacy.object_commands import (
+    CommandHandlers,
     RefusedError,
-    create_group_answers,
-    create_object_answers,
+    create_group_handlers,
+    create_object_handlers,
 )
-from tests.doubles.coppeliasim.legacy.other_answers import (
+from tests.doubles.coppeliasim.legacy.other_commands import (
     ERRORS_KEPT,
     Errors,
     SimulationCommands,
-    create_picture_answers,
-    create_simulation_answers,
-    create_value_answers,
+    create_picture_handlers,
+    create_simulation_handlers,
+    create_value_handlers,
 )
 from tests.doubles.coppeliasim.scene.simulator import Simulator
 from tests.doubles.coppeliasim.scene.states import State
 
 IS_RUNNING, IS_PAUSED = 1, 2
-"""Bits of the state in a header; the bits of real time and of the edit mode are never set."""
+"""Bits of the state in a header. The double never sets the bits of real time and of the edit mode."""
 
 
 class Client:
-    """The client of a service. Hold the simulator's lock around each call."""
+    """The server's state for one client. Each caller must hold the simulator's lock."""
 
     def __init__(self, simulator: Simulator) -> None:
         self._simulator = simulator
         self._errors: Errors = deque(maxlen=ERRORS_KEPT)
         self._running = SimulationCommands(simulator, self, self._errors)
         functions = Functions(simulator)
-        self._answers: Answers = {
-            **create_object_answers(functions),
-            **create_group_answers(functions),
-            **create_picture_answers(functions),
-            **create_value_answers(functions),
-            **create_simulation_answers(self._running),
+        self._handlers: CommandHandlers = {
+            **create_object_handlers(functions),
+            **create_group_handlers(functions),
+            **create_picture_handlers(functions),
+            **create_value_handlers(functions),
+            **create_simulation_handlers(self._running),
         }
         self._conversation = Conversation()
         self.turn()
@@ -54,23 +54,23 @@ class Client:
         return self._conversation.is_over
 
     def receive(self, message: bytes) -> bytes:
-        """Receive a message; return its reply, which has the results of earlier messages."""
+        """Receive a message, and return the reply, which contains the answers to earlier messages."""
         return self._conversation.receive(message)
 
     def turn(self) -> None:
-        """Execute the received commands, then do the requested time step."""
+        """Execute the received commands, and then the requested time step."""
         self._conversation.execute(self._execute, int(time.monotonic() * 1000), self._state)
         self._running.step()
 
     def leave(self) -> None:
-        """Stop holding the simulation's time."""
+        """End the client's stepping, so that time no longer waits for it."""
         self._running.leave()
 
     def _execute(self, command: Command) -> Command:
-        """Return the reply to a command. An unknown command is an error, and is returned unchanged."""
+        """Return the answer to a command. An unknown command is returned unchanged with the error bit."""
         sim_ms = round(self._simulator.time * 1000) if self._simulator.state else 0
         try:
-            data, status = self._answers.get(command.code, _unknown)(command), 0
+            data, status = self._handlers.get(command.code, _unknown)(command), 0
         except RefusedError as refusal:
             data, status = refusal.data, 1
             if refusal.text:

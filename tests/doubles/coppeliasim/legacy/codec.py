@@ -11,11 +11,11 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 NULL, FOUR_BYTES, EIGHT_BYTES, ONE_STRING = 0x0000, 0x1000, 0x2000, 0x3000
-"""The key of a command besides its number: nothing, a handle, two numbers, or a name."""
+"""The form of a command's key: nothing, a handle, two numbers, or a name."""
 
 
 class Code(IntEnum):
-    """A command, without its operation mode."""
+    """The number of a command, without its operation mode."""
 
     SYNCHRONOUS_ENABLE = NULL + 1
     SYNCHRONOUS_DISABLE = NULL + 2
@@ -88,7 +88,7 @@ class ProtocolError(Exception):
 
 @dataclass(frozen=True)
 class Header:
-    """The header of a message. A client sends arbitrary bytes in the server's fields."""
+    """The header of a message. A client sends arbitrary bytes in the fields that the server fills."""
 
     message: int
     client_ms: int
@@ -115,7 +115,7 @@ class Command:
 
 
 def pack(header: Header, commands: Iterable[Command] = ()) -> bytes:
-    """Encode a message, without packets."""
+    """Encode a message. The result is not split into packets."""
     first = HEADER.pack(0, VERSION, header.message, header.client_ms, header.server_ms, header.scene, header.state)
     return b"".join((first, *(_command(each) for each in commands)))
 
@@ -166,7 +166,7 @@ def encode_packets(message: bytes, packet_size: int = PACKET_SIZE) -> bytes:
 
 
 def read_message(receive: Callable[[int], bytes]) -> bytes:
-    """Read the packets of the next message, and return the message. ``receive`` returns exactly the requested bytes."""
+    """Read the packets of the next message, and return the message. ``receive`` reads a given number of bytes."""
     pieces, left = [], 1
     while left:
         endian, size, left = PACKET.unpack(receive(PACKET.size))

@@ -31,10 +31,10 @@ JOINT_RAD = 0.01
 POSITION_M = 0.006
 ORIENTATION_RAD = 0.005
 PIXELS_MEAN = 10
-"""Tolerance of a picture: the mean difference in grey levels."""
+"""The tolerance of the mean difference between two pictures, in grey levels."""
 TIME_MS = 1
 LAST_STEPS_MS = 100
-"""Tolerance of simulated times in ms; the last steps before a stop differ more."""
+"""The tolerance of simulated times in ms for the last steps before a stop."""
 
 RESOLUTION = struct.calcsize("<2i")
 
@@ -42,7 +42,7 @@ Message = tuple[Header, list[Command]]
 
 
 def differences(recorded: Message, reply: Message, time_ms: int = TIME_MS) -> list[str]:
-    """Return the differences, one a line."""
+    """Return the differences between a recorded message and a reply, one in each line."""
     return [*_in_headers(recorded[0], reply[0]), *_in_commands(recorded[1], reply[1], time_ms)]
 
 
@@ -92,7 +92,7 @@ def _pictures(one: bytes, other: bytes) -> bool:
 
 
 def _detections(one: bytes, other: bytes) -> bool:
-    """Compare detections. Without a detection the other bytes are arbitrary."""
+    """Compare detections. If nothing is detected, all bytes but the first are arbitrary."""
     return one[0] == other[0] == 0
 
 
@@ -110,7 +110,7 @@ PATIENCE_S = 5.0
 
 
 class RawClient:
-    """A legacy client on a port of this computer; a context manager."""
+    """A client of a legacy server on this computer, as a context manager."""
 
     def __init__(self, port: int, patience_s: float = PATIENCE_S) -> None:
         self.line = socket.create_connection(("127.0.0.1", port), patience_s)
@@ -126,17 +126,17 @@ class RawClient:
         self.line.close()
 
     def exchange(self, *commands: Command) -> Message:
-        """Send a message; return its reply, which has the results of the previous message."""
+        """Send a message, and return the reply, which contains the answers to the previous message."""
         self.send(*commands)
         return unpack(read_message(self._receive))
 
     def send(self, *commands: Command) -> None:
-        """Send a message without waiting."""
+        """Send a message without waiting for the reply."""
         self.line.sendall(encode_packets(pack(Header(self._number, 0), commands)))
         self._number += 1
 
-    def ask(self, code: Code, identity: bytes = b"", data: bytes = b"") -> Command:
-        """Return the reply to a command."""
+    def execute(self, code: Code, identity: bytes = b"", data: bytes = b"") -> Command:
+        """Send a command, and return its answer."""
         self.exchange(Command(code, Mode.BLOCKING, identity, data))
         _, (reply,) = self.exchange()
         return reply

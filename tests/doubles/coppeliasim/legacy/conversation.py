@@ -1,4 +1,4 @@
-"""The queues of one client: commands wait for the next turn of the main loop, replies for the next message."""
+"""The queues of one client. Commands wait for the next turn of the main loop, and answers for the next message."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ KEEP_BOTH = 1
 
 
 class _Waiting:
-    """A command and the time of its last execution; a stream with a delay is not due in each turn."""
+    """A command and the time of its last execution. A stream with a delay is not executed in each turn."""
 
     def __init__(self, command: Command) -> None:
         self.command = command
@@ -59,8 +59,8 @@ class Inbox:
         return replies
 
 
-NOTHING_NEW = -1
-"""The message number of a reply if nothing was executed since the previous one."""
+NOTHING_EXECUTED = -1
+"""The message number in a reply if no message was executed since the previous reply."""
 
 
 class Conversation:
@@ -71,22 +71,22 @@ class Conversation:
 
     def __init__(self) -> None:
         self._inbox = Inbox()
-        self._heard = Header(NOTHING_NEW, 0)
-        self._reply = self._heard
-        self._done: list[Command] = []
+        self._received = Header(NOTHING_EXECUTED, 0)
+        self._reply = self._received
+        self._answers: list[Command] = []
         self.is_over = False
 
     def receive(self, message: bytes) -> bytes:
-        """Receive a message and return its reply; raises ProtocolError."""
-        self._heard, commands = unpack(message)
+        """Receive a message, and return the reply. Raises ProtocolError if the message is invalid."""
+        self._received, commands = unpack(message)
         for command in commands:
             self._inbox.put(command)
         self.is_over = any(command.code == Code.KILL_CONNECTION for command in commands)
-        answer = pack(self._reply, self._done)
-        self._done = []
+        answer = pack(self._reply, self._answers)
+        self._answers = []
         return answer
 
     def execute(self, execute: Callable[[Command], Command], now_ms: int, state: int) -> None:
-        """Execute the due commands, and keep the replies for the next message; ``state`` goes into its header."""
-        self._reply = replace(self._heard, server_ms=now_ms, scene=0, state=state)
-        self._done = self._inbox.execute(execute, now_ms)
+        """Execute the due commands, and store the answers for the next reply, whose header contains ``state``."""
+        self._reply = replace(self._received, server_ms=now_ms, scene=0, state=state)
+        self._answers = self._inbox.execute(execute, now_ms)

@@ -1,4 +1,4 @@
-"""Faults of a server. A fault replaces the sending of a reply."""
+"""Injected faults of a server. A fault is applied in place of sending a reply."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ class Fault(Protocol):
     """Handles an encoded reply instead of sending it."""
 
     def send(self, line: socket.socket, answer: bytes) -> None:
-        """Handle one reply; raises ServerDiedError if the connection must be closed."""
+        """Handle one reply. Raises ServerDiedError if the server must close the connection."""
 
 
 @dataclass
 class Hang:
-    """Sends nothing until `release` is called; the connection stays open."""
+    """Sends nothing until `release` is called. The connection stays open."""
 
     released: threading.Event = field(default_factory=threading.Event)
 
@@ -30,7 +30,6 @@ class Hang:
         line.sendall(answer)
 
     def release(self) -> None:
-        """Continue."""
         self.released.set()
 
 

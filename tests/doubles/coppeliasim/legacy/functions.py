@@ -10,11 +10,11 @@ from typing import TypeVar
 
 from tests.doubles.coppeliasim.scene.objects import (
     Joint,
+    Node,
     NoObjectError,
     Pixels,
     ProximitySensor,
     SceneError,
-    Thing,
     VisionSensor,
 )
 from tests.doubles.coppeliasim.scene.poses import Transform, Vector, from_euler, to_euler
@@ -31,38 +31,38 @@ TIME_STEP = 1
 """The number of the float parameter for the time step."""
 
 INTEGERS = {1: 41000}
-"""Integer parameters by number: the program's version is 4.10.0, as in the recordings."""
+"""The integer parameters by number. Number 1 is the program version, 4.10.0 in the recordings."""
 
 KINDS = {Joint: "a joint", VisionSensor: "a vision sensor", ProximitySensor: "a proximity sensor"}
 
-ThingT = TypeVar("ThingT", bound=Thing)
+NodeT = TypeVar("NodeT", bound=Node)
 
 
 @dataclass(frozen=True)
 class Functions:
-    """The simulator's functions that legacy clients call."""
+    """The functions of the simulator that legacy clients call."""
 
     simulator: Simulator
 
     def handle(self, name: str) -> int:
         """Return an object's handle by its path, or by its alias or old flat name."""
         graph = self.simulator.graph
-        if (thing := graph.find(name) if name.startswith("/") else graph.find_flat(name)) is None:
+        if (node := graph.find(name) if name.startswith("/") else graph.find_flat(name)) is None:
             raise NoObjectError("object does not exist, or alias/path is ill formatted.")
-        return thing.handle
+        return node.handle
 
     def parent(self, handle: int) -> int:
         parent = self.simulator.graph[handle].parent
         return parent.handle if parent else WORLD
 
     def child(self, handle: int, index: int) -> int:
-        """Return the handle of a child by its index; -1 after the last one."""
+        """Return the handle of an object's child by the child's index; -1 if there is no such child."""
         children = self.simulator.graph[handle].children
         return children[index].handle if 0 <= index < len(children) else WORLD
 
     def objects(self, kind: int) -> list[int]:
-        """Return the handles of all objects of a type, or of all."""
-        return [thing.handle for thing in self.simulator.graph if kind in {thing.type, ALL}]
+        """Return the handles of all objects of a type, or of all objects."""
+        return [node.handle for node in self.simulator.graph if kind in {node.type, ALL}]
 
     def joint_position(self, handle: int) -> float:
         return self._one(Joint, handle).position
@@ -81,7 +81,7 @@ class Functions:
         return self.simulator.picture(self._one(VisionSensor, handle))
 
     def resolution(self, handle: int) -> tuple[int, int]:
-        """Return a vision sensor's rows and columns."""
+        """Return the numbers of rows and columns of a vision sensor's picture."""
         sensor = self._one(VisionSensor, handle)
         return sensor.height, sensor.width
 
@@ -95,7 +95,7 @@ class Functions:
         self._put(handle, relative_to, Transform(position, self._pose(handle, relative_to).quaternion))
 
     def orientation(self, handle: int, relative_to: int) -> list[float]:
-        """Return the Euler angles alpha, beta, gamma."""
+        """Return the Euler angles alpha, beta and gamma of an object, in radians."""
         return to_euler(self._pose(handle, relative_to).quaternion)
 
     def set_orientation(self, handle: int, relative_to: int, angles: Vector) -> None:
@@ -121,11 +121,11 @@ class Functions:
             raise SceneError("invalid parameter.")
         return INTEGERS[parameter]
 
-    def _one(self, kind: type[ThingT], handle: int) -> ThingT:
-        thing = self.simulator.graph[handle]
-        if not isinstance(thing, kind):
+    def _one(self, kind: type[NodeT], handle: int) -> NodeT:
+        node = self.simulator.graph[handle]
+        if not isinstance(node, kind):
             raise SceneError(f"object is not {KINDS[kind]}.")
-        return thing
+        return node
 
     def _frame(self, relative_to: int) -> Transform:
         graph = self.simulator.graph

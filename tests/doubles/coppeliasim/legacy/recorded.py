@@ -34,7 +34,7 @@ from tests.doubles.coppeliasim.scene.simulator import Simulator
 FOLDER = Path(__file__).parent.parent / "recorded"
 
 PATIENCE = 40
-"""The maximum number of messages until an answer: a stopped main loop took 125 ms, a message 5 ms."""
+"""The maximum number of messages until an answer. The main loop paused for up to 125 ms, and a message took 5 ms."""
 
 LOST = {
     "legacy-wire-2.jsonl": {
@@ -42,17 +42,17 @@ LOST = {
         284: Command(Code.SYNCHRONOUS_NEXT, Mode.BLOCKING),
     }
 }
-"""Commands that the recording lacks: two steps after the start. Their numbers are approximate."""
+"""Commands that the recording lacks: two steps after the start. The message numbers are approximate."""
 
 DATA = {Code.SET_JOINT_TARGET_VELOCITY: struct.pack("<f", 1.0)}
-"""The data of commands of which the recording has only the reply."""
+"""The data of commands whose message is not in the recording."""
 
 Key = tuple[int, int, bytes]
 
 
 @dataclass(frozen=True)
 class Reply:
-    """A reply of the real server; ``answers`` is the number of the message that it answers."""
+    """A reply of the real server. ``answers`` is the number of the last message that it answers."""
 
     header: Header
     commands: list[Command]
@@ -85,24 +85,27 @@ def _messages(rows: list[dict[str, str]], direction: str) -> Iterator[bytes]:
 
 
 class _CommandLog:
-    """The commands of each message. Commands that the recording lacks are inserted before their answers."""
+    """The commands of each message of a client.
 
-    def __init__(self, said: dict[int, bytes], lost: dict[int, Command]) -> None:
-        self._open = [(number, _key(command)) for number, message in said.items() for command in unpack(message)[1]]
+    It inserts the commands that the recording lacks before their answers.
+    """
+
+    def __init__(self, sent: dict[int, bytes], lost: dict[int, Command]) -> None:
+        self._open = [(number, _key(command)) for number, message in sent.items() for command in unpack(message)[1]]
         self._streams: set[Key] = set()
         self._missing = {number: [command] for number, command in lost.items()}
 
     def message(self, number: int) -> bytes:
-        """Return a message that the recording lacks."""
+        """Return the client's message with this number, which the recording lacks."""
         return pack(Header(number, 0), self._missing.get(number, []))
 
     def reply(self, header: Header, commands: list[Command]) -> Reply:
-        """Return a reply and the number of the last message that it answers."""
+        """Return a recorded reply with the number of the last message that it answers."""
         asked = [self._find_message(header.message, command) for command in commands]
         return Reply(header, commands, max((each for each in asked if each is not None), default=header.message))
 
     def _find_message(self, number: int, command: Command) -> int | None:
-        """Return the number of the message with the command of a reply; None for a continued stream."""
+        """Return the number of the message that contains a command; None for a stream that continues."""
         key = _key(command)
         is_open = ((n, k) for n, k in self._open if k == key and number - PATIENCE < n <= number)
         if found := next(is_open, None):
@@ -126,14 +129,14 @@ def _key(command: Command) -> Key:
 
 
 TO_THE_LEFT: Quaternion = (-math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5))
-"""The rotation of a wheel's joint: its z axis points to the robot's left."""
+"""The rotation of a wheel's joint. Its z axis points to the robot's left."""
 AHEAD: Quaternion = (0.5, 0.5, 0.5, 0.5)
-"""The rotation of a forward sensor: z is its direction, y is up."""
+"""The rotation of a forward sensor. Its z axis is the direction of view, and y points up."""
 
 
 @dataclass(frozen=True)
 class Robot:
-    """The dimensions of a robot in a session, in metres."""
+    """The dimensions of the robot in a recorded session, in metres."""
 
     at: Vector = (0.0, 0.0, 0.06)
     wheel_radius: float = 0.0325

@@ -23,7 +23,7 @@ HOST = "127.0.0.1"
 
 
 class Service:
-    """Serves a simulator on a port until it is closed; ``port`` 0 takes a free one."""
+    """Serves a simulator on a port until `close`. For ``port`` 0, the operating system chooses a free port."""
 
     def __init__(self, simulator: Simulator, port: int = 0, packet_size: int = PACKET_SIZE) -> None:
         self._simulator, self._packet_size = simulator, packet_size
@@ -37,7 +37,7 @@ class Service:
         self._thread.start()
 
     def fail(self, fault: Fault | None, after: int = 0) -> None:
-        """Apply a fault to each reply, after ``after`` normal replies; None ends the fault."""
+        """Send ``after`` normal replies, and then apply a fault to each reply. None ends the fault."""
         self._release()
         self._fault, self._answers_before_fault = fault, after
 
@@ -69,7 +69,7 @@ class Service:
                     self._attend(line)
 
     def _attend(self, line: socket.socket) -> None:
-        """Answer a client until it leaves, is disconnected, or sends an invalid message."""
+        """Serve one client until it leaves, is disconnected, or sends an invalid message."""
         line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         with self._simulator.lock:
             client = Client(self._simulator)
@@ -90,7 +90,6 @@ class Service:
             self._turn(client)
 
     def _turn(self, client: Client) -> None:
-        """Do one turn of the main loop after a message."""
         client.turn()
 
     def _send(self, line: socket.socket, answer: bytes) -> None:
@@ -116,12 +115,12 @@ def _exactly(line: socket.socket, size: int) -> bytes:
     return b"".join(pieces)
 
 
-LAST_WORD_S = 0.2
-"""After a stop, messages that arrive within this time are answered."""
+GRACE_S = 0.2
+"""The time after a stop during which the service still answers messages, in seconds."""
 
 
 class TemporaryService(Service):
-    """A service that ends with the present simulation, or with the next one if none runs."""
+    """A service that ends with the present simulation. If none runs, it ends with the next one."""
 
     def __init__(self, simulator: Simulator, port: int = 0, packet_size: int = PACKET_SIZE) -> None:
         super().__init__(simulator, port, packet_size)
@@ -141,7 +140,7 @@ class TemporaryService(Service):
             self._simulator.changed.wait_for(lambda: self._is_over or self._simulator.state is State.STOPPED)
         self._is_over = True
         self._stop_listening()
-        self._thread.join(LAST_WORD_S)
+        self._thread.join(GRACE_S)
         self.close()
 
 

@@ -34,13 +34,13 @@ from tests.doubles.coppeliasim.legacy.server import Service, TemporaryService
 from tests.doubles.coppeliasim.scene.simulator import Simulator
 
 RUNNING_FOR_S = 4.95
-"""The client of the temporary service began to step after 60 messages, at 7.95 s."""
+"""The time step in which the recorded client of the temporary service began to step, in simulated seconds."""
 
 STOP = (2).to_bytes(4, "little")
 
 
 class EachMessageAStep(Service):
-    """If no client steps, each message advances one time step, as in the recordings. No clock is needed."""
+    """A service that simulates one time step with each message if no client steps, as in the recordings."""
 
     def _turn(self, client: Client) -> None:
         super()._turn(client)
@@ -167,7 +167,10 @@ def test_each_call_returns_the_official_bindings_result(name: str) -> None:
 
 
 def called(client: int, call: Call) -> Any:
-    """Return the result of a call; repeat a call about a connection until it has ended."""
+    """Execute a recorded call, and return its result.
+
+    A call about a connection is repeated until the connection has ended.
+    """
     function = getattr(simx, call["call"])
     clock, result = MonotonicClock(), function(client, *call["args"])
     while call["call"] == "simxGetConnectionId" and result != call["result"] and clock.now() < PATIENCE_MS / 1000:
@@ -176,12 +179,12 @@ def called(client: int, call: Call) -> Any:
 
 
 def code_of(result: Any) -> Any:
-    """Return the comparable part of a result while a simulation stops, which takes an unknown time."""
+    """Return the return code, which is the comparable part of a result while the simulation stops."""
     return result[0] if isinstance(result, (list, tuple)) else result
 
 
 def agrees(call: Call, result: Any) -> bool:
-    """Return whether a result equals the recorded one within tolerance. The recording has no results for signals."""
+    """Return whether a result equals the recorded one within the tolerance. Signals have no recorded results."""
     recorded = call["result"]
     if recorded is None:
         return True
@@ -206,7 +209,7 @@ def _values_agree(function: str, result: list[Any], recorded: list[Any]) -> bool
 
 
 def _each_once(errors: list[str]) -> list[str]:
-    """Return the distinct texts in order; a failed stream adds one text with each message."""
+    """Return the distinct error texts in order. A failed stream adds one text with each message."""
     return list(dict.fromkeys(errors))
 
 

@@ -1,4 +1,4 @@
-"""Services on sockets: the order of replies, stepping, and faults."""
+"""Tests of services on sockets: the order of replies, stepping, and faults."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ def server(simulator: Simulator) -> Iterator[LegacyServer]:
 
 
 def start_in_steps(client: RawClient) -> None:
-    client.ask(Code.SYNCHRONOUS_ENABLE)
-    client.ask(Code.START_PAUSE_STOP_SIMULATION, START)
+    client.execute(Code.SYNCHRONOUS_ENABLE)
+    client.execute(Code.START_PAUSE_STOP_SIMULATION, START)
 
 
 def wait_for(simulator: Simulator, state: State) -> None:
@@ -53,7 +53,7 @@ def test_result_comes_with_the_reply_to_the_next_message(server: LegacyServer) -
 def test_long_message_has_packets_of_1300_bytes(server: LegacyServer) -> None:
     with RawClient(server.port) as client:
         for _ in range(50):
-            client.ask(Code.GET_JOINT_POSITION, ints(99999))
+            client.execute(Code.GET_JOINT_POSITION, ints(99999))
         client.exchange(Command(Code.GET_LAST_ERRORS, Mode.BLOCKING))
         client.send()
         sizes: list[int] = []
@@ -95,11 +95,11 @@ def test_newer_command_replaces_the_same_one_unless_both_are_kept(server: Legacy
 
 def test_time_advances_by_itself_if_no_client_steps(server: LegacyServer, simulator: Simulator) -> None:
     with RawClient(server.port) as client:
-        client.ask(Code.START_PAUSE_STOP_SIMULATION, START)
+        client.execute(Code.START_PAUSE_STOP_SIMULATION, START)
         with simulator.lock:
             assert simulator.changed.wait_for(lambda: simulator.steps >= 3, PATIENCE_S)
-        assert client.ask(Code.SYNCHRONOUS_NEXT).status == 1
-        client.ask(Code.START_PAUSE_STOP_SIMULATION, STOP)
+        assert client.execute(Code.SYNCHRONOUS_NEXT).status == 1
+        client.execute(Code.START_PAUSE_STOP_SIMULATION, STOP)
         wait_for(simulator, State.STOPPED)
 
 
@@ -107,17 +107,17 @@ def test_stepped_time_waits_for_triggers(server: LegacyServer, simulator: Simula
     with RawClient(server.port) as client:
         start_in_steps(client)
         time.sleep(SOON_S)
-        assert client.ask(Code.GET_JOINT_POSITION, ints(LEFT)).sim_ms == 0
-        client.ask(Code.SET_JOINT_TARGET_VELOCITY, ints(LEFT), floats(3.0))
-        assert client.ask(Code.SYNCHRONOUS_NEXT).status == 0
-        reply = client.ask(Code.GET_JOINT_POSITION, ints(LEFT))
+        assert client.execute(Code.GET_JOINT_POSITION, ints(LEFT)).sim_ms == 0
+        client.execute(Code.SET_JOINT_TARGET_VELOCITY, ints(LEFT), floats(3.0))
+        assert client.execute(Code.SYNCHRONOUS_NEXT).status == 0
+        reply = client.execute(Code.GET_JOINT_POSITION, ints(LEFT))
         assert (reply.sim_ms, reply.data) == (50, floats(0.15))
 
 
 def test_time_advances_after_stepping_ends(server: LegacyServer, simulator: Simulator) -> None:
     with RawClient(server.port) as client:
         start_in_steps(client)
-        client.ask(Code.SYNCHRONOUS_DISABLE)
+        client.execute(Code.SYNCHRONOUS_DISABLE)
         with simulator.lock:
             assert simulator.changed.wait_for(lambda: simulator.steps >= 1, PATIENCE_S)
 
@@ -147,19 +147,19 @@ def test_only_a_temporary_service_ends_with_the_simulation(server: LegacyServer,
         start_in_steps(client)
         temporary = server.start_temporary()
         with RawClient(temporary.port) as other:
-            assert other.ask(Code.GET_OBJECT_HANDLE, name("/rover")).data == ints(181)
-            client.ask(Code.START_PAUSE_STOP_SIMULATION, STOP)
+            assert other.execute(Code.GET_OBJECT_HANDLE, name("/rover")).data == ints(181)
+            client.execute(Code.START_PAUSE_STOP_SIMULATION, STOP)
             wait_for(simulator, State.STOPPED)
             assert other.line.recv(1) == b""
         with pytest.raises(ConnectionRefusedError):
             RawClient(temporary.port)
-        assert client.ask(Code.GET_OBJECT_HANDLE, name("/rover")).status == 0
+        assert client.execute(Code.GET_OBJECT_HANDLE, name("/rover")).status == 0
 
 
 def test_temporary_service_started_early_lasts_for_one_simulation(server: LegacyServer, simulator: Simulator) -> None:
     with RawClient(server.start_temporary().port) as client:
         start_in_steps(client)
-        client.ask(Code.START_PAUSE_STOP_SIMULATION, STOP)
+        client.execute(Code.START_PAUSE_STOP_SIMULATION, STOP)
         wait_for(simulator, State.STOPPED)
         assert client.line.recv(1) == b""
 

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import sys
 
-from tests.doubles.coppeliasim.replaying.replay import SESSIONS, play_to_a_double
+from tests.doubles.coppeliasim.replaying.replay import SESSIONS, replay_on_double
 
 
 def main() -> int:
-    """Return 1 if replies differ."""
-    found = {file: play_to_a_double(file) for file in SESSIONS}
+    """Print the differences, and return 1 if there are any."""
+    found = {file: replay_on_double(file) for file in SESSIONS}
     for file, lines in found.items():
         sys.stdout.write(f"{file}: {len(lines)} differences\n" + "".join(f"  {line}\n" for line in lines))
     return int(any(found.values()))

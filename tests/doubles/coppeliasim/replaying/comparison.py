@@ -43,21 +43,24 @@ TOLERANCES = {
     "sim.callScriptFunction": SCRIPTED,
     "eval": SCRIPTED,
 }
-"""Tolerances by function; all other functions are compared exactly."""
+"""The tolerances by function. The results of all other functions are compared exactly."""
 
 CONTACT = "sim.getContactInfo"
-"""Tolerance of contact points in metres. Forces are not compared, because they depend on the engine."""
+"""The function whose contact points have a tolerance. Forces are not compared, because they depend on the engine."""
 
 CONTACT_M = 0.15
 
 AT_THE_WALL_M, AT_THE_WALL = 0.035, 0.0084
-"""Below these distances, in metres and as a part of the range, a sensor of a bouncing robot may be inside the wall."""
+"""The distance below which a sensor may be inside the wall, in metres and as a fraction of the range.
+
+The recorded robot bounces off the wall.
+"""
 
 ANYTHING = Tolerance(1.0)
 
 
 def differences(recorded: Any, reply: Any, tolerance: Tolerance = EXACT, where: str = "reply") -> Iterator[str]:
-    """Yield the differences, one a line."""
+    """Yield the differences between a recorded value and a reply."""
     if type(recorded) is not type(reply):
         yield f"{where}: {_short(reply)}, recorded {_short(recorded)}"
     elif isinstance(recorded, dict):

@@ -36,14 +36,14 @@ if TYPE_CHECKING:
 
 RECORDED = Path(__file__).parents[1] / "recorded"
 EXECUTED, WAIT = "_*executed*_", "_*wait*_"
-ELSEWHERE = "<see sim-info.json>"
+TABLE_REFERENCE = "<see sim-info.json>"
 
 Message = dict[str, Any]
 
 
 @dataclass(frozen=True)
 class Exchange:
-    """A request and its reply; ``raw`` has the bytes of the reply if they were recorded."""
+    """A recorded request and its reply. ``raw`` has the bytes of the reply if the recording contains them."""
 
     line: int
     request: Message
@@ -57,8 +57,8 @@ class Exchange:
         return str(self.request.get("func", "eval"))
 
 
-def session(file: str) -> list[Exchange]:
-    """Return the exchanges of a recorded session, in order."""
+def load_session(file: str) -> list[Exchange]:
+    """Read a recorded session, and return its exchanges in order."""
     return list(_exchanges(_messages(file)))
 
 
@@ -68,96 +68,96 @@ def _messages(file: str) -> Iterator[tuple[int, Message]]:
 
 
 def _exchanges(messages: Iterator[tuple[int, Message]]) -> Iterator[Exchange]:
-    asked, waited = (0, dict[str, Any]()), False
+    request, waited = (0, dict[str, Any]()), False
     for number, message in messages:
         body = _decode(message["body"])
         if message["dir"] == "request":
             if body.get("func") != EXECUTED:
-                asked, waited = (number, body), False
+                request, waited = (number, body), False
         elif body.get("func") == WAIT:
             waited = True
-        elif asked[0]:
+        elif request[0]:
             raw = base64.b64decode(message["raw_b64"]) if "raw_b64" in message else None
-            yield Exchange(*asked, body, waited, raw)
+            yield Exchange(*request, body, waited, raw)
 
 
 def _decode(body: Any) -> Any:
-    """Decode a recorded body: bytes, and the table of functions, which is recorded once."""
+    """Decode the body of a recorded message. The table of functions is recorded only once."""
     if isinstance(body, dict):
         if "__bytes__" in body:
             return base64.b64decode(body["__bytes__"])
         return {key: _decode(each) for key, each in body.items()}
     if isinstance(body, list):
         return [_decode(each) for each in body]
-    return table() if body == ELSEWHERE else body
+    return table() if body == TABLE_REFERENCE else body
 
 
 SESSIONS = {"zmq-session.jsonl": default_scene, "zmq-session-2.jsonl": second_scene}
 """The recorded sessions and their initial scenes."""
 
-PATIENCE_MS = 5000
-LEFT = "_*end*_"
+TIMEOUT_MS = 5000
+END_SESSION = "_*end*_"
 HANDLED, LEAST_DEPTH = "sim.handleVisionSensor", 4
 
 
 @dataclass(frozen=True)
-class Answer:
-    """A reply, whether the call waited, and the bytes of the reply."""
+class ReplayedReply:
+    """A reply to a sent request, whether the call waited, and the bytes of the reply."""
 
     reply: Any
     waited: bool
     raw: bytes
 
 
-class Player:
-    """A client that sends given requests. After a goodbye it continues as a new client."""
+class ReplayClient:
+    """A client that sends recorded requests. After a request that ends the session, it continues as a new client."""
 
     def __init__(self, socket: zmq.Socket[bytes]) -> None:
         self._socket = socket
-        self._socket.rcvtimeo = PATIENCE_MS
+        self._socket.rcvtimeo = TIMEOUT_MS
         self._uuid = str(uuid.uuid4())
 
-    def ask(self, request: dict[str, Any]) -> Answer:
+    def send(self, request: dict[str, Any]) -> ReplayedReply:
         """Send a request, and return its final reply."""
         raw = self._exchange(request)
         waited = False
         while (reply := loads(raw)).get("func") == WAIT:
             waited = True
             raw = self._exchange({"func": EXECUTED, "args": [], "argsL": 0})
-        if request.get("func") == LEFT:
+        if request.get("func") == END_SESSION:
             self._uuid = str(uuid.uuid4())
-        return Answer(reply, waited, raw)
+        return ReplayedReply(reply, waited, raw)
 
     def _exchange(self, request: dict[str, Any]) -> bytes:
         self._socket.send(dumps({**request, "uuid": self._uuid}))
         return self._socket.recv()
 
 
-def play_to_a_double(file: str) -> list[str]:
-    """Return the differences between a double and a recorded session, with the session's initial scene."""
+def replay_on_double(file: str) -> list[str]:
+    """Replay a recorded session on a double with the session's initial scene, and return the differences."""
     with Double(SESSIONS[file]()) as double:
-        return play(session(file), double.zmq_port)
+        return replay(load_session(file), double.zmq_port)
 
 
-def play(exchanges: Sequence[Exchange], port: int) -> list[str]:
-    """Return the differences between a server's replies and the recorded ones, one a line."""
+def replay(exchanges: Sequence[Exchange], port: int) -> list[str]:
+    """Replay exchanges on a server, and return the differences between its replies and the recorded ones."""
     import zmq
 
     with zmq.Context() as context, context.socket(zmq.REQ) as socket:
         socket.linger = 0
         socket.connect(f"tcp://127.0.0.1:{port}")
-        player = Player(socket)
+        client = ReplayClient(socket)
         return [
-            f"line {each.line}, {each.name}: {found}" for each in exchanges for found in _compare_exchange(player, each)
+            f"line {each.line}, {each.name}: {found}" for each in exchanges for found in _compare_exchange(client, each)
         ]
 
 
-def _compare_exchange(player: Player, exchange: Exchange) -> Iterator[str]:
-    reply = player.ask(exchange.request)
+def _compare_exchange(client: ReplayClient, exchange: Exchange) -> Iterator[str]:
+    reply = client.send(exchange.request)
     if reply.waited != exchange.waited:
         yield f"waited: {reply.waited}, recorded {exchange.waited}"
     if exchange.name == CONTACT:
-        yield from _in_contacts(exchange.reply["ret"], reply.reply.get("ret", reply.reply))
+        yield from _compare_contacts(exchange.reply["ret"], reply.reply.get("ret", reply.reply))
         return
     tolerance = ANYTHING if _is_at_the_wall(exchange) else TOLERANCES.get(exchange.name, EXACT)
     yield from differences(exchange.reply, reply.reply, tolerance)
@@ -171,7 +171,7 @@ def _is_at_the_wall(exchange: Exchange) -> bool:
     return is_handled and exchange.reply["ret"][1][LEAST_DEPTH] < AT_THE_WALL
 
 
-def _in_contacts(recorded: Any, reply: Any) -> Iterator[str]:
+def _compare_contacts(recorded: Any, reply: Any) -> Iterator[str]:
     yield from differences(recorded[:1], reply[:1], where="objects")
     yield from differences(recorded[1:2], reply[1:2], Tolerance(CONTACT_M), where="where")
     yield from differences([len(each) for each in recorded], [len(each) for each in reply], where="lengths")

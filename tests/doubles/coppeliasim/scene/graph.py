@@ -13,11 +13,11 @@ from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from typing import TypeVar
 
-from tests.doubles.coppeliasim.scene.objects import NoObjectError, SceneError, Thing
+from tests.doubles.coppeliasim.scene.objects import Node, NoObjectError, SceneError
 from tests.doubles.coppeliasim.scene.poses import Transform
 
 
-def find(roots: Sequence[Thing], path: str, index: int = 0, start: Thing | None = None) -> Thing | None:
+def find(roots: Sequence[Node], path: str, index: int = 0, start: Node | None = None) -> Node | None:
     """Return the object with a path, or None. ``index`` selects one of several matches; ``./`` begins at ``start``."""
     if path in {".", ":"}:
         return start
@@ -31,38 +31,38 @@ def find(roots: Sequence[Thing], path: str, index: int = 0, start: Thing | None 
     return next(fitting, None)
 
 
-def find_shortest_path(roots: Sequence[Thing], thing: Thing) -> str:
+def find_shortest_path(roots: Sequence[Node], node: Node) -> str:
     """Return the shortest unambiguous path of an object, with the models that contain it."""
-    path, above = "/" + _format_indexed_alias(roots, thing), thing.parent
+    path, above = "/" + _format_indexed_alias(roots, node), node.parent
     while above:
         scope = above.parent.children if above.parent else roots
-        if above.is_model_base or find(scope, path) is not thing:
+        if above.is_model_base or find(scope, path) is not node:
             path = "/" + _format_indexed_alias(roots, above) + path
         above = above.parent
     return path
 
 
-def find_full_path(roots: Sequence[Thing], thing: Thing) -> str:
+def find_full_path(roots: Sequence[Node], node: Node) -> str:
     """Return the path of an object with all its parents."""
-    above = find_full_path(roots, thing.parent) if thing.parent else ""
-    return f"{above}/{_format_indexed_alias(roots, thing)}"
+    above = find_full_path(roots, node.parent) if node.parent else ""
+    return f"{above}/{_format_indexed_alias(roots, node)}"
 
 
-def _match(level: Sequence[Thing], parts: Sequence[str]) -> Iterator[Thing]:
+def _match(level: Sequence[Node], parts: Sequence[str]) -> Iterator[Node]:
     name, number = _split(parts[0])
-    left, deeper = number or 0, list[Thing]()
-    for thing in level:
-        is_fitting = fnmatchcase(thing.alias, name)
+    left, deeper = number or 0, list[Node]()
+    for node in level:
+        is_fitting = fnmatchcase(node.alias, name)
         if is_fitting and left == 0:
             if len(parts) == 1:
-                yield thing
+                yield node
             else:
-                yield from _match(thing.children, parts[1:])
+                yield from _match(node.children, parts[1:])
         left -= is_fitting and number is not None
         if not (is_fitting and number is not None):
-            deeper.append(thing)
-    for thing in deeper:
-        yield from _match(thing.children, parts)
+            deeper.append(node)
+    for node in deeper:
+        yield from _match(node.children, parts)
 
 
 def _split(part: str) -> tuple[str, int | None]:
@@ -71,38 +71,41 @@ def _split(part: str) -> tuple[str, int | None]:
     return (numbered[1], int(numbered[2])) if numbered else (part, None)
 
 
-def _format_indexed_alias(roots: Sequence[Thing], thing: Thing) -> str:
+def _format_indexed_alias(roots: Sequence[Node], node: Node) -> str:
     """Return the alias of an object, with an index if siblings share it."""
-    namesakes = [each for each in (thing.parent.children if thing.parent else roots) if each.alias == thing.alias]
-    return thing.alias if len(namesakes) == 1 else f"{thing.alias}[{namesakes.index(thing)}]"
+    namesakes = [each for each in (node.parent.children if node.parent else roots) if each.alias == node.alias]
+    return node.alias if len(namesakes) == 1 else f"{node.alias}[{namesakes.index(node)}]"
 
 
 ALL, TREE, SINGLE = -2, -6, -8
-"""The scope of an item: the API's ``handle_...``."""
+"""The values of the API's ``handle_...`` for the scope of a collection's item."""
 
 
 @dataclass
 class Collection:
-    """A collection: its items in order. Each item has a scope and an object, and adds or removes objects."""
+    """A collection of objects, as a list of items.
 
-    items: list[tuple[int, Thing | None, bool]] = field(default_factory=list)
+    Each item adds or removes an object, a tree of objects, or all objects.
+    """
 
-    def add(self, what: int, thing: Thing | None, *, is_out: bool) -> None:
+    items: list[tuple[int, Node | None, bool]] = field(default_factory=list)
+
+    def add(self, what: int, node: Node | None, *, is_out: bool) -> None:
         if what not in {ALL, TREE, SINGLE}:
             raise SceneError(f"the double collects trees, single objects and all, not {what}.")
-        self.items.append((what, thing, is_out))
+        self.items.append((what, node, is_out))
 
-    def members(self, graph: Graph) -> set[Thing]:
-        """Return the present members."""
-        found: set[Thing] = set()
-        for what, thing, is_out in self.items:
-            named = [thing] if thing else []
+    def members(self, graph: Graph) -> set[Node]:
+        """Return the objects that belong to the collection now."""
+        found: set[Node] = set()
+        for what, node, is_out in self.items:
+            named = [node] if node else []
             these = set(graph.tree() if what == ALL else graph.tree(named) if what == TREE else named)
             found = found - these if is_out else found | these
         return found
 
 
-ThingT = TypeVar("ThingT", bound=Thing)
+NodeT = TypeVar("NodeT", bound=Node)
 
 
 class Graph:
@@ -116,99 +119,99 @@ class Graph:
         self.clear(first_handle)
 
     def clear(self, first_handle: int = 0) -> None:
-        """Remove all objects, and restart the handles."""
+        """Remove all objects. The next object gets the handle ``first_handle``."""
         self.revision += 1
-        self.roots: list[Thing] = []
+        self.roots: list[Node] = []
         self.collections: dict[int, Collection] = {}
-        self._things: dict[int, Thing] = {}
+        self._nodes: dict[int, Node] = {}
         self._handles = itertools.count(first_handle)
 
-    def __getitem__(self, handle: int) -> Thing:
+    def __getitem__(self, handle: int) -> Node:
         try:
-            return self._things[handle]
+            return self._nodes[handle]
         except KeyError:
             raise NoObjectError from None
 
-    def get(self, handle: int) -> Thing | None:
-        """Return an object by handle, or None."""
-        return self._things.get(handle)
+    def get(self, handle: int) -> Node | None:
+        """Return the object with this handle; None if there is none."""
+        return self._nodes.get(handle)
 
-    def __iter__(self) -> Iterator[Thing]:
-        return iter(self._things.values())
+    def __iter__(self) -> Iterator[Node]:
+        return iter(self._nodes.values())
 
     def __contains__(self, handle: object) -> bool:
-        return handle in self._things
+        return handle in self._nodes
 
-    def all_of(self, kind: type[ThingT]) -> list[ThingT]:
+    def all_of(self, kind: type[NodeT]) -> list[NodeT]:
         """Return the objects of a class, ordered by handle."""
-        return [thing for thing in self if isinstance(thing, kind)]
+        return [node for node in self if isinstance(node, kind)]
 
-    def add(self, thing: ThingT, parent: Thing | None = None) -> ThingT:
-        """Add an object below a parent; its place is in the parent's frame."""
-        thing.handle = next(self._handles)
-        thing.flat_name = thing.flat_name or thing.alias
-        self._things[thing.handle] = thing
-        self._attach(thing, parent)
+    def add(self, node: NodeT, parent: Node | None = None) -> NodeT:
+        """Add an object below a parent. Its pose is relative to the parent's frame."""
+        node.handle = next(self._handles)
+        node.flat_name = node.flat_name or node.alias
+        self._nodes[node.handle] = node
+        self._attach(node, parent)
         self.revision += 1
-        return thing
+        return node
 
-    def remove(self, thing: Thing) -> None:
-        """Remove an object. Its children keep their places, and move to its parent."""
-        for child in list(thing.children):
-            self.move_under(child, thing.parent)
-        self._siblings(thing).remove(thing)
-        del self._things[thing.handle]
+    def remove(self, node: Node) -> None:
+        """Remove an object. Its children keep their poses in the world, and move to its parent."""
+        for child in list(node.children):
+            self.move_under(child, node.parent)
+        self._siblings(node).remove(node)
+        del self._nodes[node.handle]
         self.revision += 1
 
-    def move_under(self, thing: Thing, parent: Thing | None, *, in_place: bool = True) -> None:
-        """Move an object to another parent; ``in_place`` keeps its place in the world."""
-        pose = self.pose(thing)
-        self._siblings(thing).remove(thing)
-        self._attach(thing, parent)
+    def move_under(self, node: Node, parent: Node | None, *, in_place: bool = True) -> None:
+        """Move an object to another parent. With ``in_place`` it keeps its pose in the world."""
+        pose = self.pose(node)
+        self._siblings(node).remove(node)
+        self._attach(node, parent)
         if in_place:
-            self.put(thing, pose)
+            self.put(node, pose)
         self.revision += 1
 
-    def pose(self, thing: Thing) -> Transform:
-        """Return the place of an object in the world."""
-        return self.frame(thing.parent).compose(thing.local) if thing.parent else thing.local
+    def pose(self, node: Node) -> Transform:
+        """Return the pose of an object in the world."""
+        return self.frame(node.parent).compose(node.local) if node.parent else node.local
 
-    def frame(self, thing: Thing | None) -> Transform:
+    def frame(self, node: Node | None) -> Transform:
         """Return the frame of an object's children in the world; None stands for the world."""
-        if thing is None:
+        if node is None:
             return Transform()
-        return self.frame(thing.parent).compose(thing.carried) if thing.parent else thing.carried
+        return self.frame(node.parent).compose(node.carried) if node.parent else node.carried
 
-    def put(self, thing: Thing, pose: Transform) -> None:
-        """Place an object in the world, with all its children."""
-        thing.local = self.frame(thing.parent).inverse.compose(pose) if thing.parent else pose
+    def put(self, node: Node, pose: Transform) -> None:
+        """Set the pose of an object in the world. Its children move with it."""
+        node.local = self.frame(node.parent).inverse.compose(pose) if node.parent else pose
         self.revision += 1
 
-    def tree(self, roots: Iterable[Thing] | None = None) -> list[Thing]:
-        """Return objects and all below them, level by level; by default those of the whole scene."""
-        level, found = list(self.roots if roots is None else roots), list[Thing]()
+    def tree(self, roots: Iterable[Node] | None = None) -> list[Node]:
+        """Return objects and all objects below them, level by level. By default they are those of the whole scene."""
+        level, found = list(self.roots if roots is None else roots), list[Node]()
         while level:
             found += level
-            level = [child for thing in level for child in thing.children]
+            level = [child for node in level for child in node.children]
         return found
 
-    def find(self, path: str, index: int = 0, start: Thing | None = None) -> Thing | None:
-        """Return the object with a path, such as ``/rover/leftMotor``, or None."""
+    def find(self, path: str, index: int = 0, start: Node | None = None) -> Node | None:
+        """Return the object with a path, such as ``/rover/leftMotor``; None if there is none."""
         return find(self.roots, path, index, start)
 
-    def find_flat(self, name: str) -> Thing | None:
-        """Return the object with a name of V-REP or with an alias, or None."""
-        by_name = (thing for thing in self if thing.flat_name == name)
-        by_alias = (thing for thing in self if thing.alias == name)
+    def find_flat(self, name: str) -> Node | None:
+        """Return the object with this name of V-REP or with this alias; None if there is none."""
+        by_name = (node for node in self if node.flat_name == name)
+        by_alias = (node for node in self if node.alias == name)
         return next(itertools.chain(by_name, by_alias), None)
 
-    def path(self, thing: Thing) -> str:
+    def path(self, node: Node) -> str:
         """Return the shortest unambiguous path of an object."""
-        return find_shortest_path(self.roots, thing)
+        return find_shortest_path(self.roots, node)
 
-    def _attach(self, thing: Thing, parent: Thing | None) -> None:
-        thing.parent = parent
-        self._siblings(thing).append(thing)
+    def _attach(self, node: Node, parent: Node | None) -> None:
+        node.parent = parent
+        self._siblings(node).append(node)
 
-    def _siblings(self, thing: Thing) -> list[Thing]:
-        return thing.parent.children if thing.parent else self.roots
+    def _siblings(self, node: Node) -> list[Node]:
+        return node.parent.children if node.parent else self.roots

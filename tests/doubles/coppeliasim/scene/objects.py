@@ -1,4 +1,4 @@
-"""The objects of a scene, and errors in the words of the real server."""
+"""The objects of a scene, and the errors of the real server."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tests.doubles.coppeliasim.scene.poses import ORIGIN, Transform, Vector
 
 
 class SceneError(Exception):
-    """A refused call. Its text is sent to the client."""
+    """An error in a call of a client. Its text is sent to the client."""
 
 
 class NoObjectError(SceneError, LookupError):
@@ -41,7 +41,7 @@ class SensorPicture(Protocol):
 
 
 class Type(IntEnum):
-    """The API's ``object_..._type``."""
+    """The values of the API's ``object_..._type``."""
 
     SHAPE = 0
     JOINT = 1
@@ -55,7 +55,7 @@ class Type(IntEnum):
 
 
 class Primitive(IntEnum):
-    """The API's ``primitiveshape_...``."""
+    """The values of the API's ``primitiveshape_...``."""
 
     CUBOID = 3
     SPHEROID = 4
@@ -63,18 +63,18 @@ class Primitive(IntEnum):
 
 
 VOLUMES = {Primitive.CUBOID: 1.0, Primitive.SPHEROID: math.pi / 6, Primitive.CYLINDER: math.pi / 4}
-"""Volumes of the primitives with a bounding box of volume one."""
+"""The volume of each primitive as a fraction of its bounding box."""
 
 
 class JointMode(IntEnum):
-    """How a dynamic joint is driven: the API's ``jointdynctrl_...``."""
+    """The control modes of a dynamic joint: the values of the API's ``jointdynctrl_...``."""
 
     FREE = 0
     VELOCITY = 4
 
 
 @dataclass(eq=False)
-class Thing:
+class Node:
     """An object of a scene.
 
     local: its place in its parent's frame.
@@ -87,8 +87,8 @@ class Thing:
 
     alias: str
     handle: int = -1
-    parent: Thing | None = field(default=None, repr=False)
-    children: list[Thing] = field(default_factory=list, repr=False)
+    parent: Node | None = field(default=None, repr=False)
+    children: list[Node] = field(default_factory=list, repr=False)
     local: Transform = ORIGIN
     flat_name: str = ""
     is_model_base: bool = False
@@ -97,24 +97,24 @@ class Thing:
 
     @property
     def carried(self) -> Transform:
-        """The frame of its children, in the frame of its parent."""
+        """The frame of the object's children in the frame of its parent."""
         return self.local
 
 
 @dataclass(eq=False)
-class Dummy(Thing):
-    """A named place."""
+class Dummy(Node):
+    """A point with a name."""
 
 
 @dataclass(eq=False)
-class Camera(Thing):
-    """A camera of the window, without a function here."""
+class Camera(Node):
+    """A camera for the window. The double does not render it."""
 
     type = Type.CAMERA
 
 
 @dataclass(eq=False)
-class Lamp(Thing):
+class Lamp(Node):
     """A directional lamp along its z axis. A scene has its own light until a client sets a lamp.
 
     Colours are from 0 to 1.
@@ -129,14 +129,14 @@ class Lamp(Thing):
 
 
 @dataclass(eq=False)
-class ForceSensor(Thing):
+class ForceSensor(Node):
     """A rigid connection."""
 
     type = Type.FORCE_SENSOR
 
 
 @dataclass(eq=False)
-class Shape(Thing):
+class Shape(Node):
     """A primitive. ``size``: its lengths along x, y and z in metres. ``colour``: from 0 to 1."""
 
     type = Type.SHAPE
@@ -156,7 +156,7 @@ class Shape(Thing):
 
 
 @dataclass(eq=False)
-class Joint(Thing):
+class Joint(Node):
     """A revolute joint about its z axis, in radians and rad/s.
 
     lag: the time constant with which a motor follows its target, in seconds.
@@ -181,12 +181,12 @@ class Joint(Thing):
         return self.local.compose(Transform.rotated(self.position))
 
     def turn_to(self, angle: float) -> None:
-        """Set the position; a cyclic joint wraps it."""
+        """Set the position of the joint. A cyclic joint wraps it to half a turn."""
         self.position = math.remainder(angle, math.tau) if self.is_cyclic else angle
 
 
 @dataclass(eq=False)
-class VisionSensor(Thing):
+class VisionSensor(Node):
     """A pinhole camera along its z axis, with y up.
 
     angle: the angle across the longer side, in radians.
@@ -212,7 +212,7 @@ class VisionSensor(Thing):
 
 
 @dataclass(eq=False)
-class ProximitySensor(Thing):
+class ProximitySensor(Node):
     """An ultrasonic cone along its z axis.
 
     cone: the full angle in radians.
@@ -231,7 +231,7 @@ class ProximitySensor(Thing):
 
 
 @dataclass(eq=False)
-class Script(Thing):
+class Script(Node):
     """A script of the scene, in Lua."""
 
     type = Type.SCRIPT

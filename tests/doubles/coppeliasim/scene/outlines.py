@@ -18,20 +18,20 @@ from tests.doubles.coppeliasim.scene.objects import Primitive, Shape
 from tests.doubles.coppeliasim.scene.poses import Transform, Vector
 
 UPRIGHT = 0.9999
-"""An axis with a larger z component is vertical."""
+"""An axis whose z component exceeds this value counts as vertical."""
 
 
 class UprightShape(NamedTuple):
     """An upright shape: its description in a world, and the heights of its lower and upper end."""
 
     shape: Shape
-    thing: Box | Cylinder | Ball
+    description: Box | Cylinder | Ball
     low: float
     high: float
 
     @property
     def outline(self) -> Outline:
-        return self.thing.outline
+        return self.description.outline
 
 
 def find_upright_shape(shape: Shape, pose: Transform) -> UprightShape | None:
@@ -90,8 +90,8 @@ def _ball(shape: Shape, pose: Transform) -> UprightShape | None:
     return _spanning(shape, Ball.model_construct(radius_m=radius, **common), pose, radius)
 
 
-def _spanning(shape: Shape, thing: Box | Cylinder | Ball, pose: Transform, half: float) -> UprightShape:
-    return UprightShape(shape, thing, pose.position[2] - half, pose.position[2] + half)
+def _spanning(shape: Shape, description: Box | Cylinder | Ball, pose: Transform, half: float) -> UprightShape:
+    return UprightShape(shape, description, pose.position[2] - half, pose.position[2] + half)
 
 
 def _common(shape: Shape, pose: Transform, half: float) -> dict[str, Any]:
@@ -106,7 +106,7 @@ GRAVITY_M_S2 = 9.81
 
 
 class Contact(NamedTuple):
-    """A contact of two shapes: handles, point in m, and force in N and normal towards ``first``."""
+    """A contact of two shapes: their handles, the point in m, and the force in N and the normal towards ``first``."""
 
     first: int
     second: int
@@ -127,14 +127,14 @@ class Contact(NamedTuple):
 
 
 class ContactSensor(Bumper):
-    """A bumper that records the touched things by their index in the surroundings."""
+    """A bumper that records the index of each touched shape in the surroundings."""
 
     def __init__(self, surroundings: Clearance, start: Pose) -> None:
         super().__init__(surroundings, start)
         self.touching: set[int] = set()
 
     def move_to(self, surroundings: Clearance | None, start: Pose) -> None:
-        """Continue at another place or with other surroundings."""
+        """Set the pose of the body, and optionally the surroundings."""
         super().__init__(surroundings or self._clearances, start)
         self.touching = set()
 
@@ -146,7 +146,7 @@ class ContactSensor(Bumper):
 
 
 def nearest_points(body: Polygon, other: Polygon) -> tuple[Array, Array]:
-    """Return the nearest points of two separate outlines: on the first and on the second."""
+    """Return the point of each of two separate outlines that is nearest to the other outline."""
     return min(_corner_to_side(body, other), _side_to_corner(body, other), key=lambda ends: _length(*ends))
 
 

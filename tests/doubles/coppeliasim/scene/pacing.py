@@ -1,4 +1,4 @@
-"""Advances time: in real time if no client steps, otherwise as soon as the stepping clients have requested a step."""
+"""Advance the simulation in real time, or, if clients step it, as soon as all of them have requested a step."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from tests.doubles.coppeliasim.scene.simulator import Simulator
 from tests.doubles.coppeliasim.scene.states import State
 
 HURRY_S = 0.002
-"""The states of the last steps before a stop, which need no request."""
+"""The duration of each of the last steps before a stop, in seconds. No client requests these steps."""
 
 LATE_S = 0.25
-"""If the pacer is later than this, it does not catch up."""
+"""The delay, in seconds, above which the pacer does not catch up."""
 
 
 class Pacer:
-    """A thread that does the steps that no client requests; a context manager."""
+    """A thread that performs the steps that no client requests. It runs while this context manager is open."""
 
     def __init__(self, simulator: Simulator) -> None:
         self._simulator = simulator
@@ -45,7 +45,7 @@ class Pacer:
                     self._simulator.advance()
 
     def _wait(self) -> float | None:
-        """Return the time until the next step in seconds; None stands for the next change."""
+        """Return the time until the next step in seconds. None means: wait until the simulation changes."""
         simulator = self._simulator
         if not simulator.state.is_advancing or simulator.stepping.is_held:
             self._due = None

@@ -1,4 +1,4 @@
-"""Places in CoppeliaSim's conventions: quaternions are x, y, z, w; Euler angles are alpha, beta, gamma."""
+"""Poses in CoppeliaSim's conventions. Quaternions are x, y, z, w. Euler angles are alpha, beta, gamma."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Transform(NamedTuple):
 
     @classmethod
     def rotated(cls, yaw: float, position: Vector = (0.0, 0.0, 0.0)) -> Transform:
-        """Return a position with a rotation about z, in radians."""
+        """Return the transform with a rotation about z by ``yaw`` radians."""
         return cls(position, (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2)))
 
     @property
@@ -47,7 +47,7 @@ class Transform(NamedTuple):
 
     @property
     def yaw(self) -> float:
-        """The direction of x in plan, in radians."""
+        """The heading of the x axis in the horizontal plane, in radians."""
         ahead = self.axes[0]
         return math.atan2(ahead[1], ahead[0])
 
@@ -69,7 +69,7 @@ class Transform(NamedTuple):
         )
 
     def compose(self, inner: Transform) -> Transform:
-        """Transform a place of this frame to the outer frame."""
+        """Transform a pose in this frame to the outer frame."""
         return Transform(self.apply(inner.position), multiply(self.quaternion, inner.quaternion))
 
 

@@ -17,7 +17,10 @@ Array = NDArray[np.float64]
 
 
 class Hits(NamedTuple):
-    """The hit of each ray: distance in units of its direction (``inf`` without a hit), normal, index of the solid."""
+    """The first hit of each ray: its distance, its normal, and the index of the solid.
+
+    The unit of a distance is the length of the ray's direction vector. Without a hit it is ``inf``.
+    """
 
     lengths: Array
     normals: Array
@@ -36,12 +39,15 @@ class Solids:
         self._by_kind = [(meet, np.flatnonzero(kinds == kind)) for kind, meet in _MEETINGS.items()]
 
     def cast(self, origin: Array, directions: Array) -> Array:
-        """Return the distance to the first solid for rays from one point; directions (n, 3), distances (n,)."""
+        """Return the distance of each ray to the first solid, (n,).
+
+        All rays begin at ``origin``; the directions are (n, 3).
+        """
         nearest: Array = self._lengths(origin, directions).min(axis=0, initial=np.inf)
         return nearest
 
     def hits(self, origin: Array, directions: Array) -> Hits:
-        """Return the first hits of rays, (n, 3)."""
+        """Return the first hit of each ray. All rays begin at ``origin``; the directions are (n, 3)."""
         lengths = self._lengths(origin, directions)
         if not len(lengths):
             nothing = np.full(len(directions), np.inf)
@@ -56,7 +62,6 @@ class Solids:
         return Hits(nearest, normals, first)
 
     def _lengths(self, origin: Array, directions: Array) -> Array:
-        """Return the distances of each solid and ray, (m, n)."""
         starts = np.einsum("mij,mj->mi", self._axes, origin - self._centres) / self._halves
         ways = np.einsum("mij,nj->mni", self._axes, directions) / self._halves[:, None]
         lengths = np.full((len(starts), len(directions)), np.inf)
@@ -67,7 +72,6 @@ class Solids:
         return lengths
 
     def _normals(self, solid: int, points: Array) -> Array:
-        """Return the outward normals of a solid at points on its surface, (n, 3)."""
         axes, halves = self._axes[solid], self._halves[solid]
         local = (points - self._centres[solid]) @ axes.T / halves
         kind = self.shapes[solid].primitive
@@ -83,7 +87,7 @@ class Solids:
 
 
 def _meet_boxes(starts: Array, ways: Array) -> Array:
-    """Return distances to cubes of half-length one, by the slab method of Kay and Kajiya."""
+    """Return the distances to cubes with edges of length 2. Source: the slab method of Kay and Kajiya."""
     one, other = (-1 - starts) / ways, (1 - starts) / ways
     enters = np.nan_to_num(np.minimum(one, other), nan=-np.inf, posinf=np.inf, neginf=-np.inf).max(axis=2)
     leaves = np.nan_to_num(np.maximum(one, other), nan=np.inf, posinf=np.inf, neginf=-np.inf).min(axis=2)
@@ -91,14 +95,14 @@ def _meet_boxes(starts: Array, ways: Array) -> Array:
 
 
 def _meet_spheres(starts: Array, ways: Array) -> Array:
-    """Return distances to spheres of radius one."""
+    """Return the distances to spheres of radius 1."""
     a, b = (ways * ways).sum(axis=2), (starts * ways).sum(axis=2)
     c = (starts * starts).sum(axis=2) - 1
     return _smaller_root(a, b, np.broadcast_to(c, a.shape))
 
 
 def _meet_cylinders(starts: Array, ways: Array) -> Array:
-    """Return distances to cylinders of radius and half-length one: sides, then caps."""
+    """Return the distances to cylinders of radius 1 and length 2."""
     flat, flat_ways = starts[..., :2], ways[..., :2]
     a, b = (flat_ways * flat_ways).sum(axis=2), (flat * flat_ways).sum(axis=2)
     c = np.broadcast_to((flat * flat).sum(axis=2) - 1, a.shape)
@@ -112,7 +116,6 @@ def _meet_cylinders(starts: Array, ways: Array) -> Array:
 
 
 def _smaller_root(a: Array, b: Array, c: Array) -> Array:
-    """Return the smallest positive root of a·t² + 2·b·t + c with c > 0."""
     below = b * b - a * c
     root = (-b - np.sqrt(np.maximum(below, 0.0))) / a
     return np.where((below >= 0) & (root > 0) & (c > 0), root, np.inf)
@@ -129,7 +132,7 @@ NEAREST_M = 0.001
 
 
 class Detection(NamedTuple):
-    """A detection: distance in metres, point and normal in the sensor's frame, and the object."""
+    """A detection of a proximity sensor: distance in metres, point and normal in the sensor's frame, and the object."""
 
     distance: float
     point: Vector
@@ -138,7 +141,7 @@ class Detection(NamedTuple):
 
 
 def detect(sensor: ProximitySensor, pose: Transform, solids: Solids) -> Detection | None:
-    """Return the detection of a sensor along its z axis, or None.
+    """Return the detection of a sensor along its z axis; None if it detects nothing.
 
     The point is on the shortest ray, at the returned distance. Clients of the legacy API compute the distance from the
     point.

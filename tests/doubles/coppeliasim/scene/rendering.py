@@ -14,7 +14,7 @@ from robotcore.description import Ball, Floor, Light, WorldDescription
 from robotcore.optics import CameraView, Intrinsics
 from robotcore.simulation.painter import Painter
 from tests.doubles.coppeliasim.scene.graph import Graph
-from tests.doubles.coppeliasim.scene.objects import Depths, Pixels, Shape, Thing, VisionSensor
+from tests.doubles.coppeliasim.scene.objects import Depths, Node, Pixels, Shape, VisionSensor
 from tests.doubles.coppeliasim.scene.outlines import UprightShape, find_upright_shape
 from tests.doubles.coppeliasim.scene.poses import Transform
 from tests.doubles.coppeliasim.scene.rays import Hits, Solids
@@ -23,16 +23,19 @@ ALL_THERE_IS = -1
 Rgb = tuple[int, int, int]
 
 FLOOR_M = 0.01
-"""A shape that ends below this height is floor; one that begins below it stands on the floor."""
+"""A shape whose upper end is below this height, in metres, is floor.
+
+A shape whose lower end is below it stands on the floor.
+"""
 
 
 class Scenery:
-    """The present shapes of a scene without its robots. A change of the scene requires a new object.
+    """The present shapes of a scene without its robots. After a change of the scene, a new Scenery must be created.
 
     Tilted shapes are visible and detectable, but they do not block robots.
     """
 
-    def __init__(self, graph: Graph, hidden: Collection[Thing], light: Light, entity: int = ALL_THERE_IS) -> None:
+    def __init__(self, graph: Graph, hidden: Collection[Node], light: Light, entity: int = ALL_THERE_IS) -> None:
         shown = _shown(graph, entity)
         placed = [(shape, graph.pose(shape)) for shape in shown if shape not in hidden]
         stands = {shape: find_upright_shape(shape, pose) for shape, pose in placed}
@@ -55,27 +58,28 @@ class Scenery:
     def find_obstacles(self, low: float, high: float) -> list[UprightShape]:
         """Return the obstacles between two heights: boxes and cylinders, then balls."""
         reached = [each for each in self.obstacles if each.low < high and each.high > low]
-        return sorted(reached, key=lambda each: isinstance(each.thing, Ball))
+        return sorted(reached, key=lambda each: isinstance(each.description, Ball))
 
     def describe(self, obstacles: Iterable[UprightShape], sky: Rgb = (0, 0, 0)) -> WorldDescription:
-        """Return the description of a world with these obstacles; without a floor the sky is visible instead."""
-        things = [each.thing for each in obstacles]
+        """Return the description of a world with these obstacles.
+
+        Without a floor, the ground has the colour of the sky.
+        """
+        descriptions = [each.description for each in obstacles]
         return WorldDescription.model_construct(
             name="scene",
             floor=Floor.model_construct(length_m=100.0, width_m=100.0, colour=self._ground or sky),
             light=self._light.model_copy(update={"sky_colour": sky}),
-            obstacles=tuple(thing for thing in things if not isinstance(thing, Ball)),
-            targets=tuple(thing for thing in things if isinstance(thing, Ball)),
+            obstacles=tuple(description for description in descriptions if not isinstance(description, Ball)),
+            targets=tuple(description for description in descriptions if isinstance(description, Ball)),
         )
 
     @property
     def _ground(self) -> Rgb | None:
-        """The colour of the highest floor."""
-        return self.floors[0].thing.colour if self.floors else None
+        return self.floors[0].description.colour if self.floors else None
 
 
 def _shown(graph: Graph, entity: int) -> list[Shape]:
-    """Return the shapes of a collection, or all."""
     if entity == ALL_THERE_IS:
         return graph.all_of(Shape)
     members = graph.collections[entity].members(graph)
@@ -83,20 +87,20 @@ def _shown(graph: Graph, entity: int) -> list[Shape]:
 
 
 def _is_on_floor(each: UprightShape) -> bool:
-    return each.low <= FLOOR_M and (not isinstance(each.thing, Ball) or each.low >= -FLOOR_M)
+    return each.low <= FLOOR_M and (not isinstance(each.description, Ball) or each.low >= -FLOOR_M)
 
 
 Array = NDArray[np.float64]
 
 LEVEL = 1e-6
-"""The painter needs cameras without roll; this is the tolerance of their rows."""
+"""The tolerance for the roll of a camera. The painter supports cameras without roll only."""
 
 EMPTY = 1.63e-5
-"""Without an object in view, a depth is below ``far`` by this part of the range, as recorded."""
+"""In the recordings, the depth of a pixel without an object is below ``far`` by this fraction of the range."""
 
 
 def view_of(sensor: VisionSensor, pose: Transform) -> CameraView:
-    """Return the view of a sensor: forward is z, up is y, left is x."""
+    """Return the camera view of a sensor, whose z axis points forward, y up and x to the left."""
     left, up, ahead = (np.array(axis) for axis in pose.axes)
     return CameraView(intrinsics_of(sensor), np.array(pose.position), np.array((-left, -up, ahead)))
 
@@ -108,7 +112,7 @@ def intrinsics_of(sensor: VisionSensor) -> Intrinsics:
 
 
 class RenderedPicture:
-    """A picture of a sensor, which is computed at the first read; row 0 at the bottom."""
+    """A picture of a sensor. It is rendered when it is read first. Row 0 is the lowest."""
 
     def __init__(self, sensor: VisionSensor, pose: Transform, scenery: Scenery, light: Light) -> None:
         self._sensor, self._pose, self._scenery = sensor, pose, scenery
@@ -172,7 +176,6 @@ def _cast(view: CameraView, sensor: VisionSensor, scenery: Scenery, light: Light
 
 
 def _shade(hits: Hits, scenery: Scenery, light: Light) -> Array:
-    """Return the colours of hits, (n, 3), with the painter's shading."""
     palette = 255 * np.array([shape.colour for shape in scenery.solids.shapes] or [(0.0, 0.0, 0.0)])
     cosines = np.maximum(hits.normals @ np.array(light.direction), 0.0)
     shade = np.minimum(light.ambient + light.diffuse * cosines, 1.0) * light.brightness
@@ -180,7 +183,10 @@ def _shade(hits: Hits, scenery: Scenery, light: Light) -> Array:
 
 
 def _directions(view: CameraView, nth: int = 1) -> Array:
-    """Return rays through the middles of each ``nth`` pixel, (rows, columns, 3), with depth 1 m; row 0 is lowest."""
+    """Return the rays through the centres of each ``nth`` pixel, (rows, columns, 3), up to depth 1 m.
+
+    Row 0 is the lowest.
+    """
     i = view.intrinsics
     right = (np.arange(0, i.width, nth) - i.cx) / i.focal_length
     down = (np.arange(i.height - 1, -1, -nth) - i.cy) / i.focal_length

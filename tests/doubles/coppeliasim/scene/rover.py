@@ -10,7 +10,7 @@ from drivers.kinematic.clearance import Clearance
 from drivers.kinematic.motion import Chassis, Wheel
 from robotcore.geometry import DifferentialGeometry, Pose
 from tests.doubles.coppeliasim.scene.graph import Graph
-from tests.doubles.coppeliasim.scene.objects import Joint, JointMode, Primitive, Shape, Thing
+from tests.doubles.coppeliasim.scene.objects import Joint, JointMode, Node, Primitive, Shape
 from tests.doubles.coppeliasim.scene.outlines import (
     GRAVITY_M_S2,
     Contact,
@@ -24,7 +24,7 @@ from tests.doubles.coppeliasim.scene.poses import Transform, Vector
 from tests.doubles.coppeliasim.scene.rendering import Scenery
 
 LEVEL = 0.99
-"""The minimum cosine between two axes of one axle."""
+"""The minimum cosine of the angle between the two joint axes of one axle."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class Drive:
 
 
 def find_drives(graph: Graph) -> list[Drive]:
-    """Return the robots of a scene."""
+    """Return the drive of each robot of a scene."""
     hubs: dict[Shape, list[Hub]] = {}
     for joint in graph.all_of(Joint):
         if (body := _body_above(joint)) and (hub := _hub_of(graph, joint)):
@@ -63,24 +63,24 @@ def find_drives(graph: Graph) -> list[Drive]:
 
 
 def _body_above(joint: Joint) -> Shape | None:
-    """Return the dynamic body of a driven joint, or None."""
+    """Return the dynamic body to which a driven joint belongs; None if there is none."""
     if not (joint.is_dynamic and joint.control == JointMode.VELOCITY):
         return None
-    return next((thing for thing in _above(joint) if isinstance(thing, Shape) and not thing.is_static), None)
+    return next((node for node in _above(joint) if isinstance(node, Shape) and not node.is_static), None)
 
 
-def _above(thing: Thing) -> Iterable[Thing]:
-    while thing.parent:
-        thing = thing.parent
-        yield thing
+def _above(node: Node) -> Iterable[Node]:
+    while node.parent:
+        node = node.parent
+        yield node
 
 
 def _hub_of(graph: Graph, joint: Joint) -> Hub | None:
-    """Return a joint's wheel: a round dynamic shape below it."""
-    for thing in graph.tree(joint.children):
-        if isinstance(thing, Shape) and not thing.is_static and thing.primitive is not Primitive.CUBOID:
+    """Return the hub of a joint that has a wheel, which is a round dynamic shape below the joint."""
+    for node in graph.tree(joint.children):
+        if isinstance(node, Shape) and not node.is_static and node.primitive is not Primitive.CUBOID:
             axis = graph.pose(joint).axes[2]
-            return Hub(joint, graph.pose(thing).position, axis, max(thing.size[:2]) / 2)
+            return Hub(joint, graph.pose(node).position, axis, max(node.size[:2]) / 2)
     return None
 
 
@@ -109,7 +109,7 @@ def _drive(body: Shape, one: Hub, other: Hub) -> Drive:
 
 
 def _project(vector: Vector, axis: Vector) -> float:
-    """Return the component of a vector along an axis, in plan."""
+    """Return the horizontal component of a vector along an axis."""
     return vector[0] * axis[0] + vector[1] * axis[1]
 
 
@@ -152,7 +152,7 @@ class Rover:
         self._written = drive.body.local
 
     def advance(self, count: int) -> None:
-        """Do steps, and move the robot's objects."""
+        """Simulate ``count`` steps, and move the robot's objects."""
         self._follow_push()
         self._feeler.touching.clear()
         for side in (self._left, self._right):
@@ -164,17 +164,17 @@ class Rover:
         self._write()
 
     def set_scenery(self, scenery: Scenery) -> None:
-        """Continue with another scenery."""
+        """Set the scenery that stops the robot."""
         self._feeler.move_to(self._surroundings(scenery), self._chassis.pose)
 
     def contacts(self, scenery: Scenery) -> list[Contact]:
-        """Return the contacts of its wheels and casters with the floor, and of its body with things."""
+        """Return the contacts of the wheels and casters with the floor, and of the body with obstacles."""
         against = [self._touch(self._around[i]) for i in sorted(self._feeler.touching)]
         return [*self._standing_on(scenery), *against]
 
-    def contains(self, thing: Thing) -> bool:
-        """Return whether a thing is the robot's body or below it in the tree."""
-        return thing is self._drive.body or (thing.parent is not None and self.contains(thing.parent))
+    def contains(self, node: Node) -> bool:
+        """Return whether an object is the robot's body, or below the body in the tree."""
+        return node is self._drive.body or (node.parent is not None and self.contains(node.parent))
 
     def velocity(self, point: Vector) -> tuple[Vector, Vector]:
         """Return the velocity of a point of the body in the world, in m/s, and the body's angular velocity, in rad/s.
@@ -191,7 +191,7 @@ class Rover:
         return Clearance(self._stand.outline, scenery.describe(self._around))
 
     def _follow_push(self) -> None:
-        """Continue from the body's place if a client has moved it."""
+        """If a client has moved the body, continue from its new pose."""
         if self._drive.body.local is self._written:
             return
         base = self._graph.pose(self._drive.body).compose(self._body_on_base.inverse)
@@ -207,7 +207,7 @@ class Rover:
     def _standing_on(self, scenery: Scenery) -> list[Contact]:
         if not scenery.floors:
             return []
-        shapes = [thing for thing in self._graph.tree([self._drive.body]) if isinstance(thing, Shape)]
+        shapes = [node for node in self._graph.tree([self._drive.body]) if isinstance(node, Shape)]
         placed = [(shape, self._graph.pose(shape)) for shape in shapes]
         rolling = [(shape, pose.position) for shape, pose in placed if find_lowest_z(shape, pose) <= ON_FLOOR_M]
         weight = GRAVITY_M_S2 * sum(shape.mass for shape in shapes) / max(len(rolling), 1)
@@ -227,7 +227,7 @@ class Rover:
 
 
 def _body_of(body: Shape, pose: Transform) -> UprightShape:
-    """Return the outline of a robot's body in its frame; a tilted shape counts as an upright box."""
+    """Return the upright shape of a robot's body in its frame. A tilted shape counts as an upright box."""
     boxed = replace(body, primitive=Primitive.CUBOID)
     stand = find_upright_shape(body, pose) or find_upright_shape(boxed, Transform.rotated(pose.yaw, pose.position))
     assert stand, "an upright box stands"

@@ -7,7 +7,7 @@ from enum import IntEnum
 
 
 class State(IntEnum):
-    """The API's ``simulation_...``."""
+    """The values of the API's ``simulation_...``."""
 
     STOPPED = 0
     PAUSED = 8
@@ -24,7 +24,7 @@ class State(IntEnum):
 
 
 class States:
-    """The state and the pending request. A request takes effect after the present step.
+    """The state of the simulation, and the pending request to change it. A request takes effect after the present step.
 
     >>> states = States()
     >>> states.start()
@@ -37,7 +37,7 @@ class States:
         self._is_to_pause = self._is_to_stop = False
 
     def start(self) -> None:
-        """Request a start or a continuation; without effect during a run."""
+        """Request that the simulation starts or continues. This has no effect while it runs."""
         if self.state is State.STOPPED:
             self.state = State.FIRST_AFTER_STOP
         elif self.state is State.PAUSED:
@@ -76,55 +76,55 @@ class Stepping:
     >>> stepping = Stepping()
     >>> stepping.raise_level("one"), stepping.is_held
     (0, True)
-    >>> stepping.ask("one")
+    >>> stepping.request_step("one")
     >>> stepping.is_held
     False
     """
 
     def __init__(self) -> None:
         self._levels: dict[Hashable, int] = {}
-        self._asked: set[Hashable] = set()
+        self._requested: set[Hashable] = set()
 
     @property
     def is_in_use(self) -> bool:
-        """Whether a client steps."""
+        """Whether a client steps the simulation."""
         return bool(self._levels)
 
     @property
     def is_held(self) -> bool:
-        """Whether a client steps that has not requested the next step."""
-        return not self._levels.keys() <= self._asked
+        """Whether time must wait, because a stepping client has not requested the next step."""
+        return not self._levels.keys() <= self._requested
 
     def level(self, client: Hashable) -> int:
         return self._levels.get(client, 0)
 
     def raise_level(self, client: Hashable) -> int:
-        """Return the previous level."""
+        """Raise a client's level, and return the previous level."""
         before = self.level(client)
         self._levels[client] = before + 1
         return before
 
     def lower_level(self, client: Hashable) -> int:
-        """Return the previous level; at zero the client no longer steps."""
+        """Lower a client's level, and return the previous level. At level 0 the client no longer steps."""
         before = self._levels.pop(client, 0)
         if before > 1:
             self._levels[client] = before - 1
         return before
 
-    def ask(self, client: Hashable) -> None:
+    def request_step(self, client: Hashable) -> None:
         """Record a client's request for the next step."""
-        self._asked.add(client)
+        self._requested.add(client)
 
     def finish_step(self) -> None:
-        """Record that a step is done; all clients hold time again."""
-        self._asked.clear()
+        """End a step. All stepping clients then hold time again."""
+        self._requested.clear()
 
-    def forget(self, client: Hashable) -> None:
+    def remove(self, client: Hashable) -> None:
         """Remove a client."""
         self._levels.pop(client, None)
-        self._asked.discard(client)
+        self._requested.discard(client)
 
     def reset(self) -> None:
         """Remove all clients, as after each stop."""
         self._levels.clear()
-        self._asked.clear()
+        self._requested.clear()

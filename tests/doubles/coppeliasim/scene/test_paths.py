@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests.doubles.coppeliasim.scene import Graph
-from tests.doubles.coppeliasim.scene.objects import Dummy, Thing
+from tests.doubles.coppeliasim.scene.objects import Dummy, Node
 
 
 @pytest.fixture
@@ -22,7 +22,7 @@ def graph() -> Graph:
 
 def handles(graph: Graph, *paths: str) -> list[int | None]:
     found = [graph.find(path) for path in paths]
-    return [thing.handle if thing else None for thing in found]
+    return [node.handle if node else None for node in found]
 
 
 @pytest.mark.parametrize(
@@ -59,14 +59,14 @@ def test_index_selects_a_match(graph: Graph) -> None:
 
 
 def test_shortest_path_finds_the_object(graph: Graph) -> None:
-    paths = {thing.handle: graph.path(thing) for thing in graph}
+    paths = {node.handle: graph.path(node) for node in graph}
     assert paths[2] == "/robot/hand"
     assert paths[4] == "/robot/wheel[1]"
     assert handles(graph, *paths.values()) == list(paths)
 
 
 def test_children_of_a_removed_object_keep_their_places(graph: Graph) -> None:
-    hand: Thing = graph[2]
+    hand: Node = graph[2]
     place = graph.pose(hand)
     graph.remove(graph[1])
     assert hand.parent is graph[0]

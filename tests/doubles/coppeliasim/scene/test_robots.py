@@ -11,7 +11,13 @@ from tests.doubles.coppeliasim.scene import Graph, Simulator, State
 from tests.doubles.coppeliasim.scene.objects import Joint, Primitive, Shape
 from tests.doubles.coppeliasim.scene.poses import Transform, multiply
 from tests.doubles.coppeliasim.scene.rover import find_drives
-from tests.doubles.coppeliasim.scenes.parts import TO_THE_LEFT, floor, moving, still, wheel_joint
+from tests.doubles.coppeliasim.scenes.parts import (
+    TO_THE_LEFT,
+    create_dynamic,
+    create_floor,
+    create_static,
+    create_wheel_joint,
+)
 
 RADIUS, TRACK = 0.04, 0.16
 WHEEL = (2 * RADIUS, 2 * RADIUS, 0.02)
@@ -21,11 +27,11 @@ ABOUT_X = (1.0, 0.0, 0.0, 0.0)
 @pytest.fixture
 def simulator() -> Simulator:
     graph = Graph()
-    graph.add(floor(6.0, 6.0))
-    body = graph.add(moving("rover", (0.2, 0.12, 0.05), Transform((0.5, 0.2, 0.06)), Primitive.CUBOID, 1.0))
+    graph.add(create_floor(6.0, 6.0))
+    body = graph.add(create_dynamic("rover", (0.2, 0.12, 0.05), Transform((0.5, 0.2, 0.06)), Primitive.CUBOID, 1.0))
     for side, y in (("left", TRACK / 2), ("right", -TRACK / 2)):
-        joint = graph.add(wheel_joint(side, (-0.03, y, RADIUS - 0.06)), body)
-        graph.add(moving(f"{side}Wheel", WHEEL, Transform(), Primitive.SPHEROID, 0.05), joint)
+        joint = graph.add(create_wheel_joint(side, (-0.03, y, RADIUS - 0.06)), body)
+        graph.add(create_dynamic(f"{side}Wheel", WHEEL, Transform(), Primitive.SPHEROID, 0.05), joint)
     return Simulator(graph)
 
 
@@ -76,29 +82,29 @@ def test_cyclic_joint_wraps_at_half_a_turn(simulator: Simulator) -> None:
 
 
 @pytest.mark.parametrize(
-    "thing",
+    "node",
     [
         Shape("box", size=(0.1, 0.5, 0.3), local=Transform((1.0, 0.2, 0.15))),
         Shape("post", primitive=Primitive.CYLINDER, size=(0.1, 0.1, 0.3), local=Transform((1.0, 0.2, 0.15))),
         Shape("ball", primitive=Primitive.SPHEROID, size=(0.1, 0.1, 0.1), local=Transform((1.0, 0.2, 0.05))),
     ],
-    ids=lambda thing: thing.alias,
+    ids=lambda node: node.alias,
 )
-def test_things_stop_the_body_and_are_contacts(simulator: Simulator, thing: Shape) -> None:
-    simulator.graph.add(thing)
+def test_obstacles_stop_the_body_and_are_contacts(simulator: Simulator, node: Shape) -> None:
+    simulator.graph.add(node)
     drive(simulator, 5.0, 5.0, steps=60)
     body = simulator.graph.find("/rover")
     assert body
     front = simulator.graph.pose(body).position[0] + 0.1
     assert front == pytest.approx(0.95, abs=0.002)
-    touched = [each for each in simulator.contacts() if thing.handle in each[:2]]
+    touched = [each for each in simulator.contacts() if node.handle in each[:2]]
     assert [each.first for each in touched] == [body.handle]
     assert touched[0].normal == pytest.approx((-1.0, 0.0, 0.0), abs=0.01)
 
 
-def test_thing_added_during_a_run_stops_the_robot(simulator: Simulator) -> None:
+def test_shape_added_during_a_run_stops_the_robot(simulator: Simulator) -> None:
     drive(simulator, 5.0, 5.0, steps=5)
-    simulator.graph.add(still("box", (0.1, 0.5, 0.3), Transform((1.0, 0.2, 0.15))))
+    simulator.graph.add(create_static("box", (0.1, 0.5, 0.3), Transform((1.0, 0.2, 0.15))))
     with simulator.lock:
         for _ in range(60):
             simulator.advance()
@@ -106,8 +112,8 @@ def test_thing_added_during_a_run_stops_the_robot(simulator: Simulator) -> None:
 
 
 @pytest.mark.parametrize("height", [-0.1, 0.3])
-def test_thing_below_or_above_the_body_does_not_stop_it(simulator: Simulator, height: float) -> None:
-    simulator.graph.add(still("beam", (0.1, 0.5, 0.1), Transform((1.0, 0.2, height))))
+def test_shape_below_or_above_the_body_does_not_stop_it(simulator: Simulator, height: float) -> None:
+    simulator.graph.add(create_static("beam", (0.1, 0.5, 0.1), Transform((1.0, 0.2, height))))
     drive(simulator, 5.0, 5.0, steps=60)
     assert axle(simulator).x == pytest.approx(0.47 + 5.0 * RADIUS * 3.0)
 

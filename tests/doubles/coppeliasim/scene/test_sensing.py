@@ -11,7 +11,7 @@ from tests.doubles.coppeliasim.scene import Graph, SceneError, Simulator
 from tests.doubles.coppeliasim.scene.graph import ALL, SINGLE, Collection
 from tests.doubles.coppeliasim.scene.objects import Primitive, ProximitySensor, Shape, VisionSensor
 from tests.doubles.coppeliasim.scene.poses import Transform
-from tests.doubles.coppeliasim.scenes.parts import AHEAD, ball, floor, still
+from tests.doubles.coppeliasim.scenes.parts import AHEAD, create_ball, create_floor, create_static
 
 RED = (1.0, 0.0, 0.0)
 
@@ -19,10 +19,10 @@ RED = (1.0, 0.0, 0.0)
 @pytest.fixture
 def simulator() -> Simulator:
     graph = Graph()
-    graph.add(floor(80.0, 80.0))
-    graph.add(still("wall", (0.1, 4.0, 0.8), Transform((2.05, 0.0, 0.4)), RED))
-    graph.add(ball("ball", 0.1, 1.0, 0.2, (0.0, 1.0, 0.0)))
-    post = still("post", (0.2, 0.2, 0.5), Transform((1.4, -0.3, 0.25)), (0.0, 0.0, 1.0), Primitive.CYLINDER)
+    graph.add(create_floor(80.0, 80.0))
+    graph.add(create_static("wall", (0.1, 4.0, 0.8), Transform((2.05, 0.0, 0.4)), RED))
+    graph.add(create_ball("ball", 0.1, 1.0, 0.2, (0.0, 1.0, 0.0)))
+    post = create_static("post", (0.2, 0.2, 0.5), Transform((1.4, -0.3, 0.25)), (0.0, 0.0, 1.0), Primitive.CYLINDER)
     graph.add(post)
     return Simulator(graph)
 
@@ -41,7 +41,9 @@ def test_painted_picture_equals_ray_casting(simulator: Simulator) -> None:
     sensor = eye(simulator)
     simulator.handle(sensor)
     painted = simulator.picture(sensor).astype(int)
-    simulator.graph.add(still("cloud", (0.1, 0.1, 0.1), Transform((0.0, 0.0, 9.0))))  # the painter cannot draw it
+    simulator.graph.add(
+        create_static("cloud", (0.1, 0.1, 0.1), Transform((0.0, 0.0, 9.0)))
+    )  # the painter cannot draw it
     simulator.handle(sensor)
     off = np.abs(painted - simulator.picture(sensor)).max(axis=2)
     assert (off > 2).mean() < 0.03  # edges, and posts, which have flat sides in the painter

@@ -1,4 +1,4 @@
-"""A described robot in a described world, as a scene to join: each object has its device's name."""
+"""A scene with a robot and a world from their descriptions. Each object has the name of its device."""
 
 from __future__ import annotations
 
@@ -18,15 +18,22 @@ from robotcore.description import (
 )
 from robotcore.raycast import FAN_SETBACK_M
 from tests.doubles.coppeliasim.scene import Graph, Simulator
-from tests.doubles.coppeliasim.scene.objects import Joint, Primitive, ProximitySensor, Shape, Thing, VisionSensor
+from tests.doubles.coppeliasim.scene.objects import Joint, Node, Primitive, ProximitySensor, Shape, VisionSensor
 from tests.doubles.coppeliasim.scene.poses import Quaternion, Transform, Vector, multiply
 from tests.doubles.coppeliasim.scene.world import SceneLight
-from tests.doubles.coppeliasim.scenes.parts import AHEAD, ball, floor, moving, still, wheel_joint
+from tests.doubles.coppeliasim.scenes.parts import (
+    AHEAD,
+    create_ball,
+    create_dynamic,
+    create_floor,
+    create_static,
+    create_wheel_joint,
+)
 
 SCREEN_PX = (320, 240)
 NEAR_M, FAR_M = 0.01, 40.0
 BEYOND_M = 40.0
-"""The size of the ground, which continues beyond the world's floor."""
+"""The width by which the ground continues beyond the world's floor, in metres."""
 
 
 def described_scene(robot: RobotDescription, world: WorldDescription) -> Simulator:
@@ -39,7 +46,7 @@ def described_scene(robot: RobotDescription, world: WorldDescription) -> Simulat
 
 def _add_world(graph: Graph, world: WorldDescription) -> None:
     beyond = 2 * BEYOND_M
-    graph.add(floor(world.floor.length_m + beyond, world.floor.width_m + beyond, _rgb(world.floor.colour)))
+    graph.add(create_floor(world.floor.length_m + beyond, world.floor.width_m + beyond, _rgb(world.floor.colour)))
     for prism in world.prisms:
         graph.add(_prism(prism))
     for target in world.targets:
@@ -49,13 +56,13 @@ def _add_world(graph: Graph, world: WorldDescription) -> None:
 def _prism(prism: Box | Cylinder) -> Shape:
     at = Transform.rotated(prism.yaw_rad, (prism.x_m, prism.y_m, prism.height_m / 2))
     if isinstance(prism, Box):
-        return still(prism.name, (prism.length_m, prism.width_m, prism.height_m), at, _rgb(prism.colour))
+        return create_static(prism.name, (prism.length_m, prism.width_m, prism.height_m), at, _rgb(prism.colour))
     across = 2 * prism.radius_m
-    return still(prism.name, (across, across, prism.height_m), at, _rgb(prism.colour), Primitive.CYLINDER)
+    return create_static(prism.name, (across, across, prism.height_m), at, _rgb(prism.colour), Primitive.CYLINDER)
 
 
 def _ball(target: Ball) -> Shape:
-    return ball(target.name, target.radius_m, target.x_m, target.y_m, _rgb(target.colour))
+    return create_ball(target.name, target.radius_m, target.x_m, target.y_m, _rgb(target.colour))
 
 
 def _add_robot(graph: Graph, robot: RobotDescription, world: WorldDescription) -> None:
@@ -63,7 +70,7 @@ def _add_robot(graph: Graph, robot: RobotDescription, world: WorldDescription) -
     frame = Transform.rotated(start.heading, (start.x, start.y, 0.0))
     middle = Transform((description.centre_x_m, 0.0, description.clearance_m + description.height_m / 2))
     size = (description.length_m, description.width_m, description.height_m)
-    body = moving(
+    body = create_dynamic(
         robot.name, size, frame.compose(middle), Primitive.CUBOID, description.mass_kg, _rgb(description.colour)
     )
     body.is_model_base, body.is_static = True, robot.drive is None
@@ -78,7 +85,7 @@ def _add_robot(graph: Graph, robot: RobotDescription, world: WorldDescription) -
             graph.add(_screen(device.name))
 
 
-def _add_wheel(graph: Graph, body: Thing, inward: Transform, robot: RobotDescription, motor: MotorDescription) -> None:
+def _add_wheel(graph: Graph, body: Node, inward: Transform, robot: RobotDescription, motor: MotorDescription) -> None:
     """Add a motor's joint, with its lag, and its wheel. A motor outside the drive has no wheel."""
     drive = robot.drive
     if drive is None or motor.name not in {drive.left, drive.right}:
@@ -86,13 +93,13 @@ def _add_wheel(graph: Graph, body: Thing, inward: Transform, robot: RobotDescrip
         return
     radius, side = drive.wheel_radius_m, 1 if motor.name == drive.left else -1
     hub = inward.apply((0.0, side * drive.track_m / 2, radius))
-    joint = graph.add(wheel_joint(motor.name, hub, motor.lag_s), body)
+    joint = graph.add(create_wheel_joint(motor.name, hub, motor.lag_s), body)
     size = (2 * radius, 2 * radius, drive.wheel_width_m)
-    graph.add(moving(f"{motor.name}_wheel", size, Transform(), Primitive.CYLINDER, drive.wheel_mass_kg), joint)
+    graph.add(create_dynamic(f"{motor.name}_wheel", size, Transform(), Primitive.CYLINDER, drive.wheel_mass_kg), joint)
 
 
-def _sensor(description: object, inward: Transform) -> Thing | None:
-    """Return the object of a sensor, in its body's frame; None for other devices."""
+def _sensor(description: object, inward: Transform) -> Node | None:
+    """Return the object of a sensor in the frame of the body; None for a device that is not a sensor."""
     if isinstance(description, RangeSensorDescription):
         nose = ProximitySensor(
             description.name, reach=description.max_range_m, cone=description.cone_rad, setback=FAN_SETBACK_M
@@ -116,7 +123,6 @@ def _screen(name: str) -> VisionSensor:
 
 
 def _looking(mount: Mount) -> Transform:
-    """Return the frame of a sensor in the robot's frame: z forward, y up."""
     yaw, pitch = mount.yaw_rad, mount.pitch_rad
     turned: Quaternion = multiply(_about_z(yaw), (0.0, math.sin(pitch / 2), 0.0, math.cos(pitch / 2)))
     return Transform((mount.x_m, mount.y_m, mount.z_m), multiply(turned, AHEAD))
@@ -127,7 +133,6 @@ def _about_z(angle: float) -> Quaternion:
 
 
 def _longer(description: CameraDescription) -> float:
-    """Return the angle across the longer side of the picture."""
     stretch = max(1.0, description.height_px / description.width_px)
     return 2 * math.atan(math.tan(description.horizontal_fov_rad / 2) * stretch)
 

@@ -17,14 +17,16 @@ AHEAD: Quaternion = (0.5, 0.5, 0.5, 0.5)
 GREY: Vector = (0.75, 0.72, 0.69)
 
 
-def still(
+def create_static(
     alias: str, size: Vector, at: Transform, colour: Vector = GREY, primitive: Primitive = Primitive.CUBOID
 ) -> Shape:
     """Return a static shape."""
     return Shape(alias, primitive=primitive, size=size, local=at, colour=colour, is_respondable=True)
 
 
-def moving(alias: str, size: Vector, at: Transform, primitive: Primitive, mass: float, colour: Vector = GREY) -> Shape:
+def create_dynamic(
+    alias: str, size: Vector, at: Transform, primitive: Primitive, mass: float, colour: Vector = GREY
+) -> Shape:
     """Return a dynamic shape of a robot."""
     return Shape(
         alias,
@@ -38,51 +40,51 @@ def moving(alias: str, size: Vector, at: Transform, primitive: Primitive, mass: 
     )
 
 
-def ball(alias: str, radius: float, x: float, y: float, colour: Vector) -> Shape:
+def create_ball(alias: str, radius: float, x: float, y: float, colour: Vector) -> Shape:
     """Return a ball that lies on the floor."""
-    return still(alias, (2 * radius,) * 3, Transform((x, y, radius)), colour, Primitive.SPHEROID)
+    return create_static(alias, (2 * radius,) * 3, Transform((x, y, radius)), colour, Primitive.SPHEROID)
 
 
-def floor(length: float, width: float, colour: Vector = GREY) -> Shape:
-    """Return a slab with its upper side at height 0."""
-    return still("floor", (length, width, 0.1), Transform((0.0, 0.0, -0.05)), colour)
+def create_floor(length: float, width: float, colour: Vector = GREY) -> Shape:
+    """Return a floor with its upper side at height 0."""
+    return create_static("floor", (length, width, 0.1), Transform((0.0, 0.0, -0.05)), colour)
 
 
-def wheel_joint(alias: str, at: Vector, lag: float = 0.0) -> Joint:
-    """Return a wheel's joint at a place in the frame of the robot's body."""
+def create_wheel_joint(alias: str, at: Vector, lag: float = 0.0) -> Joint:
+    """Return a wheel's joint at a position in the frame of the robot's body."""
     return Joint(alias, local=Transform(at, TO_THE_LEFT), control=JointMode.VELOCITY, lag=lag)
 
 
 FIRST_HANDLE = 166
 HEIGHT_M, WHEEL_M, TRACK_M, CASTER_M = 0.06, 0.0325, 0.155, 0.015
 LAG_S = 0.025
-"""The lag of the real robot's start: 7 mm at 9 rad/s."""
+"""The time constant of the motors, in seconds. With it, the robot lags by 7 mm at 9 rad/s as the real one does."""
 
 GREEN, WHITE = (0.0, 1.0, 0.0), (1.0, 1.0, 1.0)
 
 
 def second_scene() -> Simulator:
-    """Return the objects 166 to 176, at places that fit the recorded contacts, depths and pictures."""
+    """Return the scene of the second session. Its poses fit the recorded contacts, depths and pictures."""
     graph = Graph(FIRST_HANDLE)
-    graph.add(floor(6.0, 6.0, WHITE))
-    body = moving("rover", (0.2, 0.14, 0.06), Transform((0.0, 0.0, HEIGHT_M)), Primitive.CUBOID, 1.0)
+    graph.add(create_floor(6.0, 6.0, WHITE))
+    body = create_dynamic("rover", (0.2, 0.14, 0.06), Transform((0.0, 0.0, HEIGHT_M)), Primitive.CUBOID, 1.0)
     graph.add(body)
     for side, sign in (("left", 1), ("right", -1)):
         _add_wheel(graph, body, side, sign * TRACK_M / 2)
     for i, x in enumerate((-0.07, 0.07)):
         _add_caster(graph, body, f"caster{i}", x)
-    graph.add(still("wall", (0.1, 1.5, 0.6), Transform((0.54, 0.0, 0.3)), GREEN))
+    graph.add(create_static("wall", (0.1, 1.5, 0.6), Transform((0.54, 0.0, 0.3)), GREEN))
     return Simulator(graph, can_detect=False)
 
 
 def _add_wheel(graph: Graph, body: Shape, side: str, y: float) -> None:
-    joint = graph.add(wheel_joint(side, (0.0, y, WHEEL_M - HEIGHT_M), LAG_S), body)
-    graph.add(moving(f"{side}Wheel", (2 * WHEEL_M,) * 3, Transform(), Primitive.SPHEROID, 0.05), joint)
+    joint = graph.add(create_wheel_joint(side, (0.0, y, WHEEL_M - HEIGHT_M), LAG_S), body)
+    graph.add(create_dynamic(f"{side}Wheel", (2 * WHEEL_M,) * 3, Transform(), Primitive.SPHEROID, 0.05), joint)
 
 
 def _add_caster(graph: Graph, body: Shape, alias: str, x: float) -> None:
     at = Transform((x, 0.0, CASTER_M - HEIGHT_M))
-    caster = graph.add(moving(alias, (2 * CASTER_M,) * 3, at, Primitive.SPHEROID, 0.02), body)
+    caster = graph.add(create_dynamic(alias, (2 * CASTER_M,) * 3, at, Primitive.SPHEROID, 0.02), body)
     graph.move_under(caster, graph.add(ForceSensor(f"{alias}Link", local=at), body))
 
 
@@ -99,7 +101,7 @@ def default_scene() -> Simulator:
 
 
 def fill_default_scene(simulator: Simulator) -> None:
-    """Empty the scene and fill it as recorded: handles 0 to 14, the next is 15."""
+    """Remove all objects, and add the objects of the default scene with the handles 0 to 14."""
     simulator.clear_scene()
     graph = simulator.graph
     graph.add(Camera("DefaultCamera"))

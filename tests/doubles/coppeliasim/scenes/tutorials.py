@@ -10,9 +10,16 @@ import math
 from functools import partial
 
 from tests.doubles.coppeliasim.scene import Graph, Simulator
-from tests.doubles.coppeliasim.scene.objects import Primitive, ProximitySensor, Shape, Thing, VisionSensor
+from tests.doubles.coppeliasim.scene.objects import Node, Primitive, ProximitySensor, Shape, VisionSensor
 from tests.doubles.coppeliasim.scene.poses import Transform, Vector
-from tests.doubles.coppeliasim.scenes.parts import AHEAD, ball, floor, moving, still, wheel_joint
+from tests.doubles.coppeliasim.scenes.parts import (
+    AHEAD,
+    create_ball,
+    create_dynamic,
+    create_floor,
+    create_static,
+    create_wheel_joint,
+)
 
 BODY_M, CENTRE_Z_M = 0.2, 0.12
 WHEEL_M, WHEEL_WIDTH_M, SIDE_M, AXLE_X_M = 0.04, 0.03, 0.1, 0.05
@@ -27,16 +34,16 @@ POSTS = ((1.0, 0.3), (-0.9, 1.1), (0.4, -1.2), (-1.2, -0.8))
 
 
 def bubblerob_scene() -> Simulator:
-    """Return the scene, with a green ball and a second vision sensor, ``/v1``, that shows received pictures."""
+    """Return bubbleRob's scene, with a green ball and a second vision sensor ``/v1`` that shows received pictures."""
     graph = Graph()
-    graph.add(floor(ARENA_M, ARENA_M))
+    graph.add(create_floor(ARENA_M, ARENA_M))
     for i, (x, y) in enumerate(POSTS):
-        post = still("post", (0.2, 0.2, 0.4), Transform((x, y, 0.2)), (0.8, 0.75, 0.3), Primitive.CYLINDER)
+        post = create_static("post", (0.2, 0.2, 0.4), Transform((x, y, 0.2)), (0.8, 0.75, 0.3), Primitive.CYLINDER)
         graph.add(post).flat_name = f"post#{i}" if i else "post"
     for name, across, x, y in _walls():
         size = (WALL_M, ARENA_M, WALL_HEIGHT_M) if across else (ARENA_M + 2 * WALL_M, WALL_M, WALL_HEIGHT_M)
-        graph.add(still(name, size, Transform((x, y, WALL_HEIGHT_M / 2)), (0.9, 0.9, 0.9)))
-    graph.add(ball("ball", 0.1, -1.3, 1.5, GREEN))
+        graph.add(create_static(name, size, Transform((x, y, WALL_HEIGHT_M / 2)), (0.9, 0.9, 0.9)))
+    graph.add(create_ball("ball", 0.1, -1.3, 1.5, GREEN))
     _add_bubblerob(graph)
     high = Transform((0.0, 0.0, 3.0))
     graph.add(VisionSensor("v1", width=SIGHT_PX, height=SIGHT_PX, local=high, takes_external_pictures=True))
@@ -50,12 +57,12 @@ def _walls() -> tuple[tuple[str, bool, float, float], ...]:
 
 def _add_bubblerob(graph: Graph) -> None:
     centre = Transform((0.0, 0.0, CENTRE_Z_M))
-    body = moving("bubbleRob", (BODY_M,) * 3, centre, Primitive.SPHEROID, 4.2, BLUE)
+    body = create_dynamic("bubbleRob", (BODY_M,) * 3, centre, Primitive.SPHEROID, 4.2, BLUE)
     body.is_model_base = True
     graph.add(body)
     for side, sign in (("left", 1), ("right", -1)):
         _add_wheel(graph, body, side, sign * SIDE_M)
-    slider = moving("slider", (2 * SLIDER_M,) * 3, _from_floor(SLIDER_X_M, SLIDER_M), Primitive.SPHEROID, 0.06)
+    slider = create_dynamic("slider", (2 * SLIDER_M,) * 3, _from_floor(SLIDER_X_M, SLIDER_M), Primitive.SPHEROID, 0.06)
     _name(graph.add(slider, body))
     nose = ProximitySensor("sensingNose", reach=NOSE_REACH_M, cone=NOSE_RAD)
     nose.local = Transform((NOSE_X_M, 0.0, 0.0), AHEAD)
@@ -66,26 +73,25 @@ def _add_bubblerob(graph: Graph) -> None:
 
 
 def _add_wheel(graph: Graph, body: Shape, side: str, y: float) -> None:
-    joint = graph.add(wheel_joint(f"{side}Motor", _from_floor(AXLE_X_M, WHEEL_M, y).position), body)
+    joint = graph.add(create_wheel_joint(f"{side}Motor", _from_floor(AXLE_X_M, WHEEL_M, y).position), body)
     _name(joint)
     size = (2 * WHEEL_M, 2 * WHEEL_M, WHEEL_WIDTH_M)
-    _name(graph.add(moving(f"{side}Wheel", size, Transform(), Primitive.CYLINDER, 0.15), joint))
+    _name(graph.add(create_dynamic(f"{side}Wheel", size, Transform(), Primitive.CYLINDER, 0.15), joint))
 
 
-def _name(part: Thing) -> None:
+def _name(part: Node) -> None:
     part.flat_name = f"bubbleRob_{part.alias}"
 
 
 def _from_floor(x: float, z: float, y: float = 0.0) -> Transform:
-    """Return a place in the body's frame from its height above the floor."""
     return Transform((x, y, z - CENTRE_Z_M))
 
 
 def relay_scene() -> Simulator:
-    """Return the scene: ``/v0`` points along x at the ball, ``/v1`` shows the picture."""
+    """Return the scene of the camera relay. ``/v0`` points along x at the ball, and ``/v1`` shows received pictures."""
     graph = Graph()
-    graph.add(floor(5.0, 5.0))
-    graph.add(ball("ball", 0.1, 1.0, 0.15, (0.15, 0.7, 0.25)))
+    graph.add(create_floor(5.0, 5.0))
+    graph.add(create_ball("ball", 0.1, 1.0, 0.15, (0.15, 0.7, 0.25)))
     sight = partial(VisionSensor, width=SIGHT_PX, height=SIGHT_PX, angle=SIGHT_RAD)
     graph.add(sight("v0", local=Transform((0.0, 0.0, 0.3), AHEAD)))
     graph.add(sight("v1", local=Transform((0.0, 0.0, 3.0)), takes_external_pictures=True))

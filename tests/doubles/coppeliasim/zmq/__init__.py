@@ -1,4 +1,4 @@
-"""The ZeroMQ remote API of a simulator: its protocol, and the ``sim`` functions by name."""
+"""The ZeroMQ remote API of a simulator: its protocol and its ``sim`` functions."""
 
 from tests.doubles.coppeliasim.zmq.server import ZmqServer
 

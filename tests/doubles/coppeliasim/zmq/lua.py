@@ -1,4 +1,4 @@
-"""Run clients' Lua code with the same ``sim`` functions."""
+"""Run the Lua code of clients, which can call the same ``sim`` functions."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ NOT_BEGUN = "script is not initialized (or has already ended)"
 
 
 class LuaError(SceneError):
-    """An error in a chunk, with its line."""
+    """An error in Lua code. Its text contains the line."""
 
 
 @dataclass(frozen=True)
 class Buffer:
-    """Bytes from the simulator, which stay bytes in Lua even if they are text."""
+    """Bytes from the simulator. Lua gets them as bytes, even if they are text."""
 
     content: bytes
 
@@ -35,11 +35,11 @@ class Scripts:
         self._console: Chunk | None = None
 
     def begin(self, script: Script) -> None:
-        """Run the script's text once."""
+        """Run the text of a script, unless it has been run."""
         self._running[script] = Chunk(self._session, script.text)
 
     def call(self, script: Script, name: str, args: Sequence[Any]) -> tuple[Any, ...]:
-        """Call a function of a script; an error ends the script."""
+        """Call a function of a script, and return its results. An error ends the script."""
         if script not in self._running:
             raise SceneError(NOT_BEGUN)
         function = self._running[script].function(name)
@@ -52,13 +52,13 @@ class Scripts:
             raise SceneError("error in script function.") from error
 
     def evaluate(self, text: str) -> tuple[Any, ...]:
-        """Run a chunk, and return its results."""
+        """Run Lua code, and return its results."""
         self._console = self._console or Chunk(self._session, "sim=require'sim'")
         return self._console.run(text)
 
 
 class Chunk:
-    """A Lua interpreter that has run a text. ``require`` supports ``sim`` only; ``print`` does nothing."""
+    """A Lua interpreter that has run a text. Its ``require`` supports ``sim`` only, and its ``print`` does nothing."""
 
     def __init__(self, session: Session, text: str) -> None:
         from lupa import LuaRuntime
@@ -71,12 +71,12 @@ class Chunk:
         self._lua.execute(text.encode())
 
     def function(self, name: str) -> Callable[..., tuple[Any, ...]] | None:
-        """Return a global function with Python's values; None if there is none."""
+        """Return a global Lua function as a Python function; None if there is none."""
         body = self._lua.globals()[name.encode()]
         return partial(self._call, body) if body is not None else None
 
     def run(self, text: str) -> tuple[Any, ...]:
-        """Run more code, and return its results."""
+        """Run code, and return its results."""
         from lupa import LuaError as Failure
 
         try:
@@ -93,8 +93,6 @@ class Chunk:
         return self._sim
 
     def _wrap(self, name: str, call: Callable[[list[Any]], list[Any]]) -> Callable[..., Any]:
-        """Return a function of ``sim`` for Lua."""
-
         def wrapped(*args: Any) -> Any:
             try:
                 return tuple(self._to_lua(each) for each in call([_to_python(arg) for arg in args]))

@@ -16,7 +16,7 @@ EXECUTED = {"func": "_*executed*_", "args": []}
 
 
 class RawClient:
-    """A client with a name."""
+    """A client that is identified by a name."""
 
     def __init__(self, socket: Any, name: str) -> None:
         self._socket, self._name = socket, name
@@ -34,13 +34,13 @@ class RawClient:
         return self.exchange({"func": function, "args": list(args), **more})
 
     def finish(self, reply: Any) -> Any:
-        """Return the final reply to a waiting call."""
+        """Exchange wait messages until a call ends, and return the last reply."""
         while reply.get("func") == WAIT:
             reply = self.exchange(EXECUTED)
         return reply
 
     def call_and_wait(self, function: str, *args: Any) -> Any:
-        """Send a call, and return its final reply."""
+        """Send a call, and return the reply that ends it."""
         return self.finish(self.call(function, *args))
 
 

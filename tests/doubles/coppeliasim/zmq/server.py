@@ -1,4 +1,4 @@
-"""The ZeroMQ server: replies to requests by functions or Lua, clients, and time limits."""
+"""The ZeroMQ server of the double."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from tests.doubles.coppeliasim.zmq.session import PendingReply, Session, SharedS
 from tests.doubles.coppeliasim.zmq.wire import dumps, loads
 
 WHERE = "354: in {}"
-"""The line of the server's script that calls functions; its errors begin with it."""
+"""The begin of the server's error messages: a line number of its script, and the function."""
 
 Reply = dict[str, Any]
 
 
 class NoFunctionError(Exception):
-    """No function has the name, on a real server either."""
+    """No function has this name. A real server does not have it either."""
 
 
 def answer(session: Session, request: dict[str, Any]) -> Reply:
-    """Return the reply to a request; raises `PendingReply` if it comes later."""
+    """Execute a request, and return the reply. Raises `PendingReply` if the reply must be sent later."""
     if text := request.get("eval"):
         return _evaluate(session, text)
     name, args = request.get("func", ""), list(request.get("args") or [])
@@ -38,7 +38,10 @@ def answer(session: Session, request: dict[str, Any]) -> Reply:
 
 
 def ret(values: list[Any]) -> Reply:
-    """Return the reply with these values. No values become an empty map, as an empty table of Lua."""
+    """Return the reply with these results.
+
+    If there are none, it contains an empty map, as Lua encodes an empty table.
+    """
     return {"ret": values or {}}
 
 
@@ -71,10 +74,10 @@ def _evaluate(session: Session, text: str) -> Reply:
 
 
 IDLE_S = 600.0
-"""The default time limit of a client's silence, in seconds."""
+"""The default time without a message after which the server drops a client, in seconds."""
 
 NAP_S, HELD_NAP_S, HOLD_S = 0.05, 0.001, 0.01
-"""Polling times of the socket, normally and while a client waits, and the time limit of a waiting reply."""
+"""The polling period of the socket, this period while a client waits, and the time until a wait message, in seconds."""
 
 WAIT = {"args": {}, "func": "_*wait*_"}
 OLD = {"success": False, "error": "The client ZeroMQ remote API version does not match CoppeliaSim's version"}
@@ -82,7 +85,7 @@ OLD = {"success": False, "error": "The client ZeroMQ remote API version does not
 
 @dataclass
 class Client:
-    """A client; ``waiting`` is its call whose reply comes later."""
+    """A client of the server. ``waiting`` is its call whose reply is sent later."""
 
     session: Session
     timeout: float
@@ -92,7 +95,7 @@ class Client:
 
 @dataclass(frozen=True)
 class WaitingClient:
-    """A client that has repeated its waiting call; its reply comes before the deadline."""
+    """A client whose call waits. The server must send it a message before the deadline."""
 
     route: list[bytes]
     client: Client

@@ -1,4 +1,4 @@
-"""The session of a call: the simulator, the client, and the state that clients share."""
+"""The context of a call: the simulator, the client, and the state that clients share."""
 
 from __future__ import annotations
 
@@ -17,7 +17,10 @@ if TYPE_CHECKING:
 
 
 class PendingReply(Exception):  # noqa: N818  not an error
-    """The reply to a call comes after a step; without a ticket, after the stop of the simulation."""
+    """The reply to a call must wait for the end of a step.
+
+    Without a ticket, it must wait until the simulation has stopped.
+    """
 
     def __init__(self, ticket: Ticket | None) -> None:
         super().__init__(ticket)
@@ -29,12 +32,12 @@ class PendingReply(Exception):  # noqa: N818  not an error
 
 @dataclass
 class SharedState:
-    """The shared state of clients besides the scene: stored values, scripts, and further functions by full name."""
+    """The state that clients share besides the scene: signals, stored values, scripts, and further functions."""
 
     simulator: Simulator
     services: dict[str, Callable[..., Any]] = field(default_factory=dict)
     signals: dict[str, Any] = field(default_factory=dict)
-    kept: dict[tuple[Any, ...], Any] = field(default_factory=dict)
+    stored_values: dict[tuple[Any, ...], Any] = field(default_factory=dict)
     clock: MonotonicClock = field(default_factory=MonotonicClock)
 
     @cached_property
@@ -47,7 +50,7 @@ class SharedState:
 
 @dataclass(frozen=True)
 class Session:
-    """The caller: a client with a uuid, or a script without one."""
+    """The context of a call: the simulator, the shared state, and the uuid of the client. A script has no uuid."""
 
     simulator: Simulator
     shared: SharedState

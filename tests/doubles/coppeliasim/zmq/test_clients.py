@@ -1,4 +1,4 @@
-"""Several clients, silent clients, and invalid requests."""
+"""Tests with several clients, silent clients, and invalid requests."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The maker's client with the double."""
+"""Tests of the double with CoppeliaSim's own client."""
 
 from __future__ import annotations
 

@@ -7,22 +7,25 @@ from typing import Any
 import pytest
 
 from tests.doubles.coppeliasim.replaying.comparison import Tolerance, differences
-from tests.doubles.coppeliasim.replaying.replay import SESSIONS, play_to_a_double, session
+from tests.doubles.coppeliasim.replaying.replay import SESSIONS, load_session, replay_on_double
 from tests.doubles.coppeliasim.zmq.session import table
 from tests.doubles.coppeliasim.zmq.wire import dumps, loads
 
 
 @pytest.mark.parametrize("file", SESSIONS)
 def test_each_reply_equals_the_real_servers(file: str) -> None:
-    assert play_to_a_double(file) == []
+    assert replay_on_double(file) == []
 
 
 def test_each_session_has_exchanges() -> None:
-    assert {file: len(session(file)) for file in SESSIONS} == {"zmq-session.jsonl": 161, "zmq-session-2.jsonl": 207}
+    assert {file: len(load_session(file)) for file in SESSIONS} == {
+        "zmq-session.jsonl": 161,
+        "zmq-session-2.jsonl": 207,
+    }
 
 
 def test_recorded_reply_is_encoded_byte_by_byte() -> None:
-    kept = [each for file in SESSIONS for each in session(file) if each.raw is not None]
+    kept = [each for file in SESSIONS for each in load_session(file) if each.raw is not None]
     assert len(kept) > 300
     for each in kept:
         assert dumps(each.reply) == each.raw

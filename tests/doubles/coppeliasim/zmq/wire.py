@@ -1,4 +1,4 @@
-"""CBOR in the server's form: each float in the shortest exact form (RFC 8949, preferred serialization).
+"""CBOR as the server encodes it: each float in the shortest exact form (RFC 8949, preferred serialization).
 
 A package decodes messages. It would encode each float in eight bytes, so this module encodes them. Replies are compared
 with recorded ones byte by byte.
@@ -16,7 +16,7 @@ SIMPLE = {False: b"\xf4", True: b"\xf5", None: b"\xf6"}
 
 
 def loads(data: bytes) -> Any:
-    """Decode a message; raises ValueError."""
+    """Decode a message. Raises ValueError if it is invalid."""
     import cbor
 
     try:

@@ -16,7 +16,7 @@ NEAR_M = 0.2
 
 
 def main(port: int, duration_s: float, patience_ms: int = 5000) -> list[tuple[float, float]]:
-    """Drive for ``duration_s``; return the time and the distance of each detection that it backed up from."""
+    """Drive for ``duration_s``, and return the time and the distance of each detection that made bubbleRob back up."""
     vrep.simxFinish(-1)
     client = vrep.simxStart("127.0.0.1", port, True, True, patience_ms, 5)
     if client == -1:

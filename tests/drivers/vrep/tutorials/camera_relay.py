@@ -17,7 +17,7 @@ YELLOW_RGB = (255, 255, 0)
 
 
 def main(port: int, frames: int, patience_ms: int = 5000) -> list[tuple[int, int, int, int]]:
-    """Relay ``frames`` pictures; return the ball in each upright picture: left, top, width and height in pixels."""
+    """Relay ``frames`` pictures, and return the ball's left, top, width and height in each picture, in pixels."""
     vrep.simxFinish(-1)
     client = vrep.simxStart("127.0.0.1", port, True, True, patience_ms, 5)
     if client == -1:

@@ -23,7 +23,7 @@ def test_bubblerob_backs_up_after_a_detection_and_drives_on() -> None:
         advance()
         paths.append(simulator.graph.pose(simulator.graph[body.handle]).position[0])
 
-    body = next(thing for thing in simulator.graph if thing.alias == "bubbleRob")
+    body = next(node for node in simulator.graph if node.alias == "bubbleRob")
     simulator.advance = advance_and_note  # type: ignore[method-assign]
     with LegacyServer(simulator) as server:
         seen = bubblerob_reflex.main(server.port, duration_s=8.0)
@@ -38,7 +38,7 @@ def test_bubblerob_backs_up_after_a_detection_and_drives_on() -> None:
 
 def test_ball_is_marked_on_the_second_sensor() -> None:
     simulator = relay_scene()
-    screen = next(thing for thing in simulator.graph.all_of(VisionSensor) if thing.alias == "v1")
+    screen = next(node for node in simulator.graph.all_of(VisionSensor) if node.alias == "v1")
     shown: list[np.ndarray] = []
     show = simulator.show
 

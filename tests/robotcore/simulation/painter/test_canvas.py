@@ -13,14 +13,14 @@ from robotcore.simulation.painter.canvas import fill
 SHAPE = (40, 60)
 
 
-def filled(polygon: list[tuple[float, float]]) -> np.ndarray:
+def fill_canvas(polygon: list[tuple[float, float]]) -> np.ndarray:
     canvas = np.zeros(SHAPE, dtype=np.uint32)
     fill(canvas, polygon, 1)
     return canvas
 
 
-def centres_inside(polygon: list[tuple[float, float]], margin: float = 0.0) -> np.ndarray:
-    """Return which pixels have their centre at least ``margin`` inside."""
+def find_centres_inside(polygon: list[tuple[float, float]], margin: float = 0.0) -> np.ndarray:
+    """Return a mask of the pixels whose centre is inside a polygon, at least ``margin`` pixels from its edges."""
     v, u = np.indices(SHAPE)
     inside = np.ones(SHAPE, dtype=bool)
     for (ax, ay), (bx, by) in zip(polygon, polygon[1:] + polygon[:1], strict=True):
@@ -29,27 +29,27 @@ def centres_inside(polygon: list[tuple[float, float]], margin: float = 0.0) -> n
     return inside
 
 
-def regular(corners: int, x: float, y: float, radius: float, turn: float) -> list[tuple[float, float]]:
+def create_polygon(corners: int, x: float, y: float, radius: float, turn: float) -> list[tuple[float, float]]:
     angles = [turn + math.tau * i / corners for i in range(corners)]
     return [(x + radius * math.cos(a), y + radius * math.sin(a)) for a in angles]
 
 
 @given(st.integers(3, 9), st.floats(-10, 70), st.floats(-10, 50), st.floats(0.1, 200), st.floats(0, math.tau))
 def test_pixels_are_filled_by_their_centres(corners: int, x: float, y: float, radius: float, turn: float) -> None:
-    polygon = regular(corners, x, y, radius, turn)
-    canvas = filled(polygon).astype(bool)
-    assert canvas[centres_inside(polygon, 1e-4)].all()
-    assert not canvas[~centres_inside(polygon, -1e-4)].any()
+    polygon = create_polygon(corners, x, y, radius, turn)
+    canvas = fill_canvas(polygon).astype(bool)
+    assert canvas[find_centres_inside(polygon, 1e-4)].all()
+    assert not canvas[~find_centres_inside(polygon, -1e-4)].any()
 
 
-def test_a_square_whose_corners_are_pixel_centres_takes_them_in() -> None:
-    canvas = filled([(2.0, 3.0), (5.0, 3.0), (5.0, 7.0), (2.0, 7.0)])
+def test_square_with_corners_at_pixel_centres_includes_these_pixels() -> None:
+    canvas = fill_canvas([(2.0, 3.0), (5.0, 3.0), (5.0, 7.0), (2.0, 7.0)])
     assert (canvas[3:8, 2:6] == 1).all()
     assert canvas.sum() == 20
 
 
 @pytest.mark.parametrize("slope", [0.0, 0.3, -0.7])
-def test_neighbours_leave_no_gap(slope: float) -> None:
+def test_neighbouring_polygons_leave_no_gap(slope: float) -> None:
     canvas = np.zeros(SHAPE, dtype=np.uint32)
     edges = [10 + 0.37 * i for i in range(60)]
     for left, right in pairwise(edges):
@@ -58,6 +58,6 @@ def test_neighbours_leave_no_gap(slope: float) -> None:
     assert canvas[20].any()
 
 
-def test_what_lies_outside_is_left_alone() -> None:
-    assert not filled([(-9.0, -9.0), (-5.0, -9.0), (-5.0, -5.0)]).any()
-    assert filled([(-1e12, -1e12), (1e12, -1e12), (1e12, 1e12), (-1e12, 1e12)]).all()
+def test_polygon_outside_the_canvas_changes_no_pixel() -> None:
+    assert not fill_canvas([(-9.0, -9.0), (-5.0, -9.0), (-5.0, -5.0)]).any()
+    assert fill_canvas([(-1e12, -1e12), (1e12, -1e12), (1e12, 1e12), (-1e12, 1e12)]).all()

@@ -12,7 +12,7 @@ from robotcore.geometry import Pose
 from robotcore.optics import CameraView, Intrinsics
 from robotcore.simulation.painter import Painter
 from tests.drivers.kinematic.rooms import ball, box, post, room
-from tests.robotcore.simulation.painter.tracer import rays_of, traced_depths, traced_labels
+from tests.robotcore.simulation.painter.tracer import compute_rays, trace_depths, trace_labels
 
 LENS = Intrinsics(160, 120, 1.0821)
 ORIGIN = Pose(0.0, 0.0, 0.0)
@@ -22,8 +22,8 @@ def view(pose: Pose = ORIGIN, z: float = 0.1, pitch: float = 0.0) -> CameraView:
     return CameraView.of(LENS, Mount(z_m=z, pitch_rad=pitch), pose)
 
 
-def drawn_world(random: Random) -> WorldDescription:
-    """Return a crowded world; obstacles reach into each other and into walls."""
+def create_random_world(random: Random) -> WorldDescription:
+    """Return a world with random obstacles, which may overlap one another and the walls."""
     obstacles: list[Box | Cylinder] = []
     for number in range(random.randrange(9)):
         x, y, height = random.uniform(-1.9, 1.9), random.uniform(-1.9, 1.9), random.choice((0.2, 0.3, 0.45))
@@ -40,8 +40,8 @@ def drawn_world(random: Random) -> WorldDescription:
     return room(*obstacles, *balls, walls=Walls(height_m=0.35) if random.random() < 0.7 else None)
 
 
-def drawn_view(random: Random, world: WorldDescription, lens: Intrinsics = LENS) -> CameraView:
-    """Return a view from somewhere that is not inside of anything."""
+def create_random_view(random: Random, world: WorldDescription, lens: Intrinsics = LENS) -> CameraView:
+    """Return a random view whose camera is outside all bodies."""
     while True:
         x, y = random.uniform(-1.95, 1.95), random.uniform(-1.95, 1.95)
         around = ((x + 0.005, y), (x, y + 0.005), (x - 0.005, y), (x, y - 0.005))
@@ -52,17 +52,17 @@ def drawn_view(random: Random, world: WorldDescription, lens: Intrinsics = LENS)
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_every_pixel_shows_what_its_ray_meets_first(seed: int) -> None:
+def test_label_of_each_pixel_is_the_first_body_on_its_ray(seed: int) -> None:
     random = Random(seed)
-    world = drawn_world(random)
+    world = create_random_world(random)
     painter = Painter(world)
     for _ in range(5):
-        seen = drawn_view(random, world)
-        assert np.array_equal(painter.labels(seen), traced_labels(world, seen))
+        seen = create_random_view(random, world)
+        assert np.array_equal(painter.labels(seen), trace_labels(world, seen))
 
 
-def drawn_screens(random: Random) -> WorldDescription:
-    """Return a world full of long thin screens that keep clear of each other."""
+def create_random_screens(random: Random) -> WorldDescription:
+    """Return a world with random thin boxes that do not overlap."""
     screens: list[Box] = []
     for number in range(40):
         x, y, length, yaw = (
@@ -78,42 +78,42 @@ def drawn_screens(random: Random) -> WorldDescription:
 
 
 @pytest.mark.parametrize("seed", [14, 36, 47])
-def test_screens_all_around_a_wide_lens_hide_each_other_rightly(seed: int) -> None:
+def test_labels_are_correct_for_a_wide_lens_among_many_screens(seed: int) -> None:
     random = Random(seed)
-    world = drawn_screens(random)
+    world = create_random_screens(random)
     painter = Painter(world)
     for _ in range(8):
-        seen = drawn_view(random, world, Intrinsics(160, 120, 2.6))
-        assert np.array_equal(painter.labels(seen), traced_labels(world, seen))
+        seen = create_random_view(random, world, Intrinsics(160, 120, 2.6))
+        assert np.array_equal(painter.labels(seen), trace_labels(world, seen))
 
 
 @pytest.mark.parametrize("place", [(-0.09, -0.11), (-0.09, 0.11), (-0.01, 0.13), (0.05, 0.12)])
-def test_a_ball_beside_the_lens_is_not_seen_the_other_way_round(place: tuple[float, float]) -> None:
+def test_ball_beside_the_camera_has_correct_labels(place: tuple[float, float]) -> None:
     world = room(ball(*place))
-    assert np.array_equal(Painter(world).labels(view()), traced_labels(world, view()))
+    assert np.array_equal(Painter(world).labels(view()), trace_labels(world, view()))
 
 
 @pytest.mark.parametrize("gap", [1e-2, 1e-4, 1e-6])
 @pytest.mark.parametrize("heading", [0.0, 0.4, -0.4])
-def test_a_wall_in_front_of_the_lens_hides_everything(gap: float, heading: float) -> None:
+def test_wall_close_to_the_camera_hides_all_other_bodies(gap: float, heading: float) -> None:
     painter = Painter(room(box(1.5, 0.0, 1.0, 3.0, height=2.0), walls=Walls(height_m=3.0)))
     assert set(np.unique(painter.labels(view(Pose(1.0 - gap, 0.0, heading))))) == {5}
 
 
-def test_a_ball_against_the_lens_fills_the_picture() -> None:
+def test_ball_close_to_the_camera_fills_the_picture() -> None:
     painter = Painter(room(ball(0.5, 0.0), walls=Walls(height_m=0.3)))
     assert set(np.unique(painter.labels(view(Pose(0.399, 0.0, 0.0))))) == {5}
 
 
 @pytest.mark.parametrize("heading", np.linspace(-0.5, 0.5, 11).tolist())
-def test_a_long_wall_with_a_nearer_middle_does_not_hide_the_ball_before_its_end(heading: float) -> None:
+def test_long_wall_with_a_nearer_centre_does_not_hide_a_ball_in_front_of_its_end(heading: float) -> None:
     screen = box(0.8, 0.4, 3.6, 0.05, yaw=0.12, height=0.4)
     world = room(screen, ball(2.2, 0.3, 0.1))
     seen = view(Pose(0.0, 0.0, heading))
-    assert np.array_equal(Painter(world).labels(seen), traced_labels(world, seen))
+    assert np.array_equal(Painter(world).labels(seen), trace_labels(world, seen))
 
 
-def test_tops_are_seen_from_above_only() -> None:
+def test_top_of_a_box_is_visible_only_from_above() -> None:
     world = room(box(1.0, 0.0, 0.4, 0.4, height=0.3))
     low, high = (Painter(world).picture(view(z=z, pitch=0.3)) for z in (0.2, 0.6))
     reds = [set(image[image[..., 2] > image[..., 0].astype(int) + 40][:, 2].tolist()) for image in (low, high)]
@@ -121,7 +121,7 @@ def test_tops_are_seen_from_above_only() -> None:
 
 
 @pytest.mark.parametrize("pitch", [-0.3, 0.0, 0.2])
-def test_the_horizon_is_where_the_pitch_puts_it(pitch: float) -> None:
+def test_horizon_is_in_the_row_of_the_pitch(pitch: float) -> None:
     world = room()
     image = Painter(world).picture(view(pitch=pitch))
     is_sky = (image == np.array(world.light.sky_colour[::-1])).all(axis=2)
@@ -129,7 +129,7 @@ def test_the_horizon_is_where_the_pitch_puts_it(pitch: float) -> None:
     assert is_sky.sum(axis=0).tolist() == [math.floor(horizon) + 1] * LENS.width
 
 
-def test_faces_are_as_bright_as_the_light_makes_them() -> None:
+def test_brightness_of_a_face_depends_on_its_angle_to_the_lamp() -> None:
     light = Light(azimuth_rad=math.pi, elevation_rad=math.pi / 4, ambient=0.5, diffuse=0.4, brightness=0.9)
     world = room(box(1.0, 0.0, 0.2, 3.0, height=2.0)).model_copy(update={"light": light})
     red, green, blue = world.obstacles[0].colour
@@ -138,18 +138,18 @@ def test_faces_are_as_bright_as_the_light_makes_them() -> None:
     assert Painter(world).picture(view())[60, 80].tolist() == expected
 
 
-def test_light_saturates_and_never_wraps_around() -> None:
+def test_bright_light_saturates_colours() -> None:
     light = Light(ambient=1.0, diffuse=1.0, brightness=2.0)
     world = room(ball(0.6, 0.0)).model_copy(update={"light": light})
     assert Painter(world).picture(view())[60, 80].tolist() == [120, 255, 80]
 
 
-def test_a_ball_is_shaded_as_its_surface_faces_the_lamp() -> None:
+def test_brightness_of_a_ball_depends_on_its_angle_to_the_lamp() -> None:
     light = Light(azimuth_rad=2.5, elevation_rad=0.4, ambient=0.3, diffuse=0.7)
     world = room(ball(0.6, 0.05)).model_copy(update={"light": light})
     seen, target = view(), world.targets[0]
-    is_ball = traced_labels(world, seen) == 1
-    surface = seen.eye + (traced_depths(world, seen)[1][..., None] * rays_of(seen))[is_ball]
+    is_ball = trace_labels(world, seen) == 1
+    surface = seen.eye + (trace_depths(world, seen)[1][..., None] * compute_rays(seen))[is_ball]
     normals = (surface - (target.x_m, target.y_m, target.radius_m)) / target.radius_m
     shade = light.ambient + light.diffuse * np.maximum(normals @ light.direction, 0)
     expected = np.array(target.colour[::-1]) * shade[:, None]
@@ -157,7 +157,7 @@ def test_a_ball_is_shaded_as_its_surface_faces_the_lamp() -> None:
     assert np.abs(Painter(world).picture(seen)[is_ball] - expected).max() < 1
 
 
-def test_labels_are_numbered_as_the_things_are_named() -> None:
+def test_labels_are_indices_of_the_names() -> None:
     world = room(box(1.0, 0.4, 0.2, 0.2), post(1.0, -0.4, 0.1), ball(0.8, 0.0), walls=Walls(height_m=0.3))
     painter = Painter(world)
     labels = painter.labels(view())

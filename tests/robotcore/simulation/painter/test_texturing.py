@@ -11,7 +11,7 @@ from robotcore.hal.devices import Image
 from robotcore.optics import CameraView, Intrinsics
 from robotcore.simulation.painter import Painter
 from tests.drivers.kinematic.rooms import ball, box, post, room
-from tests.robotcore.simulation.painter.tracer import rays_of, traced_depths, traced_labels
+from tests.robotcore.simulation.painter.tracer import compute_rays, trace_depths, trace_labels
 
 LENS = Intrinsics(160, 120, 1.0821)
 GLOW = Light(ambient=1.0, diffuse=0.0)
@@ -24,8 +24,8 @@ def view(pitch: float = 0.0, pose: Pose = HERE) -> CameraView:
     return CameraView.of(LENS, Mount(z_m=0.4, pitch_rad=pitch), pose)
 
 
-def textured(world: WorldDescription, texture: Texture | None) -> WorldDescription:
-    """Return a white world under a light without shade, with one texture everywhere."""
+def apply_texture(world: WorldDescription, texture: Texture | None) -> WorldDescription:
+    """Return the world in white with one texture on all surfaces, under a light that causes no shading."""
     white = {"colour": WHITE, "texture": texture}
     return world.model_copy(
         update={
@@ -37,45 +37,45 @@ def textured(world: WorldDescription, texture: Texture | None) -> WorldDescripti
     )
 
 
-def grey_at(wrap: Wrap | None, points: np.ndarray) -> np.ndarray:
-    """Return how bright white paint is at points of a textured plane."""
+def compute_grey(wrap: Wrap | None, points: np.ndarray) -> np.ndarray:
+    """Return the grey levels of a white textured plane at these points."""
     assert wrap
     columns, rows = (np.floor(TILE_PX * wrap.tiles(points)).astype(int) % TILE_PX).T
     return np.asarray(wrap.texture.tile[rows, columns])
 
 
-def agreement(got: np.ndarray, expected: np.ndarray) -> float:
+def measure_match(got: np.ndarray, expected: np.ndarray) -> float:
     return float((np.abs(got.astype(int) - expected) <= 1).mean())
 
 
 @pytest.mark.parametrize("pitch", [0.0, 0.5, -0.1])
 @pytest.mark.parametrize("pattern", [pattern for pattern in PATTERNS if pattern != "plain"])
-def test_every_pixel_of_the_floor_shows_where_its_ray_meets_it(pattern: Pattern, pitch: float) -> None:
-    world = textured(room(), Texture(pattern=pattern, scale_m=2.0, contrast=0.5))
+def test_pixel_of_the_floor_has_the_texel_at_the_end_of_its_ray(pattern: Pattern, pitch: float) -> None:
+    world = apply_texture(room(), Texture(pattern=pattern, scale_m=2.0, contrast=0.5))
     seen = view(pitch)
-    rays = rays_of(seen)
+    rays = compute_rays(seen)
     near = -rays[..., 2] > 0.3 * LENS.focal_length
     points = seen.eye + rays[near] * (seen.eye[2] / -rays[near][:, 2:])
     assert near.sum() > 500
-    assert agreement(Painter(world).picture(seen)[near][:, 0], grey_at(floor_wrap(world.floor), points)) > 0.97
+    assert measure_match(Painter(world).picture(seen)[near][:, 0], compute_grey(floor_wrap(world.floor), points)) > 0.97
 
 
-def test_every_pixel_of_a_thing_shows_where_its_ray_meets_it() -> None:
-    things = box(1.4, 0.7, 0.3, 0.5, yaw=0.4, height=0.5), post(1.2, 0.1, 0.2, height=0.5)
-    world = textured(room(*things, walls=Walls(height_m=0.5)), COARSE)
+def test_pixel_of_a_prism_has_the_texel_at_the_end_of_its_ray() -> None:
+    prisms = box(1.4, 0.7, 0.3, 0.5, yaw=0.4, height=0.5), post(1.2, 0.1, 0.2, height=0.5)
+    world = apply_texture(room(*prisms, walls=Walls(height_m=0.5)), COARSE)
     seen = view()
-    labels, depths, rays = traced_labels(world, seen), traced_depths(world, seen), rays_of(seen)
+    labels, depths, rays = trace_labels(world, seen), trace_depths(world, seen), compute_rays(seen)
     image = Painter(world).picture(seen)
     for number in np.unique(labels[labels > 0]):
         prism, shown = world.prisms[number - 1], labels == number
         points = seen.eye + depths[number][shown][:, None] * rays[shown]
-        normals = [_side_at(prism.outline, point) for point in points]
-        expected = [grey_at(face_wrap(prism, n), p[None])[0] for n, p in zip(normals, points, strict=True)]
-        assert agreement(image[shown][:, 0], np.array(expected)) > 0.97
+        normals = [_find_normal(prism.outline, point) for point in points]
+        expected = [compute_grey(face_wrap(prism, n), p[None])[0] for n, p in zip(normals, points, strict=True)]
+        assert measure_match(image[shown][:, 0], np.array(expected)) > 0.97
 
 
-def _side_at(outline: tuple[tuple[float, float], ...], point: np.ndarray) -> np.ndarray:
-    """Return the normal of the side of a prism that a point lies on."""
+def _find_normal(outline: tuple[tuple[float, float], ...], point: np.ndarray) -> np.ndarray:
+    """Return the normal of the side of a prism on which a point lies."""
     corners = np.array(outline)
     ways = np.roll(corners, -1, axis=0) - corners
     normals = np.stack((ways[:, 1], -ways[:, 0]), axis=1) / np.linalg.norm(ways, axis=1)[:, None]
@@ -83,45 +83,47 @@ def _side_at(outline: tuple[tuple[float, float], ...], point: np.ndarray) -> np.
     return np.array((*normals[side], 0.0))
 
 
-def test_a_picture_is_the_plain_one_where_nothing_has_a_pattern() -> None:
+def test_pattern_changes_only_the_pixels_of_its_surface() -> None:
     world = room(box(1.4, 0.7, 0.3, 0.5), ball(1.0, 0.0), walls=Walls(height_m=0.5))
     plain = Painter(world).picture(view())
     floor = world.floor.model_copy(update={"texture": COARSE})
     patterned = Painter(world.model_copy(update={"floor": floor})).picture(view())
-    is_floor = _is_floor(world)
+    is_floor = _find_floor_pixels(world)
     assert np.array_equal(patterned[~is_floor], plain[~is_floor])
     assert not np.array_equal(patterned[is_floor], plain[is_floor])
 
 
-def _is_floor(world: WorldDescription) -> np.ndarray:
-    return np.asarray((Painter(world).labels(view()) == 0) & (rays_of(view())[..., 2] < 0))
+def _find_floor_pixels(world: WorldDescription) -> np.ndarray:
+    return np.asarray((Painter(world).labels(view()) == 0) & (compute_rays(view())[..., 2] < 0))
 
 
-def test_a_ball_and_the_sky_have_no_pattern() -> None:
-    world = textured(room(ball(1.0, 0.3)), COARSE)
+def test_ball_has_no_pattern() -> None:
+    world = apply_texture(room(ball(1.0, 0.3)), COARSE)
     shown = Painter(world).labels(view()) == 1
     green = Painter(world).picture(view())[shown]
     assert len(green) > 50
     assert len(np.unique(green, axis=0)) == 1
 
 
-def test_far_away_a_pattern_fades_to_its_mean() -> None:
+def test_distant_pattern_has_its_mean_brightness() -> None:
     fine = Texture(pattern="checker", scale_m=0.02, contrast=0.5)
-    world = textured(room(), fine)
+    world = apply_texture(room(), fine)
     image: Image = Painter(world).picture(view())
     horizon = image[62:70, :, 0]
     assert np.ptp(horizon) == 0
     assert horizon[0, 0] == pytest.approx(fine.tile.mean(), abs=1)
 
 
-def test_bright_light_saturates_after_the_pattern_has_darkened() -> None:
+def test_pattern_is_applied_before_bright_light_saturates() -> None:
     light = Light(ambient=1.0, diffuse=0.0, brightness=2.0)
-    world = textured(room(), Texture(pattern="checker", scale_m=2.0, contrast=0.6)).model_copy(update={"light": light})
+    world = apply_texture(room(), Texture(pattern="checker", scale_m=2.0, contrast=0.6)).model_copy(
+        update={"light": light}
+    )
     levels = np.unique(Painter(world).picture(view(0.5))[100:, :, 0])
     assert levels.tolist() == [204, 255]
 
 
-def test_what_is_seen_edge_on_warns_of_nothing() -> None:
-    world = textured(room(), COARSE)
+def test_edge_on_floor_raises_no_warning() -> None:
+    world = apply_texture(room(), COARSE)
     through_a_row = CameraView.of(Intrinsics(161, 121, 1.0821), Mount(z_m=0.4), HERE)
     assert Painter(world).picture(through_a_row)[60, 0].tolist() == [235, 220, 205]

@@ -1,4 +1,4 @@
-"""A second opinion on the painter: every pixel's ray against every thing, slow and without any order."""
+"""A reference for the painter, which intersects the ray of each pixel with each body of the world."""
 
 from __future__ import annotations
 
@@ -14,28 +14,31 @@ from robotcore.optics import CameraView
 Array = NDArray[np.float64]
 
 
-def traced_labels(world: WorldDescription, view: CameraView) -> NDArray[np.intp]:
-    """Return for each pixel the number of what it shows: prisms from 1, then balls; 0 is none of them."""
-    return np.asarray(traced_depths(world, view).argmin(axis=0))
+def trace_labels(world: WorldDescription, view: CameraView) -> NDArray[np.intp]:
+    """Return for each pixel the number of the body that it shows, or 0. Prisms are numbered from 1 on, then balls."""
+    return np.asarray(trace_depths(world, view).argmin(axis=0))
 
 
-def traced_depths(world: WorldDescription, view: CameraView) -> Array:
-    """Return how far each pixel's ray goes to each thing, by its number; number 0 is beyond everything."""
-    rays = rays_of(view)
+def trace_depths(world: WorldDescription, view: CameraView) -> Array:
+    """Return the distance of each body on the ray of each pixel, (bodies + 1, height, width).
+
+    The first distance is the maximum.
+    """
+    rays = compute_rays(view)
     depths = [_to_prism(prism, view.eye, rays) for prism in world.prisms]
     depths += [_to_ball(ball, view.eye, rays) for ball in world.targets]
     return np.stack([np.full(rays.shape[:2], np.finfo(float).max), *depths])
 
 
-def rays_of(view: CameraView) -> Array:
-    """Return the direction of each pixel in the world, (height, width, 3), one focal length forward."""
+def compute_rays(view: CameraView) -> Array:
+    """Return the direction of each pixel's ray in the world, (height, width, 3). Its depth is one focal length."""
     i = view.intrinsics
     u, v = np.meshgrid(np.arange(i.width) - i.cx, np.arange(i.height) - i.cy)
     return np.asarray(np.stack((u, v, np.full(u.shape, i.focal_length)), axis=-1) @ view.rotation)
 
 
 def _to_prism(prism: Prism, eye: Array, rays: Array) -> Array:
-    """Slabs: the ray is inside from the last half-space it enters to the first that it leaves."""
+    """The ray is inside the prism from the last half-space that it enters to the first one that it leaves."""
     enters, leaves = np.full(rays.shape[:2], -math.inf), np.full(rays.shape[:2], math.inf)
     outline = np.array(prism.outline)
     ways = np.roll(outline, -1, axis=0) - outline

@@ -1,4 +1,4 @@
-"""A scene without a server: the rover of the kinematic simulator, as scene objects."""
+"""A scene without a server, which has the rover of the kinematic simulator as scene objects."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class MemoryScene(Scene):
             replace(setup, devices=everything, world=world, rate_hz=1 / STEP_S, options={})
         )
         self.diary: list[str] = []
-        """The commands received, in order."""
+        """The received commands, in order."""
         self.present_objects = list(OBJECTS)
         self.screen = CameraOptics(64, 48, None)
         self.eye: CameraOptics | None = None

@@ -1,4 +1,4 @@
-"""The shipped apps."""
+"""Run the shipped apps."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The conformance kit."""
+"""Run the conformance suite."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The robot moves as its wheels roll: within 1 % of the closed form."""
+"""Check that the robot moves within 1 % of the closed form."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pictures and distances, compared with the geometry."""
+"""Compare pictures and distances with the geometry of the world."""
 
 from __future__ import annotations
 

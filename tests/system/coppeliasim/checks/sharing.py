@@ -1,4 +1,4 @@
-"""Sharing a simulator: scenes are restored, a second program is refused, a killed program is cleaned up."""
+"""Checks of sharing a simulator: scenes are restored, also after a program was killed, and a second one is refused."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ def take_snapshot() -> dict[str, Any]:
     """Return the paths and poses of all objects, the time step and the state."""
     with connect() as other:
         handles = other.sim("getObjectsInTree", other.constant("handle_scene"))
-        things = {other.sim("getObjectAlias", handle, 1): other.sim("getObjectPose", handle) for handle in handles}
-        return {"things": things, "step": other.sim("getSimulationTimeStep"), "state": other.sim("getSimulationState")}
+        poses = {other.sim("getObjectAlias", handle, 1): other.sim("getObjectPose", handle) for handle in handles}
+        return {"poses": poses, "step": other.sim("getSimulationTimeStep"), "state": other.sim("getSimulationState")}
 
 
 def require_equal(after: dict[str, Any], before: dict[str, Any]) -> None:
     assert (after["step"], after["state"]) == (before["step"], before["state"])
-    assert after["things"].keys() == before["things"].keys()
-    for path, place in before["things"].items():
-        assert after["things"][path] == pytest.approx(place, abs=1e-6), path
+    assert after["poses"].keys() == before["poses"].keys()
+    for path, place in before["poses"].items():
+        assert after["poses"][path] == pytest.approx(place, abs=1e-6), path
 
 
 def test_scene_is_restored() -> None:

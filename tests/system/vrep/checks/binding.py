@@ -1,4 +1,4 @@
-"""The functions of `drivers.vrep.simx` and their codes."""
+"""Checks of the functions of `drivers.vrep.simx` and their return codes."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tests.system.vrep.server import WAIT, find_handle, is_running, start_client
 
 STEP_MS = 50
 STARTS = 3
-"""Attempts to start the simulation; on some servers its time advances only after the second start."""
+"""The number of attempts to start the simulation. On some servers, the time advances only after the second start."""
 
 
 @pytest.fixture
@@ -33,7 +33,7 @@ def read_time_ms(number: int) -> int:
 
 
 def start_stepped(number: int) -> None:
-    """Start a simulation that waits for triggers, and do one step."""
+    """Start a simulation that waits for triggers, and simulate one step."""
     for _ in range(STARTS):
         assert simx.simxSynchronous(number, True) == simx.simx_return_ok
         assert simx.simxStartSimulation(number, WAIT) == simx.simx_return_ok

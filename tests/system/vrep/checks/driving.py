@@ -1,4 +1,4 @@
-"""A joined rover moves as its wheels roll: within 1 % of the closed form.
+"""Check that a rover in an existing scene moves within 1 % of the closed form.
 
 The checks join its motors, encoders and camera, but not its nose. On a CoppeliaSim without the plug-in for proximity
 sensors, the built nose is a vision sensor.

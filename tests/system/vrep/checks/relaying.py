@@ -1,4 +1,4 @@
-"""v1 shows the picture of v0 with a mark, upright."""
+"""Check that v1 shows the marked picture of v0 upright."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def _build_relay() -> Iterator[None]:
 
 
 def require_marked() -> None:
-    """Check that the rectangle is on the lower left, as the ball."""
+    """Check that the rectangle is on the lower left, where the ball is."""
     pixels = np.frombuffer(scenes.read_screen(), np.uint8).reshape(scenes.SIGHT_PX, scenes.SIGHT_PX, 3)
     rows, columns = np.nonzero((abs(pixels[::-1].astype(int) - YELLOW) < 60).all(axis=2))
     assert len(rows), "no rectangle"

@@ -1,4 +1,4 @@
-"""Sharing a simulator: a second program, Ctrl-C, a server in a scene that runs by itself."""
+"""Checks of sharing a simulator: a second program, Ctrl-C, and the server of a running scene."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tests.system.vrep.server import is_running, open_rover, run_on, start_clien
 
 
 class Once:
-    """Calls an action in the third tick of a run."""
+    """An observer that calls an action in the third tick of a run."""
 
     def __init__(self, action: Callable[[], object]) -> None:
         self._action, self._left = action, 3

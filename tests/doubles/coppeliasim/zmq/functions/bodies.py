@@ -1,11 +1,11 @@
-"""Joints: revolute ones, moved by their target velocity."""
+"""The functions about joints, shapes and poses. Joints are revolute."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from tests.doubles.coppeliasim.scene import SceneError
-from tests.doubles.coppeliasim.scene.objects import Joint, Shape, Thing
+from tests.doubles.coppeliasim.scene.objects import Joint, Node, Shape
 from tests.doubles.coppeliasim.scene.poses import ORIGIN, Transform, from_euler, normalise, to_euler
 from tests.doubles.coppeliasim.zmq.functions.registry import floats, function
 from tests.doubles.coppeliasim.zmq.session import Session
@@ -16,7 +16,7 @@ KINEMATIC, DYNAMIC = 0, 5
 
 @function("setJointTargetVelocity")
 def set_joint_target_velocity(session: Session, joint: Joint, velocity: float) -> int:
-    """NaN is accepted, as on the real server."""
+    """Set the target velocity. NaN is accepted, as on the real server."""
     joint.target_velocity = velocity
     return 1
 
@@ -50,7 +50,7 @@ def set_joint_target_force(session: Session, joint: Joint, force: float) -> None
 
 @function("setJointMaxForce")
 def set_joint_max_force(session: Session, joint: Joint, force: float) -> int:
-    """The function's name before 4.4."""
+    """`set_joint_target_force` under its name before CoppeliaSim 4.4."""
     joint.target_force = force
     return 1
 
@@ -84,7 +84,7 @@ def get_joint_interval(session: Session, joint: Joint) -> tuple[bool, list[float
 
 @function("setJointInterval")
 def set_joint_interval(session: Session, joint: Joint, is_cyclic: bool, interval: list) -> int:  # type: ignore[type-arg]
-    """The joint does not stop at the ends of the interval; wheels never reach them."""
+    """Set the interval. The joint does not stop at its ends, because wheels never reach them."""
     joint.is_cyclic = is_cyclic
     least, span = floats(interval, 2)
     joint.interval = (least, span)
@@ -101,7 +101,7 @@ def set_shape_color(session: Session, shape: Shape, name: Any, component: int, c
         shape.colour = (red, green, blue)
         session.simulator.graph.revision += 1
     else:
-        session.shared.kept[shape, "colour", component] = [float(part) for part in colour[:3]]
+        session.shared.stored_values[shape, "colour", component] = [float(part) for part in colour[:3]]
     return 1
 
 
@@ -109,9 +109,9 @@ def set_shape_color(session: Session, shape: Shape, name: Any, component: int, c
 def get_shape_color(session: Session, shape: Shape, name: Any, component: int) -> tuple[int, list[float]]:
     if component == AMBIENT_DIFFUSE:
         return 1, list(shape.colour)
-    if (shape, "colour", component) not in session.shared.kept:
+    if (shape, "colour", component) not in session.shared.stored_values:
         raise SceneError(f"the double knows colour component {component} only where it was set.")
-    return 1, session.shared.kept[shape, "colour", component]
+    return 1, session.shared.stored_values[shape, "colour", component]
 
 
 @function("computeMassAndInertia")
@@ -132,7 +132,10 @@ def get_shape_mass(session: Session, shape: Shape) -> float:
 
 @function("setShapeInertia")
 def set_shape_inertia(session: Session, shape: Shape, inertia: list, frame: list) -> None:  # type: ignore[type-arg]
-    session.shared.kept[shape, "inertia"] = ([float(part) for part in inertia], [float(part) for part in frame])
+    session.shared.stored_values[shape, "inertia"] = (
+        [float(part) for part in inertia],
+        [float(part) for part in frame],
+    )
 
 
 @function("getShapeBB")
@@ -142,13 +145,13 @@ def get_shape_bb(session: Session, shape: Shape) -> tuple[list[float], list[floa
 
 @function("getShapeGeomInfo")
 def get_shape_geom_info(session: Session, shape: Shape) -> tuple[int, int, list[float]]:
-    """Bit 1 of the first value: a pure primitive; bit 2: convex."""
+    """Return bits (1: pure primitive, 2: convex), the primitive, and the lengths."""
     return 6, int(shape.primitive), [*shape.size, 0.0]
 
 
 @function("resetDynamicObject")
 def reset_dynamic_object(session: Session, shape: Shape) -> int:
-    """The double keeps no dynamic state of a shape."""
+    """Do nothing, because the double stores no dynamic state of a shape."""
     return 1
 
 
@@ -157,73 +160,73 @@ PARENT = -11
 
 
 @function("getObjectPose")
-def get_object_pose(session: Session, thing: Thing, relative_to: int = WORLD) -> list[float]:
-    return _place(session, thing, relative_to).pose
+def get_object_pose(session: Session, node: Node, relative_to: int = WORLD) -> list[float]:
+    return _place(session, node, relative_to).pose
 
 
 @function("setObjectPose")
-def set_object_pose(session: Session, thing: Thing, pose: list, relative_to: int = WORLD) -> None:  # type: ignore[type-arg]
-    _put(session, thing, Transform.of_pose(floats(pose, 7)), relative_to)
+def set_object_pose(session: Session, node: Node, pose: list, relative_to: int = WORLD) -> None:  # type: ignore[type-arg]
+    _put(session, node, Transform.of_pose(floats(pose, 7)), relative_to)
 
 
 @function("getObjectPosition")
-def get_object_position(session: Session, thing: Thing, relative_to: int = WORLD) -> list[float]:
-    return list(_place(session, thing, relative_to).position)
+def get_object_position(session: Session, node: Node, relative_to: int = WORLD) -> list[float]:
+    return list(_place(session, node, relative_to).position)
 
 
 @function("setObjectPosition")
-def set_object_position(session: Session, thing: Thing, position: list, relative_to: int = WORLD) -> None:  # type: ignore[type-arg]
+def set_object_position(session: Session, node: Node, position: list, relative_to: int = WORLD) -> None:  # type: ignore[type-arg]
     x, y, z = floats(position, 3)
-    _put(session, thing, _place(session, thing, relative_to)._replace(position=(x, y, z)), relative_to)
+    _put(session, node, _place(session, node, relative_to)._replace(position=(x, y, z)), relative_to)
 
 
 @function("getObjectOrientation")
-def get_object_orientation(session: Session, thing: Thing, relative_to: int = WORLD) -> list[float]:
-    return to_euler(_place(session, thing, relative_to).quaternion)
+def get_object_orientation(session: Session, node: Node, relative_to: int = WORLD) -> list[float]:
+    return to_euler(_place(session, node, relative_to).quaternion)
 
 
 @function("setObjectOrientation")
-def set_object_orientation(session: Session, thing: Thing, angles: list, relative_to: int = WORLD) -> None:  # type: ignore[type-arg]
+def set_object_orientation(session: Session, node: Node, angles: list, relative_to: int = WORLD) -> None:  # type: ignore[type-arg]
     quaternion = from_euler(floats(angles, 3))
-    _put(session, thing, _place(session, thing, relative_to)._replace(quaternion=quaternion), relative_to)
+    _put(session, node, _place(session, node, relative_to)._replace(quaternion=quaternion), relative_to)
 
 
 @function("getObjectQuaternion")
-def get_object_quaternion(session: Session, thing: Thing, relative_to: int = WORLD) -> list[float]:
-    return list(_place(session, thing, relative_to).quaternion)
+def get_object_quaternion(session: Session, node: Node, relative_to: int = WORLD) -> list[float]:
+    return list(_place(session, node, relative_to).quaternion)
 
 
 @function("setObjectQuaternion")
-def set_object_quaternion(session: Session, thing: Thing, quaternion: list, relative_to: int = WORLD) -> None:  # type: ignore[type-arg]
+def set_object_quaternion(session: Session, node: Node, quaternion: list, relative_to: int = WORLD) -> None:  # type: ignore[type-arg]
     x, y, z, w = floats(quaternion, 4)
-    _put(session, thing, _place(session, thing, relative_to)._replace(quaternion=normalise((x, y, z, w))), relative_to)
+    _put(session, node, _place(session, node, relative_to)._replace(quaternion=normalise((x, y, z, w))), relative_to)
 
 
 @function("getObjectMatrix")
-def get_object_matrix(session: Session, thing: Thing, relative_to: int = WORLD) -> list[float]:
-    place = _place(session, thing, relative_to)
+def get_object_matrix(session: Session, node: Node, relative_to: int = WORLD) -> list[float]:
+    place = _place(session, node, relative_to)
     return [part for row in zip(*place.axes, place.position, strict=True) for part in row]
 
 
 @function("getObjectVelocity")
-def get_object_velocity(session: Session, thing: Thing) -> tuple[list[float], list[float]]:
-    linear, angular = session.simulator.velocity(thing)
+def get_object_velocity(session: Session, node: Node) -> tuple[list[float], list[float]]:
+    linear, angular = session.simulator.velocity(node)
     return list(linear), list(angular)
 
 
-def _place(session: Session, thing: Thing, relative_to: int) -> Transform:
+def _place(session: Session, node: Node, relative_to: int) -> Transform:
     if relative_to == PARENT:
-        return thing.local
+        return node.local
     graph = session.simulator.graph
-    pose = graph.pose(thing)
+    pose = graph.pose(node)
     return pose if relative_to == WORLD else graph.pose(graph[relative_to]).inverse.compose(pose)
 
 
-def _put(session: Session, thing: Thing, place: Transform, relative_to: int) -> None:
+def _put(session: Session, node: Node, place: Transform, relative_to: int) -> None:
     graph = session.simulator.graph
     if relative_to == WORLD:
-        graph.put(thing, place)
+        graph.put(node, place)
     elif relative_to == PARENT:
-        graph.put(thing, graph.frame(thing.parent).compose(place))
+        graph.put(node, graph.frame(node.parent).compose(place))
     else:
-        graph.put(thing, graph.pose(graph[relative_to]).compose(place))
+        graph.put(node, graph.pose(graph[relative_to]).compose(place))

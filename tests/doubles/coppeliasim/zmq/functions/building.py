@@ -38,7 +38,10 @@ def create_primitive_shape(session: Session, primitive: int, sizes: list[float],
 
 @function("createPureShape")
 def create_pure_shape(session: Session, kind: int, options: int, sizes: list[float], mass: float = 1.0) -> int:
-    """The function before 4.4. Kinds: 0 cuboid, 1 sphere, 2 cylinder. Bit 3 is respondable, bit 4 is static."""
+    """`create_primitive_shape` before CoppeliaSim 4.4.
+
+    Kinds: 0 cuboid, 1 sphere, 2 cylinder. Options: bit 3 respondable, bit 4 static.
+    """
     primitive = list(Primitive)[kind]
     x, y, z = floats(sizes, 3)
     shape = Shape(
@@ -71,7 +74,10 @@ def create_dummy(session: Session, size: float = 0.01) -> int:
 
 @function("createVisionSensor")
 def create_vision_sensor(session: Session, options: int, ints: list[int], floats: list[float]) -> int:
-    """Bits of the options: 0 explicit handling, 1 perspective, 4 external input, 7 own background."""
+    """Create a vision sensor.
+
+    Bits of the options: 0 explicit handling, 1 perspective, 4 external input, 7 own background.
+    """
     if not options & 2:
         raise SceneError("the double has no orthographic vision sensors.")
     near, far, angle = (float(number) for number in floats[:3])
@@ -93,7 +99,7 @@ def create_vision_sensor(session: Session, options: int, ints: list[int], floats
 def create_proximity_sensor(
     session: Session, kind: int, subtype: int, options: int, ints: list[int], floats: list[float]
 ) -> int:
-    """The cone of a pyramid is its horizontal opening."""
+    """Create a proximity sensor. The cone angle of a pyramid is its horizontal opening angle."""
     if kind not in {PYRAMID, CONE, RAY}:
         raise SceneError(f"the double has pyramids, cones and rays only, not proximity sensors of type {kind}.")
     numbers = [float(number) for number in floats]

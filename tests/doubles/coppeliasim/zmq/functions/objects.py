@@ -1,4 +1,4 @@
-"""Objects: by path and handle, names, parents."""
+"""The functions about objects: paths, handles, names, parents and collections."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Any
 
 from tests.doubles.coppeliasim.scene import SceneError
 from tests.doubles.coppeliasim.scene.graph import ALL, Collection, find_full_path
-from tests.doubles.coppeliasim.scene.objects import Lamp, NoObjectError, Thing
+from tests.doubles.coppeliasim.scene.objects import Lamp, Node, NoObjectError
 from tests.doubles.coppeliasim.zmq.functions.registry import function
 from tests.doubles.coppeliasim.zmq.session import Session
 
@@ -17,7 +17,7 @@ PATHLESS = "object does not exist, or alias/path is ill formatted."
 
 
 class PathError(NoObjectError):
-    """No object has the path. The server's error names an inner function: ``where``."""
+    """No object has the path. The server's error names its inner function ``where``."""
 
     def __init__(self, where: str) -> None:
         super().__init__(PATHLESS)
@@ -51,43 +51,43 @@ def is_handle(session: Session, handle: int) -> bool:
 
 
 @function("getObjectType")
-def get_object_type(session: Session, thing: Thing) -> int:
-    return int(thing.type)
+def get_object_type(session: Session, node: Node) -> int:
+    return int(node.type)
 
 
 @function("getObjectAlias")
-def get_object_alias(session: Session, thing: Thing, option: int = -1) -> str:
+def get_object_alias(session: Session, node: Node, option: int = -1) -> str:
     graph = session.simulator.graph
     if option in {1, 5}:
-        return graph.path(thing)
+        return graph.path(node)
     if option == 2:
-        return find_full_path(graph.roots, thing)
+        return find_full_path(graph.roots, node)
     if option == 4:
-        return f"{thing.alias}__{thing.handle}__"
+        return f"{node.alias}__{node.handle}__"
     if option in {-1, 0}:
-        return thing.alias
+        return node.alias
     raise SceneError(f"the double has no alias of option {option}.")
 
 
 @function("setObjectAlias")
-def set_object_alias(session: Session, thing: Thing, alias: str) -> None:
-    thing.alias = thing.flat_name = alias
+def set_object_alias(session: Session, node: Node, alias: str) -> None:
+    node.alias = node.flat_name = alias
 
 
 @function("getObjectName")
-def get_object_name(session: Session, thing: Thing) -> str:
-    return thing.flat_name
+def get_object_name(session: Session, node: Node) -> str:
+    return node.flat_name
 
 
 @function("getObjectParent")
-def get_object_parent(session: Session, thing: Thing) -> int:
-    return thing.parent.handle if thing.parent else -1
+def get_object_parent(session: Session, node: Node) -> int:
+    return node.parent.handle if node.parent else -1
 
 
 @function("setObjectParent")
-def set_object_parent(session: Session, thing: Thing, parent: int, in_place: bool = True) -> int:  # noqa: FBT002
+def set_object_parent(session: Session, node: Node, parent: int, in_place: bool = True) -> int:  # noqa: FBT002
     graph = session.simulator.graph
-    graph.move_under(thing, graph[parent] if parent != -1 else None, in_place=in_place)
+    graph.move_under(node, graph[parent] if parent != -1 else None, in_place=in_place)
     return 1
 
 
@@ -100,7 +100,7 @@ def get_object_child(session: Session, parent: int, index: int) -> int:
 
 @function("getObjectsInTree")
 def get_objects_in_tree(session: Session, root: int, kind: int = HANDLE_ALL, options: int = 0) -> list[int]:
-    """Bits of the options: 0 omits the root, 1 omits all below its children."""
+    """Return handles. Bits of the options: 0 omits the root, 1 omits all objects below its children."""
     graph = session.simulator.graph
     if root == HANDLE_SCENE:
         found = graph.roots if options & 2 else graph.tree()
@@ -108,12 +108,12 @@ def get_objects_in_tree(session: Session, root: int, kind: int = HANDLE_ALL, opt
         base = graph[root]
         found = [] if options & 1 else [base]
         found = found + (base.children if options & 2 else graph.tree(base.children))
-    return [thing.handle for thing in found if kind in {HANDLE_ALL, thing.type}]
+    return [node.handle for node in found if kind in {HANDLE_ALL, node.type}]
 
 
 @function("getObjects")
 def get_objects(session: Session, index: int, kind: int) -> int:
-    fitting = [thing.handle for thing in session.simulator.graph if kind in {HANDLE_ALL, thing.type}]
+    fitting = [node.handle for node in session.simulator.graph if kind in {HANDLE_ALL, node.type}]
     return fitting[index] if index < len(fitting) else -1
 
 
@@ -127,16 +127,16 @@ def remove_objects(session: Session, handles: list[int], delayed: bool = False) 
 
 
 @function("removeObject")
-def remove_object(session: Session, thing: Thing) -> int:
-    session.simulator.graph.remove(thing)
+def remove_object(session: Session, node: Node) -> int:
+    session.simulator.graph.remove(node)
     return 1
 
 
 @function("removeModel")
-def remove_model(session: Session, thing: Thing) -> int:
-    if not thing.is_model_base:
+def remove_model(session: Session, node: Node) -> int:
+    if not node.is_model_base:
         raise SceneError("object is not tagged as model base.")
-    tree = session.simulator.graph.tree([thing])
+    tree = session.simulator.graph.tree([node])
     for each in reversed(tree):
         session.simulator.graph.remove(each)
     return len(tree)
@@ -157,9 +157,9 @@ def create_collection(session: Session, options: int = 0) -> int:
 
 
 @function("addItemToCollection")
-def add_item_to_collection(session: Session, handle: int, what: int, thing: int, options: int = 0) -> None:
+def add_item_to_collection(session: Session, handle: int, what: int, member: int, options: int = 0) -> None:
     graph = session.simulator.graph
-    _of(session, handle).add(what, None if what == ALL else graph[thing], is_out=bool(options & TAKE_OUT))
+    _of(session, handle).add(what, None if what == ALL else graph[member], is_out=bool(options & TAKE_OUT))
     graph.revision += 1
 
 

@@ -1,4 +1,7 @@
-"""Parameters of the simulator and of objects, by number. Some have an effect; others are only stored."""
+"""The functions about parameters of the simulator and of objects.
+
+Some parameters have an effect; others are only stored.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +9,7 @@ from collections.abc import Callable
 from typing import Any
 
 from tests.doubles.coppeliasim.scene import SceneError
-from tests.doubles.coppeliasim.scene.objects import Joint, ProximitySensor, Shape, Thing, VisionSensor
+from tests.doubles.coppeliasim.scene.objects import Joint, Node, ProximitySensor, Shape, VisionSensor
 from tests.doubles.coppeliasim.zmq.functions.registry import function
 from tests.doubles.coppeliasim.zmq.session import Session
 
@@ -17,7 +20,7 @@ GRAVITY, AMBIENT = 0, 5
 INTS = {ENGINE: 0, FULL_VERSION: 4100000}
 BOOLS = {REAL_TIME: False}
 ARRAYS = {GRAVITY: [0.0, 0.0, -9.8100004196167], AMBIENT: [0.4000000059604645] * 3}
-"""The initial values on a real server; there are no other parameters."""
+"""The initial values of the array parameters on a real server. There are no other array parameters."""
 
 
 @function("getFloatParam")
@@ -32,7 +35,7 @@ def get_float_param(session: Session, number: int) -> float:
 
 @function("setFloatParam")
 def set_float_param(session: Session, number: int, value: float) -> int:
-    """Return 1, or 0 if the parameter cannot be set now: time steps can be set only while stopped."""
+    """Set a parameter, and return 1. Return 0 for a time step, unless the simulation is stopped."""
     if number == TIME_STEP:
         return int(session.simulator.set_time_step(value))
     if number in {PHYSICS_STEP, DYNAMIC_STEP}:
@@ -116,16 +119,16 @@ def get_engine_bool_param(session: Session, number: int, handle: int) -> bool:
 
 
 def _store_engine(session: Session, kind: str, number: int, handle: int, value: Any) -> int:
-    """Store a parameter of the engine, without effect. -1 is the engine itself."""
+    """Store a parameter of the physics engine, which has no effect. The handle -1 is the engine itself."""
     if handle != -1:
         _ = session.simulator.graph[handle]
-    session.shared.kept["engine", kind, number, handle] = value
+    session.shared.stored_values["engine", kind, number, handle] = value
     return 1
 
 
 def _read_engine(session: Session, kind: str, number: int, handle: int) -> Any:
     try:
-        return session.shared.kept["engine", kind, number, handle]
+        return session.shared.stored_values["engine", kind, number, handle]
     except KeyError:
         raise _missing_parameter(f"engine {kind}", number) from None
 
@@ -133,13 +136,13 @@ def _read_engine(session: Session, kind: str, number: int, handle: int) -> Any:
 def _read_stored(session: Session, kind: str, number: int, defaults: dict[int, Any]) -> Any:
     if number not in defaults:
         raise _missing_parameter(kind, number)
-    return session.shared.kept.get(("parameter", kind, number), defaults[number])
+    return session.shared.stored_values.get(("parameter", kind, number), defaults[number])
 
 
 def _store(session: Session, kind: str, number: int, value: Any, defaults: dict[int, Any]) -> int:
     if number not in defaults:
         raise _missing_parameter(kind, number)
-    session.shared.kept["parameter", kind, number] = value
+    session.shared.stored_values["parameter", kind, number] = value
     return 1
 
 
@@ -147,7 +150,7 @@ def _missing_parameter(kind: str, number: int) -> SceneError:
     return SceneError(f"the double has no {kind} parameter {number}.")
 
 
-Numbered = dict[tuple[type[Thing], int], tuple[str, Callable[[Any], Any]]]
+Numbered = dict[tuple[type[Node], int], tuple[str, Callable[[Any], Any]]]
 
 OBJECT_INTS: Numbered = {
     (Joint, 2039): ("control", int),
@@ -169,87 +172,90 @@ OBJECT_FLOATS: Numbered = {
 }
 VELOCITY_CONTROL = 4
 NOT_MODEL, SPECIAL, SELECTABLE = 0xF000, 1011, 32
-"""The properties of a new shape."""
+"""The model property, the special property and the property of a new shape."""
 
 MOTOR_ENABLED, CONTROL_ENABLED = 2000, 2001
-"""Before 4.4, velocity control was the motor on and the position loop off."""
+"""The numbers of two parameters.
+
+Before CoppeliaSim 4.4, velocity control was: motor enabled, position control disabled.
+"""
 
 
 @function("setObjectInt32Param")
-def set_object_int32_param(session: Session, thing: Thing, number: int, value: int) -> int:
-    return _set(session, thing, number, value, OBJECT_INTS)
+def set_object_int32_param(session: Session, node: Node, number: int, value: int) -> int:
+    return _set(session, node, number, value, OBJECT_INTS)
 
 
 @function("getObjectInt32Param")
-def get_object_int32_param(session: Session, thing: Thing, number: int) -> int:
-    return int(_get(thing, number, OBJECT_INTS))
+def get_object_int32_param(session: Session, node: Node, number: int) -> int:
+    return int(_get(node, number, OBJECT_INTS))
 
 
 @function("setObjectFloatParam")
-def set_object_float_param(session: Session, thing: Thing, number: int, value: float) -> int:
-    return _set(session, thing, number, value, OBJECT_FLOATS)
+def set_object_float_param(session: Session, node: Node, number: int, value: float) -> int:
+    return _set(session, node, number, value, OBJECT_FLOATS)
 
 
 @function("getObjectFloatParam")
-def get_object_float_param(session: Session, thing: Thing, number: int) -> float:
-    return float(_get(thing, number, OBJECT_FLOATS))
+def get_object_float_param(session: Session, node: Node, number: int) -> float:
+    return float(_get(node, number, OBJECT_FLOATS))
 
 
 @function("getObjectSpecialProperty")
-def get_object_special_property(session: Session, thing: Thing) -> int:
-    return _read_property(session, thing, "special", SPECIAL)
+def get_object_special_property(session: Session, node: Node) -> int:
+    return _read_property(session, node, "special", SPECIAL)
 
 
 @function("setObjectSpecialProperty")
-def set_object_special_property(session: Session, thing: Thing, bits: int) -> int:
-    session.shared.kept[thing, "special"] = bits
+def set_object_special_property(session: Session, node: Node, bits: int) -> int:
+    session.shared.stored_values[node, "special"] = bits
     return 1
 
 
 @function("getObjectProperty")
-def get_object_property(session: Session, thing: Thing) -> int:
-    return _read_property(session, thing, "property", SELECTABLE)
+def get_object_property(session: Session, node: Node) -> int:
+    return _read_property(session, node, "property", SELECTABLE)
 
 
 @function("setObjectProperty")
-def set_object_property(session: Session, thing: Thing, bits: int) -> int:
-    session.shared.kept[thing, "property"] = bits
+def set_object_property(session: Session, node: Node, bits: int) -> int:
+    session.shared.stored_values[node, "property"] = bits
     return 1
 
 
 @function("getModelProperty")
-def get_model_property(session: Session, thing: Thing) -> int:
-    return 0 if thing.is_model_base else NOT_MODEL
+def get_model_property(session: Session, node: Node) -> int:
+    return 0 if node.is_model_base else NOT_MODEL
 
 
 @function("setModelProperty")
-def set_model_property(session: Session, thing: Thing, bits: int) -> int:
-    thing.is_model_base = bits & NOT_MODEL == 0
+def set_model_property(session: Session, node: Node, bits: int) -> int:
+    node.is_model_base = bits & NOT_MODEL == 0
     return 1
 
 
-def _read_property(session: Session, thing: Thing, name: str, of_shapes: int) -> int:
-    """Return the stored value; only shapes have a default."""
-    if isinstance(thing, Shape) or (thing, name) in session.shared.kept:
-        return int(session.shared.kept.get((thing, name), of_shapes))
-    raise SceneError(f"the double knows the {name} bits of {thing.alias} only where they were set.")
+def _read_property(session: Session, node: Node, name: str, of_shapes: int) -> int:
+    """Return the stored bits. Only shapes have a default."""
+    if isinstance(node, Shape) or (node, name) in session.shared.stored_values:
+        return int(session.shared.stored_values.get((node, name), of_shapes))
+    raise SceneError(f"the double knows the {name} bits of {node.alias} only where they were set.")
 
 
-def _set(session: Session, thing: Thing, number: int, value: float, known: Numbered) -> int:
-    if (type(thing), number) in known:
-        attribute, kind = known[type(thing), number]
-        setattr(thing, attribute, kind(value))
+def _set(session: Session, node: Node, number: int, value: float, known: Numbered) -> int:
+    if (type(node), number) in known:
+        attribute, kind = known[type(node), number]
+        setattr(node, attribute, kind(value))
         session.simulator.graph.revision += 1
-    elif isinstance(thing, Joint) and number in {MOTOR_ENABLED, CONTROL_ENABLED}:
-        thing.control = VELOCITY_CONTROL if number == MOTOR_ENABLED and value else thing.control
+    elif isinstance(node, Joint) and number in {MOTOR_ENABLED, CONTROL_ENABLED}:
+        node.control = VELOCITY_CONTROL if number == MOTOR_ENABLED and value else node.control
         session.simulator.graph.revision += 1
-    thing.parameters[number] = value
+    node.parameters[number] = value
     return 1
 
 
-def _get(thing: Thing, number: int, known: Numbered) -> float:
-    if (type(thing), number) in known:
-        return float(getattr(thing, known[type(thing), number][0]))
-    if number not in thing.parameters:
-        raise SceneError(f"the double knows parameter {number} of {thing.alias} only where it was set.")
-    return thing.parameters[number]
+def _get(node: Node, number: int, known: Numbered) -> float:
+    if (type(node), number) in known:
+        return float(getattr(node, known[type(node), number][0]))
+    if number not in node.parameters:
+        raise SceneError(f"the double knows parameter {number} of {node.alias} only where it was set.")
+    return node.parameters[number]

@@ -15,10 +15,10 @@ from tests.doubles.coppeliasim.scene.objects import (
     ForceSensor,
     Joint,
     Lamp,
+    Node,
     ProximitySensor,
     Script,
     Shape,
-    Thing,
     VisionSensor,
 )
 from tests.doubles.coppeliasim.zmq.session import Session
@@ -28,7 +28,7 @@ FunctionT = TypeVar("FunctionT", bound=Function)
 FUNCTIONS: dict[str, Call] = {}
 """The functions by name, such as ``getObject``."""
 
-KINDS: dict[type[Thing], str] = {
+KINDS: dict[type[Node], str] = {
     Joint: "joint",
     Lamp: "light",
     Shape: "shape",
@@ -40,7 +40,7 @@ KINDS: dict[type[Thing], str] = {
 
 
 class Call:
-    """A function with the types of its parameters; it is called with a session and a client's arguments."""
+    """A registered function. A call converts the arguments of a client to the types of the parameters."""
 
     def __init__(self, function: Function) -> None:
         self._function = function
@@ -51,7 +51,7 @@ class Call:
         self._takes_more = any(each.kind is each.VAR_POSITIONAL for each in parameters)
 
     def __call__(self, session: Session, args: Sequence[Any]) -> list[Any]:
-        """Return the results; raises SceneError if the call is refused."""
+        """Call the function, and return its results. Raises SceneError if the call is refused."""
         if len(args) < self._least:
             raise SceneError("the function requires more arguments.")
         typed = [
@@ -65,7 +65,7 @@ class Call:
 
 
 def function(name: str) -> Callable[[FunctionT], FunctionT]:
-    """Register a function under the API's name."""
+    """Return a decorator that registers a function under its name in the API."""
 
     def register(body: FunctionT) -> FunctionT:
         FUNCTIONS[name] = Call(body)
@@ -75,15 +75,15 @@ def function(name: str) -> Callable[[FunctionT], FunctionT]:
 
 
 def floats(numbers: Sequence[Any], count: int) -> list[float]:
-    """Return the first ``count`` numbers of a table; raises SceneError if there are fewer."""
+    """Return the first ``count`` numbers of a table. Raises SceneError if there are fewer."""
     if len(numbers) < count:
         raise SceneError("incorrect table size.")
     return [float(number) for number in numbers[:count]]
 
 
 def _convert(session: Session, kind: Any, arg: Any, place: int) -> Any:
-    if isinstance(kind, type) and issubclass(kind, Thing):
-        return _thing(session, kind, _number(arg, place))
+    if isinstance(kind, type) and issubclass(kind, Node):
+        return _find_node(session, kind, _number(arg, place))
     if kind is float:
         return float(_number(arg, place))
     if kind is int:
@@ -101,8 +101,8 @@ def _number(arg: Any, place: int) -> float:
     return arg
 
 
-def _thing(session: Session, kind: type[Thing], handle: float) -> Thing:
-    thing = session.simulator.graph[int(handle)]
-    if not isinstance(thing, kind):
+def _find_node(session: Session, kind: type[Node], handle: float) -> Node:
+    node = session.simulator.graph[int(handle)]
+    if not isinstance(node, kind):
         raise SceneError(f"object is not a {KINDS[kind]}.")
-    return thing
+    return node

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tests.doubles.coppeliasim.scene import SceneError
-from tests.doubles.coppeliasim.scene.objects import Depths, Pixels, ProximitySensor, Thing, VisionSensor
+from tests.doubles.coppeliasim.scene.objects import Depths, Node, Pixels, ProximitySensor, VisionSensor
 from tests.doubles.coppeliasim.scene.rays import Detection
 from tests.doubles.coppeliasim.scene.states import State
 from tests.doubles.coppeliasim.zmq.functions.registry import function
@@ -23,7 +23,7 @@ def get_vision_sensor_img(
     corner: list | None = None,  # type: ignore[type-arg]
     size: list | None = None,  # type: ignore[type-arg]
 ) -> tuple[bytes, list[int]]:
-    """Bit 0 of the options: grey. The bytes are RGB, the lowest row first; the size is always the sensor's."""
+    """Return the pixels, RGB or grey (bit 0 of the options), the lowest row first, and the size of the sensor."""
     if cut_off:
         raise SceneError("the double makes no pictures with a depth cut off.")
     picture = _part(session.simulator.picture(sensor), corner, size)
@@ -32,7 +32,7 @@ def get_vision_sensor_img(
 
 @function("getVisionSensorCharImage")
 def get_vision_sensor_char_image(session: Session, sensor: VisionSensor) -> tuple[bytes, int, int]:
-    """The function's name before 4.4."""
+    """`get_vision_sensor_img` under its name before CoppeliaSim 4.4."""
     return session.simulator.picture(sensor).tobytes(), sensor.width, sensor.height
 
 
@@ -55,13 +55,16 @@ def get_vision_sensor_res(session: Session, sensor: VisionSensor) -> list[int]:
 
 @function("getVisionSensorResolution")
 def get_vision_sensor_resolution(session: Session, sensor: VisionSensor) -> list[int]:
-    """The function's name before 4.4."""
+    """`get_vision_sensor_res` under its name before CoppeliaSim 4.4."""
     return [sensor.width, sensor.height]
 
 
 @function("getVisionSensorDepth")
 def get_vision_sensor_depth(session: Session, sensor: VisionSensor, options: int = 0) -> tuple[bytes, list[int]]:
-    """Bit 0 of the options: metres. Otherwise 0 is the near plane and 1 the far plane."""
+    """Return depths, in metres if bit 0 of the options is set.
+
+    Otherwise a depth is 0 at the near plane and 1 at the far plane.
+    """
     depths = session.simulator.depth(sensor)
     values = depths if options & METRES else _normalised(sensor, depths)
     return values.astype("<f4").tobytes(), [sensor.width, sensor.height]
@@ -69,7 +72,7 @@ def get_vision_sensor_depth(session: Session, sensor: VisionSensor, options: int
 
 @function("getVisionSensorDepthBuffer")
 def get_vision_sensor_depth_buffer(session: Session, sensor: VisionSensor) -> list[float]:
-    """The function before 4.4, which has other bits."""
+    """`get_vision_sensor_depth` under its name before CoppeliaSim 4.4, with other option bits."""
     return [float(depth) for depth in _normalised(sensor, session.simulator.depth(sensor)).ravel()]
 
 
@@ -85,18 +88,18 @@ def read_vision_sensor(session: Session, sensor: VisionSensor) -> int | tuple[in
 
 
 @function("getExplicitHandling")
-def get_explicit_handling(session: Session, thing: Thing) -> int:
-    return int(thing.explicit)
+def get_explicit_handling(session: Session, node: Node) -> int:
+    return int(node.explicit)
 
 
 @function("setExplicitHandling")
-def set_explicit_handling(session: Session, thing: Thing, is_explicit: int) -> int:
-    thing.explicit = bool(is_explicit & 1)
+def set_explicit_handling(session: Session, node: Node, is_explicit: int) -> int:
+    node.explicit = bool(is_explicit & 1)
     return 1
 
 
 def _result(session: Session, sensor: VisionSensor) -> tuple[int, list[float], list[float]]:
-    """Return the state and fifteen numbers: minimum, maximum and mean of intensity, red, green, blue and depth."""
+    """Return the state and 15 numbers: the minima, maxima and means of intensity, red, green, blue and depth."""
     picture, seen = session.simulator.summary(sensor)
     depths = _normalised(sensor, seen).ravel()
     layers = np.concatenate((_grey(picture).reshape(-1, 1), picture.reshape(-1, 3)), axis=1)
@@ -113,12 +116,11 @@ def _normalised(sensor: VisionSensor, depths: Depths) -> Depths:
 
 
 def _grey(picture: Pixels) -> Pixels:
-    """Return the mean of red, green and blue, as in the recordings."""
     return np.asarray(picture.mean(axis=2, dtype=np.float32), np.uint8)
 
 
 def _part(picture: Pixels, corner: list[int] | None, size: list[int] | None) -> Pixels:
-    """Return a part of a picture by its corner and size; a size of zero stands for the whole picture."""
+    """Return a part of a picture. A size of 0 stands for the whole picture."""
     if not size or not any(size):
         return picture
     (x, y), (width, height) = corner or (0, 0), size
@@ -132,7 +134,7 @@ Answer = tuple[int, float, list[float], int, list[float]]
 
 @function("readProximitySensor")
 def read_proximity_sensor(session: Session, sensor: ProximitySensor) -> Answer:
-    """Return the detection in the last step; nothing while stopped."""
+    """Return the detection in the last step. While the simulation is stopped, nothing is detected."""
     if session.simulator.state is State.STOPPED and not sensor.explicit:
         return _answer(None)
     return _answer(session.simulator.detection(sensor))
@@ -153,7 +155,7 @@ def check_proximity_sensor(session: Session, sensor: ProximitySensor, entity: in
 
 @function("resetProximitySensor")
 def reset_proximity_sensor(session: Session, sensor: ProximitySensor) -> int:
-    """The double keeps no state of a sensor."""
+    """Do nothing, because the double stores no state of a sensor."""
     _require_explicit(sensor)
     return 1
 
@@ -171,13 +173,13 @@ def _answer(detection: Detection | None) -> Answer:
 
 @function("getContactInfo")
 def get_contact_info(
-    session: Session, passes: int, thing: int, index: int
+    session: Session, passes: int, shape: int, index: int
 ) -> tuple[list[int], list[float], list[float], list[float]]:
-    """Return two shapes, point, force and normal; empty lists after the last contact. A given shape comes first."""
+    """Return the two shapes of a contact, its point, force and normal. The result is empty after the last contact."""
     contacts = session.simulator.contacts()
-    if thing != HANDLE_ALL:
-        both = [each if each.first == thing else each.swap for each in contacts]
-        contacts = [each for each in both if each.first == thing]
+    if shape != HANDLE_ALL:
+        both = [each if each.first == shape else each.swap for each in contacts]
+        contacts = [each for each in both if each.first == shape]
     if index >= len(contacts):
         return [], [], [], []
     found = contacts[index]
@@ -199,6 +201,6 @@ def check_distance(
 
 
 def _require_no_plugin(session: Session) -> None:
-    """Refuse a call whose answer needs the plug-in; without it the answer is always no."""
+    """Refuse a call that the real server can answer only with the plug-in."""
     if session.simulator.can_detect:
         raise SceneError("the double reckons neither collisions nor distances; ask getContactInfo.")

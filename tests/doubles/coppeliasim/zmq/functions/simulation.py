@@ -1,11 +1,11 @@
-"""The simulation: start, stop, steps and time; scripts, signals and custom data."""
+"""The functions about the simulation, scripts, signals and custom data."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from tests.doubles.coppeliasim.scene import SceneError
-from tests.doubles.coppeliasim.scene.objects import NoObjectError, Script, Thing
+from tests.doubles.coppeliasim.scene.objects import Node, NoObjectError, Script
 from tests.doubles.coppeliasim.scene.states import State
 from tests.doubles.coppeliasim.scenes import fill_default_scene
 from tests.doubles.coppeliasim.zmq.functions.registry import function
@@ -46,7 +46,7 @@ def get_simulation_time_step(session: Session) -> float:
 
 @function("setStepping")
 def set_stepping(session: Session, is_on: bool = True) -> int:  # noqa: FBT002
-    """Return the previous level."""
+    """Raise or lower the client's stepping level, and return the previous one."""
     simulator = session.simulator
     return simulator.hold(session.client) if is_on else simulator.release(session.client)
 
@@ -129,23 +129,23 @@ def get_float_signal(session: Session, name: str) -> Any:
 
 
 @function("writeCustomStringData")
-def write_custom_string_data(session: Session, thing: Thing, tag: str, data: str) -> int:
-    session.shared.kept[thing, "data", tag] = data
+def write_custom_string_data(session: Session, node: Node, tag: str, data: str) -> int:
+    session.shared.stored_values[node, "data", tag] = data
     return 1
 
 
 @function("readCustomStringData")
-def read_custom_string_data(session: Session, thing: Thing, tag: str) -> Any:
-    return session.shared.kept.get((thing, "data", tag))
+def read_custom_string_data(session: Session, node: Node, tag: str) -> Any:
+    return session.shared.stored_values.get((node, "data", tag))
 
 
 @function("setNamedStringParam")
 def set_named_string_param(session: Session, name: str, value: str) -> int:
-    session.shared.kept["named", name] = value
+    session.shared.stored_values["named", name] = value
     return 1
 
 
 @function("getNamedStringParam")
 def get_named_string_param(session: Session, name: str) -> bytes | None:
-    value = session.shared.kept.get(("named", name))
+    value = session.shared.stored_values.get(("named", name))
     return None if value is None else value.encode()

@@ -1,4 +1,4 @@
-"""Answers to commands about objects, and refused commands: an error bit, data, and perhaps a text."""
+"""The handlers of commands about objects, and the error of a refused command."""
 
 from __future__ import annotations
 
@@ -8,18 +8,24 @@ from contextlib import contextmanager
 
 from tests.doubles.coppeliasim.legacy.codec import Code, Command
 from tests.doubles.coppeliasim.legacy.functions import WORLD, Functions
-from tests.doubles.coppeliasim.scene.objects import SceneError, Thing, VisionSensor
+from tests.doubles.coppeliasim.scene.objects import Node, SceneError, VisionSensor
 from tests.doubles.coppeliasim.scene.poses import Vector
 
-Answer = Callable[[Command], bytes]
-"""Executes a command, and returns the data of its reply; raises RefusedError."""
+CommandHandler = Callable[[Command], bytes]
+"""A function that executes a command, and returns the data of the answer.
 
-Answers = dict[int, Answer]
-"""Answers by the number of the command."""
+It raises RefusedError to refuse the command.
+"""
+
+CommandHandlers = dict[int, CommandHandler]
+"""CommandHandlers by the number of the command."""
 
 
 class RefusedError(Exception):
-    """A command failed. The reply has ``data`` and the error bit; ``text`` is added to the last errors."""
+    """A command failed.
+
+    The answer contains the error bit and ``data``. ``text`` is added to the client's error messages.
+    """
 
     def __init__(self, text: str | None = None, data: bytes = b"") -> None:
         super().__init__(text)
@@ -28,7 +34,7 @@ class RefusedError(Exception):
 
 @contextmanager
 def convert_refusals(function: str, data: bytes = b"") -> Iterator[None]:
-    """Convert errors of the scene to RefusedError with the name of the simulator's function."""
+    """Return a context manager that converts SceneError to RefusedError. The error names ``function``."""
     try:
         yield
     except SceneError as error:
@@ -43,12 +49,12 @@ TWO_INTS = struct.Struct("<2i")
 RELATIVE = struct.Struct("<i3f")
 DETECTION = struct.Struct("<b3fi3f")
 
-RUBBISH = DETECTION.pack(0, 0.0, 3.640625, -1.6e-23, 0, -5481547.5, 1.62, -6.1e-12)
-"""Data of the real server without a detection: arbitrary memory, of which only the first byte is valid."""
+NO_DETECTION = DETECTION.pack(0, 0.0, 3.640625, -1.6e-23, 0, -5481547.5, 1.62, -6.1e-12)
+"""The data that the real server has sent without a detection. Only the first byte is valid."""
 
 
-def create_object_answers(functions: Functions) -> Answers:
-    """Return the answers to commands about objects."""
+def create_object_handlers(functions: Functions) -> CommandHandlers:
+    """Return the handlers of commands about objects."""
     objects = ObjectCommands(functions)
     return {
         Code.GET_OBJECT_HANDLE: objects.handle,
@@ -68,7 +74,7 @@ def create_object_answers(functions: Functions) -> Answers:
 
 
 class ObjectCommands:
-    """The commands about one object; each method returns the data of the reply."""
+    """The handlers of commands about one object. Each method returns the data of the answer."""
 
     def __init__(self, functions: Functions) -> None:
         self._functions = functions
@@ -86,7 +92,7 @@ class ObjectCommands:
             return INT.pack(self._functions.child(*two_numbers(command)))
 
     def objects(self, command: Command) -> bytes:
-        """Return the number of objects of a type, then their handles."""
+        """Return the number of objects of a type, and then their handles."""
         handles = self._functions.objects(handle(command))
         return struct.pack(f"<{len(handles) + 1}i", len(handles), *handles)
 
@@ -110,9 +116,9 @@ class ObjectCommands:
         No recording has a detection. Sources: the plug-in (``simxCmd.cpp``, read_proximity_sensor) and the
         official binding's documentation of ``simxReadProximitySensor``. The distance is the norm of the point.
         """
-        with convert_refusals("simReadProximitySensor", RUBBISH):
+        with convert_refusals("simReadProximitySensor", NO_DETECTION):
             seen = self._functions.detection(handle(command))
-        return DETECTION.pack(1, *seen.point, seen.handle, *seen.normal) if seen else RUBBISH
+        return DETECTION.pack(1, *seen.point, seen.handle, *seen.normal) if seen else NO_DETECTION
 
     def position(self, command: Command) -> bytes:
         with convert_refusals("simGetObjectPosition", FLOATS3.pack(0, 0, 0)):
@@ -135,7 +141,7 @@ class ObjectCommands:
         return b""
 
     def velocity(self, command: Command) -> bytes:
-        """Return the linear, then the angular velocity."""
+        """Return the linear velocity, and then the angular velocity."""
         with convert_refusals("simGetObjectVelocity", bytes(FLOATS6.size)):
             linear, angular = self._functions.velocity(handle(command))
         return FLOATS6.pack(*linear, *angular)
@@ -159,7 +165,7 @@ def text(data: bytes) -> str:
 
 
 def values(layout: struct.Struct, command: Command, data: bytes | None = None) -> tuple[float, ...]:
-    """Return the numbers in a command's data; raises RefusedError if there are too few bytes."""
+    """Decode the numbers in a command's data. Raises RefusedError if there are too few bytes."""
     data = command.data if data is None else data
     if len(data) < layout.size:
         raise RefusedError
@@ -176,8 +182,8 @@ NAMES, TYPES = 0, 1
 RESOLUTION_X, RESOLUTION_Y, VIEW_ANGLE = 1002, 1003, 1004
 
 
-def create_group_answers(functions: Functions) -> Answers:
-    """Return the answers to commands about groups of objects and about parameters of one object."""
+def create_group_handlers(functions: Functions) -> CommandHandlers:
+    """Return the handlers of commands about groups of objects, and about parameters of one object."""
     particulars = GroupCommands(functions)
     return {
         Code.GET_OBJECT_GROUP_DATA: particulars.group,
@@ -187,19 +193,19 @@ def create_group_answers(functions: Functions) -> Answers:
 
 
 class GroupCommands:
-    """The commands about groups of objects and about parameters of one object."""
+    """The handlers of commands about groups of objects, and about parameters of one object."""
 
     def __init__(self, functions: Functions) -> None:
         self._graph = functions.simulator.graph
 
     def group(self, command: Command) -> bytes:
-        """Return the counts of handles, integers, floats and texts, then these."""
+        """Return the counts of handles, integers, floats and texts, and then these values."""
         kind, what = two_numbers(command)
-        things = [thing for thing in self._graph if kind in {EVERYTHING, thing.type}]
+        nodes = [node for node in self._graph if kind in {EVERYTHING, node.type}]
         if what == NAMES:
-            return _group(things, [], [thing.alias for thing in things])
+            return _group(nodes, [], [node.alias for node in nodes])
         if what == TYPES:
-            return _group(things, [int(thing.type) for thing in things], [])
+            return _group(nodes, [int(node.type) for node in nodes], [])
         raise RefusedError
 
     def integer(self, command: Command) -> bytes:
@@ -223,7 +229,7 @@ class GroupCommands:
         return sensor, number
 
 
-def _group(things: list[Thing], numbers: list[int], texts: list[str]) -> bytes:
-    whole = [thing.handle for thing in things] + numbers
-    counts = (len(things), len(numbers), 0, len(texts))
+def _group(nodes: list[Node], numbers: list[int], texts: list[str]) -> bytes:
+    whole = [node.handle for node in nodes] + numbers
+    counts = (len(nodes), len(numbers), 0, len(texts))
     return struct.pack(f"<{4 + len(whole)}i", *counts, *whole) + b"".join(text.encode() + b"\0" for text in texts)

@@ -1,4 +1,4 @@
-"""Answers to commands about vision sensors, parameters, signals and the simulation."""
+"""The handlers of commands about vision sensors, parameters, signals and the simulation."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from tests.doubles.coppeliasim.legacy.codec import Code, Command
 from tests.doubles.coppeliasim.legacy.functions import Functions
-from tests.doubles.coppeliasim.legacy.object_answers import (
+from tests.doubles.coppeliasim.legacy.object_commands import (
     FLOAT,
     INT,
-    Answers,
+    CommandHandlers,
     RefusedError,
     convert_refusals,
     handle,
@@ -26,8 +26,8 @@ from tests.doubles.coppeliasim.scene.simulator import Simulator
 RESOLUTION = struct.Struct("<2i")
 
 
-def create_picture_answers(functions: Functions) -> Answers:
-    """Return the answers to commands about vision sensors."""
+def create_picture_handlers(functions: Functions) -> CommandHandlers:
+    """Return the handlers of commands about vision sensors."""
     pictures = PictureCommands(functions)
     return {
         Code.GET_VISION_SENSOR_IMAGE_BW: pictures.grey,
@@ -39,7 +39,10 @@ def create_picture_answers(functions: Functions) -> Answers:
 
 
 class PictureCommands:
-    """The commands about a vision sensor. Data: width and height, then the pixels, the lowest row first."""
+    """The handlers of commands about a vision sensor.
+
+    The data has width, height and the pixels, the lowest row first.
+    """
 
     def __init__(self, functions: Functions) -> None:
         self._functions = functions
@@ -59,7 +62,10 @@ class PictureCommands:
         return self._set(command, channels=1)
 
     def read(self, command: Command) -> bytes:
-        """Refuse without a text, as the real server does while stopped; no recording has an answer during a run."""
+        """Refuse without a text, as the real server does while it is stopped.
+
+        No recording has an answer during a run.
+        """
         self._image(command)
         raise RefusedError(None, INT.pack(0))
 
@@ -82,8 +88,8 @@ def _encode_image(image: NDArray[np.uint8]) -> bytes:
     return RESOLUTION.pack(image.shape[1], image.shape[0]) + image.tobytes()
 
 
-def create_value_answers(functions: Functions) -> Answers:
-    """Return the answers to commands about parameters, signals and the status bar."""
+def create_value_handlers(functions: Functions) -> CommandHandlers:
+    """Return the handlers of commands about parameters, signals and the status bar."""
     parameters, floats, integers = ParameterCommands(functions), SignalCommands(FLOAT), SignalCommands(INT)
     return {
         Code.GET_INTEGER_PARAMETER: parameters.integer,
@@ -100,12 +106,11 @@ def create_value_answers(functions: Functions) -> Answers:
 
 
 def _show(command: Command) -> bytes:
-    """Ignore a message for the status bar."""
     return b""
 
 
 class ParameterCommands:
-    """ParameterCommands of the simulator; a ping reads the program's version."""
+    """The handlers of commands about parameters of the simulator. A ping reads the program version."""
 
     def __init__(self, functions: Functions) -> None:
         self._functions = functions
@@ -125,7 +130,7 @@ class ParameterCommands:
 
 
 class SignalCommands:
-    """SignalCommands of one type by name. A missing signal is an error without a text."""
+    """The handlers of commands about signals of one type. A missing signal is an error without a text."""
 
     def __init__(self, layout: struct.Struct) -> None:
         self._layout = layout
@@ -142,7 +147,7 @@ class SignalCommands:
         return b""
 
     def clear(self, command: Command) -> bytes:
-        """Remove one signal, or all if the name is empty."""
+        """Remove one signal, or all signals if the name is empty."""
         if name := text(command.identity):
             self._values.pop(name, None)
         else:
@@ -154,8 +159,8 @@ Errors = deque[str]
 ERRORS_KEPT = 50
 
 
-def create_simulation_answers(running: SimulationCommands) -> Answers:
-    """Return the answers to commands about the simulation."""
+def create_simulation_handlers(running: SimulationCommands) -> CommandHandlers:
+    """Return the handlers of commands about the simulation."""
     return {
         Code.START_PAUSE_STOP_SIMULATION: running.start_pause_stop,
         Code.SYNCHRONOUS_ENABLE: running.hold_time,
@@ -184,7 +189,7 @@ class SimulationCommands:
         return b""
 
     def hold_time(self, command: Command) -> bytes:
-        """Advance time only by triggers, until the client releases it or the simulation stops."""
+        """Make time wait for triggers, until the client ends stepping or the simulation stops."""
         if not self._steps:
             self._simulator.stepping.raise_level(self._client)
         return b""
@@ -194,12 +199,12 @@ class SimulationCommands:
         return b""
 
     def leave(self) -> None:
-        """Stop holding the simulation's time."""
-        self._simulator.stepping.forget(self._client)
+        """End the client's stepping, so that time no longer waits for it."""
+        self._simulator.stepping.remove(self._client)
         self._simulator.changed.notify_all()
 
     def trigger(self, command: Command) -> bytes:
-        """Request a time step after the other commands.
+        """Request a time step, which follows the other commands of the message.
 
         Returns an error if the client does not step, or if the simulation is stopped.
         """
@@ -209,7 +214,7 @@ class SimulationCommands:
         return b""
 
     def step(self) -> None:
-        """Do the requested time step."""
+        """Simulate the requested time step."""
         if self._is_triggered:
             self._is_triggered = False
             self._simulator.step(self._client)
