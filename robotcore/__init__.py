@@ -1,7 +1,7 @@
 """Write a robot's behaviour once, test it in simulators, and run the same file on the real robot.
 
-Apps, notebooks and tests of apps import all they need from this package. The package imports the module of a name
-when the name is first used, so that the command line starts fast.
+Apps, notebooks and tests of apps need to import only this package. A module of the package is imported when one of its
+names is first used, so that the command line starts fast.
 
 >>> import robotcore
 >>> result = robotcore.run(robotcore.RunRequest(app="green-search", backend="kinematic", seed=7))
@@ -54,7 +54,7 @@ _MODULES = {
     "Twist": "geometry",
     "run": "runtime.session",
 }
-"""For each public name, the module that defines it."""
+"""A mapping from each public name to the module that defines it."""
 
 _PACKAGES = {
     "errors": "errors",

@@ -1,4 +1,4 @@
-"""Every error that this framework raises on purpose, as one tree.
+"""The exceptions that this framework raises, as a tree.
 
     RobotcoreError
     ├── UsageError (ValueError)              a request is invalid, nothing has moved: exit 2
@@ -30,7 +30,7 @@
     └── BehaviourError                       the app raised an exception: exit 5
     Interrupted (BaseException)              a signal ended the run: exit 128 + its number
 
-A builtin error in parentheses is a further base class, so that ``except ValueError`` catches a UsageError.
+The name in parentheses is a second base class, so that ``except ValueError`` also catches a UsageError.
 """
 
 from __future__ import annotations
@@ -43,19 +43,22 @@ from types import MappingProxyType, TracebackType
 from typing import Any, ClassVar
 
 _CALLERS = {"robotcore", "importlib", "_frozen_importlib", "_frozen_importlib_external"}
-"""The packages that import or call an app. Their frames are left out of a traceback of the app."""
+"""The packages that import or call an app. Their stack frames are left out of a traceback of the app."""
 
 _PLAIN = (str, int, float, bool, type(None))
-"""The types whose values another process can always unpickle."""
+"""The types of values that every process can unpickle."""
 
 MAX_EXCEPTION_TEXT = 2000
-"""The most characters of an app's exception in an error. A longer text would flood the tables and files of sweeps."""
+"""The greatest number of characters of an app's exception in a BehaviourError.
+
+A longer text would flood the tables and files of sweeps.
+"""
 
 
 class _Portable(BaseException):
     """An exception that can be pickled, whatever arguments its constructor takes.
 
-    Another process may not be able to import a subclass that an app defines. Such an error is unpickled as its nearest
+    An app may define a subclass, which another process cannot always import. Such an error is unpickled as its nearest
     base class in this module, with the same text, kind and fields.
     """
 
@@ -68,10 +71,9 @@ class _Portable(BaseException):
 
 
 class RobotcoreError(_Portable, Exception):
-    """The root of the tree. Its message is shown to the user unchanged.
+    """The base class of all errors of this framework. The user sees its message unchanged.
 
-    kind: a stable identifier of the event, in kebab-case. Each class has a default. A ``raise`` may pass a more exact
-    one.
+    kind: a stable identifier of the error, in kebab-case. Each class has a default.
     fields: the values in the message, by name.
 
     >>> error = UsageError("a run takes at least 1 s, not 0 s", kind="duration-too-short", duration_s=0.0)
@@ -92,11 +94,11 @@ class RobotcoreError(_Portable, Exception):
 
 
 MistakeParts = tuple[str, str, str] | tuple[str, str, str, str]
-"""A mistake in a file: the key, the problem, the remedy, and optionally the error's kind."""
+"""A mistake in a file: the key, the problem, the remedy, and optionally the kind of the error."""
 
 
 class UsageError(RobotcoreError, ValueError):
-    """A request is invalid. No motor has moved."""
+    """A command or a call is invalid. No motor has moved."""
 
     kind = "usage"
     exit_status = 2
@@ -105,10 +107,10 @@ class UsageError(RobotcoreError, ValueError):
 class UnknownNameError(UsageError, LookupError):
     """A name is unknown. The message suggests another name.
 
-    kind: the kind of thing that is named, such as ``app``. The error's own kind is then ``unknown-app``.
+    kind: the noun for the named object, such as ``app``. The kind of the error is then ``unknown-app``.
     name: the unknown name.
-    known: all known names. The message suggests the nearest one.
-    meant: a suggestion in place of the nearest known name.
+    known: all known names. The message suggests the most similar one.
+    meant: a suggestion that replaces the most similar known name.
 
     >>> str(UnknownNameError("app", "gren-search", ["green-search", "mark-green"]))
     "unknown app 'gren-search'. Did you mean 'green-search'?"
@@ -125,13 +127,13 @@ class UnknownNameError(UsageError, LookupError):
 
 
 class DescriptionError(UsageError):
-    """A robot's or a world's file is wrong.
+    """A robot's or a world's file has a mistake.
 
-    file: the file's name, for the message.
-    key: the dotted key of the wrong value, or ``""``.
+    file: the name of the file.
+    key: the dotted key of the wrong value; ``""`` if the mistake concerns the whole file.
     problem: what is wrong with the value, without a subject, such as ``is missing``.
     remedy: an instruction for the user, as a sentence without its full stop.
-    others: further errors of the same file. The message has a line for each.
+    others: the errors for further mistakes in the file. The message has a line for each.
 
     >>> str(DescriptionError("r.toml", "body.mass_kg", "is missing", "Add the key"))
     'r.toml: body.mass_kg: is missing. Add the key'
@@ -157,7 +159,7 @@ class DescriptionError(UsageError):
 
     @classmethod
     def of_all(cls, file: str, mistakes: Sequence[MistakeParts]) -> DescriptionError:
-        """Return one error for all mistakes of a file. Requires at least one mistake."""
+        """Return one error for all mistakes in a file. ``mistakes`` must not be empty."""
         first, *others = (cls(file, *parts[:3], kind="".join(parts[3:])) for parts in mistakes)
         return cls(file, first.key, first.problem, first.remedy, others, kind=first.kind)
 
@@ -166,8 +168,8 @@ class RecordingError(UsageError):
     """A recording cannot be written, read or replayed.
 
     file: the recording's file.
-    problem: the fault of the file.
-    remedy: an instruction for the user.
+    problem: what is wrong with the file, without a subject, such as ``is empty``.
+    remedy: an instruction for the user, as a sentence without its full stop.
     """
 
     kind = "recording"
@@ -177,13 +179,13 @@ class RecordingError(UsageError):
 
 
 class UnmetNeedError(UsageError):
-    """The app needs a role that no device of the robot fills."""
+    """The app requires a role, such as a camera, for which the robot has no device."""
 
     kind = "unmet-need"
 
 
 class BackendError(RobotcoreError, RuntimeError):
-    """A backend cannot work."""
+    """A backend cannot run."""
 
     kind = "backend"
     exit_status = 3
@@ -196,13 +198,13 @@ class BackendMissingError(BackendError, ImportError):
 
 
 class GuardianError(BackendError):
-    """The guardian process is gone or cannot work. No motor may move without a guardian."""
+    """The guardian process has ended or failed. No motor may move without a guardian."""
 
     kind = "guardian"
 
 
 class ResourceError(BackendError):
-    """The system refuses the program a thread or memory.
+    """The operating system refuses to start a thread or to allocate memory.
 
     refusal: a sentence that names the refused resource, without its full stop.
     """
@@ -212,7 +214,8 @@ class ResourceError(BackendError):
     def __init__(self, refusal: str) -> None:
         super().__init__(
             f"{refusal}. End other programs, or raise the limit: ulimit -u and ulimit -v in a shell, TasksMax= and "
-            "MemoryMax= in a systemd unit. If the app itself uses up threads or memory, correct the app"
+            "MemoryMax= in a systemd unit. If the app itself starts too many threads or uses too much memory, correct "
+            "the app"
         )
         self.refusal = refusal
 
@@ -238,27 +241,27 @@ class DeviationError(RobotcoreError):
 
 
 class DeployError(RobotcoreError):
-    """A robot cannot be reached, or refuses a release. The robot keeps its present release."""
+    """A robot cannot be reached, or refuses a release. Its present release stays active."""
 
     kind = "deploy"
     exit_status = 3
 
 
 class FirmwareError(RobotcoreError):
-    """A board's firmware cannot be built or flashed. The message holds the tool's output."""
+    """A board's firmware cannot be built or flashed."""
 
     kind = "firmware"
     exit_status = 3
 
 
 class UnprovenError(RobotcoreError):
-    """A release failed its tests, its checks or its simulation. The release was not sent to the robot."""
+    """A release failed its tests, its checks or its simulation, and was not sent to the robot."""
 
     kind = "unproven"
 
 
 class UnhealthyError(RobotcoreError):
-    """A new release was not healthy in time. The robot runs its previous release again, if it has one."""
+    """A new release failed its health check on the robot. The robot runs its previous release again, if it has one."""
 
     kind = "unhealthy"
 
@@ -267,7 +270,7 @@ class DeviceError(RobotcoreError, OSError):
     """A device failed.
 
     device: the device's name.
-    problem: what failed, such as ``is closed``. The message is ``device: problem``.
+    problem: the problem without a subject, such as ``is closed``. The message is ``device: problem``.
     """
 
     kind = "device"
@@ -288,7 +291,7 @@ class DeviceClosedError(DeviceError):
 
 
 class DeviceLostError(DeviceError):
-    """A device is disconnected, for example unplugged. Its driver keeps searching for it, and it may return."""
+    """A device is disconnected, for example unplugged. Its driver tries to connect again."""
 
     kind = "device-lost"
 
@@ -297,7 +300,7 @@ class DeviceGroupError(DeviceError):
     """Several devices failed at once.
 
     action: the action that failed, such as ``opening rover``.
-    failures: the error of each device. The message has a line for each.
+    failures: the errors of the devices. The message has a line for each error.
     """
 
     kind = "device-group"
@@ -309,9 +312,9 @@ class DeviceGroupError(DeviceError):
 
 
 class SafetyStop(RobotcoreError):  # noqa: N818  robotics calls it a stop, because it is no bug
-    """A safety rule ended the run, and every motor is stopped.
+    """A safety rule ended the run and stopped every motor.
 
-    cause: the name of the rule. Interventions in the trace have the same name.
+    cause: the name of the rule, which the trace also uses for interventions.
     """
 
     kind = "safety-stop"
@@ -327,11 +330,11 @@ class InvalidCommandError(SafetyStop, ValueError):
 
 
 class StaleSampleError(SafetyStop, TimeoutError):
-    """A needed sample is too old.
+    """A sample that the app or a safety rule reads is too old.
 
     device: the sensor's name.
     age: the sample's age in seconds.
-    limit: the greatest age in seconds that is allowed.
+    limit: the greatest allowed age in seconds.
     """
 
     kind = "stale-sample"
@@ -355,7 +358,7 @@ class WatchdogError(SafetyStop, TimeoutError):
 class EmergencyStopError(SafetyStop):
     """The emergency stop was pressed.
 
-    how: the cause as a clause, such as ``the button on the bench was pressed``.
+    how: a clause for the message, such as ``the button on the bench was pressed``.
     """
 
     kind = "emergency-stop"
@@ -368,31 +371,31 @@ class EmergencyStopError(SafetyStop):
 class WheelFaultError(SafetyStop):
     """The encoders show that wheels do not follow their commands.
 
-    faults: for each such wheel a clause that describes its fault.
+    problems: a clause for each such wheel that describes its motion.
     """
 
     kind = "wheel-fault"
     cause = "wheel fault"
 
-    def __init__(self, faults: Sequence[str]) -> None:
+    def __init__(self, problems: Sequence[str]) -> None:
         super().__init__(
-            f"{', '.join(faults)}. Check if the wheel is blocked, if the motor has power, if its wires are swapped, "
+            f"{', '.join(problems)}. Check if the wheel is blocked, if the motor has power, if its wires are swapped, "
             "and if the encoder works. The time limit is safety.follow_s in the robot's description"
         )
 
 
 class RangeFaultError(SafetyStop):
-    """Range sensors keep returning the same distance while the robot moves.
+    """Range sensors return the same distance for too long while the robot moves.
 
-    faults: for each such sensor a clause that describes its fault.
+    problems: a clause for each such sensor that describes its measurements.
     """
 
     kind = "range-fault"
     cause = "range fault"
 
-    def __init__(self, faults: Sequence[str]) -> None:
+    def __init__(self, problems: Sequence[str]) -> None:
         super().__init__(
-            f"{', '.join(faults)}. The sensor may be frozen or measure the robot itself, or the wheels may slip. "
+            f"{', '.join(problems)}. The sensor may be frozen or measure the robot itself, or the wheels may slip. "
             "The distance limit is safety.stuck_m in the robot's description"
         )
 
@@ -412,7 +415,7 @@ class BehaviourError(RobotcoreError):
     def traceback(self) -> str:
         """The traceback of the app's exception as text, without the frames of this framework.
 
-        It is empty if there was no exception. It is still available after pickling.
+        The text is empty without an exception. It is kept if the error is pickled.
         """
         if (cause := self.__cause__) is None:
             return self._traceback_text
@@ -427,7 +430,7 @@ class BehaviourError(RobotcoreError):
         try:
             text = str(cause)
         except (Exception, SystemExit) as failure:  # noqa: BLE001  an app's own class of exceptions
-            text = f"its text cannot be read, __str__ raised {type(failure).__name__}"
+            text = f"its text is unknown, because __str__ raised {type(failure).__name__}"
         if len(text) > MAX_EXCEPTION_TEXT:
             text = f"{text[:MAX_EXCEPTION_TEXT]}… ({len(text) - MAX_EXCEPTION_TEXT} more characters)"
         error = cls(f"{app.__name__} raised {type(cause).__name__}{f': {text}' if text else ''}")
@@ -436,7 +439,7 @@ class BehaviourError(RobotcoreError):
 
 
 class Interrupted(_Portable):
-    """A signal asked the program to end. ``except Exception`` in an app does not catch it."""
+    """A signal, such as SIGTERM, ended the program. ``except Exception`` in an app does not catch this exception."""
 
     kind = "interrupted"
 
@@ -446,14 +449,12 @@ class Interrupted(_Portable):
 
 
 def _trim_traceback(traceback: TracebackType | None) -> TracebackType | None:
-    """Return a traceback without its first frames, in which this framework imports or calls the app."""
     while traceback and str(traceback.tb_frame.f_globals.get("__name__")).partition(".")[0] in _CALLERS:
         traceback = traceback.tb_next
     return traceback
 
 
 def _portable_state(error: _Portable) -> dict[str, Any]:
-    """Return an error's kind and fields. A value of another type than `_PLAIN` becomes a text."""
     if not isinstance(error, RobotcoreError):
         return {}
     fields = {name: value if type(value) in _PLAIN else str(value) for name, value in error.fields.items()}
@@ -468,7 +469,7 @@ def _restore(kind: type[_Portable], args: tuple[Any, ...], state: dict[str, Any]
 
 
 def suggestion(name: str, known: Sequence[str]) -> str:
-    """Return a sentence that suggests the nearest known name, or lists all known names.
+    """Return a sentence that suggests the most similar known name, or else lists all known names.
 
     >>> suggestion("gren", ["green", "blue"]), suggestion("xyz", ["green", "blue"])
     ("Did you mean 'green'?", 'There are: blue, green.')
@@ -479,5 +480,5 @@ def suggestion(name: str, known: Sequence[str]) -> str:
 
 
 def find_nearest(name: str, known: Sequence[str]) -> str | None:
-    """Return the known name that is most similar to a name; None if none is similar."""
+    """Return the known name that is most similar to ``name``, or None if none is similar."""
     return next(iter(get_close_matches(name, known, n=1, cutoff=0.5)), None)

@@ -1,4 +1,4 @@
-"""Writes an output file completely or not at all."""
+"""Replaces files so that a failure leaves the old content in place."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ _PART_NAME = re.compile(r"\.[0-9a-f]{16}(\.\w+)?")
 
 @contextmanager
 def replace_file(file: Path) -> Iterator[Path]:
-    """Yield the path of a new empty file beside ``file``. The block writes the new file, which then replaces ``file``.
+    """Yield the path of a new empty file, which replaces ``file`` at the end of the ``with`` block.
 
-    If the block raises, the new file is deleted and ``file`` keeps its content.
+    If the block raises an exception, the new file is deleted and ``file`` keeps its content.
 
-    Raises OSError if no file can be created. Raises OSError too if ``file`` exists and is a link, a FIFO or a device.
+    Raises OSError if the new file cannot be created, or if ``file`` is a link, a FIFO or a device.
 
     >>> from tempfile import TemporaryDirectory
     >>> with TemporaryDirectory() as folder:
@@ -45,9 +45,9 @@ def replace_file(file: Path) -> Iterator[Path]:
 
 @contextmanager
 def replace_text(file: Path, **how: Any) -> Iterator[TextIO]:
-    """Yield a new text file in UTF-8, which replaces ``file`` at the end of the block.
+    """Yield a new text file in UTF-8, which replaces ``file`` at the end of the ``with`` block.
 
-    The new file is synced to the disk first. Raises the errors of `replace_file`.
+    The new file is synced to the disk before it replaces ``file``. Raises the errors of `replace_file`.
 
     how: keyword arguments of `open`.
     """
@@ -58,23 +58,19 @@ def replace_text(file: Path, **how: Any) -> Iterator[TextIO]:
 
 
 def find_parts(folder: Path) -> list[Path]:
-    """Return the unfinished files in a folder. A process that is killed in `replace_file` leaves such a file."""
+    """Return the unfinished files that killed processes have left in a folder during `replace_file`."""
     return [file for file in folder.iterdir() if _PART_NAME.fullmatch(file.name)]
 
 
 def require_replaceable(file: Path) -> None:
-    """Raise OSError if `replace_file` cannot replace a file. The file does not change."""
+    """Raise OSError if `replace_file` could not replace a file. The file itself does not change."""
     if file.exists() and not os.access(file, os.W_OK):
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
     _make_part(file).unlink()
 
 
 def _make_part(file: Path) -> Path:
-    """Create a hidden empty file in the folder of ``file``, and return its path.
-
-    The new file has the suffix of ``file``, because some libraries choose a format by the suffix. If ``file`` exists,
-    the new file also has its permissions.
-    """
+    # The new file has the suffix of `file`, because some libraries choose a format by the suffix.
     mode = require_regular(file)
     part = file.with_name(f".{token_hex(8)}{file.suffix}")  # matches _PART_NAME
     try:
@@ -91,7 +87,7 @@ def _make_part(file: Path) -> Path:
 
 
 def require_regular(file: Path) -> int | None:
-    """Return the permissions of a file, or None if it does not exist. Raises OSError if it is no regular file."""
+    """Return the permission bits of a file; None if it does not exist. Raises OSError if it is not a regular file."""
     try:
         mode = file.lstat().st_mode
     except FileNotFoundError:
@@ -101,5 +97,5 @@ def require_regular(file: Path) -> int | None:
     if stat.S_ISDIR(mode):
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
     if not stat.S_ISREG(mode):
-        raise OSError(errno.EINVAL, "it is no regular file")
+        raise OSError(errno.EINVAL, "it is not a regular file")
     return mode & 0o777

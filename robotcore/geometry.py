@@ -1,6 +1,6 @@
-"""Plane geometry: poses, velocities, and the exact motion of a rigid body.
+"""Poses and velocities in the plane, and the kinematics of a differential drive.
 
-Robot frame: x forward, y left, z up. A turn to the left is positive (REP 103).
+In the robot's frame, x points forward, y left and z up. A turn to the left is positive (REP 103).
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 
 class Twist(NamedTuple):
-    """A velocity in the plane.
+    """The velocity of a robot in the plane.
 
     >>> Twist(linear=0.2, angular=-0.5)
     Twist(linear=0.2, angular=-0.5)
@@ -40,12 +40,12 @@ class Pose(NamedTuple):
     """The angle from the x axis, in radians, positive to the left."""
 
     def advance(self, distance: float, turn: float) -> Pose:
-        """Return the pose after an arc of constant curvature.
+        """Return the pose after a motion along an arc of constant curvature.
 
-        distance: the length of the arc in metres, negative if driven backward.
-        turn: the change of heading in radians, positive to the left.
+        distance: the length of the arc in metres, negative for a motion backward.
+        turn: the change of the heading in radians, positive to the left.
 
-        An arc of length s that turns by a has a chord of length s·sinc(a/2). The chord's direction is heading + a/2.
+        The chord of an arc of length s that turns by a has the length s·sinc(a/2) and the direction heading + a/2.
 
         >>> end = Pose(0.0, 0.0, 0.0).advance(math.pi / 2, turn=math.pi / 2)  # a quarter of a circle of radius 1 m
         >>> round(end.x, 3), round(end.y, 3)
@@ -60,29 +60,29 @@ class Pose(NamedTuple):
             self.heading + turn,
         )
 
-    def compose(self, by: Pose) -> Pose:
-        """Convert a pose from this pose's frame to the world's frame. For example, ``by`` is a sensor's mount."""
-        return Pose(*self.to_world(by.x, by.y), self.heading + by.heading)
+    def compose(self, local: Pose) -> Pose:
+        """Convert a pose from this pose's frame to the world's frame, such as the mount of a sensor on a robot."""
+        return Pose(*self.to_world(local.x, local.y), self.heading + local.heading)
 
     def to_world(self, x: float, y: float) -> tuple[float, float]:
-        """Convert a point from this pose's frame to the world's frame. Both are x and y in metres."""
+        """Convert a point, in metres, from this pose's frame to the world's frame."""
         cos, sin = math.cos(self.heading), math.sin(self.heading)
         return self.x + x * cos - y * sin, self.y + x * sin + y * cos
 
     def to_local(self, x: float, y: float) -> tuple[float, float]:
-        """Convert a point from the world's frame to this pose's frame. Both are x and y in metres."""
+        """Convert a point, in metres, from the world's frame to this pose's frame."""
         cos, sin = math.cos(self.heading), math.sin(self.heading)
         dx, dy = x - self.x, y - self.y
         return dx * cos + dy * sin, dy * cos - dx * sin
 
     def distance_to(self, x: float, y: float) -> float:
-        """Return the distance to the point (x, y) of the world, in metres."""
+        """Return the distance from this pose to the point (x, y) of the world, in metres."""
         return math.hypot(x - self.x, y - self.y)
 
     def bearing_to(self, x: float, y: float) -> float:
-        """Return the direction of the point (x, y) of the world relative to the heading, in radians.
+        """Return the angle from the heading to the direction of the point (x, y) of the world, in radians.
 
-        The result is in (-π, π], and positive to the left.
+        The result is in (-π, π], positive to the left.
 
         >>> round(math.degrees(Pose(0.0, 0.0, 0.0).bearing_to(1.0, 1.0)))
         45
@@ -91,7 +91,7 @@ class Pose(NamedTuple):
 
 
 def wrap_angle(angle: float) -> float:
-    """Return the angle in (-π, π] that has the same direction as ``angle``, in radians.
+    """Return an angle in radians, changed by a multiple of 2π so that it is in (-π, π].
 
     >>> round(math.degrees(wrap_angle(math.radians(350))))
     -10
@@ -101,9 +101,9 @@ def wrap_angle(angle: float) -> float:
 
 
 def to_float(value: float) -> float:
-    """Return a number as a new ``float``. A NumPy array could change its value later, a ``float`` cannot.
+    """Return a number as a ``float``, so that later changes of a NumPy array have no effect.
 
-    Raises TypeError for text. The builtin ``float`` would convert the text.
+    Raises TypeError for text, which the builtin ``float`` would convert.
 
     >>> import numpy as np
     >>> to_float(np.where(True, 0.0, 0.2))
@@ -113,7 +113,7 @@ def to_float(value: float) -> float:
 
 
 class Wheels(NamedTuple):
-    """A pair of values for the left and the right wheel: velocities in rad/s, or angles in rad."""
+    """A velocity in rad/s, or an angle in rad, for each of the two driven wheels."""
 
     left: float
     right: float
@@ -121,7 +121,7 @@ class Wheels(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class DifferentialGeometry:
-    """Converts between the velocities of the wheels and of the body of a differential drive.
+    """Converts between the wheel velocities and the twist of a robot with a differential drive.
 
     The formulas are v = r(ω_r + ω_l)/2 and ω = r(ω_r − ω_l)/track.
     Source: Siegwart, Introduction to Autonomous Mobile Robots, section 3.2.
@@ -141,13 +141,13 @@ class DifferentialGeometry:
     def to_wheels(self, linear: float, angular: float) -> Wheels:
         """Return the wheel velocities in rad/s.
 
-        linear: the forward velocity of the body, in m/s.
-        angular: the turn rate of the body, in rad/s, positive to the left.
+        linear: the forward velocity of the robot, in m/s.
+        angular: the turn rate of the robot, in rad/s, positive to the left.
         """
         turn = angular * self.track / 2
         return Wheels((linear - turn) / self.wheel_radius, (linear + turn) / self.wheel_radius)
 
     def to_twist(self, wheels: Wheels) -> Twist:
-        """Return the velocity of the body for wheel velocities in rad/s."""
+        """Return the twist of the robot for wheel velocities in rad/s."""
         left, right = wheels.left * self.wheel_radius, wheels.right * self.wheel_radius
         return Twist((left + right) / 2, (right - left) / self.track)

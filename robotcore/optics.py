@@ -1,4 +1,4 @@
-"""The pinhole camera: intrinsics, and projection between the robot's frame and pixels."""
+"""The pinhole model of a camera: intrinsics, and the projection of points of the world to pixels."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from robotcore.geometry import Pose
 
 @dataclass(frozen=True, slots=True)
 class Intrinsics:
-    """A pinhole camera with square pixels.
+    """The pinhole model of a camera with square pixels.
 
-    Pixel centres have whole coordinates, as in OpenCV. The optical axis meets the picture at ``(cx, cy)``.
+    The centres of pixels have whole coordinates, as in OpenCV. The optical axis is at the pixel ``(cx, cy)``.
 
     >>> eye = Intrinsics(width=320, height=240, horizontal_fov=math.radians(60))
     >>> round(eye.focal_length, 1), eye.cx
@@ -39,16 +39,16 @@ class Intrinsics:
 
     @property
     def cx(self) -> float:
-        """The column of the pixel on the optical axis."""
+        """The column of the optical axis in a picture, in pixels."""
         return (self.width - 1) / 2
 
     @property
     def cy(self) -> float:
-        """The row of the pixel on the optical axis."""
+        """The row of the optical axis in a picture, in pixels."""
         return (self.height - 1) / 2
 
     def bearing(self, u: float) -> float:
-        """Return the direction of a column in radians, positive to the left of the optical axis."""
+        """Return the direction of the column ``u`` in radians, positive to the left of the optical axis."""
         return math.atan2(self.cx - u, self.focal_length)
 
 
@@ -56,7 +56,7 @@ Array = NDArray[np.float64]
 
 
 class Mounted(Protocol):
-    """The position and the direction of a sensor on a robot, in metres and radians.
+    """The position and the direction of a sensor in the robot's frame.
 
     A positive yaw points to the left, and a positive pitch points down.
     """
@@ -75,7 +75,7 @@ class Mounted(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class CameraView:
-    """A camera at a position in the world. It projects points of the world to pixels.
+    """Projects points of the world to the pixels of a camera at a fixed pose.
 
     >>> from robotcore.description import CameraDescription, load_robot
     >>> eye = load_robot("rover").first_of(CameraDescription)
@@ -95,7 +95,7 @@ class CameraView:
     def of(cls, intrinsics: Intrinsics, mount: Mounted, pose: Pose) -> CameraView:
         """Return the view of a camera on a robot.
 
-        intrinsics: the camera.
+        intrinsics: the pinhole model of the camera.
         mount: the camera's position and direction on the robot.
         pose: the robot's pose in the world.
         """
@@ -115,15 +115,15 @@ class CameraView:
     def to_pixels(self, points: Array) -> Array:
         """Return the column and the row of each point in the picture, shape (n, 2).
 
-        points: points in the camera's frame, ahead of the camera, shape (n, 3).
+        points: points in the camera's frame, ahead of the camera, in metres, shape (n, 3).
         """
         i = self.intrinsics
         return points[:, :2] * (i.focal_length / points[:, 2:]) + (i.cx, i.cy)
 
     def shows(self, points: Array) -> NDArray[np.bool_]:
-        """Return for each point whether the picture shows it, shape (n,). Obstacles are ignored.
+        """Return for each point whether it is in the field of view, shape (n,). Obstacles are ignored.
 
-        points: points in the world's frame, shape (n, 3).
+        points: points in the world's frame, in metres, shape (n, 3).
         """
         local = self.to_camera(points)
         depth = np.maximum(local[:, 2], 1e-9)

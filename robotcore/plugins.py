@@ -1,4 +1,4 @@
-"""Finds the backends, apps, faults and device drivers that installed packages register as entry points."""
+"""Lists and loads the backends, apps, faults and device drivers that packages register as entry points."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ DEVICES = "robotcore.devices"
 
 
 def backend_names() -> list[str]:
-    """Return the names of all registered backends. The libraries of some may not be installed.
+    """Return the names of all registered backends, even if their libraries are not installed.
 
     >>> "kinematic" in backend_names()
     True
@@ -24,29 +24,29 @@ def backend_names() -> list[str]:
 
 
 def app_names() -> list[str]:
-    """Return the names of all apps."""
+    """Return the names of all registered apps."""
     return sorted(_points(APPS))
 
 
 def fault_names() -> list[str]:
-    """Return the names of all faults: effects such as ``drop``, and effects on one kind such as ``noise.camera``."""
+    """Return the names of all registered faults, such as ``drop`` and ``noise.camera``."""
     return sorted(_points(FAULTS))
 
 
 def device_driver_names() -> list[str]:
-    """Return the names of all registered device drivers. The libraries of some may not be installed."""
+    """Return the names of all registered device drivers, even if their libraries are not installed."""
     return sorted(_points(DEVICES))
 
 
 def load_registered(kind: str, group: str, name: str) -> Any:
-    """Import and return the object that an entry point names.
+    """Import and return the object of an entry point.
 
-        kind: the noun for the object in messages, such as ``backend``.
-    group: the group of entry points.
+    kind: the noun for the object in messages, such as ``backend``.
+    group: the group of the entry point.
     name: the name of the entry point.
 
-    Raises UsageError for an empty group, UnknownNameError for an unknown name, and BackendMissingError for an entry
-    point that cannot be imported.
+    Raises UsageError for an empty group, UnknownNameError for an unknown name, and BackendMissingError for an object
+    that cannot be imported.
     """
     points = _points(group)
     if not points:
@@ -58,8 +58,7 @@ def load_registered(kind: str, group: str, name: str) -> Any:
         return points[name].load()
     except Exception as error:
         raise BackendMissingError(
-            f"the {kind} {name!r} ({points[name].value}) cannot be loaded: {error}. "
-            "Reinstall the package it comes from",
+            f"the {kind} {name!r} ({points[name].value}) cannot be loaded: {error}. Reinstall its package",
             group=group,
             name=name,
         ) from error

@@ -1,4 +1,4 @@
-"""Find the processes that have a device open or locked. The information comes from /proc on Linux."""
+"""Finds the processes that have a device open or locked. The source is /proc of Linux."""
 
 from __future__ import annotations
 
@@ -19,19 +19,20 @@ GUARDIAN_PACKAGE = b"robotcore.safety.guardian."
 
 @dataclass(frozen=True)
 class OpenFile:
-    """A file that a process has open. ``process`` is the number of the process."""
+    """A file that a process has open."""
 
     process: int
-    #: The file descriptor in that process.
+    """The PID of the process."""
     number: int
-    #: The target of the link in /proc/PID/fd: a path, or a name such as ``anon_inode:gpio-line``.
+    """The file descriptor in the process."""
     link: str
+    """The target of the link in /proc/PID/fd: a path, or a name such as ``anon_inode:gpio-line``."""
 
 
 def list_open_files(proc: Path = PROC) -> Iterator[OpenFile]:
-    """Yield the open files of all processes, in the order of the processes' numbers.
+    """Yield the open files of all processes, sorted by PID.
 
-    Without root rights, Linux shows only the files of the user's own processes.
+    Without root rights, only the files of the user's own processes are visible.
     """
     for process in sorted(proc.glob("[0-9]*"), key=lambda folder: int(folder.name)):
         with suppress(OSError):  # the process has ended, or belongs to another user
@@ -41,9 +42,9 @@ def list_open_files(proc: Path = PROC) -> Iterator[OpenFile]:
 
 
 def find_holders(path: str) -> list[int]:
-    """Return the numbers of the other processes that have a device open or locked.
+    """Return the PIDs of all processes, except this one, that have a device open or locked.
 
-    Locks are visible to each user. The open files of other users' processes are visible to root only.
+    All users can see locks. Only root can see the open files of other users' processes.
     """
     try:
         device = os.stat(path)  # noqa: PTH116  the path is a text
@@ -54,15 +55,19 @@ def find_holders(path: str) -> list[int]:
 
 
 def describe_holders(path: str) -> str:
-    """Return a text such as ``process 1234 (picocom)`` for the other processes that have a device open or locked.
+    """Return a text such as ``process 1234 (picocom)`` that names the processes of `find_holders`.
 
-    The text is empty if none is found.
+    The text is empty if there are none.
     """
     return " and ".join(describe_process(number) for number in find_holders(path))
 
 
 def describe_process(number: int, proc: Path = PROC) -> str:
-    """Return a text such as ``process 1234 (picocom)``. The name is left out if the process has ended."""
+    """Return a text such as ``process 1234 (picocom)``, or ``process 1234`` if the process has ended.
+
+    number: the PID of the process.
+    proc: the folder that is mounted as /proc.
+    """
     process = proc / str(number)
     try:
         is_guardian = GUARDIAN_PACKAGE in (process / "cmdline").read_bytes()
@@ -73,10 +78,11 @@ def describe_process(number: int, proc: Path = PROC) -> str:
 
 
 def is_same_device(first: os.stat_result, second: os.stat_result) -> bool:
-    """Return whether two file paths lead to the same device. Each argument is the ``stat`` result of one path.
+    """Return whether two files are the same device. The arguments are the ``stat`` results of the files.
 
-    A device may have several nodes, for example in containers. All nodes have the same device number. Only
-    pseudo-terminals must also have the same node, because each container numbers its own from 0.
+    A device may have several files, for example in containers, all with the same device number. But two
+    pseudo-terminals with one number may differ, because each container numbers its own from 0. So pseudo-terminals must
+    be the same file.
     """
     if os.path.samestat(first, second):
         return True
@@ -86,7 +92,7 @@ def is_same_device(first: os.stat_result, second: os.stat_result) -> bool:
 
 
 def _is_open_on(file: OpenFile, device: os.stat_result) -> bool:
-    """Return whether an open file is a device. Paths are not compared, because containers have their own paths."""
+    # Paths are not compared, because each container has its own paths.
     if not file.link.startswith("/"):  # a pipe, a socket
         return False
     try:
@@ -96,7 +102,7 @@ def _is_open_on(file: OpenFile, device: os.stat_result) -> bool:
 
 
 def _find_lockers(file: os.stat_result) -> set[int]:
-    """Return the numbers of the processes that have locked a file with flock(2). Source: proc_locks(5)."""
+    """Return the PIDs of the processes that have locked a file with flock(2). Source: proc_locks(5)."""
     try:
         locks = (PROC / "locks").read_text()
     except OSError:

@@ -1,4 +1,4 @@
-"""Casts rays against outlines in the plane, and models the cone of a range sensor by a fan of rays."""
+"""Casts rays against polygons in the plane, and models a range sensor by a fan of rays."""
 
 from __future__ import annotations
 
@@ -16,17 +16,19 @@ Array = NDArray[np.float64]
 Outline = Sequence[tuple[float, float]]
 
 FAN_RAYS = 15
-"""The number of rays in a fan."""
+"""The number of rays by which a simulator models a range sensor."""
 
 FAN_SETBACK_M = 0.05
-"""The distance in metres from the start of the rays, inside the robot, to the sensor.
+"""The distance in metres by which the rays begin behind the sensor.
 
-The rays begin behind the sensor, so that they also hit a body that touches the sensor.
+So they also hit a body that touches the sensor.
 """
 
 
 def edges_of(outlines: Iterable[Outline]) -> Array:
-    """Return the edges of polygons, shape (n, 4). An edge is its start x, y and the vector x, y to its end.
+    """Return the edges of polygons, shape (n, 4).
+
+    A row has the x and y of the edge's start, and the x and y of the vector from its start to its end.
 
     >>> edges_of([[(1.0, 0.0), (1.0, 2.0)]]).tolist()
     [[1.0, 0.0, 0.0, 2.0], [1.0, 2.0, 0.0, -2.0]]
@@ -40,11 +42,13 @@ def edges_of(outlines: Iterable[Outline]) -> Array:
 
 
 def cast(x: Array | float, y: Array | float, dx: Array, dy: Array, edges: Array) -> Array:
-    """Return for each ray the distance to the first edge that it hits, shape (n,). Without a hit it is ``inf``.
+    """Return for each ray the distance to the first edge that it hits, shape (n,).
+
+    The distance is a multiple of the length of the ray's direction vector. Without a hit, it is ``inf``.
 
     x, y: the common start of all rays, or the start of each ray, shape (n,).
-    dx, dy: the direction of each ray, shape (n,). The distance is a multiple of the direction's length.
-    edges: the edges, as `edges_of` returns them.
+    dx, dy: the direction vector of each ray, shape (n,).
+    edges: the edges that `edges_of` returns.
 
     >>> wall = edges_of([[(2.0, -1.0), (2.0, 1.0)]])
     >>> cast(0.0, 0.0, np.array([1.0, -1.0]), np.array([0.0, 0.0]), wall).tolist()
@@ -67,7 +71,7 @@ def cast(x: Array | float, y: Array | float, dx: Array, dy: Array, edges: Array)
 
 @dataclass(frozen=True)
 class Fan:
-    """The horizontal fan of rays by which every simulator models a range sensor.
+    """The horizontal fan of `FAN_RAYS` rays by which every simulator models a range sensor.
 
     >>> fan = Fan(cone=0.5, min_range=0.02, max_range=2.0)
     >>> lengths = np.full(FAN_RAYS, 1.05)  # the rays begin 0.05 m behind the sensor
@@ -76,7 +80,7 @@ class Fan:
     """
 
     cone: float
-    """The full opening angle, in radians."""
+    """The full opening angle of the fan, in radians."""
     min_range: float
     """The shortest distance that the sensor measures, in metres."""
     max_range: float
@@ -84,13 +88,13 @@ class Fan:
 
     @property
     def angles(self) -> Array:
-        """The angle of each ray to the sensor's axis, in radians, from right to left, shape (15,)."""
+        """The angles from the sensor's axis to the rays, in radians, from right to left, shape (15,)."""
         return np.linspace(-self.cone / 2, self.cone / 2, FAN_RAYS)
 
     def rays(self, mount: Mounted) -> tuple[Array, Array]:
-        """Return the common start of the rays and their unit vectors, in the robot's frame.
+        """Return the start of all rays, shape (3,), and their unit vectors, shape (15, 3), in the robot's frame.
 
-        Their shapes are (3,) and (15, 3).
+        mount: the pose of the sensor on the robot.
         """
         sensor = Pose(mount.x_m, mount.y_m, mount.yaw_rad)
         directions = self.directions(sensor)
@@ -98,15 +102,15 @@ class Fan:
         return origin, np.stack((*directions, np.zeros_like(self.angles)), axis=1)
 
     def directions(self, sensor: Pose) -> tuple[Array, Array]:
-        """Return the x and the y components of the rays' unit vectors, each of shape (15,).
+        """Return the x and the y components of the rays' unit vectors, both of shape (15,).
 
-        sensor: the pose of the sensor.
+        sensor: the pose of the sensor in the frame of the result.
         """
         angles = sensor.heading + self.angles
         return np.cos(angles), np.sin(angles)
 
     def reading(self, lengths: Array) -> float:
-        """Return the distance that the sensor measures, in metres. It is ``inf`` beyond the sensor's range.
+        """Return the distance that the sensor measures, in metres; ``inf`` if all hits are beyond its range.
 
         lengths: the length of each ray from its start to its hit, in metres, shape (15,).
         """
@@ -114,7 +118,7 @@ class Fan:
         return math.inf if nearest > self.max_range else max(nearest, self.min_range)
 
     def point(self, lengths: Array) -> tuple[float, float, float] | None:
-        """Return the nearest hit as x, y, z in the sensor's frame, in metres. It is None beyond the sensor's range.
+        """Return the nearest hit as x, y, z in the sensor's frame, in metres; None if it is beyond the sensor's range.
 
         lengths: the length of each ray from its start to its hit, in metres, shape (15,).
         """

@@ -1,4 +1,4 @@
-"""Helpers for text in messages."""
+"""Functions that format text for messages."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Collection
 
 
 def pluralize(number: int, noun: str) -> str:
-    """Return a number and its noun, in the plural if the number is not 1.
+    """Return a number and its noun. The noun gets an s if the number is not 1.
 
     >>> pluralize(1, "warning"), pluralize(0, "warning")
     ('1 warning', '0 warnings')
@@ -36,13 +36,11 @@ def escape(text: str, *, keep: str = "") -> str:
 
 
 MOST_NAMED = 5
-"""The largest number of names that a message lists."""
+"""The greatest number of names that a message lists."""
 
 
 def list_names(names: Collection[str], most: int = MOST_NAMED) -> str:
-    """Return a text with the first ``most`` names and the number of the other names.
-
-    The names are escaped and separated by commas.
+    """Return the first ``most`` names, escaped and separated by commas, and the number of the other names.
 
     >>> list_names(["a.mcap", "b.mcap", "c.mcap"], most=2)
     'a.mcap, b.mcap and 1 more'

@@ -1,4 +1,4 @@
-"""Starts threads, and recognises the errors that the system raises when it refuses memory."""
+"""Starts threads, and recognises errors that mean that memory has run out."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from robotcore.errors import ResourceError
 
 
 def is_out_of_memory(error: BaseException) -> bool:
-    """Return whether an error, or one of its causes, was raised because the system refused memory.
+    """Return whether an error or one of its causes means that memory has run out.
 
-    `threading` raises a RuntimeError if it cannot allocate a lock.
+    Besides MemoryError, this is the RuntimeError that `threading` raises if it cannot allocate a lock.
 
     >>> is_out_of_memory(MemoryError()), is_out_of_memory(RuntimeError("can't allocate lock"))
     (True, True)
@@ -21,7 +21,7 @@ def is_out_of_memory(error: BaseException) -> bool:
 
 
 def start_thread(target: Callable[[], object], name: str) -> Thread:
-    """Start a daemon thread. Raises ResourceError if the system refuses one."""
+    """Start a daemon thread and return it. Raises ResourceError if the operating system refuses the thread."""
     try:
         thread = Thread(target=target, name=name, daemon=True)
         thread.start()

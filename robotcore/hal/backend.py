@@ -1,4 +1,4 @@
-"""The interface of a driver package: the backend, and the setup from which a backend opens a robot."""
+"""The interface of a backend, and the arguments with which a backend opens a robot."""
 
 from __future__ import annotations
 
@@ -33,28 +33,28 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ModelExport:
-    """The model of a robot in a text format."""
+    """The model of a robot, and optionally of its world, in a text format such as URDF."""
 
     text: str
-    """The document."""
+    """The text of the model's file."""
     pictures: Mapping[str, bytes] = field(default_factory=dict)
-    """The content of each file that the document refers to, by the path relative to the document."""
+    """The contents of the picture files to which ``text`` refers, by their paths relative to the model's file."""
     notes: tuple[str, ...] = ()
-    """The parts of the robot and the world that the document lacks, as sentences."""
+    """A sentence for each part of the description that the model lacks."""
 
 
 OptionsT = TypeVar("OptionsT", bound=StrictModel)
 
 
 class Capability(str, Enum):
-    """A property of a simulator on which runs and tests rely."""
+    """An optional property of a backend's simulator."""
 
     CONTACTS = "contacts"
     """The simulator counts the contacts of the robot with the world."""
     POSE = "pose"
-    """The simulator provides the exact pose of the robot."""
+    """The simulator provides the true pose of the robot."""
     LOCKSTEP = "lockstep"
-    """Simulated time passes only when the robot's clock sleeps. Two equal runs then have bitwise equal results."""
+    """Simulated time passes only while the robot's clock sleeps, so that equal runs have bitwise equal results."""
 
 
 @dataclass(frozen=True)
@@ -69,44 +69,46 @@ class Setup:
 
     robot: RobotDescription
     world: WorldDescription | None
-    """The world to simulate. None for a backend without a world."""
+    """The world to simulate; None for a backend without a simulated world."""
     devices: frozenset[str]
     """The names of the devices to open."""
     rate_hz: float = 20.0
-    """The number of ticks in a second."""
+    """The number of ticks per second."""
     seed: int = 0
     gui: bool = False
-    """Whether to open a window."""
+    """Whether the simulator opens a window."""
     options: Mapping[str, Any] = field(default_factory=dict)
     """The user's options for the backend."""
 
     def options_as(self, model: type[OptionsT]) -> OptionsT:
-        """Return the user's options as an instance of the backend's model. Raises UsageError for wrong options."""
+        """Return the user's options as an instance of a model. Raises UsageError for an unknown or invalid option."""
         known = list(model.model_fields)
         for name in self.options:
             if name not in known:
-                meant = "" if known else "one of another backend, which --backend names"
+                meant = "" if known else "an option for another --backend"
                 raise UnknownNameError("option", name, known, meant)
         try:
             return model.model_validate(dict(self.options))
         except ValidationError as error:
-            key, fault = first_mistake(error)
-            raise UsageError(f"option {key}: {fault}", kind="invalid-option", option=key) from error
+            key, problem = first_mistake(error)
+            raise UsageError(f"option {key}: {problem}", kind="invalid-option", option=key) from error
 
     @property
     def chosen_devices(self) -> tuple[Any, ...]:
-        """The descriptions of the devices to open, in the order of the file."""
+        """The descriptions of the devices to open, in the order of the robot's file."""
         return tuple(device for device in self.robot.devices if device.name in self.devices)
 
     def without_batteries(self) -> Setup:
-        """Return the setup without batteries, for a simulator, which has none."""
+        """Return the setup without batteries, which simulators do not have."""
         batteries = {battery.name for battery in self.robot.all_of(BatteryDescription)}
         return replace(self, devices=self.devices - batteries)
 
     def open_each(self, open_one: Callable[[Any], Device]) -> list[Device]:
-        """Open each device with a function, and return the open devices.
+        """Open all chosen devices, and return them.
 
-        Raises DeviceGroupError if a device fails, after all others were tried.
+        open_one: the function that opens a device. Its argument is the device's description.
+
+        Raises DeviceGroupError with the failures of all devices.
         """
         devices, failures = [], []
         for description in self.chosen_devices:
@@ -120,40 +122,42 @@ class Setup:
 
 
 class Backend(ABC):
-    """Opens robots in one simulator, or on one kind of board."""
+    """The base class of backends. A backend opens robots in a simulator, or on a board."""
 
     name: ClassVar[str]
     """The backend's name, for the option --backend."""
     summary: ClassVar[str]
-    """A description in a few words, for lists."""
+    """A description of the backend in a few words, which `robotcore backends` lists."""
     capabilities: ClassVar[frozenset[Capability]] = frozenset()
-    """The properties of its simulator on which runs and tests rely."""
+    """The optional properties that the backend's simulator has."""
     connection_options: ClassVar[frozenset[str]] = frozenset()
     """The names of the options that replace a connection in the robot's file, such as ``port``."""
     needs_world: ClassVar[bool] = False
-    """Whether it needs a world to simulate."""
+    """Whether the backend needs a world to simulate."""
     has_gui: ClassVar[bool] = False
-    """Whether --gui opens a window."""
+    """Whether the option --gui opens a window of the simulator."""
     brings_physics: ClassVar[bool] = False
-    """Whether the backend is a physics simulator that runs in this process, without another program."""
+    """Whether the backend simulates physics in this process, without another program."""
     is_exclusive: ClassVar[bool] = False
-    """Whether only one program at a time can use its robot or simulator."""
+    """Whether only one program at a time can use the backend's robot or simulator."""
     is_smoke_tested: ClassVar[bool] = True
-    """Whether `robotcore doctor` checks that it is installed and, for a simulator, opens a robot in it."""
+    """Whether `robotcore doctor` checks that the backend is installed, and opens a robot if it is a simulator."""
     exports: ClassVar[tuple[str, ...]] = ()
-    """The formats of `export`."""
+    """The formats that `export` supports."""
     modules: ClassVar[tuple[str, ...]] = ()
-    """The modules that the backend requires. They are searched for without importing them."""
+    """The Python modules that the backend requires. Checks search for them without an import."""
 
     @abstractmethod
     def open(self, setup: Setup) -> Robot:
-        """Open the robot with exactly the devices of the setup, without layers.
+        """Open the devices of the setup, and return the robot. The robot has no layers yet.
 
-        Raises BackendMissingError, DeviceError or DeviceGroupError, after closing the devices that were open.
+        Raises BackendMissingError, DeviceError or DeviceGroupError. Then no device stays open.
         """
 
     def load_robot(self, robot: str, options: Mapping[str, Any]) -> RobotDescription:
-        """Return the robot to open. A backend with its own description, such as a recording, returns that.
+        """Return the description of the robot to open.
+
+        Most backends load it from the robot's file. The backend `replay` takes it from the recording.
 
         robot: the name or the file of a robot.
         options: the user's options.
@@ -163,98 +167,100 @@ class Backend(ABC):
         return load_robot(robot)
 
     def batteries(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
-        """Return the names of the batteries whose voltage the backend measures.
+        """Return the names of the batteries whose voltage the backend can measure; a simulator returns none.
 
-        Each run opens them, even if its app does not use them. A simulator has no batteries, so the default is empty.
+        Each run opens these batteries, even if its app does not use them.
         """
         return frozenset()
 
     def openable(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
-        """Return the names of all devices that the backend can open: all except batteries that it cannot measure."""
+        """Return the names of all devices that the backend can open. Batteries that it cannot measure are left out."""
         batteries = {battery.name for battery in robot.all_of(BatteryDescription)}
         return frozenset({device.name for device in robot.devices} - batteries) | self.batteries(robot, options)
 
     def builds_world(self, robot: RobotDescription) -> bool:
-        """Return whether the backend builds the world from the world's file. Otherwise it uses an existing scene."""
+        """Return whether the backend builds the world from the world's file, and does not use an existing scene."""
         return self.needs_world
 
     def check(self, robot: RobotDescription) -> str:
-        """Check the backend's section of a robot's file, and return a summary. Without a section, it is ``""``.
+        """Check the backend's section of a robot's file, and return a summary; ``""`` without a section.
 
-        Raises DescriptionError for a wrong section.
+        Raises DescriptionError for mistakes in the section.
         """
         return ""
 
     def warnings(self, robot: RobotDescription) -> Sequence[str]:
-        """Return the risks in the backend's section of a robot's file. Each text describes a risk and then its remedy.
+        """Return warnings about risks in the backend's section of a robot's file, each with a remedy.
 
-        Raises DescriptionError for a wrong section.
+        Raises DescriptionError for mistakes in the section.
         """
         return ()
 
     def notes(self, setup: Setup) -> Sequence[str]:
-        """Return notes for the user of a run, such as parts of the robot that differ from the description.
+        """Return notes for the user of a run, such as the parts of the robot that differ from its description.
 
-        Raises DescriptionError for a wrong section.
+        Raises DescriptionError for mistakes in the section.
         """
         return ()
 
     def examine(self, robot: RobotDescription | None) -> Iterable[Finding]:
-        """Yield findings about this machine, and about the robot if it is not None. By default there are none.
+        """Yield findings about this machine for `robotcore doctor`, and about the robot if there is one.
 
-        `robotcore doctor` adds its own smoke test for a backend with ``is_smoke_tested``.
+        The default is none. For a backend with ``is_smoke_tested``, `robotcore doctor` adds a smoke test.
         """
         return ()
 
     def inspect_scene(self, setup: Setup) -> Iterable[Finding]:
-        """Yield a finding for each of a robot's devices in the scene that a simulator has open. Nothing moves.
+        """Yield a finding for each chosen device about its object in the scene that is open in the simulator.
 
-        Raises UsageError if the backend has no such scene, and BackendError if the simulator does not answer.
+        The scene does not change. Raises UsageError if the backend has no scenes, and BackendError if the simulator
+        does not answer.
         """
         raise UsageError(
-            f"the backend {self.name!r} has no scene to check. Leave --backend out: "
-            "each section of the file is checked without it",
+            f"the backend {self.name!r} has no scene to check. Without --backend, each section of the file is checked",
             kind="no-scene",
         )
 
     def export(
         self, file_format: str, robot: RobotDescription, world: WorldDescription | None, folder: str | None
     ) -> ModelExport:
-        """Return the model of a robot in a format.
+        """Return the model of a robot, and optionally of a world, in a text format.
 
         file_format: one of ``exports``.
         robot: the robot.
-        world: the world around the robot, which stands at its start pose. None exports the robot alone.
-        folder: the name of a folder for pictures, next to the document. None leaves the pictures out.
+        world: the world, with the robot at its start pose. None exports the robot alone.
+        folder: the name of the folder for the model's pictures. None leaves the pictures out.
 
-        Raises UsageError for another format, and BackendMissingError.
+        Raises UsageError for a format that is not one of ``exports``, and BackendMissingError.
         """
-        text = f"the backend {self.name!r} exports no {file_format}. Take --format urdf"
+        text = f"the backend {self.name!r} does not export {file_format}. Take --format urdf"
         raise UsageError(text, kind="unknown-format", format=file_format)
 
     def cutoffs(self, setup: Setup) -> Sequence[CutoffSpec]:
-        """Return the specifications of cutoffs that stop the motors of the setup from another process.
+        """Return the specifications of the cutoffs that stop the setup's motors, without opening a device.
 
-        `robotcore stop` uses them after a run's process has died. A simulator returns none, because its motors end with
-        the run. Nothing is opened. Raises UsageError and DescriptionError.
+        `robotcore stop` uses the cutoffs after a run's process has died. A simulator returns none, because its motors
+        end with the process of the run.
+
+        Raises UsageError for wrong options, and DescriptionError for mistakes in the section.
         """
         return ()
 
     def wiring(self, robot: RobotDescription) -> Wiring | None:
-        """Return the wires of a robot from the backend's section of its file. None if the backend has no wires.
+        """Return the wires that the backend's section of a robot's file describes; None for a backend without wires.
 
-        Raises DescriptionError for a wrong section.
+        Raises DescriptionError for mistakes in the section.
         """
         return None
 
     @property
     def is_native_host(self) -> bool:
-        """Whether this machine is the board for which the backend is made."""
+        """Whether this machine is a board that the backend drives, such as a Raspberry Pi."""
         return False
 
     @property
     def remedy(self) -> str:
-        """The command that installs the libraries."""
+        """The command that installs the backend's libraries."""
         return f"pip install {' '.join(self.modules)}"
 
     @property
@@ -262,7 +268,7 @@ class Backend(ABC):
         return all(_is_there(module) for module in self.modules)
 
     def require_installed(self) -> None:
-        """Raise BackendMissingError, with the remedy, if a library is missing."""
+        """Raise BackendMissingError if one of ``modules`` is not installed."""
         if not self.is_installed:
             raise BackendMissingError(f"the backend {self.name!r} is not installed. {self.remedy}")
 
@@ -275,7 +281,7 @@ def _is_there(module: str) -> bool:
 
 
 def load_backend(name: str) -> Backend:
-    """Return the backend with a name. Its library is not imported yet.
+    """Return the backend with a name, without importing its libraries.
 
     >>> load_backend("kinematic").is_installed
     True
@@ -285,7 +291,7 @@ def load_backend(name: str) -> Backend:
 
 
 def loadable_backends() -> Iterator[Backend]:
-    """Yield all backends in the order of their names, except those whose packages cannot be imported."""
+    """Yield all registered backends, sorted by name. Backends that cannot be imported are left out."""
     for name in backend_names():
         with suppress(BackendMissingError):
             yield load_backend(name)

@@ -1,4 +1,4 @@
-"""The interface of a robot's clock, the clocks of simulators and loops, and periodic tasks."""
+"""The interface of a robot's clock, and the clocks of simulators, of the control loop and of apps."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from robotcore.errors import UsageError
 
 
 class PeriodicTask(ABC):
-    """A function that `Clock.every` calls periodically."""
+    """The repeated calls that `Clock.every` has started."""
 
     @abstractmethod
     def stop(self) -> None:
-        """End the periodic calls. Wait a limited time for a running call to return. A second `stop` does nothing."""
+        """End the calls, and wait for a limited time until a running call returns. A second `stop` does nothing."""
 
 
 class SimulatedTask(PeriodicTask):
-    """A periodic task in simulated time. It runs exactly on time, in the thread that lets the time pass."""
+    """A periodic task in simulated time. Each call is exactly on time, in the thread that calls `Clock.sleep_until`."""
 
     def __init__(self, clock: Clock, period: float, work: Callable[[], object]) -> None:
         self._clock, self._period, self._work = clock, period, work
@@ -42,70 +42,72 @@ class SimulatedTask(PeriodicTask):
 
 
 MIN_PHYSICS_RATE_HZ = 240
-"""The lowest number of steps in a second that a stepped clock chooses."""
+"""The lowest rate of simulation steps that a `SteppedClock` chooses, in steps per second."""
 
-_SAME = 1e-6
-"""The relative tolerance of a simulator's time step, because a server may store it in single precision."""
+_STEP_TOLERANCE = 1e-6
+"""The relative tolerance of a simulator's time step, because a simulator may store the step in single precision."""
 
 Callback = Callable[[], None]
 
 
 class Clock(ABC):
-    """The time of a robot, in seconds since it was opened.
-
-    ``is_lockstep`` says whether time passes only within `sleep_until`.
-    """
+    """The interface of a robot's clock. Its time is in seconds since the robot was opened."""
 
     is_lockstep: bool = True
+    """Whether time passes only within `sleep_until`."""
 
     @abstractmethod
     def now(self) -> float:
-        """Return the time in seconds."""
+        """Return the time in seconds since the robot was opened."""
 
     @abstractmethod
     def sleep_until(self, deadline: float) -> bool:
-        """Let time pass until ``deadline``, in seconds. Return False if ``deadline`` was already in the past."""
+        """Wait until the clock shows ``deadline``, in seconds. Return False if ``deadline`` was already in the past."""
 
     @abstractmethod
     def call_at(self, deadline: float, callback: Callback) -> None:
-        """Call ``callback`` once at the time ``deadline``, in seconds. The call may interrupt a sleep."""
+        """Schedule one call of ``callback`` for the time ``deadline``, in seconds. The call may interrupt a sleep."""
 
     def prepare_calls(self) -> None:  # noqa: B027  simulated time needs nothing
-        """Start the thread for `call_at`, if the clock needs one. Raises ResourceError if the system refuses it."""
+        """Start the thread that makes the calls of `call_at`, if this clock has one.
+
+        Raises ResourceError if the operating system refuses the thread.
+        """
 
     def every(self, period: float, work: Callable[[], object], name: str) -> PeriodicTask:
         """Call ``work`` every ``period`` seconds until the returned task is stopped.
 
-        In simulated time, ``work`` is called in the thread that sleeps. In real time, it is called in a thread of its
-        own, so that waiting for hardware delays nothing else. If ``work`` raises, the next `sleep_until` raises the
-        error.
+        In simulated time, the thread that calls `sleep_until` calls ``work``. In real time, a separate thread calls
+        ``work``, so that waiting for hardware delays nothing else. The next `sleep_until` raises the error that
+        ``work`` has raised.
 
-        name: the name of that thread.
+        name: the name of the separate thread.
         """
         return SimulatedTask(self, period, work)
 
     def time_of(self, monotonic_s: float) -> float:
-        """Convert a time of CLOCK_MONOTONIC to a time of this clock. Both are in seconds.
+        """Convert a time of CLOCK_MONOTONIC, such as the kernel's time stamp of a camera's frame, to this clock's time.
 
-        For example, the kernel stamps a camera's frames with CLOCK_MONOTONIC. The result is at most the present time. A
-        simulator's clock returns the present time.
+        Both times are in seconds. The result is never later than the present time. A simulator's clock always returns
+        the present time.
         """
         return self.now()
 
     @abstractmethod
     def close(self) -> None:
-        """Cancel all calls that have not been made yet."""
+        """Cancel all scheduled calls."""
 
 
 class SteppedClock(Clock):
     """The clock of a simulator. Time passes in whole simulation steps, and only within `sleep_until`.
 
-    A callback of `call_at` is called between two steps, exactly at its time.
+    Calls of `call_at` are made between two steps.
 
-    rate_hz: the number of ticks in a second.
-    advance: a function that makes the simulator take a number of steps.
-    step_s: the time step that the simulator prescribes, in seconds. Raises UsageError if a tick is not a whole number
-    of such steps.
+    rate_hz: the number of ticks per second.
+    advance: a function that lets the simulator take a number of steps.
+    step_s: the simulator's fixed time step, in seconds. If it is None, the clock chooses the step.
+
+    Raises UsageError if a tick is not a whole number of steps.
 
     >>> clock = SteppedClock(20, advance=lambda steps: None)
     >>> clock.sleep_until(0.05), clock.now()
@@ -124,7 +126,7 @@ class SteppedClock(Clock):
 
     @property
     def step(self) -> float:
-        """The time step in seconds. If the simulator prescribes none, it is 1 / (rate · ⌈240 / rate⌉)."""
+        """The time step in seconds. Without a fixed step of the simulator, it is 1 / (rate · ⌈240 / rate⌉)."""
         return 1 / self.steps_per_second
 
     def now(self) -> float:
@@ -154,12 +156,11 @@ class SteppedClock(Clock):
 
 
 def _steps_in_a_tick(rate_hz: float, step_s: float) -> int:
-    """Return the number of simulation steps in a tick. Raises UsageError if it is not a whole number."""
     steps = 1 / (rate_hz * step_s)
     fitting_hz = 1 / (max(round(steps), 1) * step_s)
-    if steps < 1 - _SAME or abs(steps - round(steps)) > _SAME * steps:
+    if steps < 1 - _STEP_TOLERANCE or abs(steps - round(steps)) > _STEP_TOLERANCE * steps:
         raise UsageError(
-            f"a tick of 1/{rate_hz:g} s is no whole number of the simulator's steps of {step_s:g} s. "
+            f"a tick of 1/{rate_hz:g} s is not a multiple of the simulator's time step of {step_s:g} s. "
             f"Take --rate {fitting_hz:g}, or set the simulator's time step to {1 / rate_hz:g} s",
             kind="rate-does-not-fit",
             rate_hz=fitting_hz,
@@ -168,7 +169,7 @@ def _steps_in_a_tick(rate_hz: float, step_s: float) -> int:
 
 
 class ClockWrapper(Clock):
-    """A clock that forwards each call to another clock. Subclasses change some calls."""
+    """The base class of clocks that change some methods of another clock and forward the others."""
 
     def __init__(self, source: Clock) -> None:
         self._source = source
@@ -197,7 +198,7 @@ class ClockWrapper(Clock):
 
 
 class TickClock(ClockWrapper):
-    """The clock of a loop. Its time stays the same within a tick. A sleep begins the next tick."""
+    """The clock of the control loop. Its time is constant within a tick. The end of a sleep begins the next tick."""
 
     def __init__(self, source: Clock) -> None:
         super().__init__(source)
@@ -208,7 +209,7 @@ class TickClock(ClockWrapper):
         return self._now
 
     def tick_age(self) -> float:
-        """Return the time since the present tick began, in seconds. `now` always returns the time of its begin."""
+        """Return the time that has passed since the beginning of the present tick, in seconds."""
         return self._source.now() - self._now
 
     def sleep_until(self, deadline: float) -> bool:
@@ -219,7 +220,7 @@ class TickClock(ClockWrapper):
 
 
 class AppClock(Clock):
-    """The clock that an app gets. The app can only read it. Time passes after the app's step has returned."""
+    """The clock that an app gets. The app can only read the time, and cannot sleep or schedule calls."""
 
     def __init__(self, ticks: TickClock) -> None:
         self._ticks = ticks
@@ -230,17 +231,21 @@ class AppClock(Clock):
 
     def sleep_until(self, deadline: float) -> bool:
         raise UsageError(
-            "an app never sleeps. Return Status.RUNNING from step, and the next tick comes by itself", kind="app-sleeps"
+            "an app cannot sleep. Return Status.RUNNING from step, which is then called again in the next tick",
+            kind="app-sleeps",
         )
 
     def call_at(self, deadline: float, callback: Callback) -> None:
         raise UsageError(
-            "an app is not called back. Compare robot.clock.now() in step with the time to wait for",
+            "an app cannot schedule a call. Compare robot.clock.now() in step with the time to wait for",
             kind="app-wants-call",
         )
 
     def every(self, period: float, work: Callable[[], object], name: str) -> PeriodicTask:
-        raise UsageError("an app polls nothing. Do it in step, which is called once a tick", kind="app-polls")
+        raise UsageError(
+            "an app cannot schedule periodic calls. Do the work in step, which is called once in each tick",
+            kind="app-polls",
+        )
 
     def close(self) -> None:
-        """Do nothing, because the loop closes the real clock."""
+        """Do nothing. The control loop closes the clock."""

@@ -1,4 +1,4 @@
-"""Cutoffs: with a cutoff of a driver, the guardian process stops a motor or a group of motors."""
+"""Cutoffs: the code of a driver with which the guardian process stops motors."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from typing import Any
 
 
 class Unconfirmed(str):
-    """The result of `Cutoff.stop` if the cutoff cannot confirm that the motors stand.
+    """The result of `Cutoff.stop` if the cutoff cannot confirm that the motors have stopped.
 
-    The text contains the reason, and what will stop the motors.
+    The text names the reason, and what will stop the motors instead.
 
     >>> f"left_motor: {Unconfirmed('its port is gone')}"
     'left_motor: its port is gone'
@@ -22,47 +22,54 @@ class Unconfirmed(str):
 
 
 class Cutoff(ABC):
-    """Stops motors from the guardian's process, for example by a GPIO line or by a stop frame on a port.
+    """Stops motors from the guardian's process, for example by a GPIO line or by a stop command on a serial port.
 
-    The guardian creates a cutoff from plain data, and calls its methods in a separate thread. If a method raises or
-    hangs, the guardian reports the device's name, and other cutoffs are not delayed. An implementation must keep these
-    rules:
+    The guardian creates a cutoff from a `CutoffSpec`, and calls its methods in a separate thread. If a method raises or
+    hangs, the guardian reports the device's name, and the other cutoffs are not delayed. An implementation must keep
+    these rules:
 
-    - The cutoff uses nothing of the app's process. That process may be dead, or may still hold a line or a port.
+    - The cutoff uses no object of the app's process. That process may be dead, or may still hold a line or a port.
     - The cutoff's module imports little, because no wheel turns before the guardian is ready.
-    - The cutoff releases the interpreter lock while it waits, as files, sockets and pyserial do. All cutoffs share a
-      process.
-    - The driver sends each command, even if it equals the last one. The guardian may have stopped the motor in between.
+    - The cutoff releases the interpreter lock while it waits, because all cutoffs share a process. Files, sockets and
+      pyserial do so.
+    - The driver sends every command, even if it equals the last one, because the guardian may have stopped the motor.
     """
 
     @abstractmethod
     def open(self) -> None:
-        """Open the resources for `stop`. The guardian calls this before any wheel turns. Motors must not change.
+        """Open the resources for `stop`. The guardian calls this before any wheel turns.
 
-        An exception ends the run. A resource that the app's process also holds must be opened in `stop`, not here.
+        This method must not change the state of a motor. An exception ends the run. A resource that the app's process
+        also holds must be opened in `stop`, not here.
         """
 
     def arm(self) -> None:  # noqa: B027  most have nothing to do
-        """Let the motors turn. The guardian calls this before the first command, and again after a stop.
+        """Enable the motors. The guardian calls this before the first command, and again after a stop.
 
-        A cutoff with an enable line raises the line here. Most cutoffs do nothing.
+        A cutoff with an enable line raises the line here. Most other cutoffs do nothing.
         """
 
     def rest(self) -> None:  # noqa: B027  most have nothing to do
-        """Act after the app has stopped all motors. They stay stopped until `arm` is called. Most do nothing."""
+        """Handle a stop by the app. The guardian calls this after the app has stopped all motors.
+
+        The motors stay stopped until the next `arm`. A cutoff with an enable line lowers the line here. Most other
+        cutoffs do nothing.
+        """
 
     @abstractmethod
     def stop(self) -> str | None:
-        """Stop the motors. The guardian may call this several times, even if `arm` was not called before.
+        """Stop the motors, and optionally return a remark for the user.
 
-        The app's process may be alive or dead. If `stop` raises, the guardian repeats it for half a second, because the
-        system may need time to release a resource of the app. `stop` may return a remark for the user. If it returns
-        `Unconfirmed`, the guardian does not report the motors as stopped.
+        If the remark is an `Unconfirmed`, the guardian does not report the motors as stopped.
+
+        The guardian may call this several times, even without an `arm` before. The app's process may be alive or dead.
+        If `stop` raises, the guardian calls it again for half a second, because the operating system may need time to
+        release a resource of the app.
         """
 
     @abstractmethod
     def close(self) -> None:
-        """Release the resources. The motors must stay stopped. No other method is called later."""
+        """Release the resources. The motors must stay stopped. No method is called afterwards."""
 
 
 @dataclass(frozen=True)
@@ -76,28 +83,26 @@ class CutoffSpec:
     device: str
     """The device's name, for messages."""
     cutoff: str
-    """The class, as ``module:Class``."""
+    """The class of the cutoff, as ``module:Class``."""
     parameters: Mapping[str, Any] = field(default_factory=dict)
-    """The keyword arguments of the class, as JSON values."""
+    """The keyword arguments for the class, as JSON values."""
     patience_s: float = 0.0
-    """The time in seconds by which the guardian extends its lease.
+    """The additional time, in seconds, that the guardian waits for a late app before it stops the motors.
 
-    A cutoff sets it if a stop does harm when the app was only slow. The longest patience applies to all cutoffs.
+    Set it if an unnecessary stop does harm. The longest patience of all cutoffs applies to all of them.
     """
 
     def make(self) -> Cutoff:
-        """Import the class and return a closed cutoff. Raises TypeError if the class does not inherit Cutoff."""
+        """Import the class, and return a cutoff that is not open yet. Raises TypeError if the class is not a Cutoff."""
         module, _, name = self.cutoff.partition(":")
         made = getattr(import_module(module), name)(**self.parameters)
         if not isinstance(made, Cutoff):
-            raise TypeError(f"{self.cutoff} is no robotcore.hal.cutoff.Cutoff")
+            raise TypeError(f"{self.cutoff} does not inherit robotcore.hal.cutoff.Cutoff")
         return made
 
 
 def merge_cutoffs(specs: Iterable[CutoffSpec]) -> tuple[CutoffSpec, ...]:
-    """Merge the specifications that differ only in the device's name, and return the resulting specifications.
-
-    A merged cutoff stops several motors.
+    """Return the specifications with those merged that differ only in the name of the device.
 
     >>> parameters = {"line": 22}
     >>> motors = ("left_motor", "right_motor")

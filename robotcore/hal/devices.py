@@ -1,4 +1,4 @@
-"""Motors, sensors and displays, and their samples, as apps use them and drivers implement them."""
+"""The base classes of motors, sensors and displays, and the samples of sensors."""
 
 from __future__ import annotations
 
@@ -21,14 +21,11 @@ from robotcore.optics import Intrinsics
 
 _OURS = "robotcore"
 _LOOP = "robotcore.runtime.loop"
-"""The module that calls apps. The functions that called this module are not part of an app."""
+"""The module that calls apps. The stack frames above this module are not part of an app."""
 
 
 def caller_location() -> str:
-    """Return ``file.py:line`` of the app's line that called the framework. It is for error messages.
-
-    The text is empty if no app's code made the call.
-    """
+    """Return ``file.py:line`` of the app's code that called the framework; ``""`` if no app made the call."""
     frame: FrameType | None = sys._getframe(1)  # noqa: SLF001  Python offers no public function
     while frame and _module(frame).partition(".")[0] == _OURS:
         frame = None if _module(frame) == _LOOP else frame.f_back
@@ -47,15 +44,15 @@ The origin is the top left corner.
 
 
 class Sample(Protocol):
-    """The fields that every sample has."""
+    """The fields of every sample."""
 
     @property
     def time(self) -> float:
-        """The time of capture on the robot's clock, in seconds."""
+        """The time of the measurement on the robot's clock, in seconds."""
 
     @property
     def sequence(self) -> int:
-        """The number of the sample; a later sample of the same device has a higher one."""
+        """The number of the sample. It grows with each new sample of a device."""
 
 
 SampleT = TypeVar("SampleT", bound=Sample)
@@ -72,11 +69,11 @@ class Range:
     """
 
     distance: float
-    """The distance in metres. It is ``inf`` if the sensor has measured that nothing is in range."""
+    """The distance in metres; ``inf`` if nothing is in range."""
     time: float
-    """The time of capture in seconds."""
+    """The time of the measurement on the robot's clock, in seconds."""
     sequence: int
-    """The number of the sample."""
+    """The number of the sample. It grows with each new sample of a device."""
     point: tuple[float, float, float] | None = None
     """The detected point in the sensor's frame, in metres. Only some simulators provide it."""
 
@@ -88,9 +85,9 @@ class Angle:
     angle: float
     """The angle by which the wheel has turned since the robot was opened, in radians, positive forward."""
     time: float
-    """The time of capture in seconds."""
+    """The time of the measurement on the robot's clock, in seconds."""
     sequence: int
-    """The number of the sample."""
+    """The number of the sample. It grows with each new sample of a device."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,11 +95,11 @@ class Voltage:
     """A sample of a battery."""
 
     voltage: float
-    """The voltage, in volts."""
+    """The voltage of the battery, in volts."""
     time: float
-    """The time of capture in seconds."""
+    """The time of the measurement on the robot's clock, in seconds."""
     sequence: int
-    """The number of the sample."""
+    """The number of the sample. It grows with each new sample of a device."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,9 +116,9 @@ class Frame:
     image: Image
     """The BGR picture, shape (height, width, 3), read-only. The origin is the top left corner."""
     time: float
-    """The time of capture in seconds."""
+    """The time of capture on the robot's clock, in seconds."""
     sequence: int
-    """The number of the sample."""
+    """The number of the frame. It grows with each new frame of a camera."""
 
     def __repr__(self) -> str:
         height, width = self.image.shape[:2]
@@ -138,7 +135,7 @@ class Frame:
 
 
 class Device:
-    """A device of a robot. Its constructor touches no hardware."""
+    """The base class of a robot's devices. The constructor does not use hardware."""
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -148,25 +145,26 @@ class Device:
         return f"<{type(self).__name__} {self.name!r}{', closed' if self._is_closed else ''}>"
 
     def close(self) -> None:
-        """Release the hardware. A second `close` does nothing. Any other method then raises DeviceClosedError."""
+        """Release the hardware. Then a second `close` does nothing, and other methods raise DeviceClosedError."""
         if not self._is_closed:
             self._is_closed = True
             self._attempt(self._release)
 
     def _release(self) -> None:
-        """Release the hardware. Called once."""
+        """Release the hardware. `close` calls this once."""
 
     def _require_open(self) -> None:
         if self._is_closed:
             raise DeviceClosedError(self.name)
 
-    def _attempt(self, hook: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
-        """Call a driver's method. Raise an exception other than RobotcoreError as a DeviceError.
+    def _attempt(self, method: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
+        """Call a driver's method. Raise its exceptions, except RobotcoreErrors, as DeviceErrors.
 
-        The methods that run in each tick contain these lines themselves, which shortens a tick by a fifteenth.
+        `Motor.set_velocity` and `Sensor.read` repeat these lines, because they run in each tick. A call of this method
+        would make a tick a fifteenth longer.
         """
         try:
-            return hook(*args, **kwargs)
+            return method(*args, **kwargs)
         except RobotcoreError:
             raise
         except Exception as error:
@@ -177,9 +175,9 @@ class Device:
 
 
 class Motor(Device, ABC):
-    """A motor. A positive velocity drives the robot forward, on both sides.
+    """A motor of a wheel. A positive velocity drives the robot forward, on the left and on the right.
 
-    ``max_velocity`` is its limit in rad/s.
+    ``max_velocity`` is the greatest velocity in rad/s, forward and backward.
     """
 
     def __init__(self, name: str, max_velocity: float) -> None:
@@ -187,10 +185,10 @@ class Motor(Device, ABC):
         self.max_velocity = max_velocity
 
     def set_velocity(self, rad_s: float) -> float:
-        """Turn at ``rad_s``, limited to ``max_velocity``. Return the velocity that was sent, in rad/s.
+        """Send a velocity in rad/s, limited to ``max_velocity``, and return the velocity that was sent.
 
-        If ``rad_s`` is NaN or infinite, the motor stops and InvalidCommandError is raised. Raises DeviceError if the
-        device fails.
+        Stops the motor and raises InvalidCommandError if ``rad_s`` is NaN or infinite. Raises DeviceError if the motor
+        fails.
         """
         self._require_open()
         if not math.isfinite(rad_s):
@@ -207,12 +205,12 @@ class Motor(Device, ABC):
         return sent
 
     def stop(self) -> None:
-        """Stop now. On a closed motor this does nothing, because closing has stopped it."""
+        """Stop the motor now. A closed motor is stopped already."""
         if not self._is_closed:
             self._attempt(self._apply, 0.0)
 
     def close(self) -> None:
-        """Stop, then release the hardware, even if the stop failed."""
+        """Stop the motor, then release the hardware, even if the stop has failed."""
         try:
             self.stop()
         finally:
@@ -220,31 +218,28 @@ class Motor(Device, ABC):
 
     @abstractmethod
     def _apply(self, rad_s: float) -> None:
-        """Send a finite velocity within the limits."""
+        """Send a velocity in rad/s to the hardware. It is finite and at most ``max_velocity``."""
 
 
 class VelocityOutput(Protocol):
-    """The interface for commands to one motor. A driver's motor has it, and so have the layers."""
+    """The methods of a motor that layers of a run, such as a fault, can replace."""
 
     @property
     def name(self) -> str:
         """The motor's name."""
 
     def set_velocity(self, rad_s: float, /) -> float:
-        """Send a velocity in rad/s; return the velocity that the motor accepted."""
+        """Send a velocity in rad/s, and return the velocity that was sent."""
 
     def stop(self) -> None:
         """Stop the motor."""
 
 
 class Sensor(Device, ABC, Generic[SampleT]):
-    """A device that returns samples."""
+    """The base class of sensors, which return samples."""
 
     def read(self) -> SampleT:
-        """Return the newest sample, without waiting for hardware.
-
-        Raises DeviceError if the device fails. A driver never invents a value.
-        """
+        """Return the newest sample, without waiting for hardware. Raises DeviceError if the sensor fails."""
         self._require_open()
         try:
             return self._newest()
@@ -255,17 +250,20 @@ class Sensor(Device, ABC, Generic[SampleT]):
 
     @abstractmethod
     def _newest(self) -> SampleT:
-        """Return the newest sample. If there is no new one, return the last sample with its old time."""
+        """Return the newest sample. Without a new measurement, return the last sample with its old time.
+
+        An implementation raises an exception if the sensor fails, and never returns a made-up value.
+        """
 
 
 class RangeSensor(Sensor[Range]):
-    """A sensor of the distance ahead, such as an ultrasonic module.
+    """A sensor that measures the distance to the nearest body in a cone, such as an ultrasonic module.
 
     min_range, max_range: the shortest and the longest distance that the sensor measures, in metres. A shorter distance
-    is returned as ``min_range``.
-    cone: the full opening angle in radians.
+        is returned as ``min_range``.
+    cone: the full opening angle of the cone in radians.
 
-    ``mount`` is the sensor's pose on the robot in the plane. A run sets it from the description.
+    ``mount`` is the sensor's pose on the robot in the plane. A run sets it from the robot's description.
     """
 
     mount = Pose(0.0, 0.0, 0.0)
@@ -276,7 +274,7 @@ class RangeSensor(Sensor[Range]):
 
 
 class Camera(Sensor[Frame]):
-    """A camera. ``intrinsics`` is its pinhole model. ``mount`` is its pose on the robot in the plane."""
+    """A camera. ``intrinsics`` is its pinhole model, and ``mount`` is its pose on the robot in the plane."""
 
     mount = Pose(0.0, 0.0, 0.0)
 
@@ -286,42 +284,46 @@ class Camera(Sensor[Frame]):
 
 
 class Encoder(Sensor[Angle]):
-    """A sensor of a wheel's angle."""
+    """A sensor that measures the angle of a wheel."""
 
 
 class Battery(Sensor[Voltage]):
-    """A sensor of a battery's voltage. A run goes on if the sensor fails or if its sample is old.
+    """A sensor that measures the voltage of a battery. A run continues if this sensor fails.
 
-    A run warns if the voltage is below ``warn_below`` volts. It sets this limit from the robot's description.
+    A run warns below ``warn_below`` volts, a limit that the run sets from the robot's description.
     """
 
     warn_below: float | None = None
 
 
 SENSOR_KINDS = (Camera, RangeSensor, Encoder, Battery)
-"""The kinds of sensors. A driver's sensor inherits one of them."""
+"""The base classes of sensors. Each sensor of a driver inherits one of them."""
 
 
 class Display(Device, ABC):
-    """Shows the annotated picture of an app."""
+    """A device that shows the pictures of an app."""
 
     def show(self, image: Image) -> None:
-        """Show a BGR or grey picture with its origin top left. Raises DeviceError if the device fails."""
+        """Show a BGR or a grey picture. Raises DeviceError if the display fails."""
         self._require_open()
         self._attempt(self._show, image)
 
     @abstractmethod
     def _show(self, image: Image) -> None:
-        """Show a picture on the hardware."""
+        """Show a BGR or a grey picture on the hardware."""
 
 
 def invalid_velocity(name: str, rad_s: float) -> InvalidCommandError:
-    """Return the error for a velocity that is not finite. Its message contains the app's line that gave the command."""
+    """Return the error for a command that is NaN or infinite. Its message names the app's line that gave the command.
+
+    name: the name of the motor.
+    rad_s: the commanded velocity.
+    """
     line = caller_location()
     where = f", at {line}" if line else ""
     return InvalidCommandError(
-        f"{name}: a velocity of {rad_s} rad/s was asked for{where}; it must be a finite number. "
-        "All motors were stopped; look for a division by zero or a range of inf in the app"
+        f"{name}: the app commanded a velocity of {rad_s} rad/s{where}, and all motors were stopped. "
+        "Look for a division by zero, or for a range of inf, in the app"
     )
 
 

@@ -1,4 +1,4 @@
-"""The differential drive, and the odometry of its two wheels."""
+"""The differential drive, and its odometry."""
 
 from __future__ import annotations
 
@@ -10,28 +10,25 @@ from robotcore.geometry import DifferentialGeometry, Pose, Twist, Wheels, to_flo
 from robotcore.hal.clock import Clock
 
 COMMANDS = 200
-"""The number of stored commands, from which the rotation since an old encoder sample is computed.
-
-It is sufficient for one second at 200 Hz.
-"""
+"""The number of commands that a `CommandIntegrator` stores: those of one second at 200 Hz."""
 
 
 class WheelStage(Protocol):
-    """The interface to which a drive sends its commands."""
+    """The interface through which a `DifferentialDrive` sends commands to its two motors."""
 
     def ask(self, wheels: Wheels) -> Wheels:
-        """Set the command of this tick. Return the command after the safety rules. Both are in rad/s."""
+        """Set the wheel velocities for this tick, in rad/s. Return the velocities after the safety rules, in rad/s."""
 
     def stop(self) -> None:
         """Stop both motors now."""
 
 
 class DifferentialDrive:
-    """Moves the robot with two driven wheels. The last command of a tick is sent when the tick ends.
+    """Moves the robot with two driven wheels. The last command of a tick is sent at the end of the tick.
 
     Each command returns the velocity that will be sent, after the limits and the range guard. ``geometry`` has the
-    wheel radius and the track. ``max_linear`` (m/s) and ``max_angular`` (rad/s) are the largest velocities. ``reach``
-    is the radius of the circle that the robot needs to turn on the spot, in metres.
+    wheel radius and the track. ``max_linear`` in m/s and ``max_angular`` in rad/s are the greatest velocities.
+    ``reach`` is the radius, in metres, of the circle that the robot needs to turn on the spot.
 
     >>> import robotcore
     >>> robot = robotcore.testing.MockRobot(range=[0.84]).layered
@@ -55,25 +52,28 @@ class DifferentialDrive:
         self._odometry = odometry
 
     def set_velocity(self, linear: float, angular: float) -> Twist:
-        """Drive at ``linear`` m/s and turn left at ``angular`` rad/s. Return the twist that will be sent."""
+        """Set the forward velocity in m/s and the turn rate in rad/s, positive to the left.
+
+        Return the twist that will be sent.
+        """
         wheels = self._stage.ask(self.geometry.to_wheels(to_float(linear), to_float(angular)))
         return self.geometry.to_twist(wheels)
 
     def set_wheels(self, left: float, right: float) -> Wheels:
-        """Turn the wheels at ``left`` and ``right`` rad/s. Return the velocities that will be sent."""
+        """Set the velocities of the wheels in rad/s. Return the velocities that will be sent."""
         return self._stage.ask(Wheels(to_float(left), to_float(right)))
 
     def stop(self) -> None:
-        """Stop at once, without the acceleration limit."""
+        """Stop both motors now, without the acceleration limit."""
         self._stage.stop()
 
     def track(self) -> None:
-        """Update the odometry. The loop calls this in each tick, so that the odometry adds only short arcs."""
+        """Update the odometry. The control loop calls this in each tick, so that the odometry adds only short arcs."""
         self._odometry.pose()
 
     @property
     def pose(self) -> Pose:
-        """The pose of the axle's centre, by odometry. The origin is the pose at which the robot was opened."""
+        """The pose of the axle's centre by odometry, relative to its pose when the robot was opened."""
         return self._odometry.pose()
 
     def __repr__(self) -> str:
@@ -82,10 +82,10 @@ class DifferentialDrive:
 
 
 class Odometry:
-    """Computes a pose from the angles of two wheels.
+    """Computes the pose of a robot from the angles of its two driven wheels.
 
-    Each call of `pose` reads the angles and adds one arc. The arc is exact if the ratio of the two wheels' velocities
-    was constant since the last call. ``latest`` is the pose of the last call.
+    Each call of `pose` adds an arc. The arc is exact if the ratio of the wheels' velocities was constant since the last
+    call. ``latest`` is the result of the last call.
     """
 
     def __init__(self, geometry: DifferentialGeometry, angles: Callable[[], Wheels]) -> None:
@@ -95,7 +95,7 @@ class Odometry:
         self._last = Wheels(0.0, 0.0)
 
     def pose(self) -> Pose:
-        """Read the wheel angles and return the new pose."""
+        """Read the wheel angles, and return the new pose."""
         angles = self._angles()
         last = self._last
         rolled = self._geometry.to_twist(Wheels(angles.left - last.left, angles.right - last.right))
@@ -105,7 +105,7 @@ class Odometry:
 
 
 class CommandIntegrator:
-    """Computes wheel angles from wheel commands. It replaces encoders, or bridges the time since their last sample."""
+    """Computes wheel angles from wheel commands, for wheels without encoders and for the time since the last sample."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
@@ -114,19 +114,19 @@ class CommandIntegrator:
         self._history: deque[tuple[float, Wheels]] = deque(maxlen=COMMANDS)
 
     def turn_at(self, wheels: Wheels, now: float) -> None:
-        """Add a command. The wheels turn at these velocities, in rad/s, from the time ``now`` on, in seconds."""
+        """Add a command. From the time ``now`` on, in seconds, the wheels turn at these velocities in rad/s."""
         self._angle = self._angles_at(now)
         self._velocity = wheels
         self._history.append((now, wheels))
 
     def angles(self) -> Wheels:
-        """Return the present angles in radians."""
+        """Return the present wheel angles in radians."""
         return self._angles_at(self._clock.now())
 
     def rotation_since(self, time: float) -> Wheels:
-        """Return the commanded rotation from ``time`` until now, in radians.
+        """Return the angles by which the commands have turned the wheels since ``time``, in radians.
 
-        Only the last `COMMANDS` commands are included.
+        Only the last `COMMANDS` commands count.
         """
         left = right = 0.0
         until = self._clock.now()

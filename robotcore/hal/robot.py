@@ -16,7 +16,7 @@ from robotcore.hal.truth import TruthSource
 
 
 class Role(str, Enum):
-    """A part of a robot that an app can require without knowing the device's name."""
+    """A part of a robot that an app can require, whatever the name of the device is."""
 
     DRIVE = "drive"
     CAMERA = "camera"
@@ -25,11 +25,11 @@ class Role(str, Enum):
 
 
 class Robot:
-    """An open robot. Closing it stops every motor first.
+    """An open robot with its clock and its devices. Closing the robot first stops every motor.
 
-    The first device of a kind fills the role. ``truth`` is the true state in a simulator. With ``cutoffs``, another
-    process can stop the motors. Without cutoffs a run starts no guardian. ``notes`` are remarks of the backend that a
-    user must read.
+    The first camera, the first range sensor and the first display fill the roles. ``truth`` is the true state of a
+    simulated robot. The guardian stops the motors by the ``cutoffs``. A run without cutoffs starts no guardian.
+    ``notes`` are the backend's remarks for the user.
 
     >>> import robotcore
     >>> robot = robotcore.testing.MockRobot(range=[0.84]).layered
@@ -89,7 +89,7 @@ class Robot:
         return {d.name: d for d in self.devices.values() if isinstance(d, Motor)}
 
     def has(self, role: Role) -> bool:
-        """Return whether an open device fills the role."""
+        """Return whether the robot has the drive or the device for a role."""
         return self._roles[role] is not None
 
     @property
@@ -110,28 +110,28 @@ class Robot:
         return f"<Robot {self.name}: {', '.join([*parts, f't={self.clock.now():g} s'])}>"
 
     def __getitem__(self, name: str) -> Device:
-        """Return an open device by its name. Raises UnknownNameError if no open device has the name."""
+        """Return the open device with a name. Raises UnknownNameError if there is none."""
         if name not in self.devices:
             raise UnknownNameError("device", name, list(self.devices))
         return self.devices[name]
 
     def stop(self) -> None:
-        """Stop every motor, even if another stop fails. Then raise all failures as one DeviceGroupError."""
-        if failures := _failures(motor.stop for motor in self.motors.values()):
+        """Stop every motor, even if a stop fails. Raises all failures as one DeviceGroupError."""
+        if failures := _call_all(motor.stop for motor in self.motors.values()):
             raise DeviceGroupError(f"stopping {self.name}", failures)
 
     def close(self) -> None:
-        """Stop every motor, then close every device, the clock and the backend.
+        """Stop every motor, then close every device, the clock and the backend, even if one of these steps fails.
 
-        After a failure the other steps still run. All failures are then raised as one DeviceGroupError.
+        Raises all failures as one DeviceGroupError.
         """
-        tries: list[Callable[[], None]] = [motor.stop for motor in self.motors.values()]
-        tries += [device.close for device in self.devices.values()]
-        tries.append(self.clock.close)
+        steps: list[Callable[[], None]] = [motor.stop for motor in self.motors.values()]
+        steps += [device.close for device in self.devices.values()]
+        steps.append(self.clock.close)
         if self._release:
-            tries.append(self._release)
+            steps.append(self._release)
             self._release = None
-        if failures := _failures(tries):
+        if failures := _call_all(steps):
             raise DeviceGroupError(f"closing {self.name}", failures)
 
     def __enter__(self) -> Robot:
@@ -147,16 +147,17 @@ class Robot:
 
     def _unmet(self, role: Role) -> NoReturn:
         raise UnmetNeedError(
-            f"{self.name} has no {role.value} open; name it in the app's needs, or take a robot that has one"
+            f"{self.name} has no {role.value} open. Add Role.{role.name} to the app's needs, or take a robot that has "
+            "one"
         )
 
 
-def _failures(tries: Iterable[Callable[[], None]]) -> list[Exception]:
-    """Call each function, even if another one fails. Return the failures without those whose text repeats."""
+def _call_all(steps: Iterable[Callable[[], None]]) -> list[Exception]:
+    """Call each function, even if another one fails. Return the failures, of equal texts only the first one."""
     failures: dict[str, Exception] = {}
-    for attempt in tries:
+    for step in steps:
         try:
-            attempt()
+            step()
         except Exception as failure:  # noqa: BLE001, PERF203  the other motors must still stop
             for each in failure.failures if isinstance(failure, DeviceGroupError) else (failure,):
                 failures.setdefault(str(each), each)

@@ -1,4 +1,4 @@
-"""The true state of a simulated robot, with which the app's result is compared."""
+"""The true state of a simulated robot, which an app's `verify` and tests check."""
 
 from __future__ import annotations
 
@@ -16,27 +16,27 @@ REST_LINEAR_M_S = 0.01
 REST_ANGULAR_RAD_S = 0.05
 
 RELEASE_M = 0.001
-"""A contact ends when the gap between the robot and the other body is larger than this, in metres."""
+"""The gap, in metres, between the robot and another body at which their contact ends."""
 
 
 class TruthSource(Protocol):
-    """The interface of a simulator for the true state of its robot."""
+    """The methods by which a simulator reports the true state of its robot."""
 
     def pose(self) -> Pose:
-        """Return the pose of the axle's centre in the world."""
+        """Return the true pose of the axle's centre in the world."""
 
     def twist(self) -> Twist:
-        """Return the velocity of the axle's centre."""
+        """Return the true velocity of the axle's centre."""
 
     def contacts(self) -> int | None:
-        """Return the number of contacts so far with bodies other than the floor. None if it is unknown.
+        """Return the number of contacts since the start with bodies other than the floor; None if it is unknown.
 
         A long contact counts as one.
         """
 
 
 class Truth:
-    """The true state of a run. An app's `verify` gets it at the end of a run in a simulator."""
+    """The true state of a simulated robot. An app's `verify` gets it at the end of a run."""
 
     def __init__(self, source: TruthSource, robot: RobotDescription, world: WorldDescription) -> None:
         self._source, self._robot, self._world = source, robot, world
@@ -49,12 +49,12 @@ class Truth:
 
     @property
     def pose(self) -> Pose:
-        """The pose of the axle's centre in the world."""
+        """The true pose of the axle's centre in the world."""
         return self._source.pose()
 
     @property
     def contacts(self) -> int | None:
-        """The number of contacts so far; None if it is unknown."""
+        """The number of the robot's contacts with other bodies since the start; None if it is unknown."""
         return self._source.contacts()
 
     @property
@@ -65,9 +65,9 @@ class Truth:
 
     @property
     def distance_to_target(self) -> float | None:
-        """The distance from the body's front to the first target's surface, seen from above, in metres.
+        """The horizontal distance from the robot's front to the first target's surface, in metres.
 
-        None if the world has no target.
+        It is None if the world has no target.
         """
         if (ball := self._world.target) is None:
             return None
@@ -78,9 +78,9 @@ class Truth:
 
     @property
     def sees_target(self) -> bool:
-        """Whether the first camera sees a part of the first target.
+        """Whether a part of the first target is visible to the first camera.
 
-        Obstacles that are lower than the camera or the ball hide nothing.
+        Obstacles that are lower than the camera or the ball are ignored.
         """
         camera = self._robot.first_of(CameraDescription)
         ball = self._world.target
@@ -94,10 +94,7 @@ class Truth:
 
 
 def _points_across(ball: Ball, view: CameraView) -> np.ndarray:
-    """Return three points of a ball in the world, one per row, shape (3, 3).
-
-    They are its centre, its rightmost and its leftmost point as seen from the camera.
-    """
+    """Return the ball's centre, and a point to the right and to the left of it as seen by the camera, shape (3, 3)."""
     dx, dy = ball.x_m - view.eye[0], ball.y_m - view.eye[1]
     scale = 0.7 * ball.radius_m / math.hypot(dx, dy)
     return np.array([(ball.x_m - s * dy * scale, ball.y_m + s * dx * scale, ball.radius_m) for s in (0, -1, 1)])

@@ -1,4 +1,4 @@
-"""Clocks that follow the machine's time. No other module reads that time."""
+"""Clocks that follow the machine's monotonic time. No other module reads that time."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from robotcore.hal.clock import Callback, Clock, ClockWrapper, PeriodicTask
 from robotcore.threads import is_out_of_memory, start_thread
 
 STOPPING_S = 1.0
-"""The longest time in seconds for which stopping a periodic task waits for a call that hangs."""
+"""The longest time, in seconds, that `ThreadedTask.stop` waits for a running call."""
 
 
 class ThreadedTask(PeriodicTask):
-    """A periodic task in its own thread. If a call takes longer than the period, the next call begins at once."""
+    """A periodic task in its own thread. If a call takes longer than the period, the next call follows at once."""
 
     def __init__(self, clock: Clock, period: float, work: Callable[[], object], name: str) -> None:
         self._clock, self._period, self._work = clock, period, work
@@ -41,20 +41,22 @@ class ThreadedTask(PeriodicTask):
 
 
 LONGEST_WAIT_S = 0.1
-"""The longest delay, in seconds, of a call whose notification was lost because memory ran out."""
+"""The longest time, in seconds, between two looks of the clock's thread at its scheduled calls.
+
+So a call is late by at most this time if the wake-up of the thread fails because memory has run out.
+"""
 
 WITHOUT_MEMORY_S = 0.005
-"""The pause between two attempts of a call that fails because memory has run out, in seconds."""
+"""The pause, in seconds, before a call that failed because memory had run out is repeated."""
 
 CLOSING_S = 1.0
-"""The longest time in seconds for which closing a clock waits for a call that hangs."""
+"""The longest time, in seconds, that `MonotonicClock.close` waits for a running call."""
 
 
 class MonotonicClock(Clock):
-    """A clock that follows the machine's time, and starts at zero. Its own thread makes the calls of `call_at`.
+    """A clock that follows the machine's time, and starts at zero. A thread of the clock makes the calls of `call_at`.
 
-    If such a call or a periodic task raises an exception, the next `sleep_until` or `close` raises it. Later calls are
-    still made.
+    The next `sleep_until` or `close` raises the exception of a call or of a periodic task. Later calls are still made.
     """
 
     is_lockstep = False
@@ -116,12 +118,12 @@ class MonotonicClock(Clock):
     def _call(self) -> None:
         try:
             while (callback := self._next_due()) is not None:
-                self._attempt(partial(self._insist, callback))
+                self._attempt(partial(self._call_until_memory_suffices, callback))
         except Exception as failure:  # noqa: BLE001  `sleep_until` raises the error
             self._failure = failure
 
-    def _insist(self, callback: Callback) -> None:
-        """Make a call. Repeat it if it fails because memory runs out, because the call may stop the motors."""
+    def _call_until_memory_suffices(self, callback: Callback) -> None:
+        # A call may stop the motors, so it must not be lost if memory runs out.
         is_made = False
         while not (is_made or self._is_closed):
             try:
@@ -139,10 +141,7 @@ class MonotonicClock(Clock):
             self._failure = self._failure or failure
 
     def _next_due(self) -> Callback | None:
-        """Wait for the next call that is due, and return it. None if the clock is closed.
-
-        The wait goes on if memory runs out, because the call may stop the motors.
-        """
+        # A call may stop the motors, so it must not be lost if memory runs out.
         while True:
             try:
                 return self._wait_for_next()
@@ -162,9 +161,9 @@ class MonotonicClock(Clock):
 
 
 class ServerClock(MonotonicClock):
-    """A clock that follows the time of a separate server, and starts at zero.
+    """A clock that follows the time of a simulation server, and starts at zero.
 
-    source: the function that reads the server's time in seconds.
+    source: a function that returns the server's time in seconds.
     """
 
     _longest_nap = 0.005
@@ -182,7 +181,7 @@ class ServerClock(MonotonicClock):
 
 
 class PacedClock(ClockWrapper):
-    """A simulated clock whose time passes no faster than real time. On a slow machine it passes more slowly."""
+    """A simulator's clock whose time passes no faster than real time, but more slowly on a slow machine."""
 
     def __init__(self, source: Clock) -> None:
         super().__init__(source)

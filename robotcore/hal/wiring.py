@@ -8,7 +8,7 @@ from enum import Enum
 
 
 class PadKind(str, Enum):
-    """The purpose of a pad on a connector."""
+    """The purpose of a pad of a board's connector."""
 
     SIGNAL = "signal"
     POWER = "power"
@@ -18,37 +18,37 @@ class PadKind(str, Enum):
 
 @dataclass(frozen=True)
 class Pad:
-    """A pad on a connector."""
+    """A pad of a board's connector."""
 
     number: int
-    """The pad's number on the connector."""
+    """The number of the pad on the connector, from 1 on."""
     name: str
-    """The name of the pad's signal, such as ``GPIO 17``."""
+    """The signal of the pad, such as ``GPIO 17``."""
     kind: PadKind
 
 
 @dataclass(frozen=True)
 class Wire:
-    """A wire of a device."""
+    """A wire between a device and a board."""
 
     device: str
     """The device's name."""
     what: str
     """The kind of the device, in a few words."""
     signal: str
-    """The device's signal, such as ``trigger``."""
+    """The name of the wire at the device, such as ``trigger``."""
     where: str
-    """A text that names the other end of the wire."""
+    """The name of the wire's end at the board, such as ``GPIO 17``."""
     pads: tuple[int, ...] = ()
-    """The numbers of the pads to which the wire can go, the best one first; empty without a connector."""
+    """The numbers of the suitable pads, the best one first; empty if the wire goes to no connector."""
 
 
 @dataclass(frozen=True)
 class Wiring:
-    """All wires of a robot."""
+    """All wires between a robot's devices and its board."""
 
     pads: Sequence[Pad]
-    """The pads of the connector in rows of two, arranged as on the board."""
+    """The pads of the connector, row by row. Each row has two pads."""
     wires: Sequence[Wire]
     notes: Sequence[tuple[str, str]]
-    """Further parts or settings that a device requires, each as the device's name and a sentence."""
+    """The notes about further parts or settings, each as a device's name and a sentence."""

@@ -1,4 +1,4 @@
-"""Real hardware: device drivers, and the opening of a robot's devices by the drivers that its file names."""
+"""The interface of device drivers, and the functions that open a robot's devices with their drivers."""
 
 from robotcore.hal.wiring import Pad, PadKind, Wire, Wiring
 from robotcore.hardware.binding import batteries_in, bind_devices

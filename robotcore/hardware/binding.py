@@ -1,4 +1,4 @@
-"""Read the driver and the settings of each device from a backend's section of the robot's file."""
+"""Reads the driver and the settings of each device from a backend's section of the robot's file."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _OPTIONAL = (BatteryDescription, DisplayDescription)
 
 
 def batteries_in(robot: RobotDescription, section: str) -> frozenset[str]:
-    """Return the names of the robot's batteries that have a table in a backend's section, for `Backend.batteries`."""
+    """Return the names of the robot's batteries that have a table in a backend's section."""
     tables = robot.backends.get(section, {})
     return frozenset(battery.name for battery in robot.all_of(BatteryDescription) if battery.name in tables)
 
@@ -31,12 +31,14 @@ def bind_devices(
 ) -> tuple[DeviceBinding, ...]:
     """Return devices of a robot with their drivers and settings.
 
-    section: the name of the backend's section of the robot's file. A display or a battery without a table in this
-        section is left out, because a display needs no wires, and not every board measures its battery.
-    names: the names of the devices to return; None returns all. The tables of the other devices are checked too.
-    place: a function of the backend that returns the further pins that a connection occupies, such as the two pins of a
-        serial port. It raises ValueError if the board has no such pin. The text is the problem, a semicolon and a
+    A display or a battery without a table in the section is left out. All tables of the section are checked.
+
+    section: the name of the backend's section in the robot's file.
+    names: the names of the devices to return. None returns all.
+    place: a function that returns the further pins that a connection occupies, such as the two pins of a serial port.
+        It raises ValueError if the board has no such pin. The text of the error is the problem, a semicolon and a
         remedy.
+
     Raises DescriptionError with all mistakes in the section.
     """
     chosen = {device.name for device in robot.devices} if names is None else set(names)
@@ -46,7 +48,7 @@ def bind_devices(
         if description.name in chosen and not isinstance(description, _OPTIONAL)
     ]
     if section not in robot.backends and wired:
-        remedy = f"Add a table for each device, the first one [{section}.{wired[0]}]"
+        remedy = f"Add a table for each device, such as [{section}.{wired[0]}]"
         raise DescriptionError(robot.source, section, "is missing", remedy)
     bindings, mistakes = read_each(robot, section, wired, partial(_bind, robot), _missing_hint)
     mistakes += [
@@ -82,43 +84,47 @@ def _driver(description: AnyDevice, key: str, table: Any) -> DeviceDriver[Any, A
         problem = f"unknown device driver {name[:MAX_SHOWN_CHARACTERS]!r}"
         raise MistakesError((f"{key}.driver", problem, suggest_driver(name, description))) from unknown
     if not isinstance(description, driver.described):
-        problem = f"{name!r} opens no {description.kind.replace('_', ' ')}"
+        problem = f"{name!r} is not a driver for a {description.kind.replace('_', ' ')}"
         raise MistakesError((f"{key}.driver", problem, f"Name one: {list_drivers(description)}"))
     return driver
 
 
 def _missing_hint(description: AnyDevice) -> str:
     return (
-        f"Add the table of the device with its driver: {list_drivers(description)}. If the robot has no such device, "
-        f"remove {description.name!r} from its [[devices]]"
+        f"Add a table with one of these drivers: {list_drivers(description)}. If the robot has no such device, "
+        f"remove {description.name!r} from [[devices]]"
     )
 
 
 def list_drivers(description: AnyDevice) -> str:
-    """Return a text with the names of all drivers for a device of this kind."""
-    return ", ".join(find_drivers(description)) or "there is none for it"
+    """Return the names of all drivers for a kind of device, separated by commas."""
+    return ", ".join(find_drivers(description)) or "(none is installed)"
 
 
 def suggest_driver(name: str, description: AnyDevice) -> str:
-    """Return a remedy for an unknown driver name: the driver with a similar name or alias, or else all drivers."""
+    """Return a sentence that suggests the driver with a similar name or alias, or else lists all drivers.
+
+    name: the unknown driver name in the robot's file.
+    description: the device that the driver is for.
+    """
     drivers = find_drivers(description)
-    word = _plain(name)
+    word = _normalise(name)
     for driver in drivers:
-        if _plain(driver) == word:
+        if _normalise(driver) == word:
             return f"Did you mean {driver!r}?"
     for driver, kind in drivers.items():
-        if any(part in word or (len(word) > 2 and word in part) for part in map(_plain, kind.aliases)):
+        if any(part in word or (len(word) > 2 and word in part) for part in map(_normalise, kind.aliases)):
             return f"Did you mean {driver!r}?"
     return suggestion(name, list(drivers))
 
 
-def _plain(word: str) -> str:
-    """Return a word without the differences of writing: ``Pi Camera``, ``pi-camera`` and ``picamera`` become equal."""
+def _normalise(word: str) -> str:
+    """Return a word in lower case with only its letters and digits."""
     return "".join(letter for letter in word.lower() if letter.isalnum())
 
 
 def find_drivers(description: AnyDevice) -> dict[str, type[DeviceDriver[Any, Any]]]:
-    """Return the classes of the drivers for a device of this kind, by name.
+    """Return the classes of the drivers for a kind of device, by name.
 
     Drivers that cannot be imported are left out.
     """
@@ -132,7 +138,11 @@ def find_drivers(description: AnyDevice) -> dict[str, type[DeviceDriver[Any, Any
 
 
 def collect_mistakes(key: str, check: Callable[[], object]) -> Iterator[MistakeParts]:
-    """Call ``check``; if it raises ValueError, yield the mistake. The text is the problem, a semicolon and a remedy."""
+    """Call a check, and yield a mistake if it raises ValueError.
+
+    key: the dotted key of the checked table.
+    check: the check. The text of its error is the problem, a semicolon and a remedy.
+    """
     try:
         check()
     except ValueError as error:
@@ -143,7 +153,7 @@ def collect_mistakes(key: str, check: Callable[[], object]) -> Iterator[MistakeP
 def incompatible_drivers(
     section: str, bindings: Sequence[DeviceBinding], robot: RobotDescription
 ) -> Iterator[MistakeParts]:
-    """Yield the mistakes that `DeviceDriver.check_beside` finds: devices that do not work together."""
+    """Yield a mistake for each device for which `DeviceDriver.check_beside` raises ValueError."""
     drivers = {binding.name: binding.driver for binding in bindings}
     for binding in bindings:
         check = partial(binding.driver.check_beside, binding.description, binding.settings, robot, drivers)
@@ -153,7 +163,10 @@ def incompatible_drivers(
 def invalid_pins(
     section: str, bindings: Iterable[DeviceBinding], place: Callable[[Connection], object]
 ) -> Iterator[MistakeParts]:
-    """Yield a mistake for each connection to a pin that the board does not have. For ``place`` see `bind_devices`."""
+    """Yield a mistake for each connection to a pin that the board does not have.
+
+    place: the function of `bind_devices`.
+    """
     for binding in bindings:
         for wire in binding.connections:
             yield from collect_mistakes(f"{section}.{binding.name}.{wire.signal}", partial(place, wire))
@@ -162,9 +175,9 @@ def invalid_pins(
 def pin_conflicts(
     section: str, bindings: Iterable[DeviceBinding], place: Callable[[Connection], Iterable[Connection]]
 ) -> Iterator[MistakeParts]:
-    """Yield a mistake for each pin or port with two connections that may not share it.
+    """Yield a mistake for each pin or port that two connections occupy but cannot share.
 
-    For ``place`` see `bind_devices`.
+    place: the function of `bind_devices`.
     """
     taken: dict[tuple[str, str], tuple[str, Connection]] = {}
     for binding in bindings:
@@ -175,7 +188,7 @@ def pin_conflicts(
                 yield (
                     key,
                     f"{wire} is already {first}{_name_protocol(before)}",
-                    f"Connect one of them elsewhere{_or(wire, before)}",
+                    f"Connect one of them elsewhere{_format_remedy(wire, before)}",
                 )
 
 
@@ -190,5 +203,5 @@ def _name_protocol(before: Connection) -> str:
     return f", which uses {before.protocol}" if before.protocol else ""
 
 
-def _or(wire: Connection, before: Connection) -> str:
+def _format_remedy(wire: Connection, before: Connection) -> str:
     return f", or {wire.remedy}" if wire.remedy and wire.signal == before.signal else ""

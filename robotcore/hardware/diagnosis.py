@@ -14,11 +14,11 @@ from robotcore.hal.robot import Robot
 from robotcore.hardware import DeviceBinding
 
 CHARGE = "Charge or replace the battery"
-UNREAD_REMEDY = "Check that it is switched on and connected, and that no other program uses its port"
+UNREAD_REMEDY = "Check that the board is switched on and connected, and that no other program uses its port"
 
 
 def diagnose_batteries(backend: Backend, robot: RobotDescription) -> Iterator[Finding]:
-    """Open the batteries of a robot and no other device; yield a finding for each. Raises errors of the opening."""
+    """Open only the batteries of a robot, and yield a finding for each battery. Raises the errors of `Backend.open`."""
     if not robot.all_of(BatteryDescription) or not (names := backend.batteries(robot, {})):
         return
     with suppress(DescriptionError), backend.open(Setup(robot, None, names)) as opened:  # `examine` reports the file
@@ -26,7 +26,11 @@ def diagnose_batteries(backend: Backend, robot: RobotDescription) -> Iterator[Fi
 
 
 def check_batteries(robot: RobotDescription, opened: Robot) -> Iterator[Finding]:
-    """Yield a finding for each battery: its voltage and whether it must be charged, or why it could not be opened."""
+    """Yield a finding about the voltage of each battery, or about the failure to open or read it.
+
+    robot: the description of the robot.
+    opened: the robot with its open batteries.
+    """
     for note in opened.notes:
         yield _unchecked_finding("battery", note)
     for description in robot.all_of(BatteryDescription):
@@ -37,10 +41,10 @@ def check_batteries(robot: RobotDescription, opened: Robot) -> Iterator[Finding]
                 yield _unchecked_finding(description.name, str(failure))
 
 
-def _unchecked_finding(what: str, fault: str) -> Finding:
-    """Return a finding about an unknown voltage. If the fault has no remedy, a general one is added."""
-    remedy = "" if ". " in fault or "; " in fault else UNREAD_REMEDY
-    return Finding.unchecked(what, fault, remedy, kind="battery-unread")
+def _unchecked_finding(subject: str, problem: str) -> Finding:
+    """Return a finding about an unknown voltage, with a general remedy if the problem's text has no remedy."""
+    remedy = "" if ". " in problem or "; " in problem else UNREAD_REMEDY
+    return Finding.unchecked(subject, problem, remedy, kind="battery-unread")
 
 
 def _judge_voltage(description: BatteryDescription, voltage: float) -> Finding:
@@ -58,11 +62,12 @@ def check_description(
     bind: Callable[[], Sequence[DeviceBinding]],
     count_parts: Callable[[Sequence[DeviceBinding]], str],
 ) -> Generator[Finding, None, Sequence[DeviceBinding] | None]:
-    """Yield findings about a robot's file: its mistakes, or if there are none, the risks in its connections.
+    """Yield findings about the mistakes in a robot's file, and about the risks in its connections.
 
     bind: returns the devices with their drivers, or raises DescriptionError.
     count_parts: returns a text with the number of devices, for the finding.
-    Returns the devices with their drivers; None if the file has mistakes.
+
+    Returns the devices with their drivers, or None if the file has mistakes.
     """
     try:
         bindings = bind()

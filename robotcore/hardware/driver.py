@@ -1,4 +1,4 @@
-"""The interface of device drivers, with their connections and the resources that several devices share."""
+"""The interface of device drivers: their connections, settings, and resources that several devices share."""
 
 from __future__ import annotations
 
@@ -18,36 +18,36 @@ from robotcore.hal.devices import Device
 
 @dataclass(frozen=True)
 class Connection:
-    """A wire or a plug of a device, with the pin, address or port that it goes to.
+    """A wire or a plug of a device, and the pin, address or port to which it goes.
 
     >>> str(Connection("trigger", "GPIO", "16"))
     'GPIO 16'
     """
 
     signal: str
-    """The name of the wire at the device, such as trigger or SDA."""
+    """The name of the wire at the device, such as ``trigger`` or ``SDA``."""
     bus: str
     """The kind of connection: GPIO, I2C, CSI, USB or serial."""
     where: str
-    """The pin, address or port on that bus."""
+    """The pin, address or port on the bus."""
     is_shared: bool = False
-    """Whether other devices may have a connection to the same pin, address or port."""
+    """Whether other devices may use the same pin, address or port."""
     remedy: str = field(default="", compare=False)
-    """A remedy for the error if two devices have this signal on the same pin or port, such as another key to use."""
+    """A further remedy for the error if the same signal of two devices goes to the same pin or port."""
     protocol: str = ""
-    """The protocol on the wire; empty if it does not matter. Only devices with the same protocol can share a wire."""
+    """The protocol on the wire. Only devices with the same protocol can share a port."""
 
     def __str__(self) -> str:
         return f"{self.bus} {self.where}"
 
     def can_share(self, other: Connection) -> bool:
-        """Return whether both connections may go to the same pin, address or port."""
+        """Return whether this connection and another may go to the same pin, address or port."""
         is_alike = (self.signal, self.protocol) == (other.signal, other.protocol)
         return is_alike and self.is_shared and other.is_shared
 
 
 class Closable(Protocol):
-    """A resource with a method `close`."""
+    """An object with a method `close`."""
 
     def close(self) -> None:
         """Release the resource."""
@@ -57,11 +57,10 @@ SharedT = TypeVar("SharedT", bound=Closable)
 
 
 class Shared:
-    """Resources that several devices use, such as a port. Each one is opened for the first device that needs it.
+    """Opens resources that several devices share, such as a port, and closes them after all devices.
 
-    All resources are closed after all devices are closed. A device never closes a resource, not even if the device
-    fails to open. Devices are opened one after the other. Later they use a resource from several threads, so each
-    resource must be thread-safe.
+    A device must not close a shared resource, not even if the device fails to open. Open devices use a resource from
+    several threads, so each resource must be thread-safe.
 
     >>> class Port:
     ...     def __init__(self, path):
@@ -84,7 +83,12 @@ class Shared:
         return f"Shared({', '.join(f'{kind.__name__} {where}' for kind, where in self._things)})"
 
     def take(self, kind: type[SharedT], where: Hashable, open_it: Callable[[], SharedT]) -> SharedT:
-        """Return the resource of the class ``kind`` at ``where``; if there is none, create it by ``open_it``."""
+        """Return a resource, and open it if it is not open yet.
+
+        kind: the class of the resource.
+        where: the identity of the resource among those of its class, such as the path of a port.
+        open_it: the function that opens the resource.
+        """
         thing: SharedT | None = self._things.get((kind, where))
         if thing is None:
             thing = self._things[kind, where] = open_it()
@@ -92,7 +96,7 @@ class Shared:
         return thing
 
     def close(self) -> None:
-        """Close all resources, the newest one first, even if closing one fails. May be called again."""
+        """Close all resources, the newest first, even if one of them fails. A second `close` does nothing."""
         self._things.clear()
         self._opened.close()
 
@@ -103,54 +107,57 @@ SettingsT = TypeVar("SettingsT", bound=StrictModel)
 
 @dataclass(frozen=True)
 class Host:
-    """The robot, the clock and the open resources that a driver may use when it opens a device."""
+    """The robot, its clock, and the open resources that a driver may use to open a device."""
 
     robot: RobotDescription
     clock: Clock
     pins: Any = None
     """gpiozero's pin factory; None if the backend has no pins."""
     opened: Mapping[str, Device] = field(default_factory=dict)
-    """The devices that are open already, by name. Encoders are opened first, then sensors, cameras and displays, motors
-    last."""
+    """The devices that are open already, by name. Encoders are opened first and motors last."""
     shared: Shared = field(default_factory=Shared)
-    """Resources that several devices use, such as the port of a board with motors and encoders."""
+    """The resources that several devices share, such as the port of a board with motors and encoders."""
     owner: int | None = field(default_factory=os.getpid)
-    """The number of the process that has the devices open. If it is None, no process has. Then ``pins`` and ``opened``
-    are empty, and only `DeviceDriver.cutoffs` may be called."""
+    """The PID of the process that has the devices open.
+
+    It is None for `robotcore stop`, which opens no device. Then ``pins`` and ``opened`` are empty, and only
+    `DeviceDriver.cutoffs` may be called.
+    """
 
 
 class DeviceDriver(ABC, Generic[DescriptionT, SettingsT]):
-    """Opens devices of one kind on one kind of hardware. Drivers are entry points of the group `robotcore.devices`.
+    """The base class of device drivers, which are entry points of the group ``robotcore.devices``.
 
-    `check` and `check_beside` raise ValueError for a mistake. The error's text is the problem, a semicolon and a
-    remedy.
+    `check` and `check_beside` raise ValueError for a mistake in the settings. The text of the error is the problem, a
+    semicolon and a remedy.
     """
 
     name: ClassVar[str]
     summary: ClassVar[str]
     described: ClassVar[type[StrictModel]]
-    """The class of the device descriptions that the driver supports."""
+    """The class of the descriptions of the devices that the driver opens, such as MotorDescription."""
     settings: ClassVar[type[StrictModel]]
-    """The model of all keys except ``driver`` in the device's table in a robot's file."""
+    """The model of a device's table in the backend's section, without the key ``driver``."""
     modules: ClassVar[tuple[str, ...]] = ()
-    """The Python modules that the driver needs. Their presence is checked without an import."""
+    """The Python modules that the driver needs. Checks search for them without an import."""
     remedy: ClassVar[str] = ""
+    """The sentence that tells the user how to install ``modules``."""
     supply: ClassVar[tuple[str, ...]] = ()
-    """The pads of the board that supply the device, such as ``5 V`` and ``ground``; empty if it has another supply."""
+    """The pads of the board that power the device, such as ``5 V`` and ``ground``; empty for another power supply."""
     aliases: ClassVar[tuple[str, ...]] = ()
-    """Other names, such as those that are printed on the hardware. The error for one of them suggests this driver."""
+    """Names that users may write in place of ``name``, such as chips. Error messages then suggest this driver."""
     reports_direction: ClassVar[bool] = False
-    """Whether the driver's motors have a ``direction``, 1 or -1: the direction of the newest command that was not 0."""
+    """Whether the driver's motors have the property ``direction``, as `DutyMotor` has."""
 
     @abstractmethod
     def open(self, description: DescriptionT, settings: SettingsT, host: Host) -> Device:
-        """Open a device and return it. A returned sensor has its first sample already.
+        """Open a device and return it. A sensor must have its first sample.
 
         Raises DeviceError with the device's name and a remedy. Then nothing stays open.
         """
 
     def check(self, description: DescriptionT, settings: SettingsT, robot: RobotDescription) -> None:
-        """Raise ValueError if the settings do not fit the robot."""
+        """Raise ValueError if the settings contradict the description of the robot."""
 
     def check_beside(
         self,
@@ -161,39 +168,39 @@ class DeviceDriver(ABC, Generic[DescriptionT, SettingsT]):
     ) -> None:
         """Raise ValueError if the device cannot work together with the robot's other devices.
 
-        drivers: the drivers of all the robot's devices, by the names of the devices. Devices with a mistake are left
-            out.
+        drivers: the drivers of the robot's devices, by the names of the devices. A device whose table has a mistake is
+            left out.
         """
 
     def connections(self, settings: SettingsT) -> Sequence[Connection]:
-        """Return the device's wires and plugs."""
+        """Return the wires and plugs of the device."""
         return ()
 
     def notes(self, description: DescriptionT, settings: SettingsT) -> Sequence[str]:
-        """Return notes for connecting the device, in whole sentences."""
+        """Return sentences that help the user to connect the device."""
         return ()
 
     def warnings(self, settings: SettingsT) -> Sequence[str]:
-        """Return warnings about dangerous connections. Each one has the danger and the remedy, in whole sentences."""
+        """Return warnings about dangerous connections. Each is a sentence with the danger and one with the remedy."""
         return ()
 
     def cutoffs(self, description: DescriptionT, settings: SettingsT, host: Host) -> Sequence[CutoffSpec]:
-        """Return the cutoffs by which another process can stop the device; none if it moves nothing.
+        """Return the specifications of the cutoffs that stop the device; none for a device that moves nothing.
 
-        It is called for the guardian after the device was opened. It is also called for `robotcore stop`, which opens
-        no devices. Then the host has no ``owner``, and the cutoffs must result from the settings alone.
+        A run calls this after the device was opened, for the guardian. `robotcore stop` calls it without an open
+        device. Then ``host.owner`` is None, and the cutoffs must follow from the settings alone.
         """
         return ()
 
 
 @dataclass(frozen=True)
 class DeviceBinding:
-    """A device with its driver and its settings."""
+    """A device of a robot with its driver and the settings for the driver."""
 
     description: AnyDevice
     driver: DeviceDriver[Any, Any]
     settings: StrictModel
-    """The settings: all keys except ``driver`` in the device's table."""
+    """The device's table in the backend's section, without the key ``driver``."""
 
     @property
     def name(self) -> str:
@@ -209,11 +216,11 @@ class DeviceBinding:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """The notes for connecting the device, followed by its warnings."""
+        """The driver's notes for the user, and then its warnings."""
         return (*self.driver.notes(self.description, self.settings), *self.warnings)
 
     def open(self, host: Host) -> Device:
-        """Open the device and return it. Any exception of its driver is raised as a DeviceError."""
+        """Open the device and return it. Raises the driver's exceptions as DeviceErrors."""
         try:
             return self.driver.open(self.description, self.settings, host)
         except RobotcoreError:
@@ -228,5 +235,5 @@ class DeviceBinding:
             ) from error
 
     def cutoffs(self, host: Host) -> tuple[CutoffSpec, ...]:
-        """Return the cutoffs by which another process can stop the device; see `DeviceDriver.cutoffs`."""
+        """Return the specifications of the cutoffs that stop the device. See `DeviceDriver.cutoffs`."""
         return tuple(self.driver.cutoffs(self.description, self.settings, host))

@@ -1,4 +1,4 @@
-"""Velocity control of a wheel by its encoder, with feed-forward by the motor's model and a PI controller."""
+"""Controls the velocity of a wheel by its encoder, with the motor's model as feed-forward and a PI controller."""
 
 from __future__ import annotations
 
@@ -19,94 +19,92 @@ from robotcore.hardware.driver import Host
 from robotcore.hardware.motor_model import DutyMotor, MotorModel, Output
 from robotcore.hardware.opening import encoder_of
 
-ENOUGH_COUNTS = 8
-"""A velocity is measured over at least this many counts. One count more or less then changes it by an eighth."""
+MIN_COUNTS = 8
+"""The least number of encoder counts from which a velocity is measured, for an error of at most 1/8."""
 
 LONGEST_S = 0.2
-"""The longest time over which a velocity is measured, in seconds. An older velocity is useless for control."""
+"""The longest time over which a velocity is measured, in seconds, even if it has fewer than `MIN_COUNTS` counts."""
 
 
 class Control(StrictModel):
     """The gains and the period of a wheel's PI controller."""
 
     kp: Annotated[float, Field(ge=0, lt=1)] = 0.5
-    """The proportional gain, in rad/s for each rad/s of error. With a gain below 1, a wheel that behaves like its model
-    does not oscillate, even if the encoder's samples are late."""
+    """The proportional gain, in rad/s for each rad/s of error. A gain below 1 avoids oscillation, even if the samples
+    of the encoder are late."""
     ki: NonNegativeFloat = 4.0
-    """The integral gain, in rad/s for each radian of error. The control corrects an error of the model in about 2 /
-    ``ki`` seconds."""
+    """The integral gain, in rad/s for each radian of error. An error of the model is corrected in about 2 / ``ki``
+    seconds."""
     period_s: Annotated[float, Field(ge=0.005, le=0.1)] = 0.02
-    """The period of reading the encoder, in seconds."""
+    """The period of the controller, in seconds. It reads the encoder once in each period."""
 
 
 class VelocityControl:
-    """Corrects the velocity that is sent to a motor, so that the wheel turns at the commanded velocity.
+    """A PI controller that corrects the velocity sent to a motor, so that the wheel turns at the commanded velocity.
 
-    The error is the difference from an expected angle, which follows the command with the motor's lag. So a wheel that
-    only lags is not corrected. The integral part uses the error of the angle in whole encoder counts. The proportional
-    part uses the mean error of the velocity over `ENOUGH_COUNTS` counts, and at most over `LONGEST_S` seconds.
+    The expected angle of the wheel follows the command with the motor's lag. The error is the difference from this
+    angle, so the lag itself is not corrected. The integral part uses the error of the angle. The proportional part uses
+    the mean error of the velocity over `MIN_COUNTS` counts, but at most over `LONGEST_S` seconds.
 
     The velocity to send never has the opposite sign of the command. Its limit is twice the command, or the command plus
-    a quarter of full speed, whichever is larger. That is enough to free a wheel that is stuck, and limits the wheel's
-    speed when it comes free. The integral stays within these limits (anti-windup).
+    a quarter of full speed, whichever is larger. This limit frees a stuck wheel, but keeps the wheel slow when it comes
+    free. The integral stays within the same limit (anti-windup).
     """
 
     def __init__(self, gains: Control, model: MotorModel, lag: float, counts_per_turn: int) -> None:
-        """Create the control of a wheel that stands.
+        """Create a controller for a wheel at rest.
 
-        lag: the time constant of the motor in seconds.
+        lag: the time constant of the motor's lag in seconds.
         counts_per_turn: the encoder's counts in a turn of the wheel.
         """
         self._gains, self._model, self._lag = gains, model, lag
-        self._enough_rad = ENOUGH_COUNTS * math.tau / counts_per_turn
+        self._min_rad = MIN_COUNTS * math.tau / counts_per_turn
         self._expected = 0.0
         self._integral = 0.0
-        self._slips: deque[tuple[float, float]] = deque(maxlen=math.ceil(LONGEST_S / gains.period_s))
-        self._at: tuple[float, float] | None = None
+        self._errors: deque[tuple[float, float]] = deque(maxlen=math.ceil(LONGEST_S / gains.period_s))
+        self._last: tuple[float, float] | None = None
 
     def restart(self) -> None:
-        """Clear the integral and the errors, after the wheel was stopped or reversed."""
+        """Clear the integral and the stored errors, for a new motion after a stop or a reversal."""
         self._integral = 0.0
-        self._slips.clear()
+        self._errors.clear()
 
     def start(self, target: float) -> float:
-        """Return the velocity in rad/s to send for a new command, before the next sample of the encoder.
+        """Return the velocity to send for a new command, in rad/s.
 
         target: the commanded velocity in rad/s.
         """
         return self._limit(target, target + self._integral)
 
     def update(self, target: float, angle: float, time: float) -> float:
-        """Return the velocity in rad/s to send after a new sample of the encoder.
+        """Return the velocity to send after a new sample of the encoder, in rad/s.
 
         target: the commanded velocity in rad/s.
-        angle: the angle of the wheel in rad.
+        angle: the angle of the wheel in radians.
         time: the time of the sample in seconds.
         """
-        last, self._at = self._at, (angle, time)
+        last, self._last = self._last, (angle, time)
         if last is None or (passed := time - last[1]) <= 0:
             return self.start(target)
-        slip = self._turn_expected(target, passed) - (angle - last[0])
+        error = self._predict_turn(target, passed) - (angle - last[0])
         if not target:
             return 0.0
-        self._slips.append((slip, passed))
-        self._integral = self._limit(target, target + self._integral + self._gains.ki * slip) - target
-        return self._limit(target, target + self._integral + self._gains.kp * self._mean_slip(target))
+        self._errors.append((error, passed))
+        self._integral = self._limit(target, target + self._integral + self._gains.ki * error) - target
+        return self._limit(target, target + self._integral + self._gains.kp * self._mean_velocity_error(target))
 
-    def _turn_expected(self, target: float, passed: float) -> float:
-        """Return the angle in rad by which a wheel with the motor's first-order lag turns in ``passed`` seconds."""
+    def _predict_turn(self, target: float, passed: float) -> float:
         before = self._expected
         self._expected = target + (before - target) * (math.exp(-passed / self._lag) if self._lag else 0.0)
         return target * passed + (before - self._expected) * self._lag
 
-    def _mean_slip(self, target: float) -> float:
-        """Return the mean error of the velocity in rad/s, positive if the wheel is too slow."""
-        behind = taken = 0.0
-        for slip, passed in reversed(self._slips):
-            behind, taken = behind + slip, taken + passed
-            if taken * abs(target) >= self._enough_rad:
+    def _mean_velocity_error(self, target: float) -> float:
+        angle_error = duration = 0.0
+        for error, passed in reversed(self._errors):
+            angle_error, duration = angle_error + error, duration + passed
+            if duration * abs(target) >= self._min_rad:
                 break
-        return behind / taken
+        return angle_error / duration
 
     def _limit(self, target: float, velocity: float) -> float:
         direction = math.copysign(1, target)
@@ -116,11 +114,13 @@ class VelocityControl:
 
 
 class ControlledMotor(DutyMotor):
-    """A motor whose velocity is corrected by a `VelocityControl` after each sample of the wheel's encoder.
+    """A motor whose velocity a `VelocityControl` corrects after each sample of the wheel's encoder.
 
-    Several threads may set commands, and a background task sends corrections. A lock ensures that no correction turns
-    the wheel after a stop. If the encoder fails, the motor stops, and the next command other than a stop raises the
-    failure. If the encoder was lost, this command first reads the encoder again, and raises nothing if that succeeds.
+    A periodic task reads the encoder and sends the corrections, while other threads set commands. A lock ensures that
+    no correction turns the wheel after a stop.
+
+    If the encoder fails, the motor stops, and the next command other than a stop raises the failure. If the encoder was
+    lost, that command first reads the encoder again. It raises nothing if the encoder is back.
     """
 
     def __init__(
@@ -139,7 +139,7 @@ class ControlledMotor(DutyMotor):
         self._polling: PeriodicTask | None = None
 
     def begin(self, clock: Clock, period: float) -> None:
-        """Start the control: read the encoder now, and then every ``period`` seconds."""
+        """Start the controller, which reads the encoder now and then every ``period`` seconds."""
         self._correct()
         self._polling = clock.every(period, self._correct, f"{self.name} control")
 
@@ -153,12 +153,8 @@ class ControlledMotor(DutyMotor):
             self._send(self._control.start(rad_s) if rad_s else 0.0)
 
     def _require_encoder(self) -> None:
-        """Raise the failure of the encoder, if there is one.
-
-        A loss of the encoder is raised until the encoder is back, any other failure only once.
-
-        When the encoder is back, control continues from its angle, and does not correct turns during the loss.
-        """
+        # A lost encoder is read again. If it is back, the turns during the loss are not corrected. Other failures are
+        # raised once.
         if isinstance(self._failure, DeviceLostError):
             sample = self._encoder.read()
             self._control.update(self._target, sample.angle, sample.time)
@@ -191,11 +187,12 @@ class ControlledMotor(DutyMotor):
 def open_motor(
     description: MotorDescription, model: MotorModel, control: Control | None, output: Callable[[], Output], host: Host
 ) -> Motor:
-    """Return an open motor on an output that takes duties.
+    """Return an open motor that sends duties.
 
-    control: the settings of velocity control by the wheel's encoder. None means that the model alone gives the duty.
-    output: opens the motor's output.
-    Raises DeviceError if control needs an encoder that is not open.
+    control: the settings of the velocity control. With None, the duty follows from the model alone.
+    output: the function that opens the motor's output.
+
+    Raises DeviceError if velocity control needs an encoder that is not open.
     """
     if control is None:
         return DutyMotor(description, model, output())
@@ -209,10 +206,9 @@ def open_motor(
 def require_drivable(
     description: MotorDescription, model: MotorModel, control: Control | None, robot: RobotDescription
 ) -> None:
-    """Raise ValueError if these settings cannot drive a motor. The text is the problem, a semicolon and a remedy.
+    """Raise ValueError if the model does not reach the motor's maximum velocity, or if the control lacks an encoder.
 
-    That is so if the model does not reach the motor's maximum velocity, or ``control`` needs an encoder that is
-    missing.
+    The text of the error is the problem, a semicolon and a remedy.
     """
     _require_reach(description, model)
     if control:
@@ -223,8 +219,8 @@ def _require_reach(description: MotorDescription, model: MotorModel) -> None:
     for direction, word in ((1, "forward"), (-1, "backward")):
         if (reach := model.reach(direction)) < description.max_velocity_rad_s:
             raise ValueError(
-                f"by its model the wheel turns {word} at {reach:.3g} rad/s at most, but max_velocity_rad_s of "
-                f"{description.name} is {description.max_velocity_rad_s:g}; lower it, or correct "
+                f"by its model, {description.name} turns {word} at {reach:.3g} rad/s at most, but its "
+                f"max_velocity_rad_s is {description.max_velocity_rad_s:g}; reduce max_velocity_rad_s, or correct "
                 f"model.{word}_rad_s or model.max_duty"
             )
 
@@ -232,19 +228,19 @@ def _require_reach(description: MotorDescription, model: MotorModel) -> None:
 def _require_encoder(motor: str, robot: RobotDescription) -> None:
     if encoder_of(motor, robot) is None:
         raise ValueError(
-            f"control needs an encoder on the wheel of {motor}, which has none; name the encoders in [drive], or leave "
-            "control out"
+            f"control needs an encoder, but the wheel of {motor} has none; name the encoders in [drive], or remove "
+            "control"
         )
 
 
 def _encoder_on(motor: str, host: Host) -> tuple[Encoder, int]:
-    """Return the open encoder on a motor's wheel, and its counts per turn; raises DeviceError if it is not open."""
+    """Return the open encoder on a motor's wheel, and the encoder's counts per turn."""
     name = encoder_of(motor, host.robot)
     encoder = host.opened.get(name or "")
     if not isinstance(encoder, Encoder):
         raise DeviceError(
             motor,
-            f"control needs the encoder {name!r}, which is not open. Open it too",
+            f"control needs the encoder {name!r}, which is not open. Open the encoder too",
             kind="encoder-not-open",
             encoder=name,
         )

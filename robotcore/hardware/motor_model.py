@@ -1,4 +1,4 @@
-"""Motors that are driven by a duty: the model that converts a velocity to a duty, and the motor that uses it."""
+"""The model that converts a motor's velocity to a duty, and the motors that use the model."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ FullSpeed = Annotated[PositiveFloat, Field(description="the wheel's velocity at 
 
 
 class MotorModel(StrictModel):
-    """The velocity of a wheel at each duty. It is zero up to the dead band, and linear above.
+    """The relation between a motor's duty and the wheel's velocity: zero in the dead band, and linear above it.
 
-    Measure the velocities while the wheel turns in the air, supplied by the robot's own battery.
+    Measure the velocities while the wheel turns in the air and the robot's own battery supplies the motor.
 
     >>> model = MotorModel(dead_band=0.5, forward_rad_s=16.0, backward_rad_s=8.0)
     >>> model.duty(8.0), model.duty(-4.0), model.duty(0.0)
@@ -27,30 +27,30 @@ class MotorModel(StrictModel):
     """
 
     dead_band: Annotated[float, Field(ge=0, lt=1)] = 0.0
-    """The greatest duty, from 0 to 1, at which the wheel still stands."""
+    """The greatest duty, from 0 to 1, at which the wheel does not turn."""
     forward_rad_s: FullSpeed
     """The velocity of the wheel at the duty 1, in rad/s."""
     backward_rad_s: FullSpeed
     """The velocity of the wheel at the duty -1, in rad/s, as a positive number."""
     max_duty: Annotated[float, Field(gt=0, le=1)] = 1.0
-    """The greatest duty that is sent. Lower it if the motor's rated voltage is below the battery's."""
+    """The greatest duty that is sent. Reduce it if the motor's rated voltage is below the battery's voltage."""
 
     def duty(self, rad_s: float) -> float:
-        """Return the duty from -1 to 1 for a velocity, limited to ``max_duty``."""
+        """Return the duty, from -1 to 1, for a velocity in rad/s. The duty is limited to ``max_duty``."""
         if rad_s == 0:
             return 0.0
         above = abs(rad_s) * (1 - self.dead_band) / self._full_rad_s(rad_s)
         return math.copysign(min(self.dead_band + above, self.max_duty), rad_s)
 
     def velocity(self, duty: float) -> float:
-        """Return the velocity in rad/s at a duty from -1 to 1, which may be greater than ``max_duty``."""
+        """Return the velocity in rad/s at a duty from -1 to 1. The duty may exceed ``max_duty``."""
         above = max(0.0, abs(duty) - self.dead_band)
         return math.copysign(above / (1 - self.dead_band) * self._full_rad_s(duty), duty) if above else 0.0
 
     def reach(self, direction: float) -> float:
-        """Return the greatest velocity in one direction in rad/s, as a positive number.
+        """Return the greatest velocity in one direction, in rad/s, as a positive number.
 
-        direction: a positive number for forward, a negative one for backward.
+        direction: a positive number for forward, a negative number for backward.
         """
         return abs(self.velocity(math.copysign(self.max_duty, direction)))
 
@@ -65,23 +65,26 @@ Model = Annotated[
         "docs/raspberry-pi.md says how to measure it"
     ),
 ]
-"""A motor's model in a robot's file."""
+"""The type of a key ``model`` in a robot's file."""
 
 
 class Output(ABC):
-    """The output of duties to one motor: the pins of an H-bridge, or one side of a board on a serial line."""
+    """Sends duties to one motor, for example by the pins of an H-bridge or by a board on a serial port."""
 
     @abstractmethod
     def turn(self, duty: float) -> None:
-        """Send a duty from -1 to 1, positive forward; raises DeviceError with the motor's name."""
+        """Send a duty from -1 to 1, positive forward. Raises DeviceError if the hardware fails."""
 
     @abstractmethod
     def close(self) -> None:
-        """Release the output of a stopped motor; raises DeviceError with the motor's name."""
+        """Release the hardware after the motor was stopped. Raises DeviceError if the hardware fails."""
 
 
 class DutyMotor(Motor):
-    """A motor that sends each command as a duty, which the motor's model gives. An equal command is sent again."""
+    """A motor that converts each command to a duty by the motor's model, and sends the duty to an `Output`.
+
+    It also sends a command that equals the last one.
+    """
 
     def __init__(self, description: MotorDescription, model: MotorModel, output: Output) -> None:
         super().__init__(description.name, description.max_velocity_rad_s)
@@ -90,9 +93,9 @@ class DutyMotor(Motor):
 
     @property
     def direction(self) -> int:
-        """The direction of the newest command that was not a stop: 1 forward, -1 backward; 1 before the first command.
+        """The direction in which the wheel turns, or coasts after a stop: 1 forward, -1 backward.
 
-        A wheel coasts in this direction after a stop.
+        It is that of the newest command other than a stop, and 1 before the first command.
         """
         return self._direction
 

@@ -1,4 +1,4 @@
-"""Open the devices of a robot and build the robot from them. If one device fails, none stays open."""
+"""Opens the devices of a robot with their drivers. If one device fails, none stays open."""
 
 from __future__ import annotations
 
@@ -39,25 +39,26 @@ def open_robot(
     truth: TruthSource | None = None,
     opened: Mapping[str, Device] = MappingProxyType({}),
 ) -> Robot:
-    """Open the devices of a robot, and return the robot.
+    """Open the devices of a robot with their drivers, and return the robot.
 
     A display without a table in the section becomes a `MemoryDisplay`. A battery that cannot be opened is left out, and
-    the robot gets a note. When the robot is closed, or if opening fails, the devices are closed first, then their
-    shared resources. Then ``release`` is called.
+    the robot gets a note about it. If opening fails, and when the robot is closed, the devices are closed, then their
+    shared resources, and then ``release`` is called.
 
-    section: the name of the backend's section of the robot's file.
+    section: the name of the backend's section in the robot's file.
     pins: gpiozero's pin factory; None if the backend has no pins.
     release: closes the backend's own resources.
-    truth: the source of the ground truth of a simulated robot.
+    truth: the source of the true state of a simulated robot.
     opened: the devices that are open already, by name.
+
     Raises the errors of `bind_devices` and `open_devices`.
     """
     opened = dict(opened)
     host = Host(setup.robot, clock, pins, opened)
     with ExitStack() as undo:
-        beneath = undo.enter_context(ExitStack())
-        beneath.callback(release)
-        beneath.callback(host.shared.close)
+        resources = undo.enter_context(ExitStack())
+        resources.callback(release)
+        resources.callback(host.shared.close)
         bindings = bind_devices(setup.robot, section, setup.devices - opened.keys())
         notes = open_devices(bindings, host, opened)
         for device in opened.values():
@@ -65,24 +66,25 @@ def open_robot(
         devices = _in_order(setup, opened)
         cutoffs = [cutoff for binding in bindings for cutoff in binding.cutoffs(host)]
         robot = Robot(
-            setup.robot.name, clock, devices, truth=truth, release=beneath.close, cutoffs=cutoffs, notes=notes
+            setup.robot.name, clock, devices, truth=truth, release=resources.close, cutoffs=cutoffs, notes=notes
         )
         undo.pop_all()
     return robot
 
 
 def static_cutoffs(robot: RobotDescription, bindings: Iterable[DeviceBinding]) -> tuple[CutoffSpec, ...]:
-    """Return the cutoffs of devices that are not open in this process, for `Backend.cutoffs`."""
+    """Return the specifications of the cutoffs of devices that are not open."""
     host = Host(robot, MonotonicClock(), owner=None)
     return tuple(cutoff for binding in bindings for cutoff in binding.cutoffs(host))
 
 
 def open_devices(bindings: Iterable[DeviceBinding], host: Host, opened: dict[str, Device]) -> Sequence[str]:
-    """Open all devices, motors last, and add them to ``opened``; return a note for each battery that failed.
+    """Open all devices, motors last, and add them to ``opened``. Return a note for each battery that failed.
 
-    If a device other than a battery fails, the remaining devices are opened too, to find all errors. Then all devices
-    are closed. One failure is raised as a DeviceError, several failures as a DeviceGroupError, which includes failures
-    of closing. ``opened`` must be the same object as ``host.opened``.
+    If another device fails, the remaining devices are still opened, to find all failures. Then all devices are closed.
+    Raises one failure as a DeviceError, and several failures, also those of closing, as a DeviceGroupError.
+
+    opened: the same object as ``host.opened``.
     """
     failures: list[Exception] = []
     notes = []
@@ -92,7 +94,7 @@ def open_devices(bindings: Iterable[DeviceBinding], host: Host, opened: dict[str
                 device = binding.open(host)
             except DeviceError as failure:
                 if isinstance(binding.description, BatteryDescription):
-                    notes.append(f"{failure}. Its voltage will not be reported")
+                    notes.append(f"{failure}. The run does not report the voltage of this battery")
                 else:
                     failures.append(failure)
                 continue
@@ -108,7 +110,6 @@ def open_devices(bindings: Iterable[DeviceBinding], host: Host, opened: dict[str
 
 
 def _in_order(setup: Setup, opened: Mapping[str, Device]) -> Iterator[Device]:
-    """Yield the devices in the order of the robot's file, with a `MemoryDisplay` for each display that is not open."""
     for description in setup.chosen_devices:
         if description.name in opened:
             yield opened[description.name]
@@ -128,12 +129,12 @@ def _rank(binding: DeviceBinding) -> int:
 
 
 def encoder_of(motor: str, robot: RobotDescription) -> str | None:
-    """Return the name of the encoder on a motor's wheel; None if the wheel has no encoder."""
+    """Return the name of the encoder on a motor's wheel, or None if the wheel has no encoder."""
     return _encoders(robot).get(motor)
 
 
 def motor_of(encoder: str, robot: RobotDescription) -> str | None:
-    """Return the name of the motor on an encoder's wheel; None if the encoder is on no wheel of the drive."""
+    """Return the name of the motor on an encoder's wheel, or None if the encoder is on no wheel of the drive."""
     return next((motor for motor, its in _encoders(robot).items() if its == encoder), None)
 
 

@@ -1,4 +1,4 @@
-"""The newest samples of devices that a background thread reads."""
+"""Stores the newest samples of devices that a background thread reads."""
 
 from __future__ import annotations
 
@@ -11,7 +11,9 @@ from robotcore.hal.devices import Range, SampleT
 
 
 class LatestSample(Generic[SampleT]):
-    """Stores the newest sample of a device, or its failure if that is newer. One thread calls `put`, others call `get`.
+    """Stores the newest sample of a device, or the failure of the device after that sample.
+
+    A background thread calls `put` and `fail`, and other threads call `get`.
 
     >>> from robotcore.hal.devices import Range
     >>> newest = LatestSample("nose", Range(0.5, time=0.0, sequence=0))
@@ -26,13 +28,13 @@ class LatestSample(Generic[SampleT]):
         self._last: SampleT | DeviceError = first
 
     def put(self, sample: SampleT) -> None:
-        """Store a sample in place of the last sample or failure."""
+        """Store a sample. It replaces the last sample or failure."""
         self._last = sample
 
     def fail(self, error: Exception) -> None:
-        """Make `get` raise this error until the next sample.
+        """Store a failure, which `get` raises until the next sample.
 
-        An error that is no DeviceError becomes the cause of one.
+        An error of another class becomes the ``__cause__`` of a DeviceError.
         """
         if not isinstance(error, DeviceError):
             cause = error
@@ -43,7 +45,7 @@ class LatestSample(Generic[SampleT]):
         self._last = error
 
     def get(self) -> SampleT:
-        """Return the newest sample; raises DeviceError if the device has failed after that sample."""
+        """Return the newest sample. Raises DeviceError if the device has failed after this sample."""
         last = self._last
         if isinstance(last, DeviceError):
             raise last
@@ -54,14 +56,14 @@ NOTHING_YET = (
     "has no measurement with an echo yet. Hold something flat in front of it. "
     "If nothing is in range when the sensor is opened, echo_free_cycles must not be 0"
 )
-"""The error text for a range sensor that has no sample yet."""
+"""The problem in the error of a range sensor without a sample."""
 
 
 class RangeSampler:
-    """Converts the measurements of a range sensor to samples, and stores the newest one in ``newest``.
+    """Converts the measurements of a range sensor to samples, and stores the newest sample in ``newest``.
 
-    A single measurement without an echo may have missed the target, so it makes no sample. After several such
-    measurements in a row, a sample with the distance `inf` is made: nothing is in range.
+    A single measurement without an echo may be an error, so it makes no sample. Several in a row make a sample with the
+    distance ``inf``, which means that nothing is in range.
 
     >>> from robotcore.description import load_robot
     >>> (nose,) = load_robot("rover").all_of(RangeSensorDescription)
@@ -78,21 +80,20 @@ class RangeSampler:
     def __init__(self, description: RangeSensorDescription, echo_free_cycles: int) -> None:
         """Create a sampler without a sample.
 
-        echo_free_cycles: after this many measurements in a row without an echo, nothing is in range. With 0,
-        measurements
-            without an echo never make a sample.
+        echo_free_cycles: the number of measurements in a row without an echo that make a sample of ``inf``. With 0,
+            measurements without an echo never make a sample.
         """
         self.newest: LatestSample[Range] = LatestSample(
             description.name, DeviceError(description.name, NOTHING_YET, kind="no-sample-yet")
         )
         self.has_result = False
-        """Whether there was any sample or failure."""
+        """Whether there has been a sample or a failure."""
         self._description, self._echo_free_cycles = description, echo_free_cycles
         self._last: Range | None = None
         self._empty = 0
 
     def add_distance(self, distance: float, time: float) -> None:
-        """Add a measured distance in metres, `inf` for a target out of range.
+        """Add a measured distance in metres; ``inf`` if nothing is in range.
 
         time: the time of the measurement on the robot's clock, in seconds.
         """
@@ -101,23 +102,26 @@ class RangeSampler:
         self._put(max(distance, self._description.min_range_m) if is_near else math.inf, time)
 
     def add_no_echo(self, time: float) -> None:
-        """Add a measurement without an echo."""
+        """Add a measurement without an echo.
+
+        time: the time of the measurement on the robot's clock, in seconds.
+        """
         self._empty += 1
         if 0 < self._echo_free_cycles <= self._empty:
             self._put(math.inf, time)
 
     def add_unclear(self) -> None:
-        """Add a measurement that does not show whether there was an echo."""
+        """Add a measurement that is useless because it shows neither an echo nor the absence of one."""
         self._empty = 0
 
     def fail(self, error: Exception) -> None:
-        """Set a failure that lasts until the next sample."""
+        """Store a failure, which reading raises until the next sample."""
         self._empty = 0
         self.has_result = True
         self.newest.fail(error)
 
     def clear_failure(self) -> None:
-        """Clear the failure. The last sample before it becomes the newest one again, with its old time."""
+        """Remove the stored failure. The last sample is the newest one again, with its old time."""
         if self._last:
             self.newest.put(self._last)
 
@@ -128,15 +132,17 @@ class RangeSampler:
 
 
 def require_timely(echo_free_cycles: int, cycle_s: float, robot: RobotDescription, modules: int = 1) -> None:
-    """Raise ValueError if ``echo_free_cycles`` cycles take longer than a sample may be old.
+    """Raise ValueError if the sample of ``inf`` would come too late, so that the robot would stop in free space.
+
+    It comes after ``echo_free_cycles`` measurements. Until then, the last sample must not exceed safety.max_age_s.
 
     cycle_s: the period of a module's measurements in seconds.
     modules: the number of modules that measure in turn.
     """
-    if (takes := echo_free_cycles * cycle_s * modules) >= robot.safety.max_age_s:
-        turns = f", with {modules} modules in turn," if modules > 1 else ""
+    if (duration := echo_free_cycles * cycle_s * modules) >= robot.safety.max_age_s:
+        factor = f" times {modules} modules in turn" if modules > 1 else ""
         raise ValueError(
-            f"echo_free_cycles times cycle_s{turns} is {takes:g} s, but a sample may be only "
-            f"{robot.safety.max_age_s:g} s old, so the robot would stop with nothing in range; lower one of them, or "
-            "raise safety.max_age_s"
+            f"echo_free_cycles times cycle_s{factor} is {duration:g} s, which is not below safety.max_age_s, "
+            f"{robot.safety.max_age_s:g} s, so the robot would stop if nothing is in range; reduce echo_free_cycles or "
+            "cycle_s, or raise safety.max_age_s"
         )

@@ -1,1 +1,1 @@
-"""Find, build and flash the firmware for a microcontroller that drives the wheels."""
+"""Finds, builds and flashes the firmware of a microcontroller board that drives the wheels."""

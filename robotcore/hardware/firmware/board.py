@@ -1,4 +1,4 @@
-"""The boards that the firmware supports; find the firmware's source, find a board's port, and read its version."""
+"""The types of boards that the firmware supports, the firmware's sketch, and a board's port and version."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ from robotcore.processes import describe_holders
 
 @dataclass(frozen=True)
 class BoardType:
-    """A microcontroller board, with the values from boards.txt of the Arduino core."""
+    """A type of microcontroller board. The values are those of boards.txt in the Arduino core."""
 
     name: str
     fqbn: str
-    """The board's name for arduino-cli."""
+    """The fully qualified board name for arduino-cli."""
     variant: str
-    """The pin layout of the board in the Arduino core."""
+    """The folder of the Arduino core with the pin layout of the board."""
     macro: str
-    """The preprocessor macro of the board."""
+    """The preprocessor macro by which sources recognise the board."""
     upload_baud: int
-    """The baud rate of its bootloader."""
+    """The baud rate of the board's bootloader."""
     flash_bytes: int
-    """The flash memory for a program, in bytes."""
+    """The size of the flash memory for a program, in bytes."""
 
 
 BOARDS = {
@@ -51,20 +51,20 @@ BOARDS = {
 
 SKETCH = "robotcore_bridge"
 SKETCH_FOLDERS = (Path(__file__).parent / SKETCH, Path(__file__).parents[3] / "firmware" / SKETCH)
-"""The folders in which the sketch may be: in an installed robotcore, and in a clone of the project."""
+"""The folders in which the sketch may be: the first in an installed robotcore, the second in a clone of the project."""
 
 
 def shipped_sketch() -> Path:
-    """Return the folder of the sketch that this robotcore contains."""
+    """Return the folder of the sketch that is shipped with robotcore."""
     return next(place for place in SKETCH_FOLDERS if (place / f"{SKETCH}.ino").is_file())
 
 
 def find_sketch(folder: Path | None) -> Path:
-    """Return the folder of a sketch.
+    """Return the folder of a sketch, that is, the folder FOLDER with the file FOLDER.ino.
 
-    folder: the folder of a sketch, or the folder that was passed to `copy_sketch`. None means this robotcore's own
-        sketch.
-    Raises UsageError if the folder has no sketch, which Arduino expects as FOLDER/FOLDER.ino.
+    folder: the folder of a sketch, or the folder that was passed to `copy_sketch`. None means the shipped sketch.
+
+    Raises UsageError if there is no sketch.
     """
     if folder is None:
         return shipped_sketch()
@@ -72,24 +72,23 @@ def find_sketch(folder: Path | None) -> Path:
         if (place / f"{place.name}.ino").is_file():
             return place
     raise UsageError(
-        f"{folder}: there is no sketch {folder.name}.ino. `robotcore firmware copy DIR` makes one to edit",
+        f"{folder}: it has no sketch {folder.name}.ino. Copy the shipped sketch: robotcore firmware copy DIR",
         kind="sketch-missing",
         folder=str(folder),
     )
 
 
 def read_baud(folder: Path) -> int:
-    """Return the baud rate in a sketch's config.h; 57600 if there is none."""
+    """Return the baud rate from the config.h of a sketch, or 57600 if the file does not have it."""
     header = folder / "config.h"
     found = re.search(r"(?m)^#define BAUD (\d+)", header.read_text()) if header.is_file() else None
     return int(found[1]) if found else 57600
 
 
 def copy_sketch(into: Path) -> Path:
-    """Copy the sketch of this robotcore into a folder, and return the folder of the copy.
+    """Copy the shipped sketch into a folder, and return the folder of the copy.
 
-    A user can edit the pins in the copy's config.h. Raises UsageError if there is a copy already, or the folder cannot
-    be written.
+    Raises UsageError if there is a copy already, or if the folder cannot be written.
     """
     target = into / SKETCH
     try:
@@ -102,7 +101,7 @@ def copy_sketch(into: Path) -> Path:
         ) from error
     except OSError as error:
         raise UsageError(
-            f"{target}: {error.strerror}. Name a folder that you may write",
+            f"{target}: {error.strerror}. Name a folder that you can write",
             kind="folder-not-writable",
             folder=str(target),
         ) from error
@@ -111,11 +110,11 @@ def copy_sketch(into: Path) -> Path:
 
 DEVICE_FOLDER = Path("/dev")
 PORT_PATTERNS = ("ttyACM*", "ttyUSB*")
-"""The patterns of port names: of an Uno, and of the USB converter on a Nano."""
+"""The patterns of the port names of an Uno and of a Nano."""
 
 
 def find_only_port(devices: Path = DEVICE_FOLDER) -> str:
-    """Return the only USB serial port; raises UsageError if there is none, or several."""
+    """Return the only USB serial port. Raises UsageError if there is none or more than one."""
     ports = sorted(str(port) for pattern in PORT_PATTERNS for port in devices.glob(pattern))
     if len(ports) == 1:
         return ports[0]
@@ -126,28 +125,30 @@ def find_only_port(devices: Path = DEVICE_FOLDER) -> str:
             ports=ports,
         )
     raise UsageError(
-        "no board is plugged in: there is no /dev/ttyACM* or /dev/ttyUSB*. Plug it in, or name its --port",
+        "no board is plugged in: there is no /dev/ttyACM* and no /dev/ttyUSB*. Plug the board in, or name its port "
+        "with --port",
         kind="no-board",
     )
 
 
 def require_free(port: str) -> None:
-    """Raise FirmwareError if the port does not exist, this user may not use it, or another process has it open."""
+    """Raise FirmwareError if the port does not exist, is not accessible to this user, or is open in another process."""
     if not Path(port).is_char_device():
         raise FirmwareError(
-            f"{port}: is no port. Plug the board in; `ls /dev/serial/by-id` lists the ports",
+            f"{port}: it is not a serial port. Plug the board in. List the ports: ls /dev/serial/by-id",
             kind="port-missing",
             port=port,
         )
     if not os.access(port, os.R_OK | os.W_OK):
         raise FirmwareError(
-            f"{port}: you have no permission. sudo usermod -aG dialout $USER, then log in again",
+            f"{port}: you have no permission to open it. Add yourself to the group, sudo usermod -aG dialout $USER, "
+            "and log in again",
             kind="port-permission",
             port=port,
         )
     if holders := describe_holders(port):
         raise FirmwareError(
-            f"{port}: is held by {holders}. End that program first: flashing would disturb it",
+            f"{port}: it is open in {holders}. End that program, because flashing would disturb it",
             kind="port-in-use",
             port=port,
             holders=holders,
@@ -155,32 +156,34 @@ def require_free(port: str) -> None:
 
 
 QUESTION, ANSWER = b"v\r", b"robotcore-bridge "
-BOOTING_S, BETWEEN_S, TIMES = 2.0, 0.5, 6
-"""The pause after opening the port in seconds, the time between two questions in seconds, and the number of questions.
-Opening resets the board, and bytes during the pause would keep the board in its bootloader."""
+BOOT_S = 2.0
+"""The pause after the port was opened, in seconds. Opening resets the board, and earlier bytes would keep it in its
+bootloader."""
+
+QUESTION_PERIOD_S, MAX_QUESTIONS = 0.5, 6
 
 
 def read_version(port: str, baud: int) -> str:
-    """Ask the board at a port for its firmware's version, and return the answer, such as ``robotcore-bridge 1``.
+    """Return the version of the firmware of the board at a port, such as ``robotcore-bridge 1``.
 
-    Raises FirmwareError if robotcore_bridge does not answer within `TIMES` questions, or the port cannot be opened.
+    Raises FirmwareError if the port cannot be opened, or if the firmware does not answer in time.
     """
     clock = MonotonicClock()
     try:
         with _open_port(port, baud) as port_file:
-            clock.sleep_until(BOOTING_S)
-            heard = b"".join(_read_answers(port_file, clock))
+            clock.sleep_until(BOOT_S)
+            received = b"".join(_read_answers(port_file, clock))
     except (OSError, termios.error) as error:
         raise FirmwareError(
             f"{port}: the version of the firmware cannot be read: {error}", kind="port-unusable", port=port
         ) from error
-    for line in heard.splitlines():
+    for line in received.splitlines():
         if ANSWER in line:
             return line[line.index(ANSWER) :].decode("ascii", "replace")
-    said = repr(heard.splitlines()[-1][:60]) if heard else "nothing"
+    answer = repr(received.splitlines()[-1][:60]) if received else "nothing"
     raise FirmwareError(
-        f"{port}: the board was flashed, but answered {said} to the question for its version at {baud} baud. "
-        "Press its reset button, and check --board and the BAUD of config.h",
+        f"{port}: the board was flashed, but it does not report the version of its firmware at {baud} baud (answer: "
+        f"{answer}). Press its reset button, and check --board and the BAUD of config.h",
         kind="wrong-firmware",
         port=port,
         baud=baud,
@@ -204,15 +207,14 @@ def _open_port(port: str, baud: int) -> Iterator[int]:
 
 
 def _read_answers(line: int, clock: Clock) -> Iterator[bytes]:
-    """Send the question for the version until the answer is complete; yield the bytes as they arrive."""
-    heard = b""
-    for _ in range(TIMES):
+    received = b""
+    for _ in range(MAX_QUESTIONS):
         os.write(line, QUESTION)
-        end = clock.now() + BETWEEN_S
+        end = clock.now() + QUESTION_PERIOD_S
         while (left := end - clock.now()) > 0 and select.select([line], [], [], left)[0]:
             if not (some := os.read(line, 256)):
                 raise OSError(EIO, "the port is lost")
-            heard += some
+            received += some
             yield some
-            if ANSWER in heard and heard.endswith(b"\n"):
+            if ANSWER in received and received.endswith(b"\n"):
                 return

@@ -1,4 +1,4 @@
-"""Build the firmware and write it to a board, with arduino-cli or with avr-gcc and avrdude."""
+"""Builds the firmware and writes it to a board, with arduino-cli or with avr-gcc and avrdude."""
 
 from __future__ import annotations
 
@@ -14,44 +14,51 @@ from robotcore.errors import FirmwareError
 from robotcore.hardware.firmware.board import BoardType
 
 AVRDUDE = "avrdude"
-FLASH_REMEDY = "A board that does not respond may have the other bootloader: try --board nano-old, or nano, or uno"
+FLASH_REMEDY = "The board may be of another type or have another bootloader. Try --board nano-old, nano and uno"
 
 ARDUINO_CLI = "arduino-cli"
-"""The program arduino-cli, 0.13 or later. Source of its commands:
-https://arduino.github.io/arduino-cli/latest/commands/."""
+"""The program arduino-cli, version 0.13 or later.
+
+Source of its commands: https://arduino.github.io/arduino-cli/latest/commands/.
+"""
 
 ARDUINO_CLI_URL = "https://arduino.github.io/arduino-cli"
 ARDUINO_CORE = "arduino:avr"
 
 AVR_GCC = "avr-gcc"
 AVR_CORE = Path("/usr/share/arduino/hardware/arduino/avr")
-"""The Arduino core of Debian's package arduino-core-avr. The compiler commands here follow its platform.txt, but
-without link-time optimisation."""
+"""The Arduino core of Debian's package arduino-core-avr.
+
+The compiler commands of this module are those of the core's platform.txt without link-time optimisation.
+"""
 
 DEBIAN_PACKAGES = "gcc-avr arduino-core-avr"
 
 _COMMON = ("-c", "-g", "-Os", "-mmcu=atmega328p", "-ffunction-sections", "-fdata-sections")
 _CPP = ("-std=gnu++11", "-fno-exceptions", "-fno-threadsafe-statics")
 _DEFINED = ("F_CPU=16000000L", "ARDUINO=10819", "ARDUINO_ARCH_AVR", "DECIMAL_DIG=10")
-"""Macros for the compiler. The core needs DECIMAL_DIG, which avr-gcc before version 7 does not define."""
+"""Preprocessor macros of the build. DECIMAL_DIG is needed because avr-gcc before version 7 does not define it."""
 
 
 @dataclass(frozen=True)
 class FirmwareImage:
-    """A program that was built for a board."""
+    """The result of a build."""
 
     image: Path
-    """The program's file, in Intel's hexadecimal format."""
+    """The file of the program, in Intel's hexadecimal format."""
     tool: str
     """The name of the tool that built the program."""
     size_bytes: int
-    """The size of the program in the board's flash memory, in bytes."""
+    """The number of bytes that the program occupies in the board's flash memory."""
 
 
 def build(sketch: Path, board: BoardType, folder: Path) -> FirmwareImage:
-    """Build a sketch into a folder by arduino-cli, or else by avr-gcc and Debian's core; return the program.
+    """Build a sketch with arduino-cli, or else with avr-gcc and Debian's Arduino core, and return the result.
 
-    Raises FirmwareError if neither is installed, the sketch does not compile, or it is too large for the board.
+    sketch: the folder of the sketch.
+    folder: the folder for the files of the build.
+
+    Raises FirmwareError if no compiler is installed, or if the sketch does not compile or is too large for the board.
     """
     if has_arduino_cli() and has_arduino_core():
         tool, image = ARDUINO_CLI, build_with_arduino_cli(sketch, board, folder)
@@ -59,7 +66,9 @@ def build(sketch: Path, board: BoardType, folder: Path) -> FirmwareImage:
         tool, image = AVR_GCC, build_with_avr_gcc(sketch, board, folder)
     else:
         raise FirmwareError(
-            f"no installed tool builds for a {board.name}. {_install_hint()}", kind="no-build-tool", board=board.name
+            f"no compiler for the board {board.name} is installed. {_install_hint()}",
+            kind="no-build-tool",
+            board=board.name,
         )
     return FirmwareImage(image, tool, _measure_size(image, board))
 
@@ -67,17 +76,17 @@ def build(sketch: Path, board: BoardType, folder: Path) -> FirmwareImage:
 def _install_hint() -> str:
     core = "arduino-cli core install arduino:avr"
     if has_arduino_cli():
-        return f"arduino-cli lacks the core of the board: {core}"
+        return f"Install the board's core: {core}"
     debian = f"on Debian or Raspberry Pi OS: sudo apt install {DEBIAN_PACKAGES}"
-    return f"Install arduino-cli ({ARDUINO_CLI_URL}) and then: {core}; or, {debian}"
+    return f"Install arduino-cli ({ARDUINO_CLI_URL}) and its core: {core}; or {debian}"
 
 
 def _measure_size(image: Path, board: BoardType) -> int:
-    """Return the size of an image in bytes; raises FirmwareError if the board's flash memory is smaller."""
     size = sum(int(line[1:3], 16) for line in image.read_text().splitlines() if line[7:9] == "00")
     if size > board.flash_bytes:
         raise FirmwareError(
-            f"{image}: has {size} bytes, but a {board.name} takes {board.flash_bytes}. Make the sketch smaller",
+            f"{image}: it has {size} bytes, but the board {board.name} has room for {board.flash_bytes}. Make the "
+            "sketch smaller",
             kind="image-too-large",
             size_bytes=size,
             flash_bytes=board.flash_bytes,
@@ -86,9 +95,9 @@ def _measure_size(image: Path, board: BoardType) -> int:
 
 
 def flash(image: Path, board: BoardType, port: str) -> str:
-    """Write an image to the board at a port, and verify it; return the name of the tool that was used.
+    """Write an image to the board at a port, and verify it. Return the name of the tool: avrdude or arduino-cli.
 
-    Raises FirmwareError if the tool fails, or none is installed.
+    Raises FirmwareError if the tool fails, or if none is installed.
     """
     if is_installed(AVRDUDE):
         run_tool(_avrdude_command(image, board, port), f"flashing the {board.name} at {port}", FLASH_REMEDY)
@@ -97,14 +106,15 @@ def flash(image: Path, board: BoardType, port: str) -> str:
         flash_with_arduino_cli(image, board, port)
         return ARDUINO_CLI
     raise FirmwareError(
-        f"no installed tool flashes a {board.name}. On Debian or Raspberry Pi OS: sudo apt install {AVRDUDE}",
+        f"no tool that can flash the board {board.name} is installed. On Debian or Raspberry Pi OS: sudo apt install "
+        f"{AVRDUDE}",
         kind="no-flash-tool",
         board=board.name,
     )
 
 
 def _avrdude_command(image: Path, board: BoardType, port: str) -> list[str]:
-    """Return avrdude's command line. Sources: avrdude(1), and the upload pattern in the Arduino core's platform.txt."""
+    # Sources: avrdude(1), and the upload pattern in the Arduino core's platform.txt.
     chip = ["-p", "m328p", "-c", "arduino", "-P", port, "-b", str(board.upload_baud)]
     return [AVRDUDE, "-q", *chip, "-D", "-U", f"flash:w:{image}:i"]
 
@@ -115,20 +125,23 @@ def has_arduino_cli() -> bool:
 
 
 def has_arduino_core() -> bool:
-    """Return whether arduino-cli has the core of these boards; raises FirmwareError if arduino-cli fails."""
+    """Return whether arduino-cli has the core of these boards. Raises FirmwareError if arduino-cli fails."""
     listed = run_tool([ARDUINO_CLI, "core", "list"], "listing the installed cores")
     return any(line.split()[:1] == [ARDUINO_CORE] for line in listed.splitlines())
 
 
 def build_with_arduino_cli(sketch: Path, board: BoardType, folder: Path) -> Path:
-    """Compile a sketch into a folder and return the image; raises FirmwareError if the sketch does not compile."""
+    """Build a sketch into a folder with arduino-cli, and return the image.
+
+    Raises FirmwareError with the compiler's output if the sketch does not compile.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     run_tool([ARDUINO_CLI, "compile", "--fqbn", board.fqbn, "--output-dir", folder, sketch], f"building {sketch.name}")
     return folder / f"{sketch.name}.ino.hex"
 
 
 def flash_with_arduino_cli(image: Path, board: BoardType, port: str) -> None:
-    """Write an image to the board at a port; if that fails, raise FirmwareError with the output of arduino-cli."""
+    """Write an image to the board at a port with arduino-cli. Raises FirmwareError with its output if it fails."""
     where = ["--fqbn", board.fqbn, "--port", port, "--verify"]
     run_tool([ARDUINO_CLI, "upload", *where, "--input-file", image], f"flashing the {board.name} at {port}")
 
@@ -141,12 +154,12 @@ def has_avr_gcc() -> bool:
 
 
 def build_with_avr_gcc(sketch: Path, board: BoardType, folder: Path, *, flags: Sequence[str] = ()) -> Path:
-    """Compile a sketch into FOLDER/NAME.elf and FOLDER/NAME.hex; return the path of the latter.
+    """Build a sketch into a folder with avr-gcc, and return the image.
 
-    The .ino files of the sketch are joined to one file. Arduino's tools would add prototypes, which this function does
-    not. So the sketch must declare each function before its use.
+    Unlike arduino-cli, this adds no function prototypes. So the sketch must declare each function before its use.
 
-    flags: compiler flags for the sketch, not for the core.
+    flags: additional compiler flags for the sketch, not for the core.
+
     Raises FirmwareError with the compiler's output if the sketch does not compile.
     """
     folder.mkdir(parents=True, exist_ok=True)
@@ -164,7 +177,7 @@ def build_with_avr_gcc(sketch: Path, board: BoardType, folder: Path, *, flags: S
 
 
 def _join_sources(sketch: Path, folder: Path) -> Path:
-    """Join the .ino files of a sketch into one C++ file: first the one with the sketch's name, then the others."""
+    # Like arduino-cli: first the .ino file with the sketch's name, then the others.
     first = sketch / f"{sketch.name}.ino"
     others = sorted(path for path in sketch.glob("*.ino") if path != first)
     joined = folder / f"{sketch.name}.ino.cpp"
@@ -173,7 +186,7 @@ def _join_sources(sketch: Path, folder: Path) -> Path:
 
 
 def _with_line_marker(source: Path) -> str:
-    """Return a file's text after a line with its name, so that errors of the compiler name this file."""
+    # Errors of the compiler then name the original file.
     return f'#line 1 "{source}"\n{source.read_text()}\n'
 
 
@@ -203,17 +216,18 @@ def _link(objects: list[Path], target: Path) -> Path:
 
 
 def is_installed(*names: str) -> bool:
-    """Return whether all these programs are on the PATH."""
+    """Return whether all named programs are on the PATH."""
     return all(map(shutil.which, names))
 
 
 def run_tool(command: Sequence[str | Path], doing: str, remedy: str = "", timeout: float = 300.0) -> str:
-    """Run a tool and wait for its end; return its output on stdout and stderr.
+    """Run a tool until it ends, and return its output on stdout and stderr.
 
-    doing: the task of the tool, for the beginning of an error message.
-    remedy: added to the error message if the tool fails.
-    timeout: the longest time that the tool may take, in seconds.
-    Raises FirmwareError with the output if the tool fails, or if it does not end in time.
+    doing: the task of the tool, for error messages, such as ``building robotcore_bridge``.
+    remedy: a sentence for the error message if the tool fails.
+    timeout: the time limit in seconds.
+
+    Raises FirmwareError if the tool fails, does not end in time, or cannot be run.
     """
     tool = Path(command[0]).name
     try:

@@ -36,8 +36,8 @@ class AnsweringBoard:
 
 @pytest.fixture
 def pty(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Pty]:
-    monkeypatch.setattr(board, "BOOTING_S", 0.0)
-    monkeypatch.setattr(board, "BETWEEN_S", 0.05)
+    monkeypatch.setattr(board, "BOOT_S", 0.0)
+    monkeypatch.setattr(board, "QUESTION_PERIOD_S", 0.05)
     pty = Pty(tmp_path)
     yield pty
     pty.unplug()

@@ -19,20 +19,20 @@ def test_caller_location_is_the_file_and_line_of_the_caller() -> None:
     assert (file, line.isdigit()) == (Path(__file__).name, True)
 
 
-@pytest.mark.parametrize("is_swallowed", [False, True])
-def test_error_for_a_nan_velocity_names_the_apps_line(perform: Runner, *, is_swallowed: bool) -> None:
-    def ask(robot: Robot) -> None:
+@pytest.mark.parametrize("is_caught", [False, True])
+def test_error_for_a_nan_velocity_names_the_apps_line(perform: Runner, *, is_caught: bool) -> None:
+    def command_nan(robot: Robot) -> None:
         try:
             drive_wheels(robot, math.nan)
         except InvalidCommandError:
-            if not is_swallowed:
+            if not is_caught:
                 raise
 
-    result = perform(drive_then(ask))
+    result = perform(drive_then(command_nan))
     assert result.outcome is Outcome.STOPPED
-    assert "left_motor: a velocity of nan rad/s was asked for, at runs.py:" in result.reason
+    assert "left_motor: the app commanded a velocity of nan rad/s, at runs.py:" in result.reason
 
 
 def test_error_for_a_nan_of_the_framework_names_no_line(monkeypatch: pytest.MonkeyPatch, perform: Runner) -> None:
     monkeypatch.setattr(VelocityLimit, "__call__", lambda *_: Wheels(math.nan, math.nan))
-    assert "left_motor: a velocity of nan rad/s was asked for; it must be" in perform(drive_then(drive_wheels)).reason
+    assert "left_motor: the app commanded a velocity of nan rad/s, and all" in perform(drive_then(drive_wheels)).reason
