@@ -37,7 +37,7 @@ def build_pybullet_loop(robot: RobotDescription, world: WorldDescription) -> Blo
     body.hide()
     bullet.setGravity(0.0, 0.0, -9.81)
     bullet.setPhysicsEngineParameter(fixedTimeStep=1 / (RATE_HZ * STEPS_A_TICK))
-    left, right = body.joint_of(robot.drive.left), body.joint_of(robot.drive.right)
+    left, right = body.find_joint(robot.drive.left), body.find_joint(robot.drive.right)
     (camera,) = robot.all_of(CameraDescription)
     mount, light, detector = camera.mount, scene.light, ColourDetector("green")
     tall = 2 * math.degrees(math.atan(camera.height_px / 2 / camera.intrinsics.focal_length))
@@ -64,7 +64,7 @@ def build_pybullet_loop(robot: RobotDescription, world: WorldDescription) -> Blo
             detector.find(cv2.cvtColor(rgba, cv2.COLOR_RGBA2BGR), camera.intrinsics)
             for joint, velocity in ((left, -WHEEL_RAD_S), (right, WHEEL_RAD_S)):
                 bullet.setJointMotorControl2(
-                    body.number, joint, bullet.VELOCITY_CONTROL, targetVelocity=velocity, force=0.08
+                    body.body_id, joint, bullet.VELOCITY_CONTROL, targetVelocity=velocity, force=0.08
                 )
             for _ in range(STEPS_A_TICK):
                 bullet.stepSimulation()

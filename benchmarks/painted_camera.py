@@ -149,7 +149,7 @@ def _draw_pose(world: WorldDescription, draw: random.Random) -> Pose:
 
 def _compute_masks(camera: EngineCamera, painter: Painter, view: CameraView) -> dict[str, tuple[Mask, Mask]]:
     """Return the masks of the engine and the painter for each object, by name."""
-    numbers, labels = camera.numbers(view), painter.labels(view)
+    numbers, labels = camera.segmentation(view), painter.labels(view)
     return {
         thing: (numbers == camera.things[thing], labels == label) for label, thing in enumerate(painter.things, start=1)
     }

@@ -39,7 +39,7 @@ def render_with_bullet(scene: Scene) -> Rendering:
     with load_backend("pybullet").open(Setup(load_robot("rover"), scene.world, frozenset({"eye"}))) as opened:
         camera = opened.camera
         assert isinstance(camera, BulletCamera)
-        image, numbers = camera.picture(scene.view), camera.numbers(scene.view)
+        image, numbers = camera.picture(scene.view), camera.segmentation(scene.view)
         things = list(camera.things.values())
         ball = numbers == camera.things.get("ball", len(things) + 99)
         return Rendering(image, ball, (numbers >= 0) & ~np.isin(numbers, things))

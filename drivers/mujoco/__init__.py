@@ -1,1 +1,1 @@
-"""The MuJoCo backend: rigid-body physics through MuJoCo, in this process."""
+"""The MuJoCo backend: simulates robots with MuJoCo's rigid-body physics, in this process."""

@@ -1,4 +1,4 @@
-"""The MuJoCo backend: opens robots in a MuJoCo simulation in this process, and exports them as MJCF."""
+"""The MuJoCo backend: opens a robot in a MuJoCo simulation in this process, and exports its model as MJCF."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ OLDEST = (3, 5)
 
 
 class MujocoOptions(StrictModel):
-    """The options of the backend. There are none."""
+    """The options of the backend. It has none, so any option is refused."""
 
 
 class MujocoBackend(Backend):
-    """Opens each robot in its own simulation. Equal runs on one platform give results that are equal to the bit."""
+    """Opens each robot in its own MuJoCo simulation. Equal runs on one platform give bit-identical results."""
 
     name = "mujoco"
-    summary = "MuJoCo rigid-body physics, in process: on Python 3.10 to 3.13, 64-bit ARM too"
+    summary = "MuJoCo rigid-body physics, in process, on Python 3.10 to 3.13, also on 64-bit ARM"
     capabilities = frozenset({Capability.CONTACTS, Capability.POSE, Capability.LOCKSTEP})
     needs_world = True
     has_gui = True
@@ -50,10 +50,10 @@ class MujocoBackend(Backend):
         return 'pip install "robotcore[sim]"'
 
     def require_installed(self) -> None:
-        """Raise BackendMissingError if the library is missing or too old, or cannot be imported.
+        """Raise BackendMissingError if MuJoCo is missing or too old, or cannot be imported.
 
-        During its import, MuJoCo sets up the OpenGL library that the environment variable MUJOCO_GL selects. This can
-        raise errors of any class. Each becomes a BackendMissingError.
+        The import of MuJoCo initialises the OpenGL library that the environment variable MUJOCO_GL selects. An error of
+        any class can occur, and becomes a BackendMissingError.
         """
         super().require_installed()
         try:
@@ -70,14 +70,14 @@ class MujocoBackend(Backend):
         if tuple(map(int, mujoco.__version__.split(".")[:2])) < OLDEST:
             needed = "{}.{}".format(*OLDEST)
             raise BackendMissingError(
-                f'MuJoCo {mujoco.__version__} is too old, {needed} is needed. pip install --upgrade "mujoco>={needed}"',
+                f'MuJoCo {mujoco.__version__} is too old. Upgrade it: pip install "mujoco>={needed}"',
                 kind="library-too-old",
             )
 
     def open(self, setup: Setup) -> Robot:
         setup = setup.without_batteries()
         if setup.world is None:
-            raise UsageError("the mujoco backend needs a world; name one with --world", kind="world-missing")
+            raise UsageError("the mujoco backend needs a world. Name one with --world", kind="world-missing")
         setup.options_as(MujocoOptions)
         self.require_installed()
         with ExitStack() as cleanup:
@@ -97,7 +97,7 @@ class MujocoBackend(Backend):
 
 
 class Simulation:
-    """A robot in its world, and the clock that steps both."""
+    """A MuJoCo simulation of one robot in one world, and its devices."""
 
     def __init__(self, setup: Setup, world: WorldDescription) -> None:
         self._physics = Physics(setup.rate_hz, lambda step: compile_model(build(setup.robot, world, step)))
@@ -115,7 +115,7 @@ class Simulation:
         return self._physics.clock
 
     def open(self, description: SimulatedDevice) -> Device:
-        """Open a device. Raises DeviceError for a motor or an encoder without a wheel."""
+        """Open a device of the robot. Raises DeviceError for a motor or an encoder that is on no wheel."""
         if isinstance(description, MotorDescription):
             return MujocoMotor(self.model, self.data, description, self._body)
         if isinstance(description, EncoderDescription):
@@ -128,7 +128,7 @@ class Simulation:
         return MemoryDisplay(display.name)
 
     def close(self) -> None:
-        """Release OpenGL and the window. It may be called again."""
+        """Release OpenGL and close the window. Further calls do nothing."""
         self._closing.close()
 
     def _open_window(self, width_m: float) -> None:

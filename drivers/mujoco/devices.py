@@ -1,4 +1,4 @@
-"""Motors, encoders, range sensors and cameras of a robot in MuJoCo."""
+"""The devices of a robot in a MuJoCo simulation: motors, encoders, range sensors and cameras."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from drivers.mujoco.model.attributes import RANGE_GROUPS, group_flags
 from drivers.mujoco.model.world import visual_name
 from drivers.mujoco.opengl import NoOpenGL
 from drivers.mujoco.physics import Array, Body
-from drivers.mujoco.rendering import Numbers, Renderer
+from drivers.mujoco.rendering import ObjectIds, Renderer
 from robotcore.description import (
     CameraDescription,
     EncoderDescription,
@@ -33,11 +33,11 @@ if TYPE_CHECKING:
 
 
 class MujocoMotor(Motor):
-    """The motor of a wheel. MuJoCo's model contains the motor's lag and its greatest torque."""
+    """A motor of a wheel. This class only sets the velocity. MuJoCo simulates the lag and the torque limit."""
 
     def __init__(self, model: MjModel, data: MjData, description: MotorDescription, body: Body) -> None:
         super().__init__(description.name, description.max_velocity_rad_s)
-        body.joint_of(self.name)
+        body.find_joint(self.name)
         self._controls, self._number = data.ctrl, model.actuator(self.name).id
 
     def _apply(self, rad_s: float) -> None:
@@ -45,12 +45,12 @@ class MujocoMotor(Motor):
 
 
 class MujocoEncoder(Encoder):
-    """The encoder of a wheel, in whole counts of the joint's angle."""
+    """An encoder of a wheel. It measures the angle of the wheel's joint in whole counts."""
 
     def __init__(self, description: EncoderDescription, clock: Clock, body: Body) -> None:
         super().__init__(description.name)
         self._description, self._body = description, body
-        self._joint = body.joint_of(self.name)
+        self._joint = body.find_joint(self.name)
         self._cache = SampleCache(clock, self._measure)
 
     def _newest(self) -> Angle:
@@ -83,7 +83,7 @@ class MujocoRangeSensor(RangeSensor):
         return Range(self._fan.reading(lengths), time, sequence, self._fan.point(lengths))
 
     def _cast(self) -> Array:
-        """Return the length of each of the 15 rays in metres; ``inf`` for a ray that hits nothing."""
+        """Return the length of each ray of the fan in metres; ``inf`` for a ray that hits nothing."""
         from mujoco import mj_multiRay
 
         rotation, origin = self._body.transform()
@@ -100,9 +100,9 @@ class MujocoCamera(Camera):
     def __init__(
         self, description: CameraDescription, clock: Clock, body: Body, renderer: Renderer, things: Mapping[str, int]
     ) -> None:
-        """Build the camera.
+        """Create the camera.
 
-        things: the number that `numbers` returns for each thing of the world, by the thing's name.
+        things: the id of each thing in `segmentation`, by the name of the thing.
         """
         super().__init__(description.name, description.intrinsics)
         self.things = things
@@ -111,9 +111,9 @@ class MujocoCamera(Camera):
         self._cache = SampleCache(clock, self._capture)
 
     def picture(self, view: CameraView) -> Image:
-        """Return the picture that this camera would take from another view: BGR, read-only.
+        """Render a picture of the world, of shape (height, width, 3), in BGR and read-only.
 
-        view: the pose and the optics of the camera.
+        view: the pose and the optics to render with, in place of this camera's own.
         """
         try:
             image = self._renderer.picture(view)
@@ -122,9 +122,9 @@ class MujocoCamera(Camera):
         image.flags.writeable = False
         return image
 
-    def numbers(self, view: CameraView) -> Numbers:
-        """Return the number of the body at each pixel of a view, as an array (height, width); -1 for the sky."""
-        return self._renderer.numbers(view)
+    def segmentation(self, view: CameraView) -> ObjectIds:
+        """Return the id of the object at each pixel of a view, of shape (height, width); -1 for the sky."""
+        return self._renderer.segmentation(view)
 
     def _newest(self) -> Frame:
         return self._cache()
@@ -139,7 +139,7 @@ class MujocoCamera(Camera):
 
 
 class CameraSet:
-    """Opens cameras. OpenGL is opened with the first camera, so that a robot without cameras does not need OpenGL."""
+    """Opens the cameras of a robot. The first camera opens OpenGL, so a robot without cameras does not need OpenGL."""
 
     def __init__(self, model: MjModel, data: MjData, world: WorldDescription) -> None:
         self._model, self._data, self._sky = model, data, world.light.sky_colour
@@ -147,7 +147,7 @@ class CameraSet:
         self._renderer: Renderer | None = None
 
     def open(self, description: CameraDescription, clock: Clock, body: Body) -> MujocoCamera:
-        """Open a camera. Raises DeviceError if there is no OpenGL that works without a screen."""
+        """Open a camera. Raises DeviceError if no OpenGL library works without a screen."""
         try:
             self._renderer = self._renderer or Renderer(self._model, self._data, self._sky)
         except NoOpenGL as missing:
@@ -155,6 +155,6 @@ class CameraSet:
         return MujocoCamera(description, clock, body, self._renderer, self._things)
 
     def close(self) -> None:
-        """Release OpenGL. It may be called again."""
+        """Release OpenGL. Further calls do nothing."""
         if self._renderer:
             self._renderer.close()

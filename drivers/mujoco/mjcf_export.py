@@ -1,4 +1,4 @@
-"""Export of the model as MJCF, the format of MuJoCo's own tools.
+"""Export the model of a robot and a world as MJCF, the XML format of MuJoCo's own tools.
 
 Source: https://mujoco.readthedocs.io/en/stable/XMLreference.html.
 """
@@ -22,18 +22,18 @@ if TYPE_CHECKING:
 
 
 SITE_M = 0.005
-"""The drawn size of a sensor's site, in metres."""
+"""The size of the site that marks the frame of a sensor, in metres."""
 
 
 def mjcf(robot: RobotDescription, world: WorldDescription | None, folder: str | None) -> ModelExport:
-    """Return the simulated model as MJCF. MuJoCo writes the numbers of the model with six digits.
+    """Return the model that the backend simulates as MJCF. MuJoCo writes its numbers with six digits.
 
-    Each sensor has an additional site ``<sensor>_frame``. The sensor points along the site's x axis.
+    The model has a site ``<sensor>_frame`` for each sensor. The sensor points along the x axis of its site.
 
-    robot: the robot, which is placed at the world's start pose.
-    world: the world; None exports the robot alone.
-    folder: the folder of the textures, relative to the MJCF file. With None, the model has no textures, and a
-        note reports this.
+    robot: the robot. It is placed at the start pose of the world.
+    world: the world. None exports the robot alone.
+    folder: the folder for the pictures of textures, relative to the MJCF file. None exports the model without
+        textures, and adds a note about them.
 
     Raises BackendError if MuJoCo cannot compile the model.
     """
@@ -56,7 +56,7 @@ def _add_frames(spec: MjSpec, robot: RobotDescription) -> None:
 
 
 def _remove_textures(spec: MjSpec, textures: list[MjsTexture]) -> tuple[str, ...]:
-    """Remove textures from a model. Return a note about them, or none if there are no textures."""
+    """Remove textures from a model. Return a note about the removed textures, or no note without textures."""
     names = [texture.name for texture in textures]
     for material in spec.materials:
         for role, name in enumerate(material.textures):
@@ -64,7 +64,7 @@ def _remove_textures(spec: MjSpec, textures: list[MjsTexture]) -> tuple[str, ...
                 material.textures[role] = ""
     for texture in textures:
         spec.delete(texture)
-    left_out = f"{pluralize(len(names), 'texture')} left out: textures need files. Name the file with --output"
+    left_out = f"{pluralize(len(names), 'texture')} left out: textures need files. Name the MJCF file with --output"
     return (left_out,) if names else ()
 
 

@@ -1,4 +1,4 @@
-"""OpenGL without a screen: by EGL, on a graphics card or in software, or by OSMesa."""
+"""OpenGL contexts that need no screen: EGL, on a graphics card or in software, and OSMesa."""
 
 from __future__ import annotations
 
@@ -30,40 +30,43 @@ class NoOpenGL(Exception):  # noqa: N818  each caller raises an error of robotco
 
 
 class Context(ABC):
-    """An OpenGL context that draws into memory. A constructor raises NoOpenGL if it cannot be created.
+    """An OpenGL context that draws into memory. The constructor raises NoOpenGL if the context cannot be created.
 
-    The context is current for a thread only while the thread draws. So any thread may draw next.
+    A thread makes the context current only while it draws. So threads can take turns.
     """
 
     name: ClassVar[str]
-    """The value of the environment variable MUJOCO_GL that selects this kind of context."""
+    """The value of the environment variable MUJOCO_GL that selects this class of context."""
 
     packages: ClassVar[str]
-    """The Debian packages that contain the library."""
+    """The Debian packages that contain the library of this context, separated by spaces."""
 
     @classmethod
-    def build_error(cls, fault: str) -> NoOpenGL:
-        """Return the error for a context that does not draw, with a remedy for a program that uses another OpenGL."""
-        return NoOpenGL(f"{fault}. If the program has a window or a renderer of its own, set MUJOCO_GL={cls.name}")
+    def build_error(cls, problem: str) -> NoOpenGL:
+        """Return the error for a context that cannot draw, maybe because of another OpenGL library in the process."""
+        return NoOpenGL(f"{problem}. If your program also opens a window or another renderer, set MUJOCO_GL={cls.name}")
 
     @abstractmethod
     def current(self) -> AbstractContextManager[None]:
-        """Make the context current for this thread within a block; then restore the context that was current before.
+        """Make the context current for this thread within a block, and restore the previous context after it.
 
-        Raises NoOpenGL if OpenGL does not accept the context.
+        Raises NoOpenGL if the context cannot be made current.
         """
 
     @abstractmethod
     def address_of(self, function: str) -> int | None:
-        """Return the address of an OpenGL function."""
+        """Return the address of an OpenGL function; None or 0 if the library does not have it."""
 
     @abstractmethod
     def close(self) -> None:
-        """Release the context. It may be called again."""
+        """Release the context. Further calls do nothing."""
 
 
 def load_library(names: Sequence[str]) -> ctypes.CDLL:
-    """Return the first library that can be loaded so that MuJoCo finds its functions too."""
+    """Load the first installed library of ``names``, and return it. MuJoCo's C library finds its functions too.
+
+    Raises NoOpenGL if no library is installed.
+    """
     for name in names:
         try:
             return ctypes.CDLL(name, mode=ctypes.RTLD_GLOBAL)
@@ -84,7 +87,7 @@ _MOST_DEVICES = 16
 
 
 class EglContext(Context):
-    """A context of EGL on the first device that works. MuJoCo draws into its own buffers, so it needs no surface."""
+    """An EGL context on the first device that works, without a surface. MuJoCo draws into its own buffers."""
 
     name = "egl"
     packages = "libegl1 libgl1-mesa-dri"
@@ -96,7 +99,7 @@ class EglContext(Context):
         egl.eglBindAPI(_OPENGL_API)
         self._context = egl.eglCreateContext(self._display, _choose_config(egl, self._display), None, None)
         if not self._context:
-            raise NoOpenGL(f"EGL creates no context, error {egl.eglGetError():#x}")
+            raise NoOpenGL(f"EGL cannot create a context, error {egl.eglGetError():#x}")
 
     @contextmanager
     def current(self) -> Iterator[None]:
@@ -161,12 +164,12 @@ def _load_extension(egl: ctypes.CDLL, name: str, result: type, *arguments: type)
 
 
 def _choose_config(egl: ctypes.CDLL, display: int) -> c_void_p:
-    """Return a configuration with which OpenGL draws into memory."""
+    """Return an EGL configuration that lets OpenGL draw into memory."""
     wanted = (_SURFACE_TYPE, _PBUFFER_BIT, _RENDERABLE_TYPE, _OPENGL_BIT, _NONE)
     config, count = c_void_p(), c_int()
     egl.eglChooseConfig(display, (c_int * len(wanted))(*wanted), byref(config), 1, byref(count))
     if not count.value:
-        raise NoOpenGL("EGL has no OpenGL that draws into memory")
+        raise NoOpenGL("EGL has no configuration that lets OpenGL draw into memory")
     return config
 
 
@@ -177,7 +180,7 @@ _DEPTH_BITS, _STENCIL_BITS = 24, 8
 
 
 class OsmesaContext(Context):
-    """A context of OSMesa with one pixel. MuJoCo draws into its own buffers."""
+    """An OSMesa context with a buffer of one pixel. MuJoCo draws into its own buffers."""
 
     name = "osmesa"
     packages = "libosmesa6"
@@ -187,11 +190,11 @@ class OsmesaContext(Context):
         self._pixel = (ctypes.c_ubyte * 4)()
         self._context = osmesa.OSMesaCreateContextExt(_RGBA, _DEPTH_BITS, _STENCIL_BITS, 0, None)
         if not self._context:
-            raise NoOpenGL("OSMesa creates no context")
+            raise NoOpenGL("OSMesa cannot create a context")
 
     @contextmanager
     def current(self) -> Iterator[None]:
-        """Make the context current within a block. After the block, no context is current."""
+        """Make the context current for this thread within a block. After the block, no context is current."""
         if not self._osmesa.OSMesaMakeCurrent(self._context, self._pixel, _UNSIGNED_BYTE, 1, 1):
             raise self.build_error("OSMesa does not let this thread draw")
         try:
@@ -221,15 +224,16 @@ def _declare_osmesa_types(osmesa: ctypes.CDLL) -> ctypes.CDLL:
 
 
 VARIABLE = "MUJOCO_GL"
-"""The variable by which the user chooses the library. MuJoCo and its C library read it too."""
+"""The environment variable that selects the OpenGL library. MuJoCo's Python package and C library read it too."""
 
 CONTEXTS: Mapping[str, type[Context]] = {context.name: context for context in (EglContext, OsmesaContext)}
 
 
 def open_context() -> Context:
-    """Return an OpenGL context without a screen. Raises NoOpenGL, with the remedy, if there is none.
+    """Create and return an OpenGL context that needs no screen.
 
-    If the environment variable MUJOCO_GL names a kind of context, only that kind is tried.
+    Tries EGL, then OSMesa. If the environment variable MUJOCO_GL names one of them, tries only this one. Raises
+    NoOpenGL, with the command that installs a library, if no context can be created.
     """
     named = os.environ.get(VARIABLE, "").strip().lower()
     if named and named not in CONTEXTS:
@@ -244,11 +248,14 @@ def open_context() -> Context:
             return context()
         except NoOpenGL as failure:  # noqa: PERF203  the message has every failure
             failures.append(str(failure))
-    fault = f"{VARIABLE} is {named!r}, which does not work" if named else "there is no OpenGL without a screen"
+    problem = f"{VARIABLE} is {named!r}, which does not work" if named else "no OpenGL library works without a screen"
     remedy = f"On Debian: sudo apt install {', or '.join(context.packages for context in contexts)}"
-    raise NoOpenGL(f"{fault}: {'; '.join(failures)}. {remedy}")
+    raise NoOpenGL(f"{problem}: {'; '.join(failures)}. {remedy}")
 
 
-def announce_to_mujoco(context: Context) -> AbstractContextManager[None]:
-    """Make MuJoCo's C library load its OpenGL functions from this context. It loads them once in a process."""
+def select_for_mujoco(context: Context) -> AbstractContextManager[None]:
+    """Set MUJOCO_GL within a block, so that MuJoCo's C library uses the same OpenGL library as the context.
+
+    The C library loads its OpenGL functions once in a process.
+    """
     return set_variable(VARIABLE, context.name)

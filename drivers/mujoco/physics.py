@@ -1,4 +1,4 @@
-"""The physics steps, the body of the robot, its contacts and the ground truth."""
+"""The physics steps of MuJoCo, and the robot's body, contacts and true state."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ if TYPE_CHECKING:
 
 
 class Physics:
-    """A stepped clock whose steps are physics steps of MuJoCo.
+    """The physics of a simulation: a stepped clock whose steps are physics steps of MuJoCo.
 
-    A step of MuJoCo has two halves. The first computes contacts from positions, the second computes new positions.
-    So after a whole step, the contacts are those before it. A step of this class is the second half of one step of
-    MuJoCo and the first half of the next one. So all of `data` is of the current time.
+    A step of MuJoCo has two halves: `mj_step1` computes the contacts of the current positions, and `mj_step2` computes
+    the next positions. After both, the contacts would be one step older than the positions. So each step of this class
+    calls `mj_step2` and then `mj_step1`, and all of `data` belongs to the same time.
     """
 
     def __init__(self, rate_hz: float, build_model: Callable[[float], MjModel]) -> None:
         """Build the model and its first state.
 
-        rate_hz: the rate of the ticks.
-        build_model: returns the model for a physics step in seconds.
+        rate_hz: the rate of ticks, in Hz.
+        build_model: a function that returns the model for a length of the physics step in seconds.
         """
         from mujoco import MjData, mj_step1, mj_step2
 
@@ -43,7 +43,7 @@ class Physics:
         self._begin_step(self.model, self.data)
         self.contacts = ContactCounter(self.model, self.data)
         self.step_listeners: list[Callable[[], None]] = []
-        """Called each time that the clock has advanced."""
+        """Functions that are called after each advance of the clock."""
 
     def _advance(self, steps: int) -> None:
         finish, begin, model, data = self._finish_step, self._begin_step, self.model, self.data
@@ -59,7 +59,7 @@ class Physics:
     def require_sound(self) -> None:
         """Raise BackendError, with MuJoCo's message, if MuJoCo has reset the simulation.
 
-        If a velocity becomes too great to compute, MuJoCo puts all bodies back to the start and continues.
+        If a velocity becomes too great, MuJoCo moves all bodies back to the start, and continues with a warning.
         """
         warning = self.data.warning
         if warning.number.any():
@@ -73,7 +73,10 @@ class Physics:
 
 
 class ContactCounter:
-    """Counts the contacts of the robot with other bodies. A contact counts once, however long it lasts."""
+    """Counts the contacts of the robot's body with other bodies, except the floor.
+
+    A contact counts once, even if it lasts for many steps.
+    """
 
     def __init__(self, model: MjModel, data: MjData) -> None:
         from mujoco import mj_geomDistance, mjtGeom
@@ -86,7 +89,7 @@ class ContactCounter:
         self._touched: set[int] = set()
 
     def update(self) -> None:
-        """Update the contacts after a step."""
+        """Count the contacts that began in the last physics step."""
         pairs = self._data.contact.geom.tolist()
         touching = {thing for pair in pairs if self._body in pair for thing in pair} - self._ignored
         if touching or self._touched:
@@ -101,36 +104,39 @@ Array = NDArray[np.float64]
 
 
 class Body:
-    """The body of the robot. Its frame has its origin on the floor under the middle of the axle."""
+    """The body of the robot in MuJoCo. The origin of its frame is on the floor under the middle of the axle."""
 
     def __init__(self, model: MjModel, data: MjData, description: RobotDescription) -> None:
         self._data = data
-        self.number = model.body(BASE).id
+        self.body_id = model.body(BASE).id
         self._is_free = description.drive is not None
         self._joints = _joints(model, description)
 
-    def joint_of(self, device: str) -> int:
-        """Return the index of a device's wheel in MuJoCo's array of positions. Raises DeviceError without a wheel."""
+    def find_joint(self, device: str) -> int:
+        """Return the index, in MuJoCo's array of positions, of the joint of a device's wheel.
+
+        device: the name of a motor or an encoder. Raises DeviceError if the device is on no wheel.
+        """
         if device not in self._joints:
             raise DeviceError(device, "is on no wheel. Name it in the robot's drive", kind="no-wheel")
         return self._joints[device]
 
     def angle(self, joint: int) -> float:
-        """Return the angle of a wheel, in radians."""
+        """Return the angle of a wheel in radians. `find_joint` returns ``joint``."""
         return float(self._data.qpos[joint])
 
     def transform(self) -> tuple[Array, Array]:
-        """Return the rotation, (3, 3), and the origin, (3,), of the robot's frame in the world."""
+        """Return the pose of the robot's frame in the world: a rotation matrix (3, 3), and an origin (3,) in metres."""
         data = self._data
-        return data.xmat[self.number].reshape(3, 3), data.xpos[self.number]
+        return data.xmat[self.body_id].reshape(3, 3), data.xpos[self.body_id]
 
     def pose(self) -> Pose:
-        """Return the pose of the axle's middle."""
+        """Return the pose of the middle of the axle on the floor."""
         rotation, origin = self.transform()
         return Pose(float(origin[0]), float(origin[1]), math.atan2(rotation[1, 0], rotation[0, 0]))
 
     def twist(self) -> Twist:
-        """Return the velocity of the axle's middle."""
+        """Return the velocity of the middle of the axle."""
         if not self._is_free:
             return Twist(0.0, 0.0)
         velocity = self._data.qvel

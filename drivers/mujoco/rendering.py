@@ -1,4 +1,4 @@
-"""Renders the pictures of a pinhole camera in a MuJoCo model, with OpenGL and without a screen."""
+"""Render the pictures of a pinhole camera in a MuJoCo simulation, with OpenGL and without a screen."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from drivers.mujoco.model.attributes import CAMERA_GROUPS, group_flags
 from drivers.mujoco.model.builder import FAR_M, NEAR_M
-from drivers.mujoco.opengl import Context, NoOpenGL, announce_to_mujoco, open_context
+from drivers.mujoco.opengl import Context, NoOpenGL, open_context, select_for_mujoco
 from robotcore.hal.devices import Image
 from robotcore.optics import CameraView
 
@@ -21,32 +21,32 @@ if TYPE_CHECKING:
     from mujoco import MjData, MjModel, MjrContext, MjvGLCamera, MjvOption, MjvScene
 
 
-Numbers = NDArray[np.int32]
+ObjectIds = NDArray[np.int32]
 
 _MOST_GEOMS = 10_000
 
 
 class Renderer:
-    """Draws a model's world and sky without shadows, haze or smoothing.
+    """Renders the world and the sky of a simulation, without shadows, haze or smoothing.
 
-    Any thread may use it and close it, one at a time.
+    Several threads may use and close a renderer, but only one at a time.
     """
 
     def __init__(self, model: MjModel, data: MjData, sky: tuple[int, int, int]) -> None:
-        """Prepare OpenGL for a model.
+        """Create an OpenGL context, and load the model into it.
 
-        sky: the colour of the sky: red, green, blue, each from 0 to 255.
+        sky: the colour of the sky as red, green and blue, each from 0 to 255.
 
-        Raises NoOpenGL if there is no OpenGL without a screen.
+        Raises NoOpenGL if no OpenGL library works without a screen.
         """
         from mujoco import MjvCamera
 
         self._model, self._data, self._sky = model, data, sky
         self._scene, self._options, self._camera = _build_scene(model), _build_options(), MjvCamera()
-        self._canvas = Canvas(model)
+        self._buffer = OffscreenBuffer(model)
 
     def picture(self, view: CameraView) -> Image:
-        """Return the picture of a camera, (height, width, 3), BGR."""
+        """Return the picture of a view, of shape (height, width, 3), in BGR."""
         rgb, depths = self._draw(view)
         image: Image = np.asarray(cv2.cvtColor(cv2.flip(rgb, 0), cv2.COLOR_RGB2BGR), dtype=np.uint8)
         is_sky = (cv2.flip(depths, 0) == 0.0).view(np.uint8)
@@ -55,8 +55,8 @@ class Renderer:
         )  # faster: MuJoCo's own sky takes as long as the rest of the picture
         return image
 
-    def numbers(self, view: CameraView) -> Numbers:
-        """Return the number of the geom that each pixel shows, (height, width); -1 for the sky."""
+    def segmentation(self, view: CameraView) -> ObjectIds:
+        """Return the id of the geom at each pixel of a view, of shape (height, width); -1 for the sky."""
         _set_flags(self._scene, "SEGMENT", "IDCOLOR", on=True)
         try:
             rgb, _ = self._draw(view)
@@ -67,8 +67,8 @@ class Renderer:
         return np.asarray(np.array(geoms, dtype=np.int32)[codes])
 
     def close(self) -> None:
-        """Release OpenGL. It may be called again."""
-        self._canvas.close()
+        """Release OpenGL. Further calls do nothing."""
+        self._buffer.close()
 
     def _draw(self, view: CameraView) -> tuple[Image, Depths]:
         from mujoco import mjtCatBit, mjv_updateScene
@@ -78,11 +78,10 @@ class Renderer:
         mjv_updateScene(self._model, self._data, self._options, None, self._camera, category, scene)
         for camera in scene.camera:  # MuJoCo draws from the mean of a left and a right camera
             _place(camera, view)
-        return self._canvas.draw(scene, size.width, size.height)
+        return self._buffer.draw(scene, size.width, size.height)
 
 
 def _place(camera: MjvGLCamera, view: CameraView) -> None:
-    """Set the pose and the frustum of a MuJoCo camera from a view."""
     _, down, forward = view.rotation
     top = NEAR_M * view.intrinsics.height / 2 / view.intrinsics.focal_length
     camera.pos, camera.forward, camera.up = view.eye, forward, -down
@@ -91,7 +90,7 @@ def _place(camera: MjvGLCamera, view: CameraView) -> None:
 
 
 def _build_scene(model: MjModel) -> MjvScene:
-    """Return a scene with the bodies and the light only."""
+    """Return a scene without shadows, reflections, haze and MuJoCo's own sky."""
     from mujoco import MjvScene
 
     scene = MjvScene(model, _MOST_GEOMS)
@@ -116,7 +115,6 @@ def _build_options() -> MjvOption:
 
 @lru_cache(maxsize=8)
 def _plain_image(colour: tuple[int, ...], height: int, width: int) -> Image:
-    """Return a picture of one BGR colour."""
     return np.full((height, width, 3), colour, dtype=np.uint8)
 
 
@@ -126,10 +124,10 @@ _TEXTURE_2D, _MAG_FILTER, _MIN_FILTER, _NEAREST = 0x0DE1, 0x2800, 0x2801, 0x2600
 _CLAMP_VERTEX_COLOR, _FALSE = 0x891A, 0
 
 
-class Canvas:
+class OffscreenBuffer:
     """Draws scenes of a model into memory. The constructor and `draw` raise NoOpenGL if OpenGL fails.
 
-    Any thread may use it and close it, one at a time.
+    Several threads may use and close a buffer, but only one at a time.
     """
 
     def __init__(self, model: MjModel) -> None:
@@ -141,9 +139,9 @@ class Canvas:
             raise
 
     def draw(self, scene: MjvScene, width: int, height: int) -> tuple[Image, Depths]:
-        """Return a picture of a scene in RGB, and its depths. The bottom row comes first.
+        """Return the picture of a scene in RGB, (height, width, 3), and its depths, (height, width).
 
-        The depth of a nearer point is greater. The depth of the sky is 0.
+        The first row is the bottom of the picture. The depth of a nearer point is greater. The depth of the sky is 0.
         """
         from mujoco import MjrRect, mjr_readPixels, mjr_render
 
@@ -156,7 +154,7 @@ class Canvas:
         return rgb, depths
 
     def close(self) -> None:
-        """Release OpenGL, which otherwise prints errors when the process ends. It may be called again."""
+        """Release OpenGL, which would otherwise print errors at the end of the process. Further calls do nothing."""
         if not self._is_closed:
             self._is_closed = True
             with self._context.current():
@@ -165,20 +163,19 @@ class Canvas:
 
 
 def _upload_model(model: MjModel, context: Context) -> MjrContext:
-    """Send the shapes and textures of a model to OpenGL."""
     import mujoco
 
     model.vis.global_.offwidth = model.vis.global_.offheight = (
         1  # MuJoCo clears the whole buffer, so it grows with the pictures
     )
-    with context.current(), announce_to_mujoco(context):
+    with context.current(), select_for_mujoco(context):
         try:
             drawing = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_50.value)
         except mujoco.FatalError as error:
             raise context.build_error(f"MuJoCo cannot draw with {context.name}: {error}") from error
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, drawing)
         drawing.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
-        _use_nearest(drawing, context)
+        _disable_smoothing(drawing, context)
         _disable_clamping(context)
     return drawing
 
@@ -190,8 +187,8 @@ def _grow_buffer(drawing: MjrContext, width: int, height: int) -> None:
         mjr_resizeOffscreen(max(width, drawing.offWidth), max(height, drawing.offHeight), drawing)
 
 
-def _use_nearest(drawing: MjrContext, context: Context) -> None:
-    """Show one point of the texture in each pixel, as the other simulators do. MuJoCo's default is a mean."""
+def _disable_smoothing(drawing: MjrContext, context: Context) -> None:
+    """Turn off the smoothing of textures, so that a pixel shows one point of the texture as in the other simulators."""
     from mujoco import mjtTexture
 
     bind = _load_function(context, "glBindTexture", ctypes.c_uint, ctypes.c_uint)
@@ -204,7 +201,7 @@ def _use_nearest(drawing: MjrContext, context: Context) -> None:
 
 
 def _disable_clamping(context: Context) -> None:
-    """Clip the brightness at white only after the textures are applied, as the other simulators do."""
+    """Limit the brightness after the textures are applied, not before, as in the other simulators."""
     clamp = _load_function(context, "glClampColor", ctypes.c_uint, ctypes.c_uint)
     clamp(_CLAMP_VERTEX_COLOR, _FALSE)
 

@@ -1,4 +1,4 @@
-"""MuJoCo's window, which shows a simulation."""
+"""MuJoCo's window, which shows a running simulation."""
 
 from __future__ import annotations
 
@@ -17,29 +17,30 @@ if TYPE_CHECKING:
 NO_SCREEN = "mujoco: there is no screen for a window. Leave --gui out, or set DISPLAY to a screen"
 
 AZIMUTH_DEG, ELEVATION_DEG, DISTANCE_RATIO = 90.0, -60.0, 1.45
-"""The first view: from the south of the world, down on its middle. The distance is in widths of the world."""
+"""The view of a new window: from the south, down on the middle of the world. The distance is relative to the world's
+width."""
 
 CLOSING_S = 5.0
-"""Time limit of the wait for the end of the window's thread, in seconds."""
+"""The time limit for the end of the window's thread, in seconds."""
 
 WINDOW_LOCK = threading.Lock()
-"""A lock that the open window holds. Each window has its own thread, and GLFW crashes if two threads use it."""
+"""A lock that the open window holds. Each window has its own thread, and GLFW crashes if two threads call it."""
 
 
 class Window:
-    """Shows a copy of the robot and the world. The user's actions in the window do not change the run."""
+    """A window that shows a copy of the robot and the world. The user's actions in the window do not change the run."""
 
     def __init__(self, model: MjModel, data: MjData, width_m: float) -> None:
         """Open the window.
 
-        width_m: the width of the world in metres.
+        width_m: the width of the world in metres, for the distance of the view.
 
-        Raises BackendError if no window can open, or if another one is open.
+        Raises BackendError if the window cannot be opened, or if another window is open.
         """
         self._model, self._data, self._shown = copy(model), data, copy(data)
         if not WINDOW_LOCK.acquire(blocking=False):
             raise BackendError(
-                "mujoco: another window is open, and only one can be. Close the other robot first, or leave --gui out",
+                "mujoco: another robot has a window already. Close that robot first, or leave --gui out",
                 kind="second-window",
             )
         with ExitStack() as cleanup:
@@ -53,16 +54,18 @@ class Window:
             camera.azimuth, camera.elevation = AZIMUTH_DEG, ELEVATION_DEG
 
     def show(self) -> None:
-        """Show the current state. Raises BackendError if the user has closed the window."""
+        """Update the window to the current state. Raises BackendError if the user has closed the window."""
         from mujoco import mj_copyData
 
         if not self._viewer.is_running():
-            raise BackendError("mujoco: the window was closed. Run again and leave it open", kind="window-closed")
+            raise BackendError(
+                "mujoco: the window was closed. Run again, and leave the window open", kind="window-closed"
+            )
         mj_copyData(self._shown, self._model, self._data)
         self._viewer.sync()
 
     def close(self) -> None:
-        """Close the window and wait for its thread. It may be called again."""
+        """Close the window, and wait for its thread. Further calls do nothing."""
         self._viewer.close()
         for thread in self._threads:
             thread.join(CLOSING_S)
@@ -70,7 +73,7 @@ class Window:
 
 
 def _launch_viewer(model: MjModel, data: MjData) -> tuple[Handle, set[threading.Thread]]:
-    """Return a viewer, and the threads that it has started."""
+    """Open MuJoCo's viewer. Return its handle, and the threads that it started."""
     from mujoco.viewer import launch_passive
 
     before = set(threading.enumerate())
@@ -82,7 +85,7 @@ def _launch_viewer(model: MjModel, data: MjData) -> tuple[Handle, set[threading.
 
 
 def _require_screen() -> None:
-    """Raise BackendError if no window can open. Otherwise MuJoCo's thread would end, and `Window` wait forever."""
+    """Raise BackendError if no window can be opened. Otherwise MuJoCo's thread would end, and `Window` would hang."""
     import glfw
 
     with warnings.catch_warnings():

@@ -1,1 +1,1 @@
-"""The Bullet backend: rigid-body physics through PyBullet, in process."""
+"""The PyBullet backend: simulates robots with Bullet's rigid-body physics, in this process."""

@@ -1,4 +1,4 @@
-"""Bullet's rigid-body physics through PyBullet, in this process."""
+"""The PyBullet backend: opens a robot in a Bullet simulation in this process."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ class PyBulletOptions(StrictModel):
     """The options of the backend."""
 
     solver_iterations: PositiveInt = 50
-    """The iterations of the contact solver in a physics step."""
+    """The number of iterations of the contact solver in each physics step."""
 
 
 class PyBulletBackend(Backend):
-    """Opens each robot in its own simulation. Equal runs on one platform give results that are equal to the bit.
+    """Opens each robot in its own Bullet simulation. Equal runs on one platform give bit-identical results.
 
-    Options: see `PyBulletOptions`.
+    `PyBulletOptions` describes the options.
     """
 
     name = "pybullet"
@@ -42,14 +42,14 @@ class PyBulletBackend(Backend):
         if sys.version_info < (3, 12) and platform.machine() in ("x86_64", "AMD64"):
             return 'pip install "robotcore[sim]"'
         return (
-            f"PyBullet has no wheel for Python {platform.python_version()} on {platform.machine()}; "
-            "take --backend mujoco, which has one, or Python 3.11 on an x86_64 machine"
+            f"PyBullet has no wheel for Python {platform.python_version()} on {platform.machine()}. "
+            "Use --backend mujoco, or Python 3.11 on an x86_64 machine"
         )
 
     def open(self, setup: Setup) -> Robot:
         setup = setup.without_batteries()
         if setup.world is None:
-            raise UsageError("the pybullet backend needs a world; name one with --world", kind="world-missing")
+            raise UsageError("the pybullet backend needs a world. Name one with --world", kind="world-missing")
         options = setup.options_as(PyBulletOptions)
         self.require_installed()
         with redirect_stdout(), ExitStack() as undo:

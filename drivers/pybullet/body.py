@@ -1,4 +1,4 @@
-"""The robot's body in Bullet, made from its URDF. Properties that URDF lacks are set afterwards."""
+"""The robot's body in Bullet. It is loaded from the robot's URDF. Other properties are set after loading."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.pybullet.bullet import Bullet
-from drivers.pybullet.scene import Group
+from drivers.pybullet.scene import CollisionGroup
 from robotcore.description import Drive, RobotDescription
 from robotcore.description.urdf import CASTER, robot_urdf, wheel_link
 from robotcore.errors import DeviceError
@@ -23,28 +23,30 @@ _BASE = -1
 
 
 class Body:
-    """The robot's links. The origin of the robot's frame is on the floor under the middle of the axle."""
+    """The body of the robot in Bullet. The origin of its frame is on the floor under the middle of the axle."""
 
     def __init__(self, bullet: Bullet, description: RobotDescription, start: Pose) -> None:
         self._bullet = bullet
-        self.number = _load(bullet, description, start)
-        self._links = _links(bullet, self.number)
+        self.body_id = _load(bullet, description, start)
+        self._links = _list_links(bullet, self.body_id)
         self._joints = _wheel_joints(description.drive, self._links)
-        self._centre = np.array(bullet.getDynamicsInfo(self.number, _BASE)[3])
+        self._centre = np.array(bullet.getDynamicsInfo(self.body_id, _BASE)[3])
         self._set_up_collisions()
 
     def _set_up_collisions(self) -> None:
-        """Let wheels and caster collide with the floor only. A wheel's sphere is wider than the wheel."""
-        bullet, body = self._bullet, self.number
-        bullet.setCollisionFilterGroupMask(body, _BASE, Group.BODY, Group.FLOOR | Group.THING)
+        """Let wheels and caster collide with the floor only, because the sphere of a wheel is wider than the wheel."""
+        bullet, body = self._bullet, self.body_id
+        bullet.setCollisionFilterGroupMask(
+            body, _BASE, CollisionGroup.BODY, CollisionGroup.FLOOR | CollisionGroup.THING
+        )
         for link in self._links.values():
-            bullet.setCollisionFilterGroupMask(body, link, Group.WHEEL, Group.FLOOR)
+            bullet.setCollisionFilterGroupMask(body, link, CollisionGroup.WHEEL, CollisionGroup.FLOOR)
             bullet.changeDynamics(body, link, lateralFriction=0.0 if link == self._links.get(CASTER) else 1.0)
         # A separate call: in one call with damping, Bullet ignores the friction of a link.
         bullet.changeDynamics(body, _BASE, linearDamping=0.0, angularDamping=0.0)
 
     def with_connection(self, bullet: Bullet) -> Body:
-        """Return the same body with another connection to Bullet for its calls."""
+        """Return the same body with another `Bullet`, such as one whose errors name a device."""
         other = copy(self)
         other._bullet = bullet  # noqa: SLF001  its own kind
         return other
@@ -52,31 +54,34 @@ class Body:
     def hide(self) -> None:
         """Make the robot invisible in all pictures."""
         for link in (_BASE, *self._links.values()):
-            self._bullet.changeVisualShape(self.number, link, rgbaColor=[0.0, 0.0, 0.0, 0.0])
+            self._bullet.changeVisualShape(self.body_id, link, rgbaColor=[0.0, 0.0, 0.0, 0.0])
 
-    def joint_of(self, device: str) -> int:
-        """Return Bullet's number of the joint of a device's wheel. Raises DeviceError without a wheel."""
+    def find_joint(self, device: str) -> int:
+        """Return Bullet's index of the joint of a device's wheel.
+
+        device: the name of a motor or an encoder. Raises DeviceError if the device is on no wheel.
+        """
         if device not in self._joints:
             raise DeviceError(device, "is on no wheel. Name it in the robot's drive", kind="no-wheel")
         return self._joints[device]
 
     def transform(self) -> tuple[Array, Array]:
-        """Return the rotation, (3, 3), and the origin, (3,), of the robot's frame in the world."""
-        centre, orientation = self._bullet.getBasePositionAndOrientation(self.number)
+        """Return the pose of the robot's frame in the world: a rotation matrix (3, 3), and an origin (3,) in metres."""
+        centre, orientation = self._bullet.getBasePositionAndOrientation(self.body_id)
         rotation = np.array(self._bullet.getMatrixFromQuaternion(orientation)).reshape(3, 3)
         return rotation, np.array(centre) - rotation @ self._centre
 
     def pose(self) -> Pose:
-        """Return the pose of the axle's middle."""
+        """Return the pose of the middle of the axle on the floor."""
         rotation, origin = self.transform()
         return Pose(float(origin[0]), float(origin[1]), math.atan2(rotation[1, 0], rotation[0, 0]))
 
     def twist(self) -> Twist:
-        """Return the velocity of the axle's middle.
+        """Return the velocity of the middle of the axle.
 
-        Bullet measures it at the centre of mass, whose forward velocity is the same.
+        Bullet returns the velocity of the centre of mass, whose forward component is the same.
         """
-        linear, angular = self._bullet.getBaseVelocity(self.number)
+        linear, angular = self._bullet.getBaseVelocity(self.body_id)
         forward = self.transform()[0][:, 0]
         return Twist(float(forward @ linear), float(angular[2]))
 
@@ -101,6 +106,6 @@ def _wheel_joints(drive: Drive | None, links: dict[str, int]) -> dict[str, int]:
     return {name: links[wheel_link(motor)] for name, motor in drive.wheel_motors.items()}
 
 
-def _links(bullet: Bullet, body: int) -> dict[str, int]:
-    """Return Bullet's numbers of the links by name. The joint of a link has the same number."""
+def _list_links(bullet: Bullet, body: int) -> dict[str, int]:
+    """Return Bullet's indices of the links by name. The joint of a link has the same index."""
     return {bullet.getJointInfo(body, link)[12].decode(): link for link in range(bullet.getNumJoints(body))}

@@ -1,4 +1,4 @@
-"""Wraps PyBullet: its import, one connection, and its errors as errors of robotcore."""
+"""A wrapper of PyBullet: its import, a connection to a server, and its errors as errors of robotcore."""
 
 from __future__ import annotations
 
@@ -14,41 +14,46 @@ from typing import Any
 
 from robotcore.errors import BackendError, DeviceError, RobotcoreError
 
-Failure = Callable[[str], RobotcoreError]
+ErrorFactory = Callable[[str], RobotcoreError]
+"""Returns the error of robotcore for a text of Bullet."""
 
-WINDOW_CLOSED = "If its window was closed, run again and leave it open"
+WINDOW_CLOSED = "If you closed the window of the simulation, run again and leave the window open"
 
 
 class Bullet:
-    """One connection. Bullet's functions and constants are its attributes, as in ``pybullet_utils.bullet_client``.
+    """A connection to a Bullet server. Its attributes are PyBullet's functions and constants.
 
-    The functions raise BackendError. On the result of `for_device` they raise DeviceError.
+    The functions get the server's id, as in ``pybullet_utils.bullet_client``. They raise BackendError, or DeviceError
+    if `for_device` returned the connection.
     """
 
-    def __init__(self, library: ModuleType, client: int, failure: Failure) -> None:
-        self._library, self._client, self._failure = library, client, failure
+    def __init__(self, library: ModuleType, client: int, make_error: ErrorFactory) -> None:
+        self._library, self._client, self._make_error = library, client, make_error
 
     @classmethod
     def connect(cls, *, gui: bool) -> Bullet:
-        """Start a new server in this process, with or without a window."""
+        """Start a new Bullet server in this process, with or without a window, and connect to it."""
         library = _import_pybullet()
         if gui:
             _require_screen()
-        connect = _translate_errors(library.connect, library.error, _backend_failure)
+        connect = _translate_errors(library.connect, library.error, _make_backend_error)
         client = connect(library.GUI if gui else library.DIRECT)
-        return cls(library, client, _backend_failure)
+        return cls(library, client, _make_backend_error)
 
-    def show(self, breadth: float) -> None:
-        """Point the window's camera down at a world of this breadth in metres."""
+    def set_window_view(self, width_m: float) -> None:
+        """Let the window show a world from above.
+
+        width_m: the width of the world in metres, for the distance of the view.
+        """
         self.configureDebugVisualizer(self.COV_ENABLE_GUI, 0)
-        self.resetDebugVisualizerCamera(breadth, 0.0, -60.0, [0.0, 0.0, 0.0])
+        self.resetDebugVisualizerCamera(width_m, 0.0, -60.0, [0.0, 0.0, 0.0])
 
     def for_device(self, device: str) -> Bullet:
-        """Return the same connection with errors that name a device."""
-        return Bullet(self._library, self._client, lambda fault: DeviceError(device, fault))
+        """Return the same connection, whose functions raise DeviceError with the name of a device."""
+        return Bullet(self._library, self._client, lambda text: DeviceError(device, text))
 
     def close(self) -> None:
-        """End the server. It may have ended already, for example after its window was closed."""
+        """End the server. Does nothing if the server has ended already, for example because its window was closed."""
         with redirect_stdout():
             if self._library.isConnected(self._client):
                 self._library.disconnect(self._client)
@@ -58,21 +63,25 @@ class Bullet:
         if not callable(attribute):
             return attribute
 
-        return _translate_errors(partial(attribute, physicsClientId=self._client), self._library.error, self._failure)
+        return _translate_errors(
+            partial(attribute, physicsClientId=self._client), self._library.error, self._make_error
+        )
 
 
-def _backend_failure(fault: str) -> BackendError:
-    return BackendError(f"pybullet: {fault}")
+def _make_backend_error(text: str) -> BackendError:
+    return BackendError(f"pybullet: {text}")
 
 
-def _translate_errors(function: Callable[..., Any], fault: type[Exception], failure: Failure) -> Callable[..., Any]:
-    """Return the function with the exception ``fault`` replaced by the result of ``failure``."""
+def _translate_errors(
+    function: Callable[..., Any], bullet_error: type[Exception], make_error: ErrorFactory
+) -> Callable[..., Any]:
+    """Wrap a function so that it raises the error of ``make_error`` in place of ``bullet_error``."""
 
     def call(*args: Any, **options: Any) -> Any:
         try:
             return function(*args, **options)
-        except fault as error:
-            raise failure(f"{error} {WINDOW_CLOSED}") from error
+        except bullet_error as error:
+            raise make_error(f"{error} {WINDOW_CLOSED}") from error
 
     return call
 
@@ -87,7 +96,7 @@ def _import_pybullet() -> ModuleType:
 
 
 def _require_screen() -> None:
-    """Raise BackendError if no window can open. Bullet would end the whole process."""
+    """Raise BackendError if there is no screen for a window. Bullet would end the whole process."""
     if sys.platform.startswith("linux") and not os.environ.get("DISPLAY"):
         raise BackendError(
             "pybullet: there is no screen for a window. Leave --gui out, or set DISPLAY to a screen", kind="no-screen"
@@ -95,13 +104,13 @@ def _require_screen() -> None:
 
 
 def redirect_stdout() -> AbstractContextManager[None]:
-    """Send Bullet's prints about threads and windows to standard error, not to standard output."""
+    """Redirect standard output to standard error within a block. Bullet prints about its threads and windows."""
     return _redirect(1, 2)
 
 
 @contextmanager
 def _redirect(descriptor: int, target: int) -> Iterator[None]:
-    """Redirect a file descriptor to another one, for native code too."""
+    """Redirect a file descriptor to another one within a block. Output of native code is redirected too."""
     _flush()
     saved = os.dup(descriptor)
     try:
@@ -114,7 +123,6 @@ def _redirect(descriptor: int, target: int) -> Iterator[None]:
 
 
 def _flush() -> None:
-    """Flush Python's buffers and, except on Windows, those of the C library."""
     sys.stdout.flush()
     sys.stderr.flush()
     if sys.platform != "win32":

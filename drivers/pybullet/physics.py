@@ -1,4 +1,4 @@
-"""The physics steps. Each step drives the motors and counts contacts."""
+"""The physics steps of Bullet, which include the motors and the count of contacts."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from robotcore.hal.truth import RELEASE_M
 
 
 class Physics:
-    """A stepped clock whose steps are physics steps of Bullet."""
+    """The physics of a simulation: a stepped clock whose steps are physics steps of Bullet."""
 
     def __init__(self, bullet: Bullet, rate_hz: float, contacts: ContactCounter, solver_iterations: int) -> None:
         self.clock = SteppedClock(rate_hz, self._advance)
@@ -37,15 +37,15 @@ class Physics:
 
 
 class BulletMotor(Motor):
-    """The motor of a wheel. The velocity of its joint follows the command with a first-order lag.
+    """A motor of a wheel. The velocity of the wheel's joint follows the command with a first-order lag.
 
-    In a step of h seconds, a lag τ reduces the difference from the command by the fraction 1 - exp(-h/τ).
+    In a step of h seconds, a lag τ reduces the difference between velocity and command by the fraction 1 - exp(-h/τ).
     """
 
     def __init__(self, bullet: Bullet, description: MotorDescription, body: Body, step: float) -> None:
         super().__init__(description.name, description.max_velocity_rad_s)
         self._control = bullet.setJointMotorControl2
-        self._body, self._joint = body.number, body.joint_of(self.name)
+        self._body, self._joint = body.body_id, body.find_joint(self.name)
         self._velocity_control = bullet.VELOCITY_CONTROL
         self._torque = description.max_torque_nm
         self._gain = -math.expm1(-step / description.lag_s) if description.lag_s else 1.0
@@ -53,7 +53,7 @@ class BulletMotor(Motor):
         self._send()
 
     def drive(self) -> None:
-        """Update the joint's target velocity for the next step."""
+        """Set the target velocity of the joint for the next physics step."""
         before = self._velocity
         self._velocity += (self._command - before) * self._gain
         if self._velocity != before:
@@ -69,7 +69,10 @@ class BulletMotor(Motor):
 
 
 class ContactCounter:
-    """Counts the contacts of the robot with other bodies. A contact counts once, however long it lasts."""
+    """Counts the contacts of the robot's body with other bodies, except the floor.
+
+    A contact counts once, even if it lasts for many steps.
+    """
 
     def __init__(self, bullet: Bullet, body: int, things: Collection[int]) -> None:
         self.count = 0
@@ -79,10 +82,10 @@ class ContactCounter:
         self._touched: set[int] = set()
 
     def update(self) -> None:
-        """Update the contacts after a step.
+        """Count the contacts that began in the last physics step.
 
-        Bullet also lists near bodies, with a gap above 0. A contact begins when the gap is 0 or less, and ends when the
-        gap is above `RELEASE_M`.
+        Bullet also lists bodies that are near but do not touch. Their gap is greater than 0. A contact begins when the
+        gap becomes 0 or less, and ends when the gap exceeds `RELEASE_M`.
         """
         points = self._contact_points(bodyA=self._body, linkIndexA=-1)
         if not (points or self._touched):  # usual case; the code below takes longer than the call of Bullet

@@ -1,4 +1,4 @@
-"""The world in Bullet: a floor, prisms and balls, which do not move."""
+"""The world in Bullet: a floor, fixed prisms and balls, and a light."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from robotcore.description.meshes import Mesh, ball_mesh, ground_mesh, prism_mes
 from robotcore.description.world import Prism
 
 GROUND_HALF_M = 200.0
-"""Half the width of the drawn ground. Its edge is less than a pixel below the horizon."""
+"""Half the width of the drawn ground, in metres. Its edge appears less than a pixel below the horizon."""
 
 HULL_MARGIN_M = 1e-6
-"""The margin around a convex hull. Rays hit the margin, and miss a hull without one. Bullet's default is 1 mm."""
+"""The collision margin around a prism, in metres. Rays would miss a prism without margin. Bullet's default is 1 mm."""
 
 
-class Group(IntFlag):
-    """Collision groups. Bullet's rays have group 1."""
+class CollisionGroup(IntFlag):
+    """The collision groups of bodies, as bits. The group of Bullet's rays is 1."""
 
     RAY = 1
     FLOOR = 64
@@ -31,27 +31,27 @@ class Group(IntFlag):
 
 
 class Scene:
-    """The floor, the things and the light of a world."""
+    """The floor, the things and the light of a world in Bullet."""
 
     def __init__(self, bullet: Bullet, world: WorldDescription) -> None:
         self._bullet = bullet
         self._textures = Textures(bullet)
         self.light = world.light
-        """The light for pictures."""
+        """The light that cameras render pictures with."""
         prisms = {prism.name: self._add_prism(prism) for prism in world.prisms}
         balls = {ball.name: self._add_ball(ball) for ball in world.targets}
         self.things = prisms | balls
-        """Bullet's number of each thing by its name. The floor is not among them."""
+        """Bullet's ids of the things by name, without the floor."""
         self._add_floor(world.floor)
 
     def _add_floor(self, floor: Floor) -> None:
-        """Add the floor. It must be the last body, because Bullet then does not draw its pixels behind other bodies."""
+        """Add the floor as the last body. Bullet then does not draw the pixels of the floor that other bodies hide."""
         bullet = self._bullet
         plane = bullet.createCollisionShape(bullet.GEOM_PLANE)
         body = self._add(plane, ground_mesh(GROUND_HALF_M, floor), floor.colour, (0.0, 0.0, 0.0))
         self._apply_texture(body, floor.texture)
         bullet.changeDynamics(body, -1, lateralFriction=1.0)
-        bullet.setCollisionFilterGroupMask(body, -1, Group.FLOOR, Group.BODY | Group.WHEEL)
+        bullet.setCollisionFilterGroupMask(body, -1, CollisionGroup.FLOOR, CollisionGroup.BODY | CollisionGroup.WHEEL)
 
     def _add_prism(self, prism: Prism) -> int:
         bullet = self._bullet
@@ -70,10 +70,12 @@ class Scene:
 
     def _apply_texture(self, body: int, texture: Texture | None) -> None:
         if texture:
-            self._bullet.changeVisualShape(body, -1, textureUniqueId=self._textures.number_of(texture))
+            self._bullet.changeVisualShape(body, -1, textureUniqueId=self._textures.find_or_load(texture))
 
     def _make_detectable(self, body: int) -> int:
-        self._bullet.setCollisionFilterGroupMask(body, -1, Group.THING, Group.BODY | Group.RAY)
+        self._bullet.setCollisionFilterGroupMask(
+            body, -1, CollisionGroup.THING, CollisionGroup.BODY | CollisionGroup.RAY
+        )
         return body
 
     def _add(
@@ -100,20 +102,20 @@ class Scene:
 
 
 class Textures:
-    """The textures of a world, each loaded once."""
+    """The textures of a world. Each is loaded into Bullet once."""
 
     def __init__(self, bullet: Bullet) -> None:
         self._bullet = bullet
-        self._numbers: dict[Texture, int] = {}
+        self._ids: dict[Texture, int] = {}
 
-    def number_of(self, texture: Texture) -> int:
-        """Return Bullet's number for a texture."""
-        if texture not in self._numbers:
-            self._numbers[texture] = self._load_texture(texture)
-        return self._numbers[texture]
+    def find_or_load(self, texture: Texture) -> int:
+        """Return Bullet's id of a texture. Loads the texture if Bullet does not have it."""
+        if texture not in self._ids:
+            self._ids[texture] = self._load_texture(texture)
+        return self._ids[texture]
 
     def _load_texture(self, texture: Texture) -> int:
-        """Load the picture of a texture's tile. The top row of the picture is the highest on the surface."""
+        """Load the tile of a texture as a picture, whose top row is the highest on the surface. Return Bullet's id."""
         with TemporaryDirectory() as folder:
             file = Path(folder, "tile.png")
             cv2.imwrite(str(file), cv2.cvtColor(texture.tile[::-1], cv2.COLOR_GRAY2BGR))

@@ -1,4 +1,4 @@
-"""The camera, the encoder and the range sensor. Each measures only when it is read."""
+"""The camera, the encoder and the range sensor in Bullet. Each measures only if the app reads it."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from robotcore.simulation.sampling import SampleCache
 
 
 class BulletEncoder(Encoder):
-    """The encoder of a wheel, in whole counts of the joint's angle."""
+    """An encoder of a wheel. It measures the angle of the wheel's joint in whole counts."""
 
     def __init__(self, bullet: Bullet, description: EncoderDescription, clock: Clock, body: Body) -> None:
         super().__init__(description.name)
         self._description = description
         self._joint_state = bullet.getJointState
-        self._body, self._joint = body.number, body.joint_of(self.name)
+        self._body, self._joint = body.body_id, body.find_joint(self.name)
         self._cache = SampleCache(clock, self._measure)
 
     def _newest(self) -> Angle:
@@ -68,7 +68,7 @@ class BulletRangeSensor(RangeSensor):
 NEAR_M, FAR_M = 0.005, 500.0
 """The distances of the near and the far clipping plane of a camera, in metres."""
 
-Numbers = NDArray[np.int32]
+ObjectIds = NDArray[np.int32]
 
 
 class BulletCamera(Camera):
@@ -80,24 +80,24 @@ class BulletCamera(Camera):
         self._body = body
         self._light = scene.light
         self.things = scene.things
-        """The number that `numbers` returns for each thing of the world, by the thing's name."""
+        """The ids of the things in `segmentation`, by the name of the thing."""
         self._on_body = CameraView.of(self.intrinsics, description.mount, Pose(0.0, 0.0, 0.0))
         self._cache = SampleCache(clock, self._capture)
 
     def picture(self, view: CameraView) -> Image:
-        """Return the picture that this camera would take from another view: BGR, read-only.
+        """Render a picture of the world, of shape (height, width, 3), in BGR and read-only.
 
-        view: the pose and the optics of the camera.
+        view: the pose and the optics to render with, in place of this camera's own.
         """
-        rgba, numbers = self._render(view)
+        rgba, ids = self._render(view)
         image: Image = np.asarray(cv2.cvtColor(rgba, cv2.COLOR_RGBA2BGR), dtype=np.uint8)
-        sky = _plain_image(self._light.sky_colour[::-1], *numbers.shape)
-        cv2.copyTo(sky, (numbers < 0).view(np.uint8), image)  # a boolean index takes ten times as long
+        sky = _plain_image(self._light.sky_colour[::-1], *ids.shape)
+        cv2.copyTo(sky, (ids < 0).view(np.uint8), image)  # a boolean index takes ten times as long
         image.flags.writeable = False
         return image
 
-    def numbers(self, view: CameraView) -> Numbers:
-        """Return the number of the body at each pixel of a view, as an array (height, width); -1 for the sky."""
+    def segmentation(self, view: CameraView) -> ObjectIds:
+        """Return the id of the object at each pixel of a view, of shape (height, width); -1 for the sky."""
         return self._render(view)[1]
 
     def _newest(self) -> Frame:
@@ -106,10 +106,10 @@ class BulletCamera(Camera):
     def _capture(self, time: float, sequence: int) -> Frame:
         return Frame(self.picture(self._view()), time, sequence)
 
-    def _render(self, view: CameraView) -> tuple[Image, Numbers]:
-        """Return the picture of a view in RGBA, and the number of the body at each pixel."""
+    def _render(self, view: CameraView) -> tuple[Image, ObjectIds]:
+        """Return the picture of a view in RGBA, and its segmentation."""
         size, light = view.intrinsics, self._light
-        _, _, rgba, _, numbers = self._bullet.getCameraImage(
+        _, _, rgba, _, ids = self._bullet.getCameraImage(
             size.width,
             size.height,
             viewMatrix=_view_matrix(view),
@@ -122,7 +122,7 @@ class BulletCamera(Camera):
             shadow=0,
             renderer=self._bullet.ER_TINY_RENDERER,
         )
-        return rgba, numbers
+        return rgba, ids
 
     def _view(self) -> CameraView:
         rotation, origin = self._body.transform()
@@ -130,9 +130,9 @@ class BulletCamera(Camera):
         return CameraView(self.intrinsics, origin + rotation @ local.eye, local.rotation @ rotation.T)
 
     def _projection_matrix(self, view: CameraView) -> list[float]:
-        """Return the projection of a pinhole camera, moved by half a pixel.
+        """Return the projection matrix of a pinhole camera, moved by half a pixel.
 
-        Bullet samples a pixel at its lower left corner.
+        Bullet samples a pixel at its lower left corner, not at its centre.
         """
         size = view.intrinsics
         pixel = NEAR_M / size.focal_length
@@ -144,12 +144,12 @@ class BulletCamera(Camera):
 
 @lru_cache(maxsize=8)
 def _plain_image(colour: tuple[int, ...], height: int, width: int) -> Image:
-    """Return a picture of one BGR colour. It is cached, because creating it takes long."""
+    """Return a picture of one BGR colour. The result is cached, because creating it is slow."""
     return np.full((height, width, 3), colour, dtype=np.uint8)
 
 
 def _view_matrix(view: CameraView) -> list[float]:
-    """Return OpenGL's view matrix, column by column. The matrix's rows are the camera's right, up and back axes."""
+    """Return OpenGL's view matrix, column by column. Its rows are the camera's right, up and backward axes."""
     matrix = np.eye(4)
     matrix[:3, :3] = view.rotation * ((1.0,), (-1.0,), (-1.0,))
     matrix[:3, 3] = -matrix[:3, :3] @ view.eye

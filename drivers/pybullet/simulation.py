@@ -1,4 +1,4 @@
-"""A simulation of one robot in one world, and its devices."""
+"""A Bullet simulation of one robot in one world, and the robot's true state."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ from robotcore.hal.devices import Device, MemoryDisplay
 
 
 class Simulation:
-    """A robot in its world, and the clock that steps both."""
+    """A Bullet simulation of one robot in one world, and its devices."""
 
     def __init__(self, bullet: Bullet, setup: Setup, world: WorldDescription, solver_iterations: int) -> None:
         self._bullet = bullet
         self._scene = Scene(bullet, world)
         self._body = Body(bullet, setup.robot, world.start.pose)
         if setup.gui:
-            bullet.show(breadth=max(world.floor.length_m, world.floor.width_m))
+            bullet.set_window_view(width_m=max(world.floor.length_m, world.floor.width_m))
         else:
             self._body.hide()
-        contacts = ContactCounter(bullet, self._body.number, self._scene.things.values())
+        contacts = ContactCounter(bullet, self._body.body_id, self._scene.things.values())
         self._physics = Physics(bullet, setup.rate_hz, contacts, solver_iterations)
         self.truth = BulletTruth(self._body, contacts)
 
@@ -42,7 +42,7 @@ class Simulation:
         return self._physics.clock
 
     def open(self, description: SimulatedDevice) -> Device:
-        """Open a device. Raises DeviceError for a motor or an encoder without a wheel."""
+        """Open a device of the robot. Raises DeviceError for a motor or an encoder that is on no wheel."""
         bullet = self._bullet.for_device(description.name)
         body = self._body.with_connection(bullet)
         if isinstance(description, MotorDescription):
@@ -60,7 +60,7 @@ class Simulation:
 
 
 class BulletTruth:
-    """The true state of the robot."""
+    """The true state of the robot in the simulation."""
 
     def __init__(self, body: Body, contacts: ContactCounter) -> None:
         self._body, self._contacts = body, contacts

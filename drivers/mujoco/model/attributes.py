@@ -1,4 +1,4 @@
-"""Collision groups, render groups, orientations and colours in MuJoCo's formats."""
+"""Attributes of a MuJoCo model: collision groups, render groups, orientations and colours."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from robotcore.description.devices import Mount
 
 
 class CollisionGroup(IntFlag):
-    """Bits of MuJoCo's attributes contype and conaffinity.
+    """Bits of the attributes ``contype`` and ``conaffinity`` of a geom.
 
-    Two geoms collide if the contype of one of them shares a bit with the conaffinity of the other.
+    Two geoms collide if the ``contype`` of one of them has a bit in common with the ``conaffinity`` of the other.
     """
 
     NOTHING = 0
@@ -23,9 +23,9 @@ class CollisionGroup(IntFlag):
 
 
 class RenderGroup(IntEnum):
-    """Groups of geoms. A camera renders `CAMERA_GROUPS`, and a range sensor detects `RANGE_GROUPS`.
+    """The group of a geom, which decides whether cameras render it and range sensors detect it.
 
-    A visual geom is drawn. A collision geom takes part in contacts. A thing of the world has one geom of each kind.
+    A thing of the world has two geoms: a visual one, which is rendered, and a collision one, which has contacts.
     """
 
     FLOOR = 0
@@ -36,14 +36,14 @@ class RenderGroup(IntEnum):
 
 
 CAMERA_GROUPS = frozenset({RenderGroup.FLOOR, RenderGroup.WORLD})
-"""The groups that a camera on the robot renders. The robot and all collision geoms are invisible."""
+"""The groups that the robot's cameras render: not the robot, and no collision geom."""
 
 RANGE_GROUPS = frozenset({RenderGroup.THING_COLLISION})
-"""The groups that a range sensor detects. It ignores the robot and the floor."""
+"""The groups that range sensors detect: not the robot, and not the floor."""
 
 
 def group_flags(groups: Collection[RenderGroup]) -> list[bool]:
-    """Return a flag for each of MuJoCo's geom groups. It is true if ``groups`` contains the group."""
+    """Return a flag for each geom group of MuJoCo: true if the group is in ``groups``."""
     from mujoco import mjNGROUP
 
     return [group in groups for group in range(mjNGROUP)]
@@ -57,19 +57,19 @@ A mount points along its x axis and has z up. A camera of MuJoCo points along it
 
 
 def rotation_about_z(angle: float) -> list[float]:
-    """Return the quaternion of a turn to the left by an angle in radians."""
+    """Return the quaternion of a turn to the left (about the z axis) by an angle in radians."""
     return [math.cos(angle / 2), 0.0, 0.0, math.sin(angle / 2)]
 
 
 def mount_orientation(mount: Mount) -> list[float]:
-    """Return the quaternion of a mount: its pitch first, then its yaw."""
+    """Return the orientation of a mount as a quaternion (w, x, y, z)."""
     cy, sy = math.cos(mount.yaw_rad / 2), math.sin(mount.yaw_rad / 2)
     cp, sp = math.cos(mount.pitch_rad / 2), math.sin(mount.pitch_rad / 2)
     return [cy * cp, -sy * sp, cy * sp, sy * cp]
 
 
 def camera_orientation(mount: Mount) -> list[float]:
-    """Return the quaternion of a camera on a mount."""
+    """Return the orientation of a MuJoCo camera on a mount as a quaternion (w, x, y, z)."""
     import mujoco
 
     quaternion = np.zeros(4)
@@ -81,5 +81,5 @@ Colour = tuple[int, int, int]
 
 
 def rgba(colour: Colour) -> list[float]:
-    """Return an opaque colour as four parts from 0 to 1. ``colour`` has parts from 0 to 255."""
+    """Return an opaque colour as red, green, blue and alpha from 0 to 1. ``colour`` has parts from 0 to 255."""
     return [*(part / 255 for part in colour), 1.0]

@@ -1,4 +1,4 @@
-"""Builds one model of a robot and a world."""
+"""Build and compile the MuJoCo model of a robot in a world."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ if TYPE_CHECKING:
 
 
 NEAR_M, FAR_M = 0.005, 500.0
-"""The distances of the near and the far clipping plane of a camera, in metres."""
+"""The distances of the near and the far clipping plane of all cameras, in metres."""
 
 STEP_S = 1 / MIN_PHYSICS_RATE_HZ
-"""The default physics step in seconds."""
+"""The default length of a physics step, in seconds."""
 
 
 def build(robot: RobotDescription | None, world: WorldDescription | None, step: float = STEP_S) -> MjSpec:
-    """Return the model of a robot at the start of a world.
+    """Return the MuJoCo model of a robot at the start pose of a world, not compiled.
 
-    robot: the robot; None models the world alone.
-    world: the world; None models the robot alone, at the origin.
-    step: the physics step in seconds. The lag of the motors is exact at this step only.
+    robot: the robot. None builds a model of the world alone.
+    world: the world. None builds a model of the robot alone, at the origin.
+    step: the length of a physics step in seconds. The lag of the motors is exact for this length only.
     """
     import mujoco
 
@@ -42,7 +42,7 @@ def build(robot: RobotDescription | None, world: WorldDescription | None, step: 
 
 
 def compile_model(spec: MjSpec) -> MjModel:
-    """Compile a model. Raises BackendError if MuJoCo cannot simulate it, for example if a wheel has no mass."""
+    """Compile a model. Raises BackendError if MuJoCo refuses the model, for example a wheel without mass."""
     try:
         return spec.compile()
     except ValueError as error:
@@ -53,9 +53,9 @@ def compile_model(spec: MjSpec) -> MjModel:
 def _set_options(spec: MjSpec, step: float) -> None:
     """Set the options of the physics and of the rendering.
 
-    Euler's integration makes a motor's lag exact. An implicit integration changes velocities after the solver has
-    computed the grip of the wheels. A friction cone grips equally in all directions. With a pyramid a robot swerves if
-    it brakes hard.
+    Euler's integrator keeps the lag of the motors exact. An implicit integrator would change velocities after the
+    solver has computed the grip of the wheels. The elliptic friction cone grips equally in all directions. With a
+    pyramidal cone, a robot that brakes hard would swerve.
     """
     import mujoco
 

@@ -1,4 +1,4 @@
-"""The model of the robot: a body, cameras, two driven wheels and a caster."""
+"""The robot in the MuJoCo model: a body, cameras, two driven wheels and a caster."""
 
 from __future__ import annotations
 
@@ -16,23 +16,24 @@ if TYPE_CHECKING:
 
 
 BODY_FRICTION = [0.25, 0.0, 0.0]
-"""The friction of the body: sliding, torsional, rolling. The sliding friction equals that of the pybullet backend.
+"""The friction coefficients of the body: sliding, torsional, rolling. The first equals that of the pybullet backend.
 
-In a contact, MuJoCo pushes a sliding body away by the friction times the distance that it slides in a step. With the
-friction of a wheel, a robot that slides along a wall would lose and make contact again and again.
+In each step of a contact, MuJoCo pushes a sliding body away by the friction coefficient times the distance that the
+body slides. With the coefficient of a wheel, a robot that slides along a wall would lose and regain contact repeatedly.
 """
 
 START_HEIGHT_M = -1e-7
-"""The start height of the robot's frame. A robot's weight presses it into the floor by this distance.
+"""The start height of the robot's frame, in metres. The weight of a robot presses it into the floor by this distance.
 
-At 0 the robot would fall for a step, in which its wheels have no grip.
+From a height of 0, the robot would fall during the first step, and its wheels would have no grip.
 """
 
 
 def add_robot(spec: MjSpec, description: RobotDescription, start: Pose | None) -> None:
-    """Add a robot at a start pose. A robot without a drive cannot move.
+    """Add a robot to the model. A robot without a drive cannot move.
 
-    The origin of the robot's frame is on the floor under the middle of the axle.
+    start: the pose of the robot's frame, whose origin is on the floor under the middle of the axle. None is the origin
+        of the world.
     """
     pose = start or Pose(0.0, 0.0, 0.0)
     base = spec.worldbody.add_body(name=BASE, pos=[pose.x, pose.y, START_HEIGHT_M], quat=rotation_about_z(pose.heading))
@@ -50,7 +51,7 @@ def add_robot(spec: MjSpec, description: RobotDescription, start: Pose | None) -
 
 
 def _add_body(base: Any, body: Body) -> None:
-    """Add the mass of the body and its collision box. The contact counter needs the box as the first geom."""
+    """Add the mass and the collision box of the body. `ContactCounter` expects the box to be the first geom."""
     import mujoco
 
     base.explicitinertial = True
@@ -81,31 +82,32 @@ def _add_camera(base: Any, camera: CameraDescription) -> None:
 
 
 ROTOR_KG_M2 = 1000.0
-"""The inertia of a rotor. It is so great that the clutch's torque does not slow the rotor down.
+"""The inertia of a rotor, in kg·m². It is so great that the torque of the clutch does not slow the rotor down.
 
-A torque of 0.08 N·m changes the rotor's velocity by less than 2e-6 of this velocity.
+A torque of 0.08 N·m changes the velocity of the rotor by less than 2e-6 of the velocity.
 """
 
 STIFF_SOLREF = [0.001, 1.0]
-"""solref of contacts and clutches: the time constant in seconds, and the damping ratio.
+"""MuJoCo's ``solref`` of contacts and clutches: the time constant in seconds, and the damping ratio.
 
-The time constant is so short that MuJoCo raises it to two physics steps, its minimum.
+MuJoCo raises the time constant to its minimum, two physics steps.
 """
 
 STIFF_SOLIMP = [0.9999, 0.9999, 0.001, 0.5, 2.0]
-"""solimp of contacts and clutches: the hardest that MuJoCo accepts.
+"""MuJoCo's ``solimp`` of contacts and clutches: the hardest values that MuJoCo accepts.
 
-With MuJoCo's defaults, robots sink into the floor and drive 0.1 % less far, and a wheel loses 0.5 % in a curve.
+With MuJoCo's defaults, robots would sink into the floor and drive 0.1 % less far. A wheel would be 0.5 % too slow in a
+curve.
 """
 
 _NEGLIGIBLE_KG = 1e-6
 
 
 def add_wheel(spec: MjSpec, base: Any, motor: MotorDescription, drive: Drive) -> None:
-    """Add a wheel with its motor.
+    """Add a wheel and its motor to the model.
 
-    The collision geom of the wheel is a sphere, which touches the floor at one point, at the exact track width. A
-    cylinder would roll on one of its edges.
+    The collision geom of the wheel is a sphere. It touches the floor at one point, at the exact track width. A cylinder
+    would roll on one of its edges.
     """
     import mujoco
 
@@ -127,18 +129,18 @@ def add_wheel(spec: MjSpec, base: Any, motor: MotorDescription, drive: Drive) ->
 
 
 def add_caster(base: Any, caster: Caster) -> None:
-    """Add a ball that slides without friction. Its geom has priority, so that MuJoCo ignores the floor's friction."""
+    """Add a ball that slides without friction. Its geom has priority, so MuJoCo ignores the floor's friction."""
     place = [caster.x_m, 0.0, caster.radius_m]
     _add_ball(base, caster.radius_m, pos=place, condim=1, priority=2, group=RenderGroup.ROBOT, rgba=rgba(CASTER_COLOUR))
 
 
 def _add_motor(spec: MjSpec, base: Any, motor: MotorDescription) -> None:
-    """Add a rotor with the motor's lag, and a clutch to the wheel that slips at the motor's greatest torque.
+    """Add the motor of a wheel: a rotor with the motor's lag, and a clutch that slips at the motor's maximum torque.
 
-    In a step of h seconds, a lag τ reduces the difference between the command u and the rotor's velocity v by the
-    fraction 1 - exp(-h/τ). With Euler's integration, a torque of gain · (u - v) has exactly this effect. The clutch is
-    friction between rotor and wheel. The solver computes it together with the friction of the floor. A torque that is
-    computed from the wheel's own velocity would be too weak to hold the velocity in a curve, or so strong that the
+    In a step of h seconds, a lag τ reduces the difference between the command u and the velocity v of the rotor by the
+    fraction 1 - exp(-h/τ). With Euler's integrator, a torque of gain · (u - v) has exactly this effect. The clutch is
+    a friction between rotor and wheel, which the solver computes together with the friction of the floor. A torque
+    computed from the velocity of the wheel would be too weak to hold the velocity in a curve, or so strong that the
     wheel shakes.
     """
     import mujoco
@@ -170,8 +172,7 @@ def _add_motor(spec: MjSpec, base: Any, motor: MotorDescription) -> None:
 def _add_hinged_body(base: Any, name: str, joint: str, place: list[float], armature: float = 0.0) -> Any:
     """Add a body with almost no mass that turns about the axle.
 
-    The centre of mass must be set. By default MuJoCo takes the position of the body on the robot, which is
-    off the axle.
+    The body's centre of mass is set explicitly. MuJoCo's default is off the axle.
     """
     import mujoco
 
@@ -184,7 +185,6 @@ def _add_hinged_body(base: Any, name: str, joint: str, place: list[float], armat
 
 
 def _add_ball(body: Any, radius: float, **more: Any) -> None:
-    """Add a sphere that collides with the floor only."""
     import mujoco
 
     body.add_geom(

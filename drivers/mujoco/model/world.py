@@ -1,4 +1,4 @@
-"""The model of the world: a floor, prisms and balls, which do not move, a light and a sky."""
+"""The world in the MuJoCo model: a floor, fixed prisms and balls, a light and a sky."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ if TYPE_CHECKING:
 
 
 GROUND_HALF_M = 200.0
-"""Half the width of the drawn ground. Its edge is less than a pixel below the horizon."""
+"""Half the width of the drawn ground, in metres. Its edge appears less than a pixel below the horizon."""
 
 GROUND = "Ground"
-"""The floor's name in the model. No thing has it, because names of things are in lower case."""
+"""The name of the floor in the model. No thing has this name, because the names of things are in lower case."""
 
 BALL_SLICES, BALL_STACKS = 64, 32
-"""The slices and stacks of a drawn sphere. Its outline covers 99.8 % of a circle."""
+"""The numbers of slices and stacks of a drawn sphere. The outline covers 99.8 % of a circle's area."""
 
 
 def visual_name(thing: str) -> str:
-    """Return the name of the visual geom of a thing. The collision geom has the thing's name."""
+    """Return the name of the visual geom of a thing. The collision geom has the name of the thing itself."""
     return f"{thing}.seen"
 
 
 def add_world(spec: MjSpec, world: WorldDescription) -> None:
-    """Add the light, the sky, the floor and all things of a world."""
+    """Add the light, the sky, the floor and all things of a world to the model."""
     materials = Materials(spec)
     _add_light(spec, world.light)
     materials.add_sky(world.light.sky_colour)
@@ -44,7 +44,6 @@ def add_world(spec: MjSpec, world: WorldDescription) -> None:
 
 
 def _add_light(spec: MjSpec, light: Light) -> None:
-    """Add the directional light, and the ambient light."""
     import mujoco
 
     ambient, diffuse = light.ambient * light.brightness, light.diffuse * light.brightness
@@ -123,7 +122,12 @@ def _add_ball(spec: MjSpec, ball: Ball, materials: Materials) -> None:
 
 
 def _add_visual_mesh(spec: MjSpec, name: str, mesh: Mesh, material: str, group: RenderGroup, **place: Any) -> None:
-    """Add a visual geom from a mesh with a material. It collides with no geom."""
+    """Add a visual geom with the shape of a mesh.
+
+    name: the name of the thing.
+    material: the name of a material in the model.
+    place: the position and the orientation, as attributes of the geom.
+    """
     import mujoco
 
     model_mesh = spec.add_mesh(name=_mesh_name(name))
@@ -150,7 +154,7 @@ def _mesh_name(thing: str) -> str:
 
 
 class Materials:
-    """The materials of a model. They are matt, so the brightness of a face is its colour times the light."""
+    """The materials of a model, each added once. They are matt: a face's brightness is its colour times the light."""
 
     def __init__(self, spec: MjSpec) -> None:
         self._spec = spec
@@ -158,7 +162,10 @@ class Materials:
         self._textures: dict[Texture, str] = {}
 
     def find_or_add(self, colour: Colour, texture: Texture | None) -> str:
-        """Return the name of a colour's material, which a texture can darken. Add a new material to the model."""
+        """Return the name of the material with a colour and a texture. Adds the material if the model does not have it.
+
+        texture: the texture, which darkens the colour; None for a plain colour.
+        """
         key = (colour, texture)
         if key not in self._names:
             self._names[key] = name = f"look_{len(self._names)}"
@@ -172,7 +179,7 @@ class Materials:
         return self._names[key]
 
     def add_sky(self, colour: Colour) -> None:
-        """Add a sky of one colour."""
+        """Add a sky of one colour to the model."""
         import mujoco
 
         rgb = [part / 255 for part in colour]

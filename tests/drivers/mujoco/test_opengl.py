@@ -187,4 +187,4 @@ except DeviceGroupError as refused:
 def test_osmesa_with_another_opengl_suggests_the_variable_to_set() -> None:
     output = run_program(AFTER_ANOTHER, MUJOCO_GL="egl")
     assert "eye: MuJoCo cannot draw with osmesa: " in output
-    assert output.endswith("If the program has a window or a renderer of its own, set MUJOCO_GL=osmesa\n")
+    assert output.endswith("If your program also opens a window or another renderer, set MUJOCO_GL=osmesa\n")

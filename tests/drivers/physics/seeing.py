@@ -38,7 +38,7 @@ class Seeing(EngineTests):
         with self.open_robot(thing, start=start, with_camera=True) as robot:
             camera = get_camera(robot)
             view = CameraView.of(camera.intrinsics, EYE, start.pose)
-            rows, columns = np.nonzero(camera.numbers(view) == camera.things["box"])
+            rows, columns = np.nonzero(camera.segmentation(view) == camera.things["box"])
         front = [start.pose.to_world(1.1, aside + side) for side in (0.155, -0.155)]
         corners = np.array([(*point, height) for point in front for height in (0.0, 0.17)])
         pixels = view.to_pixels(view.to_camera(corners))
@@ -50,7 +50,8 @@ class Seeing(EngineTests):
     def test_ball_covers_the_area_of_the_pinhole_projection(self) -> None:
         with self.open_robot(ball(1.14), with_camera=True) as robot:
             camera = get_camera(robot)
-            mask = camera.numbers(CameraView.of(camera.intrinsics, EYE, Pose(0.0, 0.0, 0.0))) == camera.things["ball"]
+            view = CameraView.of(camera.intrinsics, EYE, Pose(0.0, 0.0, 0.0))
+            mask = camera.segmentation(view) == camera.things["ball"]
         ideal = np.pi * camera.intrinsics.focal_length**2 * 0.01 / (1.0 - 0.01)
         assert mask.sum() == pytest.approx(ideal, rel=0.03)
 
@@ -94,7 +95,7 @@ class Seeing(EngineTests):
         with self.open_robot(robot=described, with_camera=True) as robot:
             camera = get_camera(robot)
             behind = CameraView.of(camera.intrinsics, EYE, Pose(-1.0, 0.0, 0.0))
-            numbers = camera.numbers(behind)
+            numbers = camera.segmentation(behind)
         assert len(np.unique(numbers)) == 2
         assert not np.isin(numbers, list(camera.things.values())).any()
 
@@ -181,7 +182,7 @@ class Texturing(EngineTests):
         with self.open_in_world(described.model_copy(update={"start": start})) as robot:
             camera = get_camera(robot)
             view = CameraView.of(camera.intrinsics, EYE, pose)
-            theirs, numbers, labels = camera.picture(view), camera.numbers(view), painter.labels(view)
+            theirs, numbers, labels = camera.picture(view), camera.segmentation(view), painter.labels(view)
         masks = {thing: (labels == n, numbers == camera.things[thing]) for n, thing in enumerate(painter.things, 1)}
         is_below = np.arange(len(labels))[:, None] >= 121
         masks["floor"] = ((labels == 0) & is_below, ~np.isin(numbers, list(camera.things.values())) & is_below)
