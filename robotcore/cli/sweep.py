@@ -122,10 +122,10 @@ def command(
     engine = _make_engine(cluster, jobs, wall_timeout_s, backends)
     results = Results(sweep, out, fresh=fresh)
     with redirect_prints(as_json=as_json):
-        preflight(sweep)
+        has_verify = preflight(sweep)
         ended_by = _run(results, engine, is_quiet=as_json)
     page = _write_report(results, report, line, bounds) if report and not ended_by else None
-    status = show_sweep(results, bounds, ended_by, as_json=as_json)
+    status = show_sweep(results, bounds, ended_by, as_json=as_json, has_verify=has_verify)
     if page:
         write_line(f"The report: {page}", is_error=as_json)
     return status

@@ -41,6 +41,7 @@ def show_sweep(
     ended_by: Interrupted | BackendError | None,
     *,
     as_json: bool,
+    has_verify: bool,
 ) -> int:
     """Print the result of a sweep, and return its exit status.
 
@@ -65,7 +66,7 @@ def show_sweep(
             }
         )
     elif groups:
-        _write_summary(results, groups, failing)
+        _write_summary(results, groups, failing, has_verify=has_verify)
         _write_findings(results)
         _write_passed(list_met_requirements(checked, groups))
     _show_ending(results, groups, misses, ended_by)
@@ -106,11 +107,12 @@ def _make_error_payload(ended_by: Interrupted | BackendError | None) -> dict[str
     return {"error": str(ended_by), "kind": ended_by.kind} if isinstance(ended_by, BackendError) else {}
 
 
-def _write_summary(results: Results, groups: Sequence[Group], failing: Sequence[Record]) -> None:
+def _write_summary(results: Results, groups: Sequence[Group], failing: Sequence[Record], *, has_verify: bool) -> None:
     from robotcore.sweep.summary import render_summary
     from robotcore.sweep.tables import FAILURES
 
-    write(render_summary(results.sweep.request, groups, failing, results.directory / FAILURES))
+    file = results.directory / FAILURES
+    write(render_summary(results.sweep.request, groups, failing, file, has_verify=has_verify))
     write_line()
     write_line(f"The results: {results.directory}")
 

@@ -1,6 +1,7 @@
 """Sweeps: run one app on every backend, in every world, with every seed, on all cores or on a cluster.
 
-The names below are imported at their first use. A worker process can thus limit its threads before NumPy is imported.
+Importing this package does not import NumPy, because `__getattr__` imports each name at its first use. NumPy reads the
+limit of its threads when it is imported, and a worker process must set the limit before.
 """
 
 from __future__ import annotations

@@ -19,16 +19,16 @@ from robotcore.sweep.single_run import RunOutput, make_failed_output
 from robotcore.sweep.spec import Sweep
 
 ANSWER_S = 10
-"""The most seconds that a scheduler takes to accept a connection or to send a result."""
+"""The time limit for connecting to a scheduler and for one wait for a result, in seconds."""
 
 IDENTITY_S = 5
-"""The most seconds that a scheduler takes to answer a request for its identity."""
+"""The time limit for a scheduler's answer to a request for its identity, in seconds."""
 
 NO_WORKERS_S = 60.0
-"""The sweep ends if the cluster has no worker for this many seconds. A worker restarts in less time."""
+"""The seconds without any worker after which the sweep ends. A worker needs less time to restart."""
 
 _RUNS_PER_THREAD = 2
-"""The number of runs to submit for each thread of a worker. A thread then always has its next run at hand."""
+"""The number of runs to submit for each thread of a worker. The second run starts as soon as the first one ends."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class ClusterEngine:
     """The address of the scheduler, such as ``tcp://lab:8786``."""
 
     wall_timeout_s: float | None = None
-    """The seconds of wall time after which a run counts as hung; None for ten times its time limit and a minute."""
+    """The seconds of wall time after which a run counts as hung. None means ten times its time limit, plus a minute."""
 
     def perform(self, sweep: Sweep, requests: Iterable[RunRequest]) -> Generator[RunOutput, None, None]:
         bundle, limit = JobBundle.of(sweep), compute_hang_limit(sweep.request, self.wall_timeout_s)
@@ -55,7 +55,7 @@ class ClusterEngine:
                 return future
 
             workers = _Workers(client, self.address)
-            for request, future in iterate_completed(submit, requests, workers.width):
+            for request, future in iterate_completed(submit, requests, workers.count_allowed_runs):
                 yield self._await_output(request, future, workers)
 
     def _connect(self) -> Any:  # distributed leaves much untyped
@@ -74,7 +74,7 @@ class ClusterEngine:
             ) from error
 
     def _require_workers(self, client: Any, bundle: JobBundle) -> None:
-        """Raise BackendError if the cluster has no workers, or if the software of one differs from this machine's."""
+        """Raise BackendError if the cluster has no worker, or a worker whose software differs from this machine's."""
         mismatches = client.run(JobBundle.find_mismatch, bundle, on_error="return")
         if not mismatches:
             raise BackendError(
@@ -87,13 +87,12 @@ class ClusterEngine:
                 raise BackendError(format_mismatch(worker, mismatch), kind="worker-mismatch", worker=worker)
 
     def _await_output(self, request: RunRequest, future: Future, workers: _Workers) -> RunOutput:
-        """Return the output of a run. Raises BackendError if the scheduler or all workers are gone."""
         from distributed import KilledWorker
 
         try:
             return workers.await_output(future)
         except KilledWorker:
-            return make_failed_output(request, BackendError("every worker that tried this run died"))
+            return make_failed_output(request, BackendError("each worker that executed this run died"))
         except BackendError as error:
             if error.kind != "worker-mismatch":  # other BackendErrors contain the hint already
                 raise
@@ -117,7 +116,7 @@ def _require_scheduler(address: str) -> None:
     with ThreadPoolExecutor(1) as thread:  # the caller's thread may already run an event loop
         kind = thread.submit(asyncio.run, _read_kind(address)).result()
     if kind != "Scheduler":
-        raise OSError(f"{address} is a Dask {kind}")
+        raise OSError(f"{address} is a Dask {kind}, not a scheduler")
 
 
 async def _read_kind(address: str) -> str:
@@ -129,14 +128,14 @@ async def _read_kind(address: str) -> str:
 
 
 class _Workers:
-    """Counts the workers of a cluster, and waits for their results."""
+    """The workers of a cluster: counts their threads, and waits for the outputs of runs."""
 
     def __init__(self, client: Any, address: str) -> None:
         self._client, self._address = client, address
         self._clock, self._last_seen = MonotonicClock(), 0.0
 
-    def width(self) -> int:
-        """Return the number of runs that may be submitted at the same time.
+    def count_allowed_runs(self) -> int:
+        """Return how many runs may be submitted and unfinished at a time.
 
         Raises BackendError after `NO_WORKERS_S` seconds without workers.
         """
@@ -153,9 +152,9 @@ class _Workers:
         return _RUNS_PER_THREAD * max(threads, 1)
 
     def await_output(self, future: Any) -> RunOutput:
-        """Wait for the output of a run, and return it. If the worker with the output dies, Dask repeats the run."""
+        """Wait for a run, and return its output. Dask repeats the run if the output is lost with its worker."""
         while (output := _poll_output(future)) is None:
-            self.width()
+            self.count_allowed_runs()
         return output
 
     def _count_threads(self) -> int:
@@ -175,7 +174,7 @@ def _make_gone_error(address: str) -> BackendError:
 
 
 def _poll_output(future: Any) -> RunOutput | None:
-    """Return the output of a run; None if it does not come within `ANSWER_S` seconds."""
+    """Wait at most `ANSWER_S` seconds for a run. Return its output, or None if the run has not ended."""
     from distributed import TimeoutError as DaskTimeoutError
 
     try:

@@ -1,4 +1,4 @@
-"""Execute runs on a worker of a Dask cluster, with the user's files unpacked there."""
+"""The part of a sweep that a worker of a Dask cluster executes: unpack the user's files, and execute a run."""
 
 from __future__ import annotations
 
@@ -26,20 +26,20 @@ _worker_lock = Lock()
 """A thread holds this lock during a run. All threads of a Dask worker share one worker process."""
 
 _workers: dict[Path, WorkerProcess] = {}
-"""The worker process, keyed by the folder of its bundle. The dict has at most one entry."""
+"""The worker process by the folder of its unpacked bundle. The dict has at most one entry."""
 
 
 def perform_job(request: RunRequest, bundle: JobBundle, limit_s: float) -> RunOutput:
     """Execute a run with `attempt`, and return its output.
 
-    In the output, file names are those of the machine that started the sweep, not of this worker.
+    The output has the file names of the machine that started the sweep, not of this worker.
 
     request: the run, with the file names of the machine that started the sweep.
     bundle: the files of the sweep.
-    limit_s: the most seconds of wall time that the run takes.
+    limit_s: the time limit of the run, in seconds of wall time.
 
-    Raises BackendError if this worker's software differs from the bundle's. A worker may join the cluster after the
-    sweep has checked all others.
+    Raises BackendError if this worker's software differs from the bundle's. The sweep checks all workers when it
+    starts, but a worker may join the cluster later.
     """
     if mismatch := bundle.find_mismatch():
         address = _read_address()
@@ -54,7 +54,11 @@ def perform_job(request: RunRequest, bundle: JobBundle, limit_s: float) -> RunOu
 
 
 def format_mismatch(worker: str, mismatch: str) -> str:
-    """Return the message for a worker whose software differs."""
+    """Return the error message for a worker whose software differs from the sweep's.
+
+    worker: the address of the worker.
+    mismatch: the difference, as `JobBundle.find_mismatch` returns it.
+    """
     return f"the worker {worker} cannot run this sweep: {mismatch}"
 
 
@@ -65,7 +69,6 @@ def _read_address() -> str:
 
 
 def _localize_request(request: RunRequest, bundle: JobBundle, root: Path) -> RunRequest:
-    """Return the request with each file name replaced by the name of the unpacked file."""
     return replace(
         request,
         app=bundle.locate_app(root, request.app),
@@ -76,7 +79,11 @@ def _localize_request(request: RunRequest, bundle: JobBundle, root: Path) -> Run
 
 
 def _restore_names(output: RunOutput, request: RunRequest, local: RunRequest) -> RunOutput:
-    """Return the output of ``local`` with the file names of ``request``, also in the reason of the result."""
+    """Replace each unpacked file name in an output by the user's name, also in the reason of the result.
+
+    request: the run with the user's file names.
+    local: the same run with the unpacked file names.
+    """
     reason = output.record.result.reason
     for original, unpacked in zip(_list_file_names(request), _list_file_names(local), strict=True):
         reason = reason.replace(unpacked, original)
@@ -86,7 +93,7 @@ def _restore_names(output: RunOutput, request: RunRequest, local: RunRequest) ->
 
 
 def _list_file_names(request: RunRequest) -> list[str]:
-    """Return the names in a request that may be file names. An app's class is cut off."""
+    """Return the names in a request that may be file names, without the class in ``app.py:Class``."""
     apps = [str(app_path(name)) for name in (request.app, request.judge) if name]
     return [*apps, request.robot, *filter(None, [request.world])]
 
@@ -98,7 +105,6 @@ def _make_bundles_folder() -> TemporaryDirectory[str]:
 
 
 def _unpack_bundle(bundle: JobBundle) -> Path:
-    """Unpack a bundle if it is new, and return its folder."""
     root = Path(_make_bundles_folder().name) / bundle.digest
     if not root.exists():
         bundle.unpack(root)
@@ -106,7 +112,7 @@ def _unpack_bundle(bundle: JobBundle) -> Path:
 
 
 def _get_worker(root: Path) -> WorkerProcess:
-    """Return the worker process for a bundle. End the process of any other bundle, because it imported other files."""
+    """Return the worker process of a bundle. A process of another bundle has imported other files, so it is closed."""
     for other in [each for each in _workers if each != root]:
         _workers.pop(other).close()
     return _workers.setdefault(root, WorkerProcess())
@@ -114,85 +120,88 @@ def _get_worker(root: Path) -> WorkerProcess:
 
 @dataclass(frozen=True)
 class JobBundle:
-    """The user's files of a sweep, and the software that its runs need."""
+    """The user's files that the runs of a sweep need, and the versions of their software."""
 
     apps: tuple[str, ...]
-    """The names of the app and the judge."""
+    """The name of the app, then the name of the judge if there is one."""
 
     backends: tuple[str, ...]
     """The names of the backends."""
 
     faults: tuple[str, ...]
-    """The injected faults."""
+    """The injected faults, as on the command line."""
 
     versions: Mapping[str, str]
-    """The versions of Python and the libraries."""
+    """The versions of robotcore, Python and the libraries, by name."""
 
     code: str
     """The digest of the installed code, by `compute_code_digest`."""
 
     home: Path
-    """The folder to which relative file names refer."""
+    """The working directory of the sweep. Relative file names of the user start there."""
 
     files: Mapping[Path, bytes]
     """The contents of the files, by their absolute paths."""
 
     @classmethod
     def of(cls, sweep: Sweep) -> JobBundle:
-        """Return the bundle of a sweep that passed `Sweep.check`."""
+        """Read the files of a sweep, and return its bundle. `Sweep.check` must have found no error."""
         named = sweep.apps, sweep.backends, sweep.request.faults
         return cls(
             *named, _read_versions(sweep.backends), compute_code_digest(*named), Path.cwd(), read_own_files(sweep)
         )
 
     def find_mismatch(self) -> str | None:
-        """Return a text about the first difference between this process's software and the bundle's, or None."""
+        """Return how this process's software differs from the bundle's, and a remedy. Return None if both are equal."""
         try:
             found, code = _read_versions(self.backends), compute_code_digest(self.apps, self.backends, self.faults)
         except RobotcoreError as error:
             return str(error)
         for name, wanted in self.versions.items():
-            if (version_there := found.get(name, "not installed")) != wanted:
+            if (installed := found.get(name, "not installed")) != wanted:
                 return (
-                    f"{name} is {version_there} there and {wanted} here. {_format_remedy(name, wanted)}, and restart "
-                    "the worker"
+                    f"{name} is {installed} on the worker and {wanted} on this machine. "
+                    f"{_format_remedy(name, wanted)}. Then restart the worker"
                 )
         if code != self.code:
             return (
-                "its robotcore, drivers, apps or faults differ from those here. Install the same there, and restart "
-                "the worker"
+                "its robotcore, drivers, apps or faults differ from those of this machine. "
+                "Install the same ones on the worker, and restart it"
             )
         return None
 
     @property
     def digest(self) -> str:
-        """The digest of the files and their paths."""
+        """The SHA-256 digest of the files and their paths."""
         total = hashlib.sha256()
         for file, content in sorted(self.files.items()):
             total.update(b"%b %b" % (os.fsencode(file), hashlib.sha256(content).digest()))
         return total.hexdigest()
 
     def unpack(self, root: Path) -> None:
-        """Create the folder ``root`` with all files in it. After an error, the folder does not exist.
+        """Create the folder ``root``, and write all files into it. After an error, the folder does not exist.
 
-        Files that were in one folder are in one folder below ``root`` too.
+        Files of one original folder are in one folder below ``root``, so that modules can import each other.
         """
         with TemporaryDirectory(dir=root.parent) as folder:
             part = Path(folder, root.name)
             part.mkdir()
             for file, content in self.files.items():
-                path = part / _relative_path(file)
+                path = part / _make_unpacked_path(file)
                 path.parent.mkdir(exist_ok=True)
                 path.write_bytes(content)
             part.rename(root)
 
     def locate_app(self, root: Path, name: str) -> str:
-        """Return an app's name. If it names a user's file, return the path of the unpacked file below ``root``."""
-        return str(root / _relative_path(self.home / name)) if is_app_file(name) else name
+        """Return the path of an app's unpacked file below ``root``; for an installed app, its name unchanged."""
+        return str(root / _make_unpacked_path(self.home / name)) if is_app_file(name) else name
 
     def locate_description(self, root: Path, name: str) -> str:
-        """Return a robot's or world's name. If it names a user's file, return the path of the unpacked file."""
-        return str(root / _relative_path(self.home / name)) if is_own(name) else name
+        """Return the path of a robot's or world's unpacked file below ``root``; for a shipped one, its name unchanged.
+
+        name: the name or file of a robot or world.
+        """
+        return str(root / _make_unpacked_path(self.home / name)) if is_own(name) else name
 
 
 def _read_versions(backends: tuple[str, ...]) -> dict[str, str]:
@@ -200,10 +209,12 @@ def _read_versions(backends: tuple[str, ...]) -> dict[str, str]:
 
 
 def _format_remedy(name: str, wanted: str) -> str:
-    return f"Install the same {name} there" if name == PYTHON else f"pip install {name}=={wanted} there"
+    return (
+        f"Install the same {name} on the worker" if name == PYTHON else f"On the worker: pip install {name}=={wanted}"
+    )
 
 
-def _relative_path(file: Path) -> Path:
-    """Return a relative path without ``..`` for an absolute path: a digest of its folder, and its name."""
+def _make_unpacked_path(file: Path) -> Path:
+    """Return the path of an unpacked file in its bundle: the digest of the original folder, and the file's name."""
     folder = hashlib.sha256(os.fsencode(file.parent)).hexdigest()[:16]
     return Path(folder, file.name)

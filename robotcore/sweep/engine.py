@@ -1,4 +1,4 @@
-"""The interface of engines, which execute the runs of a sweep, and a loop that limits the number of running tasks."""
+"""The interface of engines, which execute the runs of a sweep, and a loop that limits the unfinished tasks."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from robotcore.sweep.single_run import RunOutput
 from robotcore.sweep.spec import Sweep
 
 HANG_FACTOR = 10.0
-"""A run counts as hung after this many times its own time limit, plus a minute."""
+"""The factor of the hang limit. A run counts as hung after its time limit times this factor, plus a minute."""
 
 TaskT = TypeVar("TaskT")
 
 POLL_S = 1.0
-"""The interval in seconds at which `iterate_completed` asks how many tasks may run."""
+"""The interval in seconds at which `iterate_completed` calls ``count_allowed``."""
 
 
 class Engine(Protocol):
-    """Executes runs, in any order."""
+    """Executes the runs of a sweep, in any order."""
 
     def perform(self, sweep: Sweep, requests: Iterable[RunRequest]) -> Generator[RunOutput, None, None]:
         """Execute runs of a sweep, and yield the output of each run when it ends.
 
+        If the process of a run dies or hangs, that run has the outcome ``error``, and the other runs continue.
         Closing the generator stops the unfinished runs.
-        A run that dies or hangs has the outcome ``error``. The other runs go on.
         """
         ...
 
@@ -37,13 +37,17 @@ class Engine(Protocol):
 def compute_hang_limit(request: RunRequest, wall_timeout_s: float | None) -> float:
     """Return the seconds of wall time after which a run counts as hung.
 
-    wall_timeout_s: the value to return; None for ten times the run's own time limit and a minute.
+    wall_timeout_s: the limit that the user chose, in seconds. None means `HANG_FACTOR` times the run's time limit,
+        plus a minute.
     """
     return 60.0 + HANG_FACTOR * request.timeout_s if wall_timeout_s is None else wall_timeout_s
 
 
 def import_extra(module: str, extra: str) -> Any:
-    """Return a module that an extra of robotcore installs. Raises BackendMissingError if it is not installed."""
+    """Import and return a module. Raises BackendMissingError, with the command that installs it, if it is missing.
+
+    extra: the extra of robotcore that installs the module, such as ``cluster``.
+    """
     try:
         return import_module(module)
     except ImportError as error:
@@ -56,37 +60,37 @@ def import_extra(module: str, extra: str) -> Any:
 
 
 class Future(Protocol):
-    """The methods that the futures of `concurrent.futures` and of Dask share."""
+    """The methods that a future of `concurrent.futures` and a future of Dask have in common."""
 
     def add_done_callback(self, callback: Callable[[Any], Any], /) -> None: ...
     def result(self) -> Any: ...
 
 
 def iterate_completed(
-    submit: Callable[[TaskT], Future], tasks: Iterable[TaskT], width: Callable[[], int]
+    submit: Callable[[TaskT], Future], tasks: Iterable[TaskT], count_allowed: Callable[[], int]
 ) -> Iterator[tuple[TaskT, Future]]:
-    """Submit tasks. When a task ends, yield the task and its future.
+    """Submit tasks, and yield each task with its future when the task ends.
 
-    submit: starts a task.
-    tasks: the tasks.
-    width: returns the number of tasks that may run at a time. It is called whenever a task ends, and every `POLL_S`
-        seconds. Its exceptions are raised.
+    submit: a function that starts a task and returns its future.
+    tasks: the tasks. They are submitted in this order.
+    count_allowed: a function that returns how many tasks may be unfinished at a time. It is called after each end of a
+        task, and at least every `POLL_S` seconds. Its exceptions end the iteration.
     """
     ended: SimpleQueue[tuple[TaskT, Future]] = SimpleQueue()
-    waiting, under_way = iter(tasks), 0
+    waiting, unfinished = iter(tasks), 0
 
     def start(task: TaskT) -> None:
         submit(task).add_done_callback(lambda future: ended.put((task, future)))
 
     while True:
-        for task in islice(waiting, max(width() - under_way, 0)):
+        for task in islice(waiting, max(count_allowed() - unfinished, 0)):
             start(task)
-            under_way += 1
-        if not under_way:
+            unfinished += 1
+        if not unfinished:
             return
         try:
             done = ended.get(timeout=POLL_S)
         except Empty:
             continue
-        under_way -= 1
+        unfinished -= 1
         yield done

@@ -13,16 +13,16 @@ from robotcore.sweep.permutation_test import Floats, Split, Splits, Value, find_
 from robotcore.sweep.record import GroupKey, Record
 
 SIGNIFICANCE = 0.05
-"""The largest p-value of a finding."""
+"""The largest corrected p-value of a significant split."""
 
 _SEED = 0
 _ROUNDING = 1e-9
-"""The tolerance for comparing logarithms. Two computations of the same logarithm differ by less than this."""
+"""The tolerance for comparing logarithms of p-values. Two computations of the same p-value differ by less."""
 
 
 @dataclass(frozen=True)
-class Finding:
-    """The best split of a condition's values into failing and passing runs, for one backend in one world."""
+class SignificantSplit:
+    """A condition under which significantly more runs fail, for one backend in one world."""
 
     group: GroupKey
     """The backend and the world of the runs."""
@@ -31,49 +31,45 @@ class Finding:
     """The name of the condition."""
 
     split: Split
-    """The split with the least p-value of Fisher's exact test."""
+    """The condition's split with the least p-value of Fisher's exact test."""
 
     p: float
-    """The p-value, corrected for the number of splits that were tried."""
+    """The p-value of the permutation test. It takes into account how many splits were tried."""
 
     @property
     def side(self) -> str:
-        """The values with which more runs fail, such as ``light_brightness < 0.34``."""
-        return f"{self.condition} {self.split.sign} {str(self.split.value).removesuffix('.0')}"
-
-    @property
-    def shares(self) -> str:
-        """The number of failing runs with these values, and with all other values."""
-        return f"{self.split.inside}, else {self.split.outside}"
+        """The values of the condition with which more runs fail, such as ``light_brightness < 0.34``."""
+        return self.split.format_comparison(self.condition)
 
     def __str__(self) -> str:
-        return f"fails more {self.group} if {self.side}: {self.shares}"
+        return f"more runs fail {self.group} if {self.side}: {self.split.shares}"
 
 
 @dataclass(frozen=True)
 class Explanation:
-    """The result of a failure analysis: the conditions that explain failures."""
+    """The result of a failure analysis: the significant splits, or the reason why there are none."""
 
-    findings: tuple[Finding, ...]
-    """The findings, the one with the least p first."""
+    splits: tuple[SignificantSplit, ...]
+    """The significant splits, the one with the least p-value first. A condition has at most one for each group."""
 
     reason: str
-    """Why there are no findings; empty if there are some, or if no run failed."""
+    """Why no split is significant. It is empty if some split is significant, or if no run failed."""
 
     @property
     def lines(self) -> list[str]:
-        """The lines for a terminal."""
-        return [f"{each} ({format_p(each.p)})" for each in self.findings] or [self.reason] * bool(self.reason)
+        """The lines that the terminal shows: the significant splits, else the reason."""
+        return [f"{each} ({format_p(each.p)})" for each in self.splits] or [self.reason] * bool(self.reason)
 
 
 def explain(records: Iterable[Record]) -> Explanation:
-    """Return the conditions under which more runs fail. Records without conditions do not count.
+    """Return the conditions under which more runs fail. Records without conditions are ignored.
 
-    The best of many splits looks good by chance too. So the test shuffles which runs of a group failed, again and
-    again. A finding's ``p`` is the fraction of permutations whose best split of any condition is at least as good. The
-    observed runs count as one permutation. A finding is listed if ``p`` is at most `SIGNIFICANCE`.
+    Even if no condition matters, the best of many splits looks good by chance. So the test shuffles which runs of a
+    group failed, `SHUFFLES` times. The ``p`` of a split is the fraction of permutations in which the best split of any
+    condition is at least as good. The observed runs count as one permutation. The result has each split whose ``p`` is
+    at most `SIGNIFICANCE`.
 
-    The permutations are the same each time, in whatever order the runs ended.
+    The result does not depend on the order of the records, because the shuffles have a fixed seed.
 
     Method: the single-step min-P test of P. H. Westfall and S. S. Young, Resampling-Based Multiple Testing (1993).
     Counting the observed runs: B. Phipson and G. K. Smyth, Permutation p-values should never be zero, Statistical
@@ -86,29 +82,29 @@ def explain(records: Iterable[Record]) -> Explanation:
     >>> dark = [run(0.2, Outcome.FAILURE) for _ in range(8)]
     >>> bright = [run(0.8, Outcome.SUCCESS) for _ in range(20)]
     >>> explain(dark + bright).lines
-    ['fails more in arena on kinematic if light < 0.5: 8 of 8, else 0 of 20 (p = 0.001)']
+    ['more runs fail in arena on kinematic if light < 0.5: 8 of 8, else 0 of 20 (p = 0.001)']
     """
     strata = make_strata(records)
     random = np.random.RandomState(_SEED)
-    ranked = _rank([test for each in strata if each.is_mixed for test in each.find_splits(random)])
-    findings = tuple(each for each in ranked if each.p <= SIGNIFICANCE)
-    return Explanation(findings, "" if findings else _find_reason(strata, ranked))
+    ranked = _compute_p_values([test for each in strata if each.is_mixed for test in each.test_conditions(random)])
+    splits = tuple(SignificantSplit(*test[:3], p) for p, test in ranked if p <= SIGNIFICANCE)
+    return Explanation(splits, "" if splits else _find_reason(strata, ranked))
 
 
 def format_p(p: float) -> str:
-    """Return the text for a p-value, such as ``p = 0.003``."""
+    """Return a p-value as text, such as ``p = 0.003``."""
     return f"p = {p:.2g}"
 
 
-def _rank(tests: Sequence[ConditionTest]) -> list[Finding]:
-    """Return the best split of each condition, the one with the least p first."""
+def _compute_p_values(tests: Sequence[ConditionTest]) -> list[tuple[float, ConditionTest]]:
+    """Return each test with its p-value among all tests, the least p-value first."""
     least = np.min([test.log_p for test in tests], axis=0) if tests else np.empty(0)
     ordered = sorted(tests, key=lambda test: float(test.log_p[0]))
-    return [Finding(*each[:3], float(np.mean(least <= each.log_p[0] + _ROUNDING))) for each in ordered]
+    return [(float(np.mean(least <= test.log_p[0] + _ROUNDING)), test) for test in ordered]
 
 
-def _find_reason(strata: Sequence[Stratum], ranked: Sequence[Finding]) -> str:
-    """Return why there is no finding; empty if no run failed."""
+def _find_reason(strata: Sequence[Stratum], ranked: Sequence[tuple[float, ConditionTest]]) -> str:
+    """Return why no split is significant; an empty text if no run failed."""
     runs, failing = sum(len(each.cases) for each in strata), sum(each.failing for each in strata)
     counts = f"({runs} runs, {failing} failing)"
     mixed = [each for each in strata if each.is_mixed]
@@ -121,25 +117,26 @@ def _find_reason(strata: Sequence[Stratum], ranked: Sequence[Finding]) -> str:
         return f"every condition has the same value in all runs {counts}"
     if max(each.permutations for each in mixed) < 1 / SIGNIFICANCE:
         return f"too few runs for a significant split {counts}"
-    best = ranked[0]
-    return f"no split is significant {counts}; the best: {best.side} {best.group}, {best.shares} ({format_p(best.p)})"
+    p, best = ranked[0]
+    side, shares = best.split.format_comparison(best.condition), best.split.shares
+    return f"no split is significant {counts}; the best: {side} {best.group}, {shares} ({format_p(p)})"
 
 
 class Case(NamedTuple):
     """The seed, the outcome and the conditions of a run."""
 
     seed: int
-    """The seed; -1 for a run without one."""
+    """The seed; -1 for a run without a seed."""
 
     is_failure: bool
     """Whether the run failed."""
 
     conditions: Mapping[str, Value]
-    """The value of each condition."""
+    """The values of the conditions by name."""
 
 
 class ConditionTest(NamedTuple):
-    """The permutation test of one condition in one group."""
+    """The permutation test of one condition, for one backend in one world."""
 
     group: GroupKey
     """The backend and the world."""
@@ -148,15 +145,15 @@ class ConditionTest(NamedTuple):
     """The name of the condition."""
 
     split: Split
-    """The split with the least p-value."""
+    """The split with the least p-value of Fisher's exact test."""
 
     log_p: Floats
-    """The logarithm of the least p-value in each permutation, the observed one first."""
+    """The logarithm of the least p-value in each permutation. The first entry is of the observed runs."""
 
 
 @dataclass(frozen=True)
 class Stratum:
-    """A group of comparable runs. They have the same backend and world, and recorded the same conditions."""
+    """Comparable runs: those of one backend in one world that recorded the same conditions."""
 
     group: GroupKey
     """The backend and the world."""
@@ -176,11 +173,14 @@ class Stratum:
 
     @property
     def permutations(self) -> int:
-        """The number of ways to choose the failing runs."""
+        """The number of ways in which as many runs of this stratum could fail."""
         return math.comb(len(self.cases), self.failing)
 
-    def find_splits(self, random: np.random.RandomState) -> Iterator[ConditionTest]:
-        """Yield the best split of each condition whose value differs between runs."""
+    def test_conditions(self, random: np.random.RandomState) -> Iterator[ConditionTest]:
+        """Yield the test of each condition whose value is not the same in all runs.
+
+        random: the random generator of the shuffles.
+        """
         failing = np.flatnonzero([case.is_failure for case in self.cases])
         rows = shuffle_failing(len(self.cases), failing, random)
         for name in self.cases[0].conditions:
@@ -191,10 +191,10 @@ class Stratum:
 
 
 def make_strata(records: Iterable[Record]) -> list[Stratum]:
-    """Group the runs that have conditions by backend, world and the names of the conditions.
+    """Return the runs that have conditions, grouped by backend, world and the names of the conditions.
 
-    Backends are separate: the same seed draws the same conditions for each, so their runs are not independent. Worlds
-    are separate: they differ both in the share of failing runs and in the conditions that are drawn.
+    Runs of different backends are not independent, because a seed draws the same conditions for each backend. Worlds
+    differ in their share of failing runs and in the conditions that are drawn, so a world could look like a cause.
     """
     cases_by_group: dict[tuple[GroupKey, tuple[str, ...]], list[Case]] = {}
     for record in records:

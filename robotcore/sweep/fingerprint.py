@@ -1,4 +1,4 @@
-"""The fingerprint of a sweep: digests of the request, the code, the user's files and the libraries."""
+"""The fingerprint of a sweep: its request, digests of code and files, and versions of libraries."""
 
 from __future__ import annotations
 
@@ -21,25 +21,26 @@ from robotcore.runtime.versions import libraries
 from robotcore.sweep.spec import Sweep
 
 Dependencies = dict[str, dict[str, Any]]
-"""Everything that the results of a sweep depend on, as `collect_dependencies` returns it."""
+"""Everything that the results of a sweep depend on: the content of ``sweep.json`` without the seeds."""
 
 _SOURCES = {".py", ".toml"}
 _DRIVERS = "drivers"
 _REPORT = "robotcore/sweep/report"
-"""The folder whose code is not part of the fingerprint. A report is made from results, so it cannot change them."""
+"""The folder whose code is not part of the fingerprint. The code of reports cannot change results."""
 
 MANIFEST = "sweep.json"
-"""The name of the file in a results folder that lists the dependencies of the results."""
+"""The name of the file in a results folder that lists what the results depend on."""
 
 _MAX_CHANGES = 4
-"""An error message lists at most this many changes."""
+"""The maximum number of changes in an error message."""
 
 
 def collect_dependencies(sweep: Sweep) -> Dependencies:
-    """Return everything that results depend on, ready for JSON, with the keys of ``sweep.json``.
+    """Return everything that the results of a sweep depend on, as JSON values.
 
-    ``asked`` has the request, ``code`` the digests of packages, ``files`` the digests of the user's files, and
-    ``libraries`` the versions. The seeds are left out, because the result of a run does not depend on other seeds.
+    The key ``asked`` has the request, ``code`` the digests of packages by name, ``files`` the digests of the user's
+    files by path, and ``libraries`` the versions by name. The seeds are left out: the result of a run does not depend
+    on the other seeds of its sweep.
     """
     found = {
         "asked": _flatten_request(sweep),
@@ -52,12 +53,12 @@ def collect_dependencies(sweep: Sweep) -> Dependencies:
 
 
 def compute_digest(dependencies: Dependencies) -> str:
-    """Return the digest of dependencies."""
+    """Return the SHA-256 digest of everything that the results of a sweep depend on."""
     return _sha256(json.dumps(dependencies, sort_keys=True).encode())
 
 
 def compute_code_digest(apps: Iterable[str], backends: Iterable[str], faults: Iterable[str]) -> str:
-    """Return the digest of the sources of robotcore, the backends, the faults and the installed apps."""
+    """Return one SHA-256 digest of the sources of robotcore, the backends, the faults and the installed apps."""
     return _sha256("".join(_compute_code_digests(apps, backends, faults).values()).encode())
 
 
@@ -73,7 +74,7 @@ def _flatten_request(sweep: Sweep) -> dict[str, Any]:
 
 
 def _compute_code_digests(apps: Iterable[str], backends: Iterable[str], faults: Iterable[str]) -> dict[str, str]:
-    """Return the digests of packages by their names, sorted.
+    """Return the digests of packages by name.
 
     A change in any line of a package changes its digest, even if the line has no effect on results. Each driver of
     this project has its own digest. No driver imports another, so a change in one cannot affect runs on the others.
@@ -94,7 +95,7 @@ def _find_package(module: str) -> str:
 def _compute_package_digest(name: str) -> str:
     """Return the digest of a package's sources.
 
-    The digest is cached. The process has imported the package by now, so later changes of the sources have no effect.
+    The result is cached. The process has imported the package, so later changes of its sources do not affect runs.
     """
     total = hashlib.sha256()
     for file, key in sorted(_list_sources(name), key=lambda source: source[1]):
@@ -103,7 +104,7 @@ def _compute_package_digest(name: str) -> str:
 
 
 def _list_sources(name: str) -> Iterator[tuple[Path, str]]:
-    """Yield the source files of a package or module, each with its name in the package."""
+    """Yield the source files of a package or module, each with its path relative to the package's parent folder."""
     module = sys.modules[name]
     for root in map(Path, getattr(module, "__path__", ())):
         for file in root.rglob("*"):
@@ -121,9 +122,8 @@ def _sha256(content: bytes) -> str:
 def read_own_files(sweep: Sweep) -> dict[Path, bytes]:
     """Return the contents of the user's files by their absolute paths, sorted.
 
-    They are the app's file, the judge's file, all modules in the same folders, and the descriptions of the robot and
-    worlds.
-    Raises UsageError if a file cannot be read.
+    These are the files of the app and the judge, all modules beside them, and the descriptions of the robot and the
+    worlds. Raises UsageError if a file cannot be read.
     """
     return {file: _read_content(file) for file in sorted(set(_list_own_files(sweep)))}
 
@@ -136,7 +136,7 @@ def _list_own_files(sweep: Sweep) -> Iterator[Path]:
 
 
 def _is_module(file: Path) -> bool:
-    """Return whether a file can be imported. A folder cannot, and the lock file of an editor (``.#app.py``) cannot."""
+    """Return whether a file can be imported. A folder or the lock file of an editor, ``.#app.py``, cannot."""
     return file.is_file() and not file.name.startswith(".")
 
 
@@ -150,18 +150,21 @@ def _read_content(file: Path) -> bytes:
 
 
 def format_manifest(dependencies: Dependencies, seeds: str) -> str:
-    """Return the content of ``sweep.json``."""
+    """Return the content of ``sweep.json``.
+
+    seeds: the seeds of the sweep, as `format_seeds` writes them.
+    """
     return json.dumps({**dependencies, "seeds": seeds}, indent=2) + "\n"
 
 
 def write_manifest(directory: Path, content: str) -> None:
-    """Write ``sweep.json``."""
+    """Write ``sweep.json`` into a results folder."""
     with replace_text(directory / MANIFEST) as file:
         file.write(content)
 
 
 def require_same(directory: Path, dependencies: Dependencies) -> None:
-    """Raise UsageError if the `MANIFEST` in a folder differs from ``dependencies``.
+    """Raise UsageError if the folder's ``sweep.json`` differs from ``dependencies``.
 
     The field ``changes`` of the error lists the differences.
     """
@@ -184,7 +187,7 @@ def require_same(directory: Path, dependencies: Dependencies) -> None:
 
 
 def _describe_changes(now: Dependencies, then: Dependencies) -> list[str]:
-    """Return a text for each change. If the request changed, return only the changes of the request."""
+    """Return a text for each change from ``then`` to ``now``. If the request changed, return only its changes."""
     return _describe_part("asked", now, then) or [
         text for name in now if name != "asked" for text in _describe_part(name, now, then)
     ]
@@ -195,7 +198,6 @@ def _describe_part(name: str, now: Dependencies, then: Dependencies) -> list[str
 
 
 def _list_changes(now: dict[str, Any], then: dict[str, Any]) -> Iterator[tuple[str, Any, Any]]:
-    """Yield each key whose value changed, with its new and its old value; None for a missing key."""
     for key in dict.fromkeys([*now, *then]):
         if now.get(key) != then.get(key):
             yield key, now.get(key), then.get(key)
@@ -205,7 +207,7 @@ def _describe_value(key: str, new: Any, old: Any) -> str:
     new, old = (
         "not given" if each is None else each if isinstance(each, str) else json.dumps(each) for each in (new, old)
     )
-    return f"{key} is {new}, was {old}"
+    return f"{key} changed from {old} to {new}"
 
 
 def _describe_code(package: str, new: Any, old: Any) -> str:
@@ -219,7 +221,7 @@ def _describe_file(file: str, new: Any, old: Any) -> str:
 
 
 def _describe_version(library: str, new: Any, old: Any) -> str:
-    return f"{library} is {new or 'not installed'}, was {old or 'not installed'}"
+    return f"{library} changed from {old or 'not installed'} to {new or 'not installed'}"
 
 
 def _describe_change(new: Any, old: Any) -> str:

@@ -1,4 +1,4 @@
-"""Run a sweep, by default on the cores of this machine."""
+"""Run a sweep, and the engine that executes runs on the cores of this machine."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from robotcore.sweep.worker import WorkerProcess
 RecordCallback = Callable[[Record], None]
 
 _RUNS_PER_WORKER = 2
-"""The number of runs to submit for each worker process. A worker then always has its next run at hand."""
+"""The number of runs to submit for each worker process. The second run starts as soon as the first one ends."""
 
 
 def run_sweep(
@@ -32,14 +32,14 @@ def run_sweep(
     *,
     fresh: bool = False,
 ) -> Results:
-    """Execute the missing runs of a sweep, and return its results. `Results` has an example.
+    """Execute the runs of a sweep that its folder does not have yet, and return the results. `Results` has an example.
 
     sweep: the sweep.
-    engine: the engine; None for a `LocalEngine` on all cores.
-    directory: the folder of the results; None for ``sweeps/<app>-<digest>``.
-    fresh: whether to delete the results that exist.
+    engine: the engine. None means a `LocalEngine` on all cores.
+    directory: the folder of the results. None means ``sweeps/<app>-<digest>``.
+    fresh: whether to delete all results in the folder first.
 
-    Raises UsageError, BackendError and BehaviourError before the first run, as `preflight` does.
+    Raises the errors of `preflight` before the first run.
     """
     preflight(sweep)
     with Results(sweep, directory, fresh=fresh) as results:
@@ -47,13 +47,16 @@ def run_sweep(
     return results
 
 
-def execute(results: Results, engine: Engine, watch: RecordCallback = lambda _: None) -> None:
-    """Execute the missing runs, and call ``watch`` with each record. Then write the tables, even after an error."""
+def execute(results: Results, engine: Engine, on_record: RecordCallback = lambda _: None) -> None:
+    """Execute the runs without a record, and write their records and the tables. Writes the tables even after an error.
+
+    on_record: a function that is called with each new record.
+    """
     try:
         if missing := results.missing():
             with closing(engine.perform(results.sweep, missing)) as outputs:
                 for output in outputs:
-                    watch(results.add(output))
+                    on_record(results.add(output))
     finally:
         results.write_tables()
 
@@ -71,7 +74,7 @@ class LocalEngine:
     """The number of worker processes."""
 
     wall_timeout_s: float | None = None
-    """The seconds of wall time after which a run counts as hung; None for ten times its time limit and a minute."""
+    """The seconds of wall time after which a run counts as hung. None means ten times its time limit, plus a minute."""
 
     def perform(self, sweep: Sweep, requests: Iterable[RunRequest]) -> Generator[RunOutput, None, None]:
         limit = compute_hang_limit(sweep.request, self.wall_timeout_s)
@@ -94,7 +97,10 @@ class LocalEngine:
 
 @contextmanager
 def _start_workers(size: int) -> Iterator[tuple[ThreadPoolExecutor, SimpleQueue[WorkerProcess]]]:
-    """Yield threads, and a queue with an idle worker for each thread. On exit, kill all workers, even during a run."""
+    """Yield a pool of threads, and a queue with one idle worker process for each thread.
+
+    On exit, kill all worker processes, even during a run.
+    """
     idle: SimpleQueue[WorkerProcess] = SimpleQueue()
     with ExitStack() as stack:
         threads = ThreadPoolExecutor(size)

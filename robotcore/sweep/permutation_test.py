@@ -1,4 +1,4 @@
-"""Permutation test: shuffle which runs failed, and measure how good the best split is by chance."""
+"""Permutation test: split runs by a condition, and compare the best split with the best splits of shuffled failures."""
 
 from __future__ import annotations
 
@@ -13,13 +13,14 @@ from numpy.typing import NDArray
 from robotcore.sweep.statistics import subsample
 
 SHUFFLES = 999
-"""The number of shuffles. With the observed runs they are 1000, so a p of 5 % has a standard error of 0.7 %."""
+"""The number of shuffles. With 1000 permutations (the observed one included), p = 5 % has a standard error of 0.7 %."""
 
 _CELLS = 1_000_000
-"""The most array cells that are counted at a time. All permutations of a big sweep would fill the memory."""
+"""The maximum size of an array of permutations, in cells. All permutations of a big sweep would fill the memory."""
 
 MAX_THRESHOLDS = 128
-"""The most thresholds for a condition. All 599 thresholds of 600 runs take five times as long and find no more."""
+"""The maximum number of thresholds for a condition. All 599 thresholds of 600 runs take five times as long, and the
+results are no better."""
 
 Value = float | str
 
@@ -28,11 +29,11 @@ Floats = NDArray[np.float64]
 
 
 def shuffle_failing(runs: int, failing: Ints, random: np.random.RandomState) -> Ints:
-    """Return the indices of failing runs, of shape (1 + `SHUFFLES`, k).
+    """Return the indices of the failing runs in each permutation, of shape (1 + `SHUFFLES`, k).
 
-    runs: the number of runs.
+    runs: the number of all runs.
     failing: the indices of the k runs that failed. They become the first row.
-    random: the generator that draws the k indices of each other row.
+    random: the random generator that draws the k indices of each other row.
     """
     rows = np.empty((1 + SHUFFLES, len(failing)), np.int64)
     rows[0] = failing
@@ -42,12 +43,12 @@ def shuffle_failing(runs: int, failing: Ints, random: np.random.RandomState) -> 
 
 
 def find_best_side(splits: Splits, rows: Ints) -> tuple[int, Floats]:
-    """Find the side of a split that best separates the observed failures, by the p-value of Fisher's exact test.
+    """Return the index of the side with the least p-value of the observed failures, by Fisher's exact test.
+
+    Also return the natural logarithm of the least p-value of any side in each permutation.
 
     splits: the splits of one condition.
-    rows: the indices of failing runs, as `shuffle_failing` returns them. The first row has the observed failures.
-
-    Return the index of the side, and the natural logarithm of the least p-value in each row.
+    rows: the indices of the failing runs in each permutation, as `shuffle_failing` returns them.
 
     >>> splits = Splits.of([0.1, 0.2, 0.3, 0.7, 0.8, 0.9])
     >>> failing = np.array([0, 1, 2])
@@ -63,16 +64,16 @@ def find_best_side(splits: Splits, rows: Ints) -> tuple[int, Floats]:
 
 
 def _compute_log_p(splits: Splits, rows: Ints) -> Iterator[Floats]:
-    """Yield the logarithms of the p-values of Fisher's test for blocks of n rows, each of shape (n, sides)."""
+    """Yield the logarithms of the p-values of Fisher's exact test, of shape (n, sides), for n rows at a time."""
     failing, sides = rows.shape[1], np.arange(len(splits.sides))
-    table = compute_log_tails(len(splits.classes), failing, splits.sizes)
+    table = compute_log_tails(len(splits.bins), failing, splits.sizes)
     step = max(1, _CELLS // (failing + len(sides)))
     for start in range(0, len(rows), step):
         yield table[sides, splits.count_inside(rows[start : start + step])]
 
 
 class Share(NamedTuple):
-    """A number of runs, and how many of them failed."""
+    """The number of runs on one side of a split, and how many of them failed."""
 
     failing: int
     """The number of failing runs."""
@@ -85,52 +86,62 @@ class Share(NamedTuple):
 
 
 class Split(NamedTuple):
-    """A split of runs into two parts by the value of one condition."""
+    """A split of runs into two parts: a comparison of a condition with a value, and the runs for which it holds."""
 
     sign: str
-    """``<``, ``≥`` or ``=``."""
+    """The comparison: ``<``, ``≥`` or ``=``."""
 
     value: Value
-    """The value that the condition is compared with."""
+    """The value that the condition is compared with: a threshold or a word."""
 
     inside: Share
     """The runs for which the comparison is true."""
 
     outside: Share
-    """The other runs."""
+    """The runs for which the comparison is false."""
+
+    @property
+    def shares(self) -> str:
+        """How many runs fail if the comparison is true, and how many else, such as ``7 of 12, else 3 of 188``."""
+        return f"{self.inside}, else {self.outside}"
+
+    def format_comparison(self, condition: str) -> str:
+        """Return the comparison of a condition as text, such as ``light_brightness < 0.34``."""
+        return f"{condition} {self.sign} {str(self.value).removesuffix('.0')}"
 
 
 class SplitSide(NamedTuple):
-    """One side of a split: a range of classes of runs."""
+    """One side of a split: a comparison of the condition with a value. It holds for a range of bins of `Splits`."""
 
     sign: str
-    """``<``, ``≥`` or ``=``."""
+    """The comparison: ``<``, ``≥`` or ``=``."""
 
     value: Value
-    """The value that the condition is compared with."""
+    """The value that the condition is compared with: a threshold or a word."""
 
     first: int
-    """The first class on this side."""
+    """The index of the first bin on this side."""
 
     end: int
-    """The class after the last one on this side."""
+    """The index after the last bin on this side."""
 
 
 @dataclass(frozen=True)
 class Splits:
-    """All splits of a condition that the test tries."""
+    """The splits of runs by one condition. The thresholds or words of the splits sort the runs into bins."""
 
-    classes: Ints
-    """The number of each run's class. Runs are in the same class if no split separates them."""
+    bins: Ints
+    """The index of each run's bin. Two runs are in the same bin if no split separates them."""
 
     sides: tuple[SplitSide, ...]
-    """Both sides of each split."""
+    """Both sides of each threshold, or one side for each word."""
 
     @classmethod
     def of(cls, values: Sequence[Value]) -> Splits:
-        """Return the splits of runs, given the condition's value in each run.
+        """Return the splits of runs by a condition.
 
-        Numbers are split by thresholds. If any value is a word, each word is split from all others.
+        values: the condition's value in each run. Numbers are split at thresholds. If any value is a word, all values
+            are treated as words, and each word is split from all others.
         """
         numbers = [value for value in values if not isinstance(value, str)]
         return (
@@ -141,41 +152,39 @@ class Splits:
 
     @property
     def sizes(self) -> Ints:
-        """The number of all runs on each side."""
-        sizes: Ints = self.count_inside(np.arange(len(self.classes))[None])[0]
+        """The number of runs on each side."""
+        sizes: Ints = self.count_inside(np.arange(len(self.bins))[None])[0]
         return sizes
 
     def count_inside(self, runs: Ints) -> Ints:
-        """Count the runs on each side.
+        """Return how many of the given runs are on each side, of shape (n, sides).
 
-        runs: the indices of runs, of shape (n, k).
-
-        Return the counts, of shape (n, sides).
+        runs: n rows of k indices of runs, of shape (n, k).
         """
-        rows, count = len(runs), 1 + int(self.classes.max())
-        cells = count * np.arange(rows)[:, None] + self.classes[runs]
-        per_class = np.bincount(cells.ravel(), minlength=rows * count).reshape(rows, count)
-        below: Ints = np.pad(per_class.cumsum(axis=1), ((0, 0), (1, 0)))
+        rows, count = len(runs), 1 + int(self.bins.max())
+        cells = count * np.arange(rows)[:, None] + self.bins[runs]
+        per_bin = np.bincount(cells.ravel(), minlength=rows * count).reshape(rows, count)
+        below: Ints = np.pad(per_bin.cumsum(axis=1), ((0, 0), (1, 0)))
         first, end = np.array([(side.first, side.end) for side in self.sides]).T
         inside: Ints = below[:, end] - below[:, first]
         return inside
 
     def build_split(self, side: int, failing: Ints) -> Split:
-        """Return the split of a side, with its shares.
+        """Return the split of a side, with the numbers of failing runs in both parts.
 
-        side: the index of the side.
+        side: the index of the side in `sides`.
         failing: the indices of the runs that failed.
         """
         inside = Share(int(self.count_inside(failing[None])[0, side]), int(self.sizes[side]))
-        outside = Share(len(failing) - inside.failing, len(self.classes) - inside.runs)
+        outside = Share(len(failing) - inside.failing, len(self.bins) - inside.runs)
         return Split(*self.sides[side][:2], inside, outside)
 
 
 def _split_by_threshold(numbers: Sequence[float]) -> Splits:
     gaps = subsample(list(pairwise(sorted(set(numbers)))), MAX_THRESHOLDS)
-    thresholds = [_shortest_between(*gap) for gap in gaps]
-    classes = np.searchsorted(thresholds, numbers, side="right")
-    return Splits(classes, tuple(_make_sides(thresholds)))
+    thresholds = [_find_short_number_between(*gap) for gap in gaps]
+    bins = np.searchsorted(thresholds, numbers, side="right")
+    return Splits(bins, tuple(_make_sides(thresholds)))
 
 
 def _make_sides(thresholds: Sequence[float]) -> Iterator[SplitSide]:
@@ -185,12 +194,12 @@ def _make_sides(thresholds: Sequence[float]) -> Iterator[SplitSide]:
 
 
 def _split_by_word(values: Sequence[str]) -> Splits:
-    words, classes = np.unique(values, return_inverse=True)
+    words, bins = np.unique(values, return_inverse=True)
     several = enumerate(words.tolist() if len(words) > 1 else ())
-    return Splits(classes, tuple(SplitSide("=", word, at, at + 1) for at, word in several))
+    return Splits(bins, tuple(SplitSide("=", word, at, at + 1) for at, word in several))
 
 
-def _shortest_between(below: float, above: float) -> float:
+def _find_short_number_between(below: float, above: float) -> float:
     """Return the number with the fewest digits that is greater than ``below`` and not greater than ``above``."""
     middle = (below + above) / 2
     short = (float(f"{middle:.{digits}g}") for digits in range(1, 18))
@@ -198,14 +207,15 @@ def _shortest_between(below: float, above: float) -> float:
 
 
 def compute_log_tails(runs: int, failing: int, sizes: Ints) -> Floats:
-    """Return the logarithms of the p-values of Fisher's exact test, one-sided, of shape (sizes, failing + 1).
+    """Return the logarithms of the p-values of Fisher's one-sided exact test, a row for each side of a split.
 
     runs: the number of all runs.
     failing: the number of failing runs.
-    sizes: the number of runs on each side of a split. The result has a row for each.
+    sizes: the number of runs on each side.
 
-    Column k has the probability that at least k failing runs are on the side by chance. This is the upper tail of the
-    hypergeometric distribution. A probability may be too small for a float, so the function returns logarithms.
+    Column k, from 0 to ``failing``, has the probability that at least k failing runs are on the side by chance. This
+    is the upper tail of the hypergeometric distribution. A probability may be too small for a float, so the function
+    returns logarithms.
 
     R. A. Fisher, Statistical Methods for Research Workers, 5th ed. (1934), section 21.02.
 

@@ -4,29 +4,33 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import closing
+from typing import Any
 
 from robotcore.errors import BackendError, UsageError
 from robotcore.hal.backend import load_backend
 from robotcore.runtime.apps import IMPORT_ADVICE, app_path, is_app_file, load_app
+from robotcore.runtime.behaviour import Behaviour
 from robotcore.runtime.plan import RunRequest
 from robotcore.runtime.settings import configure
 from robotcore.sweep.spec import Sweep
 from robotcore.sweep.worker import WorkerDiedError, WorkerHungError, WorkerProcess
 
 LOAD_S = 30.0
-"""The most seconds that it takes to import an app."""
+"""The default time limit for importing an app, in seconds."""
 
 CHECK_S = 300.0
-"""The most seconds that it takes to open every backend and to draw every world."""
+"""The time limit for opening every backend and drawing every world, in seconds."""
 
 _REMEDY = "Try each backend alone: robotcore run APP --backend NAME"
 
 
-def preflight(sweep: Sweep, load_s: float = LOAD_S) -> None:
-    """Run `Sweep.check` in another process, so that this process imports no code of the user.
+def preflight(sweep: Sweep, load_s: float = LOAD_S) -> bool:
+    """Run `Sweep.check` in another process, and return whether the app or the judge has a method ``verify``.
+
+    This process imports none of the user's code.
 
     sweep: the sweep to check.
-    load_s: the most seconds that it takes to import an app.
+    load_s: the time limit for importing an app, in seconds.
 
     Raises the errors of `Sweep.check`. Raises UsageError if an app ends the process or hangs, and BackendError if a
     backend ends the process or hangs.
@@ -36,8 +40,9 @@ def preflight(sweep: Sweep, load_s: float = LOAD_S) -> None:
         _call_backends(worker, sweep, _load_backends, sweep.backends)
         for app in reversed(sweep.apps):
             _call_app(worker, app, "imported", load_s, _import_app, app)
-        _call_app(worker, sweep.request.app, "made", load_s, _configure_app, sweep.request)
-        _call_backends(worker, sweep, sweep.check)
+        has_verify = _call_app(worker, sweep.request.app, "made", load_s, _configure_app, sweep.request)
+        _call_backends(worker, sweep, sweep.check)  # refuses a judge without verify
+    return bool(sweep.request.judge or has_verify)
 
 
 def _call_app(
@@ -45,22 +50,23 @@ def _call_app(
     app: str,
     step: str,
     limit_s: float,
-    function: Callable[..., None],
+    function: Callable[..., object],
     argument: RunRequest | str,
-) -> None:
-    """Call a function that runs the app's code. Raise UsageError if the function does not return."""
+) -> Any:
+    """Call a function that runs the app's code, and return its result. Raise UsageError if it does not return.
+
+    step: the app's step in messages, a participle such as ``imported``.
+    """
     try:
-        worker.call(function, argument, limit_s=limit_s)
+        return worker.call(function, argument, limit_s=limit_s)
     except WorkerDiedError as error:
-        fault = f"ends its process when it is {step} ({error})"
+        problem = f"ends its process when it is {step} ({error})"
         kind = "app-ends-process"
     except WorkerHungError:
-        fault = f"hangs when it is {step}: it did not end within {limit_s:g} s"
+        problem = f"hangs when it is {step}: not done after {limit_s:g} s"
         kind = "app-hangs"
-    else:
-        return
     name = app_path(app) if is_app_file(app) else app
-    raise UsageError(f"{name} {fault}. {IMPORT_ADVICE}", kind=kind, app=app, step=step)
+    raise UsageError(f"{name} {problem}. {IMPORT_ADVICE}", kind=kind, app=app, step=step)
 
 
 def _call_backends(worker: WorkerProcess, sweep: Sweep, function: Callable[..., None], *arguments: object) -> None:
@@ -90,8 +96,10 @@ def _import_app(app: str) -> None:
     load_app(app)
 
 
-def _configure_app(request: RunRequest) -> None:
-    configure(load_app(request.app), request.settings)
+def _configure_app(request: RunRequest) -> bool:
+    """Construct the app with its settings. Return whether it has a method ``verify``."""
+    app = configure(load_app(request.app), request.settings)
+    return type(app).verify is not Behaviour.verify
 
 
 def _format_backends(sweep: Sweep) -> str:

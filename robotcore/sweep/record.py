@@ -1,4 +1,4 @@
-"""The record of one run of a sweep, and its form as one line of JSON."""
+"""The record of one run of a sweep: the observer of its path, and its line of JSON in the results file."""
 
 from __future__ import annotations
 
@@ -20,26 +20,26 @@ if TYPE_CHECKING:
 
 
 MAX_RESULT_TEXT = 2000
-"""The most characters of a reason or a note in the results. The text of an app's exception may have millions."""
+"""The maximum length of a reason or a note in a record, in characters. The text of an exception may be very long."""
 
 MAX_NOTES = 100
-"""The most notes of a run in the results of a sweep."""
+"""The maximum number of notes in a record."""
 
 TruePath = tuple[tuple[float, float, float], ...]
-"""The true positions of the robot: (t, x, y) in seconds and metres, in the order of time."""
+"""The true positions of the robot during a run: points (t, x, y) in seconds and metres, in the order of time."""
 
 _SURROGATE = re.compile("[\ud800-\udfff]")
 
 INTERVAL_S = 0.5
-"""The seconds between two points of a path."""
+"""The time between two points of a `TruePath`, in seconds."""
 
 _EARLY_S = 1e-6
-"""The tolerance for a tick's time, in seconds. The time is a sum of steps, so rounding may make it too small."""
+"""The tolerance for the time of a tick, in seconds. The time is a sum of steps, so rounding may make it too small."""
 
 
 @dataclass(frozen=True)
 class Record:
-    """One run of a sweep.
+    """A finished run of a sweep.
 
     >>> from robotcore import Outcome, RunResult
     >>> result = RunResult("search", "kinematic", "rover", "arena", 7, Outcome.TIMEOUT, 1, "not done after 60 s")
@@ -54,28 +54,29 @@ class Record:
     """The result of the run."""
 
     path: TruePath | None
-    """The robot's true positions; None if the backend has no true pose."""
+    """The robot's true path; None if the backend has no true pose."""
 
     command: str
     """The shell command that repeats the run."""
 
     picture: str | None = None
-    """The path of the PNG of a failing run, relative to the sweep's folder; None if there is none."""
+    """The file name of the picture of a failing run, relative to the sweep's folder; None if the run has no picture."""
 
     @property
     def is_failure(self) -> bool:
         """Whether the run counts as failing.
 
-        A run fails if its outcome is not ``success``, if the judge or the simulator contradicts it, or after a contact.
+        A run fails if its outcome is not ``success``, if it is not verified, or if the robot had a contact. A run that
+        cannot be verified passes.
         """
         result = self.result
         return result.outcome is not Outcome.SUCCESS or result.verified is False or bool(result.contacts)
 
     def to_json(self) -> str:
-        """Return one line of JSON with the keys of the result, then ``command``, ``path`` and ``picture``.
+        """Return the record as one line of JSON: the keys of the result, then ``command``, ``path`` and ``picture``.
 
-        JSON has no NaN and no infinity. Such a number becomes null. A point of the path with such a number is left out.
-        A lone surrogate in a text is written as an escape.
+        JSON has no NaN and no infinity, so such a number becomes null. A point of the path with such a number is left
+        out. A lone surrogate in a text is escaped.
         """
         payload = json.loads(self.result.to_json(), parse_constant=lambda _: None)
         path = self.path and [point for point in self.path if all(map(math.isfinite, point))]
@@ -85,11 +86,11 @@ class Record:
 
     @classmethod
     def from_json(cls, line: str | bytes) -> Record:
-        """Return the record in a line that `to_json` wrote. Raises ValueError if the line is no record."""
+        """Return the record in a line of `to_json`. Raises ValueError if the line is not a record."""
         try:
             values = vars(_Line.model_validate_json(line.strip()))
         except ValidationError as error:
-            raise ValueError(f"not a record of a run: {_format_error(error)}") from error
+            raise ValueError(f"the line is not a record of a run: {_format_error(error)}") from error
         return cls(
             path=values.pop("path"),
             command=values.pop("command"),
@@ -99,7 +100,7 @@ class Record:
 
 
 def shorten(result: RunResult) -> RunResult:
-    """Return the result with its reason and notes cut to `MAX_RESULT_TEXT` and `MAX_NOTES`.
+    """Return the result with a shortened reason and shortened notes, by `MAX_RESULT_TEXT` and `MAX_NOTES`.
 
     >>> short = shorten(RunResult("a", "b", "c", None, 1, Outcome.ERROR, 5, reason="x" * 2500))
     >>> short.reason[-26:]
@@ -119,20 +120,20 @@ def _truncate(text: str) -> str:
 _hints = get_type_hints(RunResult) | get_type_hints(Record)
 _required: dict[str, Any] = {name: (hint, ...) for name, hint in _hints.items() if name not in ("result", "error")}
 _Line = create_model("_Line", __config__=ConfigDict(strict=True, allow_inf_nan=False), **_required)
-"""The pydantic model of a line. It requires every field of the result and of the record."""
+"""The pydantic model of a line of JSON. It requires every field of `RunResult` and `Record`."""
 
 
 def _format_error(error: ValidationError) -> str:
     first = error.errors(include_url=False)[0]
     if first["type"] == "json_invalid":
         column = first["msg"].rpartition(" ")[2]
-        return f"it is not JSON, from column {column} on" if int(column) else "the line is empty"
+        return f"there is no valid JSON from column {column} on" if int(column) else "it is empty"
     key, mistake = first_mistake(error)
     return f"{key} {mistake}" if key else "it is not a JSON object"
 
 
 class GroupKey(NamedTuple):
-    """The backend and the world of a group of runs."""
+    """The backend and the world of a group of runs of a sweep."""
 
     backend: str
     """The name of the backend."""
@@ -142,7 +143,7 @@ class GroupKey(NamedTuple):
 
     @classmethod
     def of(cls, record: Record) -> GroupKey:
-        """Return the backend and world of a run."""
+        """Return the backend and the world of a record's run."""
         return cls(record.result.backend, record.result.world or "")
 
     def __str__(self) -> str:
@@ -150,7 +151,7 @@ class GroupKey(NamedTuple):
 
 
 class PathRecorder:
-    """An observer that records the true position every `INTERVAL_S` seconds, rounded to 1 mm."""
+    """An observer of a run that records the robot's true position every `INTERVAL_S` seconds, rounded to 1 mm."""
 
     def __init__(self) -> None:
         self._truth: Truth | None = None
@@ -158,7 +159,7 @@ class PathRecorder:
 
     @property
     def path(self) -> TruePath | None:
-        """The path so far; None if the backend has no true pose."""
+        """The path that was recorded until now; None if the backend has no true pose."""
         return tuple(self._points) if self._truth else None
 
     def begin(self, run: Run) -> None:
@@ -174,19 +175,19 @@ class PathRecorder:
 
 
 def format_ending(result: RunResult) -> str:
-    """Return the outcome of a run as text, followed by the reason and the dispute if the result has them."""
+    """Return the outcome of a run as text, followed by its reason and its dispute if it has them."""
     return ", ".join(part for part in (result.outcome.value, result.reason, result.dispute) if part)
 
 
 def format_failure(record: Record) -> str:
-    """Return why a run counts as failing: its outcome, its reason, and the number of its contacts."""
+    """Return why a run counts as failing: its outcome, its reason and its number of contacts."""
     contacts = record.result.contacts
     touched = f", {contacts} contact{'' if contacts == 1 else 's'}" if contacts else ""
     return format_ending(record.result) + touched
 
 
 def classify_failure(result: RunResult) -> str:
-    """Return the class of a failing run: its outcome, ``not verified`` or ``contact``."""
+    """Return the class of a failing run: its outcome, or for a success ``not verified`` or ``contact``."""
     if result.outcome is not Outcome.SUCCESS:
         return str(result.outcome.value)
     return "not verified" if result.dispute else "contact"

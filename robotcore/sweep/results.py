@@ -1,4 +1,4 @@
-"""The results folder of a sweep: which runs are done, and which are missing."""
+"""The results folder of a sweep: add records, read them, and list the missing runs."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ _DISK_FULL = (errno.ENOSPC, errno.EDQUOT)
 
 
 class Results:
-    """The results of one sweep in one folder. Only one process at a time can enter a folder.
+    """The results of a sweep in a folder. ``with`` locks the folder, so only one process at a time can add results.
 
-    The folder may also have results for other seeds. The sweep keeps them.
+    The folder may have results for other seeds too. They stay in the folder, and no method returns them.
 
-    Each run is written to the disk before the next one. If the sweep is killed, no finished run is lost.
+    `add` returns after the record is on the disk. So no added record is lost if the sweep is killed.
 
     >>> from tempfile import mkdtemp
     >>> from robotcore import RunRequest
@@ -53,11 +53,11 @@ class Results:
     """
 
     def __init__(self, sweep: Sweep, directory: Path | None = None, *, fresh: bool = False) -> None:
-        """Choose the folder. The folder is neither read nor written before the ``with`` statement.
+        """Store the arguments. Nothing is written before the ``with`` statement.
 
-        sweep: the sweep whose results these are.
-        directory: the folder; None for ``sweeps/<app>-<digest>``.
-        fresh: whether to delete all results in the folder, including those of other seeds.
+        sweep: the sweep of the results.
+        directory: the folder. None means ``sweeps/<app>-<digest>``.
+        fresh: whether ``with`` deletes all results in the folder, including those of other seeds.
         """
         self.sweep, self._fresh = sweep, fresh
         self._directory = directory
@@ -69,7 +69,7 @@ class Results:
     @cached_property
     def directory(self) -> Path:
         """The folder of the results."""
-        return self._directory or Path("sweeps") / f"{_short_name(self.sweep)}-{compute_digest(self._parts)[:8]}"
+        return self._directory or Path("sweeps") / f"{_get_app_stem(self.sweep)}-{compute_digest(self._parts)[:8]}"
 
     @cached_property
     def _parts(self) -> Dependencies:
@@ -93,19 +93,19 @@ class Results:
 
     @property
     def date(self) -> datetime:
-        """The time when the newest run was added."""
+        """The time when the newest record was added."""
         changed = (self.directory / RESULTS).stat().st_mtime
         return datetime.fromtimestamp(changed, tz=timezone.utc).astimezone()
 
     @property
     def resume_hint(self) -> str:
-        """The end of an error message. It says which command resumes the sweep."""
+        """The words that say which command resumes the sweep, for the end of an error message."""
         return f"the same command{' without --fresh' if self._fresh else ''} resumes the sweep"
 
     def records(self) -> Iterator[Record]:
-        """Yield the records of this sweep's finished runs, in the order in which they ended.
+        """Yield the records of this sweep's finished runs, in the order in which the runs ended.
 
-        Raises UsageError if a line of the file is no record, or if a run has two lines.
+        Raises UsageError if a line of the results file is not a record, or if a run has two lines.
         """
         file = self.directory / RESULTS
         return read_results(file, self._wanted) if file.exists() else iter(())
@@ -113,10 +113,10 @@ class Results:
     def missing(self) -> list[RunRequest]:
         """Return the runs of this sweep that have no record yet."""
         done = set(map(RunKey.of, self.records()))
-        return [request for request in self.sweep.requests() if self._wanted.run_of(request) not in done]
+        return [request for request in self.sweep.requests() if self._wanted.make_key(request) not in done]
 
     def add(self, output: RunOutput) -> Record:
-        """Write the picture of a run, then its record; return the record. Raises UsageError if the disk is full."""
+        """Write the picture and the record of a run, and return the record. Raises UsageError if the disk is full."""
         assert self._journal, "results are added inside with"
         with self._report_write_errors():
             record = self._write_picture(output)
@@ -124,7 +124,7 @@ class Results:
         return record
 
     def write_tables(self) -> None:
-        """Write `tables.TABLE` and `tables.FAILURES`, unless they are newer than the results."""
+        """Write the tables ``results.csv`` and ``failures.csv``, unless they are newer than the results."""
         if not are_current(self.directory, self.directory / RESULTS):
             with self._report_write_errors():
                 write_tables(self.directory, self.records)
@@ -139,22 +139,22 @@ class Results:
             on_failure.pop_all()
 
     def _require_sweep_or_empty(self) -> None:
-        """Raise UsageError if the folder has other files.
+        """Raise UsageError if the folder has files but no ``sweep.json``.
 
-        Files of a sweep that was killed before it wrote `MANIFEST` do not count.
+        An empty results file and temporary files are allowed: a sweep that was killed at its start leaves them.
         """
         if (self.directory / MANIFEST).exists():
             return
         others = set(self.directory.iterdir()) - set(find_parts(self.directory))
         if any(file.name != RESULTS or file.stat().st_size > 0 for file in others):
             raise UsageError(
-                f"{self.directory} has files that are not of a sweep. Name a new folder with --out",
+                f"{self.directory} has other files than those of a sweep. Name a new folder with --out",
                 kind="not-a-sweep",
                 directory=str(self.directory),
             )
 
     def _claim_folder(self) -> None:
-        """Write this sweep's `MANIFEST`. Raise UsageError if the folder has the results of another sweep."""
+        """Write this sweep's ``sweep.json``. Raise UsageError if the folder has the results of another sweep."""
         for part in find_parts(self.directory):
             part.unlink()
         spec, content = self.directory / MANIFEST, format_manifest(self._parts, format_seeds(self.sweep.seeds))
@@ -182,7 +182,7 @@ class Results:
             file.unlink()
 
     def _write_picture(self, output: RunOutput) -> Record:
-        """Write the picture of a run, if it has one; return the record with the picture's name."""
+        """Write the picture of a run if it has one. Return the record with the file name of the picture."""
         if output.picture is None:
             return output.record
         result = output.record.result
@@ -192,23 +192,22 @@ class Results:
         return replace(output.record, picture=name)
 
     def _make_open_error(self, error: OSError) -> UsageError:
-        fault = "it is not a folder" if isinstance(error, FileExistsError) else error.strerror
+        problem = "it is not a folder" if isinstance(error, FileExistsError) else error.strerror
         return UsageError(
-            f"{error.filename or self.directory}: {fault}. Nothing was run. "
-            "Name a folder that can be written with --out",
+            f"{error.filename or self.directory}: {problem}. No run was executed. Name a writable folder with --out",
             kind="unusable-folder",
             directory=str(self.directory),
         )
 
     @contextmanager
     def _report_write_errors(self) -> Iterator[None]:
-        """Convert an OSError to a UsageError that says how to resume the sweep."""
+        """Convert an OSError within the block to a UsageError that says how to resume the sweep."""
         try:
             yield
         except OSError as error:
-            remedy = "Make room" if error.errno in _DISK_FULL else "Make it writable"
+            remedy = "Free some space" if error.errno in _DISK_FULL else "Make the file writable"
             raise UsageError(
-                f"{error.filename or self.directory}: {error.strerror}. The finished runs are saved. {remedy}; then "
+                f"{error.filename or self.directory}: {error.strerror}. The finished runs are saved. {remedy}, and "
                 f"{self.resume_hint}",
                 kind="results-not-written",
                 file=str(error.filename or self.directory),
@@ -216,6 +215,5 @@ class Results:
             ) from error
 
 
-def _short_name(sweep: Sweep) -> str:
-    """Return the app's name. For an app from a file, return the file's name without the suffix."""
+def _get_app_stem(sweep: Sweep) -> str:
     return app_path(app_name(sweep.request.app)).stem

@@ -1,4 +1,4 @@
-"""The file ``results.jsonl`` of a sweep: append a line so that it survives a crash, and read the records back."""
+"""The file ``results.jsonl`` of a sweep: append lines that survive a crash, and read the records."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from robotcore.sweep.spec import Sweep
 
 
 class Journal:
-    """A file of UTF-8 lines, open for appending. `append` writes each line through to the disk.
+    """A locked file of UTF-8 lines, open for appending.
 
-    Methods raise OSError if the file cannot be written.
+    The methods raise OSError if the file cannot be written.
     """
 
     def __init__(self, file: FileIO) -> None:
@@ -32,9 +32,9 @@ class Journal:
 
     @classmethod
     def open(cls, path: Path) -> Journal:
-        """Open and lock a file. Delete the last line if it has no line feed.
+        """Open and lock a file, and return its journal. Deletes an incomplete last line.
 
-        Raises UsageError at once if another process has locked the file.
+        Does not wait for the lock: raises UsageError if another process has locked the file.
         """
         with ExitStack() as on_failure:
             file = on_failure.enter_context(FileIO(path, "a+"))
@@ -42,16 +42,16 @@ class Journal:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError as error:
                 raise UsageError(
-                    f"{path.parent}: another sweep writes to this folder. Wait for it, or stop it",
+                    f"{path.parent}: another sweep is writing to this folder. Wait for its end, or stop it",
                     kind="sweep-locked",
                     directory=str(path.parent),
                 ) from error
-            _drop_torn_line(file)
+            _delete_incomplete_line(file)
             on_failure.pop_all()
         return cls(file)
 
     def append(self, line: str) -> None:
-        """Append a line, and wait until it is on the disk. If the disk is full, the file keeps its previous content."""
+        """Append a line, and wait until it is on the disk. If the disk is full, the file keeps its old content."""
         content = line.encode() + b"\n"
         size, written = self._file.seek(0, os.SEEK_END), 0
         try:
@@ -67,12 +67,12 @@ class Journal:
         self._file.truncate(0)
 
     def close(self) -> None:
-        """Close the file, and release its lock. Later calls do nothing."""
+        """Close the file, and release its lock. Further calls of `close` do nothing."""
         self._file.close()
 
 
-def _drop_torn_line(file: FileIO) -> None:
-    """Delete the bytes after the last line feed. A process that is killed while it writes leaves such bytes."""
+def _delete_incomplete_line(file: FileIO) -> None:
+    """Delete the bytes after the last line feed. A process that was killed while it wrote has left them."""
     if size := file.seek(0, os.SEEK_END):
         with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
             whole = content.rfind(b"\n") + 1
@@ -81,12 +81,12 @@ def _drop_torn_line(file: FileIO) -> None:
 
 
 class RunKey(NamedTuple):
-    """The identity of a run in its sweep."""
+    """The identity of a run within its sweep."""
 
     backend: str
 
     world: str | None
-    """The name of the world in its description."""
+    """The name in the description of the world, which is not the name of the description's file."""
 
     seed: int | None
 
@@ -100,7 +100,7 @@ class RunKey(NamedTuple):
 
 
 class RunFilter:
-    """The set of the runs of a sweep. It filters the lines of a results file."""
+    """The set of the runs of a sweep. `read_results` uses it to skip the records of other seeds."""
 
     def __init__(self, sweep: Sweep) -> None:
         self._worlds = {world: load_world(world).name for world in sweep.worlds}
@@ -109,16 +109,18 @@ class RunFilter:
     def __contains__(self, run: RunKey) -> bool:
         return all(part in wanted for part, wanted in zip(run, self._parts, strict=True))
 
-    def run_of(self, request: RunRequest) -> RunKey:
-        """Return the key of one of the sweep's requests."""
+    def make_key(self, request: RunRequest) -> RunKey:
+        """Return the key of the run that a request of the sweep asks for."""
         assert request.world, "a sweep names its worlds"
         return RunKey(request.backend, self._worlds[request.world], request.seed)
 
 
 def read_results(file: Path, wanted: RunFilter) -> Iterator[Record]:
-    """Read the results file, and yield only the runs of this sweep, in the file's order.
+    """Yield the records of a sweep in a results file, in the file's order.
 
-    Raises UsageError with the line's number if a line is no record, or if a run has two lines.
+    wanted: the runs of the sweep.
+
+    Raises UsageError, with the number of the line, if a line is not a record or if a run has two lines.
     """
     seen: set[RunKey] = set()
     for where, record in _read_records(file):
@@ -126,7 +128,7 @@ def read_results(file: Path, wanted: RunFilter) -> Iterator[Record]:
             continue
         if run in seen:
             raise UsageError(
-                f"{where}: a second line for the run {run}. Delete one of the two lines",
+                f"{where}: the run {run} has a line already. Delete one of the two lines",
                 kind="duplicate-run",
                 where=where,
             )
@@ -142,7 +144,7 @@ def _read_records(file: Path) -> Iterator[tuple[str, Record]]:
                 yield where, Record.from_json(line)
             except ValueError as error:
                 raise UsageError(
-                    f"{where}: {error}. Delete this line; the sweep then repeats that run",
+                    f"{where}: {error}. Delete the line, and the sweep repeats its run",
                     kind="bad-record",
                     where=where,
                 ) from error

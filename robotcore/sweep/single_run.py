@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 TIMEOUT_SCALE = 10.0
-"""A sweep multiplies the time limits of apps and simulators by this factor.
+"""The factor by which a sweep multiplies the time limits of apps and simulators.
 
 All cores are busy in a sweep, and a slow machine must not change results. Longer limits are safe, because no real
 robot moves.
@@ -25,17 +25,17 @@ robot moves.
 
 
 class RunOutput(NamedTuple):
-    """The record and the picture of a run that has ended."""
+    """The output of a run that has ended: its record and its picture."""
 
     record: Record
-    """The record."""
+    """The record of the run. Its field ``picture`` is still None."""
 
     picture: bytes | None = None
-    """The PNG of a failing run."""
+    """The picture of a failing run as the bytes of a PNG file; None for a passing run."""
 
 
 def perform(request: RunRequest) -> RunOutput:
-    """Execute a run, and return its output. A run that raises a RobotcoreError has the outcome ``error``."""
+    """Execute a run in this process, and return its output. After a RobotcoreError, the outcome is ``error``."""
     from robotcore.errors import RobotcoreError
     from robotcore.runtime.session import run
     from robotcore.sweep.record import PathRecorder, Record, shorten
@@ -57,10 +57,11 @@ def attempt(worker: WorkerProcess, request: RunRequest, limit_s: float) -> RunOu
 
     worker: the process.
     request: the run.
-    limit_s: the most seconds of wall time that the run takes.
+    limit_s: the time limit of the run, in seconds of wall time.
 
     The run has the outcome ``error`` if the process dies or hangs, or if its reply is not the output of this run. An
-    error in the reply is not raised, because an app may have sent it. Raises NoWorkerError if no process starts.
+    error in the reply becomes this outcome too, because an app may have sent the reply. Raises NoWorkerError if no
+    process can be started.
     """
     from robotcore.errors import BackendError, RobotcoreError
     from robotcore.hal.wall_clock import MonotonicClock
@@ -82,13 +83,13 @@ def attempt(worker: WorkerProcess, request: RunRequest, limit_s: float) -> RunOu
 
 
 def _perform_and_pack(request: RunRequest) -> list[str]:
-    """Execute a run. Return its record as a line, and its picture in base 64."""
+    """Execute a run. Return its record as a line of JSON, and its picture in base 64."""
     output = _perform_or_exit(request)
     return [output.record.to_json(), b64encode(output.picture or b"").decode("ascii")]
 
 
 def _unpack(packed: list[str], request: RunRequest) -> RunOutput:
-    """Return the output that `_perform_and_pack` packed. Raises TypeError or ValueError if it packed another run."""
+    """Return the output in a reply of `_perform_and_pack`. Raises TypeError or ValueError if it is of another run."""
     from robotcore.sweep.record import Record
     from robotcore.sweep.spec import format_command
 
@@ -101,7 +102,6 @@ def _unpack(packed: list[str], request: RunRequest) -> RunOutput:
 
 
 def _require_same_run(request: RunRequest, result: RunResult) -> None:
-    """Raise ValueError if a result is of another run."""
     from robotcore.description import load_robot, load_world
     from robotcore.runtime.apps import app_name
 
@@ -114,11 +114,13 @@ def _require_same_run(request: RunRequest, result: RunResult) -> None:
     }
     for key, value in asked.items():
         if (received := getattr(result, key)) != value:
-            raise ValueError(f"its record has {key} {received!r}, not {value!r}. Check which files the app writes to")
+            raise ValueError(
+                f"the reply has {key} {received!r}, not {value!r}. Check which file descriptors the app writes to"
+            )
 
 
 def _perform_or_exit(request: RunRequest) -> RunOutput:
-    """Execute a run. Exit if the run was interrupted. Any other exception gives the outcome ``error``."""
+    """Execute a run. Ends the process if the run was interrupted. After any exception, the outcome is ``error``."""
     from robotcore.errors import RobotcoreError
     from robotcore.hal.wall_clock import MonotonicClock
     from robotcore.runtime.result import Outcome
@@ -134,13 +136,13 @@ def _perform_or_exit(request: RunRequest) -> RunOutput:
 
 
 def make_failed_output(request: RunRequest, error: RobotcoreError, wall_time_s: float = 0.0) -> RunOutput:
-    """Return an output for a run that failed and gave no output itself.
+    """Return an output with the outcome ``error`` for a run whose process sent no valid output.
 
     If the request names a judge, the result says that the run is not verified.
 
     request: the run.
-    error: the reason.
-    wall_time_s: the wall time that the run took, in seconds; 0 if it is not known.
+    error: the reason in the result.
+    wall_time_s: the wall time from the start of the run to the error, in seconds; 0 if it is unknown.
     """
     from robotcore.sweep.record import Record, shorten
     from robotcore.sweep.spec import format_command
@@ -171,7 +173,7 @@ def _make_error_result(request: RunRequest, error: RobotcoreError) -> RunResult:
 
 
 def _draw_conditions(request: RunRequest) -> dict[str, float | str]:
-    """Return the conditions that are drawn for the run; an empty dict if its world is invalid."""
+    """Return the conditions that the run's seed draws; an empty dict if the world is invalid."""
     from robotcore.errors import RobotcoreError
     from robotcore.runtime.plan import draw_conditions
 

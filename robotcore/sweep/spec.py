@@ -1,4 +1,4 @@
-"""The runs of a sweep, and the command-line text of seeds and requests."""
+"""The runs of a sweep, and seeds and requests as text for the command line."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from robotcore.errors import UsageError
 from robotcore.runtime.plan import Plan, RunRequest
 
 MAX_SEEDS = 1_000_000
-"""The most seeds of a sweep. Its requests are kept in memory, and this many runs take one core three weeks."""
+"""The maximum number of seeds of a sweep. The memory holds all requests, and so many runs take one core three weeks."""
 
 _RANGE = re.compile(r"(\d{1,18})(?:\s*-\s*(\d{1,18}))?")
 
@@ -24,12 +24,12 @@ _OPTIONS = {
     "options": "--option",
     "faults": "--fault",
 }
-"""The command-line options whose names differ from the fields of `RunRequest`, by field."""
+"""The command-line options whose names differ from their fields of `RunRequest`, by field."""
 
 
 @dataclass(frozen=True)
 class Sweep:
-    """One request, to be run on every backend, in every world, with every seed.
+    """The specification of a sweep: one request for every backend, every world and every seed.
 
     >>> from robotcore import RunRequest
     >>> sweep = Sweep(RunRequest("green-search"), worlds=("arena", "open"), seeds=(1, 2))
@@ -40,7 +40,7 @@ class Sweep:
     """
 
     request: RunRequest
-    """The request. Its own backend, world and seed are ignored."""
+    """The request. Its backend, world and seed are ignored."""
 
     backends: tuple[str, ...] = ("kinematic",)
     """The names of the backends."""
@@ -65,9 +65,9 @@ class Sweep:
             yield replace(self.request, backend=backend, world=world, seed=seed)
 
     def check(self) -> None:
-        """Raise the error that every run of the sweep would raise. The check opens each backend.
+        """Check the app, the robot, the worlds and the settings, and open each backend once.
 
-        Raises UsageError, such as for a wrong name or setting, and BackendError if a backend cannot be opened.
+        Raises UsageError, for example for a wrong name or setting, and BackendError if a backend cannot be opened.
         """
         if not len(self):
             raise UsageError(
@@ -101,9 +101,9 @@ def _require_simulator(plan: Plan) -> None:
 
 
 def parse_seeds(text: str) -> tuple[int, ...]:
-    """Return the seeds that a text lists, in the text's order and without repeats.
+    """Return the seeds that a text lists, in the order of the text and each once.
 
-    Raises UsageError if the text has another form.
+    Raises UsageError if the text is not a list of numbers and ranges.
 
     >>> parse_seeds("1,5,9-12")
     (1, 5, 9, 10, 11, 12)
@@ -119,7 +119,7 @@ def parse_seeds(text: str) -> tuple[int, ...]:
 
 
 def format_seeds(seeds: Sequence[int]) -> str:
-    """Return the text that `parse_seeds` reads.
+    """Return seeds as text with ranges, as `parse_seeds` reads it.
 
     >>> format_seeds([1, 5, 9, 10, 11, 12])
     '1,5,9-12'
@@ -137,7 +137,7 @@ def _parse_range(text: str, part: str) -> range:
     found = _RANGE.fullmatch(part)
     if not found:
         raise UsageError(
-            f"--seeds {text}: {part!r} is no seed. Write 7, or 1-200, or 1,5,9-12",
+            f"--seeds {text}: {part!r} is not a seed or a range. Write 7, or 1-200, or 1,5,9-12",
             kind="bad-seed",
             seeds=text,
             part=part,
@@ -145,7 +145,7 @@ def _parse_range(text: str, part: str) -> range:
     first, last = int(found[1]), int(found[2] or found[1])
     if last < first:
         raise UsageError(
-            f"--seeds {text}: {part} ends before it begins. Write {last}-{first}",
+            f"--seeds {text}: the range {part} ends before it begins. Write {last}-{first}",
             kind="reversed-seeds",
             seeds=text,
             part=part,
@@ -154,12 +154,12 @@ def _parse_range(text: str, part: str) -> range:
 
 
 def format_command(request: RunRequest) -> str:
-    """Return the shell command of a run, with every option that is not the default."""
+    """Return the shell command that repeats a run, with every option whose value is not the default."""
     return shlex.join(["robotcore", "run", request.app, *format_options(request)])
 
 
 def format_options(request: RunRequest) -> list[str]:
-    """Return the options of ``robotcore run`` that are not the default, as a list of words."""
+    """Return the options of ``robotcore run`` whose values are not the defaults, as a list of words."""
     return [
         word
         for name, value in _list_changed_fields(request)
@@ -168,7 +168,7 @@ def format_options(request: RunRequest) -> list[str]:
 
 
 def _list_changed_fields(request: RunRequest) -> Iterator[tuple[str, Any]]:
-    """Yield the name and value of each field of a request that is not the default. The app is left out."""
+    """Yield the name and the value of each field whose value is not its default, except the app."""
     for each in fields(request):
         default = each.default if each.default_factory is MISSING else each.default_factory()
         if each.name != "app" and (value := getattr(request, each.name)) != default:

@@ -1,4 +1,4 @@
-"""Statistics of a sweep: counts and times of each group, requirements, and the agreement of backends."""
+"""Statistics of a sweep: counts and times of groups of runs, requirements, and the agreement of two backends."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from robotcore.runtime.result import Outcome, RunResult
 from robotcore.sweep.record import GroupKey, Record
 
 Z_95 = 1.959964
-"""95 % of the standard normal distribution lies within this many standard deviations."""
+"""The standard deviations around the mean within which 95 % of a normal distribution lies."""
 
 MEASURES: dict[str, Callable[[Group], float | None]] = {
     "verified": lambda group: group.verified_share,
@@ -24,10 +24,10 @@ MEASURES: dict[str, Callable[[Group], float | None]] = {
     "median_time_s": lambda group: group.median_time_s,
     "slowest_time_s": lambda group: group.slowest_time_s,
 }
-"""The measures that a requirement can bound, for each backend in each world.
+"""The measures of a group of runs that a requirement can bound, by name.
 
-``verified`` and ``success`` are shares from 0 to 1, ``contacts`` is a total. The total is unknown unless every run
-counted its contacts.
+``verified`` and ``success`` are shares of runs from 0 to 1. ``contacts`` is the sum over all runs, and None unless
+every run counted its contacts. The times are in seconds, and None if too few runs pass.
 """
 
 _SHARES = ("verified", "success")
@@ -41,7 +41,7 @@ T = TypeVar("T")
 
 
 def wilson(successes: int, n: int) -> tuple[float, float]:
-    """Return the two ends of the 95 % Wilson score interval of a proportion. They are (0, 1) if ``n`` is 0.
+    """Return the low and the high end of the 95 % Wilson score interval of a proportion. Return (0, 1) if ``n`` is 0.
 
     successes: the number of successes, from 0 to ``n``.
     n: the number of trials.
@@ -66,8 +66,8 @@ def wilson(successes: int, n: int) -> tuple[float, float]:
 class Group:
     """The counts and times of the runs of one backend in one world.
 
-    A run passes if `Record.is_failure` is false. Times are on the robot's clock. A failing run has an infinite time, so
-    early failures cannot make a group look fast.
+    A run passes if `Record.is_failure` is false. Times are on the robot's clock. The time of a failing run counts as
+    infinite, so early failures cannot make a group look fast.
     """
 
     backend: str
@@ -83,25 +83,25 @@ class Group:
     """The number of failing runs."""
 
     successes: int
-    """The number of runs that the app calls a success."""
+    """The number of runs whose outcome is a success."""
 
     verified: int | None
     """The number of runs that the simulator or the judge verified; None if no run could be verified."""
 
     contacts: int | None
-    """The contacts in the runs that counted them; None if no run did."""
+    """The sum of contacts over the runs that counted them; None if no run counted them."""
 
     contacts_unknown: int
     """The number of runs that did not count their contacts."""
 
     median_time_s: float | None
-    """The seconds within which half of all runs pass; None if fewer pass."""
+    """The time within which half of all runs pass, in seconds; None if fewer pass."""
 
     p90_time_s: float | None
-    """The seconds within which 90 % of all runs pass; None if fewer pass."""
+    """The time within which 90 % of all runs pass, in seconds; None if fewer pass."""
 
     slowest_time_s: float | None
-    """The seconds within which all runs pass; None if fewer pass."""
+    """The time within which all runs pass, in seconds; None if a run fails."""
 
     @property
     def name(self) -> str:
@@ -115,17 +115,17 @@ class Group:
 
     @property
     def verified_95(self) -> tuple[float, float] | None:
-        """The 95 % interval of the verified share, by `wilson`."""
+        """The 95 % interval of the verified share, by `wilson`; None if no run could be verified."""
         return None if self.verified is None else wilson(self.verified, self.runs)
 
     @property
     def success_share(self) -> float:
-        """The share of runs that the app calls a success, from 0 to 1."""
+        """The share of runs whose outcome is a success, from 0 to 1."""
         return self.successes / self.runs
 
 
 def group_records(records: Iterable[Record]) -> list[Group]:
-    """Return a group for each backend in each world, in the order of their names."""
+    """Return the group of each backend in each world, sorted by backend, then by world."""
     tallies: dict[GroupKey, Tally] = {}
     for record in records:
         tallies.setdefault(GroupKey.of(record), Tally()).add(record)
@@ -155,7 +155,10 @@ class Tally:
             self._contacts = (self._contacts or 0) + result.contacts
 
     def build_group(self, key: GroupKey) -> Group:
-        """Return the group of this key from the runs that were added. At least one run must have been added."""
+        """Return the group of all added runs. At least one run must have been added.
+
+        key: the backend and the world of the runs.
+        """
         times = sorted(self._times)
         return Group(
             *key,
@@ -172,9 +175,9 @@ class Tally:
 
 
 def _compute_median(times: Sequence[float]) -> float:
-    """Return the median of durations, of which some may be infinite.
+    """Return the median of durations. If exactly half of them are finite, return the longest finite one.
 
-    If exactly half of the durations are finite, return the longest finite one.
+    `statistics.median` would return infinity in this case.
     """
     middle = statistics.median(times)
     return middle if math.isfinite(middle) else statistics.median_low(times)
@@ -186,7 +189,7 @@ def _drop_infinity(time: float) -> float | None:
 
 @dataclass(frozen=True)
 class Requirement:
-    """A bound that every backend must meet in every world.
+    """A bound of a measure that every backend must meet in every world.
 
     >>> requirement = Requirement.parse("verified>=0.97")
     >>> requirement.measure, requirement.relation, requirement.bound
@@ -194,23 +197,23 @@ class Requirement:
     """
 
     measure: str
-    """A name in `MEASURES`."""
+    """The name of a measure in `MEASURES`."""
 
     relation: str
-    """``>=`` or ``<=``."""
+    """The relation between measure and bound: ``>=`` or ``<=``."""
 
     bound: float
-    """The least or the largest value that meets the requirement."""
+    """The smallest (for ``>=``) or largest (for ``<=``) value that meets the requirement."""
 
     @classmethod
     def parse(cls, text: str) -> Requirement:
-        """Return the requirement that a text such as ``contacts<=0`` states. Raises UsageError if it states none."""
+        """Return the requirement in a text such as ``contacts<=0``. Raises UsageError if the text has another form."""
         if not (found := _FORM.fullmatch(text)):
-            raise UsageError(f"--require {text!r} is no requirement. {_EXAMPLE}", kind="bad-requirement", text=text)
+            raise UsageError(f"--require {text!r} is not a requirement. {_EXAMPLE}", kind="bad-requirement", text=text)
         measure, relation, number = found.groups()
         if measure not in MEASURES:
             raise UsageError(
-                f"--require {text!r}: unknown measure. {suggestion(measure, list(MEASURES))}",
+                f"--require {text!r}: {measure!r} is not a measure. {suggestion(measure, list(MEASURES))}",
                 kind="unknown-measure",
                 text=text,
                 measure=measure,
@@ -221,18 +224,18 @@ class Requirement:
         return f"{self.measure}{self.relation}{repr(self.bound).removesuffix('.0')}"
 
     def evaluate(self, group: Group) -> float | None:
-        """Return the value of the measure for a group; None if the value is unknown."""
+        """Return the value of the measure for a group of runs; None if the value is unknown."""
         return MEASURES[self.measure](group)
 
     def format_value(self, group: Group) -> str:
-        """Return the value of the measure for a group as text."""
+        """Return the value of the measure for a group of runs as text, ``never`` or ``unknown``."""
         value = self.evaluate(group)
         if value is None:
             return "never" if self.measure in _TIMES else "unknown"
         return f"{value:.6g}" if isinstance(value, float) else str(value)
 
     def is_met_by(self, group: Group) -> bool:
-        """Return whether a group meets the bound. An unknown value meets no bound."""
+        """Return whether a group of runs meets the bound. An unknown value meets no bound."""
         value = self.evaluate(group)
         if value is None:
             return False
@@ -240,7 +243,7 @@ class Requirement:
 
 
 def list_missed_requirements(requirements: Sequence[Requirement], groups: Sequence[Group]) -> list[str]:
-    """Return a line for each group that misses a requirement, with the value that the group reached."""
+    """Return a line of text for each group and each requirement that it misses, with the group's value."""
     return [
         f"{group.backend}, {group.world}: {each.measure} is {each.format_value(group)}, required {each}"
         for each in requirements
@@ -259,7 +262,7 @@ def _parse_bound(text: str, measure: str, number: str) -> float:
         bound = float(number)
     except ValueError:
         raise UsageError(
-            f"--require {text!r}: {number!r} is no number. {_EXAMPLE}", kind="bad-bound", text=text
+            f"--require {text!r}: {number!r} is not a number. {_EXAMPLE}", kind="bad-bound", text=text
         ) from None
     if measure in _SHARES and not 0 <= bound <= 1:
         raise UsageError(
@@ -269,7 +272,7 @@ def _parse_bound(text: str, measure: str, number: str) -> float:
         )
     if not 0 <= bound < math.inf:
         raise UsageError(
-            f"--require {text!r}: the bound must be a finite number from 0 on. {_EXAMPLE}",
+            f"--require {text!r}: the bound must be a finite number that is not negative. {_EXAMPLE}",
             kind="bound-out-of-range",
             text=text,
         )
@@ -278,7 +281,7 @@ def _parse_bound(text: str, measure: str, number: str) -> float:
 
 @dataclass(frozen=True)
 class Agreement:
-    """The comparison of two backends by the runs that both executed."""
+    """The agreement of two backends in the runs that both executed."""
 
     first: str
     """The name of the first backend."""
@@ -287,26 +290,26 @@ class Agreement:
     """The name of the second backend."""
 
     pairs: tuple[Pair, ...]
-    """A pair of results, one of each backend, for each common app, robot, world and seed."""
+    """The results of the runs that both executed: pairs of a result of the first and a result of the second backend."""
 
     @property
     def same_outcome(self) -> int:
-        """The number of pairs with the same outcome."""
+        """The number of pairs whose outcomes are equal."""
         return sum(one.outcome is other.outcome for one, other in self.pairs)
 
     @property
     def same_milestones(self) -> int:
-        """The number of pairs with the same milestones in the same order."""
+        """The number of pairs whose milestones are equal and in the same order."""
         return sum(list(one.milestones) == list(other.milestones) for one, other in self.pairs)
 
     @property
     def differing(self) -> tuple[Pair, ...]:
-        """The pairs whose outcome or milestones differ."""
+        """The pairs whose outcomes or milestones differ."""
         return tuple(pair for pair in self.pairs if _list_events(pair[0]) != _list_events(pair[1]))
 
 
 def compare_backends(records: Sequence[Record]) -> list[Agreement]:
-    """Compare every two backends that executed the same app, robot, world and seed."""
+    """Return the agreement of each two backends that executed the same app, robot, world and seed."""
     runs: dict[str, dict[Hashable, RunResult]] = {}
     for record in records:
         runs.setdefault(record.result.backend, {})[_make_key(record.result)] = record.result
@@ -330,7 +333,7 @@ def _list_events(result: RunResult) -> tuple[object, ...]:
 
 
 def subsample(items: Sequence[T], most: int) -> list[T]:
-    """Return at most ``most`` of the items, evenly spaced, beginning with the first.
+    """Return at most ``most`` of the items, evenly spaced. The first item is always among them.
 
     >>> subsample(range(10), 3)
     [0, 3, 6]

@@ -24,31 +24,37 @@ from robotcore.text import escape
 
 KeyT = TypeVar("KeyT", bound=Hashable)
 
+NO_VERIFY = "Judge: none. The app has no verify(self, truth). Add it, or name a --judge."
+"""The line about the judge if neither the app nor a judge can verify a run."""
+
 MAX_CAUSES = 20
-"""The summary prints at most this many causes of failure. The table of failing runs has all of them."""
+"""The maximum number of causes of failure in the summary. ``failures.csv`` has all of them."""
 
 MAX_LISTED_SEEDS = 8
-"""The most seeds that are printed for a cause, a backend and a world."""
+"""The maximum number of seeds that the summary lists for one cause on one backend in one world."""
 
 _LEFT_ALIGNED = ("backend", "world")
 _SUMMARY_COLUMNS = (*_LEFT_ALIGNED, "verified", "%", "95 %", "contacts", "median", "slowest")
-"""The columns that fit into 80 characters."""
+"""The titles of the columns in the terminal, which fit into 80 characters."""
 
 _SPEED_PERIOD_S = 600.0
-"""The remaining time is estimated from this many recent seconds. They must cover both slow and quick runs."""
+"""The seconds of recent progress from which the remaining time is estimated. They must include slow and quick runs."""
 
 
 def render_summary(
-    request: RunRequest, groups: Sequence[Group], failing: Sequence[Record], file: Path
+    request: RunRequest, groups: Sequence[Group], failing: Sequence[Record], file: Path, *, has_verify: bool
 ) -> RenderableType:
-    """Return the table of groups, the judge, and the failing runs by their causes.
+    """Return the table of the groups, the line about the judge, and the failing runs by their causes.
 
     request: the request of the sweep.
-    groups: the groups, a row each.
+    groups: the counts and times of the runs. Each group becomes a row.
     failing: the failing runs.
-    file: the file with all failing runs. The summary names it.
+    file: the file that lists all failing runs. The summary names it.
+    has_verify: whether the app or the judge has a method ``verify``.
     """
-    return Lines(_render_table(groups), *_render_judge(request, groups), *_render_failures(failing, file))
+    return Lines(
+        _render_table(groups), *_render_judge(request, groups, has_verify=has_verify), *_render_failures(failing, file)
+    )
 
 
 def _render_table(groups: Sequence[Group]) -> Table:
@@ -62,14 +68,16 @@ def _render_table(groups: Sequence[Group]) -> Table:
     return table
 
 
-def _render_judge(request: RunRequest, groups: Sequence[Group]) -> Iterator[Text]:
-    """Yield the line about the judge. Without a judge, only the sweep of a user's app has this line."""
-    if request.judge or is_app_file(request.app):
+def _render_judge(request: RunRequest, groups: Sequence[Group], *, has_verify: bool) -> Iterator[Text]:
+    """Yield the line about the judge. An installed app that judges itself needs none."""
+    if not has_verify:
+        yield Text(f"\n{NO_VERIFY}")
+    elif request.judge or is_app_file(request.app):
         yield Text(f"\nJudge: {escape(format_judge(request.judge, groups))}")
 
 
 def _render_failures(failing: Sequence[Record], file: Path) -> Iterator[Text]:
-    """Yield each cause, the most frequent first, with its backends, worlds and seeds, and a command that repeats it."""
+    """Yield each cause, the most frequent first, with its backends, worlds and seeds, and the command of one run."""
     if not failing:
         return
     yield Text(f"\n{len(failing)} failing run{'' if len(failing) == 1 else 's'}:", "bold")
@@ -77,7 +85,7 @@ def _render_failures(failing: Sequence[Record], file: Path) -> Iterator[Text]:
     for cause, records in sorted(causes.items(), key=lambda item: -len(item[1]))[:MAX_CAUSES]:
         yield from _render_cause(cause, records)
     if len(causes) > MAX_CAUSES:
-        yield Text(f"  and {len(causes) - MAX_CAUSES} more causes")
+        yield Text(f"  and {len(causes) - MAX_CAUSES} other causes")
     if len(failing) > 1:
         yield Text(f"  all failing runs: {escape(str(file))}")
 
@@ -98,7 +106,7 @@ def _format_seeds(records: Sequence[Record]) -> str:
 
 
 def _group_by(key: Callable[[Record], KeyT], records: Sequence[Record]) -> dict[KeyT, list[Record]]:
-    """Return the records by a key. The records of a key are in the order of backends, worlds and seeds."""
+    """Return the records grouped by a key, each group sorted by backend, world and seed."""
     ordered = sorted(records, key=lambda record: (record.result.backend, record.result.world, record.result.seed))
     found: dict[KeyT, list[Record]] = {}
     for record in ordered:
@@ -107,7 +115,7 @@ def _group_by(key: Callable[[Record], KeyT], records: Sequence[Record]) -> dict[
 
 
 class SweepProgress:
-    """A progress bar on stderr. It is shown inside ``with``, and only if stderr is a terminal."""
+    """A progress bar on stderr. ``with`` shows it if stderr is a terminal."""
 
     def __init__(self, total: int, done: int, failing: int) -> None:
         self._failing = failing
@@ -133,6 +141,6 @@ class SweepProgress:
         self._bar.stop()
 
     def show(self, record: Record) -> None:
-        """Add a run to the bar."""
+        """Advance the bar by a finished run."""
         self._failing += record.is_failure
         self._bar.update(self._task, advance=1, failing=self._failing)

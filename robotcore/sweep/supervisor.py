@@ -1,8 +1,8 @@
-"""The supervisor is the parent process of a worker. It ends every process that the worker started.
+"""The supervisor: the parent process of a worker process, which ends all descendants of the worker.
 
-An app may start a process in a own session. A signal to the worker's process group does not reach that process,
-and that process keeps standard error open while it lives. On Linux the supervisor adopts each process that loses its
-parent (``PR_SET_CHILD_SUBREAPER``), so all descendants of the worker become its children. Other systems lack this call.
+An app may start a process in another session. A signal to the worker's process group does not reach such a process,
+which keeps standard error open while it runs. On Linux the supervisor adopts each process that loses its parent
+(``PR_SET_CHILD_SUBREAPER``). So all descendants of the worker become its children. Other systems lack this option.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _PR_SET_CHILD_SUBREAPER = 36
 """The option of ``prctl`` that makes a process adopt orphaned descendants. Source: Linux, ``prctl.h``."""
 
 _ENDING_S = 5.0
-"""The supervisor tries for this many seconds to end processes. It cannot end a process of another user."""
+"""The time limit for ending child processes, in seconds. The supervisor cannot end a process of another user."""
 
 _POLL_S = 0.05
 _SIGNALS = (signal.SIGTERM, signal.SIGCHLD)
@@ -37,8 +37,8 @@ def supervise(handle: int) -> None:
 
     handle: the file descriptor of the worker's pipe. The supervisor closes its copy.
 
-    The supervisor ends the worker on SIGTERM, and exits with the worker's status. If the supervisor dies, the kernel
-    ends the worker. Outside of Linux the function does nothing.
+    On SIGTERM the supervisor ends the worker. It exits with the worker's exit status. If the supervisor dies, the
+    kernel ends the worker. On other systems than Linux, this function does nothing.
     """
     if not IS_AVAILABLE:
         return
@@ -64,29 +64,29 @@ def _prctl(option: int, value: int) -> None:
 
 
 def _watch(worker: int) -> NoReturn:
-    while (status := dict(_reap()).get(worker)) is None:
+    while (status := dict(_reap_children()).get(worker)) is None:
         if signal.sigwait(_SIGNALS) == signal.SIGTERM:
             os.kill(worker, signal.SIGKILL)
     _end_children()
     _exit_as(status)
 
 
-def _reap() -> Iterator[tuple[int, int]]:
-    """Yield the id and the status of each child that has ended."""
+def _reap_children() -> Iterator[tuple[int, int]]:
+    """Yield the process id and the status of each child that has ended."""
     with suppress(ChildProcessError):
         while (ended := os.waitpid(-1, os.WNOHANG))[0]:
             yield ended
 
 
 def _end_children() -> None:
-    """End every child process. If a child ends, this process adopts the children of that child and ends them too."""
+    """End every child process. When a child ends, this process adopts the child's own children, and ends them too."""
     clock = MonotonicClock()
     while clock.now() < _ENDING_S and (children := _list_children()):
         for child in children:
             with suppress(ProcessLookupError, PermissionError):
                 os.kill(child, signal.SIGKILL)
         signal.sigtimedwait((signal.SIGCHLD,), _POLL_S)
-        dict(_reap())
+        dict(_reap_children())
 
 
 def _list_children() -> list[int]:
@@ -95,9 +95,9 @@ def _list_children() -> list[int]:
 
 
 def _list_processes() -> Iterator[tuple[int, int]]:
-    """Yield the id and the parent's id of each process.
+    """Yield the process id and the parent's process id of each process.
 
-    Format: proc(5). The fields come after the name in parentheses.
+    Format: proc(5). The fields follow the name, which is in parentheses.
     """
     for file in Path("/proc").glob("[0-9]*/stat"):
         with suppress(OSError):  # the process has just ended
@@ -105,9 +105,9 @@ def _list_processes() -> Iterator[tuple[int, int]]:
 
 
 def _exit_as(status: int) -> NoReturn:
-    """Exit with the worker's status from ``waitpid``. If a signal ended the worker, end by the same signal.
+    """Exit with the worker's exit status, or by the signal that ended the worker, without a second core file.
 
-    This process writes no core file.
+    status: the worker's status from ``waitpid``.
     """
     if os.WIFSIGNALED(status):
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))

@@ -1,4 +1,4 @@
-"""Tables of records for a spreadsheet, and the columns that describe a group of runs."""
+"""Tables of records for spreadsheets, and the columns that show a group of runs."""
 
 from __future__ import annotations
 
@@ -23,9 +23,10 @@ _FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r")
 
 
 def write_tables(directory: Path, records: Callable[[], Iterable[Record]]) -> None:
-    """Write the tables `TABLE` and `FAILURES`, with the same columns.
+    """Write ``results.csv`` with all records, and ``failures.csv`` with the failing ones, with the same columns.
 
-    records: a function that returns the records. It is called several times, so that they need not be in memory.
+    directory: the folder of the tables.
+    records: a function that returns the records. It is called several times, so that it can read them from a file.
     """
     columns = list_columns(records())
     write_csv(directory / TABLE, columns, records())
@@ -33,19 +34,19 @@ def write_tables(directory: Path, records: Callable[[], Iterable[Record]]) -> No
 
 
 def are_current(directory: Path, source: Path) -> bool:
-    """Return whether both tables are newer than the results file ``source``."""
+    """Return whether both tables in a folder are newer than the results file ``source``."""
     tables = [directory / name for name in (TABLE, FAILURES)]
     return all(table.exists() and _changed_ns(table) > _changed_ns(source) for table in tables)
 
 
 def list_columns(records: Iterable[Record]) -> list[str]:
-    """Return the names of the columns. A mapping has a column for each of its keys. The path has none."""
+    """Return the names of the columns of records. A field that is a mapping has a column for each of its keys."""
     columns = dict.fromkeys(column for record in records for column in _make_row(record))
     return sorted(columns, key=lambda column: column in _LAST_COLUMNS)
 
 
 def write_csv(file: Path, columns: Sequence[str], records: Iterable[Record]) -> None:
-    """Write a row for each record. A lone surrogate in a text is written as an escape."""
+    """Write a table with a row for each record. A lone surrogate in a text is escaped."""
     with replace_text(file, newline="", errors="backslashreplace") as table:
         writer = csv.DictWriter(table, columns)
         writer.writeheader()
@@ -65,10 +66,9 @@ def _make_row(record: Record) -> dict[str, Any]:
 
 
 def _escape_formula(value: Any) -> Any:
-    """Return the value, with an apostrophe in front of a text that a spreadsheet would run as a formula.
+    """Put an apostrophe in front of a text that a spreadsheet would execute as a formula.
 
-    An app may put any text into its reason.
-    Source: OWASP, CSV injection.
+    An app may set any text as its reason. Source: OWASP, CSV injection.
     """
     return f"'{value}" if isinstance(value, str) and value.startswith(_FORMULA_STARTS) else value
 
@@ -80,7 +80,7 @@ def _flatten(key: str, item: Any) -> list[tuple[str, Any]]:
 
 
 def format_verified(group: Group) -> str:
-    """Return the number of verified runs and of all runs, such as ``97/100``; ``?/100`` if none could be verified."""
+    """Return the number of verified runs and of all runs, such as ``97/100``; ``?/100`` if no run could be verified."""
     return f"{'?' if group.verified is None else group.verified}/{group.runs}"
 
 
@@ -95,14 +95,14 @@ def format_interval(group: Group) -> str:
 
 
 def format_contacts(group: Group) -> str:
-    """Return the number of contacts, after ``≥`` if some runs did not count them; ``?`` if no run did."""
+    """Return the number of contacts as text: ``2``, ``≥ 2`` if some runs did not count them, ``?`` if no run did."""
     if group.contacts is None:
         return "?"
     return f"≥ {group.contacts}" if group.contacts_unknown else f"{group.contacts}"
 
 
 def format_time(time_s: float | None) -> str:
-    """Return a time as text; ``never`` for None, if too few runs of a group pass."""
+    """Return a time of a group as text; ``never`` for None, which means that too few runs pass."""
     return "never" if time_s is None else f"{time_s:.1f} s"
 
 
@@ -118,11 +118,14 @@ COLUMNS: dict[str, Callable[[Group], str]] = {
     "90 % within": lambda group: format_time(group.p90_time_s),
     "slowest": lambda group: format_time(group.slowest_time_s),
 }
-"""The columns of a group by their titles. ``%`` and ``95 %`` refer to the share of verified runs."""
+"""The columns that show a group of runs: a function for each title.
+
+``%`` is the share of verified runs, and ``95 %`` the interval of this share.
+"""
 
 
 def format_judge(judge: str | None, groups: Iterable[Group]) -> str:
-    """Return the judge of the runs: its name, ``the app itself``, or ``none`` if no run could be verified."""
+    """Return who judged the runs: the judge's name, ``the app itself``, or ``none`` if no run could be verified."""
     if judge:
         return judge
     return "none" if all(group.verified is None for group in groups) else "the app itself"

@@ -19,21 +19,21 @@ from robotcore.sweep.worker_loop import read_reply
 
 _STDERR = 2
 _START_S = 120.0
-"""The most seconds that a process takes to start."""
+"""The time limit for the start of a worker process, in seconds."""
 
 _EXIT_GRACE_S = 1.0
-"""A worker has this many seconds to exit after it closed its pipe. Then its parent kills it."""
+"""The seconds that a worker has to exit after it closed its pipe. After them, the parent kills it."""
 
-_SUPERVISOR_S = 10.0
-"""A supervisor has this many seconds to end its worker and the worker's children. Then the parent kills it."""
+_SUPERVISOR_GRACE_S = 10.0
+"""The seconds that a supervisor has to end its worker and the worker's children. After them, the parent kills it."""
 
 _MAX_WAIT_S = 2e6
-"""The longest wait in seconds, 23 days. The operating system accepts only a little more."""
+"""The longest time limit of `Connection.poll`, in seconds: 23 days. The operating system accepts little more."""
 
 _CHUNK_BYTES = 2**16
 
 MAX_REPLY_BYTES = 64 * 2**20
-"""The most bytes of a reply. The reply of a day-long run, with its path and its picture, is far smaller."""
+"""The maximum length of a reply, in bytes. The reply of a day-long run, with its path and picture, is far shorter."""
 
 _GARBLED_REMEDY = "Check whether the app writes to a file descriptor that it did not open"
 
@@ -41,7 +41,7 @@ _GARBLED_REMEDY = "Check whether the app writes to a file descriptor that it did
 class NoWorkerError(BackendError):
     """No worker process can be started.
 
-    `robotcore.errors` does not define this class, so a reply of a worker cannot contain it.
+    This class is not in `robotcore.errors`, so that no reply of a worker process can raise it.
     """
 
 
@@ -54,11 +54,11 @@ class WorkerHungError(Exception):
 
 
 class WorkerProcess:
-    """Calls functions in another process, one at a time.
+    """Calls functions in a worker process, one at a time.
 
-    The process starts at the first call. If it ends during a call, the next call starts a new one. It has its own
-    session, so Ctrl-C in a terminal does not reach it. Its standard input is empty, and its standard output goes to
-    standard error. It ends with its parent.
+    The first call starts the process. If the process ends during a call, the next call starts a new process. The
+    process has its own session, so Ctrl-C in a terminal does not end it. Its standard input is empty, and its standard
+    output goes to standard error. It ends when its parent ends.
 
     >>> import math
     >>> from contextlib import closing
@@ -80,11 +80,11 @@ class WorkerProcess:
         """Call a function in the process, and return its result, converted to JSON and back.
 
         function: a function that `pickle` can find by its module and name.
-        limit_s: the most seconds of wall time that the call takes.
+        limit_s: the time limit of the call, in seconds of wall time.
 
-        If the function raises a RobotcoreError, this method raises the same error. Any other exception of the function
-        becomes a RobotcoreError. Raises WorkerDiedError and WorkerHungError. Raises NoWorkerError if no process can be
-        started.
+        Raises the RobotcoreError that the function raised. Any other exception of the function becomes a
+        RobotcoreError. Raises WorkerDiedError if the process ends during the call, WorkerHungError if the call exceeds
+        its time limit, and NoWorkerError if no process can be started.
         """
         process = self._get_ready_process()
         try:
@@ -92,35 +92,34 @@ class WorkerProcess:
             result, raised = read_reply(process.read_line(limit_s))
         except TimeoutError as error:
             self.close()
-            raise WorkerHungError(f"it did not end within {limit_s:g} s of wall time") from error
+            raise WorkerHungError(f"not done after {limit_s:g} s of wall time") from error
         except (EOFError, OSError) as error:
             raise WorkerDiedError(_format_status(self._end(_EXIT_GRACE_S))) from error
         except ValueError as error:
             self.close()
-            raise WorkerDiedError(f"its reply cannot be read. {_GARBLED_REMEDY}") from error
+            raise WorkerDiedError(f"a reply of the process cannot be read. {_GARBLED_REMEDY}") from error
         if raised:
             raise raised
         return result
 
     def kill(self) -> None:
-        """End the process and start no new one. A call in another thread then raises WorkerDiedError."""
+        """End the process, and start no other. A running call, in another thread, raises WorkerDiedError."""
         with self._lock:
             self._is_killed = True
             if self._process:
                 self._process.kill()
 
     def close(self) -> None:
-        """End the process. No call may be running."""
+        """End the process. Must not be called during a call."""
         self._end()
 
     def _end(self, grace_s: float = 0.0) -> int:
-        """End the process if there is one, and return its exit status as `Popen` does, else 0."""
+        """Return the exit status of the ended process as `Popen` does: -n for signal n. Without a process, return 0."""
         with self._lock:
             process, self._process = self._process, None
         return process.end(grace_s) if process else 0
 
     def _get_ready_process(self) -> _Process:
-        """Return a process that waits for a call."""
         if self._process and not self._process.connection.poll():
             return self._process
         self._end()  # the process ended, or the app wrote to its pipe while no call was running
@@ -131,14 +130,14 @@ class WorkerProcess:
             self._end()
             raise NoWorkerError(
                 f"a worker process did not start within {_START_S:g} s. "
-                "Check that this command ends: python -c 'import cv2'",
+                "Importing OpenCV may hang: try python -c 'import cv2'",
                 kind="worker-start-timeout",
                 limit_s=_START_S,
             ) from error
         except (EOFError, OSError) as error:
             how = _format_status(self._end(_EXIT_GRACE_S))
             raise NoWorkerError(
-                f"a worker process ended while it started: {how}. Its output above says why",
+                f"a worker process ended while it started: {how}. See the output of the process above",
                 kind="worker-start-died",
                 how=how,
             ) from error
@@ -152,13 +151,13 @@ class WorkerProcess:
                 self._process = process = _Process()
             except OSError as error:
                 raise NoWorkerError(
-                    f"no worker process can be started: {error.strerror}. Take fewer --jobs", kind="worker-not-started"
+                    f"no worker process can be started: {error.strerror}. Use fewer --jobs", kind="worker-not-started"
                 ) from error
         return process
 
 
 class _Process:
-    """A running process, and the parent's end of the pipe to it."""
+    """A worker process, and the parent's end of the pipe between parent and process."""
 
     def __init__(self) -> None:
         self.connection, theirs = Pipe()
@@ -175,9 +174,9 @@ class _Process:
             )
 
     def read_line(self, limit_s: float) -> bytes:
-        """Read one line from the process within ``limit_s`` seconds.
+        """Raise TimeoutError after ``limit_s`` seconds, EOFError if the process closed the pipe.
 
-        Raises TimeoutError, EOFError if the process closed the pipe, and ValueError if the line is too long.
+        Raises ValueError if the line has more than `MAX_REPLY_BYTES`.
         """
         clock, line, chunk = MonotonicClock(), bytearray(), b""
         while b"\n" not in chunk:
@@ -188,11 +187,11 @@ class _Process:
                 raise EOFError
             line += chunk
             if len(line) > MAX_REPLY_BYTES:
-                raise ValueError(f"a line of more than {MAX_REPLY_BYTES} bytes")
+                raise ValueError(f"a line has more than {MAX_REPLY_BYTES} bytes")
         return bytes(line)
 
     def kill(self) -> None:
-        """End the process and every process that it started. Outside of Linux, end its process group."""
+        """End the worker process and all its descendants. Outside of Linux, end its process group only."""
         with suppress(ProcessLookupError, PermissionError):  # macOS raises PermissionError for an ended process
             if supervisor.IS_AVAILABLE:
                 os.kill(self._popen.pid, signal.SIGTERM)
@@ -200,9 +199,9 @@ class _Process:
                 os.killpg(self._popen.pid, signal.SIGKILL)
 
     def end(self, grace_s: float) -> int:
-        """End the process and every process that it started, and return its exit status.
+        """Return the exit status. Also ends all descendants of the worker process.
 
-        grace_s: the most seconds to wait for the process to exit by itself.
+        grace_s: the seconds that the process has to exit by itself before it is killed.
         """
         with suppress(TimeoutExpired):
             self._popen.wait(grace_s)
@@ -210,13 +209,12 @@ class _Process:
             self.kill()  # the process may have ended, but other processes of its group may still run
         self.connection.close()
         with suppress(TimeoutExpired):
-            return self._popen.wait(_SUPERVISOR_S)
+            return self._popen.wait(_SUPERVISOR_GRACE_S)
         os.killpg(self._popen.pid, signal.SIGKILL)
         return self._popen.wait()
 
 
 def _format_status(status: int) -> str:
-    """Return the text for a status of `Popen`."""
     if status >= 0:
         return f"exit status {status}"
     with suppress(ValueError):  # a real-time signal has no name

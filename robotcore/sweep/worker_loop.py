@@ -19,20 +19,20 @@ from robotcore.sweep import supervisor
 _THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
 _ERROR_KEY = "robotcore.errors"
-"""The key that marks a JSON object as an error."""
+"""The key of a JSON object that contains an error."""
 
-_REPLACEABLE = {"_traceback_text", "kind", "fields"}
-"""A reply may set only these class attributes of an error. It may not set others, such as an exit status."""
+_ERROR_ATTRIBUTES = {"_traceback_text", "kind", "fields"}
+"""The class attributes of an error that a reply may replace. A reply cannot replace others, such as the exit status."""
 
 
 def run_worker_loop(handle: int) -> NoReturn:
-    """Receive a call, run it, send the result, and repeat. Exit if the parent closes the pipe.
+    """Execute the calls that the parent sends, and send their results. Exits if the parent closes the pipe.
 
-    handle: the file descriptor of this end of the pipe.
+    handle: the file descriptor of the worker's end of the pipe.
     """
     supervisor.supervise(handle)
     sys.stdout = sys.stderr  # stderr is line-buffered, so a crash loses no line
-    _prepare()
+    _import_libraries()
     connection, calls = Connection(handle), SimpleQueue[bytes]()
     _close_in_subprocesses(connection)
     Thread(target=_receive_calls, args=(connection, calls), daemon=True).start()
@@ -51,14 +51,14 @@ def _send(connection: Connection, line: bytes) -> None:
 def _close_in_subprocesses(connection: Connection) -> None:
     """Close the pipe in every process that the app starts.
 
-    A process that inherits the pipe could send a reply, or keep the pipe open after this process ended.
+    A process that inherits the pipe could send a reply, or keep the pipe open after the end of the worker.
     """
     os.set_inheritable(connection.fileno(), False)
     os.register_at_fork(after_in_child=connection.close)
 
 
 def _receive_calls(connection: Connection, calls: SimpleQueue[bytes]) -> None:
-    """Queue calls. If the parent closes the pipe, exit at once, even during a call."""
+    """Put each received call into the queue. If the parent closes the pipe, exit at once, even during a call."""
     try:
         while True:
             calls.put(connection.recv_bytes())
@@ -67,7 +67,6 @@ def _receive_calls(connection: Connection, calls: SimpleQueue[bytes]) -> None:
 
 
 def _run_call(call: bytes) -> bytes:
-    """Run a call, and return its result or its error as a line."""
     try:
         function, arguments = pickle.loads(call)  # noqa: S301  from the parent of this process
         return write_reply(function(*arguments))
@@ -84,8 +83,8 @@ def _write_error(error: RobotcoreError) -> bytes:
         return write_reply(error=RobotcoreError(str(error)))
 
 
-def _prepare() -> None:
-    """Limit libraries to one thread, and import what runs need."""
+def _import_libraries() -> None:
+    """Limit the libraries to one thread each, and import them, so that the time limit of a run excludes the imports."""
     os.environ.update(dict.fromkeys(_THREAD_VARIABLES, "1"))
     import cv2
 
@@ -96,7 +95,9 @@ def _prepare() -> None:
 
 
 def write_reply(result: Any = None, error: RobotcoreError | None = None) -> bytes:
-    """Return the line for a result or an error. Raises TypeError or ValueError if JSON cannot hold it.
+    """Return the line that replies to a call with a result or an error. `read_reply` reads it.
+
+    Raises TypeError or ValueError if JSON cannot represent the result or the error.
 
     >>> read_reply(write_reply([1, "a"]))
     ([1, 'a'], None)
@@ -105,7 +106,10 @@ def write_reply(result: Any = None, error: RobotcoreError | None = None) -> byte
 
 
 def read_reply(line: bytes) -> tuple[Any, RobotcoreError | None]:
-    """Return the result in a reply, and the error or None. Raises ValueError if the line is no reply."""
+    """Return the result and the error in a line of `write_reply`. Without an error, the second one is None.
+
+    Raises ValueError if the line is not a reply.
+    """
     try:
         reply = json.loads(line, object_hook=_decode_error)
         result, error = reply["result"], reply["error"]
@@ -128,8 +132,10 @@ def _decode_error(read: dict[str, Any]) -> Any:
     name, arguments, state = read[_ERROR_KEY]
     kind = getattr(errors, name)
     if not (isinstance(kind, type) and issubclass(kind, RobotcoreError)):
-        raise TypeError(f"{name} is no error of robotcore")
+        raise TypeError(f"{name} is not an error class of robotcore")
     error = kind.__new__(kind)
     error.args = tuple(arguments)
-    error.__dict__.update((key, value) for key, value in state.items() if key in _REPLACEABLE or not hasattr(kind, key))
+    error.__dict__.update(
+        (key, value) for key, value in state.items() if key in _ERROR_ATTRIBUTES or not hasattr(kind, key)
+    )
     return error

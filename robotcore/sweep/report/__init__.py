@@ -25,13 +25,14 @@ def write_report(
     worlds: Sequence[WorldDescription] = (),
     requirements: Sequence[Requirement] = (),
 ) -> Path:
-    """Write ``directory/index.html`` and return its path.
+    """Write the report ``directory/index.html``, and return its path.
 
-    directory: the folder of the page; it is made if it does not exist.
-    folder: the folder of the sweep. Pictures of records are relative to it.
-    command: the command that ran the sweep, to be shown.
-    worlds: the descriptions of worlds that robotcore does not ship.
-    requirements: the bounds to be listed, each with the value that was reached.
+    records: the records of the sweep.
+    directory: the folder of the report. It is created if it does not exist.
+    folder: the folder of the sweep's results. The picture files of the records are relative to it.
+    command: the command line of the sweep, which the page shows.
+    worlds: the descriptions of the user's own worlds.
+    requirements: the requirements. The page shows the value that each group of runs reached.
 
     Raises BackendMissingError if Jinja2 is missing, and UsageError if the page cannot be written.
     """
@@ -47,7 +48,7 @@ def write_report(
 
 
 def require_writable(directory: Path) -> None:
-    """Check before a long sweep that `write_report` can write to the folder. The check leaves no new folder.
+    """Check, before a long sweep, that `write_report` can write to a folder. The check creates no folder.
 
     Raises BackendMissingError if Jinja2 is missing, and UsageError if the folder cannot be written.
     """
@@ -73,7 +74,7 @@ def _report_errors(directory: Path) -> Iterator[None]:
         yield
     except OSError as error:
         raise UsageError(
-            f"--report {directory}: {error.strerror}. Name a folder that can be written",
+            f"--report {directory}: {error.strerror}. Name a writable folder",
             kind="unusable-folder",
             directory=str(directory),
         ) from error

@@ -1,11 +1,11 @@
-"""Draw the charts of the report: verified shares, times, and conditions of failing runs."""
+"""The charts of the report: shares of verified runs, times of milestones, and conditions of failing runs."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from xml.etree.ElementTree import Element
 
-from robotcore.sweep.failure_analysis import Finding
+from robotcore.sweep.failure_analysis import SignificantSplit
 from robotcore.sweep.record import GroupKey, Record
 from robotcore.sweep.report.drawing import (
     Axis,
@@ -29,14 +29,14 @@ _SUCCESS_ROW, _SUCCESS_TOP, _SUCCESS_FOOT = 26, 8, 26
 
 WIDTH, HEIGHT = 460, 230
 MAX_STEPS = 200
-"""The most steps of a curve. More cannot be distinguished."""
+"""The maximum number of steps of a curve. More could not be distinguished."""
 
 _LEFT, _RIGHT, _TOP, _FOOT = 54, 14, 10, 26
 _BAR = 11
 _GAP = 18
 
 MAX_MARKS = 300
-"""A row shows at most this many marks, evenly chosen. More marks would merge into a bar."""
+"""The maximum number of marks in a row of a condition's chart. More would merge into a bar."""
 
 _RUG_LEFT, _RUG_TOP, _RUG_FOOT = 64, 4, 24
 _RUG_ROW, _RUG_MARK = 22, 16
@@ -44,9 +44,10 @@ _RUG_BOTTOM = _RUG_TOP + 2 * _RUG_ROW
 
 
 def plot_success(groups: Sequence[Group]) -> str:
-    """Return the chart of verified shares. Each group has a dot, a bar for the 95 % interval, and the count.
+    """Return the chart of the shares of verified runs as SVG; an empty text if no run could be verified.
 
-    A group whose runs could not be verified has neither dot nor bar. If no run could be verified, return an empty text.
+    Each group has a row: a dot at the share, a bar for its 95 % interval, and the number of verified runs. A group
+    whose runs could not be verified has neither dot nor bar.
     """
     if all(each.verified is None for each in groups):
         return ""
@@ -77,7 +78,7 @@ def _describe_shares(groups: Sequence[Group]) -> str:
 
 
 def plot_arrivals(series: Sequence[Series], milestone: str) -> str:
-    """Return a chart with a curve for each group: the share of runs that reached a milestone, over time."""
+    """Return a chart as SVG with a curve for each group: the share of runs that reached a milestone, over time."""
     time = _make_time_axis(series, [milestone], _LEFT)
     share = Axis(0, 100, HEIGHT - _FOOT, _TOP)
     curves = [_draw_curve(each, time, share, milestone) for each in series]
@@ -89,9 +90,10 @@ def plot_arrivals(series: Sequence[Series], milestone: str) -> str:
 
 
 def plot_milestones(series: Sequence[Series], milestones: Sequence[str]) -> str:
-    """Return the chart of the times of milestones. A bar goes from the 10 % to the 90 % quantile, a dot is the median.
+    """Return the chart of the times of milestones as SVG.
 
-    A milestone that every run reaches at 0 s is left out.
+    A dot is the median time of a group, and a bar goes from the 10 % to the 90 % quantile. A milestone that every run
+    reaches at 0 s is left out.
     """
     milestones = [name for name in milestones if any(time > 0 for each in series for time in each.list_times(name))]
     time = _make_time_axis(series, milestones, measure_labels(milestones))
@@ -101,7 +103,7 @@ def plot_milestones(series: Sequence[Series], milestones: Sequence[str]) -> str:
     rows = (
         group(_draw_milestone(series, name, time, _TOP + index * tall, tall)) for index, name in enumerate(milestones)
     )
-    description = "Time to each milestone; the table below has the numbers"
+    description = "Time to each milestone. The table below has the numbers"
     return render_svg(WIDTH, bottom + _FOOT, description, [grid, *rows])
 
 
@@ -126,7 +128,7 @@ def _draw_curve(each: Series, time: Axis, share: Axis, milestone: str) -> Elemen
 
 
 def _make_steps(each: Series, time: Axis, share: Axis, milestone: str) -> Iterator[Point]:
-    """Yield the corners of the curve of an empirical distribution function, up to the right edge of the chart."""
+    """Yield the corners of a curve: an empirical distribution function up to the right edge of the chart."""
     reached = 0.0
     yield time.start, share.at(reached)
     counted = list(enumerate(each.list_times(milestone), start=1))
@@ -146,21 +148,24 @@ def _draw_milestone(series: Sequence[Series], name: str, time: Axis, top: float,
             yield dot((time.at(spread.median), y), 4, class_=each.style)
 
 
-def plot_condition(finding: Finding, records: Iterable[Record]) -> str:
-    """Return the chart of a finding. Each run has a mark at its value of the condition, failing runs in the lower row.
+def plot_condition(significant: SignificantSplit, records: Iterable[Record]) -> str:
+    """Return the chart of a condition as SVG; an empty text if the condition's values are words.
 
-    Return an empty text if the condition's values are words.
+    Each run has a mark at its value of the condition: passing runs in the upper row, failing runs in the lower row.
+
+    significant: the significant split of the condition. The side on which more runs fail is highlighted.
+    records: the records of the sweep, also of other backends and worlds.
     """
     passing, failing = _split_values(
-        (each for each in records if GroupKey.of(each) == finding.group), finding.condition
+        (each for each in records if GroupKey.of(each) == significant.group), significant.condition
     )
-    if isinstance(finding.split.value, str):
+    if isinstance(significant.split.value, str):
         return ""
     axis = Axis(min(passing + failing), max(passing + failing), _RUG_LEFT, WIDTH - _RIGHT)
-    description = f"{finding.condition} of passing runs and of failing ones; {finding}"
+    description = f"{significant.condition} of each passing run and each failing run. {significant}"
     parts = [
         draw_axis(axis, _RUG_TOP, _RUG_BOTTOM, lambda value: f"{value:g}"),
-        _draw_side(finding.split.sign, axis.at(finding.split.value)),
+        _draw_failing_side(significant.split.sign, axis.at(significant.split.value)),
         group(_draw_rug("passed", passing, axis, _RUG_TOP), class_="rug passing"),
         group(_draw_rug("failed", failing, axis, _RUG_TOP + _RUG_ROW), class_="rug failing"),
     ]
@@ -168,7 +173,6 @@ def plot_condition(finding: Finding, records: Iterable[Record]) -> str:
 
 
 def _split_values(records: Iterable[Record], condition: str) -> tuple[list[float], list[float]]:
-    """Return the values of a condition in passing runs and in failing runs, each sorted."""
     passing: list[float] = []
     failing: list[float] = []
     for record in records:
@@ -178,8 +182,7 @@ def _split_values(records: Iterable[Record], condition: str) -> tuple[list[float
     return sorted(passing), sorted(failing)
 
 
-def _draw_side(sign: str, threshold: float) -> Element:
-    """Return the background of the side on which more runs fail."""
+def _draw_failing_side(sign: str, threshold: float) -> Element:
     left, right = (_RUG_LEFT, threshold) if sign == "<" else (threshold, WIDTH - _RIGHT)
     return element("rect", x=left, y=_RUG_TOP, width=right - left, height=_RUG_BOTTOM - _RUG_TOP, class_="side")
 

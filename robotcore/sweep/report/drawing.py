@@ -1,4 +1,4 @@
-"""The elements of a chart: SVG, axes, colours."""
+"""Parts of charts: SVG elements, axes, labels and colours."""
 
 from __future__ import annotations
 
@@ -14,18 +14,20 @@ Attribute = str | float
 Point = tuple[float, float]
 
 MAX_LABEL = 28
-"""The most characters of a label."""
+"""The maximum length of a label, in characters."""
 
 _LETTER, _GAP, _TICK_ROOM = 8.4, 12, 60
 
-_FOR_DARK = 0.42
-"""The share of white that is mixed into a colour on a dark page."""
+_WHITE_SHARE = 0.42
+"""The share of white, from 0 to 1, that is mixed into a colour for a dark page."""
 
 
 def element(tag: str, *children: Element | str, **attributes: Attribute) -> Element:
     """Return an SVG element.
 
-    In an attribute's name, a trailing underscore is dropped, and each other underscore becomes a hyphen.
+    tag: the name of the element.
+    children: its child elements, or its text.
+    attributes: its attributes. In a name, a trailing underscore is dropped, and any other becomes a hyphen.
 
     >>> tostring(element("line", x1=0.25, class_="axis", stroke_width=2.0))
     b'<line x1="0.2" class="axis" stroke-width="2" />'
@@ -44,7 +46,10 @@ def element(tag: str, *children: Element | str, **attributes: Attribute) -> Elem
 def render_svg(
     width: float, height: float, description: str, children: Iterable[Element], **attributes: Attribute
 ) -> str:
-    """Return an SVG drawing as text that is safe in HTML. Screen readers read its ``description``."""
+    """Return an SVG drawing as text that is safe in HTML.
+
+    description: the text that a screen reader reads in place of the drawing.
+    """
     box = {"viewBox": f"0 0 {_format_value(width)} {_format_value(height)}"}
     return tostring(
         element("svg", *children, role="img", aria_label=description, **box, **attributes), encoding="unicode"
@@ -52,27 +57,27 @@ def render_svg(
 
 
 def group(children: Iterable[Element], **attributes: Attribute) -> Element:
-    """Return a group of elements with common attributes."""
+    """Return an SVG group of elements with common attributes."""
     return element("g", *children, **attributes)
 
 
 def line(start: Point, end: Point, **attributes: Attribute) -> Element:
-    """Return a straight line."""
+    """Return an SVG element for a straight line."""
     return element("line", x1=start[0], y1=start[1], x2=end[0], y2=end[1], **attributes)
 
 
 def text(start: Point, words: str, **attributes: Attribute) -> Element:
-    """Return a text whose baseline begins at ``start``."""
+    """Return an SVG element for a text whose baseline begins at ``start``."""
     return element("text", words, x=start[0], y=start[1], **attributes)
 
 
 def dot(centre: Point, radius: float, **attributes: Attribute) -> Element:
-    """Return a filled circle."""
+    """Return an SVG element for a filled circle."""
     return element("circle", cx=centre[0], cy=centre[1], r=radius, **attributes)
 
 
 def polyline(points: Iterable[Point], **attributes: Attribute) -> Element:
-    """Return an open line through points."""
+    """Return an SVG element for an open line through points."""
     (x, y), *rest = points
     way = f"M{_format_value(x)} {_format_value(y)}" + "".join(
         f"L{_format_value(x)} {_format_value(y)}" for x, y in rest
@@ -86,7 +91,7 @@ def _format_value(value: Attribute) -> str:
 
 @dataclass(frozen=True)
 class Axis:
-    """A linear axis.
+    """A linear axis of a chart: maps values to coordinates in SVG.
 
     >>> axis = Axis(low=0, high=100, start=50, end=450)
     >>> axis.at(25)
@@ -96,16 +101,16 @@ class Axis:
     """
 
     low: float
-    """The value at ``start``."""
+    """The value at the coordinate ``start``."""
 
     high: float
-    """The value at ``end``, greater than ``low``."""
+    """The value at the coordinate ``end``. It is greater than ``low``."""
 
     start: float
-    """The coordinate of ``low``."""
+    """The coordinate of the value ``low``."""
 
     end: float
-    """The coordinate of ``high``."""
+    """The coordinate of the value ``high``. It may be less than ``start``."""
 
     def at(self, value: float) -> float:
         """Return the coordinate of a value."""
@@ -124,23 +129,23 @@ class Axis:
 
 
 def measure_labels(labels: Iterable[str]) -> float:
-    """Return the width that labels need: that of the longest label and of the gap between it and the chart."""
+    """Return the width of the longest label, plus the gap between label and chart."""
     longest = max((len(shorten_label(label)) for label in labels), default=0)
     return _GAP + _LETTER * longest
 
 
 def shorten_label(label: str) -> str:
-    """Return a label cut to `MAX_LABEL` characters."""
+    """Return a label shortened to at most `MAX_LABEL` characters."""
     return label if len(label) <= MAX_LABEL else f"{label[: MAX_LABEL - 1]}…"
 
 
 def draw_label(axis: Axis, y: float, words: str) -> Element:
-    """Return a label left of an axis, centred at the height ``y``."""
+    """Return an SVG element for a label left of an axis, centred vertically at ``y``."""
     return text((axis.start - _GAP, y + 4), shorten_label(words), text_anchor="end")
 
 
 def draw_axis(axis: Axis, top: float, bottom: float, format_tick: Callable[[float], str]) -> Element:
-    """Return the vertical grid lines of a horizontal axis from ``top`` to ``bottom``, with the numbers below them."""
+    """Return the grid of a horizontal axis: vertical lines from ``top`` to ``bottom`` with a number below each."""
     return group(_draw_grid(axis, top, bottom, format_tick), class_="axis")
 
 
@@ -152,7 +157,7 @@ def _draw_grid(axis: Axis, top: float, bottom: float, format_tick: Callable[[flo
 
 
 class Shades(NamedTuple):
-    """Two shades of one colour, each as CSS, such as ``#2463eb``."""
+    """A colour in CSS, such as ``#2463eb``, for a light page and for a dark page."""
 
     light: str
     """The colour on a light page."""
@@ -162,8 +167,10 @@ class Shades(NamedTuple):
 
 
 def compute_shades(names: Sequence[str]) -> list[Shades]:
-    """Return a colour for each name. People with the common kinds of colour blindness can distinguish them."""
-    return [Shades(_css(colour), _css(lighten(colour, _FOR_DARK))) for colour in assign_state_colours(names).values()]
+    """Return a colour for each name. People with the common kinds of colour blindness can distinguish the colours."""
+    return [
+        Shades(_css(colour), _css(lighten(colour, _WHITE_SHARE))) for colour in assign_state_colours(names).values()
+    ]
 
 
 def _css(colour: Colour) -> str:

@@ -1,4 +1,4 @@
-"""The failing runs of a report: their endings, conditions and pictures."""
+"""The failing runs in the report: their endings, conditions and pictures."""
 
 from __future__ import annotations
 
@@ -16,43 +16,43 @@ import numpy as np
 
 from robotcore.hal.devices import Image
 from robotcore.runtime.result import RunResult
-from robotcore.sweep.failure_analysis import Finding
+from robotcore.sweep.failure_analysis import SignificantSplit
 from robotcore.sweep.record import GroupKey, Record, classify_failure, format_ending, format_failure
 from robotcore.sweep.report.series import Series
 from robotcore.sweep.statistics import subsample
 
 MAX_DETAILED = 100
-"""The report shows at most this many failing runs with a picture and all conditions. They take about 3 MB."""
+"""The maximum number of failing runs that the report shows with picture and conditions. They take about 3 MB."""
 
 MAX_LISTED = 1000
-"""The report lists at most this many other failing runs, without a picture."""
+"""The maximum number of other failing runs that the report lists without a picture."""
 
 MAX_ENDINGS = 12
-"""The table shows at most this many endings. One more row counts all others."""
+"""The maximum number of rows in the table of endings. A further row counts the runs with any other ending."""
 
 MAX_WIDTH = 480
-"""The width of a picture, in pixels."""
+"""The maximum width of a picture in the report, in pixels."""
 
 QUALITY = 80
-"""The quality of a JPEG. A PNG would be larger, because it would keep the noise of the camera."""
+"""The JPEG quality of a picture, from 0 to 100. A PNG would be larger, because it would keep the camera's noise."""
 
 
 class Condition(NamedTuple):
-    """A condition of a failing run."""
+    """A condition of a failing run, as text for the report."""
 
     name: str
     """The name of the condition."""
 
     value: str
-    """The value of the condition in this run, as text."""
+    """The value of the condition in this run."""
 
-    finding: str
-    """The values with which more runs fail, such as ``light < 0.34``; empty if the analysis found none."""
+    failing_side: str
+    """The values with which more runs fail, such as ``light < 0.34``. Empty without a significant split."""
 
 
 @dataclass(frozen=True)
 class Failure:
-    """The texts of a report about one failing run."""
+    """A failing run, as texts for the report."""
 
     group: str
     """The world and the backend."""
@@ -61,16 +61,16 @@ class Failure:
     """The world, the backend and the seed."""
 
     cause: str
-    """The outcome, its reason, and the contacts."""
+    """Why the run counts as failing: its outcome, its reason and its contacts."""
 
     facts: tuple[str, ...]
-    """The last milestone, and the distance to the target."""
+    """A text about the last milestone, and one about the distance to the target. Both may be missing."""
 
     command: str
-    """The command that repeats the run."""
+    """The shell command that repeats the run."""
 
     conditions: tuple[Condition, ...] = ()
-    """The conditions, those with a finding first."""
+    """The conditions of the run, those with a significant split first."""
 
     picture: str = ""
     """The picture as a ``data:`` URI; empty if there is none."""
@@ -80,62 +80,66 @@ class Failure:
 
     @classmethod
     def build_brief(cls, record: Record) -> Failure:
-        """Return the texts about a failing run without conditions and picture, for the list of runs."""
+        """Return a failing run without conditions and picture, for the list of runs."""
         result = record.result
         group = _format_group(record)
         title = group if result.seed is None else f"{group} · seed {result.seed}"
         return cls(group, title, format_failure(record), tuple(_list_facts(result)), record.command)
 
     @classmethod
-    def build_full(cls, record: Record, folder: Path, findings: Sequence[Finding]) -> Failure:
-        """Return the texts about a failing run with its conditions, and its picture from the sweep's ``folder``."""
+    def build_full(cls, record: Record, folder: Path, splits: Sequence[SignificantSplit]) -> Failure:
+        """Return a failing run with its conditions and its picture.
+
+        folder: the folder of the sweep, which has the picture.
+        splits: the significant splits of all groups.
+        """
         brief = cls.build_brief(record)
-        sides = {each.condition: each.side for each in findings if each.group == GroupKey.of(record)}
+        sides = {each.condition: each.side for each in splits if each.group == GroupKey.of(record)}
         full = replace(brief, conditions=_sort_conditions(record.result.conditions, sides))
         picture = embed_picture(folder / record.picture) if record.picture else ""
         return replace(full, picture=picture, file=record.picture) if picture and record.picture else full
 
 
 class FailureGroup(NamedTuple):
-    """The failing runs of one backend in one world."""
+    """The failing runs of one backend in one world, for the report."""
 
     name: str
     """The world and the backend."""
 
     runs: int
-    """The number of all failing runs of the group."""
+    """The number of failing runs of the group."""
 
     detailed: tuple[Failure, ...]
-    """The runs of the group that are shown in full."""
+    """The failing runs of the group that the report shows with picture and conditions."""
 
 
 @dataclass(frozen=True)
 class Failures:
-    """All failing runs of a sweep."""
+    """All failing runs of a sweep, for the report."""
 
     runs: int
     """The number of failing runs."""
 
     groups: tuple[FailureGroup, ...]
-    """The runs that are shown in full, by backend and world."""
+    """The runs that the report shows with picture and conditions, a group for each backend in each world."""
 
     listed: tuple[Failure, ...]
-    """The runs that are only listed."""
+    """The runs that the report lists without picture and conditions."""
 
     unlisted: int
-    """The number of the other runs."""
+    """The number of failing runs that are in neither `groups` nor `listed`."""
 
     @classmethod
-    def of(cls, records: Sequence[Record], folder: Path, findings: Sequence[Finding]) -> Failures:
-        """Return the failing runs of records that are sorted by world and backend.
+    def of(cls, records: Sequence[Record], folder: Path, splits: Sequence[SignificantSplit]) -> Failures:
+        """Return the failing runs of a sweep.
 
-        records: the records of the sweep, passing ones too.
-        folder: the sweep's folder, which has the pictures.
-        findings: the findings of the failure analysis.
+        records: all records of the sweep, sorted by world and backend.
+        folder: the folder of the sweep, which has the pictures.
+        splits: the significant splits of the failure analysis.
         """
         failing = [record for record in records if record.is_failure]
         chosen = set(subsample(range(len(failing)), MAX_DETAILED))
-        full = [Failure.build_full(failing[at], folder, findings) for at in sorted(chosen)]
+        full = [Failure.build_full(failing[at], folder, splits) for at in sorted(chosen)]
         others = [record for at, record in enumerate(failing) if at not in chosen]
         runs = Counter(map(_format_group, failing))
         groups = tuple(
@@ -151,7 +155,7 @@ def _format_group(record: Record) -> str:
 
 
 def _list_facts(result: RunResult) -> Iterator[str]:
-    """Yield a text about the last milestone, and one about the distance to the target."""
+    """Yield a text about the last milestone, and one about the distance to the target, if they are known."""
     if result.milestones:
         name, time = list(result.milestones.items())[-1]
         yield f"last milestone {name}, at {time:.1f} s"
@@ -160,7 +164,6 @@ def _list_facts(result: RunResult) -> Iterator[str]:
 
 
 def _sort_conditions(values: Mapping[str, float | str], sides: Mapping[str, str]) -> tuple[Condition, ...]:
-    """Return the conditions of a run, those with a finding first."""
     first = [name for name in sides if name in values]
     order = dict.fromkeys([*first, *values])
     return tuple(Condition(name, _format_value(values[name]), sides.get(name, "")) for name in order)
@@ -171,22 +174,22 @@ def _format_value(value: float | str) -> str:
 
 
 class Ending(NamedTuple):
-    """A way in which failing runs ended, and the number of those runs."""
+    """An ending that failing runs have in common, and the number of these runs."""
 
     text: str
-    """The outcome and its reason."""
+    """The outcome and its reason, such as ``timeout, not done after 20 s``."""
 
     runs: int
-    """The number of runs that ended in this way."""
+    """The number of runs with this ending."""
 
     counts: tuple[int, ...]
-    """The number of those runs in each series."""
+    """The number of runs with this ending in each series."""
 
 
 def count_endings(series: Sequence[Series]) -> list[Ending]:
     """Return the endings of failing runs, the most frequent first.
 
-    There are at most `MAX_ENDINGS` endings. A further row counts the runs with any other ending.
+    If there are more than `MAX_ENDINGS`, a last element counts the runs with any other ending.
     """
     tallies = [Counter(_describe_ending(record) for record in each.records if record.is_failure) for each in series]
     total: Counter[str] = sum(tallies, Counter())
@@ -198,13 +201,13 @@ def count_endings(series: Sequence[Series]) -> list[Ending]:
 
 
 def _describe_ending(record: Record) -> str:
-    """Return the outcome of a run and its reason; ``contact`` if the run fails only because of its contacts."""
+    """Return the outcome and the reason of a run; ``contact`` if the run fails only because of its contacts."""
     text = classify_failure(record.result)
     return text if text == "contact" else format_ending(record.result)
 
 
 def embed_picture(file: Path) -> str:
-    """Return a picture as a ``data:`` URI of a small JPEG; an empty text if the file is missing or damaged."""
+    """Return a picture file as a ``data:`` URI of a small JPEG; an empty text if the file is missing or damaged."""
     with suppress(OSError, cv2.error):
         image = cv2.imdecode(np.frombuffer(file.read_bytes(), np.uint8), cv2.IMREAD_COLOR)
         if image is not None:

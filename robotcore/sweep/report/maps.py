@@ -1,4 +1,4 @@
-"""Draw the paths of all runs of a world from above. North is up."""
+"""The maps of the report: the paths of all runs in a world, from above. North is up."""
 
 from __future__ import annotations
 
@@ -15,61 +15,64 @@ from robotcore.sweep.report.series import Series
 from robotcore.sweep.statistics import subsample
 
 MAX_PATHS = 100
-"""A map shows at most this many paths of passing runs, and at most this many of failing runs."""
+"""The maximum number of paths of passing runs in a map. The same number limits the paths of failing runs."""
 
 CM = 100.0
-"""The units of a drawing per metre: one unit is a centimetre. Whole units are accurate enough and keep files small."""
+"""The units of a map per metre. A unit is a centimetre. Coordinates are whole units, which keeps files small."""
 
 _MARGIN_CM = 12.0
 _STEP_M = 0.03
-"""The least distance between two points of a drawn path, in metres."""
+"""The minimum distance between two successive points of a drawn path, in metres."""
 
 _GRID_M = 1.0
 
 
 @dataclass(frozen=True)
-class Map:
-    """The drawing of a world."""
+class WorldMap:
+    """The map of one world with the paths of its runs."""
 
     world: str
     """The name of the world; empty if the backend has none."""
 
     drawing: str
-    """The drawing as SVG."""
+    """The map as SVG."""
 
     caption: str
-    """The numbers of passing and failing runs."""
+    """The numbers of passing and failing runs, as text."""
 
 
 @dataclass(frozen=True)
 class MapScale:
-    """The transform from metres in a world to centimetres in its drawing, whose y axis points down."""
+    """The transform from metres in a world to centimetres in its map, whose y axis points down."""
 
     half_width: float
-    """The x coordinate of the world's origin in the drawing, in centimetres."""
+    """The x coordinate of the world's origin in the map, in centimetres. It is half the width of the map."""
 
     half_height: float
-    """The y coordinate of the world's origin in the drawing, in centimetres."""
+    """The y coordinate of the world's origin in the map, in centimetres. It is half the height of the map."""
 
     def at(self, x: float, y: float) -> Point:
-        """Return the point of the drawing for a point of the world, in metres."""
+        """Return the point of the map, in centimetres, for a point of the world, in metres."""
         return round(self.half_width + x * CM), round(self.half_height - y * CM)
 
 
-def draw_maps(series: Sequence[Series], worlds: Mapping[str, WorldDescription]) -> list[Map]:
-    """Return a map of each world in which a run's true path is known."""
+def draw_maps(series: Sequence[Series], worlds: Mapping[str, WorldDescription]) -> list[WorldMap]:
+    """Return a map of each world in which a run has a true path.
+
+    worlds: the descriptions of the worlds by name. A world without a description is drawn without floor and walls.
+    """
     gathered: dict[str, list[Record]] = {}
     for each in series:
-        gathered.setdefault(each.group.world, []).extend(record for record in each.records if _is_known(record))
+        gathered.setdefault(each.group.world, []).extend(record for record in each.records if _has_path(record))
     return [_draw_map(name, records, worlds.get(name)) for name, records in gathered.items() if records]
 
 
-def _is_known(record: Record) -> bool:
-    """Return whether a run has a path of finite numbers. A simulation that fails may return NaN."""
+def _has_path(record: Record) -> bool:
+    """Return whether a run has a path of finite numbers. A simulation that failed may have returned NaN."""
     return bool(record.path) and all(map(math.isfinite, chain.from_iterable(record.path or ())))
 
 
-def _draw_map(name: str, records: Sequence[Record], world: WorldDescription | None) -> Map:
+def _draw_map(name: str, records: Sequence[Record], world: WorldDescription | None) -> WorldMap:
     passing = [record for record in records if not record.is_failure]
     failing = [record for record in records if record.is_failure]
     caption = f"passing runs: {_format_count(passing)}, failing: {_format_count(failing)}"
@@ -85,7 +88,7 @@ def _draw_map(name: str, records: Sequence[Record], world: WorldDescription | No
         group((_draw_cross(chart, record) for record in failing), class_="ends failing"),
     ]
     words = f"Paths in {name or 'no world'}, from above: {caption}"
-    return Map(name, render_svg(2 * chart.half_width, 2 * chart.half_height, words, parts, class_="map"), caption)
+    return WorldMap(name, render_svg(2 * chart.half_width, 2 * chart.half_height, words, parts, class_="map"), caption)
 
 
 def _format_count(records: Sequence[Record]) -> str:
@@ -93,7 +96,7 @@ def _format_count(records: Sequence[Record]) -> str:
 
 
 def _make_scale(records: Sequence[Record], world: WorldDescription | None) -> MapScale:
-    """Return the scale of a drawing that contains the floor, its walls, and every path."""
+    """Return the scale of a map that contains the floor, its walls and every path."""
     wall = world.walls.thickness_m if world and world.walls else 0.0
     points = [(x, y) for record in records for _, x, y in record.path or ()]
     reach_x = max(abs(x) for x, _ in points)
@@ -105,7 +108,6 @@ def _make_scale(records: Sequence[Record], world: WorldDescription | None) -> Ma
 
 
 def _draw_ground(chart: MapScale, world: WorldDescription) -> Iterator[Element]:
-    """Yield the walls, the floor, and a grid with a line for each metre."""
     x, y = world.floor.length_m / 2, world.floor.width_m / 2
     if world.walls:
         yield _draw_rectangle(chart, x + world.walls.thickness_m, y + world.walls.thickness_m, "wall")
@@ -126,7 +128,7 @@ def _draw_grid(chart: MapScale, x: float, y: float) -> Iterator[Element]:
 
 
 def _draw_objects(chart: MapScale, world: WorldDescription) -> Iterator[Element]:
-    """Yield the obstacles and the targets of the world's file."""
+    """Yield the obstacles and the targets at their places in the world's description."""
     for obstacle in world.obstacles:
         yield _draw_outline(chart, obstacle.outline, "obstacle")
     for ball in world.targets:
@@ -143,7 +145,7 @@ def _draw_path(chart: MapScale, record: Record) -> Element:
 
 
 def _simplify(path: TruePath) -> Iterator[Point]:
-    """Yield points of a path so that each is at least `_STEP_M` away from the previous one."""
+    """Yield those points of a path that are at least `_STEP_M` away from the previously yielded point."""
     last: Point | None = None
     for _, x, y in path:
         if last is None or math.dist(last, (x, y)) >= _STEP_M:

@@ -1,4 +1,4 @@
-"""Render the page of a report. Its layout is in ``templates``."""
+"""The HTML page of the report. Its layout is in ``templates``."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ from robotcore.sweep.statistics import Requirement, compare_backends, list_misse
 from robotcore.sweep.tables import COLUMNS, format_judge
 
 MAX_DIFFERING = 30
-"""The table lists at most this many pairs of runs that differ between two backends."""
+"""The maximum number of differing runs in the table of two backends."""
 
 MAX_OPEN = 8
-"""The page shows the details of at most this many failing runs. If there are more, each group is folded."""
+"""The maximum number of failing runs whose groups are unfolded when the page opens."""
 
 
 def render_page(
@@ -39,9 +39,9 @@ def render_page(
     worlds: Sequence[WorldDescription],
     requirements: Sequence[Requirement],
 ) -> str:
-    """Return the page as HTML. The order of the records does not matter.
+    """Return the page of a report as HTML. The order of the records does not matter.
 
-    The parameters are those of `write_report`.
+    The parameters are described at `write_report`.
     """
     loader = PackageLoader("robotcore.sweep.report")
     environment = Environment(
@@ -92,24 +92,24 @@ def _render_failing(records: Sequence[Record], series: Sequence[Series], folder:
     explanation = explain(records)
     return {
         "endings": count_endings(series),
-        "findings": [(finding, plot_condition(finding, records)) for finding in explanation.findings],
-        "no_finding": explanation.reason,
-        "failures": Failures.of(records, folder, explanation.findings),
+        "splits": [(each, plot_condition(each, records)) for each in explanation.splits],
+        "no_split": explanation.reason,
+        "failures": Failures.of(records, folder, explanation.splits),
     }
 
 
 def _load_worlds(series: Sequence[Series], worlds: Sequence[WorldDescription]) -> dict[str, WorldDescription]:
-    """Return the worlds of a sweep by name: the given ``worlds``, and those that robotcore ships."""
+    """Return the worlds of a sweep by name: the shipped ones, and the user's own ``worlds``."""
     shipped = set(world_names()) & {each.group.world for each in series}
     return {name: load_world(name) for name in shipped} | {world.name: world for world in worlds}
 
 
 @dataclass(frozen=True)
 class Head:
-    """The head of the page: what was run, and how many runs failed."""
+    """The head of the page: the apps, the command, the facts, and the numbers of failing runs."""
 
     apps: str
-    """The names of the apps."""
+    """The names of the apps, separated by commas."""
 
     runs: int
     """The number of runs."""
@@ -121,22 +121,22 @@ class Head:
     """The number of passing runs that could not be verified."""
 
     causes: tuple[tuple[str, int], ...]
-    """The classes of failing runs, and the number of runs in each."""
+    """The classes of failing runs, as `classify_failure` returns them, and the number of runs in each class."""
 
     facts: tuple[tuple[str, str], ...]
-    """Pairs of a term and its text, such as the robot's name."""
+    """Terms with their texts, such as ``Robot`` with the name of the robot."""
 
     command: str
-    """The command that ran the sweep."""
+    """The command line of the sweep."""
 
     @classmethod
     def of(cls, records: Sequence[Record], command: str, folder: Path, judge: str = "") -> Head:
         """Return the head of a page.
 
         records: the records of the sweep.
-        command: the command that ran the sweep.
+        command: the command line of the sweep.
         folder: the folder of the results.
-        judge: the name of the app that judged the runs.
+        judge: who judged the runs, as `format_judge` returns it.
         """
         results = [record.result for record in records]
         failing = [record.result for record in records if record.is_failure]
@@ -166,7 +166,7 @@ def _list_facts(results: Sequence[RunResult]) -> Iterable[tuple[str, str]]:
     yield "Robot's time", _format_duration(sum(each.sim_time_s for each in results))
     yield "Computing time", _format_duration(sum(each.wall_time_s for each in results))
     yield "robotcore", version("robotcore")
-    yield "Page made", datetime.now(timezone.utc).astimezone().strftime("%Y-%m-%d %H:%M %Z")
+    yield "Page created", datetime.now(timezone.utc).astimezone().strftime("%Y-%m-%d %H:%M %Z")
 
 
 def _format_names(results: Sequence[RunResult], name_of: Callable[[RunResult], str | None]) -> str:

@@ -1,4 +1,4 @@
-"""The runs of one backend in one world, prepared for charts."""
+"""Series: the runs of one backend in one world, with times and style for charts."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from robotcore.sweep.statistics import Group, Tally
 
 @dataclass(frozen=True)
 class Series:
-    """The runs of one backend in one world, prepared for a chart."""
+    """The runs of one backend in one world, with the style of their curves in charts."""
 
     group: Group
     """The counts and times of the runs."""
@@ -23,17 +23,17 @@ class Series:
     """The records of the runs."""
 
     style: str = ""
-    """The CSS classes of the group's curves: ``c0`` … for the colour, ``d0`` … for the dashes."""
+    """The CSS classes of the series: ``c0`` … for the colour, ``d0`` … for the dashes."""
 
     def list_times(self, milestone: str) -> list[float]:
-        """Return the times at which runs reached a milestone, in seconds, sorted."""
+        """Return the times at which runs reached a milestone, sorted, in seconds since the start of the run."""
         times = (record.result.milestones.get(milestone) for record in self.records)
         return sorted(time for time in times if time is not None)
 
 
 @dataclass(frozen=True)
 class Spread:
-    """Quantiles of times, in seconds."""
+    """Three quantiles of times, in seconds."""
 
     fast: float
     """The 10 % quantile."""
@@ -46,7 +46,7 @@ class Spread:
 
     @classmethod
     def of(cls, times: Iterable[float]) -> Spread | None:
-        """Return the quantiles of times; None if there are no times.
+        """Return the quantiles of times; None without times.
 
         >>> Spread.of([1.0, 2.0, 3.0])
         Spread(fast=1.2, median=2.0, slow=2.8)
@@ -56,10 +56,10 @@ class Spread:
 
 
 def make_series(records: Iterable[Record]) -> list[Series]:
-    """Return a series for each backend in each world, sorted by world, then by backend.
+    """Return a series for each backend in each world, first by world, then by backend.
 
-    Worlds and backends are in the order of their first records.
-    Each world has its own colour, and each backend its own dashes. If there is one world, each backend has a colour.
+    Worlds and backends are in the order of their first records. Each world has its own colour, and each backend its own
+    dashes. If there is only one world, each backend also has its own colour.
     """
     gathered: dict[GroupKey, list[Record]] = {}
     for record in records:
@@ -82,16 +82,16 @@ def _make_group(key: GroupKey, records: Iterable[Record]) -> Group:
 
 
 def list_milestones(series: Sequence[Series]) -> list[str]:
-    """Return every milestone that a run reached, in the order of their median times."""
+    """Return the milestones that any run reached, in the order of their median times."""
     names = dict.fromkeys(name for each in series for record in each.records for name in record.result.milestones)
     times = {name: [time for each in series for time in each.list_times(name)] for name in names}
     return sorted(names, key=lambda name: float(np.median(times[name])))
 
 
 def find_goal(series: Sequence[Series], milestones: Sequence[str]) -> str | None:
-    """Return the milestone that is the final one in most passing runs.
+    """Return the milestone that most passing runs reach last. If no run passed, return the last of ``milestones``.
 
-    If no run passed, return the last of ``milestones``. Return None if every milestone was reached at 0 s.
+    Return None if every milestone was reached at 0 s.
     """
     if not any(time > 0 for each in series for name in milestones for time in each.list_times(name)):
         return None

@@ -11,7 +11,7 @@ import pytest
 
 from robotcore.errors import BackendError
 from tests.robotcore.cli.conftest import Answer, Cli
-from tests.robotcore.sweep.conftest import SWEEP
+from tests.robotcore.sweep.conftest import SWEEP_ID
 from tests.texts import CheckText
 
 BOTH = pytest.mark.parametrize("command", ["run", "sweep"])
@@ -97,7 +97,7 @@ def test_without_json_nothing_is_on_stdout(cli: Cli, command: str, check_text: C
 def test_a_signal_before_the_first_run_is_reported_in_json(
     cli: Cli, command: str, number: signal.Signals, check_text: CheckText
 ) -> None:
-    process = {"run": "os.getpid()", "sweep": SWEEP}[command]  # a sweep looks at the app in another process
+    process = {"run": "os.getpid()", "sweep": SWEEP_ID}[command]  # a sweep looks at the app in another process
     Path("odd.py").write_text(f"import os\nos.kill({process}, {int(number)})\nwhile True: ...\n")
     answer = cli(command, "odd.py", "--json")
     app, _, status = _answer(answer)

@@ -17,7 +17,7 @@ from robotcore.deploy.staging import copy_files
 from robotcore.errors import DescriptionError, UnprovenError, UsageError
 from robotcore.runtime.plan import RunRequest
 from tests.robotcore.deploy.projects import DRIVES_ON, TABLE, project_in, write
-from tests.robotcore.sweep.conftest import record_of
+from tests.robotcore.sweep.conftest import make_record
 from tests.texts import Raises
 
 RAISES = DRIVES_ON.replace("return Status.RUNNING", "return 1 / 0")
@@ -126,7 +126,7 @@ def test_required_bounds_decide_instead_of_the_runs(tmp_path: Path) -> None:
     project = project_in(tmp_path, TABLE + 'require = ["verified>=0.5"]\n')
     words = simulation.build_sweep_arguments(project, "kinematic", "arena")
     assert words[words.index("--require") + 1] == "verified>=0.5"
-    failing = [record_of(Outcome.FAILURE, verified=False)]
+    failing = [make_record(Outcome.FAILURE, verified=False)]
     simulation._require_pass(project, [], failing)
     with pytest.raises(UnprovenError) as raised:
         simulation._require_pass(project, ["kinematic, arena: verified is 0.3, required verified>=0.5"], failing)
@@ -154,7 +154,7 @@ def test_file_without_an_app_is_reported(tmp_path: Path, raises: Raises) -> None
     ],
 )
 def test_runs_that_pass_without_required_bounds(change: dict[str, object], *, is_passed: bool) -> None:
-    record = record_of()
+    record = make_record()
     result = replace(record.result, **{"contacts": 0, **change})  # type: ignore[arg-type]
     assert is_pass(replace(record, result=result)) is is_passed
 

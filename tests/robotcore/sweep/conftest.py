@@ -10,8 +10,8 @@ from robotcore.sweep import Record, Sweep
 
 AppFile = Callable[..., str]
 
-SWEEP = "int(open(f'/proc/{os.getppid()}/stat').read().rpartition(')')[2].split()[1])"
-"""Code in an app for the id of the sweep's process, which is the parent of the supervisor."""
+SWEEP_ID = "int(open(f'/proc/{os.getppid()}/stat').read().rpartition(')')[2].split()[1])"
+"""The expression in an app for the process id of the sweep, which is the parent of the supervisor."""
 
 APP = """
 import os, signal
@@ -28,29 +28,32 @@ class Odd(Behaviour):
         robot.drive.set_velocity(0.1, 0.0)
         x = robot.camera.read().image.mean()
         if self.ticks == 3:
-            {deed}
+            {code}
         return Status.SUCCESS if self.ticks == 15 else Status.RUNNING
 """
 
 
 @pytest.fixture
 def app_file(tmp_path: Path) -> AppFile:
-    """Writes a file with an app that runs ``deed`` in its third tick, and ends after 0.7 s."""
+    """Return a function that writes an app into a file, and returns the file's name.
 
-    def write(deed: str = "pass", head: str = "") -> str:
+    The app executes ``code`` in its third tick, and ends after 0.7 s. ``head`` is code at the top of the file.
+    """
+
+    def write(code: str = "pass", head: str = "") -> str:
         file = tmp_path / "app" / "odd.py"
         file.parent.mkdir(exist_ok=True)
-        file.write_text(APP.format(deed=deed, head=head))
+        file.write_text(APP.format(code=code, head=head))
         return str(file)
 
     return write
 
 
-def sweep_of(app: str, seeds: int = 2, worlds: tuple[str, ...] = ("open",)) -> Sweep:
+def make_sweep(app: str, seeds: int = 2, worlds: tuple[str, ...] = ("open",)) -> Sweep:
     return Sweep(RunRequest(app, timeout_s=5.0), ("kinematic",), worlds, tuple(range(1, seeds + 1)))
 
 
-def record_of(
+def make_record(
     outcome: Outcome = Outcome.SUCCESS,
     *,
     verified: bool | None = True,

@@ -19,14 +19,14 @@ from robotcore.errors import BackendError, BackendMissingError, RobotcoreError
 from robotcore.sweep import ClusterEngine, LocalEngine, Record, Sweep
 from robotcore.sweep.engine import Engine
 from robotcore.sweep.spec import format_command
-from tests.robotcore.sweep.conftest import SWEEP, AppFile, sweep_of
+from tests.robotcore.sweep.conftest import SWEEP_ID, AppFile, make_sweep
 from tests.texts import CheckText, Raises
 
 distributed = pytest.importorskip("distributed")
 
 
 def _start_dask(*arguments: str, home: Path) -> subprocess.Popen[str]:
-    """Start a process of Dask in its own process group. It logs to a pipe on stderr."""
+    """Start a Dask process in its own process group, with a pipe for its log on stderr."""
     return subprocess.Popen(
         [sys.executable, "-m", "dask", *arguments],
         cwd=home,
@@ -48,7 +48,7 @@ def _kill_at_end(process: subprocess.Popen[str]) -> Iterator[subprocess.Popen[st
 
 
 def _await_line(process: subprocess.Popen[str], words: str) -> str:
-    """Return the next line on stderr with these words."""
+    """Wait for a line on stderr that contains the words, and return it."""
     assert process.stderr
     return next(line for line in process.stderr if words in line)
 
@@ -60,7 +60,7 @@ def _run_scheduler(home: Path) -> AbstractContextManager[subprocess.Popen[str]]:
 
 @contextmanager
 def _run_workers(scheduler: str, home: Path) -> Iterator[list[subprocess.Popen[str]]]:
-    """Run two workers. Each has a nanny that restarts it if it dies."""
+    """Run two Dask workers. Each has a nanny, a parent process that restarts a dead worker."""
     arguments = (scheduler, "--nthreads", "1", "--no-dashboard", "--local-directory", str(home))
     with ExitStack() as stack:
         processes = [stack.enter_context(_kill_at_end(_start_dask("worker", *arguments, home=home))) for _ in range(2)]
@@ -75,7 +75,7 @@ def _read_address(scheduler_process: subprocess.Popen[str]) -> str:
 
 @pytest.fixture(scope="module")
 def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    """The address of a cluster that tests share. They kill none of its processes."""
+    """The address of a cluster that several tests share. No test kills its processes."""
     home = tmp_path_factory.mktemp("lab")
     with _run_scheduler(home) as process, _run_workers(address := _read_address(process), home):
         yield address
@@ -99,7 +99,7 @@ def workers(scheduler: str, tmp_path: Path) -> Iterator[list[subprocess.Popen[st
 
 
 def _run(engine: Engine, sweep: Sweep) -> dict[str, Record]:
-    """Return the records by their commands, with a wall time of 0 s."""
+    """Execute a sweep. Return its records by command, with a wall time of 0 s."""
     records = (output.record for output in engine.perform(sweep, sweep.requests()))
     return {record.command: replace(record, result=replace(record.result, wall_time_s=0.0)) for record in records}
 
@@ -107,20 +107,20 @@ def _run(engine: Engine, sweep: Sweep) -> dict[str, Record]:
 @pytest.mark.usefixtures("workers")
 def test_a_worker_that_is_killed_loses_no_run(scheduler: str, app_file: AppFile, tmp_path: Path) -> None:
     once = str(tmp_path / "once")
-    deed = f"os.path.exists({once!r}) or (open({once!r}, 'w'), os.kill({SWEEP}, signal.SIGKILL), Event().wait(1))"
-    sweep = sweep_of(app_file(deed), seeds=6)
+    code = f"os.path.exists({once!r}) or (open({once!r}, 'w'), os.kill({SWEEP_ID}, signal.SIGKILL), Event().wait(1))"
+    sweep = make_sweep(app_file(code), seeds=6)
     swept = _run(ClusterEngine(scheduler), sweep)
     assert Path(once).exists()
     assert {record.result.outcome for record in swept.values()} == {Outcome.SUCCESS}
     assert swept == _run(LocalEngine(1), sweep)
 
 
-@pytest.mark.parametrize("deed", ["Event().wait()", "os._exit(0)", "os.kill(os.getpid(), signal.SIGSEGV)"])
+@pytest.mark.parametrize("code", ["Event().wait()", "os._exit(0)", "os.kill(os.getpid(), signal.SIGSEGV)"])
 def test_a_run_that_hangs_or_dies_is_tried_once(
-    lab: str, app_file: AppFile, tmp_path: Path, deed: str, check_text: CheckText
+    lab: str, app_file: AppFile, tmp_path: Path, code: str, check_text: CheckText
 ) -> None:
     tries = tmp_path / "tries"
-    sweep = sweep_of(app_file(f"open({str(tries)!r}, 'a').write('I'), {deed}"), seeds=1)
+    sweep = make_sweep(app_file(f"open({str(tries)!r}, 'a').write('I'), {code}"), seeds=1)
     (record,) = _run(ClusterEngine(lab, wall_timeout_s=4.0), sweep).values()
     assert record.result.outcome is Outcome.ERROR
     check_text(record.result.reason)
@@ -137,7 +137,7 @@ def test_a_judge_is_sent_with_the_modules_beside_it(
     judge.with_name("helper.py").write_text("WORDS = 'judge'\n")
     judge.write_text(app.read_text() + "\n    def verify(self, truth):\n        return helper.WORDS == 'judge'\n")
     monkeypatch.chdir(app.parent)
-    sweep = sweep_of(app.name)
+    sweep = make_sweep(app.name)
     judged = replace(sweep, request=replace(sweep.request, judge=f"../judge/{judge.name}"))
     results = [record.result for record in _run(ClusterEngine(lab), judged).values()]
     assert [(result.reason, result.verified) for result in results] == [("app", True)] * 2
@@ -150,7 +150,7 @@ def test_an_error_in_a_file_has_the_name_that_the_user_gave(
     judge = tmp_path / "judge.py"
     judge.write_text(app.read_text() + "\n    def verify(self, truth):\n        1 / 0\n")
     monkeypatch.chdir(tmp_path)
-    sweep = sweep_of("app/odd.py:Odd", seeds=1)
+    sweep = make_sweep("app/odd.py:Odd", seeds=1)
     judged = replace(sweep, request=replace(sweep.request, judge="judge.py:Odd"))
     for head, each in (("1 / 0", sweep), ("", judged)):
         app_file(head=head)
@@ -162,7 +162,7 @@ def test_changed_files_are_sent_again(lab: str, app_file: AppFile, monkeypatch: 
     world = app.with_name("mine.toml")
     world.write_text('name = "mine"\n[floor]\nlength_m = 6.0\nwidth_m = 6.0\n')
     monkeypatch.chdir(app.parent)
-    sweep = sweep_of(app.name, worlds=(world.name,))
+    sweep = make_sweep(app.name, worlds=(world.name,))
     for words in ("one", "another", "one"):
         app.with_name("helper.py").write_text(f"WORDS = {words!r}\n")
         records = _run(ClusterEngine(lab), sweep)
@@ -172,7 +172,7 @@ def test_changed_files_are_sent_again(lab: str, app_file: AppFile, monkeypatch: 
 
 
 def test_an_app_that_raises_fails_its_run_alone(lab: str, app_file: AppFile, check_text: CheckText) -> None:
-    sweep = sweep_of(app_file("1 / 0"), seeds=1)
+    sweep = make_sweep(app_file("1 / 0"), seeds=1)
     (record,) = _run(ClusterEngine(lab), sweep).values()
     check_text(record.result.reason)
 
@@ -180,7 +180,7 @@ def test_an_app_that_raises_fails_its_run_alone(lab: str, app_file: AppFile, che
 def test_a_missing_file_fails_the_run_that_reads_it(lab: str, app_file: AppFile, check_text: CheckText) -> None:
     app = Path(app_file())
     app.write_text(app.read_text() + "\n    stopping = property(lambda self: open('/no/such/file'))\n")
-    first, second = _run(ClusterEngine(lab), sweep_of(str(app))).values()
+    first, second = _run(ClusterEngine(lab), make_sweep(str(app))).values()
     check_text(first.result.reason)
     assert second.result.reason == first.result.reason
 
@@ -197,7 +197,7 @@ def test_workers_with_another_library_are_refused(
 ) -> None:
     monkeypatch.setattr("robotcore.runtime.versions.version", lambda name: "1.2.3")
     with pytest.raises(BackendError) as raised:
-        _run(ClusterEngine(lab), sweep_of("green-search"))
+        _run(ClusterEngine(lab), make_sweep("green-search"))
     assert raised.value.kind == "worker-mismatch"
     check_text(raised.value, hide=[_get_worker(raised.value), version("numpy")])
 
@@ -210,14 +210,14 @@ def test_workers_with_other_code_are_refused(
     if joins_later:
         monkeypatch.setattr(ClusterEngine, "_require_workers", lambda *_: None)
     with pytest.raises(BackendError) as raised:
-        _run(ClusterEngine(lab), sweep_of("green-search"))
+        _run(ClusterEngine(lab), make_sweep("green-search"))
     assert raised.value.kind == "worker-mismatch"
     check_text(raised.value, hide=[_get_worker(raised.value)])
 
 
 def test_a_cluster_without_workers_is_refused(scheduler: str, raises: Raises) -> None:
     with raises(BackendError, "no-workers", hide=[scheduler], address=scheduler):
-        _run(ClusterEngine(scheduler), sweep_of("green-search"))
+        _run(ClusterEngine(scheduler), make_sweep("green-search"))
 
 
 def test_a_sweep_ends_if_the_workers_are_gone_with_their_results(
@@ -229,7 +229,7 @@ def test_a_sweep_ends_if_the_workers_are_gone_with_their_results(
 ) -> None:
     monkeypatch.setattr("robotcore.sweep.cluster.NO_WORKERS_S", 2.0)
     monkeypatch.setattr("robotcore.sweep.cluster.ANSWER_S", 3.0)
-    outputs = ClusterEngine(scheduler).perform(sweep := sweep_of(app_file(), seeds=50), sweep.requests())
+    outputs = ClusterEngine(scheduler).perform(sweep := make_sweep(app_file(), seeds=50), sweep.requests())
     assert next(outputs).record.result.outcome is Outcome.SUCCESS
     _await_idle(scheduler)
     for worker in workers:
@@ -239,7 +239,7 @@ def test_a_sweep_ends_if_the_workers_are_gone_with_their_results(
 
 
 def _await_idle(scheduler: str) -> None:
-    """Wait until the workers have done all runs that were submitted. No result has been fetched yet."""
+    """Wait until the workers have executed all submitted runs. Their results are still on the workers."""
     with distributed.Client(scheduler, set_as_default=False) as client:
         while any(client.processing().values()):
             pass
@@ -249,7 +249,7 @@ def _await_idle(scheduler: str) -> None:
 def test_a_scheduler_that_is_gone_is_reported(
     scheduler_process: subprocess.Popen[str], scheduler: str, app_file: AppFile, raises: Raises
 ) -> None:
-    outputs = ClusterEngine(scheduler).perform(sweep := sweep_of(app_file(), seeds=50), sweep.requests())
+    outputs = ClusterEngine(scheduler).perform(sweep := make_sweep(app_file(), seeds=50), sweep.requests())
     assert next(outputs).record.result.outcome is Outcome.SUCCESS
     os.killpg(scheduler_process.pid, signal.SIGKILL)
     with raises(BackendError, "scheduler-gone", hide=[scheduler], address=scheduler):
@@ -261,7 +261,7 @@ def test_an_address_without_a_scheduler_is_refused(raises: Raises) -> None:
         address = f"tcp://127.0.0.1:{server.getsockname()[1]}"
     for absent in (address, "nowhere", "carrier://pigeon:1"):
         with raises(BackendError, "no-scheduler", hide=[absent], address=absent):
-            _run(ClusterEngine(absent), sweep_of("green-search"))
+            _run(ClusterEngine(absent), make_sweep("green-search"))
 
 
 @pytest.mark.parametrize("answer", [b"", b"HTTP/1.1 400 Bad Request\r\n\r\n", b"\xff" * 4096])
@@ -292,4 +292,4 @@ def _answer_all(server: socket.socket, answer: bytes) -> None:
 def test_a_missing_library_is_reported_with_its_extra(monkeypatch: pytest.MonkeyPatch, raises: Raises) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
     with raises(BackendMissingError, "library-missing", module="distributed", extra="cluster"):
-        _run(ClusterEngine("tcp://127.0.0.1:1"), sweep_of("green-search"))
+        _run(ClusterEngine("tcp://127.0.0.1:1"), make_sweep("green-search"))

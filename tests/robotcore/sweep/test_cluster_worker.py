@@ -1,4 +1,4 @@
-"""Job bundles: the software of a worker, and the unpacking of files."""
+"""Job bundles: comparing the software of a worker, and unpacking files."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ from pathlib import Path
 import pytest
 
 from robotcore.sweep.cluster_worker import JobBundle
-from tests.robotcore.sweep.conftest import AppFile, sweep_of
+from tests.robotcore.sweep.conftest import AppFile, make_sweep
 from tests.texts import CheckText
 
 
 def test_a_bundle_matches_the_process_that_packed_it() -> None:
-    assert JobBundle.of(sweep_of("green-search")).find_mismatch() is None
+    assert JobBundle.of(make_sweep("green-search")).find_mismatch() is None
 
 
 @pytest.mark.parametrize("name", ["robotcore", "numpy", "absent-simulator", "python"])
 def test_the_mismatch_names_the_library_and_the_remedy(name: str, check_text: CheckText) -> None:
-    bundle = JobBundle.of(sweep_of("green-search"))
+    bundle = JobBundle.of(make_sweep("green-search"))
     mismatch = replace(bundle, versions={**bundle.versions, name: "0.0.1"}).find_mismatch()
     check_text(mismatch, hide=[platform.python_version(), version("numpy"), version("robotcore")])
 
 
-def test_a_simulator_counts_if_the_sweep_uses_it() -> None:
+def test_a_bundle_has_the_versions_of_the_simulators_that_the_sweep_uses() -> None:
     pytest.importorskip("pybullet")
-    sweep = sweep_of("green-search")
+    sweep = make_sweep("green-search")
     assert "pybullet" not in JobBundle.of(sweep).versions
     assert "pybullet" in JobBundle.of(replace(sweep, backends=("kinematic", "pybullet"))).versions
 
@@ -37,7 +37,7 @@ def test_a_bundle_is_unpacked_completely_or_not_at_all(
     app_file: AppFile, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     Path(app_file()).with_name("helper.py").touch()
-    bundle, root = JobBundle.of(sweep_of(app_file())), tmp_path / "bundles" / "one"
+    bundle, root = JobBundle.of(make_sweep(app_file())), tmp_path / "bundles" / "one"
     root.parent.mkdir()
     with monkeypatch.context() as disk:
         disk.setattr(Path, "write_bytes", _make_full_disk(1))
@@ -50,7 +50,7 @@ def test_a_bundle_is_unpacked_completely_or_not_at_all(
 
 
 def _make_full_disk(files: int) -> object:
-    """Return a `Path.write_bytes` for a disk that is full after this number of files."""
+    """Return a replacement of `Path.write_bytes` that raises OSError after ``files`` files, as a full disk does."""
     room = iter(range(files))
 
     def write_bytes(path: Path, content: bytes) -> int:

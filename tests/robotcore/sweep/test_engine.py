@@ -1,4 +1,4 @@
-"""The loop that limits the number of tasks at a time."""
+"""The loop that limits the number of unfinished tasks."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from robotcore.sweep import engine
 from robotcore.sweep.engine import iterate_completed
 
 
-def test_an_exception_of_width_ends_the_wait_for_a_task(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_exception_of_count_allowed_ends_the_iteration(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(engine, "POLL_S", 0.0)
-    widths = [2, 2]
+    allowed = [2, 2]
     with pytest.raises(IndexError):
-        list(iterate_completed(lambda _: Future(), range(9), widths.pop))
+        list(iterate_completed(lambda _: Future(), range(9), allowed.pop))
 
 
-def test_more_tasks_start_if_the_width_grows(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_more_tasks_start_if_more_tasks_are_allowed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(engine, "POLL_S", 0.0)
     started: list[Future[int]] = []
 
@@ -27,6 +27,6 @@ def test_more_tasks_start_if_the_width_grows(monkeypatch: pytest.MonkeyPatch) ->
             started[-1].set_result(task)
         return started[-1]
 
-    widths = iter((1, 1, 3))
-    ((task, future),) = [next(iterate_completed(submit, range(9), lambda: next(widths)))]
+    allowed = iter((1, 1, 3))
+    ((task, future),) = [next(iterate_completed(submit, range(9), lambda: next(allowed)))]
     assert (task, future.result(), len(started)) == (2, 2, 3)

@@ -18,7 +18,7 @@ from apps.green_search import GreenSearch
 from robotcore.errors import UsageError
 from robotcore.sweep import Results, Sweep, fingerprint
 from robotcore.sweep.fingerprint import MANIFEST, compute_code_digest, read_own_files
-from tests.robotcore.sweep.conftest import AppFile, sweep_of
+from tests.robotcore.sweep.conftest import AppFile, make_sweep
 from tests.texts import CheckText, Raises
 
 REFLEX = """
@@ -28,7 +28,7 @@ class Reflex(GreenSearch):
     ...
 """
 
-SWEEP = sweep_of("green-search", seeds=3)
+SWEEP = make_sweep("green-search", seeds=3)
 
 
 def _digest(sweep: Sweep) -> str:
@@ -37,7 +37,7 @@ def _digest(sweep: Sweep) -> str:
 
 @pytest.fixture
 def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """A user's package with an app two folders down. Every name of an app then means this app."""
+    """Write a user's package with an app two folders below it, and make `load_app` return this app for any name."""
     root = tmp_path / "my_robots"
     (root / "apps").mkdir(parents=True)
     (root / "__init__.py").touch()
@@ -79,7 +79,7 @@ def test_a_judge_counts_with_the_modules_beside_it(app_file: AppFile, tmp_path: 
     judge.parent.mkdir()
     judge.write_text("LIMIT = 1\n")
     judge.with_name("helper.py").touch()
-    sweep = sweep_of(app_file())
+    sweep = make_sweep(app_file())
     judged = replace(sweep, request=replace(sweep.request, judge=f"{judge}:Strict"))
     assert set(read_own_files(judged)) - set(read_own_files(sweep)) == {judge, judge.with_name("helper.py")}
     before = _digest(judged)
@@ -88,13 +88,13 @@ def test_a_judge_counts_with_the_modules_beside_it(app_file: AppFile, tmp_path: 
 
 
 def test_a_file_that_cannot_be_imported_does_not_count(app_file: AppFile) -> None:
-    """Emacs locks a file with a broken link. macOS writes a second file for attributes on a foreign disk."""
+    """Emacs creates a broken link to lock a file. macOS creates a second file for attributes on a foreign disk."""
     app = Path(app_file())
     app.with_name(".#odd.py").symlink_to("somebody@somewhere.1234")
     app.with_name("._odd.py").touch()
     app.with_name("notes.py").mkdir()
     app.with_name("helper.py").touch()
-    assert {file.name for file in read_own_files(sweep_of(str(app)))} == {"odd.py", "helper.py"}
+    assert {file.name for file in read_own_files(make_sweep(str(app)))} == {"odd.py", "helper.py"}
 
 
 def _change_request(sweep: Sweep = SWEEP, **changes: Any) -> Sweep:
@@ -107,7 +107,7 @@ def _begin(directory: Path, sweep: Sweep = SWEEP) -> Path:
 
 
 def _list_changes(directory: Path, sweep: Sweep = SWEEP) -> list[str]:
-    """Return the changes in the error that refuses the folder."""
+    """Return the changes that the error about a folder of another sweep lists."""
     with pytest.raises(UsageError) as refused, Results(sweep, directory):
         pass
     assert (refused.value.kind, refused.value.fields["directory"]) == ("other-results", str(directory))
@@ -135,14 +135,14 @@ def test_changes_of_the_request_are_listed_by_key(
 
 
 def test_the_order_of_worlds_does_not_count(tmp_path: Path) -> None:
-    _begin(tmp_path, sweep_of("green-search", worlds=("open", "arena")))
-    _begin(tmp_path, sweep_of("green-search", worlds=("arena", "open")))
+    _begin(tmp_path, make_sweep("green-search", worlds=("open", "arena")))
+    _begin(tmp_path, make_sweep("green-search", worlds=("arena", "open")))
 
 
 def test_changes_of_the_users_files_are_listed_by_path(
     app_file: AppFile, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
-    sweep, folder = sweep_of(app_file()), tmp_path / "out"
+    sweep, folder = make_sweep(app_file()), tmp_path / "out"
     monkeypatch.chdir(tmp_path)
     _begin(folder, sweep)
     app_file("self.ticks += 1")

@@ -15,7 +15,7 @@ from robotcore import RunRequest
 from robotcore.errors import BackendError, BehaviourError, UnknownNameError, UnmetNeedError, UsageError
 from robotcore.sweep import LocalEngine, Sweep, run_sweep
 from robotcore.sweep.preflight import preflight
-from tests.robotcore.sweep.conftest import SWEEP, AppFile, sweep_of
+from tests.robotcore.sweep.conftest import SWEEP_ID, AppFile, make_sweep
 from tests.texts import CheckText, Raises
 
 
@@ -32,13 +32,13 @@ def test_an_app_that_cannot_be_imported_is_refused_by_its_file(
 ) -> None:
     app = app_file(head=head)
     with raises(UsageError, kind, app=app, step="imported"):
-        preflight(sweep_of(app), load_s=0.5)
+        preflight(make_sweep(app), load_s=0.5)
 
 
 @pytest.mark.parametrize("head", ["exit()", "exit(3)"])
 def test_an_app_that_calls_exit_at_import_is_refused(app_file: AppFile, head: str, check_text: CheckText) -> None:
     with pytest.raises(UsageError) as raised:
-        preflight(sweep_of(app_file(head=head)), load_s=0.5)
+        preflight(make_sweep(app_file(head=head)), load_s=0.5)
     check_text(raised.value)
 
 
@@ -46,42 +46,50 @@ def test_an_app_that_hangs_in_its_constructor_is_refused(app_file: AppFile, rais
     app = Path(app_file())
     app.write_text(app.read_text() + "\n    def __init__(self):\n        Event().wait()\n")
     with raises(UsageError, "app-hangs", step="made"):
-        preflight(sweep_of(str(app)), load_s=0.5)
+        preflight(make_sweep(str(app)), load_s=0.5)
+
+
+@pytest.mark.parametrize(
+    "app, judge, has_verify",
+    [("green-search", None, True), ("avoid-obstacles", None, False), ("avoid-obstacles", "green-search", True)],
+)
+def test_the_preflight_reports_whether_runs_can_be_verified(app: str, judge: str | None, has_verify: bool) -> None:
+    assert preflight(Sweep(RunRequest(app, judge=judge), seeds=(1,))) is has_verify
 
 
 @pytest.mark.parametrize("name", ["drivers", "apps"])
 def test_a_module_beside_an_app_may_have_the_name_of_a_package(app_file: AppFile, name: str) -> None:
     app = Path(app_file())
     app.with_name(f"{name}.py").touch()
-    sweep = sweep_of(str(app))
+    sweep = make_sweep(str(app))
     preflight(replace(sweep, request=replace(sweep.request, judge="green-search")))
 
 
-def test_an_app_that_reads_standard_input_gets_none(app_file: AppFile, raises: Raises) -> None:
+def test_standard_input_is_empty_during_an_import(app_file: AppFile, raises: Raises) -> None:
     with raises(BehaviourError, "app-not-importable"):
-        preflight(sweep_of(app_file(head="input()")))
+        preflight(make_sweep(app_file(head="input()")))
 
 
 def test_an_error_at_import_comes_with_its_traceback(app_file: AppFile, raises: Raises) -> None:
     with raises(BehaviourError, "app-not-importable") as raised:
-        preflight(sweep_of(app_file(head="1 / 0")))
+        preflight(make_sweep(app_file(head="1 / 0")))
     assert 'odd.py", line 5, in <module>\n    1 / 0' in raised.value.traceback
 
 
 def test_an_error_class_of_the_app_keeps_its_text(app_file: AppFile, raises: Raises) -> None:
     head = "from robotcore.errors import UsageError\nclass Own(UsageError): pass\nraise Own('too fast')"
     with raises(BehaviourError, "app-not-importable"):
-        preflight(sweep_of(app_file(head=head)))
+        preflight(make_sweep(app_file(head=head)))
     app = Path(app_file(head=head.replace("raise Own", "words = str")))
     app.write_text(app.read_text() + "\n    def __init__(self):\n        raise Own('too fast')\n")
     with raises(UsageError):
-        preflight(sweep_of(str(app)))
+        preflight(make_sweep(str(app)))
 
 
-def test_a_judge_is_checked_as_an_app_is(app_file: AppFile, tmp_path: Path, raises: Raises) -> None:
+def test_a_judge_that_ends_the_process_is_refused(app_file: AppFile, tmp_path: Path, raises: Raises) -> None:
     judge = tmp_path / "judge.py"
     judge.write_text("import os; os._exit(0)")
-    sweep = sweep_of(app_file())
+    sweep = make_sweep(app_file())
     with raises(UsageError, "app-ends-process", app=f"{judge}:Strict"):
         preflight(replace(sweep, request=replace(sweep.request, judge=f"{judge}:Strict")))
 
@@ -94,7 +102,7 @@ def test_a_judge_is_checked_as_an_app_is(app_file: AppFile, tmp_path: Path, rais
         (Sweep(RunRequest("green-search", settings={"speed_m_s": "fast"})), UsageError, 2),
     ],
 )
-def test_the_error_is_the_one_of_a_check_in_this_process(sweep: Sweep, error: type[UsageError], status: int) -> None:
+def test_the_error_equals_that_of_a_check_in_this_process(sweep: Sweep, error: type[UsageError], status: int) -> None:
     with pytest.raises(error) as expected:
         sweep.check()
     with pytest.raises(error) as received:
@@ -104,18 +112,18 @@ def test_the_error_is_the_one_of_a_check_in_this_process(sweep: Sweep, error: ty
     assert received.value.exit_status == status
 
 
-def test_a_process_that_dies_after_the_app_was_made_is_the_backends_fault(app_file: AppFile, raises: Raises) -> None:
+def test_a_backend_that_ends_the_process_is_refused(app_file: AppFile, raises: Raises) -> None:
     app = Path(app_file())
     app.write_text(app.read_text() + "\n    stopping = property(lambda self: os._exit(7))\n")
     with raises(BackendError, "backend-died", backends=["kinematic"]):
-        preflight(sweep_of(str(app)))
+        preflight(make_sweep(str(app)))
 
 
-@pytest.mark.parametrize("deed", ["pass", "os._exit(0)", "1 / 0"])
-def test_the_process_of_the_sweep_does_not_import_the_app(app_file: AppFile, tmp_path: Path, deed: str) -> None:
+@pytest.mark.parametrize("code", ["pass", "os._exit(0)", "1 / 0"])
+def test_the_process_of_the_sweep_does_not_import_the_app(app_file: AppFile, tmp_path: Path, code: str) -> None:
     importers = tmp_path / "importers"
-    app = app_file(deed, head=f"print(os.getpid(), file=open({str(importers)!r}, 'a'))")
-    run_sweep(sweep_of(app, seeds=1), LocalEngine(1), tmp_path / "out")
+    app = app_file(code, head=f"print(os.getpid(), file=open({str(importers)!r}, 'a'))")
+    run_sweep(make_sweep(app, seeds=1), LocalEngine(1), tmp_path / "out")
     assert importers.read_text()
     assert str(os.getpid()) not in importers.read_text().split()
 
@@ -123,10 +131,10 @@ def test_the_process_of_the_sweep_does_not_import_the_app(app_file: AppFile, tmp
 def test_ctrl_c_during_the_preflight_ends_both_processes(
     app_file: AppFile, tmp_path: Path, check_text: CheckText
 ) -> None:
-    note = tmp_path / "child"
-    deed = f"open({str(note)!r}, 'w').write(str(os.getpid())); os.kill({SWEEP}, signal.SIGINT); Event().wait()"
+    id_file = tmp_path / "child"
+    code = f"open({str(id_file)!r}, 'w').write(str(os.getpid())); os.kill({SWEEP_ID}, signal.SIGINT); Event().wait()"
     done = subprocess.run(
-        [sys.executable, "-m", "robotcore", "sweep", app_file(head=deed), "--out", str(tmp_path / "out")],
+        [sys.executable, "-m", "robotcore", "sweep", app_file(head=code), "--out", str(tmp_path / "out")],
         capture_output=True,
         text=True,
         check=False,
@@ -134,4 +142,4 @@ def test_ctrl_c_during_the_preflight_ends_both_processes(
     assert done.returncode == -signal.SIGINT
     check_text(done.stderr)
     with pytest.raises(ProcessLookupError):
-        os.kill(int(note.read_text()), 0)
+        os.kill(int(id_file.read_text()), 0)

@@ -8,35 +8,35 @@ import pytest
 
 from robotcore import Outcome
 from robotcore.sweep import Record
-from tests.robotcore.sweep.conftest import record_of
+from tests.robotcore.sweep.conftest import make_record
 from tests.texts import CheckText
 
 
 @pytest.mark.parametrize("path", [None, (), ((0.0, 1.0, 2.0), (0.5, 1.0, 2.1))])
 def test_json_holds_a_complete_record(path: tuple[tuple[float, float, float], ...] | None) -> None:
-    record = replace(record_of(), path=path, picture="failures/a.png")
+    record = replace(make_record(), path=path, picture="failures/a.png")
     assert Record.from_json(record.to_json()) == record
 
 
 def test_json_is_one_line_with_the_keys_of_the_result_first() -> None:
-    line = record_of().to_json()
+    line = make_record().to_json()
     assert "\n" not in line
-    assert list(json.loads(line)) == [*json.loads(record_of().result.to_json()), "command", "path", "picture"]
+    assert list(json.loads(line)) == [*json.loads(make_record().result.to_json()), "command", "path", "picture"]
 
 
 def test_nan_becomes_null_and_its_points_are_left_out() -> None:
-    record = replace(record_of(), path=((0.0, 1.0, 2.0), (0.5, math.nan, 2.0), (1.0, 1.0, math.inf)))
+    record = replace(make_record(), path=((0.0, 1.0, 2.0), (0.5, math.nan, 2.0), (1.0, 1.0, math.inf)))
     record = replace(record, result=replace(record.result, distance_to_target_m=math.nan))
     payload = json.loads(record.to_json(), parse_constant=pytest.fail)
     assert (payload["path"], payload["distance_to_target_m"]) == ([[0.0, 1.0, 2.0]], None)
 
 
-def _line(**changes: object) -> str:
-    return json.dumps({**json.loads(record_of().to_json()), **changes})
+def _make_line(**changes: object) -> str:
+    return json.dumps({**json.loads(make_record().to_json()), **changes})
 
 
-def _line_without(key: str) -> str:
-    return json.dumps({name: value for name, value in json.loads(_line()).items() if name != key})
+def _make_line_without(key: str) -> str:
+    return json.dumps({name: value for name, value in json.loads(_make_line()).items() if name != key})
 
 
 @pytest.mark.parametrize(
@@ -48,14 +48,14 @@ def _line_without(key: str) -> str:
         pytest.param(b'{"app": "caf\xe9"}\n', id="no Unicode"),
         pytest.param("[]", id="no object"),
         pytest.param("{}", id="no keys"),
-        pytest.param(_line_without("path"), id="no path"),
-        pytest.param(_line(verified="maybe"), id="verified maybe"),
-        pytest.param(_line(verified=1), id="verified 1"),
-        pytest.param(_line(seed="3"), id="seed text"),
-        pytest.param(_line(sim_time_s=math.nan), id="time nan"),
-        pytest.param(_line(path=[[1, 2]]), id="short point"),
-        pytest.param(_line(milestones={"seen": None}), id="milestone null"),
-        pytest.param(_line(outcome="won"), id="outcome won"),
+        pytest.param(_make_line_without("path"), id="no path"),
+        pytest.param(_make_line(verified="maybe"), id="verified maybe"),
+        pytest.param(_make_line(verified=1), id="verified 1"),
+        pytest.param(_make_line(seed="3"), id="seed text"),
+        pytest.param(_make_line(sim_time_s=math.nan), id="time nan"),
+        pytest.param(_make_line(path=[[1, 2]]), id="short point"),
+        pytest.param(_make_line(milestones={"seen": None}), id="milestone null"),
+        pytest.param(_make_line(outcome="won"), id="outcome won"),
     ],
 )
 def test_a_line_that_is_no_record_is_refused(line: str | bytes, check_text: CheckText) -> None:
@@ -65,7 +65,7 @@ def test_a_line_that_is_no_record_is_refused(line: str | bytes, check_text: Chec
 
 
 def test_a_character_that_is_no_unicode_is_written_as_an_escape() -> None:
-    assert Record.from_json(record_of(reason="no caf\udce9 \U0001f600").to_json()).result.reason == (
+    assert Record.from_json(make_record(reason="no caf\udce9 \U0001f600").to_json()).result.reason == (
         "no caf\\udce9 \U0001f600"
     )
 
@@ -73,12 +73,12 @@ def test_a_character_that_is_no_unicode_is_written_as_an_escape() -> None:
 @pytest.mark.parametrize(
     "record, is_failure",
     [
-        (record_of(), False),
-        (record_of(verified=None, contacts=None), False),
-        (record_of(verified=False), True),
-        (record_of(contacts=1), True),
-        (record_of(Outcome.TIMEOUT), True),
-        (record_of(Outcome.ERROR, verified=None, contacts=None), True),
+        (make_record(), False),
+        (make_record(verified=None, contacts=None), False),
+        (make_record(verified=False), True),
+        (make_record(contacts=1), True),
+        (make_record(Outcome.TIMEOUT), True),
+        (make_record(Outcome.ERROR, verified=None, contacts=None), True),
     ],
 )
 def test_a_run_fails_by_its_outcome_its_judge_or_its_contacts(record: Record, *, is_failure: bool) -> None:

@@ -14,16 +14,16 @@ from robotcore.errors import UsageError
 from robotcore.sweep import Results, Sweep
 from robotcore.sweep.single_run import RunOutput
 from robotcore.sweep.spec import format_command
-from tests.robotcore.sweep.conftest import AppFile, record_of, sweep_of
+from tests.robotcore.sweep.conftest import AppFile, make_record, make_sweep
 from tests.texts import Raises
 
-SWEEP = sweep_of("green-search", seeds=3)
+SWEEP = make_sweep("green-search", seeds=3)
 LONG_AGO_NS = 10**18
 
 
 def _make_output(seed: int, outcome: Outcome = Outcome.SUCCESS, picture: bytes | None = None) -> RunOutput:
     command = format_command(list(SWEEP.requests())[seed - 1])
-    return RunOutput(replace(record_of(outcome, seed=seed), command=command), picture)
+    return RunOutput(replace(make_record(outcome, seed=seed), command=command), picture)
 
 
 def _write_results(directory: Path, *seeds: int, with_tables: bool = False) -> Path:
@@ -35,13 +35,13 @@ def _write_results(directory: Path, *seeds: int, with_tables: bool = False) -> P
     return directory / "results.jsonl"
 
 
-def _seeds(directory: Path, sweep: Sweep = SWEEP) -> tuple[list[int | None], list[int | None]]:
+def _list_seeds(directory: Path, sweep: Sweep = SWEEP) -> tuple[list[int | None], list[int | None]]:
     """Return the seeds that have a record, and those that are missing."""
     with Results(sweep, directory) as results:
         return [each.result.seed for each in results.records()], [each.seed for each in results.missing()]
 
 
-def _rows(directory: Path) -> list[str]:
+def _read_seeds_of_table(directory: Path) -> list[str]:
     with (directory / "results.csv").open(newline="") as table:
         return [row["seed"] for row in csv.DictReader(table)]
 
@@ -152,21 +152,21 @@ def test_reading_results_keeps_their_date(tmp_path: Path) -> None:
 
 def test_the_name_of_the_folder_depends_on_the_fingerprint(app_file: AppFile, tmp_path: Path) -> None:
     app = app_file()
-    names = {Results(sweep_of(app)).directory}
+    names = {Results(make_sweep(app)).directory}
     (tmp_path / "app" / "helper.py").write_text("SPEED = 1\n")
-    names.add(Results(sweep_of(app)).directory)
+    names.add(Results(make_sweep(app)).directory)
     (tmp_path / "app" / "helper.py").write_text("SPEED = 2\n")
-    names.add(Results(sweep_of(app)).directory)
-    names.add(Results(sweep_of(app, worlds=("arena",))).directory)
+    names.add(Results(make_sweep(app)).directory)
+    names.add(Results(make_sweep(app, worlds=("arena",))).directory)
     assert len(names) == 4
     assert all(name.parent == Path("sweeps") and name.name.startswith("odd-") for name in names)
-    assert Results(sweep_of(app, seeds=3)).directory in names
+    assert Results(make_sweep(app, seeds=3)).directory in names
 
 
 def test_the_name_of_the_folder_depends_on_worlds_and_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     world = tmp_path / "mine.toml"
     world.write_text('name = "mine"\n[floor]\nlength_m = 6.0\nwidth_m = 6.0\n')
-    sweep = sweep_of("green-search", worlds=(str(world),))
+    sweep = make_sweep("green-search", worlds=(str(world),))
     first = Results(sweep).directory
     world.write_text('name = "mine"\n[floor]\nlength_m = 7.0\nwidth_m = 6.0\n')
     second = Results(sweep).directory
@@ -176,36 +176,36 @@ def test_the_name_of_the_folder_depends_on_worlds_and_code(tmp_path: Path, monke
 
 def test_results_of_other_seeds_stay_and_are_used_again(tmp_path: Path) -> None:
     _write_results(tmp_path, 2, 1, 3)
-    assert _seeds(tmp_path, sweep_of("green-search", seeds=5)) == ([2, 1, 3], [4, 5])
-    assert _seeds(tmp_path, sweep_of("green-search", seeds=2)) == ([2, 1], [])
-    assert _seeds(tmp_path) == ([2, 1, 3], [])
+    assert _list_seeds(tmp_path, make_sweep("green-search", seeds=5)) == ([2, 1, 3], [4, 5])
+    assert _list_seeds(tmp_path, make_sweep("green-search", seeds=2)) == ([2, 1], [])
+    assert _list_seeds(tmp_path) == ([2, 1, 3], [])
 
 
 def test_the_tables_have_the_seeds_of_the_last_sweep(tmp_path: Path) -> None:
     _write_results(tmp_path, 2, 1, 3, with_tables=True)
-    assert _rows(tmp_path) == ["2", "1", "3"]
+    assert _read_seeds_of_table(tmp_path) == ["2", "1", "3"]
     for seeds in (2, 3):
-        with Results(sweep_of("green-search", seeds), tmp_path) as results:
+        with Results(make_sweep("green-search", seeds), tmp_path) as results:
             assert not (tmp_path / "results.csv").exists()
             results.write_tables()
-        assert len(_rows(tmp_path)) == seeds
+        assert len(_read_seeds_of_table(tmp_path)) == seeds
 
 
 def test_a_run_of_another_sweep_is_ignored(tmp_path: Path) -> None:
     file = _write_results(tmp_path, 1, 2)
-    for other in (record_of(seed=2, world="moon"), record_of(seed=99), record_of(seed=99)):
+    for other in (make_record(seed=2, world="moon"), make_record(seed=99), make_record(seed=99)):
         with file.open("a") as lines:
             lines.write(other.to_json() + "\n")
-    assert _seeds(tmp_path) == ([1, 2], [3])
+    assert _list_seeds(tmp_path) == ([1, 2], [3])
 
 
 def test_the_user_s_world_has_the_name_in_its_file(tmp_path: Path) -> None:
     world = tmp_path / "lab.toml"
     world.write_text('name = "mine"\n[floor]\nlength_m = 6.0\nwidth_m = 6.0\n')
-    sweep = sweep_of("green-search", worlds=(str(world),))
+    sweep = make_sweep("green-search", worlds=(str(world),))
     with Results(sweep, tmp_path / "out") as results:
-        results.add(RunOutput(record_of(seed=2, world="mine")))
-    assert _seeds(tmp_path / "out", sweep) == ([2], [1])
+        results.add(RunOutput(make_record(seed=2, world="mine")))
+    assert _list_seeds(tmp_path / "out", sweep) == ([2], [1])
 
 
 def test_a_run_with_two_lines_is_refused(tmp_path: Path, raises: Raises) -> None:
@@ -213,7 +213,7 @@ def test_a_run_with_two_lines_is_refused(tmp_path: Path, raises: Raises) -> None
     lines = file.read_text().splitlines(keepends=True)
     file.write_text("".join([*lines, lines[0]]))
     with raises(UsageError, "duplicate-run", where=f"{file}, line 3"):
-        _seeds(tmp_path)
+        _list_seeds(tmp_path)
 
 
 @pytest.mark.parametrize("number", [1, 2, 3])
@@ -224,9 +224,9 @@ def test_a_damaged_line_is_refused_and_without_it_only_its_run_is_missing(
     lines = file.read_bytes().splitlines(keepends=True)
     file.write_bytes(b"".join([*lines[: number - 1], b"damaged\n", *lines[number:]]))
     with raises(UsageError, "bad-record", where=f"{file}, line {number}"):
-        _seeds(tmp_path)
+        _list_seeds(tmp_path)
     file.write_bytes(b"".join([*lines[: number - 1], *lines[number:]]))
-    assert _seeds(tmp_path)[1] == [number]
+    assert _list_seeds(tmp_path)[1] == [number]
 
 
 def test_records_are_read_one_by_one(tmp_path: Path) -> None:

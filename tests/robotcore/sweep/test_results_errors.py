@@ -1,4 +1,4 @@
-"""Errors of the results folder: a full disk, a folder that cannot be written."""
+"""Errors of the results folder: a full disk, and a folder that cannot be written."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ import pytest
 from robotcore.errors import UsageError
 from robotcore.sweep import Results
 from robotcore.sweep.single_run import RunOutput
-from tests.robotcore.sweep.conftest import record_of, sweep_of
+from tests.robotcore.sweep.conftest import make_record, make_sweep
 from tests.texts import Raises
 
-SWEEP = sweep_of("green-search", seeds=3)
-ENDED = RunOutput(record_of(), None)
+SWEEP = make_sweep("green-search", seeds=3)
+ENDED = RunOutput(make_record(), None)
 
 
-def _full(*_: object, **__: object) -> None:
+def _raise_disk_full(*_: object, **__: object) -> None:
     raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
 
-def _open(directory: Path) -> None:
+def _enter_folder(directory: Path) -> None:
     with Results(SWEEP, directory):
         pass
 
@@ -30,22 +30,22 @@ def _open(directory: Path) -> None:
 def test_a_folder_that_cannot_be_made_is_reported(tmp_path: Path, raises: Raises) -> None:
     (tmp_path / "file").touch()
     with raises(UsageError, "unusable-folder", directory=f"{tmp_path}/file/sweep"):
-        _open(tmp_path / "file/sweep")
+        _enter_folder(tmp_path / "file/sweep")
 
 
 def test_a_file_in_the_place_of_the_folder_is_reported(tmp_path: Path, raises: Raises) -> None:
     (tmp_path / "file").touch()
     with raises(UsageError, "unusable-folder", directory=f"{tmp_path}/file"):
-        _open(tmp_path / "file")
+        _enter_folder(tmp_path / "file")
 
 
 def test_a_disk_that_is_full_before_the_first_run_is_reported(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:
     with monkeypatch.context() as before:
-        before.setattr(Path, "replace", _full)
+        before.setattr(Path, "replace", _raise_disk_full)
         with raises(UsageError, "unusable-folder", directory=str(tmp_path / "here")):
-            _open(tmp_path / "here")
+            _enter_folder(tmp_path / "here")
     assert [file.name for file in (tmp_path / "here").iterdir()] == ["results.jsonl"]
     with Results(SWEEP, tmp_path / "here") as again:
         assert len(again.missing()) == 3
@@ -69,13 +69,13 @@ def test_a_disk_that_fills_during_the_sweep_is_reported_and_leaves_whole_lines(
 def test_a_table_that_cannot_be_replaced_is_reported_and_leaves_no_part(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:
-    def locked(source: Path, target: Path) -> None:
+    def raise_permission_error(source: Path, target: Path) -> None:
         raise PermissionError(errno.EPERM, os.strerror(errno.EPERM), str(target))
 
     with Results(SWEEP, tmp_path) as results:
         results.add(ENDED)
         with monkeypatch.context() as meanwhile:
-            meanwhile.setattr(Path, "replace", locked)
+            meanwhile.setattr(Path, "replace", raise_permission_error)
             with raises(UsageError, "results-not-written", file=str(tmp_path / "results.csv")):
                 results.write_tables()
         assert {file.name for file in tmp_path.iterdir()} == {"sweep.json", "results.jsonl"}
@@ -84,7 +84,7 @@ def test_a_table_that_cannot_be_replaced_is_reported_and_leaves_no_part(
 
 
 class _FullDisk:
-    """A file on a disk that has room for ten bytes."""
+    """A file on a disk with ten free bytes."""
 
     def __init__(self, file: object) -> None:
         self._file, self._room = file, 10
@@ -94,7 +94,7 @@ class _FullDisk:
 
     def write(self, content: bytes) -> int:
         if not self._room:
-            _full()
+            _raise_disk_full()
         written, self._room = self._room, 0
         self._file.write(content[:written])  # type: ignore[attr-defined]
         return written

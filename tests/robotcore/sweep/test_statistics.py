@@ -17,11 +17,11 @@ from robotcore.sweep.statistics import (
     list_missed_requirements,
     wilson,
 )
-from tests.robotcore.sweep.conftest import record_of
+from tests.robotcore.sweep.conftest import make_record
 from tests.texts import CheckText, Raises
 
-HUNG = record_of(Outcome.ERROR, verified=None, contacts=None, time=0.0)
-"""A run that hung, or whose process died."""
+HUNG = make_record(Outcome.ERROR, verified=None, contacts=None, time=0.0)
+"""The record of a run that hung, or whose process died."""
 
 GOOD = Group("kinematic", "arena", 100, 3, 99, 97, 0, 0, 30.0, 60.0, 90.0)
 BAD = Group("kinematic", "open", 100, 4, 90, 96, 1, 0, 31.0, 61.0, 91.0)
@@ -38,10 +38,10 @@ def test_the_wilson_interval_has_the_values_of_the_literature(successes: int, n:
 
 def test_runs_are_counted_by_backend_and_world() -> None:
     records = [
-        record_of(world="open", time=4.0),
-        record_of(world="open", time=2.0, contacts=3),
-        record_of(Outcome.TIMEOUT, verified=False, world="open", time=9.0),
-        record_of(world="arena", time=1.0),
+        make_record(world="open", time=4.0),
+        make_record(world="open", time=2.0, contacts=3),
+        make_record(Outcome.TIMEOUT, verified=False, world="open", time=9.0),
+        make_record(world="arena", time=1.0),
     ]
     arena, sparse = group_records(records)
     assert (arena.name, arena.runs, arena.failing) == ("arena · kinematic", 1, 0)
@@ -50,28 +50,28 @@ def test_runs_are_counted_by_backend_and_world() -> None:
 
 
 def test_a_run_that_was_not_judged_does_not_count_as_verified() -> None:
-    (group,) = group_records([record_of(), HUNG])
+    (group,) = group_records([make_record(), HUNG])
     assert (group.verified, group.runs, group.verified_share) == (1, 2, 0.5)
     assert group.verified_95 == wilson(1, 2)
 
 
 def test_a_run_that_hung_has_unknown_contacts() -> None:
-    (group,) = group_records([record_of(contacts=2), HUNG])
+    (group,) = group_records([make_record(contacts=2), HUNG])
     assert (group.contacts, group.contacts_unknown) == (2, 1)
 
 
 def test_a_group_without_judge_and_contacts_has_none_of_them() -> None:
-    (group,) = group_records([record_of(verified=None, contacts=None)])
+    (group,) = group_records([make_record(verified=None, contacts=None)])
     assert (group.verified, group.contacts, group.verified_share, group.verified_95) == (None, None, None, None)
 
 
 def test_a_success_that_the_simulator_disputes_is_not_verified() -> None:
-    (group,) = group_records([record_of(), record_of(verified=False)])
+    (group,) = group_records([make_record(), make_record(verified=False)])
     assert (group.successes, group.verified, group.verified_share) == (2, 1, 0.5)
 
 
 def test_times_are_of_half_of_the_runs_of_90_percent_and_of_all() -> None:
-    (group,) = group_records(record_of(time=float(time)) for time in range(1, 21))
+    (group,) = group_records(make_record(time=float(time)) for time in range(1, 21))
     assert (group.median_time_s, group.p90_time_s, group.slowest_time_s) == (10.5, 18.0, 20.0)
 
 
@@ -79,11 +79,11 @@ def test_times_are_of_half_of_the_runs_of_90_percent_and_of_all() -> None:
     "failing, median, slow, slowest",
     [(1, 5.0, 5.0, None), (2, 5.0, None, None), (5, 5.0, None, None), (6, None, None, None)],
 )
-@pytest.mark.parametrize("record", [HUNG, record_of(Outcome.FAILURE, time=0.1), record_of(contacts=1, time=0.1)])
-def test_a_run_that_fails_at_once_makes_no_group_faster(
+@pytest.mark.parametrize("record", [HUNG, make_record(Outcome.FAILURE, time=0.1), make_record(contacts=1, time=0.1)])
+def test_an_early_failure_does_not_make_a_group_faster(
     record: Record, failing: int, median: float | None, slow: float | None, slowest: float | None
 ) -> None:
-    (group,) = group_records([record] * failing + [record_of(time=5.0)] * (10 - failing))
+    (group,) = group_records([record] * failing + [make_record(time=5.0)] * (10 - failing))
     assert (group.median_time_s, group.p90_time_s, group.slowest_time_s) == (median, slow, slowest)
 
 
@@ -111,7 +111,7 @@ def test_a_line_has_the_digits_of_a_narrow_miss(check_text: CheckText) -> None:
 @pytest.mark.parametrize("text", ["contacts<=0", "median_time_s<=120", "slowest_time_s<=120"])
 def test_runs_that_hung_meet_no_bound(text: str, check_text: CheckText) -> None:
     requirement = Requirement.parse(text)
-    check_text("\n".join(list_missed_requirements([requirement], group_records([record_of(), HUNG, HUNG]))))
+    check_text("\n".join(list_missed_requirements([requirement], group_records([make_record(), HUNG, HUNG]))))
 
 
 def test_each_group_that_misses_has_its_line() -> None:

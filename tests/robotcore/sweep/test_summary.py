@@ -9,54 +9,57 @@ from robotcore import Outcome, RunRequest
 from robotcore.sweep import Record
 from robotcore.sweep.statistics import group_records
 from robotcore.sweep.summary import render_summary
-from tests.robotcore.sweep.conftest import record_of
+from tests.robotcore.sweep.conftest import make_record
 from tests.texts import CheckText
 
 GREEN_SEARCH = RunRequest("green-search")
+NO_VERIFY_APP = RunRequest("avoid-obstacles")
 
 
-def _lines(records: list[Record], width: int = 80, request: RunRequest = GREEN_SEARCH) -> list[str]:
+def _render_lines(records: list[Record], width: int = 80, request: RunRequest = GREEN_SEARCH) -> list[str]:
+    has_verify = request.app != NO_VERIFY_APP.app
     console = Console(width=width, highlight=False, markup=False)
     failing = [record for record in records if record.is_failure]
     with console.capture() as capture:
-        console.print(render_summary(request, group_records(records), failing, Path("failures.csv")))
+        summary = render_summary(request, group_records(records), failing, Path("failures.csv"), has_verify=has_verify)
+        console.print(summary)
     return capture.get().splitlines()
 
 
 def test_a_row_has_share_interval_contacts_and_times() -> None:
-    records = [record_of(seed=seed, world="clutter", time=12.25) for seed in range(200)]
-    assert _lines(records)[2].split() == (
+    records = [make_record(seed=seed, world="clutter", time=12.25) for seed in range(200)]
+    assert _render_lines(records)[2].split() == (
         ["kinematic", "clutter", "200/200", "100.0", "98.1–100.0", "0", "12.2", "s", "12.2", "s"]
     )
 
 
 def test_a_row_with_a_run_that_hung_has_no_slowest_time() -> None:
-    hung = record_of(Outcome.ERROR, verified=None, contacts=None, seed=199, time=0.0)
-    lines = _lines([*(record_of(seed=seed, time=12.25) for seed in range(199)), hung])
+    hung = make_record(Outcome.ERROR, verified=None, contacts=None, seed=199, time=0.0)
+    lines = _render_lines([*(make_record(seed=seed, time=12.25) for seed in range(199)), hung])
     assert lines[2].split() == ["kinematic", "open", "199/200", "99.5", "97.2–99.9", "≥", "0", "12.2", "s", "never"]
 
 
 def test_the_table_fits_into_80_columns() -> None:
-    header, rule, row, *_ = _lines([record_of(world="occluded", time=100.0) for _ in range(1000)])
+    header, rule, row, *_ = _render_lines([make_record(world="occluded", time=100.0) for _ in range(1000)])
     assert "…" not in header + row
     assert len(rule) <= 80
-    assert len(_lines([record_of()])) == 3
+    assert len(_render_lines([make_record()])) == 3
 
 
 def test_one_failing_run_has_its_cause_and_its_command(check_text: CheckText) -> None:
-    lines = _lines([record_of(Outcome.TIMEOUT, seed=9, reason="late"), record_of()])
+    lines = _render_lines([make_record(Outcome.TIMEOUT, seed=9, reason="late"), make_record()])
     check_text("\n".join(lines[4:]))
 
 
 def test_failing_runs_are_grouped_by_cause_the_most_frequent_first(check_text: CheckText) -> None:
-    late = [record_of(Outcome.TIMEOUT, seed=seed, reason="late") for seed in (10, 9)]
-    late += [record_of(Outcome.TIMEOUT, seed=seed, reason="late", world="clutter") for seed in range(9)]
-    lines = _lines([record_of(Outcome.FAILURE, world="arena", reason="stuck"), *late])
+    late = [make_record(Outcome.TIMEOUT, seed=seed, reason="late") for seed in (10, 9)]
+    late += [make_record(Outcome.TIMEOUT, seed=seed, reason="late", world="clutter") for seed in range(9)]
+    lines = _render_lines([make_record(Outcome.FAILURE, world="arena", reason="stuck"), *late])
     check_text("\n".join(lines[6:]))
 
 
 def test_only_the_most_frequent_causes_are_listed(check_text: CheckText) -> None:
-    lines = _lines([record_of(Outcome.ERROR, seed=seed, reason=f"reason {seed}") for seed in range(23)])
+    lines = _render_lines([make_record(Outcome.ERROR, seed=seed, reason=f"reason {seed}") for seed in range(23)])
     assert sum("robotcore run" in line for line in lines) == 20
     check_text("\n".join(lines[-2:]))
 
@@ -68,14 +71,15 @@ def test_only_the_most_frequent_causes_are_listed(check_text: CheckText) -> None
         (RunRequest("kim.py"), True),
         (RunRequest("kim.py"), None),
         (RunRequest("green-search", judge="strict.py"), True),
+        (NO_VERIFY_APP, None),
     ],
-    ids=["installed app", "app in a file", "no judge", "judge"],
+    ids=["installed app", "app in a file", "no judge", "judge", "no verify"],
 )
 def test_the_judge_is_named_unless_it_is_an_installed_app(
     request_: RunRequest, verified: bool | None, check_text: CheckText
 ) -> None:
-    check_text("\n".join(_lines([record_of(verified=verified)], request=request_)[3:]))
+    check_text("\n".join(_render_lines([make_record(verified=verified)], request=request_)[3:]))
 
 
 def test_a_dispute_names_the_judge(check_text: CheckText) -> None:
-    check_text("\n".join(_lines([record_of(verified=False, judge="green-search")])[4:]))
+    check_text("\n".join(_render_lines([make_record(verified=False, judge="green-search")])[4:]))

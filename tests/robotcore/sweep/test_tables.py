@@ -16,16 +16,16 @@ from robotcore.sweep.record import format_failure
 from robotcore.sweep.single_run import RunOutput
 from robotcore.sweep.statistics import Group, group_records
 from robotcore.sweep.tables import COLUMNS, list_columns, write_csv
-from tests.robotcore.sweep.conftest import record_of, sweep_of
+from tests.robotcore.sweep.conftest import make_record, make_sweep
 from tests.texts import CheckText
 
-SWEEP = sweep_of("green-search")
+SWEEP = make_sweep("green-search")
 LONG_AGO_NS = 10**18
 
-HUNG = record_of(Outcome.ERROR, verified=None, contacts=None, seed=9, time=0.0)
+HUNG = make_record(Outcome.ERROR, verified=None, contacts=None, seed=9, time=0.0)
 
 
-def _row(file: Path, record: Record) -> dict[str, str]:
+def _write_row(file: Path, record: Record) -> dict[str, str]:
     write_csv(file, list_columns([record]), [record])
     with file.open(newline="", encoding="utf-8") as table:
         (row,) = csv.DictReader(table)
@@ -35,105 +35,105 @@ def _row(file: Path, record: Record) -> dict[str, str]:
 @pytest.mark.parametrize("start", ["=", "+", "-", "@", "\t", "\r"])
 def test_a_text_that_looks_like_a_formula_is_escaped(tmp_path: Path, start: str) -> None:
     reason = f"{start}HYPERLINK(A1)"
-    assert _row(tmp_path / "table.csv", record_of(reason=reason))["reason"] == f"'{reason}"
+    assert _write_row(tmp_path / "table.csv", make_record(reason=reason))["reason"] == f"'{reason}"
 
 
 def test_other_texts_and_negative_numbers_are_not_escaped(tmp_path: Path) -> None:
-    record = record_of(reason="1 = 1")
+    record = make_record(reason="1 = 1")
     record = replace(record, result=replace(record.result, conditions={"light_azimuth_rad": -math.pi, "floor": "wood"}))
-    row = _row(tmp_path / "table.csv", record)
+    row = _write_row(tmp_path / "table.csv", record)
     assert (row["reason"], row["conditions.floor"]) == ("1 = 1", "wood")
     assert float(row["conditions.light_azimuth_rad"]) == -math.pi
 
 
 def test_a_character_that_is_no_unicode_is_written_as_an_escape(tmp_path: Path) -> None:
-    assert _row(tmp_path / "table.csv", record_of(reason="no caf\udce9 here"))["reason"] == r"no caf\udce9 here"
+    assert _write_row(tmp_path / "a.csv", make_record(reason="no caf\udce9 here"))["reason"] == r"no caf\udce9 here"
 
 
 def test_tables_have_a_column_for_each_milestone_and_failures_a_table(tmp_path: Path) -> None:
     with Results(SWEEP, tmp_path) as results:
-        passing = record_of(seed=1)
+        passing = make_record(seed=1)
         results.add(RunOutput(replace(passing, result=replace(passing.result, milestones={"seen": 1.5}))))
-        results.add(RunOutput(record_of(Outcome.TIMEOUT, seed=2)))
+        results.add(RunOutput(make_record(Outcome.TIMEOUT, seed=2)))
         results.write_tables()
-    rows = _rows(tmp_path / "results.csv")
+    rows = _read_rows(tmp_path / "results.csv")
     assert [row["milestones.seen"] for row in rows] == ["1.5", ""]
     assert list(rows[0])[-3:] == ["fault", "command", "picture"]
     assert "path" not in rows[0]
-    assert [row["seed"] for row in _rows(tmp_path / "failures.csv")] == ["2"]
+    assert [row["seed"] for row in _read_rows(tmp_path / "failures.csv")] == ["2"]
 
 
-def test_the_table_has_the_fault_of_the_terminal(tmp_path: Path) -> None:
-    failing = record_of(seed=2, verified=False, contacts=1, judge="green-search")
+def test_the_column_fault_has_the_text_of_the_terminal(tmp_path: Path) -> None:
+    failing = make_record(seed=2, verified=False, contacts=1, judge="green-search")
     with Results(SWEEP, tmp_path) as results:
-        results.add(RunOutput(record_of(seed=1)))
+        results.add(RunOutput(make_record(seed=1)))
         results.add(RunOutput(failing))
         results.write_tables()
-    assert [row["fault"] for row in _rows(tmp_path / "results.csv")] == ["", format_failure(failing)]
+    assert [row["fault"] for row in _read_rows(tmp_path / "results.csv")] == ["", format_failure(failing)]
 
 
 def test_only_tables_that_are_older_than_the_results_are_written(tmp_path: Path) -> None:
     with Results(SWEEP, tmp_path) as results:
-        results.add(RunOutput(record_of(seed=1)))
+        results.add(RunOutput(make_record(seed=1)))
         results.write_tables()
         os.utime(tmp_path / "results.jsonl", ns=(0, LONG_AGO_NS))
         (tmp_path / "results.csv").write_text("sorted by hand")
         results.write_tables()
         assert (tmp_path / "results.csv").read_text() == "sorted by hand"
-        results.add(RunOutput(record_of(seed=2)))
+        results.add(RunOutput(make_record(seed=2)))
         os.utime(tmp_path / "results.csv", ns=(0, LONG_AGO_NS))
         results.write_tables()
-    assert [row["seed"] for row in _rows(tmp_path / "results.csv")] == ["1", "2"]
+    assert [row["seed"] for row in _read_rows(tmp_path / "results.csv")] == ["1", "2"]
 
 
 @pytest.mark.parametrize("name", ["results.csv", "failures.csv"])
 def test_a_deleted_table_is_written_again(tmp_path: Path, name: str) -> None:
     with Results(SWEEP, tmp_path) as results:
-        results.add(RunOutput(record_of(Outcome.TIMEOUT)))
+        results.add(RunOutput(make_record(Outcome.TIMEOUT)))
         results.write_tables()
         os.utime(tmp_path / "results.jsonl", ns=(0, LONG_AGO_NS))
         (tmp_path / name).unlink()
         results.write_tables()
-    assert len(_rows(tmp_path / name)) == 1
+    assert len(_read_rows(tmp_path / name)) == 1
 
 
-def _rows(file: Path) -> list[dict[str, str]]:
+def _read_rows(file: Path) -> list[dict[str, str]]:
     with file.open(newline="") as table:
         return list(csv.DictReader(table))
 
 
-def columns(*names: str, group: Group) -> list[str]:
+def format_columns(*names: str, group: Group) -> list[str]:
     return [COLUMNS[name](group) for name in names]
 
 
 def test_a_group_has_its_share_its_interval_and_its_times() -> None:
     (group,) = group_records(
-        [*(record_of(seed=seed, time=float(seed)) for seed in range(1, 20)), record_of(contacts=2)]
+        [*(make_record(seed=seed, time=float(seed)) for seed in range(1, 20)), make_record(contacts=2)]
     )
-    assert columns("backend", "world", "passed", group=group) == ["kinematic", "open", "19/20"]
-    assert columns("verified", "%", "95 %", "contacts", group=group) == ["20/20", "100.0", "83.9–100.0", "2"]
-    assert columns("median", "90 % within", "slowest", group=group) == ["10.5 s", "18.0 s", "never"]
+    assert format_columns("backend", "world", "passed", group=group) == ["kinematic", "open", "19/20"]
+    assert format_columns("verified", "%", "95 %", "contacts", group=group) == ["20/20", "100.0", "83.9–100.0", "2"]
+    assert format_columns("median", "90 % within", "slowest", group=group) == ["10.5 s", "18.0 s", "never"]
 
 
 def test_a_group_without_a_judge_has_a_question_mark_and_no_share() -> None:
-    (group,) = group_records([record_of(verified=None, contacts=None)] * 3)
-    assert columns("passed", "verified", "%", "95 %", "contacts", group=group) == ["3/3", "?/3", "", "", "?"]
+    (group,) = group_records([make_record(verified=None, contacts=None)] * 3)
+    assert format_columns("passed", "verified", "%", "95 %", "contacts", group=group) == ["3/3", "?/3", "", "", "?"]
 
 
-def test_contacts_that_some_runs_did_not_count_have_a_sign() -> None:
-    (group,) = group_records([record_of(contacts=2), HUNG])
-    assert columns("contacts", group=group) == ["≥ 2"]
+def test_contacts_have_a_sign_if_some_runs_did_not_count_them() -> None:
+    (group,) = group_records([make_record(contacts=2), HUNG])
+    assert format_columns("contacts", group=group) == ["≥ 2"]
 
 
 @pytest.mark.parametrize(
     "record",
     [
-        record_of(Outcome.ERROR, reason="the wheel fell off"),
-        record_of(verified=False),
-        record_of(verified=False, reason="there"),
-        record_of(verified=False, judge="green-search"),
-        record_of(contacts=1),
-        record_of(Outcome.TIMEOUT, reason="late", contacts=2),
+        make_record(Outcome.ERROR, reason="the wheel fell off"),
+        make_record(verified=False),
+        make_record(verified=False, reason="there"),
+        make_record(verified=False, judge="green-search"),
+        make_record(contacts=1),
+        make_record(Outcome.TIMEOUT, reason="late", contacts=2),
     ],
     ids=["error", "dispute", "dispute with reason", "dispute of judge", "contact", "contacts"],
 )

@@ -1,4 +1,4 @@
-"""Worker processes: calls, replies, deaths."""
+"""Worker processes: calls, replies, and the ends of processes."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def child() -> Iterator[WorkerProcess]:
         yield child
 
 
-def test_a_call_returns_the_result_and_the_process_stays(child: WorkerProcess) -> None:
+def test_a_call_returns_the_result_and_the_process_continues(child: WorkerProcess) -> None:
     assert child.call(math.hypot, 3, 4, limit_s=30) == 5
     assert child.call(os.getpid, limit_s=30) == child.call(os.getpid, limit_s=30) != os.getpid()
 
@@ -56,7 +56,7 @@ def test_another_exception_comes_back_as_text(child: WorkerProcess, raises: Rais
         child.call(int, "x", limit_s=30)
 
 
-def test_a_result_that_json_cannot_hold_is_reported_and_the_process_stays(child: WorkerProcess, raises: Raises) -> None:
+def test_a_result_that_json_cannot_represent_is_an_error(child: WorkerProcess, raises: Raises) -> None:
     before = child.call(os.getpid, limit_s=30)
     with raises(RobotcoreError):
         child.call(Lock, limit_s=30)
@@ -64,7 +64,7 @@ def test_a_result_that_json_cannot_hold_is_reported_and_the_process_stays(child:
 
 
 @pytest.mark.parametrize("status", [0, 3])
-def test_after_a_process_ended_in_a_call_the_next_call_has_another(
+def test_after_a_process_ended_in_a_call_the_next_call_starts_another(
     child: WorkerProcess, status: int, check_text: CheckText
 ) -> None:
     with pytest.raises(WorkerDiedError) as raised:
@@ -193,7 +193,7 @@ def test_a_process_that_hangs_while_it_starts_is_reported(
         child.call(os.getpid, limit_s=30)
 
 
-def test_a_process_that_a_worker_started_ends_with_it(child: WorkerProcess, tmp_path: Path) -> None:
+def test_a_process_that_a_worker_started_ends_with_the_worker(child: WorkerProcess, tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "fifo")
     with pytest.raises(WorkerDiedError):
         child.call(leave_reader, tmp_path / "fifo", limit_s=30)
@@ -223,7 +223,7 @@ def leave_reader(fifo: Path) -> None:
 
 
 def await_no_reader(fifo: Path) -> None:
-    """Raise OSError as soon as no process reads. Return if a process still reads after 2 s."""
+    """Raise OSError as soon as no process reads the pipe. Return if a process still reads it after 2 s."""
     for _ in range(100):
         os.close(os.open(fifo, os.O_WRONLY | os.O_NONBLOCK))
         Event().wait(0.02)

@@ -1,4 +1,4 @@
-"""Records of runs for reports, and a parser of pages."""
+"""Records of runs for the tests of reports, and a parser of HTML pages."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ PASSED = RunResult(
     contacts=0,
     milestones={"search": 0.0, "seen": 5.0, "arrived": 19.0},
 )
-WAY: TruePath = ((0.0, -1.0, 0.0), (0.5, 0.0, 0.5), (1.0, 1.0, 1.5))
+PATH: TruePath = ((0.0, -1.0, 0.0), (0.5, 0.0, 0.5), (1.0, 1.0, 1.5))
 
 
-def make_pass(*, path: TruePath | None = WAY, **changes: Any) -> Record:
+def make_pass(*, path: TruePath | None = PATH, **changes: Any) -> Record:
     result = replace(PASSED, **changes)
     return Record(result, path, f"robotcore run green-search --seed {result.seed}")
 
 
-def make_fail(*, path: TruePath | None = WAY, picture: str | None = None, **changes: Any) -> Record:
+def make_fail(*, path: TruePath | None = PATH, picture: str | None = None, **changes: Any) -> Record:
     ended = {
         "outcome": Outcome.TIMEOUT,
         "verified": False,
@@ -42,8 +42,8 @@ def make_fail(*, path: TruePath | None = WAY, picture: str | None = None, **chan
     return replace(make_pass(path=path, **{**ended, **changes}), picture=picture)
 
 
-def many(runs: int, failing: int, **changes: Any) -> list[Record]:
-    """Return runs on random paths. The first ones fail."""
+def make_many(runs: int, failing: int, **changes: Any) -> list[Record]:
+    """Return records of runs on random paths. The first ``failing`` runs fail."""
     steps = np.random.default_rng(1).normal(0, 0.1, (runs, 2, 40)).cumsum(axis=2)
     times = np.arange(40) / 2
     paths = (tuple(zip(times.tolist(), *xy.tolist(), strict=True)) for xy in steps)
@@ -56,7 +56,7 @@ VOID = {"meta", "img", "br"}
 
 
 class Page(HTMLParser):
-    """Parses a page."""
+    """The elements and texts of an HTML page."""
 
     def __init__(self, html: str) -> None:
         super().__init__()
@@ -64,16 +64,16 @@ class Page(HTMLParser):
         """The tags of all elements."""
         self.attributes: list[tuple[str, str, str]] = []
         """The tag, the name and the value of all attributes."""
-        self.faults: list[str] = []
-        """The tags that are not closed, and the end tags without a start tag."""
+        self.mistakes: list[str] = []
+        """Messages about start tags without an end tag, and end tags without a start tag."""
         self.words = ""
         """The text of the page, without styles."""
         self.sections: list[str] = [""]
-        """The text of the head, then the text of each ``h2`` heading and what follows it."""
+        """The text before the first ``h2`` heading, then the text from each ``h2`` heading to the next one."""
         self._open: list[str] = []
         self.feed(html)
         self.close()
-        self.faults += [f"<{tag}> is never closed" for tag in self._open]
+        self.mistakes += [f"<{tag}> is never closed" for tag in self._open]
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         self.handle_startendtag(tag, attrs)
@@ -88,7 +88,7 @@ class Page(HTMLParser):
 
     def handle_endtag(self, tag: str) -> None:
         if not self._open or self._open.pop() != tag:
-            self.faults.append(f"</{tag}> closes nothing at {self.getpos()}")
+            self.mistakes.append(f"</{tag}> closes nothing at {self.getpos()}")
 
     def handle_data(self, data: str) -> None:
         if self._open and self._open[-1] != "style":
@@ -96,10 +96,10 @@ class Page(HTMLParser):
             self.sections[-1] += data
 
     def section(self, heading: str) -> str:
-        """Return the lines of the section with a heading; those of the whole head for an empty one."""
+        """Return the text of the section with a heading, without blank lines; of the head for ``""``."""
         (found,) = [text for text in self.sections[1:] if text.startswith(heading)] if heading else self.sections[:1]
         return "\n".join(filter(None, map(str.strip, found.splitlines())))
 
     def values(self, tag: str, name: str) -> list[str]:
-        """Return the attribute of all elements with a tag."""
+        """Return the values of an attribute in all elements with a tag."""
         return [value for each, attribute, value in self.attributes if (each, attribute) == (tag, name)]

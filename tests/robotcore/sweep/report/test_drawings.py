@@ -13,7 +13,7 @@ from robotcore.sweep.report.drawing import MAX_LABEL, Axis, compute_shades, shor
 from robotcore.sweep.report.maps import draw_maps
 from robotcore.sweep.report.series import make_series
 from robotcore.sweep.statistics import group_records
-from tests.robotcore.sweep.report.samples import WAY, make_fail, make_pass, many
+from tests.robotcore.sweep.report.samples import PATH, make_fail, make_many, make_pass
 
 ARENA = {"arena": load_world("arena")}
 
@@ -42,7 +42,7 @@ def test_a_long_label_is_shortened() -> None:
 
 
 def test_a_share_is_a_dot_within_its_interval() -> None:
-    root = _parsed(plot_success(group_records(many(10, failing=4))))
+    root = _parse(plot_success(group_records(make_many(10, failing=4))))
     (bar,) = root.iterfind(".//line[@class='interval']")
     (dot,) = root.iter("circle")
     assert float(bar.attrib["x1"]) < float(dot.attrib["cx"]) < float(bar.attrib["x2"])
@@ -51,7 +51,7 @@ def test_a_share_is_a_dot_within_its_interval() -> None:
 
 def test_a_group_without_a_judge_has_no_dot() -> None:
     unjudged = [make_pass(world="lab", verified=None)]
-    root = _parsed(plot_success(group_records([make_pass(), *unjudged])))
+    root = _parse(plot_success(group_records([make_pass(), *unjudged])))
     assert len(root.findall(".//circle")) == 1
     assert "?/1" in [each.text for each in root.iter("text")]
     assert plot_success(group_records(unjudged)) == ""
@@ -64,7 +64,7 @@ def test_a_curve_ends_at_the_share_of_runs_that_arrive() -> None:
         make_fail(),
         make_fail(),
     ]
-    curve = _ways(plot_arrivals(make_series(records), "arrived"), "curve c0 d0")[0]
+    curve = _find_lines(plot_arrivals(make_series(records), "arrived"), "curve c0 d0")[0]
     heights = [y for _, y in curve]
     bottom, end = heights[0], heights[-1]
     assert end == min(heights)
@@ -74,21 +74,21 @@ def test_a_curve_ends_at_the_share_of_runs_that_arrive() -> None:
 
 def test_the_curve_of_many_runs_has_few_steps_and_the_same_end() -> None:
     records = [make_pass(milestones={"arrived": float(at)}) for at in range(1, 1200)] + [make_fail()]
-    curve = _ways(plot_arrivals(make_series(records), "arrived"), "curve c0 d0")[0]
+    curve = _find_lines(plot_arrivals(make_series(records), "arrived"), "curve c0 d0")[0]
     assert len(curve) <= 2 * MAX_STEPS + 4
     assert curve[-1][1] == pytest.approx(10.2, abs=0.05)
 
 
 def test_a_milestone_that_all_runs_reach_at_0_s_has_no_row() -> None:
-    root = _parsed(plot_milestones(make_series([make_pass()]), ["search", "seen", "arrived"]))
+    root = _parse(plot_milestones(make_series([make_pass()]), ["search", "seen", "arrived"]))
     labels = [each.text for each in root.iter("text")]
     assert "seen" in labels
     assert "search" not in labels
 
 
 def test_north_is_up_in_a_map_and_failing_paths_are_a_group() -> None:
-    (chart,) = draw_maps(make_series([make_pass(), make_fail(path=WAY[:2])]), ARENA)
-    ((way,), (short,)) = (_ways(chart.drawing, f"paths {kind}") for kind in ("passing", "failing"))
+    (chart,) = draw_maps(make_series([make_pass(), make_fail(path=PATH[:2])]), ARENA)
+    ((way,), (short,)) = (_find_lines(chart.drawing, f"paths {kind}") for kind in ("passing", "failing"))
     assert [x for x, _ in way] == sorted(x for x, _ in way)
     assert [y for _, y in way] == sorted((y for _, y in way), reverse=True)
     assert way[2][0] - way[1][0] == way[1][1] - way[2][1] == 100  # centimetres
@@ -99,7 +99,7 @@ def test_north_is_up_in_a_map_and_failing_paths_are_a_group() -> None:
 def test_the_path_of_a_standing_robot_has_one_point() -> None:
     standing = tuple((at / 2, 0.5, 0.5 + at * 1e-4) for at in range(100))
     (chart,) = draw_maps(make_series([make_pass(path=standing)]), ARENA)
-    assert len(_ways(chart.drawing, "paths passing")[0]) == 1
+    assert len(_find_lines(chart.drawing, "paths passing")[0]) == 1
 
 
 @pytest.mark.parametrize("seed, obstacles", [(None, 6), (7, 0)])
@@ -112,13 +112,13 @@ def test_obstacles_are_drawn_only_if_no_seed_moved_them(seed: int | None, obstac
 def test_a_world_without_a_description_has_no_floor() -> None:
     (chart,) = draw_maps(make_series([make_pass(world="lab")]), ARENA)
     assert "floor" not in chart.drawing
-    assert _ways(chart.drawing, "paths passing")
+    assert _find_lines(chart.drawing, "paths passing")
 
 
 def test_a_path_that_leaves_the_floor_stays_in_the_drawing() -> None:
     (chart,) = draw_maps(make_series([make_pass(path=((0.0, 0.0, 0.0), (1.0, 9.0, -5.0)))]), ARENA)
-    _, _, width, height = map(float, _parsed(chart.drawing).attrib["viewBox"].split())
-    assert all(0 < x < width and 0 < y < height for x, y in _ways(chart.drawing, "paths passing")[0])
+    _, _, width, height = map(float, _parse(chart.drawing).attrib["viewBox"].split())
+    assert all(0 < x < width and 0 < y < height for x, y in _find_lines(chart.drawing, "paths passing")[0])
 
 
 def test_runs_without_a_known_path_have_no_map() -> None:
@@ -134,21 +134,21 @@ def test_a_path_with_nan_is_left_out() -> None:
 def test_the_side_on_which_runs_fail_is_marked(is_dark: bool, start: float, end: float) -> None:
     dark, bright = (make_fail, make_pass) if is_dark else (make_pass, make_fail)
     records = [make(conditions={"light": light}) for make, light in ((dark, 0.0), (bright, 1.0)) for _ in range(9)]
-    (finding,) = explain(records).findings
-    root = _parsed(plot_condition(finding, records))
+    (split,) = explain(records).splits
+    root = _parse(plot_condition(split, records))
     (side,) = root.iter("rect")
     left, width = float(side.attrib["x"]), float(side.attrib["width"])
     assert (left, left + width) == (start, end)
     assert len(root.findall(".//g[@class='rug failing']/line")) == 9
 
 
-def test_the_chart_of_a_finding_has_the_runs_of_its_backend_only() -> None:
+def test_the_chart_of_a_condition_has_the_runs_of_one_backend_only() -> None:
     records = [
         make(conditions={"light": light}) for make, light in ((make_fail, 0.0), (make_pass, 1.0)) for _ in range(9)
     ]
-    (finding,) = explain(records).findings
+    (split,) = explain(records).splits
     other = [make_pass(backend="pybullet", conditions={"light": 0.0})]
-    assert plot_condition(finding, records + other) == plot_condition(finding, records)
+    assert plot_condition(split, records + other) == plot_condition(split, records)
 
 
 def test_a_condition_that_is_a_word_is_not_drawn() -> None:
@@ -157,8 +157,8 @@ def test_a_condition_that_is_a_word_is_not_drawn() -> None:
         for make, floor in ((make_fail, "wood"), (make_pass, "tiles"))
         for _ in "123456789"
     ]
-    (finding, *_) = explain(records).findings
-    assert plot_condition(finding, records) == ""
+    (split, *_) = explain(records).splits
+    assert plot_condition(split, records) == ""
 
 
 def test_a_dark_page_has_lighter_colours() -> None:
@@ -166,12 +166,12 @@ def test_a_dark_page_has_lighter_colours() -> None:
         assert all(int(dark[at : at + 2], 16) > int(light[at : at + 2], 16) for at in (1, 3, 5))
 
 
-def _parsed(drawing: str) -> ET.Element:
+def _parse(drawing: str) -> ET.Element:
     return ET.fromstring(drawing)  # noqa: S314  our own drawing
 
 
-def _ways(drawing: str, kind: str) -> list[list[tuple[float, float]]]:
-    """Return the corners of every line of a class, or within a group of it."""
-    root = _parsed(drawing)
+def _find_lines(drawing: str, kind: str) -> list[list[tuple[float, float]]]:
+    """Return the corners of each line with a CSS class, or in a group with this class."""
+    root = _parse(drawing)
     ways = [*root.iterfind(f".//path[@class='{kind}']"), *root.iterfind(f".//g[@class='{kind}']/path")]
     return [[(float(x), float(y)) for x, y in re.findall(r"[ML](\S+?) ([^ML]+)", way.attrib["d"])] for way in ways]

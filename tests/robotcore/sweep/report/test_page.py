@@ -23,7 +23,7 @@ from robotcore.sweep.report.failures import MAX_DETAILED, MAX_LISTED
 from robotcore.sweep.report.page import MAX_OPEN
 from robotcore.sweep.statistics import Requirement, group_records
 from robotcore.sweep.tables import COLUMNS
-from tests.robotcore.sweep.report.samples import Page, make_fail, make_pass, many
+from tests.robotcore.sweep.report.samples import Page, make_fail, make_many, make_pass
 from tests.texts import CheckText, Raises
 
 
@@ -54,7 +54,7 @@ def make_records(folder: Path) -> list[Record]:
 
 def test_every_tag_closes(tmp_path: Path) -> None:
     page, _ = write_page(make_records(tmp_path), tmp_path)
-    assert page.faults == []
+    assert page.mistakes == []
 
 
 def test_the_page_needs_no_other_file(tmp_path: Path) -> None:
@@ -98,12 +98,12 @@ def test_a_text_of_an_app_is_escaped(tmp_path: Path) -> None:
         for seed, outcome in enumerate((Outcome.FAILURE, Outcome.ERROR) * 8)
     ]
     page, _ = write_page(records, tmp_path, command=evil)
-    assert page.faults == []
+    assert page.mistakes == []
     assert "script" not in page.tags
     assert page.words.count(evil) > 8
 
 
-def test_the_page_has_the_command_the_counts_and_the_findings(tmp_path: Path, check_text: CheckText) -> None:
+def test_the_page_has_the_command_the_counts_and_the_significant_splits(tmp_path: Path, check_text: CheckText) -> None:
     page, _ = write_page(make_records(tmp_path), tmp_path, command="robotcore sweep green-search --seeds 0-29")
     assert "robotcore sweep green-search --seeds 0-29" in page.words
     check_text(get_verdict(page))
@@ -112,7 +112,7 @@ def test_the_page_has_the_command_the_counts_and_the_findings(tmp_path: Path, ch
 
 
 def get_verdict(page: Page) -> str:
-    """Return the head of the page up to its facts, of which the judge is the first."""
+    """Return the head of the page without its facts."""
     return page.section("").split("\nJudge")[0]
 
 
@@ -150,7 +150,7 @@ def test_backends_that_differ_have_a_table(tmp_path: Path, check_text: CheckText
 
 def test_a_sweep_without_runs_has_a_page(tmp_path: Path) -> None:
     page, _ = write_page([], tmp_path)
-    assert page.faults == []
+    assert page.mistakes == []
     assert len(page.sections) == 2
 
 
@@ -164,7 +164,7 @@ def test_runs_that_cannot_be_verified_are_counted(tmp_path: Path, check_text: Ch
         "path": None,
     }
     page, _ = write_page([make_pass(**unknown, milestones={}), make_fail(**unknown, milestones={})], tmp_path)
-    assert page.faults == []
+    assert page.mistakes == []
     check_text(get_verdict(page))
     assert "?/2" in page.words
 
@@ -214,7 +214,7 @@ def test_a_page_without_requirements_has_no_section_of_them(tmp_path: Path) -> N
     assert "Requirements" not in page.words
 
 
-def test_a_condition_with_a_finding_comes_first(tmp_path: Path) -> None:
+def test_a_condition_with_a_significant_split_comes_first(tmp_path: Path) -> None:
     drawn = [(make, light) for make, light in ((make_fail, 0.0), (make_pass, 1.0)) for _ in range(9)]
     records = [make(seed=at, conditions={"floor": "wood", "light": light}) for at, (make, light) in enumerate(drawn)]
     page, _ = write_page(records, tmp_path)
@@ -222,7 +222,7 @@ def test_a_condition_with_a_finding_comes_first(tmp_path: Path) -> None:
     assert " light0light < 0.5 floorwood" in words
 
 
-def test_a_finding_of_one_backend_is_not_shown_for_another(tmp_path: Path) -> None:
+def test_a_split_of_one_backend_is_not_shown_for_another(tmp_path: Path) -> None:
     dark = [make(conditions={"light": light}) for make, light in ((make_fail, 0.0), (make_pass, 1.0)) for _ in range(9)]
     page, _ = write_page([*dark, make_fail(backend="pybullet", conditions={"light": 0.5})], tmp_path)
     words = " ".join(page.words.split())
@@ -230,7 +230,7 @@ def test_a_finding_of_one_backend_is_not_shown_for_another(tmp_path: Path) -> No
     assert "ConditionValue light0.5 " in words
 
 
-def test_the_page_has_the_reason_for_no_finding(tmp_path: Path, check_text: CheckText) -> None:
+def test_the_page_has_the_reason_for_no_significant_split(tmp_path: Path, check_text: CheckText) -> None:
     page, _ = write_page([make_fail(conditions={"light": 1.0}), make_pass(conditions={"light": 2.0})], tmp_path)
     check_text(page.section("Why runs fail"))
 
@@ -251,12 +251,12 @@ def test_a_command_can_be_copied_unchanged(tmp_path: Path) -> None:
 def test_the_page_of_a_big_sweep_has_less_than_4_mb(tmp_path: Path) -> None:
     write_noise(tmp_path / "a.png")
     conditions = {f"condition_{index}": index / 7 for index in range(33)}
-    records = [replace(record, picture="a.png") for record in many(3000, failing=1200, conditions=conditions)]
+    records = [replace(record, picture="a.png") for record in make_many(3000, failing=1200, conditions=conditions)]
     page, html = write_page(records, tmp_path)
     assert page.tags.count("img") == MAX_DETAILED
     assert len(set(re.findall(r"robotcore run green-search --seed \d+", page.words))) == MAX_DETAILED + MAX_LISTED
     assert "arena · kinematic 100 of 1200 runs" in page.words
-    assert "And 100 more" in page.words
+    assert "100 more failing runs are not shown" in page.words
     assert "passing runs: 100 of 1800, failing: 100 of 1200" in page.words
     assert len(html) < 4_000_000
 
@@ -281,7 +281,7 @@ def test_a_page_replaces_an_older_one(tmp_path: Path) -> None:
     _, old = write_page([make_fail()], tmp_path)
     page, new = write_page([make_pass()], tmp_path)
     assert get_title(old) != get_title(new)
-    assert page.faults == []
+    assert page.mistakes == []
 
 
 def test_a_folder_that_cannot_be_written_is_refused(tmp_path: Path, raises: Raises) -> None:
