@@ -1,4 +1,4 @@
-"""The backend of the real robot, which opens each device by the driver that the robot's file names."""
+"""The backend `raspberrypi`: the real robot, on the pins, buses and ports of this Raspberry Pi."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ if TYPE_CHECKING:
     from robotcore.hal.wiring import Wiring
 
 SECTION = "raspberrypi"
-"""The name of the section of a robot's file that lists the driver and the pins of each device."""
+"""The name of the table in a robot's file that lists the driver and the pins of each device."""
 
 
 class RaspberryPiOptions(StrictModel):
-    """The options of the backend.
+    """The options of the backend `raspberrypi`.
 
     >>> RaspberryPiOptions(pin_factory="lgpio").pin_factory
     'lgpio'
     """
 
     pin_factory: str | None = None
-    """gpiozero's library for the pins; None takes the one in the environment variable GPIOZERO_PIN_FACTORY, else lgpio.
-    Only lgpio is supported."""
+    """The name of gpiozero's pin library. None means the value of the environment variable GPIOZERO_PIN_FACTORY, or
+    else lgpio. Only lgpio is supported."""
 
 
 class RaspberryPiBackend(Backend):
@@ -50,7 +50,10 @@ class RaspberryPiBackend(Backend):
         return f"On the Pi: pip install 'robotcore[pi]', see docs/raspberry-pi.md. {AT_THE_DESK}"
 
     def bind(self, robot: RobotDescription, names: Iterable[str] | None = None) -> tuple[DeviceBinding, ...]:
-        """Return the devices with these names (by default all) with their drivers and settings; see `bind_devices`."""
+        """Return the devices with their drivers and settings, as `bind_devices` does.
+
+        names: the names of the devices to return; None returns all.
+        """
         return bind_devices(robot, SECTION, names, resolve_pins)
 
     def batteries(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:

@@ -1,4 +1,4 @@
-"""Claim lines of the header's GPIO chip without gpiozero, and find the process that holds a line."""
+"""Claim lines of the header's GPIO chip without gpiozero, and find the holder of a line."""
 
 from __future__ import annotations
 
@@ -37,13 +37,13 @@ class Chip:
             raise BackendError(explain_closed_chip(number), kind="gpio-chip-closed") from error
 
     def claim_low(self, gpios: Sequence[int]) -> None:
-        """Claim GPIO lines as low outputs with pull-downs. Lines that this object has claimed before are not changed.
+        """Claim GPIO lines as low outputs with pull-downs. Lines that this object has already claimed do not change.
 
-        Raises HeldError if another process holds any of the lines. The free ones are claimed even then.
+        Raises HeldError if another process holds any of the lines. The other lines are claimed even then.
         """
         if held := [gpio for gpio in gpios if not self._is_claimed(gpio)]:
-            words = "; ".join(f"GPIO {gpio} is held by {find_holder(gpio)}" for gpio in held)
-            raise HeldError(f"{words}. End that program, then try again", gpios=tuple(held))
+            held_by = "; ".join(f"GPIO {gpio} is held by {find_holder(gpio)}" for gpio in held)
+            raise HeldError(f"{held_by}. End that program, then try again", gpios=tuple(held))
 
     def write(self, gpio: int, *, is_high: bool) -> None:
         """Set the level of a claimed line."""
@@ -63,12 +63,12 @@ class Chip:
 
 
 def explain_closed_chip(number: int) -> str:
-    """Return why a GPIO chip cannot be opened, and a remedy. lgpio itself reports no reason."""
+    """Return why the GPIO chip ``number`` cannot be opened, and the remedy. lgpio reports no reason."""
     chip = Path(f"/dev/gpiochip{number}")
     if not chip.exists():
         return f"there is no {chip}: this is no Raspberry Pi. {AT_THE_DESK}"
     if not os.access(chip, os.R_OK | os.W_OK):
-        return f"no permission for {chip}. sudo usermod -aG gpio $USER, then log in again"
+        return f"no permission for {chip}. Run sudo usermod -aG gpio $USER, then log out and in again"
     return f"{chip} cannot be opened. Run robotcore doctor on the robot"
 
 
@@ -77,18 +77,18 @@ _LINE_KEY = "gpio-line:"
 _CHIP_KEY = "gpio-chip:"
 
 _GET_LINE_INFO = 0xC100B405
-"""The number of GPIO_V2_GET_LINEINFO_IOCTL, which fills a `_LINE_INFO`. Source: Linux, include/uapi/linux/gpio.h."""
+"""The ioctl request GPIO_V2_GET_LINEINFO_IOCTL. Source: Linux, include/uapi/linux/gpio.h."""
 
 _LINE_INFO = struct.Struct("32s 32s I 188x")
-"""The first fields of struct gpio_v2_line_info: name, consumer, offset."""
+"""The name, the consumer and the offset in struct gpio_v2_line_info, the data of this request."""
 
 
 def find_holder(gpio: int, root: Path = _ROOT) -> str:
     """Return the holder of a GPIO line, such as ``process 1234 (python3)``, or ``an unknown holder``.
 
-    Since version 6.2 the kernel lists the lines of each open handle (/proc/PID/fdinfo). With an older kernel, the
-    result is every process that has any GPIO lines open, after ``perhaps``. A driver in the kernel is no process, so
-    the result is its label. Only root can find the processes of other users.
+    Kernels before 6.2 do not list the lines of a handle in /proc/PID/fdinfo. Then the result names every process with
+    any GPIO line open, after the word ``perhaps``. If a kernel driver holds the line, the result has the line's label.
+    Only root can find the processes of other users.
     """
     chip = (
         (root / f"dev/gpiochip{find_chip_number(root)}").resolve().name
@@ -103,7 +103,6 @@ def find_holder(gpio: int, root: Path = _ROOT) -> str:
 
 
 def _list_handles(proc: Path) -> Iterator[tuple[str, str]]:
-    """Yield for each open handle of GPIO lines the process that has it, and the kernel's information about it."""
     for file in list_open_files(proc):
         if file.link.startswith(LINE):
             with suppress(OSError):  # the process may have closed the handle
@@ -121,7 +120,6 @@ def _join(processes: Iterator[str]) -> str:
 
 
 def _read_label(chip: Path, gpio: int) -> str:
-    """Return the holder's label of a line, quoted; an empty text if there is none."""
     info = bytearray(_LINE_INFO.pack(b"", b"", gpio))
     try:
         with chip.open("rb", buffering=0) as file:

@@ -1,4 +1,4 @@
-"""Stop motors on GPIO lines from the guardian process: by a board's standby line, or by the app's own lines."""
+"""Stop motors on GPIO lines from the guardian's process, by a board's standby line or by its input lines."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from select import select
 from drivers.raspberrypi.chip import Chip, HeldError
 from robotcore.hal.cutoff import Cutoff
 
-GOING_S = 0.3
-"""The longest time, in seconds, from the killing of a process until the kernel has freed its GPIO lines."""
+RELEASE_S = 0.3
+"""The longest time from the end of a process until the kernel has freed its GPIO lines, in seconds."""
 
 
 class StandbyLine(Cutoff):
-    """Pulls down the standby line of a motor board (STBY of a TB6612, nSLEEP of a DRV8833), so that its motors stop.
+    """Stops the motors of a board by pulling its standby line low (TB6612: STBY, DRV8833: nSLEEP).
 
-    Only the guardian's process holds this line, so it can pull it low whatever state the app's process is in. All
+    The guardian's process holds this line, not the app's. So the guardian can stop the motors of an app that hangs. All
     motors on one board have the same standby line.
 
     >>> StandbyLine(22)
@@ -42,7 +42,8 @@ class StandbyLine(Cutoff):
     def rest(self) -> None:
         """Pull the standby line low when the app commands a stop.
 
-        The app's software PWM may stop the motor a cycle later, or never if the app is suspended before that.
+        The app's software PWM alone may stop the motor one PWM cycle later. It never does so if the app is suspended
+        during that cycle.
         """
         self.stop()
 
@@ -55,16 +56,17 @@ class StandbyLine(Cutoff):
 
 
 class MotorLines(Cutoff):
-    """Pulls down the input lines of a motor board without a standby line. The app's process holds these lines.
+    """Stops a motor without a standby line by pulling its input lines low.
 
-    The guardian can claim the lines only after that process, the owner, has ended. If the owner hangs while its motors
-    turn, the guardian kills the owner, because the software PWM is a thread in C that continues if Python hangs. If the
-    motors stand, the guardian does not kill the owner. The guardian holds the claimed lines low until it ends itself.
+    The app's process, the owner, holds these lines. The guardian can claim them only after the owner has ended. If the
+    owner hangs while the motor turns, the guardian kills the owner. Otherwise lgpio's PWM thread, which does not depend
+    on Python, would continue to turn the motor. If the motor stands, the guardian does not kill the owner. The guardian
+    holds the claimed lines low until the guardian ends.
 
-    Without an owner, `stop` claims the free lines, and raises HeldError if any other line is held by a process.
+    Without an owner, `stop` claims the free lines. It raises HeldError if a process holds any of the other lines.
 
     lines: the GPIO numbers of the motor.
-    owner: the process that holds the lines; None if there is none to kill.
+    owner: the number of the process that holds the lines; None if `stop` must not kill a process.
 
     >>> MotorLines([17, 27], owner=None)
     <MotorLines GPIO 17, 27, at rest>
@@ -104,36 +106,34 @@ class MotorLines(Cutoff):
             self._owner.close()
 
     def _claim_from(self, owner: Owner) -> None:
-        """Claim the owner's lines. If the motors turn, kill the owner first."""
         if self._is_turning:
-            self._end(owner)
-        if owner.has_ended_within(GOING_S) or self._is_turning:
+            self._kill(owner)
+        if owner.has_ended_within(RELEASE_S) or self._is_turning:
             self._chip.claim_low(self._lines)
 
-    def _end(self, owner: Owner) -> None:
-        """Kill the owner. Report this, unless the owner was already ending."""
+    def _kill(self, owner: Owner) -> None:
         if not owner.is_ending():
-            self._report = f"ended process {self._pid}: it was silent while its motors turned"
+            self._report = f"killed process {self._pid}, which was silent while its motors turned"
         owner.kill()
 
 
 _FLAGS = 6
-"""The index of the field ``flags`` among the fields of /proc/PID/stat after the name. Source: proc_pid_stat(5)."""
+"""The index of the field ``flags`` after the name in /proc/PID/stat. Source: proc_pid_stat(5)."""
 
 _IS_EXITING = 0x4
 """The flag PF_EXITING of a process that is ending. Source: Linux, include/linux/sched.h."""
 
 
 class Owner:
-    """A handle of another process. It never refers to a later process that gets the same process number."""
+    """A handle of the process that holds GPIO lines. It never refers to a later process with the same number."""
 
     def __init__(self, number: int) -> None:
-        """Open a handle of a process; raises ProcessLookupError if there is no such process."""
+        """Open a handle of the process ``number``; raises ProcessLookupError if there is no such process."""
         self._number = number
         self._handle = os.pidfd_open(number)
 
     def is_ending(self) -> bool:
-        """Return whether the process is ending or has ended; some of its threads may still run."""
+        """Return whether the process is ending or has ended. Some of its threads may still run."""
         if self.has_ended_within(0.0):
             return True
         try:
@@ -148,7 +148,7 @@ class Owner:
             signal.pidfd_send_signal(self._handle, signal.SIGKILL)
 
     def has_ended_within(self, seconds: float) -> bool:
-        """Wait up to this long; return whether the process has ended and closed all its files."""
+        """Wait up to ``seconds``; return whether the process has ended and all its files are closed."""
         return bool(select([self._handle], [], [], seconds)[0])
 
     def close(self) -> None:

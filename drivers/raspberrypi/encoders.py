@@ -1,4 +1,4 @@
-"""Encoders on pins: with two channels (`Quadrature`) and with one channel (`Pulses`)."""
+"""The drivers of encoders on GPIOs: with two channels (`Quadrature`), and with one channel (`Pulses`)."""
 
 from __future__ import annotations
 
@@ -31,41 +31,40 @@ LEVELS = (
 
 
 class EncoderSettings(StrictModel):
-    """The unit of an encoder's counts, and the pull-ups and the debouncing of its lines."""
+    """The settings of any encoder on GPIOs."""
 
     edges_per_cycle: ClassVar[int]
 
     counts: Literal["cycles", "edges"] = "cycles"
-    """The unit of the description's ``counts_per_turn``, which counts a turn of the wheel, behind any gear.
+    """The unit of ``counts_per_turn`` in the robot's description.
 
     "cycles" are the cycles of one channel: the PPR of a data sheet, or the slots of a disc. "edges" are the edges of
-    all channels, often called CPR.
+    all channels, often called CPR. A turn is one of the wheel, not of the motor before a gear.
     """
 
     pull_up: bool = True
-    """Connect the Pi's pull-up resistors, which open-collector outputs need."""
+    """Whether the Pi's pull-up resistors are connected, which open-collector outputs need."""
 
     bounce_s: Annotated[float, Field(gt=0, le=0.01)] | None = None
-    """The debounce time of mechanical contacts: a level counts only if it is constant for this many seconds."""
+    """The debounce time of mechanical contacts, in seconds. A shorter change of a level is ignored."""
 
     def edges_per_turn(self, description: EncoderDescription) -> int:
-        """Return the number of edges in a turn of the wheel, on all channels together."""
+        """Return the number of edges of all channels in a turn of the wheel."""
         return description.counts_per_turn * (self.edges_per_cycle if self.counts == "cycles" else 1)
 
 
 class Counter(Protocol):
-    """Counts the edges of an encoder: up when the wheel turns forward, down when it turns backward."""
+    """The interface of a counter of edges. It counts up if the wheel turns forward, and down if it turns backward."""
 
     @property
     def edges(self) -> int:
-        """Return the number of forward edges minus the number of backward edges so far."""
+        """The number of forward edges minus the number of backward edges."""
 
 
 class PinEncoder(Encoder):
-    """An encoder on GPIOs, which converts its counted edges to the angle of the wheel.
+    """An encoder on GPIOs, which converts counted edges to the angle of the wheel. Any thread may read it.
 
-    It cannot detect an unplugged encoder, which has no edges, like a wheel at rest. If the encoder controls a motor,
-    another thread reads it too.
+    An unplugged encoder has no edges, so it cannot be distinguished from a wheel at rest.
     """
 
     def __init__(self, name: str, clock: Clock, counter: Counter, edges_per_turn: int, opened: ExitStack) -> None:
@@ -87,7 +86,12 @@ class PinEncoder(Encoder):
 
 
 def open_input(device: str, number: int, settings: EncoderSettings, pins: Factory, opened: ExitStack) -> Pin:
-    """Open an input of a device and return its pin; raises DeviceError."""
+    """Open a GPIO as an input, and return its pin; raises DeviceError.
+
+    device: the encoder's name, for errors.
+    number: the GPIO.
+    opened: the stack whose `close` frees the GPIO.
+    """
     from gpiozero import InputDevice
 
     pull = {"pull_up": True} if settings.pull_up else {"pull_up": None, "active_state": True}
@@ -101,7 +105,7 @@ def open_input(device: str, number: int, settings: EncoderSettings, pins: Factor
 def detect_edges(device: str, pin: Pin, on_edge: Callable[[float, int], None], opened: ExitStack) -> None:
     """Call ``on_edge`` with the tick and the level (0 or 1) of every edge of a pin, until ``opened`` is closed.
 
-    ``on_edge`` is a bound method. The caller keeps its object alive, because gpiozero holds only a weak reference.
+    The caller must keep the object of the method ``on_edge`` alive, because gpiozero has only a weak reference.
     """
     with translate_pin_errors(device, (int(pin.info.name.removeprefix("GPIO")),)):
         opened.callback(stop_edge_detection, pin)
@@ -109,21 +113,21 @@ def detect_edges(device: str, pin: Pin, on_edge: Callable[[float, int], None], o
 
 
 class QuadratureSettings(EncoderSettings):
-    """The GPIOs of both channels. If the encoder counts backward when the wheel turns forward, swap the two GPIOs."""
+    """The settings of an encoder with two channels. If it counts the wrong way, swap the two GPIOs."""
 
     edges_per_cycle: ClassVar[int] = 4
 
     a: Gpio
-    """The channel that leads if the wheel turns forward."""
+    """The GPIO of the channel that leads if the wheel turns forward."""
 
     b: Gpio
 
 
 class Quadrature(DeviceDriver[EncoderDescription, QuadratureSettings]):
-    """Counts all four edges of a cycle.
+    """Opens encoders with two channels. All four edges of a cycle are counted.
 
-    gpiozero's RotaryEncoder is made for knobs with detents: it counts whole cycles, and each missed edge costs a whole
-    cycle. The control of a wheel needs every edge.
+    It does not use gpiozero's RotaryEncoder, which is made for knobs with detents and counts only whole cycles. The
+    velocity control of a wheel needs every edge.
     """
 
     name = "quadrature"
@@ -155,8 +159,8 @@ class Quadrature(DeviceDriver[EncoderDescription, QuadratureSettings]):
 class QuadratureDecoder:
     """Counts the edges of two channels: up if ``a`` leads, down if ``b`` leads.
 
-    It compares the levels before and after each edge. So a missed edge costs at most one cycle, and later edges are
-    counted correctly.
+    It compares the levels before and after each edge. So the error after a missed edge is at most one cycle, and later
+    edges are counted correctly.
 
     >>> decoder = QuadratureDecoder(a=False, b=False)
     >>> decoder.on_edge_a(0.0, 1)
@@ -170,11 +174,11 @@ class QuadratureDecoder:
         self._phase = a << 1 | b
 
     def on_edge_a(self, _tick: float, level: int) -> None:
-        """Count an edge of channel ``a``; ``level`` is 0 or 1."""
+        """Count an edge of channel ``a``. ``level`` is 0 or 1."""
         self._advance(level << 1 | self._phase & 0b01)
 
     def on_edge_b(self, _tick: float, level: int) -> None:
-        """Count an edge of channel ``b``; ``level`` is 0 or 1."""
+        """Count an edge of channel ``b``. ``level`` is 0 or 1."""
         self._advance(self._phase & 0b10 | level)
 
     def _advance(self, phase: int) -> None:
@@ -184,24 +188,25 @@ class QuadratureDecoder:
 
 
 _NEXT = (0b10, 0b00, 0b11, 0b01)
-"""The phase that follows each phase when the wheel turns forward. The levels (a, b) then go 00, 10, 11, 01."""
+"""The next phase on a forward turn, by the present phase. The bits of a phase are the levels of a and b: 00, 10, 11,
+01."""
 
 
 class PulsesSettings(EncoderSettings):
-    """The GPIO of the only channel."""
+    """The settings of an encoder with one channel."""
 
     edges_per_cycle: ClassVar[int] = 2
 
     gpio: Gpio
-    """The GPIO of the channel. Its rising and its falling edges are counted."""
+    """The GPIO of the channel, whose rising and falling edges are counted."""
 
 
 class Pulses(DeviceDriver[EncoderDescription, PulsesSettings]):
-    """Counts edges in the direction of the last command to the wheel's motor.
+    """Opens encoders with one channel, which count in the direction of the last command to the wheel's motor.
 
     The count is right while the motor turns the wheel, and while the wheel coasts after a stop. The count is wrong if
-    the wheel is pushed, rolls down a slope, or coasts one way after a command to turn the other way. A `quadrature`
-    encoder counts correctly in all these cases.
+    the wheel is pushed, rolls down a slope, or coasts on after a command to turn the other way. An encoder with two
+    channels counts correctly in all these cases.
     """
 
     name = "pulses"
@@ -223,7 +228,7 @@ class Pulses(DeviceDriver[EncoderDescription, PulsesSettings]):
         if motor_of(description.name, robot) is None:
             raise ValueError(
                 f"{description.name} is on no wheel of the drive, so no motor gives its direction; name it in [drive], "
-                "or take a quadrature encoder"
+                "or use a quadrature encoder"
             )
 
     def check_beside(
@@ -237,7 +242,7 @@ class Pulses(DeviceDriver[EncoderDescription, PulsesSettings]):
         if motor in drivers and not drivers[motor].reports_direction:
             raise ValueError(
                 f"the driver of {motor}, {drivers[motor].name!r}, reports no direction, and "
-                f"{description.name} needs one; take a quadrature encoder for that wheel"
+                f"{description.name} needs one; use a quadrature encoder for that wheel"
             )
 
     def open(self, description: EncoderDescription, settings: PulsesSettings, host: Host) -> Encoder:
@@ -253,8 +258,12 @@ class Pulses(DeviceDriver[EncoderDescription, PulsesSettings]):
 class PulseCounter:
     """Counts the edges of one channel in the direction of a motor.
 
-    The motor is looked up in ``opened`` at each edge, because motors are opened after encoders. Until the motor is
-    open, edges count as forward.
+    Motors are opened after encoders. So the motor is looked up at each edge, and edges before its opening count as
+    forward.
+
+    encoder: the name of the encoder, for errors.
+    motor: the name of the motor.
+    opened: the open devices of the robot by name.
     """
 
     def __init__(self, encoder: str, motor: str, opened: Mapping[str, Device]) -> None:
@@ -263,16 +272,16 @@ class PulseCounter:
 
     @property
     def edges(self) -> int:
-        """Return the edges counted by now; raises DeviceError if the motor reports no direction."""
+        """The number of counted edges; raises DeviceError if the motor reports no direction."""
         motor = self._opened.get(self._motor)
         if motor and not hasattr(motor, "direction"):
             raise DeviceError(
                 self._encoder,
-                f"the driver of {self._motor} reports no direction. Take a quadrature encoder for its wheel",
+                f"the driver of {self._motor} reports no direction. Use a quadrature encoder for its wheel",
                 kind="no-direction",
             )
         return self._edges
 
     def on_edge(self, _tick: float, _level: int) -> None:
-        """Count an edge."""
+        """Count an edge in the motor's present direction."""
         self._edges += getattr(self._opened.get(self._motor), "direction", 1)

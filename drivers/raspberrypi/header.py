@@ -1,4 +1,4 @@
-"""The 40-pin header of every board since the B+: pads, GPIOs, the serial port, and the wires of devices.
+"""The 40-pin header of every Raspberry Pi since the B+: pads, GPIOs, the serial port, and the wires of devices.
 
 Source: https://www.raspberrypi.com/documentation/computers/raspberry-pi.html#gpio, and gpiozero's `pinout`.
 """
@@ -36,8 +36,8 @@ _LAYOUT = """
     26    20
     GND   21
 """
-"""The pads of the header, two in each row. Pads 1 and 2 are in the first row, next to the board's corner. A number is a
-GPIO."""
+"""The pads of the header, two in each row. A number is a GPIO. Pads 1 and 2, the first row, are at the corner of the
+board."""
 
 _NAMED = {
     "3.3V": ("3.3 V", PadKind.POWER),
@@ -46,8 +46,8 @@ _NAMED = {
     "ID_SD": ("ID_SD", PadKind.RESERVED),
     "ID_SC": ("ID_SC", PadKind.RESERVED),
 }
-"""The names and kinds of the pads that are not plain GPIOs. ID_SD and ID_SC are GPIO 0 and 1. At its start the board
-reads on them which HAT it carries."""
+"""The names and kinds of the pads that are not plain GPIOs. ID_SD and ID_SC are GPIO 0 and 1, by which the starting Pi
+identifies a HAT."""
 
 
 def _pad(number: int, what: str) -> Pad:
@@ -59,19 +59,19 @@ HEADER = tuple(_pad(number, what) for number, what in enumerate(_LAYOUT.split(),
 """The pads in the order of their numbers, from 1."""
 
 GPIO_NOTES = {
-    (0, 1): "At its start the Pi reads on GPIO 0 and 1 which HAT it carries. Use them only if all others are taken.",
+    (0, 1): "The Pi uses GPIO 0 and 1 at its start to identify a HAT. Use them only if all other GPIOs are in use.",
     (14, 15): (
         "The serial console uses GPIO 14 and 15 if it is switched on, and GPIO 14 sends while the Pi starts. Switch "
-        "the console off (sudo raspi-config, Interface Options, Serial Port), or take other GPIOs."
+        "the console off (sudo raspi-config, Interface Options, Serial Port), or use other GPIOs."
     ),
 }
-"""The notes in the wiring for GPIOs that the Pi itself uses too."""
+"""The notes that `robotcore wiring` prints for a device on GPIOs that the Pi itself uses too."""
 
 _RENAMED = {"GPIO 0": "ID_SD", "GPIO 1": "ID_SC"}
 
 
 def build_wiring(bindings: Iterable[DeviceBinding]) -> Wiring:
-    """Return the wires of these devices on the header: for each device its signals, then its supply."""
+    """Return the wires of these devices on the header and the notes. A device has signal wires, then supply wires."""
     bindings = tuple(bindings)
     wires: list[Wire] = []
     for binding in bindings:
@@ -83,12 +83,12 @@ def build_wiring(bindings: Iterable[DeviceBinding]) -> Wiring:
 
 
 def count_wires(bindings: Sequence[DeviceBinding]) -> str:
-    """Return the numbers of devices and wires, such as ``6 devices, 14 wires``."""
+    """Return a text with the numbers of devices and wires, such as ``6 devices, 14 wires``."""
     return f"{len(bindings)} devices, {sum(len(binding.connections) for binding in bindings)} wires"
 
 
 def find_pads(name: str) -> tuple[int, ...]:
-    """Return the numbers of the pads with this name."""
+    """Return the numbers of the pads with this name, such as ``ground``."""
     return tuple(pad.number for pad in HEADER if pad.name == name)
 
 
@@ -107,10 +107,7 @@ def _gpio_notes(binding: DeviceBinding) -> Iterator[str]:
 
 
 def _supply_wires(binding: DeviceBinding, signals: Iterable[Wire], taken: Counter[int]) -> Iterator[Wire]:
-    """Yield the supply wires of a device.
-
-    Each takes the pad with the fewest wires, and of these the one nearest to the signals.
-    """
+    # A wire goes to the pad with the fewest wires. Of several such pads, the nearest to the signals is used.
     rows = [_row(pad) for wire in signals for pad in wire.pads] or [1]
     middle = sum(rows) / len(rows)
     for name in binding.driver.supply:
@@ -134,18 +131,19 @@ def _on_header(number: int) -> int:
 
 def _refuse(number: int | str) -> NoReturn:
     pad = next((f"; pad {number} of the header is {pad.name}" for pad in HEADER if pad.number == number), "")
-    raise ValueError(f"there is no GPIO {number} on the header{pad}; take 0 to 27, the numbers of the chip (BCM)")
+    raise ValueError(f"there is no GPIO {number} on the header{pad}; use 0 to 27, the numbers of the chip (BCM)")
 
 
 GPIOS = range(28)
 """The GPIOs on the header of every board since the B+. Source: https://pinout.xyz."""
 
 PULLED_UP = range(9)
-"""The GPIOs that have a pull-up from power-on until a program sets them; all others have a pull-down.
+"""The GPIOs that have a pull-up from power-on until a program sets them. All others have a pull-down.
+
 Source: BCM2835 ARM Peripherals, 6.2, the column Pull; the same on a Pi 5."""
 
 HELD_UP = (2, 3)
-"""GPIOs with a resistor of 1.8 kΩ to 3.3 V on the board, for I²C."""
+"""The GPIOs of the I2C bus, which have a resistor of 1.8 kΩ to 3.3 V on the board."""
 
 Gpio = Annotated[
     int, AfterValidator(_on_header), Field(description="the number of a GPIO on the header (BCM), 0 to 27")
@@ -154,10 +152,10 @@ Gpio = Annotated[
 
 
 def gpio(signal: str, number: int, *, is_shared: bool = False, remedy: str = "") -> Connection:
-    """Return the wire from a device's ``signal`` to a GPIO.
+    """Return the connection of a device's ``signal``, such as ``trigger``, to a GPIO.
 
     is_shared: whether several devices may use the GPIO.
-    remedy: the remedy in the error if two devices use the GPIO, in place of the usual one.
+    remedy: the remedy in the error message if two devices use the GPIO; by default a general one.
 
     >>> str(gpio("trigger", 23))
     'GPIO 23'
@@ -166,7 +164,7 @@ def gpio(signal: str, number: int, *, is_shared: bool = False, remedy: str = "")
 
 
 def resolve_pins(wire: Connection) -> tuple[Connection, ...]:
-    """Return the two GPIOs of a wire to the header's serial port; none for any other wire.
+    """Return the connections to GPIO 14 and 15 for a wire to the header's serial port; none for any other wire.
 
     Raises ValueError if the wire goes to a GPIO that is not on the header.
     """
@@ -176,11 +174,11 @@ def resolve_pins(wire: Connection) -> tuple[Connection, ...]:
 
 
 HEADER_PORTS = ("/dev/serial0", "/dev/ttyAMA0", "/dev/ttyS0")
-"""The names of the header's serial port. Up to a Pi 4 it is ``serial0``, a link to one of the other two. On a Pi 5 it
-is ``ttyAMA0``."""
+"""The names of the header's serial port. Up to a Pi 4 its name is ``serial0``, a link to ``ttyAMA0`` or ``ttyS0``. On a
+Pi 5 its name is ``ttyAMA0``."""
 
-_PORT_LINES = (("sends", "14"), ("hears", "15"))
-"""The signal and the GPIO of the port's two lines, TXD and RXD."""
+_PORT_LINES = (("sends", "14"), ("receives", "15"))
+"""The signals and the GPIOs of the port's lines TXD and RXD."""
 
 
 PORT_NOTE = (
@@ -192,12 +190,12 @@ PORT_NOTE = (
 
 
 def is_header_port(wire: Connection) -> bool:
-    """Return whether a wire goes to the header's serial port, which is found by its name."""
+    """Return whether a wire goes to the header's serial port, by the port's name in the robot's file."""
     return wire.bus == "serial" and wire.where in HEADER_PORTS
 
 
 def list_port_pins(wire: Connection) -> tuple[Connection, ...]:
-    """Return the two pins of a wire to the header's serial port; none for other wires."""
+    """Return the connections to GPIO 14 and 15 for a wire to the header's serial port; none for any other wire."""
     if not is_header_port(wire):
         return ()
     return tuple(

@@ -1,4 +1,4 @@
-"""Import lgpio, the library for GPIO chips, without its side effects, and find the GPIO chip of the header."""
+"""Import the library lgpio without its side effects, and find the GPIO chip of the header."""
 
 from __future__ import annotations
 
@@ -12,14 +12,15 @@ from threading import Lock
 from types import ModuleType
 
 FIFO_FOLDER = "LG_WD"
-"""The environment variable with the folder of lgpio's FIFO, by default the working directory."""
+"""The environment variable with the folder of lgpio's FIFO. The default is the working directory."""
 
 STUB = "pip installed an empty lgpio, without gpiochip_open"
-"""pip installs lgpio 0.0.0.2, one empty file, if it finds neither a wheel nor a compiler."""
+"""The message for lgpio 0.0.0.2, one empty file, which pip installs without a wheel and a compiler."""
 
 HEADER_DRIVERS = ("pinctrl-rp1", "pinctrl-bcm2835")
-"""The names of the kernel's driver of the header's chip: on a Pi 5, and on older boards. Source:
-github.com/raspberrypi/linux."""
+"""The kernel drivers of the header's GPIO chip: on a Pi 5, and on older boards.
+
+Source: github.com/raspberrypi/linux."""
 
 _ROOT = Path("/")
 _PI_5 = 0x17
@@ -27,17 +28,16 @@ _PI_5 = 0x17
 revision-codes.adoc."""
 
 LINE = "anon_inode:gpio-line"
-"""The first part of the link in /proc/PID/fd of an open handle of GPIO lines.
-Source: Linux, drivers/gpio/gpiolib-cdev.c."""
+"""The beginning of the link target in /proc/PID/fd of a handle of GPIO lines. Source: Linux,
+drivers/gpio/gpiolib-cdev.c."""
 
 _FILES = Path("/proc/self/fd")
 _LOADING = Lock()
-"""Only one thread at a time imports lgpio. The guardian opens each cutoff in its own thread, and each one imports
-lgpio."""
+"""Lets only one thread at a time import lgpio. The guardian opens each cutoff in a thread, which imports lgpio."""
 
 
 def load() -> ModuleType:
-    """Return the module lgpio; raises ImportError if lgpio is missing, or is the empty package of PyPI."""
+    """Return the module lgpio; raises ImportError if lgpio is missing or is the empty package of PyPI."""
     with _LOADING:
         if "lgpio" not in sys.modules:
             with _private_fifo():
@@ -51,11 +51,12 @@ def load() -> ModuleType:
 
 
 def find_chip_number(root: Path = _ROOT) -> int:
-    """Return the number of the header's /dev/gpiochip, which is found by the name of the chip's kernel driver.
+    """Return the number of the header's GPIO chip, such as 0 for /dev/gpiochip0.
 
-    On a Pi 5 the number depends on the kernel: 4, 0, or above 10. The lines of the other chips must not be changed:
-    they switch Wi-Fi and the supply of the SD card.
-    If the kernel names no driver, the rule of gpiozero's LGPIOFactory decides.
+    On a Pi 5 the number depends on the kernel: 4, 0, or above 10. The lines of its other chips switch Wi-Fi and the
+    supply of the SD card, and must not be changed. So the chip is found by its kernel driver. If the kernel reports no
+    driver, the number is 4 or 0, as in gpiozero's LGPIOFactory.
+
     Source: https://github.com/raspberrypi/linux/pull/6144, https://github.com/adafruit/Adafruit_Blinka/issues/1119.
     """
     numbers = {driver: number for number, driver in list_chips(root)}
@@ -64,13 +65,13 @@ def find_chip_number(root: Path = _ROOT) -> int:
 
 
 def find_header_driver(root: Path = _ROOT) -> str | None:
-    """Return the kernel's driver of the header's chip; None if the kernel names none."""
+    """Return the kernel driver of the header's GPIO chip; None if the kernel reports none."""
     drivers = [driver for _, driver in list_chips(root)]
     return next((driver for driver in HEADER_DRIVERS if driver in drivers), None)
 
 
 def list_chips(root: Path) -> Iterator[tuple[int, str]]:
-    """Yield the number of each chip, and the name of its driver."""
+    """Yield the number and the kernel driver of each GPIO chip."""
     for chip in sorted(root.glob("sys/bus/gpio/devices/gpiochip*")):
         yield int(chip.name.removeprefix("gpiochip")), (chip.resolve().parent / "driver").resolve().name
 
@@ -88,12 +89,8 @@ def _chip_by_rule() -> int:
 
 @contextmanager
 def _private_fifo() -> Iterator[None]:
-    """Give lgpio a temporary folder for its FIFO during the import, and restore the working directory after it.
-
-    At its import, lgpio makes this folder the working directory (lgUtil.c), and creates a FIFO there (lgNotify.c). In a
-    shared folder, lgpio cannot create the FIFO if another user has one there. If another process creates one at the
-    same time, both processes use the same FIFO.
-    """
+    # At its import, lgpio changes the working directory to FIFO_FOLDER (lgUtil.c), and creates a FIFO there
+    # (lgNotify.c). In a shared folder this fails if another user has a FIFO there, and two processes may share a FIFO.
     before = os.environ.get(FIFO_FOLDER)
     here = os.open(".", os.O_RDONLY)
     try:
@@ -109,10 +106,10 @@ def _private_fifo() -> Iterator[None]:
 
 
 def release_lines() -> None:
-    """Close all handles of GPIO lines in a forked process, which otherwise would hold the lines of the app's motors.
+    """Close all handles of GPIO lines in a forked process, so that it does not hold the lines of the app's motors.
 
-    Each handle's number is reused for /dev/null. Otherwise the process may open a file with that number, and lgpio
-    would use this file as its handle.
+    Each handle is replaced by /dev/null. If the file descriptor became free, a later file might get it, and lgpio would
+    use that file as its handle.
     """
     nothing = os.open(os.devnull, os.O_RDWR)
     for file in tuple(_FILES.iterdir()):

@@ -1,4 +1,4 @@
-"""Open gpiozero's pin factory on lgpio, and translate errors of pins to errors of the device on them."""
+"""Open gpiozero's pin factory on lgpio, and translate errors of its pins to DeviceErrors."""
 
 from __future__ import annotations
 
@@ -25,25 +25,24 @@ if TYPE_CHECKING:
 
 LGPIO = "lgpio"
 OTHERS = ("rpigpio", "pigpio", "native", "mock")
-"""The names of gpiozero's other pin libraries. The first three bypass the kernel, which then cannot name the process
-that holds a line."""
+"""The names of gpiozero's other pin libraries. The first three bypass the kernel, so the kernel cannot report which
+process holds a line. The last one simulates pins."""
 
 _SETTING = "GPIOZERO_PIN_FACTORY"
 
 
 def open_pins(library: str | None = None) -> Factory:
-    """Return gpiozero's pin factory on lgpio; its ``close`` frees every line.
+    """Return gpiozero's pin factory on lgpio. Its ``close`` frees every line.
 
-    library: the name of the library; by default that of GPIOZERO_PIN_FACTORY, else lgpio.
+    Raises UsageError for any other library, because then the guardian could not stop the motors of an app that hangs.
+    Raises BackendMissingError if lgpio is not installed, and BackendError if this user cannot open the pins.
 
-    Raises UsageError for any other library, because with it no other process could stop the motors if the app hangs.
-    Raises
-    BackendMissingError if lgpio is not installed, and BackendError if this user cannot open the pins.
+    library: the name of the library; by default the value of GPIOZERO_PIN_FACTORY, else lgpio.
     """
     name = library or os.environ.get(_SETTING) or LGPIO
     if name in OTHERS:
         raise UsageError(
-            f"pin factory {name!r}: no other process could stop its motors if this program hangs. Take lgpio: "
+            f"pin factory {name!r}: the guardian could not stop the motors if this program hangs. Use lgpio: "
             f"--option pin_factory=lgpio, or unset {_SETTING}. {AT_THE_DESK}",
             kind="pin-factory-unsafe",
             pin_factory=name,
@@ -58,10 +57,6 @@ def open_pins(library: str | None = None) -> Factory:
 
 
 def _require_board() -> None:
-    """Raise BackendError if this is no Raspberry Pi.
-
-    Call it first: on a desktop, a missing library is not the problem.
-    """
     from gpiozero.exc import PinUnknownPi
     from gpiozero.pins.local import get_pi_revision
 
@@ -86,9 +81,12 @@ _REMEDY = f"On the Pi: sudo apt install python3-lgpio, and a venv made with --sy
 
 @contextmanager
 def translate_pin_errors(device: str, gpios: Sequence[int]) -> Iterator[None]:
-    """Translate errors of gpiozero and lgpio in the block to DeviceError, with the GPIOs and a remedy.
+    """Translate errors of gpiozero and lgpio in the block to DeviceErrors.
 
-    Errors of the libraries do not name the GPIO, so a block should claim only one.
+    The errors of the libraries do not name the GPIO. So the block should use only one GPIO.
+
+    device: the name of the device, for the error.
+    gpios: the GPIOs that the block uses, for the error.
     """
     try:
         yield
@@ -99,10 +97,12 @@ def translate_pin_errors(device: str, gpios: Sequence[int]) -> Iterator[None]:
 
 
 def build_pin_error(device: str, gpios: Sequence[int], error: Exception) -> DeviceError:
-    """Return the DeviceError for an error of gpiozero or lgpio at the pins of a device.
+    """Return the DeviceError with a remedy for an error of gpiozero or lgpio.
 
-    The two libraries share no error class, and lgpio gives only a text such as ``'GPIO busy'``.
+    device: the name of the device.
+    gpios: the GPIOs of the device that the failed call used.
     """
+    # The two libraries share no error class, and lgpio has only a text such as 'GPIO busy'.
     from gpiozero import GPIOPinInUse
 
     where = "GPIO " + ", ".join(map(str, gpios))
@@ -130,10 +130,10 @@ _STOP_PAUSE_S = 0.01
 
 
 def stop_edge_detection(pin: Pin) -> None:
-    """Stop gpiozero's callbacks for the edges of a pin.
+    """Stop gpiozero's callbacks for the edges of a pin; raises lgpio's error if that fails for a second.
 
-    For this, lgpio frees the line and claims it again without edge detection. The claim fails until lgpio's own thread
-    returns from its wait for edges, so it is tried again. Raises lgpio's error if it fails for a second.
+    lgpio frees the line and claims it again without edge detection. The claim fails until lgpio's own thread returns
+    from its wait for edges. So it is tried several times.
     """
     for _ in range(_STOP_ATTEMPTS):
         if _try_stop(pin):

@@ -38,8 +38,8 @@ def examine(backend: Backend, robot: RobotDescription | None, section: str) -> I
     elif section in robot.backends:
         yield from _examine_robot(backend, robot, section)
     else:
-        said = f"{robot.source} has no table [{section}], so no device is on a serial port"
-        yield Finding.warning("robot", said, "Name another robot; robotcore robots lists them", kind="no-section")
+        message = f"{robot.source} has no table [{section}], so no device is on a serial port"
+        yield Finding.warning("robot", message, "Name another robot; robotcore robots lists them", kind="no-section")
 
 
 def _examine_robot(backend: Backend, robot: RobotDescription, section: str) -> Iterator[Finding]:
@@ -68,8 +68,8 @@ def _check_port(place: str, baud: int) -> Finding:
     try:
         port.open()
     except PortError as error:
-        said, _, remedy = str(error).partition(". ")
-        return Finding.error("port", said, remedy, kind="port-not-opened")
+        message, _, remedy = str(error).partition(". ")
+        return Finding.error("port", message, remedy, kind="port-not-opened")
     port.close()
     if shared := find_other_users(place):
         return Finding.warning("port", *shared, kind="port-shared")
@@ -84,8 +84,8 @@ def _check_boards(backend: Backend, robot: RobotDescription, bindings: Iterable[
             if readings := [_format_device(device) for name, device in opened.devices.items() if name not in mute]:
                 yield Finding.ok("boards", "; ".join(readings), kind="boards-ok")
             if mute:
-                said = f"{' and '.join(mute)}: their board never answers"
-                yield Finding.unchecked("boards", said, MUTE, kind="board-mute")
+                message = f"{' and '.join(mute)}: their board never answers"
+                yield Finding.unchecked("boards", message, MUTE, kind="board-mute")
             yield from check_batteries(robot, opened)
     except DeviceGroupError as error:
         yield from (_error_finding("boards", each) for each in error.failures if not isinstance(each, SharedBoardError))
@@ -104,9 +104,9 @@ def _check_other_device(backend: Backend, robot: RobotDescription, name: str, wh
 
 
 def _error_finding(what: str, error: Exception) -> Finding:
-    said, _, remedy = str(error).partition(". ")
+    message, _, remedy = str(error).partition(". ")
     kind = error.kind if isinstance(error, RobotcoreError) else "device"
-    return Finding.error(what, said, remedy or "Check its wires and its power", kind=kind)
+    return Finding.error(what, message, remedy or "Check its wires and its power", kind=kind)
 
 
 def _format_device(device: Device) -> str:

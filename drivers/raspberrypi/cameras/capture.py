@@ -1,4 +1,4 @@
-"""Capture pictures in the background: lock the exposure, convert pictures to frames, reopen a camera that failed."""
+"""The capture of pictures in the background: lock the exposure, convert pictures to frames, reopen a failed camera."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ from robotcore.hardware import LatestSample
 from robotcore.threads import start_thread
 
 STEADY_SHOTS = 10
-"""Exposure has settled if it is constant in this many pictures in a row. Cameras react to a change in less time."""
+"""Exposure has settled if it is constant in this many pictures in a row. Cameras react to a change of light faster."""
 
 STEADY_RATIO = 1.03
-"""Values count as constant if the largest is at most this many times the smallest. Noise changes a mean far less."""
+"""Values count as constant if the largest is at most this many times the smallest. Noise changes them much less."""
 
 DARK = 4.0
-"""Is added to a brightness (0 to 255) before a ratio is computed, so that noise in black pictures has no effect."""
+"""The number that is added to a brightness (0 to 255) before a ratio is computed, because dark pictures have noise."""
 
 FRAMES_IN_FLIGHT = 8
-"""After a change of the exposure, this many pictures may still have the old one, because libcamera and the sensor apply
-a change late.
+"""The number of pictures after a change of the exposure that may still have the old exposure.
+
 Source: https://github.com/raspberrypi/libcamera, src/ipa/rpi: two frames of delay; picamera2: six buffers."""
 
 BRIGHTNESS_TOLERANCE = 1.25
-"""If the lock changes the brightness by more than this factor, the camera has locked wrong values."""
+"""If locking changes the brightness by more than this factor, the camera has locked wrong values."""
 
 _log = logging.getLogger(__name__)
 
@@ -41,7 +41,7 @@ _log = logging.getLogger(__name__)
 class ExposureLock:
     """Opens a camera's source, waits until the exposure has settled, and locks the exposure.
 
-    Each problem is logged once only, although the source may be opened several times.
+    Each problem is logged only once, although the source may be opened several times.
     """
 
     def __init__(self, source: Source, settings: CameraSettings, clock: Clock) -> None:
@@ -49,13 +49,13 @@ class ExposureLock:
         self._warned: set[str] = set()
 
     def begin(self) -> Shot:
-        """Open the source and return its first picture. If the setting `lock` is true, its exposure is locked."""
-        if untaken := self._source.open():
-            self._warn(f"does not accept {', '.join(untaken)}; remove it from the robot's file")
+        """Open the source, and return its first picture, with locked exposure if the setting ``lock`` is true."""
+        if rejected := self._source.open():
+            self._warn(f"does not accept {', '.join(rejected)}; remove it from the robot's file")
         shot = self._source.shoot()
         if not self._settings.lock:
             return shot
-        return self._hold(self._settle(shot))
+        return self._lock(self._settle(shot))
 
     def _settle(self, shot: Shot) -> Shot:
         until = self._clock.now() + self._settings.settle_s
@@ -67,8 +67,8 @@ class ExposureLock:
             shot = self._source.shoot()
         return shot
 
-    def _hold(self, before: Shot) -> Shot:
-        refused = self._source.hold(before)
+    def _lock(self, before: Shot) -> Shot:
+        refused = self._source.lock_exposure(before)
         for _ in range(FRAMES_IN_FLIGHT):
             after = self._source.shoot()
         if refused:
@@ -80,32 +80,31 @@ class ExposureLock:
             )
         return after
 
-    def _warn(self, words: str) -> None:
-        if words not in self._warned:
-            self._warned.add(words)
-            _log.warning("%s: %s", self._source.name, words)
+    def _warn(self, message: str) -> None:
+        if message not in self._warned:
+            self._warned.add(message)
+            _log.warning("%s: %s", self._source.name, message)
 
 
 def _is_steady(states: Sequence[ExposureState]) -> bool:
-    """Return whether the values are constant and the camera does not report an unsettled exposure."""
     if len(states) < STEADY_SHOTS or states[-1].is_settled is False:
         return False
-    courses = zip(*(state.values for state in states), strict=True)
-    return all(max(course) <= STEADY_RATIO * min(course) for course in courses)
+    series = zip(*(state.values for state in states), strict=True)
+    return all(max(values) <= STEADY_RATIO * min(values) for values in series)
 
 
 RETRY_S, LONGEST_RETRY_S = 0.5, 2.0
 """The first and the longest wait before a failed camera is opened again, in seconds. The wait doubles each time."""
 
 CLOSING_S = 1.0
-"""The longest wait for a camera that hangs when its robot is closed, in seconds."""
+"""The longest wait for the closing of a camera that hangs, in seconds."""
 
 
 class CapturingCamera(Camera):
-    """Returns the newest picture of a source.
+    """A camera that returns the newest picture of a source.
 
-    A background task waits for each picture. It runs twice in the period of a frame, so that pictures do not queue up.
-    If the source fails, `read` raises the error, and the task tries to open the source again until that succeeds.
+    A background task waits for each picture. It runs twice as often as pictures arrive, so that they do not queue up.
+    If the source fails, `read` raises the error, and the task opens the source again as soon as possible.
     """
 
     def __init__(self, description: CameraDescription, settings: CameraSettings, source: Source, clock: Clock) -> None:
@@ -119,7 +118,7 @@ class CapturingCamera(Camera):
         self._retry_at, self._retry_s = 0.0, RETRY_S
 
     def open(self) -> None:
-        """Open the camera and wait for its first picture; if that fails, close the camera and raise DeviceError."""
+        """Open the camera, and wait for its first picture; close the camera and raise DeviceError if that fails."""
         try:
             first = self._attempt(self._open_source)
         except BaseException:
@@ -140,14 +139,12 @@ class CapturingCamera(Camera):
             return
         closing.join(CLOSING_S)
         if closing.is_alive():
-            _log.warning("%s: the camera hangs; it will be closed when it answers, or when the program ends", self.name)
+            _log.warning(
+                "%s: the camera hangs; it will be closed when it responds, or when the program ends", self.name
+            )
 
     def _close_source(self) -> None:
-        """Close the source when the background task does not use it.
-
-        Closing a source during a capture crashes the camera's library.
-        """
-        with self._in_use:
+        with self._in_use:  # closing a source during a capture crashes the camera's library
             self._source.close()
 
     def _poll(self) -> None:
@@ -176,7 +173,7 @@ class CapturingCamera(Camera):
 
 
 class FrameConverter:
-    """Converts pictures to frames of the described size and orientation, numbered from 0."""
+    """Converts pictures to frames with the size and the orientation of the description, numbered from 0."""
 
     def __init__(self, description: CameraDescription, settings: CameraSettings) -> None:
         self._description = description
@@ -184,7 +181,7 @@ class FrameConverter:
         self._count = 0
 
     def convert(self, shot: Shot) -> Frame:
-        """Return the next frame; raises DeviceError if the picture has another aspect ratio than the description."""
+        """Return a picture as the next frame; raises DeviceError if its aspect ratio differs from the description's."""
         image = np.ascontiguousarray(self._flip_image(self._resize(shot.image)))
         image.flags.writeable = False
         frame = Frame(image, shot.time, self._count)
@@ -217,7 +214,7 @@ class FrameConverter:
 
 
 def _flip_code(settings: CameraSettings) -> int | None:
-    """Return the code for `cv2.flip`: 1 mirrors left and right, 0 top and bottom, -1 both; None does not flip."""
+    # cv2.flip: 1 swaps left and right, 0 swaps top and bottom, -1 does both.
     is_mirrored = settings.flip_horizontal != settings.rotate_180
     is_upside_down = settings.flip_vertical != settings.rotate_180
     return {(True, True): -1, (True, False): 1, (False, True): 0}.get((is_mirrored, is_upside_down))

@@ -20,15 +20,16 @@ from robotcore.hal.clock import Clock
 from robotcore.hardware import Connection, DeviceDriver, Host
 
 BGR = "RGB888"
-"""picamera2's name of the format blue, green, red. picamera2 names the bytes of a format in reverse order.
+"""picamera2's name of the format blue, green, red. The names list the bytes in reverse order.
+
 Source: https://github.com/raspberrypi/picamera2/issues/848."""
 
 PICTURE_TIMEOUT_S = 2.0
-"""A camera that delivers no picture for this time has failed. A robot's file allows exposures up to half of it."""
+"""A camera that delivers no picture for this many seconds has failed. The longest exposure in a robot's file is 1 s."""
 
 SEARCHING = 1
-"""The value of a picture's AeState while the exposure has not settled. Before libcamera 0.5, AeLocked replaces
-AeState."""
+"""The value of AeState in a picture's metadata while the exposure has not settled. Before libcamera 0.5, pictures have
+AeLocked instead."""
 
 SETTINGS = {
     "FrameDurationLimits": "fps",
@@ -36,18 +37,18 @@ SETTINGS = {
     "AnalogueGain": "gain",
     "ColourGains": "colour_gains",
 }
-"""libcamera's controls, and their keys in a robot's file."""
+"""libcamera's controls, and the keys of their settings in a robot's file."""
 
-HELD = {"ExposureTime": "exposure", "AnalogueGain": "gain", "ColourGains": "white balance"}
-"""libcamera's controls that lock exposure and white balance, with their names in messages.
-The metadata of a picture has the same keys."""
+LOCKING_CONTROLS = {"ExposureTime": "exposure", "AnalogueGain": "gain", "ColourGains": "white balance"}
+"""libcamera's controls that lock exposure and white balance, and their names in messages. The metadata of a picture has
+the same keys."""
 
 
 class CsiSource(Source):
-    """Takes pictures by picamera2.
+    """Takes pictures from a camera on the Pi's connector by picamera2.
 
-    The time of a picture is the sensor's timestamp of the readout of the first row, which follows the exposure. It is
-    accurate to a millisecond.
+    The time of a picture is the sensor's timestamp of reading the first row, right after the exposure of that row. It
+    is accurate to a millisecond.
     """
 
     def __init__(self, description: CameraDescription, settings: PiCameraSettings, clock: Clock) -> None:
@@ -66,8 +67,8 @@ class CsiSource(Source):
             self._camera.configure(self._build_configuration(known))
             self._camera.start()
         except (RuntimeError, OSError) as error:
-            words = f"camera {number} cannot be opened ({error}). End any other program that uses it"
-            raise DeviceError(self.name, words, kind="camera-not-opened") from error
+            message = f"camera {number} cannot be opened ({error}). End any other program that uses it"
+            raise DeviceError(self.name, message, kind="camera-not-opened") from error
         return [SETTINGS[control] for control in requested if control not in known]
 
     def shoot(self) -> Shot:
@@ -75,8 +76,10 @@ class CsiSource(Source):
             request = self._camera.capture_request(wait=PICTURE_TIMEOUT_S)
         except TimedOutError as error:
             self._camera.cancel_all_and_flush()  # otherwise the camera cannot be closed
-            words = f"no picture for {PICTURE_TIMEOUT_S:g} s. Switch the power off, and push its ribbon cable fully in"
-            raise DeviceError(self.name, words, kind="camera-silent") from error
+            message = (
+                f"no picture for {PICTURE_TIMEOUT_S:g} s. Switch the power off, and push its ribbon cable fully in"
+            )
+            raise DeviceError(self.name, message, kind="camera-silent") from error
         try:
             metadata = request.get_metadata()
             return Shot(request.make_array("main"), self._stamps.time_of(metadata["SensorTimestamp"] / 1e9), metadata)
@@ -90,11 +93,11 @@ class CsiSource(Source):
             (metadata["ExposureTime"] * metadata["AnalogueGain"], *metadata.get("ColourGains", ())), is_settled
         )
 
-    def hold(self, shot: Shot) -> list[str]:
-        found = {control: shot.metadata[control] for control in HELD if control in shot.metadata}
+    def lock_exposure(self, shot: Shot) -> list[str]:
+        found = {control: shot.metadata[control] for control in LOCKING_CONTROLS if control in shot.metadata}
         known = self._select_known({"AeEnable": False, "AwbEnable": False, **found})
         self._camera.set_controls(known)
-        return [HELD[control] for control in found if control not in known]
+        return [LOCKING_CONTROLS[control] for control in found if control not in known]
 
     def close(self) -> None:
         camera, self._camera = self._camera, None
@@ -103,7 +106,7 @@ class CsiSource(Source):
                 camera.close()
 
     def _select_known(self, controls: Mapping[str, Any]) -> dict[str, Any]:
-        """Return those controls that the camera has, because picamera2 raises an error for any other."""
+        # picamera2 raises an error for a control that the camera does not have.
         return {name: value for name, value in controls.items() if name in self._camera.camera_controls}
 
     def _build_configuration(self, controls: Mapping[str, Any]) -> Any:
@@ -117,7 +120,6 @@ class CsiSource(Source):
 
 
 def _build_controls(settings: PiCameraSettings) -> dict[str, Any]:
-    """Return the controls for the settings, in libcamera's unit: microseconds."""
     frame_us = round(1e6 / settings.fps)
     exposure_us = None if settings.exposure_s is None else round(settings.exposure_s * 1e6)
     controls = {
@@ -132,12 +134,15 @@ def _build_controls(settings: PiCameraSettings) -> dict[str, Any]:
 REMEDY = "On the Pi: sudo apt install python3-picamera2, and a venv made with --system-site-packages"
 
 OTHER_NUMPY = "In the venv: pip install 'numpy<2' 'opencv-python-headless<4.12'"
-"""The remedy if picamera2 does not fit NumPy. Raspberry Pi OS 12 builds it for NumPy 1.24; OpenCV 4.12 needs NumPy
-2."""
+"""The remedy if picamera2 was built for another version of NumPy. Raspberry Pi OS 12 builds it for NumPy 1.24. OpenCV
+4.12 needs NumPy 2."""
 
 
 def import_picamera2(camera: str) -> Any:
-    """Return the module picamera2; raises DeviceError if picamera2 is missing or was built for another NumPy."""
+    """Return the module picamera2; raises DeviceError if it is missing or was built for another NumPy.
+
+    camera: the camera's name, for the error.
+    """
     try:
         import picamera2
     except ImportError as error:
@@ -154,7 +159,11 @@ def import_picamera2(camera: str) -> Any:
 
 
 def require_camera(camera: str, library: ModuleType, number: int) -> None:
-    """Raise DeviceError if the Pi has no camera of this number."""
+    """Raise DeviceError if the Pi has no camera with the number ``number``.
+
+    camera: the camera's name, for the error.
+    library: the module picamera2.
+    """
     found = library.Picamera2.global_camera_info()
     if number < len(found):
         return
@@ -168,14 +177,17 @@ def require_camera(camera: str, library: ModuleType, number: int) -> None:
 
 
 Mode = Mapping[str, Any]
-"""A mode of picamera2: ``size``, ``bit_depth``, the highest ``fps``, and the sensor's ``crop_limits`` (x, y, w, h)."""
+"""A mode of the sensor, from picamera2: ``size``, ``bit_depth``, highest ``fps`` and ``crop_limits`` (x, y, w, h)."""
 
 
 def choose_mode(modes: Sequence[Mode], fps: float) -> Mode | None:
-    """Return the smallest mode with the whole sensor at ``fps``; if none is fast enough, the fastest such mode.
+    """Return the smallest mode that reads the whole sensor at ``fps`` pictures a second.
 
-    By default libcamera takes the mode nearest to the picture's size. For a small picture that may be a mode that reads
-    only the middle of the sensor, with half the field of view.
+    If no mode is fast enough, return the fastest mode that reads the whole sensor. Return None if the modes do not tell
+    which part of the sensor they read.
+
+    By default libcamera uses the mode nearest to the picture's size. For a small picture this mode may read only the
+    middle of the sensor, which halves the field of view.
     """
     usable = [mode for mode in modes if "crop_limits" in mode]
     if not usable:
@@ -194,7 +206,7 @@ def _area(size: Sequence[int]) -> int:
 
 
 class PiCamera(DeviceDriver[CameraDescription, PiCameraSettings]):
-    """Opens cameras by picamera2, which Raspberry Pi OS brings: 0.3.20 or newer."""
+    """Opens cameras on the Pi's connector by picamera2. The version of Raspberry Pi OS is 0.3.20 or newer."""
 
     name = "picamera2"
     summary = "a camera on the Pi's ribbon connector"

@@ -1,4 +1,4 @@
-"""Take pictures from USB cameras by OpenCV and V4L2, the kernel's camera interface, and list the USB cameras."""
+"""The source of a USB camera's pictures, by OpenCV and V4L2, the kernel's camera interface."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from robotcore.errors import DeviceError, DeviceLostError
 from robotcore.hal.clock import Clock
 
 FILES = Path("/dev")
-CLASS = Path("/sys/class/video4linux")
-"""The kernel's folder for each /dev/video file: ``name``, ``index`` within the device, and a link to the device.
-Source: https://www.kernel.org/doc/html/latest/driver-api/media/v4l2-dev.html."""
+NODES = Path("/sys/class/video4linux")
+"""The folder with the kernel's data on each /dev/video file: its name, its index within the camera, and a link to the
+camera. Source: https://www.kernel.org/doc/html/latest/driver-api/media/v4l2-dev.html."""
 
 
 def explain_unusable(path: Path, *, was_there: bool) -> str:
-    """Return why this user cannot use a camera's file, and a remedy; an empty text if it can be used.
+    """Return why this process cannot use a camera's file, and the remedy; an empty text if it can.
 
-    was_there: whether the camera was open before; the reason is then that it was unplugged.
+    was_there: whether the camera was open before. Then a missing file means that the camera was unplugged.
     """
     if not path.exists():
         return f"{path} is gone; plug it in again" if was_there else f"there is no {path}. {_list_cameras()}"
@@ -32,11 +32,11 @@ def explain_unusable(path: Path, *, was_there: bool) -> str:
 
 
 def usb_cameras() -> list[str]:
-    """Return the files of the cameras on USB, each with the camera's name.
+    """Return the file and the name of each camera on USB, such as ``/dev/video0 (HD Webcam)``.
 
-    A camera's other files, which deliver no pictures, and the files of the Pi's video codecs are left out.
+    Files that deliver no pictures are left out: a camera's further files, and those of the Pi's video codecs.
     """
-    nodes = sorted(CLASS.glob("video*"), key=lambda node: int(node.name.removeprefix("video")))
+    nodes = sorted(NODES.glob("video*"), key=lambda node: int(node.name.removeprefix("video")))
     return [f"{FILES / node.name} ({_read_attribute(node, 'name')})" for node in nodes if _is_usb_camera(node)]
 
 
@@ -54,20 +54,21 @@ def _list_cameras() -> str:
 
 
 BUFFERS = 2
-"""The number of picture buffers: the camera fills one, the other waits to be read. More would delay pictures."""
+"""The number of picture buffers. The camera fills one while the other waits to be read. More buffers delay pictures."""
 
 BROKEN_IN_A_ROW = 5
-"""Up to this many broken pictures in a row are skipped: cheap cables and starting cameras cause some."""
+"""The camera has failed after this many broken pictures in a row. Cheap cables and starting cameras cause a few."""
 
 
 class UsbSource(Source):
-    """Takes pictures by OpenCV.
+    """Takes pictures from a USB camera by OpenCV.
 
-    The time of a picture is the kernel's timestamp of the arrival of its first bytes, which follows the exposure. It is
+    The time of a picture is the kernel's timestamp of the arrival of its first bytes, right after the exposure. It is
     accurate to a millisecond.
 
-    After the camera was open once, every failure raises DeviceLostError, because its cause cannot be known. The
-    camera's file may still exist just after unplugging, and belongs to root just after plugging in.
+    After the camera was open once, every failure raises DeviceLostError, because the camera may be unplugged. The state
+    of its file does not show this: the file may still exist right after unplugging, and belongs to root right after
+    plugging in.
     """
 
     def __init__(self, description: CameraDescription, settings: UsbCameraSettings, clock: Clock) -> None:
@@ -78,8 +79,8 @@ class UsbSource(Source):
 
     def open(self) -> list[str]:
         path = self._settings.path
-        if why := explain_unusable(path, was_there=self._was_there):
-            raise self._build_error(why)
+        if problem := explain_unusable(path, was_there=self._was_there):
+            raise self._build_error(problem)
         if cv2.CAP_V4L2 not in cv2.videoio_registry.getCameraBackends():
             raise DeviceError(
                 self.name, "this OpenCV is built without V4L2. Run pip install opencv-python-headless", kind="no-v4l2"
@@ -105,26 +106,26 @@ class UsbSource(Source):
             if is_whole:
                 return Shot(np.asarray(image, dtype=np.uint8), time)
         path = self._settings.path
-        why = explain_unusable(path, was_there=True)
-        raise self._build_error(why or f"{path} gives no more pictures. Check its plug and its cable")
+        problem = explain_unusable(path, was_there=True)
+        raise self._build_error(problem or f"{path} gives no more pictures. Check its plug and its cable")
 
     def read_exposure(self, shot: Shot) -> ExposureState:
         return ExposureState(cv2.mean(shot.image)[:3])
 
-    def hold(self, shot: Shot) -> list[str]:
+    def lock_exposure(self, shot: Shot) -> list[str]:
         assert self._capture is not None, "the camera is not open"
-        return UsbControls(self._capture).hold()
+        return UsbControls(self._capture).lock_exposure()
 
     def close(self) -> None:
         capture, self._capture = self._capture, None
         if capture is not None:
             capture.release()
 
-    def _build_error(self, fault: str) -> DeviceError:
-        return (DeviceLostError if self._was_there else DeviceError)(self.name, fault)
+    def _build_error(self, message: str) -> DeviceError:
+        return (DeviceLostError if self._was_there else DeviceError)(self.name, message)
 
     def _request_format(self, capture: cv2.VideoCapture) -> None:
-        """Request a pixel format, a size and a frame rate. V4L2 sets the nearest ones that the camera supports."""
+        # V4L2 sets the nearest format, size and frame rate that the camera supports.
         if self._settings.pixel_format:
             capture.set(cv2.CAP_PROP_FOURCC, cv2.VideoWriter.fourcc(*self._settings.pixel_format))
         capture.set(cv2.CAP_PROP_FRAME_WIDTH, self._description.width_px)
@@ -134,10 +135,11 @@ class UsbSource(Source):
 
 
 AUTO, MANUAL, APERTURE_PRIORITY = 0, 1, 3
-"""Values of V4L2_CID_EXPOSURE_AUTO. Webcams have a fixed aperture, so their automatic mode is aperture priority."""
+"""Values of the control V4L2_CID_EXPOSURE_AUTO. A webcam's automatic mode is aperture priority, because its aperture is
+fixed."""
 
 EXPOSURE_UNIT_S = 100e-6
-"""The unit of V4L2_CID_EXPOSURE_ABSOLUTE."""
+"""The unit of the control V4L2_CID_EXPOSURE_ABSOLUTE, in seconds."""
 
 
 class UsbControls:
@@ -147,7 +149,10 @@ class UsbControls:
         self._capture = capture
 
     def apply(self, settings: UsbCameraSettings) -> list[str]:
-        """Set the fixed settings, and make the others automatic; return the names of those that the camera refuses."""
+        """Fix the controls that have a setting, and make the others automatic.
+
+        Return the names of the settings that the camera refuses.
+        """
         accepted = {}
         if settings.exposure_s is None:
             self._set(cv2.CAP_PROP_AUTO_EXPOSURE, APERTURE_PRIORITY) or self._set(cv2.CAP_PROP_AUTO_EXPOSURE, AUTO)
@@ -161,8 +166,8 @@ class UsbControls:
             accepted["gain"] = self._set(cv2.CAP_PROP_GAIN, settings.gain)
         return [name for name, is_accepted in accepted.items() if not is_accepted]
 
-    def hold(self) -> list[str]:
-        """Lock exposure and white balance at the present values; return the names of those that cannot be locked."""
+    def lock_exposure(self) -> list[str]:
+        """Lock exposure and white balance at the present values; return the names of what the camera cannot lock."""
         exposure = self._capture.get(cv2.CAP_PROP_EXPOSURE)
         kelvin = self._capture.get(cv2.CAP_PROP_WB_TEMPERATURE)
         held = {

@@ -1,4 +1,4 @@
-"""The driver of a camera on USB, or of another camera that V4L2 supports."""
+"""The driver of cameras on USB, and of other cameras that V4L2 supports."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from robotcore.hardware import Connection, DeviceDriver, Host
 
 
 class UsbCamera(DeviceDriver[CameraDescription, UsbCameraSettings]):
-    """Opens cameras by OpenCV on V4L2."""
+    """Opens cameras by OpenCV and V4L2."""
 
     name = "v4l2"
     summary = "a camera on USB"

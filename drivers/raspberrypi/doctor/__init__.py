@@ -1,6 +1,6 @@
-"""The checks of `robotcore doctor` on a Raspberry Pi, a module for each subject.
+"""The checks of `robotcore doctor` on a Raspberry Pi.
 
-Each check has the parameter ``root``, the root of the file system. Tests pass a folder with the files of a board.
+The parameter ``root`` of a check is the root of the file system. Tests pass a folder with the files of a board.
 """
 
 from drivers.raspberrypi.doctor.board import is_raspberry_pi

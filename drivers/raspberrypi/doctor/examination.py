@@ -1,4 +1,4 @@
-"""Run all checks of the doctor: the board, the robot's devices, power, disk and clock."""
+"""The list of all checks of `robotcore doctor` on a Raspberry Pi."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ ROOT = Path("/")
 def examine(robot: RobotDescription | None, section: str, root: Path = ROOT) -> Iterator[Finding]:
     """Yield the findings about this Pi and about the robot's devices.
 
-    robot: None checks the board alone.
-    section: the section of the robot's file that lists the devices' drivers and pins.
+    robot: None checks only the Pi.
+    section: the table in the robot's file that lists the devices' drivers and pins.
     root: the root of the file system.
     """
     if not is_raspberry_pi(root):
@@ -56,11 +56,11 @@ def examine(robot: RobotDescription | None, section: str, root: Path = ROOT) -> 
 
 
 def check_devices(root: Path, robot: RobotDescription | None, section: str) -> Iterator[Finding]:
-    """Check the robot's file, and check that the devices in this file are present."""
+    """Check the robot's file, and check that its devices are present. Without a robot, yield a warning."""
     if robot is None:
         yield Finding.warning(
             "robot",
-            "its devices are not checked",
+            "no robot was named, so no devices are checked",
             "Name the robot: robotcore doctor --robot FILE.toml",
             kind="no-robot",
         )

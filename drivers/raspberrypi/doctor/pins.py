@@ -1,4 +1,4 @@
-"""Check that the pins are free, that their library works, and that the kernel frees the pins of a killed program."""
+"""Checks of the GPIOs: their library, their holders, and their levels after a program was killed."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ PINS = "pins"
 IN_USE = 1
 """The flag of a GPIO line that a program or the kernel holds. Source: lgpio's manual, gpio_get_line_info."""
 
-Users = Callable[[Collection[int]], Mapping[int, str]]
-"""A function from GPIOs to the holder of each one that is not free, such as ``process 12 (python3)``."""
+FindHolders = Callable[[Collection[int]], Mapping[int, str]]
+"""A function that returns the holders of the given GPIOs, such as ``process 12 (python3)``. Free GPIOs are left out."""
 
 
-def find_users(gpios: Collection[int]) -> dict[int, str]:
-    """Return the holder of each of these GPIOs that is not free, as the kernel reports it. No GPIO is changed."""
+def find_holders(gpios: Collection[int]) -> dict[int, str]:
+    """Return the holders of the given GPIOs, by the kernel. Free GPIOs are left out. No GPIO is changed."""
     from drivers.raspberrypi.chip import find_holder
     from drivers.raspberrypi.lg import find_chip_number, load
 
@@ -34,16 +34,16 @@ def find_users(gpios: Collection[int]) -> dict[int, str]:
         lgpio.gpiochip_close(chip)
 
 
-def check_pins(bindings: Iterable[DeviceBinding], users: Users = find_users) -> Iterator[Finding]:
+def check_pins(bindings: Iterable[DeviceBinding], find_holders: FindHolders = find_holders) -> Iterator[Finding]:
     """Check that no program holds a GPIO of these devices.
 
-    GPIOs of a bus are left out, because the kernel holds them.
+    The GPIOs of I2C devices are not checked, because the kernel holds the lines of the bus.
     """
     owners = {int(wire.where): binding.name for binding in bindings for wire in _gpio_wires(binding)}
-    held = users(sorted(owners)) if owners else {}
+    held = find_holders(sorted(owners)) if owners else {}
     for gpio, holder in held.items():
-        said = f"GPIO {gpio} ({owners[gpio]}) is held by {holder}"
-        yield Finding.error(PINS, said, "End that program, or connect the device elsewhere", kind="gpio-held")
+        message = f"GPIO {gpio} ({owners[gpio]}) is held by {holder}"
+        yield Finding.error(PINS, message, "End that program, or connect the device elsewhere", kind="gpio-held")
     if owners and not held:
         yield Finding.ok(PINS, f"free: GPIO {', '.join(map(str, sorted(owners)))}", kind="gpios-free")
 
@@ -56,7 +56,8 @@ def _gpio_wires(binding: DeviceBinding) -> Iterator[Connection]:
 
 PIN_FACTORY = "pin factory"
 EMPTY_STUB = "0.0.0.2"
-"""The version of lgpio that pip installs for Python 3.13 on a Pi. It is empty, and in a venv it hides apt's lgpio."""
+"""The version of lgpio that pip installs for Python 3.13 on a Pi. It is empty, and in a venv it hides the lgpio of
+apt."""
 
 OLDEST_GPIOZERO = (2, 0, 1)
 """The oldest supported version of gpiozero, the same as in the extra ``pi`` of pyproject.toml."""
@@ -79,8 +80,8 @@ def check_library() -> Iterator[Finding]:
     try:
         open_pins().close()
     except (BackendError, UsageError) as error:
-        fault, _, remedy = str(error).partition(". ")
-        yield Finding.error(PIN_FACTORY, fault, remedy, kind="pin-factory-fails")
+        problem, _, remedy = str(error).partition(". ")
+        yield Finding.error(PIN_FACTORY, problem, remedy, kind="pin-factory-fails")
     else:
         yield Finding.ok(
             PIN_FACTORY,
@@ -111,9 +112,9 @@ PERSISTENCE_REMEDY = (
 
 
 def check_persistence(root: Path) -> Iterator[Finding]:
-    """Check that the kernel releases the outputs of a killed program. Otherwise a turning motor continues to turn.
+    """Check that the kernel releases the outputs of a killed program. Otherwise its motors continue to turn.
 
-    A kernel has GPIO drivers for several boards. Only the driver of the header is checked, which strict_gpiod sets too.
+    Only the kernel driver of the header's GPIO chip is checked. A kernel may have GPIO drivers for other boards too.
     """
     module = (find_header_driver(root) or ANY_CONTROLLER).replace("-", "_")
     settings = {file.parts[-3]: read_text(file) for file in sorted(root.glob(PARAMETERS.format(module=module)))}
@@ -121,13 +122,13 @@ def check_persistence(root: Path) -> Iterator[Finding]:
         setting = f"{', '.join(keeping)}.persist_gpio_outputs=Y"
         yield Finding.warning(
             KILLED_RUNS,
-            f"GPIO outputs keep their level after their program was killed ({setting}). Only the guardian process then "
+            f"GPIO outputs keep their level after their program was killed ({setting}). Then only the guardian "
             "stops a turning motor",
             PERSISTENCE_REMEDY,
             kind="outputs-persist",
         )
     elif settings:
-        yield Finding.ok(KILLED_RUNS, "outputs are released when their program dies", kind="outputs-released")
+        yield Finding.ok(KILLED_RUNS, "the kernel releases the outputs of a killed program", kind="outputs-released")
     else:
-        said = "this kernel has no parameter persist_gpio_outputs: it may be too old"
-        yield Finding.unchecked(KILLED_RUNS, said, f"sudo apt full-upgrade. {PERSISTENCE_REMEDY}")
+        message = "this kernel has no parameter persist_gpio_outputs: it may be too old"
+        yield Finding.unchecked(KILLED_RUNS, message, f"sudo apt full-upgrade. {PERSISTENCE_REMEDY}")

@@ -1,4 +1,4 @@
-"""Check the permissions, buses, serial ports and cameras that a robot needs."""
+"""Checks of the permissions, buses, serial ports and cameras that a robot needs."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from robotcore.hardware import DeviceBinding
 
 PERMISSIONS = "permissions"
 GROUPS = {"gpio": ("gpiochip*", "GPIO pins"), "i2c": ("i2c-1", "the I2C bus"), "video": ("video*", "cameras")}
-"""For each group: its files in /dev, and their name in messages. Source: Raspberry Pi OS, 99-com.rules."""
+"""The files in /dev that each group may use, and their name in messages. Source: Raspberry Pi OS, 99-com.rules."""
 
 
 def may_open(file: Path) -> bool:
@@ -25,14 +25,17 @@ def may_open(file: Path) -> bool:
 
 
 def check_permissions(root: Path, may_open: Callable[[Path], bool] = may_open) -> Iterator[Finding]:
-    """Check that this process may open the GPIO, I2C and camera files in /dev. Other checks report missing files."""
+    """Check that this process may open the GPIO, I2C and camera files in /dev. Other checks report missing files.
+
+    may_open: returns whether this process may open a file. Tests replace it.
+    """
     closed = {group: list(_closed_files(root, pattern, may_open)) for group, (pattern, _) in GROUPS.items()}
     if not any(closed.values()):
         yield _open_finding(root)
     for group, files in closed.items():
         if files:
-            said = f"no permission for {GROUPS[group][1]} ({', '.join(files)})"
-            yield Finding.error(PERMISSIONS, said, find_remedy(root, group), kind=f"no-permission-{group}")
+            message = f"no permission for {GROUPS[group][1]} ({', '.join(files)})"
+            yield Finding.error(PERMISSIONS, message, find_remedy(root, group), kind=f"no-permission-{group}")
 
 
 def _open_finding(root: Path) -> Finding:
@@ -41,7 +44,7 @@ def _open_finding(root: Path) -> Finding:
     return Finding.warning(
         PERMISSIONS,
         "there are no pins, no I2C bus and no cameras in /dev",
-        "Run it outside a container",
+        "Run robotcore doctor outside a container",
         kind="no-devices",
     )
 
@@ -53,17 +56,17 @@ def _closed_files(root: Path, pattern: str, may_open: Callable[[Path], bool]) ->
 
 
 def find_remedy(root: Path, group: str) -> str:
-    """Return the remedy for a missing permission. A user who joins a group has its rights only after the next login."""
+    """Return the remedy for the missing permission of ``group``. A new member needs a new login."""
     member, gid = _member_and_id(root, group)
     if gid in _groups_of_this_process(root):
-        return f"The group {group} does not help: start the board again, or correct its udev rules"
+        return f"This process is in the group {group} already: restart the board, or correct its udev rules"
     if member:
-        return f"You joined the group {group} during this login: log out and in again, or restart the service"
+        return f"This user joined the group {group} after the login: log out and in again, or restart the service"
     return f"sudo usermod -aG {group} $USER, then log out and in again"
 
 
 def _member_and_id(root: Path, group: str) -> tuple[bool, str | None]:
-    """Return whether a group lists this user, and the group's number. Source: group(5)."""
+    # The format of /etc/group is in group(5).
     user = os.environ.get("USER", "")
     for line in read_text(root / "etc/group").splitlines():
         name, _, gid, members = (*line.split(":"), "", "", "", "")[:4]
@@ -73,7 +76,7 @@ def _member_and_id(root: Path, group: str) -> tuple[bool, str | None]:
 
 
 def _groups_of_this_process(root: Path) -> list[str]:
-    """Return the numbers of this process's groups. Source: proc_pid_status(5)."""
+    # The format of the file is in proc_pid_status(5).
     lines = read_text(root / "proc/self/status").splitlines()
     return next((line.split()[1:] for line in lines if line.startswith("Groups:")), [])
 
@@ -87,7 +90,7 @@ OTHER_ON = "Add dtoverlay=i2c{bus} to /boot/firmware/config.txt and restart; its
 
 
 def check_bus(root: Path, bindings: Iterable[DeviceBinding]) -> Iterator[Finding]:
-    """Check that each I2C bus of these devices is switched on. In a new system all buses are off."""
+    """Check that each I2C bus of these devices is switched on. After the installation of the system, all are off."""
     for number, names in sorted(_needed_buses(bindings).items()):
         if (root / f"dev/i2c-{number}").exists():
             yield Finding.ok(I2C, f"bus {number} is switched on, for {', '.join(names)}", kind="i2c-on")
@@ -99,7 +102,7 @@ def check_bus(root: Path, bindings: Iterable[DeviceBinding]) -> Iterator[Finding
 
 
 def _needed_buses(bindings: Iterable[DeviceBinding]) -> dict[int, list[str]]:
-    """Return the names of the devices on each I2C bus. An address such as ``0x29 on bus 1`` has the bus number."""
+    # A wire to a bus has a place such as "0x29 on bus 1".
     needed: dict[int, list[str]] = {}
     for binding in bindings:
         places = " ".join(wire.where for wire in binding.connections if wire.bus == "I2C")
@@ -115,7 +118,8 @@ SWITCH_ON = "sudo raspi-config nonint do_serial_hw 0, or enable_uart=1 in /boot/
 SWITCH_ON_5 = "sudo raspi-config nonint do_serial_hw 0, or dtparam=uart0=on in /boot/firmware/config.txt, and restart"
 NO_CONSOLE = "sudo raspi-config nonint do_serial_cons 1, and restart"
 NO_BLUETOOTH = (
-    "Name /dev/serial0, which is on the header. Or put this port on the header: dtoverlay=disable-bt, and restart"
+    "Write /dev/serial0, which is on the header, in the robot's file. Or connect this port to the header: add "
+    "dtoverlay=disable-bt to /boot/firmware/config.txt, and restart"
 )
 DEBUG_PORT = "/dev/ttyAMA10"
 
@@ -123,7 +127,10 @@ DEBUG_PORT = "/dev/ttyAMA10"
 def check_serial(
     root: Path, bindings: Iterable[DeviceBinding], may_open: Callable[[Path], bool] = may_open
 ) -> Iterator[Finding]:
-    """Check each serial port that a device needs. No port is opened."""
+    """Check each serial port that a device needs, without opening it.
+
+    may_open: returns whether this process may open a file. Tests replace it.
+    """
     for place, names in _needed_ports(bindings).items():
         if place.startswith("usb:"):
             yield _check_usb(root, place, names)
@@ -132,7 +139,6 @@ def check_serial(
 
 
 def _needed_ports(bindings: Iterable[DeviceBinding]) -> dict[str, str]:
-    """Return the names of the devices on each port."""
     needed: dict[str, list[str]] = {}
     for binding in bindings:
         for wire in binding.connections:
@@ -142,7 +148,6 @@ def _needed_ports(bindings: Iterable[DeviceBinding]) -> dict[str, str]:
 
 
 def _check_usb(root: Path, place: str, names: str) -> Finding:
-    """Check that a device with this USB id is plugged in."""
     _, vendor, product, *_ = (*place.lower().split(":"), "", "")
     for device in sorted((root / "sys/bus/usb/devices").glob("*/idVendor")):
         if (read_text(device), read_text(device.with_name("idProduct"))) == (vendor, product):
@@ -175,15 +180,18 @@ def _check_port(root: Path, place: str, names: str, may_open: Callable[[Path], b
             SERIAL, f"no permission for {place}", find_remedy(root, SERIAL_GROUP), kind="port-no-permission"
         )
     if place in HEADER_PORTS and real == DEBUG_PORT:
-        said = f"{place} of a Pi 5 is on the connector between its HDMI sockets, not on the header"
+        message = f"{place} of a Pi 5 is on the connector between its HDMI sockets, not on the header"
         return Finding.warning(
-            SERIAL, said, f"For GPIO 14 and 15 name /dev/ttyAMA0: {SWITCH_ON_5}", kind="port-off-header"
+            SERIAL,
+            message,
+            f"For GPIO 14 and 15 write /dev/ttyAMA0 in the robot's file: {SWITCH_ON_5}",
+            kind="port-off-header",
         )
     return Finding.ok(SERIAL, f"{place} was found, for {names}", kind="port-ok")
 
 
 def _consoles(root: Path) -> set[str]:
-    """Return the serial ports that the kernel uses as consoles. Source: the kernel's serial-console.rst."""
+    # Source: the kernel's serial-console.rst
     try:
         line = read_text(root / "proc/cmdline")
     except OSError:
@@ -194,15 +202,14 @@ def _consoles(root: Path) -> set[str]:
 def _offer_ports(root: Path) -> str:
     ports = sorted(f"/dev/{file.name}" for kind in ("ttyUSB*", "ttyACM*") for file in (root / "dev").glob(kind))
     found = f"Found: {', '.join(ports)}" if ports else "No other port was found"
-    return f"Plug it in by a cable that carries data. {found}"
+    return f"Plug the board in by a cable that carries data. {found}"
 
 
 CAMERA = "camera"
 NODES = "sys/class/video4linux/video*/name"
 RECEIVERS = ("unicam", "rp1-cfe")
-"""The names of the camera connector's kernel devices: up to a Pi 4, and on a Pi 5.
-Such a device exists only if the kernel has found an image sensor.
-Sources: the kernel's drivers bcm2835-unicam and rp1-cfe."""
+"""The beginnings of the names of the camera connector's video devices: up to a Pi 4, and on a Pi 5. The kernel creates
+these devices only if it has found an image sensor. Sources: the kernel's drivers bcm2835-unicam and rp1-cfe."""
 
 CSI = "CSI"
 NO_CAMERA = (
@@ -213,7 +220,7 @@ FROM_APT = "sudo apt install python3-picamera2, and make the venv with --system-
 
 
 def check_cameras(root: Path, bindings: Iterable[DeviceBinding]) -> Iterator[Finding]:
-    """Check that each camera is present: its sensor on the Pi's connector, or for other cameras its device file."""
+    """Check that each camera is present: on the Pi's connector by its image sensor, on USB by its device file."""
     for binding in bindings:
         for wire in binding.connections:
             if wire.bus == CSI:
@@ -226,13 +233,15 @@ def _check_connector(root: Path, name: str, number: str) -> Finding:
     nodes = [read_text(file) for file in sorted(root.glob(NODES))]
     if found := next((node for node in nodes if node.startswith(RECEIVERS)), None):
         if number != "0":
-            said = f"a sensor was found ({found}); whether it is camera {number}, for {name}, could not be checked"
-            return Finding.warning(
-                CAMERA, said, "List the numbers: rpicam-hello --list-cameras", kind="camera-unnumbered"
+            message = (
+                f"an image sensor was found ({found}); it is unknown whether it is camera {number}, which {name} needs"
             )
-        return Finding.ok(CAMERA, f"a sensor for {name} is on the connector ({found})", kind="camera-found")
+            return Finding.warning(
+                CAMERA, message, "List the numbers: rpicam-hello --list-cameras", kind="camera-unnumbered"
+            )
+        return Finding.ok(CAMERA, f"an image sensor is on the connector, for {name} ({found})", kind="camera-found")
     return Finding.error(
-        CAMERA, f"no camera was found on the connector, and {name} needs one", NO_CAMERA, kind="camera-missing"
+        CAMERA, f"no camera was found on the connector, but {name} needs one", NO_CAMERA, kind="camera-missing"
     )
 
 
@@ -241,22 +250,22 @@ def _check_file(root: Path, name: str, file: str) -> Finding:
         return Finding.ok(CAMERA, f"{file} was found, for {name}", kind="camera-file-found")
     return Finding.error(
         CAMERA,
-        f"{file} was not found, and {name} needs it",
-        "Plug it in. List cameras: v4l2-ctl --list-devices",
+        f"{file} was not found, but {name} needs it",
+        "Plug the camera in. List cameras: v4l2-ctl --list-devices",
         kind="camera-file-missing",
     )
 
 
-def check_picamera2(importing: Callable[[str], object] = import_module) -> Iterator[Finding]:
+def check_picamera2(import_module: Callable[[str], object] = import_module) -> Iterator[Finding]:
     """Check that picamera2 can be imported with this NumPy.
 
-    Source of the ValueError: https://github.com/raspberrypi/picamera2/issues/1170.
+    import_module: imports a module. Tests replace it.
     """
     try:
-        importing("picamera2")
+        import_module("picamera2")
     except ImportError as error:
         yield Finding.error("picamera2", f"cannot be imported: {error}", FROM_APT, kind="picamera2-missing")
-    except ValueError as error:  # numpy.dtype size changed, may indicate binary incompatibility
+    except ValueError as error:  # Source: https://github.com/raspberrypi/picamera2/issues/1170
         yield Finding.error(
             "picamera2", f"was built for another NumPy: {error}", OTHER_NUMPY, kind="picamera2-other-numpy"
         )

@@ -1,1 +1,1 @@
-"""Motors on pins: the drivers of motor boards, and their output lines."""
+"""Motors on GPIOs: the drivers of motor boards."""

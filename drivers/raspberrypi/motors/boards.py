@@ -1,4 +1,4 @@
-"""The drivers of motor boards: an H-bridge with two inputs, and a board with a direction and a PWM input."""
+"""The drivers of two kinds of motor boards: H-bridges with two inputs, and boards with a direction and a PWM input."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ INPUTS = (
 
 
 class HBridgeSettings(MotorSettings):
-    """The GPIOs of an H-bridge. If a wheel turns the wrong way, swap ``forward`` and ``backward``."""
+    """The settings of a motor on an H-bridge. If its wheel turns the wrong way, swap ``forward`` and ``backward``."""
 
     forward: Gpio
     """The GPIO of the input that is high if the motor turns forward."""
@@ -39,14 +39,13 @@ class HBridgeSettings(MotorSettings):
     """The GPIO of the input that is high if the motor turns backward."""
 
     enable: Gpio | None = None
-    """The GPIO of the board's enable input. The driver sets it high when it opens the motor, and low when it closes
-    it."""
+    """The GPIO of the board's enable input, which is high while the motor is open."""
 
 
 class HBridge(MotorDriver[HBridgeSettings]):
     """Opens motors on an H-bridge with two inputs.
 
-    The input of the commanded direction gets a PWM, the other one is low.
+    The input of the commanded direction has the PWM, and the other input is low.
     """
 
     name = "h-bridge"
@@ -60,7 +59,11 @@ class HBridge(MotorDriver[HBridgeSettings]):
             return inputs
         return (
             *inputs,
-            gpio("enable", settings.enable, remedy="name it standby, a line that motors may share"),
+            gpio(
+                "enable",
+                settings.enable,
+                remedy="write standby in place of enable, because motors may share a standby line",
+            ),
         )
 
     def notes(self, description: MotorDescription, settings: HBridgeSettings) -> Sequence[str]:
@@ -106,17 +109,20 @@ class TwoInputs(Bridge):
 
 
 class PhaseEnableSettings(MotorSettings):
-    """The GPIOs of a board with a direction input. If a wheel turns the wrong way, swap the motor's own two wires."""
+    """The settings of a motor on a board with a direction input.
+
+    If its wheel turns the wrong way, swap the motor's two wires.
+    """
 
     phase: Gpio
-    """The GPIO of the input PH or DIR: low to turn forward, high to turn backward."""
+    """The GPIO of the input PH or DIR, which is low to turn forward and high to turn backward."""
 
     enable: Gpio
-    """The GPIO of the input EN or PWM, which gets the PWM."""
+    """The GPIO of the input EN or PWM, which has the PWM."""
 
 
 class PhaseEnable(MotorDriver[PhaseEnableSettings]):
-    """Opens motors on a board with a direction input: one line has the PWM, the other one the direction."""
+    """Opens motors on a board with an input for the direction and an input for the PWM."""
 
     name = "phase-enable"
     summary = "a motor on a board with a direction input and a PWM input: DRV8835, DRV8838, MAX14870"
@@ -139,8 +145,8 @@ class PhaseEnable(MotorDriver[PhaseEnableSettings]):
 class PhaseAndEnable(Bridge):
     """The direction input and the PWM input of a board.
 
-    gpiozero's PhaseEnableMotor sets the duty to 0 for a moment at every command. A PWM cycle that begins at that moment
-    is lost. This class sets the duty to 0 only if the direction changes.
+    The duty is set to 0 only if the direction changes. gpiozero's PhaseEnableMotor does this at every command, and a
+    PWM cycle that begins at that moment is lost.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""The base of the drivers of motors on pins: output lines, settings, checks and cutoffs."""
+"""The base classes of the drivers of motors on GPIOs, and of their outputs."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ if TYPE_CHECKING:
 
 
 def open_pwm_output(device: str, number: int, frequency_hz: int, pins: Factory, opened: ExitStack) -> PWMOutputDevice:
-    """Open a GPIO for PWM and return it; raises DeviceError. Its ``value`` is the duty from 0 to 1, at first 0.
+    """Open a GPIO with PWM, and return it; raises DeviceError. Its ``value`` is the duty from 0 to 1, at first 0.
 
     device: the motor's name, for errors.
     number: the GPIO.
-    opened: the stack whose `close` closes the GPIO and pulls it down.
+    opened: the stack whose `close` frees the GPIO and pulls it down.
     """
     from gpiozero import PWMOutputDevice
 
@@ -44,7 +44,9 @@ def open_digital_output(
 ) -> DigitalOutputDevice:
     """Open a GPIO that is high or low, and return it; raises DeviceError.
 
-    is_high: the first level. For the other parameters see `open_pwm_output`.
+    The other parameters are those of `open_pwm_output`.
+
+    is_high: the first level.
     """
     from gpiozero import DigitalOutputDevice
 
@@ -55,10 +57,8 @@ def open_digital_output(
 
 
 def _pull_down(device: str, number: int, pins: Factory) -> None:
-    """Pull a GPIO down that is closed. gpiozero would leave it floating until the Pi starts again.
-
-    A board without resistors, such as an L298N's, reads a floating input as high or as noise.
-    """
+    # gpiozero leaves a closed GPIO floating until the Pi starts again. A board without resistors, such as an L298N's,
+    # reads a floating input as high or as noise.
     from gpiozero import PinFixedPull
 
     with (
@@ -69,12 +69,12 @@ def _pull_down(device: str, number: int, pins: Factory) -> None:
 
 
 def set_low(output: PWMOutputDevice) -> None:
-    """Set a PWM output low at once, and keep its PWM ready for the next duty.
+    """Set a PWM output low at once. Its PWM works again with the next duty.
 
-    At duty 0, lgpio sets the line low only at its place in the PWM cycle. If the process is suspended before that, the
-    line stays high.
+    The duty 0 alone is not sufficient, because lgpio sets the line low only at the next step of the PWM cycle. If the
+    process is suspended before that step, the line stays high.
     """
-    if not output.value:  # it is low
+    if not output.value:  # the output is low
         output.off()
         return
     frequency = output.frequency
@@ -86,14 +86,22 @@ def set_low(output: PWMOutputDevice) -> None:
 
 
 class Bridge(Output):
-    """The output lines of one motor, which set its duty."""
+    """The output to one motor by GPIOs. A subclass sets their levels.
+
+    motor: the motor's name, for errors.
+    gpios: the GPIOs of the motor, for errors.
+    opened: the stack whose `close` frees the GPIOs.
+    """
 
     def __init__(self, motor: str, gpios: Sequence[int], opened: ExitStack) -> None:
         self.motor, self.gpios, self._opened = motor, gpios, opened
 
     @abstractmethod
     def set_duty(self, duty: float) -> None:
-        """Set the lines for a duty from -1 to 1. At duty 0, every line is set low even if setting another one fails."""
+        """Set the levels of all lines for a duty from -1 to 1.
+
+        At duty 0, every line is set low, even if an error occurs at another line.
+        """
 
     def turn(self, duty: float) -> None:
         try:
@@ -102,16 +110,15 @@ class Bridge(Output):
             raise build_pin_error(self.motor, self.gpios, error) from error
 
     def close(self) -> None:
-        """Close every line, even if closing another one fails."""
+        """Close every line, even if an error occurs at another line."""
         with translate_pin_errors(self.motor, self.gpios):
             self._opened.close()
 
 
 def round_to_percent(duty: float) -> float:
-    """Return the nearest duty in whole percent, such that lgpio's ``int(duty * 100)`` gives this percentage.
+    """Return a duty rounded to whole percent, the resolution of lgpio.
 
-    One percent is the resolution of every motor on GPIOs, real or virtual. As a velocity this is 1 % of ``forward_rad_s
-    / (1 - dead_band)``: 0.16 rad/s if ``forward_rad_s`` is 14 and the dead band is 0.1.
+    lgpio computes ``int(duty * 100)``. So the result is slightly larger where a float would be rounded down.
 
     >>> int(0.29 * 100), int(round_to_percent(0.29) * 100)
     (28, 29)
@@ -133,19 +140,19 @@ PULLED_DOWN = (
     "program drives that line. Remove a pull-up of that line on the motor board."
 )
 UNGUARDED = (
-    "There is no standby line. If the kernel keeps outputs (see robotcore doctor), motors may go on after the program "
-    "and its guardian were killed. STBY, nSLEEP, or an L298N's joined ENA and ENB (jumpers off) can be the standby "
-    "line: set standby = GPIO in place of enable."
+    "There is no standby line. If the kernel keeps the levels of outputs (see robotcore doctor), motors may continue "
+    "to turn after the program and its guardian were killed. STBY, nSLEEP, or an L298N's joined ENA and ENB (jumpers "
+    "off) can be the standby line: set standby = GPIO in place of enable."
 )
 RISING = (
-    "GPIO 0 to 8 are pulled up from power-on until a program takes them, and {lines} may turn this motor during that "
-    "time. Take GPIO 9 to 27, resistors of 10 kΩ to ground, or a standby line."
+    "GPIO 0 to 8 are pulled up from power-on until a program uses them, and {lines} may turn this motor during that "
+    "time. Use GPIO 9 to 27, resistors of 10 kΩ to ground, or a standby line."
 )
-"""The notes and the warning that `robotcore wiring` prints for a motor."""
+"""The warning that `robotcore wiring` prints for a motor on such a GPIO."""
 
-PAUSE_S = 0.25
-"""The guardian does not kill an app that is silent for a shorter time in seconds.
-The app may swap, collect garbage, or wait for a slow SD card."""
+MAX_SILENCE_S = 0.25
+"""The time for which the guardian does not kill a silent app, in seconds. The app may be swapping, collecting garbage,
+or waiting for a slow SD card."""
 
 
 class MotorSettings(StrictModel):
@@ -154,7 +161,8 @@ class MotorSettings(StrictModel):
     standby: Gpio | None = None
     """The GPIO of the board's standby input (TB6612: STBY, DRV8833: nSLEEP). Several motors may share it.
 
-    The guardian process claims this GPIO, and holds it high during a run. So the motors stop also if the guardian ends.
+    The guardian's process claims this GPIO, and holds it high during a run. So the motors also stop if the guardian
+    ends.
     """
 
     frequency_hz: Annotated[int, Field(ge=10, le=10_000)] = 100
@@ -173,8 +181,8 @@ SettingsT = TypeVar("SettingsT", bound=MotorSettings)
 class MotorDriver(DeviceDriver[MotorDescription, SettingsT], Generic[SettingsT]):
     """The base class of the drivers of motors on GPIOs. A subclass defines the lines.
 
-    lgpio makes PWM in software, and a new duty takes effect with the next PWM cycle. So a command may take effect ``1 /
-    frequency_hz`` seconds late. A stop takes effect at once.
+    A new duty takes effect with the next cycle of lgpio's software PWM, up to ``1 / frequency_hz`` seconds later. A
+    stop takes effect at once.
     """
 
     described = MotorDescription
@@ -185,10 +193,10 @@ class MotorDriver(DeviceDriver[MotorDescription, SettingsT], Generic[SettingsT])
 
     @abstractmethod
     def wires(self, settings: SettingsT) -> Sequence[Connection]:
-        """Return the wires to the motor's own GPIOs, without standby. If all of these are low, the motor stands."""
+        """Return the connections to the motor's own GPIOs, without standby. The motor stands if all of them are low."""
 
     def find_turning_lines(self, settings: SettingsT) -> tuple[int, ...]:
-        """Return the GPIOs that may turn the motor if one of them is high."""
+        """Return the motor's own GPIOs of which any high one may turn the motor."""
         return self._gpios(settings)
 
     @abstractmethod
@@ -213,7 +221,7 @@ class MotorDriver(DeviceDriver[MotorDescription, SettingsT], Generic[SettingsT])
         if held := [line for line in self._find_enabling_lines(settings) if line in HELD_UP]:
             raise ValueError(
                 f"GPIO {held[0]} is held high by a resistor on the Pi, so {description.name} may turn while no program "
-                "runs; take another GPIO, best of 9 to 27"
+                "runs; use another GPIO, best of 9 to 27"
             )
         require_drivable(description, settings.model, settings.control, robot)
         if settings.control:
@@ -231,10 +239,9 @@ class MotorDriver(DeviceDriver[MotorDescription, SettingsT], Generic[SettingsT])
         if settings.standby is not None:
             return (CutoffSpec(description.name, "drivers.raspberrypi.cutoff:StandbyLine", {"line": settings.standby}),)
         lines = {"lines": list(self._gpios(settings)), "owner": host.owner}
-        return (CutoffSpec(description.name, "drivers.raspberrypi.cutoff:MotorLines", lines, PAUSE_S),)
+        return (CutoffSpec(description.name, "drivers.raspberrypi.cutoff:MotorLines", lines, MAX_SILENCE_S),)
 
     def _find_enabling_lines(self, settings: SettingsT) -> tuple[int, ...]:
-        """Return the GPIOs that may turn the motor if one is high. With a standby line, that is the only one."""
         return self.find_turning_lines(settings) if settings.standby is None else (settings.standby,)
 
     def _gpios(self, settings: SettingsT) -> tuple[int, ...]:

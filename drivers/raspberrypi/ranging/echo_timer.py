@@ -1,4 +1,4 @@
-"""Turn the echo pulses of an ultrasonic module into samples: a distance, nothing in range, or no result."""
+"""Convert the echo pulses of an ultrasonic module to samples."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from robotcore.errors import DeviceError
 from robotcore.hardware.polled_samples import RangeSampler
 
 LONGEST_ECHO_S = 0.027
-"""The longest pulse, in seconds, that counts as an echo. From 4 m, the module's range, an echo takes 26 ms at −40 °C.
-Source: HC-SR04 data sheet, ElecFreaks: ranging distance 2 cm to 4 m."""
+"""The longest pulse that counts as an echo, in seconds. The module's range is 4 m, from which an echo takes 26 ms at
+−40 °C. Source: HC-SR04 data sheet, ElecFreaks: ranging distance 2 cm to 4 m."""
 
 SILENCE_S = 0.030
-"""A pulse of at least this many seconds is no echo, but the module's time-out: 38 ms by the data sheet, up to 200 ms on
-copies."""
+"""The shortest pulse that is the module's time-out instead of an echo, in seconds. The time-out is 38 ms by the data
+sheet, and up to 200 ms on copies."""
 
 STUCK_S = 0.3
-"""If the echo line is high for more than this many seconds, the module is defective or badly wired."""
+"""If the echo line is high for longer than this many seconds, the module is defective or badly wired."""
 
 UNANSWERED_CYCLES = 5
-"""If the module answers none of this many triggers in a row, the sensor fails."""
+"""After this many triggers in a row without a pulse, reading the sensor raises an error."""
 
 
 class _Echo(Enum):
@@ -35,11 +35,11 @@ class _Echo(Enum):
 class EchoTimer:
     """Measures the echo pulses of an ultrasonic module by the edges of its echo line.
 
-    A sample needs a whole pulse: both edges after the same trigger. The time of a sample is the time of this trigger,
-    as passed to `begin`. Any thread may call `edge`.
+    A sample needs a whole pulse, both edges after the same trigger. The time of a sample is the time of this trigger.
+    Any thread may call `on_edge`.
 
     device: the sensor's name, for errors.
-    sampler: makes samples of the measured distances and the failures.
+    sampler: converts measured distances and failures to samples.
     speed: the speed of sound in m/s.
     cycle_s: the time between two triggers.
     elapsed: returns the seconds between two ticks of the pin factory. Its first argument is the later one.
@@ -49,7 +49,7 @@ class EchoTimer:
         self, device: str, sampler: RangeSampler, speed: float, cycle_s: float, elapsed: Callable[[Any, Any], float]
     ) -> None:
         self.ended = threading.Event()
-        """Is set when the present cycle has its result."""
+        """Set when the present cycle has its result."""
         self._device, self._sampler, self._speed = device, sampler, speed
         self._cycle_s, self._elapsed = cycle_s, elapsed
         self._lock = threading.Lock()
@@ -60,7 +60,7 @@ class EchoTimer:
         self._unanswered = self._waited = 0
 
     def begin(self, time: float, ticks: Any) -> None:
-        """End the previous cycle, and begin a new one. The caller then sends the trigger.
+        """End the previous cycle, and begin a new cycle. The caller sends the trigger afterwards.
 
         time: the time of the trigger on the robot's clock, in seconds.
         ticks: the same time in ticks of the pin factory.
@@ -75,8 +75,8 @@ class EchoTimer:
             self._time, self._triggered, self._echo = time, ticks, _Echo.AWAITED
             self.ended.clear()
 
-    def wait(self) -> None:
-        """Count a cycle in which no trigger is sent, because the echo line is still high."""
+    def skip_cycle(self) -> None:
+        """Count a cycle without a trigger, because the echo line is still high."""
         with self._lock:
             self._waited += 1
             self.ended.clear()
@@ -84,8 +84,12 @@ class EchoTimer:
                 self._echo = _Echo.OVER
                 self._sampler.fail(DeviceError(self._device, _STUCK, kind="echo-stuck"))
 
-    def edge(self, ticks: Any, is_high: bool) -> None:  # noqa: FBT001  gpiozero passes it by position
-        """Process an edge of the echo line at ``ticks``. Edges before the trigger or after the pulse are ignored."""
+    def on_edge(self, ticks: Any, is_high: bool) -> None:  # noqa: FBT001  gpiozero passes it by position
+        """Process an edge of the echo line. Edges before the trigger and after the pulse are ignored.
+
+        ticks: the time of the edge in ticks of the pin factory.
+        is_high: whether the line is high after the edge.
+        """
         with self._lock:
             if self._echo is _Echo.OVER or self._elapsed(ticks, self._triggered) < 0:
                 return
@@ -95,11 +99,11 @@ class EchoTimer:
                 return
             is_whole = self._echo is _Echo.HIGH and not is_high
             self._echo = _Echo.OVER
-            self._classify(self._elapsed(ticks, self._risen) if is_whole else math.nan)
+            self._add_pulse(self._elapsed(ticks, self._risen) if is_whole else math.nan)
             self.ended.set()
 
     def fail(self, error: Exception) -> None:
-        """Set a failure, which reading the sensor raises until the next edge."""
+        """Let reading the sensor raise ``error`` until the next edge of the echo line."""
         with self._lock:
             self._sampler.fail(error)
 
@@ -108,9 +112,8 @@ class EchoTimer:
         with self._lock:
             self._echo = _Echo.OVER
 
-    def _classify(self, pulse: float) -> None:
-        """Add the sample for a pulse of this many seconds; NaN if one of its edges is missing."""
-        if 0 <= pulse <= LONGEST_ECHO_S:
+    def _add_pulse(self, pulse: float) -> None:
+        if 0 <= pulse <= LONGEST_ECHO_S:  # NaN: an edge of the pulse is missing
             self._sampler.add_distance(pulse * self._speed / 2, self._time)
         elif SILENCE_S <= pulse <= STUCK_S:
             self._sampler.add_no_echo(self._time)

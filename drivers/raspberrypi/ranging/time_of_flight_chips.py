@@ -1,4 +1,4 @@
-"""Read measurements from ST's time-of-flight chips by Adafruit's libraries, each with the chip's own status."""
+"""ST's time-of-flight chips, by Adafruit's libraries: measurements with the chip's own status."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from robotcore.errors import DeviceError
 
 
 class RangeStatus(Enum):
-    """The result of a measurement, as the chip reports it."""
+    """The status of a measurement that the chip reports."""
 
     TARGET = auto()
     """A target at the measured distance."""
@@ -27,10 +27,10 @@ class RangeStatus(Enum):
     """A target farther than the chip can measure."""
 
     NOTHING = auto()
-    """Too little light came back: there is no target, or a dark one."""
+    """Too little light came back: there is no target, or a dark target."""
 
     UNCLEAR = auto()
-    """The chip gives no valid result."""
+    """The chip reports no valid result."""
 
     BROKEN = auto()
     """The chip's own check of its laser failed."""
@@ -38,7 +38,7 @@ class RangeStatus(Enum):
 
 @dataclass(frozen=True)
 class Measurement:
-    """A measurement of a chip."""
+    """A measurement of a time-of-flight chip."""
 
     status: RangeStatus
 
@@ -47,17 +47,17 @@ class Measurement:
 
 
 class LightChip(ABC):
-    """A time-of-flight chip, which measures continuously from the construction of this object on.
+    """A time-of-flight chip, which measures continuously after the construction of this object.
 
-    Status and distance are read in one transaction, so that both belong to one measurement. Adafruit's libraries read
-    only one of them, or one after the other. The methods raise the library's own errors.
+    The status and the distance are read in one transaction, so that they belong to the same measurement. Adafruit's
+    libraries do not do this. The methods raise the errors of these libraries.
     """
 
     reach: ClassVar[float]
     """The longest distance that the chip can measure, in metres."""
 
     _result: ClassVar[bytes]
-    """The register of the status. The distance in millimetres follows ``_distance`` bytes later, high byte first."""
+    """The register with the status. The distance in mm, high byte first, is ``_distance`` bytes after the status."""
 
     _distance: ClassVar[int]
     _statuses: ClassVar[Mapping[int, RangeStatus]]
@@ -69,7 +69,7 @@ class LightChip(ABC):
         self._library = self._begin(bus, address, max_range)
 
     def measure(self) -> Measurement | None:
-        """Return the newest measurement; None if an earlier call has returned it."""
+        """Return the newest measurement; None without a new measurement since the last call."""
         if not self._library.data_ready:
             return None
         result = bytearray(self._distance + 2)
@@ -86,19 +86,19 @@ class LightChip(ABC):
 
     @abstractmethod
     def _begin(self, bus: Any, address: int, max_range: float) -> Any:
-        """Return the library's sensor, which has started to measure."""
+        """Start measuring, and return the library's object for the chip."""
 
     @abstractmethod
     def _status(self, register: int) -> int:
-        """Return the status that a register's value holds."""
+        """Return the status in the value of the register ``_result``."""
 
     @abstractmethod
     def _clear(self) -> None:
-        """Release the measurement that was read, so that the chip stores the next one."""
+        """Let the chip store the next measurement."""
 
 
 class VL53L0XChip(LightChip):
-    """A VL53L0X. A measurement takes 33 ms, the chip's default.
+    """A VL53L0X. A measurement takes 33 ms.
 
     Source: ST's API (STSW-IMG005), VL53L0X_DEVICEERROR_…, VL53L0X_get_pal_range_status and GetRangingMeasurementData.
     """
@@ -136,7 +136,7 @@ class VL53L0XChip(LightChip):
 class VL53L1XChip(LightChip):
     """A VL53L1X. A measurement takes 50 ms.
 
-    If ``max_range`` is short enough, the chip's short mode is used, which daylight disturbs less.
+    If ``max_range`` is at most 1.3 m, the chip uses its short mode, which daylight disturbs less.
 
     Source: ST's ultra lite driver (STSW-IMG009), VL53L1X_GetRangeStatus and VL53L1X_GetResult, and its manual, UM2510.
     """
@@ -155,7 +155,7 @@ class VL53L1XChip(LightChip):
     }
     _SHORT_REACH = 1.3
     _FIRST_TRANSACTIONS = 300
-    """The most transactions until the first measurement. The set-up takes 40 of them. Then the library asks for a
+    """The maximum number of transactions until the first measurement. The set-up takes 40. Then the library requests a
     measurement every 10 ms, by two transactions."""
 
     def stop(self) -> None:
@@ -179,9 +179,9 @@ class VL53L1XChip(LightChip):
 
 
 class TransactionLimit:
-    """An I2C bus that raises TimeoutError after ``transactions`` transactions, until `lift` is called.
+    """An I2C bus that allows only ``transactions`` transactions until `lift` is called, and then raises TimeoutError.
 
-    The library of the VL53L1X waits for the first measurement without a time limit. This class ends that wait.
+    It ends the wait of the VL53L1X's library for the first measurement, which has no time limit.
     """
 
     def __init__(self, bus: Any, transactions: int) -> None:
@@ -189,13 +189,13 @@ class TransactionLimit:
         self._left: float = transactions
 
     def lift(self) -> None:
-        """Remove the limit."""
+        """Allow any number of transactions from now on."""
         self._left = math.inf
 
     def try_lock(self) -> bool:
         """Begin a transaction; raises TimeoutError at the limit."""
         if self._left <= 0:
-            raise TimeoutError("it does not measure")
+            raise TimeoutError("the chip does not measure")
         self._left -= 1
         return bool(self._bus.try_lock())
 
@@ -204,12 +204,12 @@ class TransactionLimit:
 
 
 _LIBRARY_LOCK = threading.Lock()
-"""Only one thread at a time calls Adafruit's libraries, because all their sensors share one buffer."""
+"""Lets only one thread at a time call Adafruit's libraries, because all their sensors share one buffer."""
 
 
 @dataclass(frozen=True)
 class ChipAddress:
-    """The I2C bus and the address of a device's chip.
+    """The I2C bus and the address of the chip of a device.
 
     >>> str(ChipAddress("nose", bus=1, address=0x29))
     'I2C 0x29 on bus 1'
@@ -222,7 +222,7 @@ class ChipAddress:
     """The number of the I2C bus."""
 
     address: int
-    """The address of the chip on the bus, of 7 bits."""
+    """The 7-bit address of the chip on the bus."""
 
     def __str__(self) -> str:
         return f"I2C 0x{self.address:02x} on bus {self.bus}"
@@ -242,12 +242,12 @@ class I2CChip:
             self._undo = undo.pop_all()
 
     def measure(self) -> Measurement | None:
-        """Return the newest measurement; None if an earlier call has returned it."""
+        """Return the newest measurement; None without a new measurement since the last call."""
         with _translate_errors(self._chip_address):
             return self._chip.measure()
 
     def close(self) -> None:
-        """Stop the laser if the chip still answers, and close the bus."""
+        """Stop the laser, if the chip still answers, and close the bus."""
         with self._undo, suppress(DeviceError), _translate_errors(self._chip_address):
             self._chip.stop()
 
@@ -258,11 +258,11 @@ def _translate_errors(chip_address: ChipAddress) -> Iterator[None]:
         with _LIBRARY_LOCK:
             yield
     except ImportError as error:
-        fault = f"its library is not installed ({error}); pip install 'robotcore[tof]'"
-        raise DeviceError(chip_address.device, fault, kind="library-missing") from error
+        message = f"its library is not installed ({error}); pip install 'robotcore[tof]'"
+        raise DeviceError(chip_address.device, message, kind="library-missing") from error
     except Exception as error:
-        fault = (
+        message = (
             f"no answer at {chip_address} ({error}). Switch I2C on (raspi-config). Check SDA, SCL, 3.3 V, ground, and "
             "the chip's name in the robot's file"
         )
-        raise DeviceError(chip_address.device, fault, kind="chip-unanswered") from error
+        raise DeviceError(chip_address.device, message, kind="chip-unanswered") from error

@@ -1,4 +1,4 @@
-"""VL53L0X and VL53L1X: a laser's time of flight, measured by a chip on an I2C bus."""
+"""The drivers of the VL53L0X and the VL53L1X, range sensors that measure a laser's time of flight, on an I2C bus."""
 
 from __future__ import annotations
 
@@ -31,32 +31,32 @@ from robotcore.hardware.polled_samples import RangeSampler, require_timely
 _HEADER_BUS, _SDA, _SCL = 1, 2, 3
 """The I2C bus of the header, and the GPIOs of its two lines. Source: https://pinout.xyz/pinout/i2c."""
 
-_MORE_CYCLES = 20
-"""Opening waits for the first sample for ``echo_free_cycles`` plus this many cycles."""
+_EXTRA_CYCLES = 20
+"""Opening waits for the first sample for at most ``echo_free_cycles`` plus this many cycles."""
 
 
 class TimeOfFlightSettings(StrictModel):
     """The settings of a time-of-flight sensor."""
 
     bus: Annotated[int, Field(ge=0, le=30)] = _HEADER_BUS
-    """The number of the I2C bus that the chip is on."""
+    """The number of the chip's I2C bus."""
 
     address: Annotated[int, Field(ge=0x08, le=0x77)] = 0x29
-    """The address of the chip on the bus."""
+    """The 7-bit address of the chip on the bus."""
 
     cycle_s: Annotated[float, Field(ge=0.02, le=1)] = 0.05
     """The time between two reads of the chip, in seconds."""
 
     echo_free_cycles: Annotated[int, Field(ge=0, le=100)] = 10
-    """After this many cycles in a row with too little light, the sample is `inf`. With 0, too little light never makes
-    a sample."""
+    """After this many cycles in a row with too little light, the sample is `inf`. With 0, a cycle with too little
+    light never makes a sample."""
 
 
 class TimeOfFlight(DeviceDriver[RangeSensorDescription, TimeOfFlightSettings]):
     """The base class of the drivers of both chips.
 
-    A sample is `inf` if the chip reports a target beyond its range, or after ``echo_free_cycles`` measurements with too
-    little light. A single measurement with too little light makes no sample, because a dark target may be the cause.
+    A distance is `inf` if the chip reports a target beyond its range, or after ``echo_free_cycles`` measurements with
+    too little light. A single measurement with too little light makes no sample, because the target may be dark.
     """
 
     described = RangeSensorDescription
@@ -89,7 +89,7 @@ class TimeOfFlight(DeviceDriver[RangeSensorDescription, TimeOfFlightSettings]):
         with ExitStack() as undo:
             lidar = Lidar(description, RangeSampler(description, settings.echo_free_cycles), connect, host.clock)
             undo.callback(lidar.close)
-            lidar.start(settings.cycle_s, settings.echo_free_cycles + _MORE_CYCLES)
+            lidar.start(settings.cycle_s, settings.echo_free_cycles + _EXTRA_CYCLES)
             undo.pop_all()
         return lidar
 
@@ -113,15 +113,14 @@ class VL53L1X(TimeOfFlight):
 
 
 STALLED_S = 1.0
-"""A chip without a new measurement for this many seconds has lost power. It does not measure again until it is set up
-again."""
+"""A chip without a new measurement for this many seconds has lost power, and must be set up again."""
 
 
 class Lidar(RangeSensor):
     """A range sensor that reads its chip once in each cycle, and sets the chip up again after a failure.
 
-    The time of a sample is the time of the previous read of the chip. The measurement began after that read, or at most
-    one measurement (50 ms) before it.
+    The time of a sample is the time of the read before the read that returned it. The measurement began at most 50 ms
+    before this time.
 
     connect: opens the chip; raises DeviceError.
     """
@@ -141,7 +140,7 @@ class Lidar(RangeSensor):
         self._stopping = ExitStack()
 
     def start(self, cycle_s: float, first_cycles: int) -> None:
-        """Wait up to ``first_cycles`` cycles for a first result, then measure in the background; raises DeviceError."""
+        """Wait ``first_cycles`` cycles at most for the first sample, then start measuring; raises DeviceError."""
         self._read_at = self._clock.now()
         self._stopping.callback(self._disconnect)
         never = threading.Event()

@@ -1,4 +1,7 @@
-"""HC-SR04 and compatible ultrasonic modules, which answer a trigger with a pulse as long as the echo took."""
+"""The driver of the HC-SR04 and compatible ultrasonic modules.
+
+Such a module answers a trigger with a pulse whose length is the time until the echo returns.
+"""
 
 from __future__ import annotations
 
@@ -18,11 +21,11 @@ from robotcore.hardware import Connection, DeviceDriver, Host
 from robotcore.hardware.polled_samples import RangeSampler, require_timely
 
 REACH_M = 4.0
-"""The range of the module in metres. Source: HC-SR04 data sheet, ElecFreaks."""
+"""The longest distance that the module measures, in metres. Source: HC-SR04 data sheet, ElecFreaks."""
 
-_VERDICT_CYCLES = 5
-"""Opening waits for ``echo_free_cycles`` times this many cycles, because a module may take several cycles to report
-that there was no echo. Some copies take 200 ms."""
+_CYCLES_WITHOUT_ECHO = 5
+"""The maximum number of cycles until a module reports that there was no echo. Some copies take 200 ms. So opening waits
+for up to ``echo_free_cycles`` times this many cycles."""
 
 LEVEL = (
     "The echo has 5 V, and GPIO {echo} takes only 3.3 V. Connect 1 kΩ from the echo to GPIO {echo}, and 2 kΩ from "
@@ -45,19 +48,19 @@ class UltrasonicSettings(StrictModel):
     """The air temperature in °C, which determines the speed of sound."""
 
     echo_free_cycles: Annotated[int, Field(ge=0, le=100)] = 10
-    """After this many cycles in a row without an echo, the sample is `inf`. With 0, a missing echo never makes a
-    sample."""
+    """After this many cycles in a row without an echo, the sample is `inf`. With 0, a cycle without an echo never
+    makes a sample."""
 
 
 class Ultrasonic(DeviceDriver[RangeSensorDescription, UltrasonicSettings]):
-    """Opens ultrasonic modules, whose echo pulses are measured by the kernel's timestamps of their edges.
+    """Opens ultrasonic modules. The kernel's timestamps of the echo line's edges give the length of a pulse.
 
-    The time of a sample is the time of its trigger. A sample is `inf` after an echo from beyond ``max_range_m``, or
+    The time of a sample is the time of its trigger. A distance is `inf` after an echo from beyond ``max_range_m``, or
     after ``echo_free_cycles`` cycles without an echo. A single cycle without an echo makes no sample, because the echo
     may be lost.
 
-    Several modules are triggered in turn: a module that received the burst of another one would measure too short a
-    distance.
+    Several modules are triggered in turn. Otherwise a module might receive the burst of another module, and measure too
+    short a distance.
     """
 
     name = "hc-sr04"
@@ -100,16 +103,16 @@ class Ultrasonic(DeviceDriver[RangeSensorDescription, UltrasonicSettings]):
             scheduler = host.shared.take(TriggerScheduler, None, lambda: TriggerScheduler(host.clock))
             sonar = Sonar(description, sampler, timer, pins, host.clock, scheduler, settings.cycle_s)
             undo.callback(sonar.close)
-            sonar.start(_VERDICT_CYCLES * max(settings.echo_free_cycles, 10))
+            sonar.start(_CYCLES_WITHOUT_ECHO * max(settings.echo_free_cycles, 10))
             undo.pop_all()
         return sonar
 
 
 def speed_of_sound(temperature_c: float) -> float:
-    """Return the speed of sound in dry air, in m/s; it rises by about 0.6 m/s for each degree.
+    """Return the speed of sound in dry air, in m/s. In humid air the speed is up to 0.4 % higher.
 
-    It is 331.45 m/s at 0 °C, and proportional to the square root of the absolute temperature. Source: G. S. K. Wong,
-    Speed of sound in standard air, J. Acoust. Soc. Am. 79 (1986), 1359. Humid air is up to 0.4 % faster.
+    The speed is 331.45 m/s at 0 °C, and proportional to the square root of the absolute temperature. Source: G. S. K.
+    Wong, Speed of sound in standard air, J. Acoust. Soc. Am. 79 (1986), 1359.
 
     >>> round(speed_of_sound(20.0), 1)
     343.4

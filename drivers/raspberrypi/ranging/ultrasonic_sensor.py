@@ -1,4 +1,4 @@
-"""An ultrasonic range sensor: its pins, its cycles, and the schedule of the triggers of several modules."""
+"""An ultrasonic range sensor, its pins, and the scheduler that triggers several modules in turn."""
 
 from __future__ import annotations
 
@@ -39,10 +39,10 @@ class Sonar(RangeSensor):
         self._stopping = ExitStack()
 
     def start(self, first_cycles: int) -> None:
-        """Wait up to ``first_cycles`` cycles for a first result, then measure in the background; raises DeviceError."""
+        """Wait ``first_cycles`` cycles at most for the first sample, then start measuring; raises DeviceError."""
         self._stopping.callback(self._pins.close)
         self._stopping.callback(self._timer.stop)
-        self._pins.listen(self._timer.edge)
+        self._pins.detect_edges(self._timer.on_edge)
         self._scheduler.pause()
         for _ in range(first_cycles):
             self._cycle()
@@ -61,7 +61,7 @@ class Sonar(RangeSensor):
 
     def _trigger(self) -> None:
         if self._pins.is_high:
-            self._timer.wait()
+            self._timer.skip_cycle()
             return
         self._timer.begin(self._clock.now(), self._pins.ticks())
         self._pins.trigger()
@@ -74,11 +74,12 @@ class Sonar(RangeSensor):
 
 
 TRIGGER_S = 10e-6
-"""The shortest trigger pulse. Source: HC-SR04 data sheet, ElecFreaks."""
+"""The length of the trigger pulse in seconds, the shortest that the data sheet allows. Source: HC-SR04 data sheet,
+ElecFreaks."""
 
 
 class EchoPins:
-    """The trigger and echo pins of a module, by gpiozero."""
+    """The trigger pin and the echo pin of a module."""
 
     def __init__(self, device: str, trigger: int, echo: int, pins: Any) -> None:
         """Claim both pins; raises DeviceError.
@@ -105,15 +106,15 @@ class EchoPins:
         return bool(self._echo.is_active)
 
     def ticks(self) -> Any:
-        """Return the current time in ticks, the unit in which the times of edges are given."""
+        """Return the current time in ticks of the pin factory."""
         return self._factory.ticks()
 
-    def listen(self, edge: Callable[[Any, bool], None]) -> None:
-        """Call ``edge`` with the ticks and the level of every edge of the echo line.
+    def detect_edges(self, on_edge: Callable[[Any, bool], None]) -> None:
+        """Call ``on_edge`` with the ticks and the level of every edge of the echo line, until `close`.
 
-        ``edge`` is a bound method. The caller keeps its object alive, because gpiozero holds only a weak reference.
+        The caller must keep the object of the method ``on_edge`` alive, because gpiozero has only a weak reference.
         """
-        self._echo.pin.when_changed = edge
+        self._echo.pin.when_changed = on_edge
 
     def trigger(self) -> None:
         """Send a trigger pulse."""
@@ -122,7 +123,7 @@ class EchoPins:
         self._trigger.off()
 
     def close(self) -> None:
-        """Stop the callbacks for edges, and close both pins."""
+        """Stop edge detection, and close both pins."""
         with self._undo:
             stop_edge_detection(self._echo.pin)
 
@@ -132,10 +133,10 @@ Cycle = Callable[[], object]
 
 
 class TriggerScheduler:
-    """Triggers several modules in turn, one in each period, so that a module does not receive the burst of another one.
+    """Triggers several modules in turn, so that a module does not receive the burst of another module.
 
-    The period is the longest one that a module needs. The methods are not thread-safe: they are called only when a
-    robot opens or closes modules.
+    It triggers one module in each period, which is the longest period of all modules. The methods are not thread-safe.
+    They are called only when a robot opens or closes modules.
     """
 
     def __init__(self, clock: Clock) -> None:
@@ -145,19 +146,23 @@ class TriggerScheduler:
         self._at = 0
 
     def pause(self) -> None:
-        """Pause all triggers until `join`, so that a module that is being opened receives only its own echo."""
+        """Stop all triggers until `join`, so that a module receives only its own echo during its opening."""
         if self._polling:
             self._polling.stop()
             self._polling = None
 
     def join(self, cycle: Cycle, period: float) -> None:
-        """Add a module's trigger function and its period in seconds, and start or resume triggering."""
+        """Add a module, and start or resume triggering.
+
+        cycle: triggers the module.
+        period: the module's shortest time between two triggers, in seconds.
+        """
         self.pause()
         self._modules.append((cycle, period))
         self._resume()
 
     def leave(self, cycle: Cycle) -> None:
-        """Remove a module's trigger function when it is not running; the other modules continue."""
+        """Remove the module that ``cycle`` triggers. The other modules continue."""
         self.pause()
         self._modules = [each for each in self._modules if each[0] != cycle]
         self._resume()

@@ -1,1 +1,1 @@
-"""A virtual Raspberry Pi: the same device drivers on virtual pins, connected to a simulator."""
+"""A virtual Raspberry Pi: the device drivers of the real one on virtual pins, connected to a simulator."""

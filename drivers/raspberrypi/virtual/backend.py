@@ -1,4 +1,4 @@
-"""The backend virtualpi: the Pi's device drivers on virtual pins, connected to a simulator."""
+"""The backend `virtualpi`: the Pi's device drivers on virtual pins, connected to a simulator."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from robotcore.hardware import open_robot
 
 
 class VirtualPiOptions(StrictModel):
-    """The options of the backend.
+    """The options of the backend `virtualpi`.
 
     >>> VirtualPiOptions(lost_echoes=0.2).simulator
     'kinematic'
@@ -30,15 +30,15 @@ class VirtualPiOptions(StrictModel):
     """The backend that simulates the robot."""
 
     lost_echoes: Annotated[float, Field(ge=0, le=1)] = 0.0
-    """The share of ultrasonic echoes that are lost, from 0 to 1. The seed of the run determines which ones."""
+    """The share of lost ultrasonic echoes, from 0 to 1. The seed of the run determines which echoes are lost."""
 
 
 class VirtualPiBackend(RaspberryPiBackend):
     """Opens robots on virtual pins: motors, encoders and ultrasonic sensors use the drivers of the real Pi.
 
-    Devices that are not on pins (cameras, range sensors on a bus, displays) are the simulator's own.
+    Other devices (cameras, range sensors on a bus, displays) are replaced by those of the simulator.
 
-    is_lost: returns, for each ultrasonic echo, whether it is lost. It replaces the option ``lost_echoes``.
+    is_lost: called for each ultrasonic echo; returns whether the echo is lost. It overrides ``lost_echoes``.
     """
 
     name = "virtualpi"
@@ -55,7 +55,7 @@ class VirtualPiBackend(RaspberryPiBackend):
         return "pip install 'robotcore[pi]'"
 
     def batteries(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
-        """Return no names, because no device on virtual pins measures a battery."""
+        """Return no names, because virtual pins measure no battery."""
         return frozenset()
 
     def notes(self, setup: Setup) -> list[str]:
@@ -70,16 +70,16 @@ class VirtualPiBackend(RaspberryPiBackend):
         ]
 
     def examine(self, robot: RobotDescription | None) -> Iterator[Finding]:
-        """Yield a finding with the devices that the simulator's own devices replace, if there are any."""
+        """Yield a finding that lists the devices that the simulator's own devices replace, if there are any."""
         from drivers.raspberrypi.virtual.wiring import find_unmodelled
 
         bindings = find_unmodelled(self.bind(robot)) if robot else ()
         if names := [f"{binding.name} ({binding.driver.name})" for binding in bindings]:
-            said = f"the simulator's own device stands in for {', '.join(names)}"
-            yield Finding.ok(self.name, said, kind="stand-ins")
+            message = f"the simulator's own device stands in for {', '.join(names)}"
+            yield Finding.ok(self.name, message, kind="stand-ins")
 
     def cutoffs(self, setup: Setup) -> tuple[()]:
-        """Return no cutoffs: virtual pins end with their process."""
+        """Return no cutoffs, because virtual pins turn no real motor."""
         return ()
 
     def open(self, setup: Setup) -> Robot:
@@ -87,13 +87,13 @@ class VirtualPiBackend(RaspberryPiBackend):
         from drivers.raspberrypi.virtual.wiring import VirtualWiring, describe_hardware
 
         options, setup = setup.options_as(VirtualPiOptions), setup.without_batteries()
-        simulator = self._simulator(options.simulator)
+        simulator = self._load_simulator(options.simulator)
         bindings = self.bind(setup.robot, setup.devices)
         built = _replace_devices(setup.robot, map(describe_hardware, bindings))
         with ExitStack() as undo:
             simulated = undo.enter_context(simulator.open(replace(setup, robot=built, options={})))
             pins = undo.enter_context(VirtualPins(simulated.clock))
-            wiring = VirtualWiring(simulated, pins, self._is_lost or _lose_share(options.lost_echoes, setup.seed))
+            wiring = VirtualWiring(simulated, pins, self._is_lost or _build_echo_loss(options.lost_echoes, setup.seed))
             on_pins = {binding.name for binding in bindings if wiring.connect(binding)}
             release = undo.pop_all().close
         own = {name: device for name, device in simulated.devices.items() if name not in on_pins}
@@ -101,12 +101,11 @@ class VirtualPiBackend(RaspberryPiBackend):
             setup, SECTION, simulated.clock, pins=pins, release=release, truth=simulated.truth, opened=own
         )
 
-    def _simulator(self, name: str) -> Backend:
-        """Return the backend that simulates; raises UsageError if it is no simulator in lockstep."""
+    def _load_simulator(self, name: str) -> Backend:
         simulator = load_backend(name)
         if isinstance(simulator, RaspberryPiBackend) or not self.capabilities <= simulator.capabilities:
             raise UsageError(
-                f"option simulator: {name!r} is no simulator that runs in lockstep. Take kinematic, for example",
+                f"option simulator: {name!r} is no simulator that runs in lockstep. Use kinematic, for example",
                 kind="no-lockstep-simulator",
                 simulator=name,
             )
@@ -115,12 +114,10 @@ class VirtualPiBackend(RaspberryPiBackend):
 
 
 def _replace_devices(robot: RobotDescription, devices: Iterable[AnyDevice]) -> RobotDescription:
-    """Return the robot with these devices, each in place of the robot's device with the same name."""
     new = {device.name: device for device in devices}
     return robot.model_copy(update={"devices": tuple(new.get(device.name, device) for device in robot.devices)})
 
 
-def _lose_share(share: float, seed: int) -> Callable[[], bool]:
-    """Return a function that draws for each echo whether it is lost. With the same seed, the same echoes are lost."""
+def _build_echo_loss(share: float, seed: int) -> Callable[[], bool]:
     draw = random.Random(seed).random
     return lambda: draw() < share

@@ -1,4 +1,4 @@
-"""Virtual pins in simulated time, and models of the hardware that is connected to them."""
+"""Virtual pins in simulated time, and models of the hardware on these pins."""
 
 from __future__ import annotations
 
@@ -15,14 +15,15 @@ from robotcore.hal.devices import Encoder, Motor, RangeSensor
 
 PI_4B = "c03115"
 """The revision code of the simulated board, a Raspberry Pi 4B.
+
 Source: https://www.raspberrypi.com/documentation/computers/raspberry-pi.html#raspberry-pi-revision-codes."""
 
 
 class VirtualPin(MockPWMPin):  # type: ignore[misc]  # gpiozero has no types
     """A pin that is connected to a model of hardware. The model gets every change of an output, and sets an input.
 
-    The duty is rounded down to whole percent, as lgpio does. Unlike gpiozero's mock pin, it keeps no list of past
-    levels.
+    The duty is rounded down to whole percent, as with lgpio. Unlike gpiozero's mock pin, this pin stores no list of
+    past levels.
     """
 
     _state: float
@@ -33,13 +34,13 @@ class VirtualPin(MockPWMPin):  # type: ignore[misc]  # gpiozero has no types
         super().__init__(factory, info)
 
     def on_change(self, listener: Callable[[], object]) -> None:
-        """Call a listener after each change of the pin's level or duty."""
+        """Call ``listener`` after each change of the pin's level or duty."""
         self._listeners.append(listener)
 
     def drive(self, level: int, ticks: float | None = None) -> None:
         """Set the level of an input, 0 or 1.
 
-        The edge has the time ``ticks`` in seconds, by default the current time.
+        ticks: the time of the edge in seconds; by default the current time.
         """
         self._is_driven = True
         if self._function == "input" and self._change_state(bool(level)):
@@ -49,17 +50,17 @@ class VirtualPin(MockPWMPin):  # type: ignore[misc]  # gpiozero has no types
                 self._call_when_changed()
 
     def drive_high(self) -> None:
-        """Pull the pin up, unless a model drives it."""
+        """Pull the pin up, unless a model drives the pin."""
         if not self._is_driven:
             super().drive_high()
 
     def drive_low(self) -> None:
-        """Pull the pin down, unless a model drives it."""
+        """Pull the pin down, unless a model drives the pin."""
         if not self._is_driven:
             super().drive_low()
 
     def clear_states(self) -> None:
-        """Set the time of the last change to now. There is no list of past levels to clear."""
+        """Set the time of the last change to the current time."""
         self._last_change = self._factory.ticks()
 
     def _set_state(self, value: float) -> None:
@@ -96,18 +97,22 @@ class VirtualPins(MockFactory):  # type: ignore[misc]  # gpiozero has no types
 
 
 QUADRATURE = ((1, 1), (0, 1), (0, 0), (1, 0))
-"""The levels of the channels (a, b) after each edge of a forward turn, in which channel a leads."""
+"""The levels of the channels (a, b) after each edge of a forward turn, on which channel a leads."""
 
 
 class Disc(ABC):
-    """An encoder disc that turns with a wheel, and sets the encoder's pins. It has an edge every ``radians``."""
+    """An encoder disc that turns with a wheel, and sets the encoder's pins.
+
+    encoder: the simulator's encoder, which gives the angle of the wheel.
+    radians: the angle between two edges.
+    """
 
     def __init__(self, encoder: Encoder, radians: float) -> None:
         self._encoder, self._radians = encoder, radians
         self._at = 0
 
     def update(self) -> None:
-        """Set the pins once for each edge since the last call."""
+        """Set the pins once for each edge that the wheel has passed since the last call."""
         target = round(self._encoder.read().angle / self._radians)
         step = 1 if target > self._at else -1
         while self._at != target:
@@ -116,14 +121,11 @@ class Disc(ABC):
 
     @abstractmethod
     def _show(self, edge: int) -> None:
-        """Set the pins to their levels after this many edges from the start.
-
-        ``edge`` is negative after a turn backward.
-        """
+        """Set the pins to their levels after ``edge`` edges since the start. Backward edges count as negative."""
 
 
 class QuadratureDisc(Disc):
-    """A disc with two channels, a quarter of a cycle apart, which show the direction."""
+    """An encoder disc with two channels, a quarter of a cycle apart, which show the direction."""
 
     def __init__(self, encoder: Encoder, radians: float, a: VirtualPin, b: VirtualPin) -> None:
         super().__init__(encoder, radians)
@@ -137,7 +139,7 @@ class QuadratureDisc(Disc):
 
 
 class SlottedDisc(Disc):
-    """A disc with one channel, which does not show the direction."""
+    """An encoder disc with one channel, which does not show the direction."""
 
     def __init__(self, encoder: Encoder, radians: float, pin: VirtualPin) -> None:
         super().__init__(encoder, radians)
@@ -149,20 +151,21 @@ class SlottedDisc(Disc):
 
 
 BURST_S = 450e-6
-"""The time from the end of the trigger to the rise of the echo line, in seconds: a burst of eight cycles at 40 kHz, and
-a pause."""
+"""The time from the end of the trigger to the rise of the echo line, in seconds. It has a burst of eight cycles at
+40 kHz, and a pause."""
 
 SILENCE_S = 38e-3
 """The length of an HC-SR04's pulse if no echo returns, in seconds. Source: its data sheet."""
 
 
 class VirtualEcho:
-    """An ultrasonic module. The length of its pulse is that for the distance of the simulator's sensor at the trigger.
+    """A model of an ultrasonic module, whose pulse follows from the distance that the simulator's sensor measures.
 
-    An edge is set in the first physics step after its exact time, and has the exact time as its tick.
+    The distance is read at the trigger. An edge is set in the first physics step after its exact time, but its tick is
+    the exact time.
 
     speed_of_sound: the speed of sound in m/s.
-    is_lost: returns, for each echo, whether it is lost. A real echo may be lost because it glances off a wall.
+    is_lost: called for each echo; returns whether the echo is lost, as a real one that glances off a wall.
     """
 
     def __init__(
@@ -205,15 +208,16 @@ class VirtualEcho:
 
 
 Velocity = Callable[[float], float]
-"""A function from a motor's duty, from -1 to 1, to its velocity in rad/s."""
+"""A function that returns a motor's velocity in rad/s for its duty from -1 to 1."""
 
 
 def wire_two_inputs(
     motor: Motor, velocity: Velocity, forward: VirtualPin, backward: VirtualPin, enable: VirtualPin | None = None
 ) -> None:
-    """Connect pins to a motor by an H-bridge with an input for each direction. Equal inputs brake the motor.
+    """Connect a motor to pins by an H-bridge with an input for each direction. Equal inputs brake the motor.
 
-    Without ``enable`` the H-bridge is always on.
+    velocity: the motor's velocity at each duty.
+    enable: the pin that enables the H-bridge; None if it is always enabled.
     """
 
     def duty() -> float:
@@ -223,11 +227,15 @@ def wire_two_inputs(
 
 
 def wire_phase_and_enable(motor: Motor, velocity: Velocity, phase: VirtualPin, enable: VirtualPin) -> None:
-    """Connect pins to a motor by an H-bridge: ``enable`` has the duty, and ``phase`` is high to turn backward."""
+    """Connect a motor to pins by an H-bridge with a direction input.
+
+    velocity: the motor's velocity at each duty.
+    phase: the pin that is high to turn backward.
+    enable: the pin with the duty.
+    """
     _turn_on_change(lambda: float(-enable.state if phase.state else enable.state), motor, velocity, phase, enable)
 
 
 def _turn_on_change(duty: Callable[[], float], motor: Motor, velocity: Velocity, *pins: VirtualPin) -> None:
-    """Set a motor's velocity after each change of one of its pins."""
     for pin in pins:
         pin.on_change(lambda: motor.set_velocity(velocity(duty())))

@@ -1,4 +1,4 @@
-"""The wiring of a virtual robot: connect each device's pins to a model, and the model to the simulator."""
+"""The wiring of a virtual robot, which connects pins by models of hardware to the devices of a simulator."""
 
 from __future__ import annotations
 
@@ -26,26 +26,26 @@ from robotcore.hal.robot import Robot
 from robotcore.hardware import DeviceBinding
 
 MODELLED = (HBridgeSettings, PhaseEnableSettings, QuadratureSettings, PulsesSettings, UltrasonicSettings)
-"""The settings of the devices that `VirtualWiring.connect` supports."""
+"""The settings of the devices that have a model."""
 
 SIMULATED = (CameraSettings, TimeOfFlightSettings)
-"""The settings of devices that are not on pins. The simulator's own devices replace them."""
+"""The settings of devices that are not on pins. The simulator's own devices replace these devices."""
 
-HEARD_M = 4.3
-"""The distance of the farthest wall that an HC-SR04 measures, in metres."""
+MAX_ECHO_M = 4.3
+"""The distance of the farthest wall whose echo an HC-SR04 receives, in metres."""
 
 
 class VirtualWiring:
     """Connects pins to the devices of a simulator.
 
-    is_lost: returns, for each ultrasonic echo, whether it is lost.
+    is_lost: called for each ultrasonic echo; returns whether the echo is lost.
     """
 
     def __init__(self, simulated: Robot, pins: VirtualPins, is_lost: Callable[[], bool]) -> None:
         self._simulated, self._pins, self._is_lost = simulated, pins, is_lost
 
     def connect(self, binding: DeviceBinding) -> bool:
-        """Connect a device's pins to a model; return False if there is no model for it."""
+        """Connect a device's pins to a model; return whether there is a model of the device."""
         pin = self._pins.pin
         match binding.settings, binding.description, self._simulated.devices[binding.name]:
             case HBridgeSettings() as on, _, Motor() as motor:
@@ -65,7 +65,7 @@ class VirtualWiring:
         return True
 
     def _schedule(self, disc: Disc) -> None:
-        """Update a disc in every physics step of the simulator."""
+        # in every physics step of the simulator
         clock = self._simulated.clock
         step = clock.step if isinstance(clock, SteppedClock) else 1 / MIN_PHYSICS_RATE_HZ
         clock.every(step, disc.update, "disc")
@@ -74,7 +74,7 @@ class VirtualWiring:
 def find_unmodelled(bindings: Iterable[DeviceBinding]) -> list[DeviceBinding]:
     """Return the devices without a model, which the simulator's own devices replace.
 
-    Batteries are left out, because a simulator has none.
+    The result has no batteries, because simulators have none.
     """
     return [
         binding
@@ -86,11 +86,11 @@ def find_unmodelled(bindings: Iterable[DeviceBinding]) -> list[DeviceBinding]:
 def describe_hardware(binding: DeviceBinding) -> AnyDevice:
     """Return the description of a device's hardware, for the simulator.
 
-    The encoder's counts are all its edges. The ultrasonic module also measures walls beyond ``max_range_m``.
+    An encoder's counts are all of its edges. An ultrasonic module also measures walls beyond its ``max_range_m``.
     """
     match binding.settings, binding.description:
         case EncoderSettings() as settings, EncoderDescription() as description:
             return description.model_copy(update={"counts_per_turn": settings.edges_per_turn(description)})
         case UltrasonicSettings(), description:
-            return description.model_copy(update={"max_range_m": HEARD_M})
+            return description.model_copy(update={"max_range_m": MAX_ECHO_M})
     return binding.description

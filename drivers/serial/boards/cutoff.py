@@ -131,11 +131,11 @@ class StopFrame(Cutoff):
 
     def _is_answered(self, answer: re.Pattern[bytes]) -> bool:
         assert self._serial
-        clock, said, sent = MonotonicClock(), b"", 1
+        clock, received, sent = MonotonicClock(), b"", 1
         while clock.now() < ANSWER_TIMEOUT_S:
             if select([self._serial], [], [], REPEAT_S)[0]:
-                said += self._serial.read(CHUNK)
-            if answer.search(said):
+                received += self._serial.read(CHUNK)
+            if answer.search(received):
                 return True
             if clock.now() >= sent * REPEAT_S:
                 sent += 1

@@ -59,7 +59,7 @@ def test_a_serial_port_on_the_header_takes_two_pins_and_another_none(check_text:
     assert [(wire.signal, wire.pads) for wire in wiring.wires] == [
         ("port", ()),
         ("sends", (8,)),
-        ("hears", (10,)),
+        ("receives", (10,)),
         ("port", ()),
     ]
     check_text("\n".join(f"{name}: {note}" for name, note in wiring.notes))

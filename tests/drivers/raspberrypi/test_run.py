@@ -69,7 +69,7 @@ def test_the_guardian_kills_a_run_that_hangs_while_it_drives(start: Start, lines
     program = start("plain", "process_failure")
     _, err = wait_for_end(program)
     assert program.returncode == -signal.SIGKILL
-    assert f"\nguardian: ended process {program.pid}: it was silent" in err
+    assert f"\nguardian: killed process {program.pid}, which was silent" in err
     assert levels(lines) == {0}
 
 

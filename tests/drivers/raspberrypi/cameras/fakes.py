@@ -79,8 +79,8 @@ class FakeSource(Source):
     def read_exposure(self, shot: Shot) -> ExposureState:
         return ExposureState((float(shot.image[0, 0, 0]),), self.is_settled)
 
-    def hold(self, shot: Shot) -> list[str]:
-        self.diary.append(f"hold {shot.image[0, 0, 0]}")
+    def lock_exposure(self, shot: Shot) -> list[str]:
+        self.diary.append(f"lock {shot.image[0, 0, 0]}")
         return self.refused
 
     def close(self) -> None:

@@ -100,7 +100,7 @@ def test_a_camera_that_comes_back_holds_its_exposure_again_and_continues_to_coun
     frame = camera.read()
     assert frame.image[0, 0, 0] == 120
     assert frame.sequence > last
-    assert source.diary == ["open", "hold 100", "close", "open", "hold 120"]
+    assert source.diary == ["open", "lock 100", "close", "open", "lock 120"]
 
 
 def test_a_failed_camera_is_opened_again_after_longer_and_longer_times(clock: LabClock, source: FakeSource) -> None:
@@ -170,7 +170,7 @@ def test_a_closed_camera_takes_no_more_pictures(clock: LabClock, source: FakeSou
     taken = source.shots
     clock.let_pass(1.0)
     assert source.shots == taken
-    assert source.diary[-2:] == ["hold 100", "close"]
+    assert source.diary[-2:] == ["lock 100", "close"]
     with pytest.raises(DeviceClosedError):
         camera.read()
 

@@ -15,10 +15,10 @@ def clock() -> LabClock:
     return LabClock()
 
 
-def test_exposure_is_held_after_it_has_settled(clock: LabClock) -> None:
+def test_exposure_is_locked_after_it_has_settled(clock: LabClock) -> None:
     source = FakeSource(clock, RISING)
     assert open_camera(source, clock).read().image[0, 0, 0] == 140
-    assert source.diary == ["open", "hold 140"]
+    assert source.diary == ["open", "lock 140"]
 
 
 def test_the_camera_s_report_is_waited_for(clock: LabClock) -> None:
@@ -30,18 +30,18 @@ def test_the_camera_s_report_is_waited_for(clock: LabClock) -> None:
         source.is_settled = source.shots >= found_at
 
     source.on_shot = finds
-    held_after: list[int] = []
-    hold = source.hold
-    source.hold = lambda shot: held_after.append(source.shots) or hold(shot)  # type: ignore[func-returns-value,method-assign]
+    locked_after: list[int] = []
+    lock = source.lock_exposure
+    source.lock_exposure = lambda shot: locked_after.append(source.shots) or lock(shot)  # type: ignore[func-returns-value,method-assign]
     open_camera(source, clock)
-    assert held_after == [found_at + 1]
+    assert locked_after == [found_at + 1]
 
 
-def test_exposure_that_never_settles_is_held_after_the_time_limit(clock: LabClock) -> None:
+def test_exposure_that_never_settles_is_locked_after_the_time_limit(clock: LabClock) -> None:
     source = FakeSource(clock, [50, 200] * 500)
     open_camera(source, clock, settle_s=2.0, fps=30)
     assert source.shots == 1 + 60 + 8
-    assert source.diary[-1].startswith("hold")
+    assert source.diary[-1].startswith("lock")
 
 
 def test_a_slow_camera_is_given_no_more_time(clock: LabClock) -> None:
@@ -53,13 +53,13 @@ def test_a_slow_camera_is_given_no_more_time(clock: LabClock) -> None:
 
 def test_pictures_from_before_the_hold_are_skipped(clock: LabClock) -> None:
     source = FakeSource(clock)
-    hold = source.hold
+    lock = source.lock_exposure
 
-    def with_old_ones(shot: object) -> list[str]:
+    def lock_with_old_pictures(shot: object) -> list[str]:
         source.levels = [90] * 7 + [101]
-        return hold(shot)  # type: ignore[arg-type]
+        return lock(shot)  # type: ignore[arg-type]
 
-    source.hold = with_old_ones  # type: ignore[method-assign]
+    source.lock_exposure = lock_with_old_pictures  # type: ignore[method-assign]
     assert open_camera(source, clock).read().image[0, 0, 0] == 101
 
 

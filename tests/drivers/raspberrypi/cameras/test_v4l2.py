@@ -205,7 +205,7 @@ class TestOpening:
     def test_a_missing_camera_is_reported_with_the_present_ones(
         self, webcam: FakeWebcam, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, raises: Raises
     ) -> None:
-        monkeypatch.setattr("drivers.raspberrypi.cameras.usb_source.CLASS", _sysfs(tmp_path / "class"))
+        monkeypatch.setattr("drivers.raspberrypi.cameras.usb_source.NODES", _sysfs(tmp_path / "class"))
         webcam.pull_out()
         with raises(DeviceError):
             open_camera(webcam)
@@ -213,7 +213,7 @@ class TestOpening:
     def test_a_missing_camera_is_reported_if_there_is_none(
         self, webcam: FakeWebcam, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, raises: Raises
     ) -> None:
-        monkeypatch.setattr("drivers.raspberrypi.cameras.usb_source.CLASS", tmp_path / "nothing")
+        monkeypatch.setattr("drivers.raspberrypi.cameras.usb_source.NODES", tmp_path / "nothing")
         webcam.pull_out()
         with raises(DeviceError):
             open_camera(webcam)

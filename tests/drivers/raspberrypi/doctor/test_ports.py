@@ -9,7 +9,7 @@ from types import ModuleType
 
 import pytest
 
-from drivers.raspberrypi.doctor.pins import check_pins, find_users
+from drivers.raspberrypi.doctor.pins import check_pins, find_holders
 from drivers.raspberrypi.doctor.ports import (
     check_bus,
     check_cameras,
@@ -63,7 +63,7 @@ def test_the_kernel_reports_the_lines_in_use(monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setattr("drivers.raspberrypi.lg.load", lambda: lgpio)
     monkeypatch.setattr("drivers.raspberrypi.lg.find_chip_number", lambda: 0)
     monkeypatch.setattr("drivers.raspberrypi.chip.find_holder", lambda line: f"process {line}")
-    assert find_users([16, 17]) == {17: "process 17"}
+    assert find_holders([16, 17]) == {17: "process 17"}
     assert closed == [7]
 
 

@@ -60,9 +60,9 @@ def take_samples(events: list[Event]) -> Iterator[tuple[Range, int]]:
             case "trigger":
                 timer.begin(event.ticks, event.ticks)
             case "wait":
-                timer.wait()
+                timer.skip_cycle()
             case _:
-                timer.edge(event.ticks, event.kind == "rise")
+                timer.on_edge(event.ticks, event.kind == "rise")
         try:
             sample = findings.newest.get()
         except DeviceError:
@@ -112,17 +112,17 @@ def test_a_sample_belongs_to_the_newest_trigger_and_each_trigger_gives_at_most_o
 
 def test_edges_before_the_first_trigger_are_ignored() -> None:
     findings, timer = build_timer()
-    timer.edge(1.0, is_high=True)
-    timer.edge(1.005, is_high=False)
+    timer.on_edge(1.0, is_high=True)
+    timer.on_edge(1.005, is_high=False)
     assert not findings.has_result
 
 
 def test_a_cycle_without_a_trigger_does_not_end_at_once() -> None:
     _, timer = build_timer()
     timer.begin(0.0, 1.0)
-    timer.edge(1.001, is_high=False)
+    timer.on_edge(1.001, is_high=False)
     assert timer.ended.is_set()
-    timer.wait()
+    timer.skip_cycle()
     assert not timer.ended.is_set()
 
 
@@ -131,6 +131,6 @@ def test_only_pulses_of_a_module_s_time_out_make_a_cycle_echo_free(pulse: float,
     findings, timer = build_timer()
     for cycle in range(ECHO_FREE_CYCLES):
         timer.begin(float(cycle), float(cycle))
-        timer.edge(cycle + 0.001, is_high=True)
-        timer.edge(cycle + 0.001 + pulse, is_high=False)
+        timer.on_edge(cycle + 0.001, is_high=True)
+        timer.on_edge(cycle + 0.001 + pulse, is_high=False)
     assert findings.has_result == is_vouched
