@@ -122,7 +122,7 @@ class Notifier:
 
 
 def _format_progress(record: TickRecord) -> str:
-    return ", ".join(filter(None, (record.doing, f"{record.time:.0f} s", format_voltages(record.voltages))))
+    return ", ".join(filter(None, (record.status_text, f"{record.time:.0f} s", format_voltages(record.voltages))))
 
 
 def _format_status(text: str) -> str:

@@ -162,14 +162,14 @@ class Loop:
 
     @staticmethod
     def _update_odometry(drive: DifferentialDrive) -> None:
-        """A DeviceError is ignored, because the app gets it when it drives or reads the pose."""
+        # A DeviceError is ignored here, because the app gets it when it drives or reads the pose.
         try:  # noqa: SIM105  each tick runs this, and `suppress` takes ten times as long
             drive.track()
         except DeviceError:
             pass
 
     def _record(self, commit: Commit, lost: str | None = None) -> None:
-        """Record the tick. A latch that trips between two ticks gets a tick of its own."""
+        # A latch that trips between two ticks gets a tick of its own.
         self._activity.begin(self._observer_limit)
         if self._latch.error and not self._is_latch_recorded:
             commit = self._add_latch(commit)
@@ -233,10 +233,8 @@ class Loop:
             self._deadline = self._clock.now()
 
     def _sleep(self) -> bool:
-        """Sleep until the next tick. Return False if its time is already in the past.
-
-        The deadman raises DeviceLostError during the sleep if it cannot stop a lost motor.
-        """
+        # Returns whether the next tick is not late. The deadman raises DeviceLostError in the sleep if a lost motor
+        # does not stop.
         while True:
             try:
                 return self._clock.sleep_until(self._deadline)

@@ -72,7 +72,7 @@ class BatteryGauge:
         return "" if has_failed else f"{why.rstrip('.')}. The run continues without this voltage"
 
     def _low_voltage_warning(self, sample: Voltage) -> str:
-        """At the start of a run the warning has no delay, because no motor lowers the voltage yet."""
+        # At the start of a run the warning has no delay, because no motor lowers the voltage yet.
         limit = self._battery.warn_below
         if limit is None or sample.voltage >= limit:
             self._sufficient_at = sample.time

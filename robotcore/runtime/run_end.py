@@ -21,7 +21,7 @@ class RunEnd(NamedTuple):
     outcome: Outcome
     error: RobotcoreError | Interrupted | None
     """The error that ended the run, if one did."""
-    late: RobotcoreError | None
+    late_error: RobotcoreError | None
     """An error after the last tick, for example while the robot was closed."""
 
 
@@ -31,7 +31,7 @@ def build_result(plan: Plan, loop: Loop | None, verification: Verification, end:
     loop: the loop of the run; None if the run ended before its first tick.
     wall_time: the duration of the run, in seconds.
     """
-    request, behaviour, (outcome, error, late) = plan.request, plan.behaviour, end
+    request, behaviour, (outcome, error, late_error) = plan.request, plan.behaviour, end
     reason = str(error) if error else behaviour.reason or _default_reason(outcome, request, behaviour)
     verified = False if error and verification.verified else verification.verified
     return RunResult(
@@ -42,7 +42,7 @@ def build_result(plan: Plan, loop: Loop | None, verification: Verification, end:
         seed=request.seed,
         outcome=outcome,
         exit_status=error.exit_status if error else int(outcome is not Outcome.SUCCESS or verified is False),
-        reason=f"{reason}; {late}" if late and late is not error else reason,
+        reason=f"{reason}; {late_error}" if late_error and late_error is not error else reason,
         verified=verified,
         judge=app_name(request.judge) if request.judge else None,
         sim_time_s=round(loop.time, 6) if loop else 0.0,

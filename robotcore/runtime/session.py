@@ -170,7 +170,7 @@ class RunSession:
         return self._loop.run()
 
     def _wait_for_sensors(self) -> None:
-        """After a suspension of the program, the last samples are too old."""
+        # After a suspension of the program, the last samples are too old.
         self._wall.sleep_until(self._wall.now() + WAKE_UP_S)
 
     def _assemble(self, raw: Robot) -> Assembled:
@@ -268,7 +268,7 @@ class RunSession:
         self._forced_exit.end_after_hang(error, self._build_hang_result)
 
     def _build_hang_result(self, error: RobotcoreError) -> RunResult:
-        """The result includes the interventions that no tick recorded."""
+        # The result includes the interventions that no tick recorded.
         result = self._build_result(error, get_outcome(error))
         unreported = len(self._loop.unreported_interventions) if self._loop else 0
         return replace(result, interventions=result.interventions + unreported)
@@ -306,13 +306,11 @@ def run(
     request: the app, the backend, the robot and the world.
     observers: objects that get the description of the run, the record of each tick, and the result.
     taps: layers that get every sample that the app reads and every command that the app gives.
-    on_forced_exit: a function that gets the result if an app or a driver hangs and cannot be interrupted. Another
-    thread
-    calls it before the process ends.
+    on_forced_exit: a function that gets the result if an app or a driver hangs and cannot be interrupted.
     timeout_scale: a factor that multiplies every time limit of the run.
 
     Raises UsageError and BackendMissingError before any device is opened. An error during the run stops every motor,
-    and is part of the result.
+    and is part of the result. Another thread calls ``on_forced_exit`` before the process ends.
 
     >>> result = run(RunRequest("green-search", seed=7))
     >>> result.outcome.value, result.verified

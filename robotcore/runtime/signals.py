@@ -203,7 +203,7 @@ class _CancelInterrupt(BaseException):
 
 
 def _raise_in(thread: int, kind: type[BaseException]) -> None:
-    """The exception is raised as soon as the thread executes Python code."""
+    # The exception is raised as soon as the thread executes Python code.
     ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), ctypes.py_object(kind))
 
 
@@ -219,5 +219,5 @@ def _cancel_interrupt() -> None:
 
 
 def _is_handled(number: int) -> bool:
-    """SIGINT and SIGTERM are always handled. Another signal is not, if the program was started to ignore it."""
+    # SIGINT and SIGTERM are always handled. Another signal is not, if the program was started to ignore it.
     return number in (signal.SIGINT, signal.SIGTERM) or signal.getsignal(number) is not signal.SIG_IGN

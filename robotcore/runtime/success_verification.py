@@ -17,7 +17,7 @@ class Verification:
     """The result of a verification. An unknown value is None."""
 
     verified: bool | None = None
-    """Whether the judge agrees that the run is a success."""
+    """Whether the app and the judge report a success. None if the judge cannot decide it."""
     contacts: int | None = None
     """The number of contacts with obstacles."""
     distance: float | None = None
@@ -73,7 +73,7 @@ def load_judge(name: str) -> Behaviour:
 
 
 def ask_judge(judge: Behaviour, truth: Truth, name: str | None) -> bool | None:
-    """Return whether the run is a success by the judge's ``verify``. None if the judge cannot decide it.
+    """Return the result of the judge's ``verify``: whether the run is a success, or None if the judge cannot decide it.
 
     name: the judge's name or file. None if the app judges itself.
 

@@ -37,8 +37,8 @@ class TickRecord(NamedTuple):
     """The new warnings in this tick, each a sentence."""
 
     @property
-    def doing(self) -> str:
-        """The app's state, or the lost device for which the robot waits. For displays."""
+    def status_text(self) -> str:
+        """A text for displays: the app's state, or ``waiting for nose`` while the device ``nose`` is lost."""
         return f"waiting for {self.lost}" if self.lost else self.state
 
 

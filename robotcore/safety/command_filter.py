@@ -32,7 +32,7 @@ class Commit(NamedTuple):
 
 
 class CommandFilter(Protocol):
-    """The interface that the drive uses to send commands. The safety filter has it, and a tap that wraps the filter."""
+    """The interface for the commands to a drive. The safety filter and the taps around it implement it."""
 
     @property
     def asked(self) -> Wheels: ...
@@ -168,7 +168,7 @@ class SafetyFilter:
         return self._command_motors(reduced)
 
     def _command_motors(self, wheels: Wheels) -> Wheels:
-        """If a motor fails, or if another thread stops the motors during the call, both motors are stopped."""
+        # If a motor fails, or if another thread stops the motors meanwhile, both motors are stopped.
         if not self._is_overtaken:
             motor = self._left
             try:
@@ -216,7 +216,7 @@ class SafetyFilter:
                 self._stop_interventions.append(Intervention(expiry, "deadman", driven, STOPPED))
 
     def _stop_for_latch(self) -> None:
-        """The first call stores the last velocities and the unreported interventions in the latch."""
+        # The first call stores the last velocities and the unreported interventions in the latch.
         if not self._is_stopped_for_latch:
             self._latch.last_velocities, self._latch.unreported_interventions, self._stop_interventions = (
                 self._sent,

@@ -66,7 +66,7 @@ class Deadman:
         self._reserve = reserve
         self._expiry: float | None = None
         self._is_call_due = False
-        """Whether the clock is to call `_check`. An early call arranges the next one."""
+        """Whether a call of `_check` by the clock is still to come."""
 
     def __repr__(self) -> str:
         return f"Deadman(lease={self.lease:g}, expiry={self._expiry})"
@@ -82,7 +82,7 @@ class Deadman:
         self._expiry = None
 
     def _call_later(self, expiry: float) -> None:
-        """If `Clock.call_at` raises, the next `renew` calls it again."""
+        # If call_at raises, the next `renew` calls it again.
         self._is_call_due = True
         try:
             check = partial(self._check, expiry)
@@ -100,7 +100,7 @@ class Deadman:
                 self._end_and_stop(called_at)
 
     def _try_to_call_later(self, expiry: float) -> bool:
-        """Return False if memory runs out. The caller then stops the motors early, which is safe."""
+        # If memory runs out, the caller stops the motors early, which is safe.
         try:
             self._call_later(expiry)
         except Exception as error:
@@ -110,7 +110,7 @@ class Deadman:
         return True
 
     def _end_and_stop(self, called_at: float) -> None:
-        """If memory runs out, the lease stays, so that the next call tries again."""
+        # If memory runs out, the lease stays, so that the next call tries again.
         expiry, self._expiry = self._expiry, None
         try:
             self._stop(called_at)

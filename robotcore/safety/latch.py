@@ -36,7 +36,7 @@ class Latch:
         self.last_velocities = STOPPED
         """The last wheel velocities before the latch tripped, in rad/s."""
         self.unreported_interventions: Sequence[Intervention] = ()
-        """The stops by the deadman before the latch tripped that no tick has reported."""
+        """The interventions of the deadman that no tick had recorded when the latch tripped."""
         self._lock = RLock()
         self._reserve = reserve or Reserve(MonotonicClock())
         self._stops: list[Callable[[], object]] = []
@@ -73,7 +73,7 @@ class Latch:
         self._reserve.retry_on_memory_error(self._call_stops)
 
     def _call_stops(self) -> None:
-        """Each function is called once. If it runs out of memory twice, the next `set` calls it again."""
+        # Each function is called once. If it runs out of memory twice, the next `set` calls it again.
         for call in tuple(self._stops):
             try:
                 self._reserve.retry_on_memory_error(call)

@@ -58,7 +58,7 @@ class MotorStop:
         self._reserve.retry_on_memory_error(self.motor.stop)
 
     def _get_failure(self, call: BackgroundCall) -> Exception | None:
-        """If the stop ran out of memory, it is repeated in this thread."""
+        # A stop that ran out of memory is repeated in this thread.
         failure = call.failure
         if failure and is_out_of_memory(failure):
             try:

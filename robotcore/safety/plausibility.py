@@ -12,7 +12,7 @@ from robotcore.hal.devices import Range, RangeSensor
 from robotcore.safety.latch import Latch
 
 MIN_RESPONSE = 0.25
-"""The least share of the commanded angle that a wheel must turn. Lag, slip and a flat battery cost less."""
+"""The least share of the commanded angle that a wheel must turn. With lag, slip or a flat battery it turns more."""
 
 MIN_ANGLE_RAD = 1.0
 """The least commanded angle of a check, in radians. The wheel's lag would be too large a share of a smaller one."""

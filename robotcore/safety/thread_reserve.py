@@ -48,7 +48,7 @@ class BackgroundCall:
         return self._is_over
 
     def run(self) -> None:
-        """Make the call in this thread. Further calls of `run` do not make it again."""
+        """Make the call in this thread. A second `run` does not repeat it."""
         try:
             if not self._is_made:
                 self._is_made = True
@@ -133,7 +133,7 @@ class Reserve:
         return True
 
     def _work(self) -> None:
-        """If a step runs out of memory, it is repeated, because the next stop needs this thread."""
+        # A step that runs out of memory is repeated, because the next stop needs this thread.
         call: BackgroundCall | None = None
         is_needed = True
         while is_needed:
@@ -145,7 +145,7 @@ class Reserve:
                 continue
 
     def _make(self, call: BackgroundCall) -> bool:
-        """Return whether this thread is to wait for another call."""
+        # Returns whether this thread waits for another call.
         call.run()
         self._idle.append(THREAD)
         return not (self._is_closed and self._take_thread())

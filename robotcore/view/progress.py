@@ -83,7 +83,7 @@ class ProgressLine:
             line.add_row(
                 self._spinner,
                 escape(f"{request.app} on {request.backend}"),
-                escape(record.doing),
+                escape(record.status_text),
                 _format_range(self._run),
                 format_voltages(record.voltages),
                 f"{record.time:.1f} s",

@@ -142,7 +142,7 @@ class PollingLayer(Layer):
         self._polled: list[PolledReader[Any]] = []
 
     def poll(self, read: Reader[SampleT]) -> Reader[SampleT]:
-        """Return a function that calls ``read``. At the end of a tick without its call, the layer calls it."""
+        """Return a function that calls ``read``. If nothing calls it in a tick, the layer calls it at the end."""
         polled = PolledReader(read)
         self._polled.append(polled)
         return polled
@@ -158,7 +158,7 @@ class PollingLayer(Layer):
 class PolledReader(Generic[SampleT]):
     """Reads a sensor when it is called.
 
-    `end_tick` reads the sensor if the tick had no read, and ignores a DeviceError.
+    If nothing has called it in a tick, `end_tick` reads the sensor, and ignores a DeviceError.
     """
 
     def __init__(self, read: Reader[SampleT]) -> None:

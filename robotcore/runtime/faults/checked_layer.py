@@ -49,15 +49,15 @@ class FaultCode:
         try:
             return function(*args, **kwargs)
         except (Exception, SystemExit) as error:
-            if is_translated(error):
+            if can_end_run(error):
                 raise
             raise self.translate(error, device) from error
 
 
-def is_translated(error: BaseException) -> bool:
-    """Return whether an error can end a run without a translation.
+def can_end_run(error: BaseException) -> bool:
+    """Return whether an error can end a run as it is.
 
-    A UsageError cannot. It would claim that the user's request is wrong.
+    A UsageError cannot, because its message would claim that the user's request is wrong.
     """
     return isinstance(error, RobotcoreError) and not isinstance(error, UsageError)
 
@@ -120,14 +120,14 @@ class CheckedLayer(Layer):
         try:
             changed.stop()
         except (Exception, SystemExit) as error:
-            if is_translated(error):
+            if can_end_run(error):
                 raise
             inner.stop()
             raise self._code.translate(error, inner.name) from error
 
 
 def _read_inner(device: str, read: Reader[SampleT]) -> SampleT:
-    """Read a sensor below the fault. An exception of its driver must not look like an exception of the fault."""
+    # An exception of the driver is translated here, so that it does not look like an exception of the fault.
     try:
         return read()
     except RobotcoreError:
@@ -165,7 +165,7 @@ class _CheckedClock(ClockWrapper):
     def now(self) -> float:
         now = self._call(self._source.now)
         if now is None:
-            raise self._code.build_error("its clock's now returned None in place of the time in seconds")
+            raise self._code.build_error("now() of its clock returned None in place of the time in seconds")
         return now
 
     def sleep_until(self, deadline: float) -> bool:
@@ -187,6 +187,6 @@ class _CheckedClock(ClockWrapper):
         try:
             return function(*args, **kwargs)
         except (Exception, SystemExit) as error:
-            if error is self._inner.failure or is_translated(error):
+            if error is self._inner.failure or can_end_run(error):
                 raise
             raise self._code.translate(error) from error

@@ -91,7 +91,7 @@ class FaultyMotor:
     def set_velocity(self, rad_s: float) -> float:
         """Send ``gain()`` times a velocity, and return the velocity itself, both in rad/s.
 
-        The result does not show the fault, because the return value of a weak motor does not show its weakness either.
+        A real motor that is weak does not report it to the caller either.
         """
         with self._lock:
             self._asked = rad_s

@@ -110,7 +110,7 @@ class ConnectionLoss(Layer):
         return show_picture
 
     def require(self, device: str) -> None:
-        """Raise DeviceLostError if the fault is active now."""
+        """Raise DeviceLostError for a device if the fault is active now."""
         if self._fault.is_on(self._context.clock.now()):
             written = self._context.spec
             raise DeviceLostError(

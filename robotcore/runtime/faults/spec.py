@@ -192,7 +192,7 @@ class Parameter:
 
 
 def parameters_of(effect: str, fault: type[Fault]) -> list[Parameter]:
-    """Return the parameters of a fault. The first one is the value, with the name of the effect."""
+    """Return the parameters of a fault. The first one is the value of the effect, with the effect's name."""
     fields = fault.model_json_schema().get("properties", {})
     order = sorted(fields, key=lambda name: (name != VALUE, not fault.model_fields[name].is_required(), name))
     return [_parameter(effect if name == VALUE else name, fields[name], fault, name) for name in order]

@@ -88,18 +88,18 @@ class Assembled:
     """Stops all motors."""
     activity: ActivityMonitor
     """The activity of the loop's thread, for the watchdog."""
-    suspends: tuple[Callable[[str], None], ...] = ()
+    suspend_functions: tuple[Callable[[str], None], ...] = ()
     """The functions that stop the drive and each other motor between two ticks. Their argument is the cause."""
 
     def suspend(self, cause: str) -> None:
-        """Stop every motor between two ticks, although the app gave no command.
+        """Stop every motor between two ticks, for example before the program is suspended.
 
         cause: the cause of the intervention in the trace.
 
         A DeviceLostError of a stop is ignored. Any other exception is raised after all stops were tried.
         """
         with ExitStack() as each:
-            for suspend in self.suspends:
+            for suspend in self.suspend_functions:
                 each.callback(_suspend_quietly, suspend, cause)
 
 
@@ -207,8 +207,10 @@ def assemble(
     devices |= {name: AppMotor(raw.motors[name], output) for name, output in outputs.items()}
     app_clock = AppClock(ticks)
     robot = Robot(raw.name, app_clock, devices.values(), drive=guarded.drive if guarded else None, release=raw.close)
-    suspends = (*([guarded.suspend] if guarded else []), *(motor.suspend for motor in lone))
-    return Assembled(robot, ticks, latch, guarded.command_filter if guarded else None, motor_stops, activity, suspends)
+    suspend_functions = (*([guarded.suspend] if guarded else []), *(motor.suspend for motor in lone))
+    return Assembled(
+        robot, ticks, latch, guarded.command_filter if guarded else None, motor_stops, activity, suspend_functions
+    )
 
 
 def _suspend_quietly(suspend: Callable[[str], None], cause: str) -> None:

@@ -46,7 +46,7 @@ _REMOVED_HOOKS = {
 class Layer:
     """The base class of layers, which lie between a driver's devices and the safety stage.
 
-    Each method gets a function or a clock that leads to the driver. It returns the one that the next layer calls. By
+    Each method gets a function or a clock that leads to the driver. It returns one that leads through this layer. By
     default it returns its argument, so that the layer changes nothing.
     """
 

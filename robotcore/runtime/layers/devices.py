@@ -60,7 +60,7 @@ def wrap_sensor(sensor: Sensor[SampleT], clock: TickClock, read: Reader[SampleT]
 
 @cache
 def _app_class(kind: type[Sensor[Any]]) -> type[AppSensor[Any]]:
-    """Return a class that is an AppSensor and, for ``isinstance``, of the device kind, such as Camera."""
+    """Return a subclass of AppSensor and of the device kind, such as Camera."""
     return cast("type[AppSensor[Any]]", type(kind.__name__, (AppSensor, kind), {}))
 
 

@@ -54,7 +54,7 @@ class GuardedDrive:
     command_filter: CommandFilter
     """The safety filter, wrapped by the taps. The drive sends the app's commands to it."""
     suspend: Callable[[str], None]
-    """Stops the drive between two ticks, although the app gave no command. The argument is the cause."""
+    """Stops the drive between two ticks. The argument is the cause of the intervention."""
     outputs: dict[str, MotorOutput]
     """The outputs with which the app commands the wheels, by the motor's name."""
 

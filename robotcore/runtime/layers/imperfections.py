@@ -56,7 +56,7 @@ class Noise:
         return self._strip[start : start + size].reshape(shape)
 
     def _draw_strip(self, length: int) -> NDArray[np.int16]:
-        """NumPy guarantees the same numbers in every version only for ``RandomState``."""
+        # NumPy guarantees the same numbers in every version only for RandomState.
         generator = np.random.RandomState(Random(self._key).getrandbits(32))
         return np.rint(_deviation_before_rounding(self._sigma) * generator.standard_normal(length)).astype(np.int16)
 
@@ -82,7 +82,7 @@ def _deviation_before_rounding(sigma: float) -> float:
 
 
 def _deviation_after_rounding(sigma: float) -> float:
-    """The variance after rounding is the sum of (2k - 1) · P(abs(x) > k - 1/2) for k = 1, 2 and so on."""
+    # The variance after rounding is the sum of (2k - 1) · P(abs(x) > k - 1/2) over k = 1, 2, …
     beyond = (math.erfc((k - 0.5) / (sigma * math.sqrt(2))) for k in range(1, math.ceil(8 * sigma) + 2))
     return math.sqrt(sum((2 * k - 1) * share for k, share in enumerate(beyond, start=1)))
 
@@ -189,7 +189,7 @@ def _response(conditions: Conditions) -> Effect:
 
 
 def build_noise_effect(noise: Noise) -> Effect:
-    """Return an effect that adds noise to pictures, with results from 0 to 255."""
+    """Return an effect that adds noise to pictures, limited to grey levels from 0 to 255."""
     import cv2
 
     def add_noise(image: Image, time: float) -> Image:

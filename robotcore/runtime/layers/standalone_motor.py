@@ -70,7 +70,7 @@ class StandaloneGuard:
             self._deadman.end_lease()
 
     def suspend(self, cause: str) -> None:
-        """Stop the motor between two ticks. ``cause`` is not recorded, unlike that of a drive."""
+        """Stop the motor between two ticks. Only a drive records interventions, so ``cause`` is not used."""
         self.stop()
 
     def _stop_after_lease(self, expiry: float) -> None:

@@ -190,7 +190,7 @@ class Guardian:
         return self._fail(f"died ({how})", "guardian-died", consequence)
 
     def _fail(self, problem: str, kind: str, consequence: str = _RUN_STOPPED) -> GuardianError:
-        """The error is stored, and every later call raises it again."""
+        # The error is stored, because every later call raises it again.
         process = self._process.pid
         self._failure = GuardianError(
             f"the guardian process {process} {problem}. {consequence}", kind=kind, process=process
@@ -207,7 +207,7 @@ class Guardian:
 
 
 def _start_process(ours: socket, theirs: socket) -> Popen[bytes]:
-    """The output of the process goes to stderr, because stdout contains the run's result."""
+    # The output of the process goes to stderr, because stdout contains the run's result.
     try:
         return Popen(  # noqa: S603  the Python that runs this code
             [sys.executable, "-c", _CODE, str(theirs.fileno()), *sys.path],

@@ -65,7 +65,7 @@ class CutoffWorker:
         self._opened.rest()
 
     def _stop(self) -> str | None:
-        """A stop that fails is repeated for `RETRYING_S`."""
+        # A stop that fails is repeated for `RETRYING_S`.
         end = self._clock.now() + RETRYING_S
         while True:
             try:
@@ -182,7 +182,7 @@ class GuardianProcess:
         self._run_all("close", STOPPING_S)
 
     def _serve(self) -> bool:
-        """Return whether the app sent `BYE`. Without it, the app's process has died."""
+        # Returns whether the app sent `BYE`. Without it, the app's process has died.
         while True:
             self._link.settimeout(self._lease if self._is_armed else None)
             try:
@@ -228,7 +228,7 @@ def _log(lines: Iterable[str]) -> None:
 
 
 LIMIT_S = 10.0
-"""The time limit for each action of `stop_once`, in seconds. A system that starts or shuts down is slow."""
+"""The time limit for each action of `stop_once`, in seconds. It is long, because a starting system is slow."""
 
 
 def stop_once(specs: Iterable[CutoffSpec]) -> Report:
