@@ -31,7 +31,7 @@ from time import perf_counter
 from benchmarks.deploy import robot
 from benchmarks.report import at_least_one, machine, print_table
 from tests.system import needs
-from tests.system.deploy.rover import Rover, with_requirement
+from tests.system.deploy.rover import Rover, add_requirement
 
 KINDS = ("the client is killed", "the connections are killed", "the trial is killed", "the power is cut")
 OLD, NEW, NEITHER = "the old runs", "the new runs", "NEITHER"
@@ -96,7 +96,7 @@ def _format_requirement(trial: int) -> str:
 def _measure_push_s(rover: Rover, need: str) -> float:
     """Return the time of a push without an interruption, in seconds."""
     start = perf_counter()
-    with with_requirement(rover.project, need) if need else nullcontext():
+    with add_requirement(rover.project, need) if need else nullcontext():
         rover.drive(2.0)
     return perf_counter() - start
 
@@ -107,7 +107,7 @@ def _try_interruption(rover: Rover, drawn: Interruption) -> str:
     chosen = [f"speed_rad_s={drawn.speed_rad_s:g}", *(["fault=raise", "at=5"] if drawn.is_broken else [])]
     settings = [word for setting in chosen for word in ("--set", setting)]
     with (
-        with_requirement(rover.project, drawn.need) if drawn.need else nullcontext(),
+        add_requirement(rover.project, drawn.need) if drawn.need else nullcontext(),
         rover.run_push(*settings) as push,
     ):
         with suppress(subprocess.TimeoutExpired):

@@ -22,18 +22,18 @@ def robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Sshd]:
 
 
 @pytest.fixture(scope="module")
-def held(robot: Sshd) -> Iterator[RobotLink]:
+def shared_link(robot: Sshd) -> Iterator[RobotLink]:
     with RobotLink(RobotAddress.parse(robot.host), robot.config) as link:
         yield link
 
 
 @pytest.fixture
-def link(robot: Sshd, held: RobotLink) -> RobotLink:
-    """The link that all tests of a module share. Each test must leave it working."""
+def link(robot: Sshd, shared_link: RobotLink) -> RobotLink:
+    """The link that all tests of a module share. It must still work after each test."""
     shutil.rmtree(robot.home / "robotcore", ignore_errors=True)
     (robot.home / "robotcore" / "incoming" / "new").mkdir(parents=True)
     (robot.home / "robotcore" / "recordings").mkdir()
-    return held
+    return shared_link
 
 
 AddAction = Callable[[str, str], None]

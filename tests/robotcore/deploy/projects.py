@@ -41,7 +41,7 @@ def write(folder: Path, files: dict[str, str]) -> Path:
     return folder
 
 
-def project_in(folder: Path, table: str = TABLE, app: str = DRIVES_ON, **asked: object) -> Project:
+def write_project(folder: Path, table: str = TABLE, app: str = DRIVES_ON, **asked: object) -> Project:
     """Return the project of a folder, with an app and a table in it."""
     write(folder, {"app.py": app, "pyproject.toml": table})
     return build_project(DeployOptions(**asked), folder)  # type: ignore[arg-type]

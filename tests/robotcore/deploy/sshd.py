@@ -145,7 +145,7 @@ def make_key(file: Path, passphrase: str = "") -> None:
 
 
 def _start(folder: Path, more: str, path: str) -> tuple[int, subprocess.Popen[str]]:
-    """Start the server. If another process has taken the port meanwhile, try another one."""
+    """Start the server. If another process has taken the port, try another port."""
     while True:
         port = _free_port()
         _configure(folder, port, more, path)

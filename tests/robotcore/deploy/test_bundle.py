@@ -13,7 +13,7 @@ from robotcore.deploy.bundle import Bundle, build_bundle, build_package
 from robotcore.deploy.project import DeployOptions, build_project
 from robotcore.errors import DeployError, UnknownNameError, UsageError
 from robotcore.plugins import _points
-from tests.robotcore.deploy.projects import TABLE, git, project_in, write
+from tests.robotcore.deploy.projects import TABLE, git, write, write_project
 from tests.texts import Raises
 
 BUILT = """
@@ -42,7 +42,7 @@ ROBOT = Path(__file__).parents[3] / "robotcore" / "description" / "robots" / "ro
 
 
 @pytest.fixture
-def bundle_in(tmp_path: Path) -> Path:
+def bundle_folder(tmp_path: Path) -> Path:
     (tmp_path / "bundle").mkdir()
     return tmp_path / "bundle"
 
@@ -72,7 +72,7 @@ def without_code(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("driver")
 def test_bundle_runs_alone_and_names_nothing_of_this_machine(
-    tmp_path: Path, bundle_in: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, bundle_folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     table = BUILT + PACKAGE + TABLE.replace('"rover"', '"my robot.toml"').replace("kinematic", "raspberrypi")
     robot = ROBOT.read_text().replace('driver = "hc-sr04"', 'driver = "lidar-x"')
@@ -80,8 +80,8 @@ def test_bundle_runs_alone_and_names_nothing_of_this_machine(
     monkeypatch.chdir(write(source, {"apps/__init__.py": "", "apps/mine.py": ""}))
     monkeypatch.syspath_prepend("")
     monkeypatch.delitem(sys.modules, "apps", raising=False)
-    bundle = build_bundle(project_in(source, table), bundle_in)
-    site = bundle_in / "site"
+    bundle = build_bundle(write_project(source, table), bundle_folder)
+    site = bundle_folder / "site"
     assert not (site / "apps" / "mine.py").exists()
     names = {dist.metadata["Name"] for dist in distributions(path=[str(site)])}
     assert names == {"robotcore", "my-rover", "lidar-x"}
@@ -111,17 +111,17 @@ def _runs(bundle: Bundle) -> bool:
     return str(bundle.folder) in answer.stdout and "green-search" in answer.stdout
 
 
-def test_requirements_are_those_of_the_robot_and_keep_their_markers(tmp_path: Path, bundle_in: Path) -> None:
+def test_requirements_are_those_of_the_robot_and_keep_their_markers(tmp_path: Path, bundle_folder: Path) -> None:
     project = build_project(DeployOptions(app="green-search", robot="rover"), tmp_path)
-    requirements = build_bundle(project, bundle_in).requirements
+    requirements = build_bundle(project, bundle_folder).requirements
     assert {"gpiozero>=2.0.1", "mcap>=1.3", "numpy>=1.24"} <= set(requirements)
     assert 'numpy<2; python_version == "3.11" and platform_machine == "aarch64"' in requirements
     assert not [each for each in requirements if "extra" in each or each.startswith(("pytest", "robotcore", "jinja"))]
 
 
 @pytest.mark.usefixtures("without_code")
-def test_project_without_recordings_needs_no_package_for_them(tmp_path: Path, bundle_in: Path) -> None:
-    requirements = build_bundle(project_in(tmp_path / "project"), bundle_in).requirements
+def test_project_without_recordings_needs_no_package_for_them(tmp_path: Path, bundle_folder: Path) -> None:
+    requirements = build_bundle(write_project(tmp_path / "project"), bundle_folder).requirements
     assert not [each for each in requirements if each.startswith(("mcap", "gpiozero"))]
 
 
@@ -137,11 +137,11 @@ def test_project_without_recordings_needs_no_package_for_them(tmp_path: Path, bu
     ],
 )
 def test_dependency_that_a_robot_cannot_install_is_refused(
-    tmp_path: Path, bundle_in: Path, dependency: str, kind: str, raises: Raises
+    tmp_path: Path, bundle_folder: Path, dependency: str, kind: str, raises: Raises
 ) -> None:
-    project = project_in(tmp_path / "project", f'[project]\ndependencies = ["{dependency}"]\n{TABLE}')
+    project = write_project(tmp_path / "project", f'[project]\ndependencies = ["{dependency}"]\n{TABLE}')
     with raises(UsageError, kind, hide=[version("robotcore")]) as raised:
-        build_bundle(project, bundle_in)
+        build_bundle(project, bundle_folder)
     assert "hunter2" not in str(raised.value)
 
 
@@ -155,36 +155,36 @@ def test_dependency_that_a_robot_cannot_install_is_refused(
     ],
 )
 def test_an_invalid_requirement_is_quoted_without_its_password(
-    tmp_path: Path, bundle_in: Path, dependency: str
+    tmp_path: Path, bundle_folder: Path, dependency: str
 ) -> None:
-    project = project_in(tmp_path / "project", f'[project]\ndependencies = ["{dependency}"]\n{TABLE}')
+    project = write_project(tmp_path / "project", f'[project]\ndependencies = ["{dependency}"]\n{TABLE}')
     with pytest.raises(UsageError) as raised:
-        build_bundle(project, bundle_in)
+        build_bundle(project, bundle_folder)
     assert raised.value.kind == "invalid-requirement"
     assert "hunter2" not in str(raised.value)
 
 
 @pytest.mark.usefixtures("without_code")
-def test_address_of_a_repository_over_ssh_keeps_its_user(tmp_path: Path, bundle_in: Path) -> None:
+def test_address_of_a_repository_over_ssh_keeps_its_user(tmp_path: Path, bundle_folder: Path) -> None:
     place = "thing @ git+ssh://git@host.example/thing"
-    project = project_in(tmp_path / "project", f'[project]\ndependencies = ["{place}"]\n{TABLE}')
-    assert place in build_bundle(project, bundle_in).requirements
+    project = write_project(tmp_path / "project", f'[project]\ndependencies = ["{place}"]\n{TABLE}')
+    assert place in build_bundle(project, bundle_folder).requirements
 
 
 @pytest.mark.usefixtures("without_code")
-def test_unknown_extra_is_reported_with_the_nearest_name(tmp_path: Path, bundle_in: Path, raises: Raises) -> None:
-    project = project_in(tmp_path / "project", f'{TABLE}extras = ["tofu"]\n')
+def test_unknown_extra_is_reported_with_the_nearest_name(tmp_path: Path, bundle_folder: Path, raises: Raises) -> None:
+    project = write_project(tmp_path / "project", f'{TABLE}extras = ["tofu"]\n')
     with raises(UnknownNameError, "unknown-extra", name="tofu"):
-        build_bundle(project, bundle_in)
+        build_bundle(project, bundle_folder)
 
 
 @pytest.mark.usefixtures("without_code")
-def test_project_that_names_an_ignored_file_is_refused(tmp_path: Path, bundle_in: Path, raises: Raises) -> None:
-    project = project_in(tmp_path / "project")
+def test_project_that_names_an_ignored_file_is_refused(tmp_path: Path, bundle_folder: Path, raises: Raises) -> None:
+    project = write_project(tmp_path / "project")
     git(tmp_path / "project", "init", "-q")
     write(tmp_path / "project", {".gitignore": "app.py\n"})
     with raises(UsageError, "file-not-sent", file="app.py"):
-        build_bundle(project, bundle_in)
+        build_bundle(project, bundle_folder)
 
 
 def test_compiled_code_is_refused(tmp_path: Path, raises: Raises) -> None:

@@ -16,15 +16,15 @@ from robotcore.deploy.simulation import choose_simulator, is_pass
 from robotcore.deploy.staging import copy_files
 from robotcore.errors import DescriptionError, UnprovenError, UsageError
 from robotcore.runtime.plan import RunRequest
-from tests.robotcore.deploy.projects import DRIVES_ON, TABLE, project_in, write
+from tests.robotcore.deploy.projects import DRIVES_ON, TABLE, write, write_project
 from tests.robotcore.sweep.conftest import make_record
 from tests.texts import Raises
 
 RAISES = DRIVES_ON.replace("return Status.RUNNING", "return 1 / 0")
 
 
-def bundle_of(project: Project, tmp_path: Path) -> Bundle:
-    """Return the bundle of a project, without robotcore: the tests' own one is used, which is compiled already."""
+def build_small_bundle(project: Project, tmp_path: Path) -> Bundle:
+    """Return a bundle of a project without robotcore. The simulation imports the robotcore of the tests instead."""
     folder = write(tmp_path.with_name(f"{tmp_path.name}-bundle"), {"site/packaged.py": ""})
     copy_files(project.folder or tmp_path, folder / "project")
     return Bundle(project, folder, ())
@@ -33,20 +33,20 @@ def bundle_of(project: Project, tmp_path: Path) -> Bundle:
 def test_passing_tests_are_counted(tmp_path: Path) -> None:
     write(tmp_path, {"tests/test_a.py": "def test_a(): pass\ndef test_b(): pass\n"})
     said: list[str] = []
-    assert checks.run_tests(project_in(tmp_path), said.append).summary == "2 passed"
+    assert checks.run_tests(write_project(tmp_path), said.append).summary == "2 passed"
     assert said == ["pytest"]
 
 
 def test_failing_test_is_named_with_the_command_that_repeats_it(tmp_path: Path, raises: Raises) -> None:
     write(tmp_path, {"a b/test_a.py": "def test_a(): pass\ndef test_b(): assert 1 == 2\n"})
     with raises(UnprovenError, "tests-failed"):
-        checks.run_tests(project_in(tmp_path), str)
+        checks.run_tests(write_project(tmp_path), str)
 
 
 def test_tests_that_cannot_be_imported_fail(tmp_path: Path) -> None:
     write(tmp_path, {"test_a.py": "import nothing_of_that_name\n"})
     with pytest.raises(UnprovenError) as raised:
-        checks.run_tests(project_in(tmp_path), str)
+        checks.run_tests(write_project(tmp_path), str)
     assert raised.value.kind == "tests-failed"
 
 
@@ -54,17 +54,17 @@ def test_hanging_tests_are_killed(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(checks, "LIMIT_S", 3.0)
     write(tmp_path, {"test_a.py": "import time\ndef test_a(): time.sleep(600)\n"})
     with pytest.raises(UnprovenError) as raised:
-        checks.run_tests(project_in(tmp_path), str)
+        checks.run_tests(write_project(tmp_path), str)
     assert raised.value.kind == "tests-hang"
 
 
 def test_project_without_tests_passes(tmp_path: Path) -> None:
-    assert checks.run_tests(project_in(tmp_path), str).summary == "none"
+    assert checks.run_tests(write_project(tmp_path), str).summary == "none"
 
 
 def test_every_mistake_of_a_description_is_reported(tmp_path: Path, raises: Raises) -> None:
     write(tmp_path, {"-my room.toml": "[floor]\nlenght_m = 3\nwidth_m = 3\n[walls]\nhight_m = 1\n"})
-    project = project_in(tmp_path, TABLE.replace("\n\n", '\nworld = "-my room.toml"\n\n'))
+    project = write_project(tmp_path, TABLE.replace("\n\n", '\nworld = "-my room.toml"\n\n'))
     with raises(UnprovenError, "description-check-failed") as raised:
         checks.check_descriptions(project, str)
     cause = raised.value.__cause__
@@ -84,15 +84,15 @@ def test_endless_app_passes_if_it_has_no_contact(tmp_path: Path) -> None:
         tmp_path, {"drivers/__init__.py": "", "json.py": "raise ImportError"}
     )  # the user's names hide no module of robotcore
     said: list[str] = []
-    result = simulation.simulate(bundle_of(project_in(tmp_path), tmp_path), said.append)
+    result = simulation.simulate(build_small_bundle(write_project(tmp_path), tmp_path), said.append)
     assert result.summary == "kinematic, arena, seeds 1: 1 of 1 without a contact"
     assert "kinematic, arena, seeds 1: 0 of 1 runs" in said
 
 
 def test_simulation_uses_the_bundle_and_does_not_change_it(tmp_path: Path, raises: Raises) -> None:
     app = "import helper, packaged\n" + DRIVES_ON.replace("return", "open('log', 'a').close()\n        return")
-    project = project_in(write(tmp_path, {"helper.py": ""}), app=app)
-    bundle = bundle_of(project, tmp_path)
+    project = write_project(write(tmp_path, {"helper.py": ""}), app=app)
+    bundle = build_small_bundle(project, tmp_path)
     (tmp_path / "helper.py").write_text("raise OSError('changed meanwhile')")
     before = {*bundle.folder.rglob("*")}
     simulation.simulate(bundle, str)
@@ -103,27 +103,27 @@ def test_simulation_uses_the_bundle_and_does_not_change_it(tmp_path: Path, raise
 
 
 def test_failing_run_is_reported_with_the_command_that_repeats_it(tmp_path: Path, raises: Raises) -> None:
-    project = project_in(write(tmp_path / "a 'b", {}), app=RAISES)
+    project = write_project(write(tmp_path / "a 'b", {}), app=RAISES)
     with raises(UnprovenError, "run-failed", seed=1):
-        simulation.simulate(bundle_of(project, tmp_path), str)
+        simulation.simulate(build_small_bundle(project, tmp_path), str)
 
 
 def test_hanging_app_fails_the_simulation(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(simulation, "HANG_MARGIN_S", 3.0 - RunRequest.timeout_s)
-    project = project_in(tmp_path, app="import time\n" + DRIVES_ON.replace("return", "time.sleep(600); return"))
-    monkeypatch.setattr(simulation, "run_python", partial(_run_patiently, run_python))
+    project = write_project(tmp_path, app="import time\n" + DRIVES_ON.replace("return", "time.sleep(600); return"))
+    monkeypatch.setattr(simulation, "run_python", partial(_run_with_long_limit, run_python))
     with pytest.raises(UnprovenError) as raised:
-        simulation.simulate(bundle_of(project, tmp_path), str)
+        simulation.simulate(build_small_bundle(project, tmp_path), str)
     assert raised.value.kind == "run-failed"
     assert raised.value.fields["seed"] == 1
 
 
-def _run_patiently(run: Callable[..., object], *words: object, limit_s: float, **more: object) -> object:
+def _run_with_long_limit(run: Callable[..., object], *words: object, limit_s: float, **more: object) -> object:
     return run(*words, limit_s=limit_s + 1000, **more)
 
 
 def test_required_bounds_decide_instead_of_the_runs(tmp_path: Path) -> None:
-    project = project_in(tmp_path, TABLE + 'require = ["verified>=0.5"]\n')
+    project = write_project(tmp_path, TABLE + 'require = ["verified>=0.5"]\n')
     words = simulation.build_sweep_arguments(project, "kinematic", "arena")
     assert words[words.index("--require") + 1] == "verified>=0.5"
     failing = [make_record(Outcome.FAILURE, verified=False)]
@@ -136,7 +136,7 @@ def test_required_bounds_decide_instead_of_the_runs(tmp_path: Path) -> None:
 
 def test_file_without_an_app_is_reported(tmp_path: Path, raises: Raises) -> None:
     with raises(UnprovenError, "simulation-not-run"):
-        simulation.simulate(bundle_of(project_in(tmp_path, app="x = 1\n"), tmp_path), str)
+        simulation.simulate(build_small_bundle(write_project(tmp_path, app="x = 1\n"), tmp_path), str)
 
 
 @pytest.mark.parametrize(
@@ -172,7 +172,7 @@ def test_simulator_is_the_nearest_one_to_the_robot(tmp_path: Path, monkeypatch: 
 
 def test_world_with_a_comma_in_its_name_is_refused(tmp_path: Path) -> None:
     write(tmp_path, {"a,b.toml": ""})
-    project = project_in(tmp_path, TABLE.replace("\n\n", '\nworld = "a,b.toml"\n\n'))
+    project = write_project(tmp_path, TABLE.replace("\n\n", '\nworld = "a,b.toml"\n\n'))
     with pytest.raises(UsageError) as raised:
-        simulation.simulate(bundle_of(project, tmp_path), str)
+        simulation.simulate(build_small_bundle(project, tmp_path), str)
     assert raised.value.kind == "comma-in-world"

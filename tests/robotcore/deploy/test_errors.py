@@ -40,7 +40,7 @@ def connect(server: Sshd | None = None, host: str = "robot") -> None:
 
 
 @contextmanager
-def robot_with(folder: Path, *commands: str) -> Iterator[Sshd]:
+def serve_robot(folder: Path, *commands: str) -> Iterator[Sshd]:
     """Serve a robot that has only Python and these commands."""
     with serving(folder, path="") as server:
         for command in commands:
@@ -187,7 +187,7 @@ def test_missing_rsync_on_this_machine(
 
 def test_missing_rsync_on_the_robot(tmp_path: Path, raises: Raises) -> None:
     with (
-        robot_with(tmp_path / "sshd", "cat") as server,
+        serve_robot(tmp_path / "sshd", "cat") as server,
         RobotLink(RobotAddress.parse("robot"), server.config) as link,
         raises(DeployError, "no-rsync"),
     ):
@@ -195,7 +195,7 @@ def test_missing_rsync_on_the_robot(tmp_path: Path, raises: Raises) -> None:
 
 
 def test_missing_python_on_the_robot(tmp_path: Path, raises: Raises) -> None:
-    with robot_with(tmp_path / "sshd", "cat") as server, RobotLink(RobotAddress.parse("robot"), server.config) as link:
+    with serve_robot(tmp_path / "sshd", "cat") as server, RobotLink(RobotAddress.parse("robot"), server.config) as link:
         (server.bin / "python3").unlink()
         with raises(DeployError, "python"):
             link.call("probe", EmptyAnswer)

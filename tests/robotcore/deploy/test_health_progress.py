@@ -69,8 +69,8 @@ def follow(link: RobotLink, robot: Sshd, release: str | None = NEW) -> list[Step
     return steps
 
 
-def follow_cut(robot: Sshd, action: str = "activate", release: str | None = NEW) -> list[StepProgress]:
-    """Follow a health check over a connection that breaks with the first progress."""
+def follow_broken_connection(robot: Sshd, action: str = "activate", release: str | None = NEW) -> list[StepProgress]:
+    """Follow a health check over a connection that breaks at the first progress message."""
     steps: list[StepProgress] = []
 
     def break_connection(progress: StepProgress) -> None:
@@ -144,7 +144,7 @@ def test_message_begins_with_the_error_of_robotcore(error: str, check_text: Chec
 
 def test_client_connects_again_and_follows_the_check_to_its_end(robot: Sshd, add_action: AddAction) -> None:
     add_action("activate", GOES_ON)
-    steps = follow_cut(robot)
+    steps = follow_broken_connection(robot)
     assert RECONNECTING in [step.text for step in steps]
     assert steps[-1].text == f"{NEW} is healthy; it runs"
 
@@ -152,7 +152,7 @@ def test_client_connects_again_and_follows_the_check_to_its_end(robot: Sshd, add
 def test_client_resumes_with_the_release_that_the_robot_chose(robot: Sshd, add_action: AddAction) -> None:
     for action in ("activate", "rollback"):
         add_action(action, GOES_ON)
-    assert follow_cut(robot, "rollback", None)[-1].text == f"{OLD} is healthy; it runs"
+    assert follow_broken_connection(robot, "rollback", None)[-1].text == f"{OLD} is healthy; it runs"
 
 
 def test_lost_robot_is_an_error_with_the_command_for_its_status(
@@ -161,7 +161,7 @@ def test_lost_robot_is_an_error_with_the_command_for_its_status(
     monkeypatch.setattr(health, "ATTEMPTS", 0)
     add_action("activate", GOES_ON)
     with pytest.raises(DeployError) as caught:
-        follow_cut(robot)
+        follow_broken_connection(robot)
     assert type(caught.value) is DeployError
     assert caught.value.kind == BROKEN
     assert command_hint("status", RobotAddress("robot"), robot.config) in str(caught.value)

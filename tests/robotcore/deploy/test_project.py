@@ -8,7 +8,7 @@ import pytest
 from robotcore.deploy.project import DeployOptions, build_project
 from robotcore.deploy.push import UNTIL_STOPPED_S, build_release
 from robotcore.errors import DescriptionError, UnknownNameError, UsageError
-from tests.robotcore.deploy.projects import DRIVES_ON, TABLE, project_in, write
+from tests.robotcore.deploy.projects import DRIVES_ON, TABLE, write, write_project
 from tests.texts import Raises
 
 NAME = "2026-11-21T22-40-03Z"
@@ -31,7 +31,7 @@ def test_named_file_makes_the_current_folder_the_project(tmp_path: Path) -> None
 
 def test_options_override_the_table_and_settings_add_up(tmp_path: Path) -> None:
     table = TABLE + 'settings = { speed_m_s = 0.2, is_shy = true }\nrequire = ["contacts<=0"]\n'
-    project = project_in(tmp_path, table, settings={"speed_m_s": "0.1"}, rate_hz=50.0, require=(), record=True)
+    project = write_project(tmp_path, table, settings={"speed_m_s": "0.1"}, rate_hz=50.0, require=(), record=True)
     assert project.settings == {"speed_m_s": "0.1", "is_shy": "true"}
     assert (project.backend, project.rate_hz, project.require, project.is_recorded) == ("kinematic", 50.0, (), True)
 
@@ -65,10 +65,10 @@ def test_home_folder_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
 def test_every_mistake_of_the_table_is_named_by_its_key(tmp_path: Path, raises: Raises) -> None:
     table = '[tool.robotcore]\nap = "a.py"\n[tool.robotcore.deploy]\nsedes = "1"\nsettings = { a = [1] }\n'
     with raises(DescriptionError, "invalid-value") as raised:
-        project_in(tmp_path, table)
-    faults = (raised.value, *raised.value.others)
+        write_project(tmp_path, table)
+    mistakes = (raised.value, *raised.value.others)
     prefix = "tool.robotcore"
-    assert {each.key for each in faults} == {f"{prefix}.ap", f"{prefix}.deploy.sedes", f"{prefix}.deploy.settings.a"}
+    assert {each.key for each in mistakes} == {f"{prefix}.ap", f"{prefix}.deploy.sedes", f"{prefix}.deploy.settings.a"}
 
 
 @pytest.mark.parametrize(

@@ -47,9 +47,9 @@ from robotcore.deploy.agent.rpc import report_progress
 def act(layout, release, is_offline):
     (layout.incoming / release).rename(layout.releases / release)
     report_progress("the doctor examines the robot")
-    fault = {"level": "warning", "what": "disk", "said": "nearly full", "remedy": "Make room"}
+    warning = {"level": "warning", "what": "disk", "said": "nearly full", "remedy": "Make room"}
     good = {"level": "ok", "what": "Python", "said": "3.11.2", "remedy": ""}
-    return {"environment": "kept", "findings": [good, fault]}
+    return {"environment": "kept", "findings": [good, warning]}
 """
 
 FAIL = """
@@ -80,7 +80,7 @@ def robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Sshd]:
 
 
 @pytest.fixture(scope="module")
-def wanted(robot: Sshd, tmp_path_factory: pytest.TempPathFactory) -> Push:
+def push_request(robot: Sshd, tmp_path_factory: pytest.TempPathFactory) -> Push:
     """A push of a small project."""
     folder = tmp_path_factory.mktemp("project")
     (folder / "still.py").write_text(APP)
@@ -97,7 +97,7 @@ def without_systemd(add_action: AddAction) -> None:
 
 @pytest.fixture(autouse=True)
 def fixed_time(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Give each release the name of the same time."""
+    """Give each new release the same name."""
     make = push_module.create_release
     monkeypatch.setattr(push_module, "create_release", lambda *arguments: replace(make(*arguments), name=OLD))
 
@@ -106,10 +106,10 @@ def list_folders(robot: Sshd, below: str) -> set[str]:
     return {path.name for path in (robot.home / "robotcore" / below).glob("*") if path.is_dir()}
 
 
-def test_push_reports_each_step_and_sends_only_changes_again(wanted: Push, robot: Sshd) -> None:
+def test_push_reports_each_step_and_sends_only_changes_again(push_request: Push, robot: Sshd) -> None:
     steps: list[StepProgress] = []
-    before = push(wanted, lambda _: None)
-    release = push(wanted, steps.append)
+    before = push(push_request, lambda _: None)
+    release = push(push_request, steps.append)
     done = {each.step: each for each in steps if each.is_done}
     assert list(done) == ["skipped", "robot", "sent", "environment", "doctor", "release"]
     assert done["robot"].text == "rover: aarch64, Debian 12, Python 3.11.2, 12.3 GB free"
@@ -123,17 +123,17 @@ def test_push_reports_each_step_and_sends_only_changes_again(wanted: Push, robot
 
 
 def test_offline_push_sends_the_wheels(
-    wanted: Push, robot: Sshd, add_action: AddAction, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    push_request: Push, robot: Sshd, add_action: AddAction, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "widget.whl").write_text("machine code")
     monkeypatch.setattr(push_module, "fetch_wheels", lambda *_: tmp_path)
     add_action("probe", PROBE.replace('"has_environment": True', '"has_environment": False'))
-    release = push(replace(wanted, is_offline=True), lambda _: None)
+    release = push(replace(push_request, is_offline=True), lambda _: None)
     assert (robot.home / "robotcore" / "releases" / release / "wheels" / "widget.whl").read_text() == "machine code"
 
 
 def test_release_that_cannot_be_installed_is_deleted_and_the_current_one_stays(
-    wanted: Push, robot: Sshd, add_action: AddAction, raises: Raises
+    push_request: Push, robot: Sshd, add_action: AddAction, raises: Raises
 ) -> None:
     root = robot.home / "robotcore"
     (root / "releases" / OLD).mkdir(parents=True, exist_ok=True)
@@ -142,13 +142,13 @@ def test_release_that_cannot_be_installed_is_deleted_and_the_current_one_stays(
     before = (list_folders(robot, "releases"), (root / "current").readlink())
     add_action("install", FAIL)
     with raises(DeployError, "network"):
-        push(wanted, lambda _: None)
+        push(push_request, lambda _: None)
     assert list_folders(robot, "incoming") == set()
     assert (list_folders(robot, "releases"), (root / "current").readlink()) == before
 
 
 def test_client_does_not_connect_before_every_check_is_passed(
-    wanted: Push, monkeypatch: pytest.MonkeyPatch, raises: Raises
+    push_request: Push, monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:
     def fail(_project: object, report_text: ReportText) -> CheckResult:
         raise UnprovenError("simulation: 1 of 3 verified", kind="run-failed")
@@ -158,7 +158,7 @@ def test_client_does_not_connect_before_every_check_is_passed(
     )
     monkeypatch.setattr(simulation, "CHECKS_OF_BUNDLE", (PushCheck("simulation", fail),))
     steps: list[StepProgress] = []
-    nowhere = replace(wanted, is_checked=True, host=RobotAddress("nobody.invalid"))
+    nowhere = replace(push_request, is_checked=True, host=RobotAddress("nobody.invalid"))
     with raises(UnprovenError, "run-failed"):
         push(nowhere, steps.append)
     assert [each.step for each in steps] == ["tests", "tests", "files", "files", "simulation"]
@@ -166,20 +166,22 @@ def test_client_does_not_connect_before_every_check_is_passed(
 
 
 @pytest.mark.parametrize("step", ["", "tests", "files", "simulation", "sent", "doctor", "release"])
-def test_interrupted_push_describes_the_state_of_the_robot(wanted: Push, step: str, check_text: CheckText) -> None:
-    check_text(describe_state_after(step, replace(wanted, host=RobotAddress("rover"), ssh_config=None)))
+def test_interrupted_push_describes_the_state_of_the_robot(
+    push_request: Push, step: str, check_text: CheckText
+) -> None:
+    check_text(describe_state_after(step, replace(push_request, host=RobotAddress("rover"), ssh_config=None)))
 
 
-def test_nothing_is_sent_to_a_robot_with_an_unsuitable_python(wanted: Push, robot: Sshd) -> None:
+def test_nothing_is_sent_to_a_robot_with_an_unsuitable_python(push_request: Push, robot: Sshd) -> None:
     before = list_folders(robot, "releases")
-    metadata = wanted.project.metadata.model_copy(update={"requires_python": ">=3.13"})
+    metadata = push_request.project.metadata.model_copy(update={"requires_python": ">=3.13"})
     with pytest.raises(DeployError) as raised:
-        push(replace(wanted, project=replace(wanted.project, metadata=metadata)), lambda _: None)
+        push(replace(push_request, project=replace(push_request.project, metadata=metadata)), lambda _: None)
     assert raised.value.kind == "python-version"
     assert (list_folders(robot, "releases"), list_folders(robot, "incoming")) == (before, set())
 
 
-def test_invalid_requirement_of_python_is_a_mistake_in_the_projects_file(wanted: Push, raises: Raises) -> None:
-    metadata = wanted.project.metadata.model_copy(update={"requires_python": "three"})
+def test_invalid_requirement_of_python_is_a_mistake_in_the_projects_file(push_request: Push, raises: Raises) -> None:
+    metadata = push_request.project.metadata.model_copy(update={"requires_python": "three"})
     with raises(DescriptionError, key="project.requires-python"):
-        Platform("3.11.2", "aarch64").require_python(replace(wanted.project, metadata=metadata))
+        Platform("3.11.2", "aarch64").require_python(replace(push_request.project, metadata=metadata))

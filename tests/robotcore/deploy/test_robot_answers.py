@@ -1,4 +1,4 @@
-"""Robots with damaged, endless or no output: each call ends with an error, and no terminal is harmed."""
+"""Robots with damaged, endless or no output. Each call ends with an error, and prints no control characters."""
 
 from __future__ import annotations
 
@@ -61,23 +61,23 @@ VALUES = st.recursive(
 )
 
 
-def texts_in(value: Any) -> list[str]:
+def list_texts(value: Any) -> list[str]:
     if isinstance(value, dict):
-        return [text for each in value.values() for text in texts_in(each)]
+        return [text for each in value.values() for text in list_texts(each)]
     if isinstance(value, (list, tuple)):
-        return [text for each in value for text in texts_in(each)]
+        return [text for each in value for text in list_texts(each)]
     return [value] if isinstance(value, str) else []
 
 
 def parse_texts(model: type[RobotMessage], *pieces: bytes) -> list[str]:
-    """Parse the output of a robot; return each text that the client gets from it, also in an error."""
+    """Parse the output of a robot. Return all texts that the client gets from it, also in an error."""
     said: list[str] = []
     call = RemoteCall("status", model, on_message=lambda message: said.append(message.text), on_line=said.append)
     try:
         answer = call.parse_answer(pieces)
     except MalformedError as error:
         return [*said, str(error)]
-    return [*said, *texts_in(answer.model_dump() if answer else None)]
+    return [*said, *list_texts(answer.model_dump() if answer else None)]
 
 
 @settings(max_examples=100, deadline=None)

@@ -154,7 +154,7 @@ def folder(tmp_path: Path) -> Path:
     return folder
 
 
-def contents(folder: Path) -> dict[str, bytes]:
+def read_contents(folder: Path) -> dict[str, bytes]:
     return {str(file.relative_to(folder)): file.read_bytes() for file in folder.rglob("*") if file.is_file()}
 
 
@@ -196,12 +196,12 @@ def test_files_of_any_name_arrive_and_no_shell_runs_them(
 ) -> None:
     monkeypatch.setenv("RSYNC_CHECKSUM_LIST", "of a user's own")
     transfer = link.send(folder, "incoming/new")
-    assert contents(robot.home / "robotcore" / "incoming" / "new") == contents(folder)
+    assert read_contents(robot.home / "robotcore" / "incoming" / "new") == read_contents(folder)
     assert transfer.files == transfer.changed == len(NAMES)
     assert not list(folder.parent.rglob("canary"))
 
 
-def test_equal_files_are_copied_on_the_robot_whatever_their_time(link: RobotLink, robot: Sshd, folder: Path) -> None:
+def test_equal_files_with_other_times_are_copied_on_the_robot(link: RobotLink, robot: Sshd, folder: Path) -> None:
     root = robot.home / "robotcore"
     first = link.send(folder, "incoming/new")
     (root / "incoming" / "new").rename(root / "current")
@@ -212,8 +212,8 @@ def test_equal_files_are_copied_on_the_robot_whatever_their_time(link: RobotLink
     changed.write_bytes(b"WITH SPACE.TXT")  # of the same length
     os.utime(changed, (0, 0))
     second = link.send(folder, "incoming/newer", "current")
-    assert contents(root / "incoming" / "newer") == contents(folder)
-    assert contents(root / "current") != contents(folder)
+    assert read_contents(root / "incoming" / "newer") == read_contents(folder)
+    assert read_contents(root / "current") != read_contents(folder)
     assert (second.files, second.changed) == (len(NAMES), 1)
     assert second.sent < first.sent
 
@@ -230,7 +230,7 @@ def test_progress_of_a_transfer_ends_with_all_bytes(link: RobotLink, folder: Pat
     progress: list[tuple[int, float]] = []
     link.send(folder, "incoming/new", on_progress=lambda done, part: progress.append((done, part)))
     assert progress == sorted(progress)
-    assert progress[-1] == (sum(map(len, contents(folder).values())), 1.0)
+    assert progress[-1] == (sum(map(len, read_contents(folder).values())), 1.0)
 
 
 def test_next_transfer_resumes_an_incomplete_recording(

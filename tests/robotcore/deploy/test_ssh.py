@@ -1,4 +1,4 @@
-"""Host names, and a link of a program at a terminal: questions of ssh, and Ctrl-C."""
+"""Addresses of robots, and a link in a program at a terminal: questions of ssh, and Ctrl-C."""
 
 from __future__ import annotations
 
@@ -144,7 +144,7 @@ config, ssh.SOCKET_FOLDER, folder = Path(sys.argv[1]), sys.argv[2], Path(sys.arg
 
 
 class Terminal:
-    """A person at a terminal in which a program runs."""
+    """A terminal in which a program runs, with methods for a user's input and for its output."""
 
     def __init__(self, program: subprocess.Popen[bytes], line: int) -> None:
         self.program = program
@@ -154,7 +154,7 @@ class Terminal:
         os.write(self._line, text.encode())
 
     def read_until(self, words: str) -> None:
-        """Read until the words appear, and perhaps further."""
+        """Read the terminal's output until it contains the words."""
         read = b""
         while words.encode() not in read:
             assert select.select([self._line], [], [], ANSWERING_S)[0], read

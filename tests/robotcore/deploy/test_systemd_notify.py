@@ -68,7 +68,7 @@ def run_ticks(
 
 
 def tick_with_error(error: Exception, tick: Callable[[], object]) -> None:
-    """Report a tick while an error ends the run in it, as the loop does."""
+    """Report a tick in which an error ends the run, as the control loop does."""
     try:
         raise error
     finally:

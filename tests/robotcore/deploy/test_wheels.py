@@ -10,7 +10,7 @@ import pytest
 
 from robotcore.deploy.wheels import Platform, fetch_wheels
 from robotcore.errors import DeployError
-from tests.robotcore.deploy.projects import project_in
+from tests.robotcore.deploy.projects import write_project
 from tests.texts import Raises
 
 PI = Platform("3.12.3", "aarch64", "glibc", "2.36")
@@ -117,7 +117,7 @@ def test_platforms_depend_on_the_version_of_the_c_library() -> None:
 
 
 def test_too_old_python_is_refused(tmp_path: Path, raises: Raises) -> None:
-    project = project_in(
+    project = write_project(
         tmp_path, '[project]\nrequires-python = ">=3.12"\n[tool.robotcore]\napp="app.py"\nrobot="rover"\n'
     )
     Platform("3.13.0rc1", "aarch64").require_python(project)

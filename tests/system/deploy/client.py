@@ -42,7 +42,7 @@ class Client:
 
     @classmethod
     def of(cls, folder: Path, machine: Machine) -> Client:
-        """Make a key, and install it on the robot, which may be off."""
+        """Make a key, and install it on the robot. The robot may be switched off."""
         client = cls(folder)
         make = ["ssh-keygen", "-q", "-t", "ed25519", "-N", "", "-C", "client", "-f", str(folder / "key")]
         subprocess.run(make, check=True)

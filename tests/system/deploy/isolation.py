@@ -54,11 +54,11 @@ class Network:
     holder: int
     """The process that keeps the namespace while robots boot and end in it."""
     address: str
-    """The robot's address in it."""
+    """The robot's address in the network."""
 
     @property
     def command_prefix(self) -> list[str]:
-        """The prefix of a command that runs in it."""
+        """The prefix of a command line that runs in the network."""
         return ["nsenter", f"--net=/proc/{self.holder}/ns/net"]
 
 

@@ -73,7 +73,7 @@ class Motors:
         last = {command.motor: command.rad_s for command in self.commands()}
         return bool(last) and not any(last.values())
 
-    def stopped_between(self, first: int, second: int) -> bool:
+    def were_stopped_between(self, first: int, second: int) -> bool:
         """Return whether both motors were stopped between the last command of one process and the first of another."""
         found = self.commands()
         drove = max(at for at, each in enumerate(found) if each.process == first and each.rad_s)

@@ -1,4 +1,4 @@
-"""The robot from the client: a project that is pushed to it, and its state."""
+"""The robot as the client uses it: a project that is pushed to it, and its state."""
 
 from __future__ import annotations
 
@@ -99,17 +99,17 @@ class Rover:
 
 
 @contextmanager
-def with_requirement(project: Path, need: str = "six") -> Iterator[None]:
-    """Add a requirement, a small package that no environment on the robot has."""
+def add_requirement(project: Path, need: str = "six") -> Iterator[None]:
+    """Add a requirement to a project during the block: a small package that no environment on the robot has."""
     file = project / "pyproject.toml"
     text = file.read_text()
-    with with_text(file, text.replace('version = "0.1.0"', f'version = "0.1.0"\ndependencies = ["{need}"]')):
+    with replace_text(file, text.replace('version = "0.1.0"', f'version = "0.1.0"\ndependencies = ["{need}"]')):
         yield
 
 
 @contextmanager
-def with_large_file(project: Path, size_mb: int) -> Iterator[None]:
-    """Add a file of random bytes, which takes a while to send."""
+def add_large_file(project: Path, size_mb: int) -> Iterator[None]:
+    """Add a file of random bytes to a project during the block."""
     file = project / "heavy.bin"
     file.write_bytes(os.urandom(size_mb << 20))
     try:
@@ -119,8 +119,8 @@ def with_large_file(project: Path, size_mb: int) -> Iterator[None]:
 
 
 @contextmanager
-def with_text(file: Path, text: str) -> Iterator[None]:
-    """Give a file another text."""
+def replace_text(file: Path, text: str) -> Iterator[None]:
+    """Replace the text of a file during the block."""
     before = file.read_text()
     file.write_text(text)
     try:

@@ -1,4 +1,4 @@
-"""Maps for tests."""
+"""Functions that draw on maps for tests."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ REACH = 0.17
 HERE = Pose(0.0, 0.0, 0.0)
 
 
-def take(
+def mark_occupied(
     grid: OccupancyGrid, left: float, right: float, bottom: float, top: float, nearest_echo: float = CLOSE_M / 2
 ) -> None:
     """Mark a rectangle as occupied, from x ``left`` to ``right`` and from y ``bottom`` to ``top``."""
@@ -19,7 +19,7 @@ def take(
     grid.nearest_echo[low : high + 1, first : last + 1] = nearest_echo
 
 
-def veil(grid: OccupancyGrid, left: float, right: float, bottom: float, top: float) -> None:
-    """Make a part of a map unknown."""
+def mark_unknown(grid: OccupancyGrid, left: float, right: float, bottom: float, top: float) -> None:
+    """Mark a rectangle as unknown, from x ``left`` to ``right`` and from y ``bottom`` to ``top``."""
     (low, first), (high, last) = grid.cell_of(left, bottom), grid.cell_of(right, top)
     grid.evidence[low : high + 1, first : last + 1] = 0.0

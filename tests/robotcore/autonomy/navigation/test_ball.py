@@ -33,8 +33,8 @@ def ball(left: int, top: int, size: int) -> Image:
     return image
 
 
-def place_of(tracker: BallTracker) -> tuple[float, float]:
-    """Return the distance and the bearing of a place from the camera."""
+def measure_place(tracker: BallTracker) -> tuple[float, float]:
+    """Return the distance of the tracker's ball from the camera in metres, and its bearing in radians."""
     assert tracker.place
     eye = POSE.compose(Pose(0.14, 0.0, 0.0))
     return eye.distance_to(*tracker.place), eye.bearing_to(*tracker.place)
@@ -53,7 +53,7 @@ def test_place_follows_from_size_and_column(rig: Rig, tracker: BallTracker) -> N
     rig.eye.image = ball(4, 8, 6)
     blob = tracker.look(rig.robot, POSE)
     assert blob
-    assert place_of(tracker) == pytest.approx((RADIUS * EYE.focal_length / 3, EYE.bearing(6.5)))
+    assert measure_place(tracker) == pytest.approx((RADIUS * EYE.focal_length / 3, EYE.bearing(6.5)))
     assert tracker.lost_for == 0
 
 
@@ -65,7 +65,7 @@ def test_echo_that_agrees_with_the_size_gives_the_distance(
     by_size = RADIUS * EYE.focal_length / 3
     rig.nose.distance = by_size - RADIUS + error
     tracker.look(rig.robot, POSE)
-    assert place_of(tracker)[0] == pytest.approx(by_size + error if is_used else by_size)
+    assert measure_place(tracker)[0] == pytest.approx(by_size + error if is_used else by_size)
 
 
 def test_echo_is_ignored_if_the_ball_is_outside_the_cone(rig: Rig, tracker: BallTracker) -> None:
@@ -73,14 +73,14 @@ def test_echo_is_ignored_if_the_ball_is_outside_the_cone(rig: Rig, tracker: Ball
     by_size = RADIUS * EYE.focal_length / 3
     rig.nose.distance = by_size - RADIUS + 0.1
     tracker.look(rig.robot, POSE)
-    assert place_of(tracker)[0] == pytest.approx(by_size)
+    assert measure_place(tracker)[0] == pytest.approx(by_size)
 
 
 def test_echo_gives_the_distance_if_the_ball_fills_the_picture(rig: Rig, tracker: BallTracker) -> None:
     rig.eye.image = picture(GREEN)
     rig.nose.distance = 0.5
     tracker.look(rig.robot, POSE)
-    assert place_of(tracker)[0] == pytest.approx(0.6)
+    assert measure_place(tracker)[0] == pytest.approx(0.6)
 
 
 def test_small_blob_does_not_change_a_measured_place(rig: Rig, tracker: BallTracker) -> None:
@@ -114,4 +114,4 @@ def test_late_picture_is_used_with_the_pose_at_its_time(rig: Rig, tracker: BallT
     rig.sleep(0.1)
     rig.eye._newest = lambda: Frame(ball(4, 8, 6), 0.0, 1)  # type: ignore[method-assign]
     tracker.look(rig.robot, Pose(3.0, 3.0, 0.0))
-    assert place_of(tracker) == pytest.approx((RADIUS * EYE.focal_length / 3, EYE.bearing(6.5)))
+    assert measure_place(tracker) == pytest.approx((RADIUS * EYE.focal_length / 3, EYE.bearing(6.5)))

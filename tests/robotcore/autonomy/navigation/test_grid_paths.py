@@ -25,8 +25,8 @@ EDGES = [(-1, 0), (1, 0), (0, -1), (0, 1)]
 CORNERS = [(-1, -1), (-1, 1), (1, -1), (1, 1)]
 
 
-def drawn(picture: str) -> tuple[Mask, dict[str, Cell]]:
-    """Return the open cells of a drawing, in which ``#`` is closed, and the cells of its letters."""
+def parse_drawing(picture: str) -> tuple[Mask, dict[str, Cell]]:
+    """Return the open cells of a drawing, and the cells of its letters. ``#`` is a closed cell."""
     rows = picture.split()
     places = {mark: (r, c) for r, row in enumerate(rows) for c, mark in enumerate(row) if mark.isalpha()}
     return np.array([[mark != "#" for mark in row] for row in rows]), places
@@ -39,8 +39,8 @@ def neighbours(cell: Cell, offsets: list[Cell], open_cells: Mask) -> Iterator[Ce
             yield r, c
 
 
-def steps_by_hand(start: Cell, open_cells: Mask) -> dict[Cell, int]:
-    """Return the steps of a wave, computed cell by cell: odd steps over edges and corners, even ones over edges."""
+def compute_steps(start: Cell, open_cells: Mask) -> dict[Cell, int]:
+    """Return the step that reaches each cell. Odd steps go over edges and corners, even steps over edges."""
     reached = {start: 0}
     for step in range(1, 2 * open_cells.size):
         offsets = EDGES + CORNERS if step % 2 else EDGES
@@ -57,9 +57,9 @@ def masks() -> st.SearchStrategy[Mask]:
 @given(masks(), st.integers(0, 4), st.integers(0, 5))
 def test_steps_equal_those_of_a_simple_wave(open_cells: Mask, row: int, column: int) -> None:
     steps = wavefront((row, column), open_cells)
-    by_hand = steps_by_hand((row, column), open_cells)
+    is_line_free = compute_steps((row, column), open_cells)
     for cell in np.ndindex(*open_cells.shape):
-        assert steps[cell] == by_hand.get((cell[0], cell[1]), UNREACHED)
+        assert steps[cell] == is_line_free.get((cell[0], cell[1]), UNREACHED)
 
 
 @given(masks(), st.integers(0, 4), st.integers(0, 5))
@@ -76,12 +76,12 @@ def test_backtracked_path_leads_over_open_neighbours(open_cells: Mask, row: int,
 
 
 def test_cells_behind_walls_are_not_reached() -> None:
-    open_cells, at = drawn("..#.. S.#G. ..#..")
+    open_cells, at = parse_drawing("..#.. S.#G. ..#..")
     assert wavefront(at["S"], open_cells)[at["G"]] == UNREACHED
 
 
 def test_a_wave_goes_round_a_wall() -> None:
-    open_cells, at = drawn("..... .###. S.#G. ..#..")
+    open_cells, at = parse_drawing("..... .###. S.#G. ..#..")
     path = backtrack(wavefront(at["S"], open_cells), at["G"])
     assert (0, 2) in path
 
@@ -93,7 +93,7 @@ def test_wave_ends_in_a_long_narrow_passage(length: int) -> None:
 
 
 def test_line_is_straight_if_all_its_cells_are_open() -> None:
-    open_cells, at = drawn("A...B .##.. C...D")
+    open_cells, at = parse_drawing("A...B .##.. C...D")
     assert is_straight_way(open_cells, at["A"], at["B"])
     assert is_straight_way(open_cells, at["B"], at["D"])
     assert not is_straight_way(open_cells, at["A"], at["D"])
@@ -124,8 +124,8 @@ def test_a_wave_ends_at_the_nearest_goal() -> None:
     assert steps[0].tolist() == [0, 1, 2, UNREACHED, UNREACHED]
 
 
-def by_hand(open_cells: Mask, start: Cell, goal: Cell) -> bool:
-    """Return whether a line is free, computed point by point, two points a step."""
+def is_line_free(open_cells: Mask, start: Cell, goal: Cell) -> bool:
+    """Return whether all cells of a line except for its start are open, with two points for each cell."""
     count = 2 * max(abs(goal[0] - start[0]), abs(goal[1] - start[1])) + 1
     points = np.linspace(start, goal, count).round().astype(int)
     return all(open_cells[row, column] or (row, column) == start for row, column in points)
@@ -135,7 +135,7 @@ def by_hand(open_cells: Mask, start: Cell, goal: Cell) -> bool:
 def test_many_lines_at_once_give_the_results_of_single_lines(open_cells: Mask, starts: list[Cell], row: int) -> None:
     goal = (row, 3)
     straight = are_straight_ways(open_cells, starts, [goal])
-    assert straight.tolist() == [by_hand(open_cells, start, goal) for start in starts]
+    assert straight.tolist() == [is_line_free(open_cells, start, goal) for start in starts]
 
 
 def test_cells_outside_the_grid_are_open() -> None:

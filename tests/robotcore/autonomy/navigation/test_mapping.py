@@ -58,7 +58,7 @@ class MappingRig:
         self._nose = NullRange(SteppedClock(20, lambda _: None))
 
     def add(self, *distances: float, heading: float = 0.0, turning: float = 0.0) -> list[bool]:
-        """Add readings, and return for each whether it deleted old parts of the map."""
+        """Add readings, and return for each whether the old cells of the map became unknown."""
         forgot = []
         for index, distance in enumerate(distances):
             pose = Pose(0.0, 0.0, heading + turning * index)
@@ -173,60 +173,60 @@ def rig() -> Rig:
 
 
 @pytest.fixture
-def known() -> NavigationMap:
+def new_map() -> NavigationMap:
     return NavigationMap(HERE, REACH)
 
 
-def test_observe_maps_echo_position_and_view(rig: Rig, known: NavigationMap) -> None:
-    known.observe(rig.robot, Pose(0.0, 0.01, 0.0))
+def test_observe_maps_echo_position_and_view(rig: Rig, new_map: NavigationMap) -> None:
+    new_map.observe(rig.robot, Pose(0.0, 0.01, 0.0))
     ahead = rig.robot.range.mount.x + 1.0
-    assert known.grid.taken[known.grid.cell_of(ahead, 0.0)]
-    assert known.grid.free[known.grid.cell_of(-0.1, 0.0)]
-    assert known.coverage.seen[known.grid.cell_of(0.6, 0.0)]
-    assert not known.coverage.seen[known.grid.cell_of(ahead, 0.0)]
+    assert new_map.grid.taken[new_map.grid.cell_of(ahead, 0.0)]
+    assert new_map.grid.free[new_map.grid.cell_of(-0.1, 0.0)]
+    assert new_map.coverage.seen[new_map.grid.cell_of(0.6, 0.0)]
+    assert not new_map.coverage.seen[new_map.grid.cell_of(ahead, 0.0)]
 
 
-def test_a_reading_that_repeats_the_last_one_is_no_new_evidence(rig: Rig, known: NavigationMap) -> None:
-    known.observe(rig.robot, HERE)
-    once = known.grid.evidence.copy()
-    known.observe(rig.robot, Pose(0.0, 0.001, 0.001))
-    assert (known.grid.evidence == once).all()
+def test_a_reading_that_repeats_the_last_one_is_no_new_evidence(rig: Rig, new_map: NavigationMap) -> None:
+    new_map.observe(rig.robot, HERE)
+    once = new_map.grid.evidence.copy()
+    new_map.observe(rig.robot, Pose(0.0, 0.001, 0.001))
+    assert (new_map.grid.evidence == once).all()
 
 
-def test_the_same_reading_from_another_heading_is_evidence(rig: Rig, known: NavigationMap) -> None:
-    known.observe(rig.robot, HERE)
-    once = known.grid.evidence.copy()
-    known.observe(rig.robot, Pose(0.0, 0.0, 0.1))
-    assert (known.grid.evidence != once).any()
+def test_the_same_reading_from_another_heading_is_evidence(rig: Rig, new_map: NavigationMap) -> None:
+    new_map.observe(rig.robot, HERE)
+    once = new_map.grid.evidence.copy()
+    new_map.observe(rig.robot, Pose(0.0, 0.0, 0.1))
+    assert (new_map.grid.evidence != once).any()
 
 
-def test_a_robot_leaves_its_map_before_it_is_at_the_border(known: NavigationMap) -> None:
-    assert not known.is_near_border(Pose(5.0, 0.0, 0.0))
-    assert known.is_near_border(Pose(0.0, -5.7, 0.0))
+def test_a_robot_leaves_its_map_before_it_is_at_the_border(new_map: NavigationMap) -> None:
+    assert not new_map.is_near_border(Pose(5.0, 0.0, 0.0))
+    assert new_map.is_near_border(Pose(0.0, -5.7, 0.0))
 
 
-def test_late_reading_is_used_with_the_pose_at_its_time(rig: Rig, known: NavigationMap) -> None:
-    known.observe(rig.robot, HERE)
-    once = known.grid.evidence.copy()
+def test_late_reading_is_used_with_the_pose_at_its_time(rig: Rig, new_map: NavigationMap) -> None:
+    new_map.observe(rig.robot, HERE)
+    once = new_map.grid.evidence.copy()
     rig.sleep(0.1)
     rig.nose.age = 0.1
-    known.observe(rig.robot, Pose(0.0, 0.0, 1.0))
-    assert (known.grid.evidence == once).all()
+    new_map.observe(rig.robot, Pose(0.0, 0.0, 1.0))
+    assert (new_map.grid.evidence == once).all()
     rig.sleep(0.1)
     rig.nose.distance = 0.5
-    known.observe(rig.robot, Pose(0.0, 0.0, 2.0))
+    new_map.observe(rig.robot, Pose(0.0, 0.0, 2.0))
     at = Pose(0.0, 0.0, 1.0).compose(rig.robot.range.mount).to_world(0.5, 0.0)
-    assert known.grid.taken[known.grid.cell_of(*at)]
+    assert new_map.grid.taken[new_map.grid.cell_of(*at)]
 
 
-def test_late_picture_is_used_with_the_pose_at_its_time(rig: Rig, known: NavigationMap) -> None:
-    known.observe(rig.robot, HERE)
+def test_late_picture_is_used_with_the_pose_at_its_time(rig: Rig, new_map: NavigationMap) -> None:
+    new_map.observe(rig.robot, HERE)
     rig.eye._newest = lambda: Frame(picture(), 0.0, 0)  # type: ignore[method-assign]
     rig.sleep(0.1)
     behind = Pose(HERE.x, HERE.y, HERE.heading + 3.0)
-    known.observe(rig.robot, behind)
-    assert not known.coverage.seen[known.grid.cell_of(*behind.to_world(0.6, 0.0))]
+    new_map.observe(rig.robot, behind)
+    assert not new_map.coverage.seen[new_map.grid.cell_of(*behind.to_world(0.6, 0.0))]
     rig.eye._newest = lambda: Frame(picture(), 0.1, 1)  # type: ignore[method-assign]
     rig.sleep(0.1)
-    known.observe(rig.robot, behind)
-    assert known.coverage.seen[known.grid.cell_of(*behind.to_world(0.6, 0.0))]
+    new_map.observe(rig.robot, behind)
+    assert new_map.coverage.seen[new_map.grid.cell_of(*behind.to_world(0.6, 0.0))]

@@ -9,7 +9,7 @@ from robotcore.autonomy.navigation.mapping import NavigationMap
 from robotcore.autonomy.navigation.motion import BACK_M_S, NO_SCAN, CameraScan, Follower, SensorScan, Steering
 from robotcore.autonomy.navigation.planner import GridPath
 from robotcore.geometry import Pose
-from tests.robotcore.autonomy.navigation.places import HERE, REACH, take
+from tests.robotcore.autonomy.navigation.places import HERE, REACH, mark_occupied
 
 SPEED, TURN = 0.25, 1.5
 
@@ -28,8 +28,8 @@ def begin(follower: Follower, field: NavigationMap, x: float, y: float) -> None:
     follower.start(field.ground.find_path(field.grid.cell_of(0.0, 0.0), field.grid.cell_of(x, y)))
 
 
-def walk(follower: Follower, pose: Pose, ticks: int = 2000) -> list[Pose]:
-    """Follow the path to its end with exact motion."""
+def follow_to_end(follower: Follower, pose: Pose, ticks: int = 2000) -> list[Pose]:
+    """Follow the path to its end with exact motion, and return the poses."""
     poses = [pose]
     while (twist := follower.follow(poses[-1])) and len(poses) < ticks:
         poses.append(poses[-1].advance(twist.linear / 20, twist.angular / 20))
@@ -65,34 +65,34 @@ class TestFollower:
 
     def test_ends_at_the_end_of_the_path(self, follower: Follower, field: NavigationMap) -> None:
         begin(follower, field, 1.2, -0.8)
-        assert walk(follower, HERE)[-1].distance_to(1.2, -0.8) < 0.08
+        assert follow_to_end(follower, HERE)[-1].distance_to(1.2, -0.8) < 0.08
 
     def test_cuts_corners_but_keeps_its_distance(self, follower: Follower, field: NavigationMap) -> None:
-        take(field.grid, 0.5, 0.6, -0.4, 0.4)
+        mark_occupied(field.grid, 0.5, 0.6, -0.4, 0.4)
         begin(follower, field, 1.2, 0.0)
-        poses = walk(follower, HERE)
+        poses = follow_to_end(follower, HERE)
         clearance = field.grid.clearance()
         assert poses[-1].distance_to(1.2, 0.0) < 0.08
         assert min(clearance[field.grid.cell_of(pose.x, pose.y)] for pose in poses) > REACH
 
     def test_plans_again_if_the_path_is_blocked(self, follower: Follower, field: NavigationMap) -> None:
         begin(follower, field, 1.2, 0.0)
-        poses = walk(follower, HERE, ticks=20)
-        take(field.grid, 0.6, 0.7, -0.4, 0.4)
-        poses = walk(follower, poses[-1])
+        poses = follow_to_end(follower, HERE, ticks=20)
+        mark_occupied(field.grid, 0.6, 0.7, -0.4, 0.4)
+        poses = follow_to_end(follower, poses[-1])
         assert poses[-1].distance_to(1.2, 0.0) < 0.08
         assert max(abs(pose.y) for pose in poses) > 0.4
 
     def test_returns_none_if_no_path_is_left(self, follower: Follower, field: NavigationMap) -> None:
         begin(follower, field, 1.2, 0.0)
-        take(field.grid, 0.5, 0.6, -2.0, 2.0)
+        mark_occupied(field.grid, 0.5, 0.6, -2.0, 2.0)
         assert follower.follow(HERE) is None
 
     def test_does_not_change_the_given_path(self, follower: Follower, field: NavigationMap) -> None:
         way = field.ground.find_path(field.grid.cell_of(0.0, 0.0), field.grid.cell_of(0.6, 0.0))
         length = len(way.cells)
         follower.start(way)
-        walk(follower, HERE)
+        follow_to_end(follower, HERE)
         assert len(way.cells) == length
 
     def test_drives_at_the_lookahead_point(self, follower: Follower, field: NavigationMap) -> None:
@@ -105,22 +105,22 @@ class TestFollower:
         assert twist.angular == pytest.approx(0.0, abs=0.2)
 
 
-def turn(look: CameraScan, headings: list[float]) -> float:
+def run_camera_scan(scan: CameraScan, headings: list[float]) -> float:
     """Turn from 0 in steps of 0.1 rad until no bearing is left, and return the turn."""
     heading = 0.0
     for _ in range(200):
         bearings = np.array([(at - heading + math.pi) % math.tau - math.pi for at in headings])
-        if not (sense := look.turn_direction(heading, bearings)):
+        if not (sense := scan.turn_direction(heading, bearings)):
             break
         heading += 0.1 * sense
         headings = [at for at in headings if abs((at - heading + math.pi) % math.tau - math.pi) > 0.15]
     return heading
 
 
-def survey(sweep: SensorScan, heading: float) -> list[float]:
-    """Return the headings at which a sweep changes its direction."""
+def run_sensor_scan(scan: SensorScan, heading: float) -> list[float]:
+    """Return the headings at which the scan changes its direction, and its last heading."""
     turning_points, last = [], 0.0
-    while sense := sweep.turn_direction(heading):
+    while sense := scan.turn_direction(heading):
         if sense == -last:
             turning_points.append(heading)
         last = sense
@@ -128,41 +128,43 @@ def survey(sweep: SensorScan, heading: float) -> list[float]:
     return [*turning_points, heading]
 
 
-class TestLook:
+class TestCameraScan:
     def test_turns_to_the_nearest_bearing_and_on_in_the_same_direction(self) -> None:
-        assert turn(CameraScan(0.0), [-0.5, 0.8]) == pytest.approx(0.8 - math.tau, abs=0.2)
-        assert turn(CameraScan(0.0), [0.5, -0.8]) == pytest.approx(math.tau - 0.8, abs=0.2)
+        assert run_camera_scan(CameraScan(0.0), [-0.5, 0.8]) == pytest.approx(0.8 - math.tau, abs=0.2)
+        assert run_camera_scan(CameraScan(0.0), [0.5, -0.8]) == pytest.approx(math.tau - 0.8, abs=0.2)
 
     def test_ends_without_bearings(self) -> None:
-        assert turn(CameraScan(0.0), [1.0, 2.0]) == pytest.approx(2.0, abs=0.2)
+        assert run_camera_scan(CameraScan(0.0), [1.0, 2.0]) == pytest.approx(2.0, abs=0.2)
         assert CameraScan(0.0).turn_direction(0.0, np.array([])) == 0.0
 
     def test_ends_after_one_full_turn(self) -> None:
-        look = CameraScan(0.0)
+        scan = CameraScan(0.0)
         heading, bearing = 0.0, np.array([0.3])
-        while look.turn_direction(heading, bearing) and heading < 20:
+        while scan.turn_direction(heading, bearing) and heading < 20:
             heading += 0.1
         assert heading == pytest.approx(math.tau - 0.3, abs=0.1)
 
     def test_turning_back_counts_as_turning_too(self) -> None:
-        look = CameraScan(0.0)
-        senses = [look.turn_direction(heading, np.array([0.5])) for heading in [0.0, 1.0] * 4]
+        scan = CameraScan(0.0)
+        senses = [scan.turn_direction(heading, np.array([0.5])) for heading in [0.0, 1.0] * 4]
         assert senses == [1.0] * 6 + [0.0] * 2
 
 
-class TestSurvey:
-    def test_sweeps_both_sides_of_a_bearing_the_nearer_first(self) -> None:
-        assert survey(SensorScan.ahead(HERE, 0.3), 0.0) == pytest.approx([-0.5, 1.1], abs=0.12)
-        assert survey(SensorScan.ahead(HERE, -0.3), 0.0) == pytest.approx([0.5, -1.1], abs=0.12)
+class TestSensorScan:
+    def test_scans_both_sides_of_a_bearing_the_nearer_first(self) -> None:
+        assert run_sensor_scan(SensorScan.ahead(HERE, 0.3), 0.0) == pytest.approx([-0.5, 1.1], abs=0.12)
+        assert run_sensor_scan(SensorScan.ahead(HERE, -0.3), 0.0) == pytest.approx([0.5, -1.1], abs=0.12)
 
-    def test_all_round_is_one_whole_turn(self) -> None:
-        assert survey(SensorScan.full_turn(Pose(0.0, 0.0, 1.0)), 1.0) == pytest.approx([1.0 + math.tau], abs=0.12)
+    def test_full_turn_ends_at_the_first_heading(self) -> None:
+        assert run_sensor_scan(SensorScan.full_turn(Pose(0.0, 0.0, 1.0)), 1.0) == pytest.approx(
+            [1.0 + math.tau], abs=0.12
+        )
 
-    def test_holds_until_the_robot_has_moved_on(self) -> None:
-        sweep = SensorScan.ahead(HERE, 0.0)
-        assert sweep.is_near(Pose(0.1, 0.0, 2.0), REACH)
-        assert not sweep.is_near(Pose(0.2, 0.0, 0.0), REACH)
+    def test_is_near_its_own_place_only(self) -> None:
+        scan = SensorScan.ahead(HERE, 0.0)
+        assert scan.is_near(Pose(0.1, 0.0, 2.0), REACH)
+        assert not scan.is_near(Pose(0.2, 0.0, 0.0), REACH)
 
-    def test_no_sweep_is_near_no_pose(self) -> None:
+    def test_no_scan_is_near_no_place(self) -> None:
         assert not NO_SCAN.is_near(HERE, REACH)
         assert NO_SCAN.turn_direction(0.0) == 0.0

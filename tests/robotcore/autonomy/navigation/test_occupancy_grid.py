@@ -41,7 +41,7 @@ class TestCells:
         assert grid.cell_of(0.01, 0.51) == (row + 10, column)
         assert grid.cell_of(0.51, 0.01) == (row, column + 10)
 
-    def test_what_lies_outside_has_a_cell_outside(self, grid: OccupancyGrid) -> None:
+    def test_point_outside_the_map_has_a_cell_outside(self, grid: OccupancyGrid) -> None:
         assert grid.cell_of(2.01, -2.01) == (-1, grid.count)
         assert grid.cell_of(-2.01, 2.01) == (grid.count, -1)
 

@@ -24,7 +24,7 @@ from robotcore.autonomy.navigation.planner import (
     plan_path,
 )
 from robotcore.geometry import Pose
-from tests.robotcore.autonomy.navigation.places import HERE, REACH, take, veil
+from tests.robotcore.autonomy.navigation.places import HERE, REACH, mark_occupied, mark_unknown
 
 
 def cell(grid: OccupancyGrid, x: float, y: float = 0.0) -> Cell:
@@ -32,7 +32,7 @@ def cell(grid: OccupancyGrid, x: float, y: float = 0.0) -> Cell:
 
 
 def test_open_cells_keep_reach_and_margin_from_bodies(field: NavigationMap) -> None:
-    take(field.grid, 0.8, 1.0, -2.0, 2.0)
+    mark_occupied(field.grid, 0.8, 1.0, -2.0, 2.0)
     near = field.grid.clearance()
     for margin, mask in zip(MARGINS_M, field.ground.open_cells(field.grid.cell_of(0.0, 0.0)), strict=True):
         assert near[mask].min() > REACH + margin
@@ -40,7 +40,7 @@ def test_open_cells_keep_reach_and_margin_from_bodies(field: NavigationMap) -> N
 
 
 def test_robot_in_a_narrow_place_may_leave_it(field: NavigationMap) -> None:
-    take(field.grid, 0.05, 0.15, -0.3, 0.3)
+    mark_occupied(field.grid, 0.05, 0.15, -0.3, 0.3)
     for mask in field.ground.open_cells(cell(field.grid, 0.0)):
         assert mask[cell(field.grid, 0.0)]
         assert mask[cell(field.grid, -0.06)]
@@ -48,9 +48,9 @@ def test_robot_in_a_narrow_place_may_leave_it(field: NavigationMap) -> None:
 
 
 def test_unknown_and_uncertain_cells_can_be_open(field: NavigationMap) -> None:
-    veil(field.grid, -1.2, -0.8, -0.4, 0.4)
-    take(field.grid, 0.8, 1.0, -0.4, 0.4, nearest_echo=1.0)
-    take(field.grid, -0.4, 0.4, 0.8, 1.0)
+    mark_unknown(field.grid, -1.2, -0.8, -0.4, 0.4)
+    mark_occupied(field.grid, 0.8, 1.0, -0.4, 0.4, nearest_echo=1.0)
+    mark_occupied(field.grid, -0.4, 0.4, 0.8, 1.0)
     places = [cell(field.grid, -1.0), cell(field.grid, 0.9), cell(field.grid, 0.0, 0.9)]
     here = cell(field.grid, 0.0)
     is_open = {trust: [bool(field.ground.open_cells(here, trust)[0][place]) for place in places] for trust in Certainty}
@@ -69,8 +69,8 @@ def test_barred_cells_are_closed_for_uncertain_paths_only(field: NavigationMap) 
 
 
 def test_path_leads_to_its_goal_with_the_widest_margin(field: NavigationMap) -> None:
-    take(field.grid, 0.5, 0.6, -2.0, -REACH - 0.09)
-    take(field.grid, 0.5, 0.6, REACH + 0.09, 2.0)
+    mark_occupied(field.grid, 0.5, 0.6, -2.0, -REACH - 0.09)
+    mark_occupied(field.grid, 0.5, 0.6, REACH + 0.09, 2.0)
     here, there = cell(field.grid, 0.0), cell(field.grid, 1.0)
     way = field.ground.find_path(here, there)
     assert (way.cells[0], way.cells[-1]) == (here, there)
@@ -79,7 +79,7 @@ def test_path_leads_to_its_goal_with_the_widest_margin(field: NavigationMap) -> 
 
 
 def test_there_is_no_path_through_a_wall(field: NavigationMap) -> None:
-    take(field.grid, 0.5, 0.6, -2.0, 2.0)
+    mark_occupied(field.grid, 0.5, 0.6, -2.0, 2.0)
     assert field.ground.find_path(field.grid.cell_of(HERE.x, HERE.y), cell(field.grid, 1.0)) is NO_PATH
 
 
@@ -100,39 +100,39 @@ class TestUnobstructed:
         assert is_unobstructed(field.grid, HERE, BALL)
 
     def test_body_between_blocks(self, field: NavigationMap) -> None:
-        take(field.grid, 0.5, 0.6, -0.05, 0.05)
+        mark_occupied(field.grid, 0.5, 0.6, -0.05, 0.05)
         assert not is_unobstructed(field.grid, HERE, BALL)
 
     def test_body_that_the_robot_would_touch_blocks(self, field: NavigationMap) -> None:
-        take(field.grid, 0.5, 0.6, 0.07, 0.2)
+        mark_occupied(field.grid, 0.5, 0.6, 0.07, 0.2)
         assert not is_unobstructed(field.grid, HERE, BALL)
 
     def test_body_beside_the_corridor_does_not_block(self, field: NavigationMap) -> None:
-        take(field.grid, 0.5, 0.6, 0.2, 0.4)
+        mark_occupied(field.grid, 0.5, 0.6, 0.2, 0.4)
         assert is_unobstructed(field.grid, HERE, BALL)
 
     def test_target_itself_does_not_block(self, field: NavigationMap) -> None:
-        take(field.grid, 1.04, 1.5, -0.2, 0.2)
+        mark_occupied(field.grid, 1.04, 1.5, -0.2, 0.2)
         assert is_unobstructed(field.grid, HERE, BALL)
 
     def test_a_target_may_lie_beyond_the_map(self, field: NavigationMap) -> None:
         assert is_unobstructed(field.grid, HERE, Target(9.0, 1.0, 0.5))
-        take(field.grid, 0.5, 0.6, -0.2, 0.4)
+        mark_occupied(field.grid, 0.5, 0.6, -0.2, 0.4)
         assert not is_unobstructed(field.grid, HERE, Target(9.0, 1.0, 0.5))
 
 
 class TestBeginsKnown:
     def test_start_beside_unknown_cells_is_not_known(self, field: NavigationMap) -> None:
         assert is_start_known(field.grid, HERE, BALL)
-        veil(field.grid, 0.25, 0.35, 0.05, 0.2)
+        mark_unknown(field.grid, 0.25, 0.35, 0.05, 0.2)
         assert not is_start_known(field.grid, HERE, BALL)
 
     def test_unknown_cells_farther_on_are_allowed(self, field: NavigationMap) -> None:
-        veil(field.grid, 0.7, 0.8, -0.2, 0.2)
+        mark_unknown(field.grid, 0.7, 0.8, -0.2, 0.2)
         assert is_start_known(field.grid, HERE, BALL)
 
     def test_target_itself_is_ignored(self, field: NavigationMap) -> None:
-        take(field.grid, 1.02, 1.5, -0.2, 0.2)
+        mark_occupied(field.grid, 1.02, 1.5, -0.2, 0.2)
         assert is_start_known(field.grid, Pose(0.55, 0.0, 0.0), BALL)
 
     def test_start_at_the_target_is_known(self, field: NavigationMap) -> None:
@@ -148,14 +148,14 @@ class TestStraightStarts:
         assert max(away) == pytest.approx(BALL.distance + RING_M[1], abs=0.05)
 
     def test_starts_exclude_cells_behind_a_body(self, field: NavigationMap) -> None:
-        take(field.grid, 0.9, 1.0, -0.5, 0.5)
+        mark_occupied(field.grid, 0.9, 1.0, -0.5, 0.5)
         starts = find_straight_starts(field.grid, BALL)
         assert not starts[field.grid.cell_of(0.7, 0.0)]
         assert starts[field.grid.cell_of(1.4, 0.7)]
 
     def test_starts_need_more_room_than_the_path(self) -> None:
         grid = OccupancyGrid(size=4.0, cell=0.02)
-        take(grid, 0.6, 0.9, 0.15, 0.3)
+        mark_occupied(grid, 0.6, 0.9, 0.15, 0.3)
         here = Pose(0.62, 0.0, 0.0)
         assert is_unobstructed(grid, here, BALL)
         assert not find_straight_starts(grid, BALL)[grid.cell_of(here.x, here.y)]
@@ -177,45 +177,45 @@ def test_known_path_has_no_unknown_part(field: NavigationMap) -> None:
 
 
 def test_path_ends_at_the_first_unknown_cell(field: NavigationMap) -> None:
-    veil(field.grid, 0.8, 2.0, -2.0, 2.0)
+    mark_unknown(field.grid, 0.8, 2.0, -2.0, 2.0)
     detour = plan(field, 1.4)
     assert 0.4 < end(field, detour)[0] < 0.8
     assert math.dist(field.grid.point_of(*detour.unknown_part[-1]), (1.4, 0.0)) < 0.15
 
 
 def test_short_unknown_path_beats_a_long_known_one(field: NavigationMap) -> None:
-    take(field.grid, 0.7, 0.8, -1.7, 0.0)
-    veil(field.grid, 0.6, 0.9, 0.0, 0.8)
-    take(field.grid, 0.7, 0.8, 0.9, 1.2)
+    mark_occupied(field.grid, 0.7, 0.8, -1.7, 0.0)
+    mark_unknown(field.grid, 0.6, 0.9, 0.0, 0.8)
+    mark_occupied(field.grid, 0.7, 0.8, 0.9, 1.2)
     assert plan(field, 1.3).unknown_part
 
 
 def test_known_path_beats_a_slightly_shorter_unknown_one(field: NavigationMap) -> None:
-    veil(field.grid, 0.5, 0.9, -0.1, 0.1)
+    mark_unknown(field.grid, 0.5, 0.9, -0.1, 0.1)
     assert not plan(field, 1.3).unknown_part
 
 
 @pytest.mark.parametrize("nearest_echo, is_tried", [(1.0, True), (0.3, False)])
 def test_uncertain_wall_may_be_a_gap(field: NavigationMap, nearest_echo: float, is_tried: bool) -> None:
-    take(field.grid, 0.8, 0.9, -5.99, 5.99, nearest_echo)
+    mark_occupied(field.grid, 0.8, 0.9, -5.99, 5.99, nearest_echo)
     detour = plan(field, 1.3)
     assert (detour is not NO_PATH_PLAN) is is_tried
 
 
 def test_path_with_a_short_known_part_asks_for_a_survey(field: NavigationMap) -> None:
-    veil(field.grid, 0.3, 2.0, -2.0, 2.0)
-    take(field.grid, -0.5, 0.3, 0.5, 0.6)
-    take(field.grid, -0.5, 0.3, -0.6, -0.5)
-    take(field.grid, -0.6, -0.5, -0.6, 0.6)
+    mark_unknown(field.grid, 0.3, 2.0, -2.0, 2.0)
+    mark_occupied(field.grid, -0.5, 0.3, 0.5, 0.6)
+    mark_occupied(field.grid, -0.5, 0.3, -0.6, -0.5)
+    mark_occupied(field.grid, -0.6, -0.5, -0.6, 0.6)
     detour = plan(field, 1.3)
     assert not detour.path.cells
     assert detour.bearing_on(HERE, field.ground) == pytest.approx(0.0, abs=0.5)
 
 
 def test_unknown_part_is_barred_after_a_survey(field: NavigationMap) -> None:
-    take(field.grid, 0.7, 0.8, -1.8, 1.8)
-    veil(field.grid, 0.3, 1.1, -0.3, 0.3)
-    veil(field.grid, 0.6, 0.9, 1.1, 1.6)
+    mark_occupied(field.grid, 0.7, 0.8, -1.8, 1.8)
+    mark_unknown(field.grid, 0.3, 1.1, -0.3, 0.3)
+    mark_unknown(field.grid, 0.6, 0.9, 1.1, 1.6)
     closed = field.grid.point_of(*plan(field, 1.3).unknown_part[0])
     other = plan(field, 1.3, is_surveyed=True)
     assert len(other.path.cells) * field.grid.cell > MIN_FREE_PATH_M
@@ -223,6 +223,6 @@ def test_unknown_part_is_barred_after_a_survey(field: NavigationMap) -> None:
 
 
 def test_there_is_no_plan_without_a_path(field: NavigationMap) -> None:
-    take(field.grid, 0.7, 0.8, -5.99, 5.99)
+    mark_occupied(field.grid, 0.7, 0.8, -5.99, 5.99)
     assert plan(field, 1.3) is NO_PATH_PLAN
     assert NO_PATH_PLAN.bearing_on(HERE, field.ground) == 0.0

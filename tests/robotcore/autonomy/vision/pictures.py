@@ -19,7 +19,7 @@ def bgr(hue: float, saturation: float = 1.0, value: float = 0.8) -> tuple[int, i
     return round(blue * 255), round(green * 255), round(red * 255)
 
 
-def painted(*patches: tuple[tuple[int, int, int], tuple[int, int, int, int]]) -> Image:
+def draw_rectangles(*patches: tuple[tuple[int, int, int], tuple[int, int, int, int]]) -> Image:
     """Return a read-only grey picture with coloured rectangles, each (left, top, width, height)."""
     image = np.full((INTRINSICS.height, INTRINSICS.width, 3), 128, np.uint8)
     for colour, (left, top, width, height) in patches:
@@ -28,8 +28,8 @@ def painted(*patches: tuple[tuple[int, int, int], tuple[int, int, int, int]]) ->
     return image
 
 
-def round_patch(colour: tuple[int, int, int], centre: tuple[int, int], radius: float, norm: int) -> Image:
-    """Return a grey picture with a disc (norm 2) or a diamond (norm 1) of a radius."""
+def draw_round_patch(colour: tuple[int, int, int], centre: tuple[int, int], radius: float, norm: int) -> Image:
+    """Return a grey picture with a disc (``norm`` 2) or a diamond (``norm`` 1). Lengths are in pixels."""
     rows, columns = np.indices((INTRINSICS.height, INTRINSICS.width))
     away = np.linalg.norm((columns - centre[0], rows - centre[1]), ord=norm, axis=0)
     return np.where((away <= radius)[..., None], np.array(colour, np.uint8), np.uint8(128))

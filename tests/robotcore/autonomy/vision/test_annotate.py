@@ -5,10 +5,10 @@ import pytest
 
 from robotcore.autonomy.vision import ColourDetector, draw_boxes
 from robotcore.autonomy.vision.annotate import YELLOW
-from tests.robotcore.autonomy.vision.pictures import INTRINSICS, bgr, painted
+from tests.robotcore.autonomy.vision.pictures import INTRINSICS, bgr, draw_rectangles
 
 BOX = (20, 15, 8, 6)
-IMAGE = painted((bgr(128), BOX))
+IMAGE = draw_rectangles((bgr(128), BOX))
 BLOBS = ColourDetector("green").find(IMAGE, INTRINSICS)
 
 
@@ -39,7 +39,7 @@ def test_without_blobs_nothing_is_drawn() -> None:
 
 @pytest.mark.parametrize("box", [(0, 0, 6, 6), (58, 42, 6, 6)])
 def test_box_of_a_blob_at_the_edge_is_clipped(box: tuple[int, int, int, int]) -> None:
-    image = painted((bgr(128), box))
+    image = draw_rectangles((bgr(128), box))
     picture = draw_boxes(image, ColourDetector("green").find(image, INTRINSICS))
     assert picture.shape == image.shape
     assert (picture == YELLOW).all(axis=2).any()

@@ -12,7 +12,7 @@ from robotcore.description import COLOURS, hue_degrees
 from robotcore.errors import UnknownNameError, UsageError
 from robotcore.hal.devices import Image
 from robotcore.optics import Intrinsics
-from tests.robotcore.autonomy.vision.pictures import INTRINSICS, bgr, painted, round_patch
+from tests.robotcore.autonomy.vision.pictures import INTRINSICS, bgr, draw_rectangles, draw_round_patch
 from tests.texts import Raises
 
 
@@ -50,7 +50,7 @@ def find(image: Image, detector: ColourDetector | None = None) -> list[Blob]:
 
 class TestFind:
     def test_blob_has_position_and_area(self) -> None:
-        (blob,) = find(painted((GREEN, (10, 20, 8, 6))))
+        (blob,) = find(draw_rectangles((GREEN, (10, 20, 8, 6))))
         assert blob.box == (10, 20, 8, 6)
         assert blob.area == 48
         assert blob.centroid == (13.5, 22.5)
@@ -58,14 +58,14 @@ class TestFind:
         assert not blob.is_clipped
 
     def test_finds_nothing_in_a_grey_picture(self) -> None:
-        assert find(painted()) == []
+        assert find(draw_rectangles()) == []
 
     def test_largest_blob_is_first(self) -> None:
-        image = painted((GREEN, (2, 2, 5, 5)), (GREEN, (20, 2, 9, 9)), (GREEN, (40, 2, 7, 7)))
+        image = draw_rectangles((GREEN, (2, 2, 5, 5)), (GREEN, (20, 2, 9, 9)), (GREEN, (40, 2, 7, 7)))
         assert [blob.area for blob in find(image)] == [81, 49, 25]
 
     def test_blobs_below_the_least_area_are_left_out(self) -> None:
-        image = painted((GREEN, (2, 2, 4, 3)), (GREEN, (20, 2, 11, 1)))
+        image = draw_rectangles((GREEN, (2, 2, 4, 3)), (GREEN, (20, 2, 11, 1)))
         assert [blob.area for blob in find(image)] == [12]
         assert [blob.area for blob in find(image, ColourDetector("green", min_area=11))] == [12, 11]
 
@@ -73,7 +73,7 @@ class TestFind:
     def test_area_of_discs_and_diamonds_is_their_number_of_pixels(
         self, centre: tuple[int, int], radius: float, norm: int
     ) -> None:
-        image = round_patch(GREEN, centre, radius, norm)
+        image = draw_round_patch(GREEN, centre, radius, norm)
         pixels = int((image == GREEN).all(axis=2).sum())
         (blob,) = find(image, ColourDetector("green", min_area=pixels))
         assert blob.area == pixels
@@ -82,22 +82,22 @@ class TestFind:
 
     def test_blob_in_the_box_of_a_larger_one_is_left_out(self) -> None:
         corner = (GREEN, (5, 5, 30, 4)), (GREEN, (5, 5, 4, 30))
-        (blob,) = find(painted(*corner, (GREEN, (20, 20, 8, 8))))
+        (blob,) = find(draw_rectangles(*corner, (GREEN, (20, 20, 8, 8))))
         assert blob.area == 2 * 120 - 16
 
     def test_blob_is_found_among_many_specks(self) -> None:
         specks = [(GREEN, (x, y, 2, 2)) for x in range(2, 60, 6) for y in range(26, 44, 6)]
-        (blob,) = find(painted((GREEN, (30, 4, 10, 10)), *specks))
+        (blob,) = find(draw_rectangles((GREEN, (30, 4, 10, 10)), *specks))
         assert blob.box == (30, 4, 10, 10)
 
     def test_of_more_than_eight_patches_the_small_ones_are_left_out(self) -> None:
         places = [(12 * column + 2, top) for top in (2, 24) for column in range(5)]
         patches = [(GREEN, (left, top, 8, 4 + 2 * n)) for n, (left, top) in enumerate(places)]
-        assert [blob.box[3] for blob in find(painted(*patches))] == [22, 20, 18, 16, 14, 12, 10, 8]
+        assert [blob.box[3] for blob in find(draw_rectangles(*patches))] == [22, 20, 18, 16, 14, 12, 10, 8]
 
     def test_of_more_than_eight_patches_a_compact_one_comes_before_long_ones_of_fewer_pixels(self) -> None:
         bars = [(GREEN, (left, top, 18, 4)) for left in (2, 26) for top in (2, 14, 26, 38)]
-        blobs = find(painted((GREEN, (50, 18, 10, 10)), *bars))
+        blobs = find(draw_rectangles((GREEN, (50, 18, 10, 10)), *bars))
         assert [blob.area for blob in blobs] == [100] + 7 * [72]
 
     @pytest.mark.parametrize("min_area", [0, -3, math.nan])
@@ -111,7 +111,7 @@ class TestFind:
 
     @pytest.mark.parametrize("left, sign", [(5, 1), (50, -1)])
     def test_bearing_is_positive_to_the_left(self, left: int, sign: int) -> None:
-        (blob,) = find(painted((GREEN, (left, 20, 6, 6))))
+        (blob,) = find(draw_rectangles((GREEN, (left, 20, 6, 6))))
         assert math.copysign(1, blob.bearing) == sign
         assert blob.bearing == INTRINSICS.bearing(blob.centroid[0])
 
@@ -127,25 +127,25 @@ class TestFind:
         ],
     )
     def test_a_patch_at_the_edge_is_clipped(self, box: tuple[int, int, int, int], is_clipped: bool) -> None:
-        (blob,) = find(painted((GREEN, box)))
+        (blob,) = find(draw_rectangles((GREEN, box)))
         assert (blob.box, blob.is_clipped) == (box, is_clipped)
 
     def test_the_picture_stays_as_it_was(self) -> None:
-        image = painted((GREEN, (10, 10, 8, 8)))
+        image = draw_rectangles((GREEN, (10, 10, 8, 8)))
         before = image.copy()
         assert not image.flags.writeable
         find(image)
         assert (image == before).all()
 
     @given(PLACE)
-    def test_a_patch_is_found_wherever_it_is(self, place: tuple[int, int, int, int]) -> None:
+    def test_patch_is_found_at_any_place(self, place: tuple[int, int, int, int]) -> None:
         left, top, width, height = place
         width, height = min(width, 63 - left), min(height, 47 - top)
-        (blob,) = find(painted((GREEN, (left, top, width, height))), ColourDetector("green", min_area=1))
+        (blob,) = find(draw_rectangles((GREEN, (left, top, width, height))), ColourDetector("green", min_area=1))
         assert (blob.box, blob.area) == ((left, top, width, height), width * height)
 
     @pytest.mark.parametrize("shape", [(1, 1), (2, 3), (47, 63), (239, 321)])
-    def test_any_size_of_picture_will_do(self, shape: tuple[int, int]) -> None:
+    def test_picture_may_have_any_size(self, shape: tuple[int, int]) -> None:
         image = np.full((*shape, 3), GREEN, np.uint8)
         (blob,) = ColourDetector("green", min_area=1).find(image, Intrinsics(shape[1], shape[0], 1.0))
         assert blob.box == (0, 0, shape[1], shape[0])
@@ -155,7 +155,7 @@ class TestFind:
     def test_a_picture_n_times_as_large_has_a_blob_n_times_as_large(
         self, n: int, place: tuple[int, int, int, int]
     ) -> None:
-        image = painted((GREEN, place))
+        image = draw_rectangles((GREEN, place))
         large = np.repeat(np.repeat(image, n, axis=0), n, axis=1)
         (blob,) = find(image)
         (scaled,) = ColourDetector("green").find(large, Intrinsics(64 * n, 48 * n, 1.0))
@@ -168,20 +168,20 @@ class TestHue:
     def test_finds_its_own_hue_and_not_one_beyond_the_tolerance(self, hue: int) -> None:
         detector = ColourDetector(hue, tolerance=20)
         for near in (-15, 0, 15):
-            assert len(find(painted((bgr(hue + near), (10, 10, 8, 8))), detector)) == 1
+            assert len(find(draw_rectangles((bgr(hue + near), (10, 10, 8, 8))), detector)) == 1
         for far in (-26, 26, 180):
-            assert find(painted((bgr(hue + far), (10, 10, 8, 8))), detector) == []
+            assert find(draw_rectangles((bgr(hue + far), (10, 10, 8, 8))), detector) == []
 
     def test_red_is_one_patch_on_both_sides_of_zero(self) -> None:
-        image = painted((bgr(350), (10, 10, 8, 8)), (bgr(10), (18, 10, 8, 8)))
+        image = draw_rectangles((bgr(350), (10, 10, 8, 8)), (bgr(10), (18, 10, 8, 8)))
         (blob,) = find(image, ColourDetector("red"))
         assert blob.box == (10, 10, 16, 8)
 
     @given(st.integers(0, 2**32 - 1), st.integers(0, 359))
-    def test_all_hues_are_treated_alike(self, seed: int, hue: int) -> None:
+    def test_result_is_the_same_for_each_hue(self, seed: int, hue: int) -> None:
         """A rotation of the channels is a shift of the hue by 120 degrees."""
         dice = np.random.default_rng(seed)
-        noisy = painted((bgr(hue), (20, 15, 14, 12))) + dice.normal(0, 6, (48, 64, 3))
+        noisy = draw_rectangles((bgr(hue), (20, 15, 14, 12))) + dice.normal(0, 6, (48, 64, 3))
         image = np.clip(noisy, 0, 255).astype(np.uint8)
         rolled = np.ascontiguousarray(np.roll(image, -1, axis=2))
         found, moved = find(image, ColourDetector(hue)), find(rolled, ColourDetector(hue + 120))
@@ -190,7 +190,7 @@ class TestHue:
 
     @pytest.mark.parametrize("saturation, value", [(0.2, 0.8), (1.0, 0.02)])
     def test_pale_and_black_colours_have_no_hue(self, saturation: float, value: float) -> None:
-        assert find(painted((bgr(128, saturation, value), (10, 10, 8, 8)))) == []
+        assert find(draw_rectangles((bgr(128, saturation, value), (10, 10, 8, 8)))) == []
 
     @pytest.mark.parametrize("tolerance", [0, -5, 90, math.nan])
     def test_tolerance_out_of_bounds_is_refused(self, raises: Raises, tolerance: float) -> None:
@@ -201,13 +201,17 @@ class TestHue:
 class TestInBadLight:
     @given(st.floats(0.3, 1.3), st.floats(0.6, 1.0), st.floats(0.4, 0.95))
     def test_brightness_changes_nothing(self, brightness: float, saturation: float, value: float) -> None:
-        image = np.minimum(brightness * painted((bgr(128, saturation, value), (20, 15, 9, 7))), 255).astype(np.uint8)
+        image = np.minimum(brightness * draw_rectangles((bgr(128, saturation, value), (20, 15, 9, 7))), 255).astype(
+            np.uint8
+        )
         (blob,) = find(image)
         assert blob.box == (20, 15, 9, 7)
 
     @given(st.tuples(st.floats(0.8, 1.2), st.floats(0.9, 1.1), st.floats(0.8, 1.2)))
     def test_a_drift_of_the_white_balance_changes_nothing(self, gains: tuple[float, float, float]) -> None:
-        image = np.minimum(painted((bgr(128, 0.75, 0.7), (20, 15, 9, 7))) * np.array(gains), 255).astype(np.uint8)
+        image = np.minimum(draw_rectangles((bgr(128, 0.75, 0.7), (20, 15, 9, 7))) * np.array(gains), 255).astype(
+            np.uint8
+        )
         (blob,) = find(image)
         assert blob.box == (20, 15, 9, 7)
 
@@ -217,20 +221,20 @@ class TestInBadLight:
         assert find(np.clip(noise, 0, 255).astype(np.uint8)) == []
 
     def test_highlight_belongs_to_the_ball(self) -> None:
-        image = painted((GREEN, (20, 10, 16, 16)), ((250, 250, 250), (24, 13, 5, 5)))
+        image = draw_rectangles((GREEN, (20, 10, 16, 16)), ((250, 250, 250), (24, 13, 5, 5)))
         (blob,) = find(image)
         assert (blob.box, blob.area) == ((20, 10, 16, 16), 256)
 
     def test_dark_side_belongs_to_the_ball(self) -> None:
         shades = [(bgr(128, 0.8, 0.45 + 0.03 * n), (20 + n, 10, 1, 14)) for n in range(16)]
-        (blob,) = find(painted(*shades))
+        (blob,) = find(draw_rectangles(*shades))
         assert blob.box == (20, 10, 16, 14)
 
     @pytest.mark.parametrize("sigma", [0.5, 1.0, 2.0, 3.0])
     def test_a_blurred_edge_is_cut_half_way_down(self, sigma: float) -> None:
         import cv2
 
-        image = np.asarray(cv2.GaussianBlur(painted((GREEN, (20, 10, 20, 20))), (0, 0), sigma), np.uint8)
+        image = np.asarray(cv2.GaussianBlur(draw_rectangles((GREEN, (20, 10, 20, 20))), (0, 0), sigma), np.uint8)
         (blob,) = find(image)
         left, top, width, height = blob.box
         assert (left, top, left + width, top + height) == pytest.approx((20, 10, 40, 30), abs=1)
@@ -238,24 +242,24 @@ class TestInBadLight:
 
     def test_a_lawn_is_not_the_ball_that_lies_on_it(self) -> None:
         lawn, ball = bgr(118, 0.48, 0.5), (28, 20, 10, 10)
-        assert find(painted((lawn, (0, 16, 64, 32)))) == []
-        (blob,) = find(painted((lawn, (0, 16, 64, 32)), (bgr(128, 0.8, 0.7), ball)))
+        assert find(draw_rectangles((lawn, (0, 16, 64, 32)))) == []
+        (blob,) = find(draw_rectangles((lawn, (0, 16, 64, 32)), (bgr(128, 0.8, 0.7), ball)))
         assert blob.box == ball
 
     def test_many_small_dull_patches_are_texture(self) -> None:
         dull = bgr(128, 0.5, 0.6)
-        assert len(find(painted((dull, (10, 10, 4, 4)), (dull, (40, 20, 4, 4))))) == 2
+        assert len(find(draw_rectangles((dull, (10, 10, 4, 4)), (dull, (40, 20, 4, 4))))) == 2
         blades = [(dull, (x, y, 4, 4)) for x in range(2, 60, 12) for y in range(2, 44, 12)]
-        assert find(painted(*blades)) == []
+        assert find(draw_rectangles(*blades)) == []
 
     def test_a_dull_ball_is_found_though_it_fills_the_picture(self) -> None:
-        (blob,) = find(painted((bgr(128, 0.55, 0.7), (0, 0, 64, 48))))
+        (blob,) = find(draw_rectangles((bgr(128, 0.55, 0.7), (0, 0, 64, 48))))
         assert blob.box == (0, 0, 64, 48)
 
     def test_a_dull_patch_is_found_where_nothing_else_is_of_the_hue(self) -> None:
-        (blob,) = find(painted((bgr(128, 0.48, 0.5), (28, 20, 10, 10))))
+        (blob,) = find(draw_rectangles((bgr(128, 0.48, 0.5), (28, 20, 10, 10))))
         assert blob.box == (28, 20, 10, 10)
 
     @pytest.mark.parametrize("hue", [60, 75, 184, 200])
     def test_yellow_green_and_cyan_are_not_green(self, hue: int) -> None:
-        assert find(painted((bgr(hue, 0.8, 0.7), (10, 10, 30, 20)))) == []
+        assert find(draw_rectangles((bgr(hue, 0.8, 0.7), (10, 10, 30, 20)))) == []

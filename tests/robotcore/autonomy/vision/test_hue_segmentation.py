@@ -17,7 +17,7 @@ HUE = st.floats(0, 360, allow_nan=False)
 PART = st.floats(0.2, 1)
 
 
-def does_pass(colour: tuple[int, int, int], tests: regions.Tests) -> bool:
+def passes(colour: tuple[int, int, int], tests: regions.Tests) -> bool:
     return bool(find_hue(np.full((1, 1, 3), colour, np.uint8), tests)[0, 0])
 
 
@@ -39,35 +39,35 @@ def test_saturation_stays_in_the_shadow(hue: float, saturation: float, value: fl
 @given(HUE, st.floats(5, 80), st.sampled_from((-1, 1)))
 def test_hues_pass_within_the_tolerance_only(hue: float, tolerance: float, side: int) -> None:
     tests = HueClassifier(hue, tolerance).of_chroma(0.0)
-    assert does_pass(bgr(hue + side * (tolerance - 3)), tests)
-    assert not does_pass(bgr(hue + side * (tolerance + 3)), tests)
-    assert not does_pass(bgr(hue + 180), tests)
+    assert passes(bgr(hue + side * (tolerance - 3)), tests)
+    assert not passes(bgr(hue + side * (tolerance + 3)), tests)
+    assert not passes(bgr(hue + 180), tests)
 
 
 @given(HUE, st.floats(0.2, 0.8))
 def test_colours_pass_from_the_least_saturation_on(hue: float, least: float) -> None:
     tests = HueClassifier(hue, 30).of_saturation(least, 0.0)
-    assert does_pass(bgr(hue, min(1.0, least + 0.15)), tests)
-    assert not does_pass(bgr(hue, least - 0.1), tests)
+    assert passes(bgr(hue, min(1.0, least + 0.15)), tests)
+    assert not passes(bgr(hue, least - 0.1), tests)
 
 
 @given(HUE, st.sampled_from((-1, 1)))
 def test_dull_colours_must_be_nearer_to_the_hue(hue: float, side: int) -> None:
     tests, aside = HueClassifier(hue, 30).of_saturation(0.25, 0.0), hue + 25 * side
-    assert does_pass(bgr(aside, 0.9), tests)
-    assert not does_pass(bgr(aside, 0.35), tests)
-    assert does_pass(bgr(hue, 0.45), tests)
+    assert passes(bgr(aside, 0.9), tests)
+    assert not passes(bgr(aside, 0.35), tests)
+    assert passes(bgr(hue, 0.45), tests)
 
 
 @given(HUE, st.integers(0, 255))
 def test_grey_never_passes_with_a_distance(hue: float, grey: int) -> None:
-    assert not does_pass((grey, grey, grey), HueClassifier(hue, 30).of_saturation(0.0, 2.0))
+    assert not passes((grey, grey, grey), HueClassifier(hue, 30).of_saturation(0.0, 2.0))
 
 
 def test_dark_colours_need_more_saturation() -> None:
     tests = HueClassifier(120, 30).of_saturation(0.3, 10.0)
-    assert does_pass(bgr(120, 0.5, 0.9), tests)
-    assert not does_pass(bgr(120, 0.5, 0.1), tests)
+    assert passes(bgr(120, 0.5, 0.9), tests)
+    assert not passes(bgr(120, 0.5, 0.1), tests)
 
 
 Rectangle = tuple[int, int, int, int]
@@ -75,14 +75,14 @@ RECTANGLE = st.tuples(st.integers(0, 30), st.integers(0, 20), st.integers(1, 12)
 ELLIPSE = st.tuples(st.integers(2, 14), st.integers(2, 14), st.integers(0, 179))
 
 
-def mask_of(*rectangles: Rectangle) -> NDArray[np.uint8]:
+def draw_mask(*rectangles: Rectangle) -> NDArray[np.uint8]:
     mask = np.zeros((40, 50), np.uint8)
     for left, top, width, height in rectangles:
         mask[top : top + height, left : left + width] = 1
     return mask
 
 
-def only(mask: NDArray[np.uint8]) -> Region:
+def measure_only_region(mask: NDArray[np.uint8]) -> Region:
     (outline,) = find_contours(mask)
     return measure_region(outline)
 
@@ -90,14 +90,14 @@ def only(mask: NDArray[np.uint8]) -> Region:
 @given(RECTANGLE)
 def test_a_rectangle_is_measured_exactly(rectangle: Rectangle) -> None:
     left, top, width, height = rectangle
-    patch = only(mask_of(rectangle))
+    patch = measure_only_region(draw_mask(rectangle))
     assert (patch.box, patch.area) == (rectangle, width * height)
     assert patch.centroid == pytest.approx((left + (width - 1) / 2, top + (height - 1) / 2))
 
 
 @given(st.lists(RECTANGLE, min_size=2, max_size=6))
-def test_the_area_is_the_number_of_pixels_whatever_the_shape(rectangles: list[Rectangle]) -> None:
-    mask = mask_of(*rectangles)
+def test_area_is_the_number_of_pixels_for_any_shape(rectangles: list[Rectangle]) -> None:
+    mask = draw_mask(*rectangles)
     for outline in find_contours(mask):
         filled = np.zeros_like(mask)
         cv2.drawContours(filled, [outline], -1, 1, cv2.FILLED)
@@ -110,21 +110,21 @@ def test_the_centroid_is_that_of_the_pixels(ellipse: tuple[int, int, int]) -> No
     mask = np.zeros((40, 50), np.uint8)
     cv2.ellipse(mask, (20, 15), (across, down), turned, 0, 300, 1, cv2.FILLED)
     rows, columns = np.nonzero(mask)
-    assert only(mask).centroid == pytest.approx((columns.mean(), rows.mean()), abs=0.2)
+    assert measure_only_region(mask).centroid == pytest.approx((columns.mean(), rows.mean()), abs=0.2)
 
 
 def test_holes_are_filled() -> None:
-    mask = mask_of((10, 10, 12, 9))
+    mask = draw_mask((10, 10, 12, 9))
     mask[13:15, 12:20] = 0
-    assert only(mask) == only(mask_of((10, 10, 12, 9)))
+    assert measure_only_region(mask) == measure_only_region(draw_mask((10, 10, 12, 9)))
 
 
 def test_patches_that_touch_at_a_corner_are_one() -> None:
-    assert only(mask_of((5, 5, 3, 3), (8, 8, 4, 4))).area == 25
+    assert measure_only_region(draw_mask((5, 5, 3, 3), (8, 8, 4, 4))).area == 25
 
 
 def test_outlines_are_moved_by_the_offset() -> None:
-    (outline,) = find_contours(mask_of((5, 6, 3, 3)), (100, 200))
+    (outline,) = find_contours(draw_mask((5, 6, 3, 3)), (100, 200))
     assert measure_region(outline).box == (105, 206, 3, 3)
 
 

@@ -19,7 +19,7 @@ def layout(tmp_path: Path) -> Layout:
 
 @pytest.fixture
 def lingering(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The folder of a robot on which the tests' user lingers. The agent's sources are set, as in a call."""
+    """The folder of lingering users of a robot with lingering on. The agent's sources are set, as in a call."""
     folder = tmp_path / "linger"
     folder.mkdir()
     folder.joinpath(robot_facts.read_user()).touch()

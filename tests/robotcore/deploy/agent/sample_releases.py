@@ -1,4 +1,4 @@
-"""Sample releases, as uploads and installed."""
+"""Sample releases: uploaded and installed ones."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ import json, os, sys
 row = {"about": "machine", "level": "ok", "what": "arguments", "said": " ".join(sys.argv[1:]), "remedy": os.getcwd()}
 print(json.dumps({"findings": [row]}))
 """
-"""A robotcore that prints its arguments."""
+"""The source of a robotcore that prints a finding with its arguments and its working folder."""
 
 
 def send_release(layout: Layout, name: str, *requirements: str, doctor: str = DOCTOR) -> Path:
-    """Make the complete upload of a release."""
+    """Write the complete upload of a release, and return its folder."""
     shutil.rmtree(layout.incoming / name, ignore_errors=True)
     return _fill_release(layout.incoming / name, name, requirements, doctor)
 
 
 def put_release(layout: Layout, name: str) -> Path:
-    """Make an installed release, with an environment of its own."""
+    """Write an installed release with an environment of its own, and return its folder."""
     folder = _fill_release(layout.releases / name, name, (), DOCTOR)
     environment = layout.environments / f"digest-{name}"
     environment.mkdir(parents=True)

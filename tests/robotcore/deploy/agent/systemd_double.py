@@ -40,12 +40,12 @@ cat journal
 
 @dataclass(frozen=True)
 class ScriptedSystemd:
-    """The output of the doubles in a folder, and the commands that they received."""
+    """Sets the output of the doubles in a folder, and reads the commands that they received."""
 
     folder: Path
 
     def set_states(self, *looks: str, unit: str = SERVICE) -> None:
-        """Set the answers to queries of a unit's state, one after the other; the last one stays."""
+        """Set the answers to successive queries of a unit's state. The last answer repeats."""
         for old in self.folder.glob(f"look.{unit}.*"):
             old.unlink()
         for number, look in enumerate(looks, 1):
@@ -53,11 +53,11 @@ class ScriptedSystemd:
         self.folder.joinpath(f"seen.{unit}").write_text("0")
 
     def run_at(self, look: int, command: str, unit: str = SERVICE) -> None:
-        """Run a shell command at the query of a unit's state with this number."""
+        """Set a shell command that runs at the query of a unit's state with the number ``look``, from 1 on."""
         self.folder.joinpath(f"then.{unit}.{look}").write_text(command)
 
     def fail(self, verb: str, words: str) -> None:
-        """Let a command of systemctl fail with this message."""
+        """Make a command of systemctl fail with this message."""
         self.folder.joinpath(f"fault.{verb}").write_text(words + "\n")
 
     def set_lines(self, *lines: str) -> None:
@@ -65,7 +65,7 @@ class ScriptedSystemd:
         self.folder.joinpath("journal").write_text("".join(f"{line}\n" for line in lines))
 
     def set_last_end(self, text: str) -> None:
-        """Set systemd's message on the last end of the app, in JSON."""
+        """Set systemd's journal entry about the last end of the app, in JSON."""
         self.folder.joinpath("ended").write_text(text)
 
     @property
@@ -82,7 +82,7 @@ class ScriptedSystemd:
 
 @pytest.fixture
 def systemd(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> ScriptedSystemd:
-    """A systemd in which neither unit was ever started. Queries follow each other without a pause."""
+    """A systemd in which neither unit was ever started. The agent polls it without a pause."""
     folder = tmp_path / "bin"
     folder.mkdir()
     for name, source in (("systemctl", _SYSTEMCTL), ("journalctl", _JOURNALCTL)):

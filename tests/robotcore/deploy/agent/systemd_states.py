@@ -1,8 +1,8 @@
 """States of ``robotcore.service`` from systemd 252, recorded during health checks on a Debian 12.
 
-Each line is one query: ActiveState, SubState, Result, the first two characters of InvocationID, NRestarts,
-ExecMainCode, ExecMainStatus, Job, and UnitFileState if it is not enabled. The watchdog was reset just now, unless a 0
-ends the line.
+Each line is the answer to one query: ActiveState, SubState, Result, the first two characters of InvocationID,
+NRestarts, ExecMainCode, ExecMainStatus, Job, and UnitFileState if it is not ``enabled``. A 0 at the end means that the
+watchdog was never reset.
 """
 
 from __future__ import annotations

@@ -26,7 +26,7 @@ pytestmark = pytest.mark.usefixtures("lingering")
 
 
 def script_check(layout: Layout, systemd: ScriptedSystemd, name: str, result: HealthResult, current: str) -> None:
-    """Let systemd's health check of a release end with a result, at the second query of its state."""
+    """Script systemd so that the health check of a release ends with a result at the second query of its state."""
     fields = {"outcome": result.outcome, "reason": result.reason, "lines": result.lines}
     since = shlex.quote('s/.*"since": "\\(.*\\)".*/\\1/p')
     root, release = shlex.quote(str(layout.root)), shlex.quote(str(layout.releases / name))
@@ -296,7 +296,7 @@ def test_invalid_name_is_refused(layout: Layout, act: Any, kind: str, name: str)
 
 
 def mark_running(layout: Layout, name: str) -> None:
-    """Make a release the running one."""
+    """Create the link that marks a release as running."""
     releases.find_running_link().parent.mkdir(parents=True)
     files.replace_link(releases.find_running_link(), str(layout.releases / name))
 

@@ -24,7 +24,7 @@ from tests.texts import CheckText, Raises
 WIDGET = "robot_widget"
 
 
-def wheel_in(folder: Path, name: str, version: str) -> Path:
+def write_wheel(folder: Path, name: str, version: str) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
     info = f"{name}-{version}.dist-info"
     file = folder / f"{name}-{version}-py3-none-any.whl"
@@ -37,10 +37,10 @@ def wheel_in(folder: Path, name: str, version: str) -> Path:
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> Layout:
+def robot(tmp_path_factory: pytest.TempPathFactory) -> Layout:
     """A robot with one environment, which has the package widget."""
     layout = Layout(tmp_path_factory.mktemp("home with 'quotes' and ü"))
-    wheel_in(layout.root / "wheels", WIDGET, "1.0")
+    write_wheel(layout.root / "wheels", WIDGET, "1.0")
     with pytest.MonkeyPatch.context() as here:
         here.setattr(os, "sync", lambda: None)
         environments.make_environment(
@@ -54,16 +54,16 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Layout:
 
 
 @pytest.fixture
-def environment(made: Layout) -> Iterator[Path]:
+def environment(robot: Layout) -> Iterator[Path]:
     """That environment, restored after the test."""
-    folder = next(made.environments.iterdir())
+    folder = next(robot.environments.iterdir())
     contents = folder.joinpath(environments.COMPLETE_FILE).read_text()
     yield folder
     folder.joinpath(environments.COMPLETE_FILE).write_text(contents)
 
 
 @pytest.fixture(autouse=True)
-def _pip_of_nobody(monkeypatch: pytest.MonkeyPatch) -> None:
+def _remove_pip_options(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in (name for name in os.environ if name.startswith("PIP_")):
         monkeypatch.delenv(name)
 
@@ -77,36 +77,36 @@ def test_environment_has_its_requirements(environment: Path) -> None:
     assert subprocess.run(command, capture_output=True, text=True, check=True).stdout == "1.0\n"
 
 
-def test_order_of_requirements_does_not_matter(made: Layout, environment: Path) -> None:
-    assert environments.find_environment(made, EnvironmentSpec.of([f" {WIDGET}>=1 ", f"{WIDGET}>=1"])) == environment
-    assert environments.find_environment(made, EnvironmentSpec.of([f"{WIDGET}>=2"])) is None
+def test_order_of_requirements_does_not_matter(robot: Layout, environment: Path) -> None:
+    assert environments.find_environment(robot, EnvironmentSpec.of([f" {WIDGET}>=1 ", f"{WIDGET}>=1"])) == environment
+    assert environments.find_environment(robot, EnvironmentSpec.of([f"{WIDGET}>=2"])) is None
 
 
-def test_another_python_needs_another_environment(made: Layout) -> None:
+def test_another_python_needs_another_environment(robot: Layout) -> None:
     ours = EnvironmentSpec.of([f"{WIDGET}>=1"])
-    assert environments.find_environment(made, EnvironmentSpec(ours.requirements, "cpython-399 aarch64")) is None
+    assert environments.find_environment(robot, EnvironmentSpec(ours.requirements, "cpython-399 aarch64")) is None
 
 
-def test_changed_system_package_makes_an_environment_unusable(made: Layout, environment: Path) -> None:
+def test_changed_system_package_makes_an_environment_unusable(robot: Layout, environment: Path) -> None:
     contents = json.loads(environment.joinpath(environments.COMPLETE_FILE).read_text())
     environment.joinpath(environments.COMPLETE_FILE).write_text(
         json.dumps({**contents, "leans_on": {"pytest": pytest.__version__}})
     )
-    assert environments.find_environment(made, EnvironmentSpec.of([f"{WIDGET}>=1"])) == environment
+    assert environments.find_environment(robot, EnvironmentSpec.of([f"{WIDGET}>=1"])) == environment
     environment.joinpath(environments.COMPLETE_FILE).write_text(json.dumps({**contents, "leans_on": {"pytest": "0.1"}}))
-    assert environments.find_environment(made, EnvironmentSpec.of([f"{WIDGET}>=1"])) is None
+    assert environments.find_environment(robot, EnvironmentSpec.of([f"{WIDGET}>=1"])) is None
 
 
 @pytest.mark.parametrize("contents", ["", "{", "[]", "{}", "7"])
-def test_incomplete_environment_is_never_used(made: Layout, environment: Path, contents: str) -> None:
+def test_incomplete_environment_is_never_used(robot: Layout, environment: Path, contents: str) -> None:
     environment.joinpath(environments.COMPLETE_FILE).write_text(contents)
-    assert environments.find_environment(made, EnvironmentSpec.of([f"{WIDGET}>=1"])) is None
+    assert environments.find_environment(robot, EnvironmentSpec.of([f"{WIDGET}>=1"])) is None
 
 
 def test_system_packages_are_returned_without_those_of_the_release(environment: Path, tmp_path: Path) -> None:
     system, site = tmp_path / "dist-packages", tmp_path / "site"
     for name, folder in (("apt_gadget", system), ("brought_gadget", site)):
-        with ZipFile(wheel_in(tmp_path, name, "3.0")) as wheel:
+        with ZipFile(write_wheel(tmp_path, name, "3.0")) as wheel:
             wheel.extractall(folder)
     packages = next(environment.glob("lib/python*/site-packages"))
     (packages / "system.pth").write_text(f"{system}\n")
@@ -159,7 +159,7 @@ def test_pip_is_killed_if_the_report_raises(environment: Path, monkeypatch: pyte
             environments.install_requirements(
                 environment, [f"gadget @ {place}"], environments.PipInputs(), fail_to_report
             )
-    left = [path for path in Path("/proc").glob("[0-9]*/cwd") if _leads_to(path, environment)]
+    left = [path for path in Path("/proc").glob("[0-9]*/cwd") if _is_link_to(path, environment)]
     assert left == []
 
 
@@ -182,7 +182,7 @@ def test_unused_environments_are_deleted(layout: Layout) -> None:
     assert [path.name for path in layout.environments.iterdir()] == [f"digest-{OLD}"]
 
 
-def _leads_to(link: Path, folder: Path) -> bool:
+def _is_link_to(link: Path, folder: Path) -> bool:
     try:
         return link.readlink() == folder
     except OSError:

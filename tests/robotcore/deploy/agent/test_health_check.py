@@ -129,15 +129,15 @@ def test_lost_systemd_keeps_the_check_pending(
 def test_refused_unit_makes_the_release_unhealthy(
     layout: Layout, systemd: ScriptedSystemd, check: HealthCheck, raises: Raises
 ) -> None:
-    """The restart of the old release fails too: the unit is broken, and the user gets the error."""
+    """The unit is broken, so the restart of the old release fails too, and the user gets the error."""
     systemd.set_states(*LIVES)
     systemd.fail("restart", at.UNKNOWN)
     with raises(AgentError, "systemctl"):
         health_check.run_check(layout)
     assert releases.read_current(layout) == OLD
-    verdict = check.read_result(layout)
-    assert verdict
-    assert "Unit robotcore.service not found" in verdict.reason
+    result = check.read_result(layout)
+    assert result
+    assert "Unit robotcore.service not found" in result.reason
 
 
 def test_check_killed_after_its_result_is_completed(
@@ -191,10 +191,10 @@ def test_stop_after_the_result_keeps_the_result(
     layout: Layout, systemd: ScriptedSystemd, check: HealthCheck, known: str, stays: str
 ) -> None:
     make_current(layout, NEW)
-    (verdict := HealthResult(known, "it is known why", (), check.since)).write(layout.releases / NEW)
+    (result := HealthResult(known, "it is known why", (), check.since)).write(layout.releases / NEW)
     health_check.abandon_check(layout)
     assert (releases.read_current(layout), health_check.read_pending(layout)) == (stays, None)
-    assert check.read_result(layout) == verdict
+    assert check.read_result(layout) == result
     assert RESTART not in systemd.calls
 
 

@@ -50,7 +50,7 @@ push_actions.install_release(Layout(Path(home)), release=release)
 
 
 @pytest.fixture(autouse=True)
-def _no_waiting_for_the_disk(monkeypatch: pytest.MonkeyPatch) -> None:
+def _skip_sync(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(os, "sync", lambda: None)
 
 
@@ -100,30 +100,30 @@ def test_doctor_of_the_release_runs_in_its_project(layout: Layout) -> None:
     assert finding["remedy"] == str(layout.incoming / NEW / "project")
 
 
-def _without_manifest(layout: Layout) -> None:
+def _remove_manifest(layout: Layout) -> None:
     (layout.incoming / NEW / "release.json").unlink()
 
 
-def _half_a_manifest(layout: Layout) -> None:
+def _truncate_manifest(layout: Layout) -> None:
     file = layout.incoming / NEW / "release.json"
     file.write_text(file.read_text()[:40])
 
 
-def _of_another_name(layout: Layout) -> None:
+def _rename_manifest(layout: Layout) -> None:
     Release.from_json((layout.incoming / NEW / "release.json").read_text().replace(NEW, OLD)).write(
         layout.incoming / NEW
     )
 
 
-def _without_site(layout: Layout) -> None:
+def _remove_site(layout: Layout) -> None:
     (layout.incoming / NEW / "site").rename(layout.incoming / NEW / "elsewhere")
 
 
-@pytest.mark.parametrize("broken", [_without_manifest, _half_a_manifest, _of_another_name, _without_site])
-def test_incomplete_upload_is_refused(layout: Layout, broken: Callable[[Layout], None], raises: Raises) -> None:
+@pytest.mark.parametrize("damage", [_remove_manifest, _truncate_manifest, _rename_manifest, _remove_site])
+def test_incomplete_upload_is_refused(layout: Layout, damage: Callable[[Layout], None], raises: Raises) -> None:
     push_actions.begin_upload(layout, release=NEW, size=0)
     send_release(layout, NEW)
-    broken(layout)
+    damage(layout)
     with raises(AgentError, "incomplete", release=NEW):
         push_actions.install_release(layout, release=NEW)
     assert not (layout.releases / NEW).exists()
@@ -145,30 +145,30 @@ def test_push_killed_at_any_moment_changes_no_release_and_the_next_one_works(lay
     make_current(layout, OLD)
     before = read_files(layout.releases / OLD)
     deaths = 0
-    while _installed(layout, NEW, deaths) == -signal.SIGKILL:
+    while _install_killed(layout, NEW, deaths) == -signal.SIGKILL:
         deaths += 1
         assert read_files(layout.releases / OLD) == before
         answer = admin_actions.list_releases(layout)
         assert answer["current"] == OLD
         if (layout.incoming / NEW).exists():
             assert [each["name"] for each in answer["releases"]] == [OLD]
-            _break_off(layout, NEW)
+            _abandon_upload(layout, NEW)
         else:
-            _require_whole(layout.releases / NEW)
+            _require_complete(layout.releases / NEW)
             (layout.releases / NEW).rename(layout.home / f"installed-{deaths}")
     assert deaths >= 8
-    _require_whole(layout.releases / NEW)
+    _require_complete(layout.releases / NEW)
     push_actions.begin_upload(layout, release=NEWER, size=0)
     send_release(layout, NEWER)
     assert push_actions.install_release(layout, release=NEWER)["environment"] == "kept"
 
 
-def _require_whole(release: Path) -> None:
+def _require_complete(release: Path) -> None:
     assert Release.read(release).name == NEW
     assert (release / "environment" / "bin" / "python").exists()
 
 
-def _installed(layout: Layout, release: str, deaths: int) -> int:
+def _install_killed(layout: Layout, release: str, deaths: int) -> int:
     push_actions.begin_upload(layout, release=release, size=0)
     send_release(layout, release)
     arguments = [str(layout.home), release, str(deaths), *CHANGES]
@@ -177,6 +177,6 @@ def _installed(layout: Layout, release: str, deaths: int) -> int:
     ).returncode
 
 
-def _break_off(layout: Layout, release: str) -> None:
-    """Give the upload of a killed push an owner that no longer runs."""
+def _abandon_upload(layout: Layout, release: str) -> None:
+    """Give the upload of a killed push a process that no longer runs."""
     (layout.incoming / release).rename(layout.incoming / "2026-01-01T00-00-00Z")

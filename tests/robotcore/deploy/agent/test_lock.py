@@ -28,7 +28,7 @@ with hold_lock(Layout(Path(sys.argv[1])), "installation of another release") as 
 
 
 @contextmanager
-def another_at_work(layout: Layout) -> Iterator[subprocess.Popen[str]]:
+def other_process(layout: Layout) -> Iterator[subprocess.Popen[str]]:
     command = [sys.executable, "-c", HOLD, str(layout.home)]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout
@@ -38,14 +38,14 @@ def another_at_work(layout: Layout) -> Iterator[subprocess.Popen[str]]:
 
 
 def test_busy_error_names_the_holder(layout: Layout) -> None:
-    with another_at_work(layout) as process, pytest.raises(AgentError) as refused, hold_lock(layout, "push", 0.2):
+    with other_process(layout) as process, pytest.raises(AgentError) as refused, hold_lock(layout, "push", 0.2):
         pytest.fail("two at a time")
     assert refused.value.kind == "busy"
     assert refused.value.fields["holder"] == f"installation of another release, process {process.pid}"
 
 
 def test_killed_process_releases_the_lock(layout: Layout) -> None:
-    with another_at_work(layout) as process:
+    with other_process(layout) as process:
         process.kill()
         process.wait()
         with hold_lock(layout, "push", 0.2):
@@ -62,8 +62,8 @@ def test_child_with_the_handle_holds_the_lock_after_its_parent_has_ended(layout:
 
 
 def test_process_that_waited_for_a_removed_lock_file_locks_the_new_one(layout: Layout) -> None:
-    with another_at_work(layout) as process, ThreadPoolExecutor() as pool:
-        waiting = pool.submit(_lock_file_of_whoever_waited, layout)
+    with other_process(layout) as process, ThreadPoolExecutor() as pool:
+        waiting = pool.submit(_read_lock_file_number, layout)
         while not _is_waiting(layout):
             Event().wait(0.01)
         layout.lock.unlink()
@@ -71,7 +71,7 @@ def test_process_that_waited_for_a_removed_lock_file_locks_the_new_one(layout: L
         assert waiting.result() == layout.lock.stat().st_ino
 
 
-def _lock_file_of_whoever_waited(layout: Layout) -> int:
+def _read_lock_file_number(layout: Layout) -> int:
     with hold_lock(layout, "push", 10) as handle:
         return os.fstat(handle).st_ino
 

@@ -57,8 +57,8 @@ def test_probe_works_on_a_minimal_system(layout: Layout, tmp_path: Path, monkeyp
 
 
 @pytest.fixture
-def poor(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A machine that lacks every need of a push, and whose user may not change that."""
+def unprepared_robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A robot that meets no requirement of a push, and whose user has no permission to change that."""
     monkeypatch.setenv("PATH", str(tmp_path))
     monkeypatch.setattr(robot_facts, "LINGER_FOLDER", tmp_path)
     monkeypatch.setattr(robot_facts, "count_bits", lambda: 32)
@@ -66,7 +66,7 @@ def poor(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(robot_facts, "read_user", lambda: "pi")
 
 
-@pytest.mark.usefixtures("poor")
+@pytest.mark.usefixtures("unprepared_robot")
 def test_push_is_refused_with_every_missing_need(layout: Layout, check_text: CheckText) -> None:
     with pytest.raises(AgentError) as refused:
         push_actions.probe(layout, is_push=True)
@@ -75,7 +75,7 @@ def test_push_is_refused_with_every_missing_need(layout: Layout, check_text: Che
     check_text(refused.value, hide=[robot_facts.read_system()])
 
 
-@pytest.mark.usefixtures("poor")
+@pytest.mark.usefixtures("unprepared_robot")
 def test_existing_environment_needs_no_venv(layout: Layout) -> None:
     environments.make_environment(layout, EnvironmentSpec.of([]), OLD, environments.PipInputs(), report_progress)
     with pytest.raises(AgentError) as refused:
@@ -83,7 +83,7 @@ def test_existing_environment_needs_no_venv(layout: Layout) -> None:
     assert "venv" not in refused.value.fields["kinds"]  # type: ignore[operator]
 
 
-@pytest.mark.usefixtures("poor")
+@pytest.mark.usefixtures("unprepared_robot")
 def test_lingering_is_turned_on_if_the_user_may_do_that(tmp_path: Path) -> None:
     loginctl = tmp_path / "loginctl"
     loginctl.write_text(f'#!/bin/sh\necho "$@" > "{tmp_path}/arguments"; : > "{tmp_path}/pi"\n')
@@ -152,7 +152,7 @@ def test_upload_can_be_discarded(layout: Layout) -> None:
 
 
 @pytest.fixture
-def small(layout: Layout) -> Iterator[Layout]:
+def small_disk(layout: Layout) -> Iterator[Layout]:
     """A robot whose disk has 130 MB."""
     if os.geteuid() or not MOUNT:
         pytest.skip("only root mounts a small disk")
@@ -163,40 +163,42 @@ def small(layout: Layout) -> Iterator[Layout]:
     subprocess.run([str(shutil.which("umount")), layout.root], check=True)
 
 
-def test_old_releases_are_deleted_on_a_full_disk(small: Layout) -> None:
+def test_old_releases_are_deleted_on_a_full_disk(small_disk: Layout) -> None:
     for name in (OLD, NEW, NEWER):
-        (put_release(small, name) / "big").write_bytes(bytes(42_000_000 if name == OLD else 1000))
-    make_current(small, NEW)
-    fill(small)
+        (put_release(small_disk, name) / "big").write_bytes(bytes(42_000_000 if name == OLD else 1000))
+    make_current(small_disk, NEW)
+    fill_disk(small_disk)
     with pytest.raises(AgentError) as refused:  # the spare bytes are missing
-        push_actions.begin_upload(small, release="2026-12-01T00-00-00Z", size=1000)
+        push_actions.begin_upload(small_disk, release="2026-12-01T00-00-00Z", size=1000)
     assert refused.value.kind == "disk"
-    assert list_names(small) == [NEWER, NEW]
-    assert not any(small.incoming.iterdir())
+    assert list_names(small_disk) == [NEWER, NEW]
+    assert not any(small_disk.incoming.iterdir())
 
 
-def fill(robot: Layout) -> None:
+def fill_disk(robot: Layout) -> None:
     with (robot.root / "long.mcap").open("wb", buffering=0) as file, suppress(OSError):
         while True:
             file.write(bytes(1 << 16))
     assert files.measure_free_space(robot.root) == 0
 
 
-def test_old_releases_are_deleted_on_a_small_disk(small: Layout) -> None:
+def test_old_releases_are_deleted_on_a_small_disk(small_disk: Layout) -> None:
     for name in (OLD, NEW, NEWER):
-        (put_release(small, name) / "big").write_bytes(bytes(9_000_000))
-    make_current(small, NEW)
-    free = files.measure_free_space(small.root)
-    push_actions.begin_upload(small, release="2026-12-01T00-00-00Z", size=free - push_actions.SPARE_BYTES + 5_000_000)
-    assert list_names(small) == [NEWER, NEW]
-    assert files.measure_free_space(small.root) > free + 8_000_000
+        (put_release(small_disk, name) / "big").write_bytes(bytes(9_000_000))
+    make_current(small_disk, NEW)
+    free = files.measure_free_space(small_disk.root)
+    push_actions.begin_upload(
+        small_disk, release="2026-12-01T00-00-00Z", size=free - push_actions.SPARE_BYTES + 5_000_000
+    )
+    assert list_names(small_disk) == [NEWER, NEW]
+    assert files.measure_free_space(small_disk.root) > free + 8_000_000
 
 
 NAMES = [f"2026-11-{day:02}T00-00-00Z" for day in range(1, 10)]
 
 
 @pytest.fixture
-def crowded(layout: Layout) -> Layout:
+def full_robot(layout: Layout) -> Layout:
     """A robot with nine releases: the first two are healthy, the second runs, and all later ones failed."""
     for number, name in enumerate(NAMES):
         HealthResult(HEALTHY if number < 2 else UNHEALTHY).write(put_release(layout, name))
@@ -204,40 +206,40 @@ def crowded(layout: Layout) -> Layout:
     return layout
 
 
-def test_newest_current_and_previous_releases_are_kept(crowded: Layout) -> None:
-    assert push_actions.prune_releases(crowded, keep=3) == tuple(reversed(NAMES[2:7]))
-    assert releases.list_names(crowded) == list(reversed(NAMES[:2] + NAMES[7:]))
+def test_newest_current_and_previous_releases_are_kept(full_robot: Layout) -> None:
+    assert push_actions.prune_releases(full_robot, keep=3) == tuple(reversed(NAMES[2:7]))
+    assert releases.list_names(full_robot) == list(reversed(NAMES[:2] + NAMES[7:]))
 
 
-def test_failed_releases_displace_no_healthy_ones(crowded: Layout) -> None:
+def test_failed_releases_displace_no_healthy_ones(full_robot: Layout) -> None:
     for name in NAMES[:6]:
-        HealthResult(HEALTHY).write(crowded.releases / name)
-    make_current(crowded, NAMES[5])
-    assert push_actions.prune_releases(crowded) == (NAMES[6], NAMES[0])
+        HealthResult(HEALTHY).write(full_robot.releases / name)
+    make_current(full_robot, NAMES[5])
+    assert push_actions.prune_releases(full_robot) == (NAMES[6], NAMES[0])
 
 
-def test_releases_of_a_pending_check_are_kept(crowded: Layout) -> None:
-    files.write_file(crowded.health_check, f'{{"release": "{NAMES[3]}", "previous": "{NAMES[2]}"}}')
-    push_actions.prune_releases(crowded, keep=1)
-    assert releases.list_names(crowded) == [NAMES[8], NAMES[3], NAMES[2], NAMES[1], NAMES[0]]
+def test_releases_of_a_pending_check_are_kept(full_robot: Layout) -> None:
+    files.write_file(full_robot.health_check, f'{{"release": "{NAMES[3]}", "previous": "{NAMES[2]}"}}')
+    push_actions.prune_releases(full_robot, keep=1)
+    assert releases.list_names(full_robot) == [NAMES[8], NAMES[3], NAMES[2], NAMES[1], NAMES[0]]
 
 
-def test_environments_are_deleted_with_their_last_release(crowded: Layout) -> None:
-    push_actions.prune_releases(crowded, keep=1)
-    assert {path.name for path in crowded.environments.iterdir()} == {
+def test_environments_are_deleted_with_their_last_release(full_robot: Layout) -> None:
+    push_actions.prune_releases(full_robot, keep=1)
+    assert {path.name for path in full_robot.environments.iterdir()} == {
         f"digest-{name}" for name in (NAMES[8], NAMES[1], NAMES[0])
     }
 
 
-def test_few_releases_are_all_kept(crowded: Layout) -> None:
+def test_few_releases_are_all_kept(full_robot: Layout) -> None:
     for name in NAMES[4:]:
-        HealthResult(HEALTHY).write(crowded.releases / name)
+        HealthResult(HEALTHY).write(full_robot.releases / name)
     for name in NAMES[:2]:
-        shutil.rmtree(crowded.releases / name)
-    make_current(crowded, NAMES[8])
-    before = releases.list_names(crowded)
-    assert push_actions.prune_releases(crowded) == ()
-    assert releases.list_names(crowded) == before
+        shutil.rmtree(full_robot.releases / name)
+    make_current(full_robot, NAMES[8])
+    before = releases.list_names(full_robot)
+    assert push_actions.prune_releases(full_robot) == ()
+    assert releases.list_names(full_robot) == before
 
 
 OURS, ANOTHERS = 1234, 4321

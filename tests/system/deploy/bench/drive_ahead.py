@@ -9,14 +9,14 @@ from pathlib import Path
 from robotcore import Behaviour, Robot, Role, Status
 
 FAULT_FILE = Path.home() / "fault"
-"""Names a fault that the app has once, in its next tick."""
+"""A file with the name of a failure. The app fails so in its next tick, and deletes the file."""
 
 NOTE_FILE = Path.home() / "noted"
 
 
 @dataclass
 class DriveAhead(Behaviour):
-    """Drives at ``speed_rad_s``, has the ``fault`` in its tick ``at``, and writes the ``note`` into a file."""
+    """Drives at ``speed_rad_s``, fails as ``fault`` says in its tick ``at``, and writes ``note`` into a file."""
 
     needs = frozenset({Role.DRIVE})
 

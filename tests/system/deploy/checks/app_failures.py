@@ -7,7 +7,7 @@ import time
 import pytest
 
 from tests.system.deploy.motors import wait_for
-from tests.system.deploy.rover import SERVICE, Ran, Rover, with_text
+from tests.system.deploy.rover import SERVICE, Ran, Rover, replace_text
 
 RAD_S, BROKEN_RAD_S = 2.0, 7.0
 SOON = ("--healthy-within", "6")
@@ -33,7 +33,7 @@ def test_failing_release_is_rolled_back_with_its_reason(rover: Rover, fault: str
 )
 def test_app_that_cannot_be_imported_is_rolled_back_with_its_reason(rover: Rover, line: str, reason: str) -> None:
     app = rover.project / APP
-    with with_text(app, f"{app.read_text()}\n{line}\n"):
+    with replace_text(app, f"{app.read_text()}\n{line}\n"):
         require_rolled_back(rover, reason)
 
 
@@ -46,7 +46,7 @@ def require_rolled_back(rover: Rover, reason: str, *arguments: str) -> None:
     assert reason in done.stderr
     assert f"{release} runs again" in done.stderr
     again = rover.motors.await_driving(RAD_S, instead_of=driving)
-    assert rover.motors.stopped_between(driving, again)
+    assert rover.motors.were_stopped_between(driving, again)
 
 
 PAUSE_S = 2.0
@@ -93,4 +93,4 @@ def test_stopped_app_is_not_restarted(rover: Rover, driving: int) -> None:
 def require_restart(rover: Rover, driving: int) -> None:
     """Wait until another process drives. The motors must have been stopped before it."""
     another = rover.motors.await_driving(instead_of=driving)
-    assert rover.motors.stopped_between(driving, another)
+    assert rover.motors.were_stopped_between(driving, another)

@@ -1,4 +1,4 @@
-"""Interruptions in each step of a push, and full disks: the old release goes on, or the new one runs."""
+"""Interruptions in each step of a push, and full disks. Afterwards the old or the new release runs."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from contextlib import contextmanager
 import pytest
 
 from tests.system.deploy.motors import wait_for
-from tests.system.deploy.rover import Ran, Rover, with_large_file, with_requirement
+from tests.system.deploy.rover import Ran, Rover, add_large_file, add_requirement
 from tests.system.speed import scaled
 
 RAD_S = 2.0
@@ -26,14 +26,14 @@ SIGNS = {
     "environment": "environments/*/bin/pip",
     "doctor": "incoming/*/environment",
 }
-"""The files on the robot that show each step. The last step, ``release``, shows by the current release."""
+"""The files on the robot that exist from each step on. The last step, ``release``, changes the current release."""
 
 STEPS = (*SIGNS, "release")
 
 
 def interrupt_push(rover: Rover, step: str, interrupt: Callable[[subprocess.Popen[str]], object]) -> Ran:
     """Push, and call ``interrupt`` with the process during this step; return the result of the push."""
-    change = with_requirement(rover.project) if step == "environment" else with_large_file(rover.project, HEAVY_MB)
+    change = add_requirement(rover.project) if step == "environment" else add_large_file(rover.project, HEAVY_MB)
     before = _find_signs(rover, step)
     with change, rover.run_push("--set", f"speed_rad_s={RAD_S:g}") as push:
         wait_for(lambda: 1 if _find_signs(rover, step) - before else None, f"the step {step!r}", push.poll)
@@ -42,8 +42,8 @@ def interrupt_push(rover: Rover, step: str, interrupt: Callable[[subprocess.Pope
         return Ran(push.args, push.returncode, out, err)
 
 
-def require_either(rover: Rover, driving: int, before: str, step: str) -> None:
-    """Require that the same process still drives, or, in the step ``release``, a process of the new release."""
+def require_driving_app(rover: Rover, driving: int, before: str, step: str) -> None:
+    """Require that the app of the new release drives after the step ``release``, and the old process after others."""
     rover.await_health_check()
     if step == "release":
         assert rover.release > before
@@ -63,14 +63,14 @@ def test_ctrl_c_keeps_a_release_running(rover: Rover, driving: int, step: str) -
     done = interrupt_push(rover, step, lambda push: os.killpg(push.pid, signal.SIGINT))
     assert done.returncode == -signal.SIGINT, done.stderr
     assert ("Nothing has changed" in done.stderr) == (step != "release"), done.stderr
-    require_either(rover, driving, before, step)
+    require_driving_app(rover, driving, before, step)
 
 
 @pytest.mark.parametrize("step", ["sent", "release"])
 def test_killed_client_keeps_a_release_running(rover: Rover, driving: int, step: str) -> None:
     before = rover.release
     interrupt_push(rover, step, subprocess.Popen.kill)
-    require_either(rover, driving, before, step)
+    require_driving_app(rover, driving, before, step)
 
 
 @pytest.mark.parametrize("step", ["sent", "release"])
@@ -81,7 +81,7 @@ def test_killed_connection_keeps_a_release_running(rover: Rover, driving: int, s
         rover, step, lambda _: rover.machine.as_root("systemctl", "kill", "--signal=KILL", "session-*")
     )
     assert done.returncode == (0 if step == "release" else 3), done.stdout + done.stderr
-    require_either(rover, driving, before, step)
+    require_driving_app(rover, driving, before, step)
 
 
 SMALL = """
@@ -100,16 +100,16 @@ def test_disk_that_fills_during_the_upload_keeps_the_release_running(rover: Rove
         driving, before = rover.motors.await_driving(RAD_S), rover.release
         done = interrupt_push(rover, "sent", lambda _: fill())
         assert (done.returncode, "full" in done.stderr) == (3, True), done.stderr
-        require_either(rover, driving, before, "sent")
+        require_driving_app(rover, driving, before, "sent")
 
 
 @pytest.mark.parametrize("spare_mb", [60, 220], ids=["to send anything", "for what pip installs"])
 def test_too_small_disk_keeps_the_release_running(rover: Rover, spare_mb: int) -> None:
-    with small_disk(rover, spare_mb), with_requirement(rover.project):
+    with small_disk(rover, spare_mb), add_requirement(rover.project):
         driving, before = rover.motors.await_driving(RAD_S), rover.release
         done = rover.push()
         assert (done.returncode, "full" in done.stderr) == (3, True), done.stderr
-        require_either(rover, driving, before, "sent")
+        require_driving_app(rover, driving, before, "sent")
 
 
 @contextmanager

@@ -12,7 +12,7 @@ import pytest
 
 from tests.system.deploy.client import Client
 from tests.system.deploy.machine import make_machine
-from tests.system.deploy.rover import Rover, with_text
+from tests.system.deploy.rover import Rover, replace_text
 
 APP = "search.py"
 VIRTUAL = ("--backend", "virtualpi")
@@ -46,7 +46,7 @@ def test_status_and_logs_show_the_app(deployed: Rover) -> None:
 def test_project_with_a_failing_test_is_not_sent(deployed: Rover) -> None:
     app = deployed.project / APP
     release = deployed.release
-    with with_text(app, app.read_text().replace("saw nothing", "found no")):
+    with replace_text(app, app.read_text().replace("saw nothing", "found no")):
         done = deployed.deploy("push", *VIRTUAL)
     assert (done.returncode, deployed.release) == (1, release)
     assert "test_gives_up_without_a_ball" in done.stderr
@@ -99,7 +99,7 @@ NOTE = "$(touch pwned)'; touch pwned; \" ü\nand on"
 
 @pytest.fixture
 def difficult(rover: Rover, tmp_path: Path) -> Rover:
-    """A project whose folder and files have difficult names."""
+    """A project whose folder and files have names with quotes and spaces."""
     folder = Path(shutil.copytree(rover.project, tmp_path / 'it\'s my "robot" $(touch pwned) ü'))
     for name in NAMES:
         file = folder / "data" / name

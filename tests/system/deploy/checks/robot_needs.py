@@ -10,7 +10,7 @@ import pytest
 
 from tests.system.deploy.client import Client
 from tests.system.deploy.machine import Machine
-from tests.system.deploy.rover import Rover, with_requirement
+from tests.system.deploy.rover import Rover, add_requirement
 
 
 def test_user_can_log_in_by_key_and_has_a_service_manager(client: Client) -> None:
@@ -38,28 +38,28 @@ OFFLINE = "--offline"
 
 
 def test_robot_without_lingering_is_refused(rover: Rover, driving: int) -> None:
-    with without_file(rover, LINGER):
+    with remove_file(rover, LINGER):
         require_refused(rover, driving, "sudo loginctl enable-linger pi", OFFLINE)
 
 
 def test_robot_without_rsync_is_refused(rover: Rover, driving: int) -> None:
-    with without_file(rover, RSYNC):
+    with remove_file(rover, RSYNC):
         require_refused(rover, driving, "sudo apt install rsync", OFFLINE)
 
 
 def test_robot_without_venv_is_refused(rover: Rover, driving: int) -> None:
-    with without_file(rover, VENV), with_requirement(rover.project):
+    with remove_file(rover, VENV), add_requirement(rover.project):
         require_refused(rover, driving, "sudo apt install python3-venv", OFFLINE)
 
 
 def test_robot_without_a_network_is_refused(rover: Rover, driving: int) -> None:
-    with with_requirement(rover.project):
+    with add_requirement(rover.project):
         require_refused(rover, driving, OFFLINE)
 
 
 @contextmanager
-def without_file(rover: Rover, path: str) -> Iterator[None]:
-    """Take a file away from the robot."""
+def remove_file(rover: Rover, path: str) -> Iterator[None]:
+    """Remove a file from the robot during the block."""
     there = rover.machine.root / path
     away = there.with_name(f"{there.name}-away")
     there.rename(away)
@@ -70,7 +70,7 @@ def without_file(rover: Rover, path: str) -> Iterator[None]:
 
 
 def require_refused(rover: Rover, driving: int, remedy: str, *arguments: str) -> None:
-    """Push. The message must be short and have the remedy, and the running app must not change."""
+    """Push, and require a short error message with the remedy, and an unchanged running app."""
     releases = set(rover.releases)
     done = rover.deploy("push", "--skip-checks", *arguments)
     assert (done.returncode, remedy in done.stderr) == (3, True), done.stdout + done.stderr
