@@ -71,6 +71,9 @@ class AppMotor(Motor):
         super().__init__(inner.name, inner.max_velocity)
         self._inner, self._output = inner, output
 
+    def __repr__(self) -> str:
+        return super().__repr__().replace(AppMotor.__name__, Motor.__name__, 1)  # as sensors show their kind
+
     def set_velocity(self, rad_s: float) -> float:
         self._require_open()
         rad_s = to_float(rad_s)
@@ -99,6 +102,9 @@ class AppDisplay(Display):
         super().__init__(inner.name)
         self._inner, self._show_layers = inner, show
         self.latest: Image | None = None
+
+    def __repr__(self) -> str:
+        return super().__repr__().replace(AppDisplay.__name__, Display.__name__, 1)  # as sensors show their kind
 
     def _show(self, image: Image) -> None:
         self.latest = image

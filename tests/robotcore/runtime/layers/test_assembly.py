@@ -56,6 +56,20 @@ class TestNeededDevices:
         assert needed_devices(ROVER, {Role.CAMERA}, {Role.DISPLAY}) == {"eye", "screen"}
 
 
+def test_devices_of_an_app_show_their_kind_and_name() -> None:
+    robot = Rig().robot
+    assert repr(robot.motors["left_motor"]) == "<Motor 'left_motor'>"
+    assert repr(robot.range) == "<RangeSensor 'nose'>"
+    assert repr(robot.camera) == "<Camera 'eye'>"
+    assert repr(robot.display) == "<Display 'screen'>"
+
+
+def test_closed_motor_of_an_app_is_shown_as_closed() -> None:
+    motor = Rig().robot.motors["left_motor"]
+    motor.close()
+    assert repr(motor) == "<Motor 'left_motor', closed>"
+
+
 class TestSensors:
     def test_a_device_gives_one_sample_a_tick(self) -> None:
         rig = Rig()
