@@ -1,4 +1,4 @@
-"""The gaps between the robot and other bodies: prevent overlaps, and count contacts."""
+"""Measure the gaps between the robot and other bodies, prevent overlaps and count contacts."""
 
 from __future__ import annotations
 

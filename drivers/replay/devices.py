@@ -27,7 +27,7 @@ from robotcore.hal.devices import (
 from robotcore.recording import Read, Recording, SampleKey
 
 _SAME_S = 1e-9
-"""Times that differ by less are equal, in seconds. Sums of periods have rounding errors."""
+"""The tolerance for equal times, in seconds. Sums of periods have rounding errors."""
 
 
 class ReplayClock(Clock):
@@ -78,8 +78,8 @@ RecordedT = TypeVar("RecordedT", Range, Frame, Angle, Voltage)
 class SamplePlayer(Generic[RecordedT]):
     """Repeats the recorded reads of one sensor: it returns their samples or raises their errors.
 
-    After the last recorded read of a tick, this read is repeated. In a tick without a recorded read, the newest earlier
-    sample is returned, and also if the sample was not recorded.
+    After the last recorded read of a tick, this read is repeated. If a tick has no recorded read, or its sample was not
+    recorded, the newest earlier sample is returned.
     """
 
     def __init__(self, device: str, recording: Recording, clock: ReplayClock) -> None:
@@ -111,7 +111,7 @@ class SamplePlayer(Generic[RecordedT]):
         if not at:
             raise DeviceError(
                 self._device,
-                f"the recorded run did not read this device until {self._clock.now():g} s, so there is no sample",
+                f"the recording has no sample of this device at {self._clock.now():g} s or before",
                 kind="no-sample-yet",
             )
         return self._given[at - 1][1]

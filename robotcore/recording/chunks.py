@@ -86,8 +86,7 @@ def unpack(location: ChunkLocation, packed: bytes | memoryview) -> bytes | memor
 def _unpack_zstd(packed: bytes | memoryview, size: int) -> bytes:
     """Unpack a Zstandard frame of ``size`` bytes.
 
-    The size in the frame's header is checked first, because zstandard ignores ``max_output_size`` for such
-    a header.
+    zstandard ignores ``max_output_size`` if the frame's header states a size, so this size is checked first.
     """
     claimed = get_frame_parameters(packed).content_size
     if claimed not in (size, CONTENTSIZE_UNKNOWN):

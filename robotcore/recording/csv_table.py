@@ -28,7 +28,7 @@ _UNITS = {"range_sensor": "m", "encoder": "rad", "battery": "v"}
 def write_csv(recording: Recording, where: Path, name: str) -> Path:
     """Write the table, and return its file. Raises RecordingError if the file cannot be written.
 
-    A spreadsheet runs no text of the table as a formula, because an apostrophe precedes such a text.
+    An apostrophe precedes each text that a spreadsheet would run as a formula.
 
     where: the file, or the folder of the file.
     name: the name of the file in a folder, without ``.csv``.

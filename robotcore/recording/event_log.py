@@ -29,7 +29,7 @@ class LogLine(NamedTuple):
 class RunLog:
     """Yields the log lines of each tick.
 
-    A fault, an error or an intervention that lasts for many ticks has a line in its first and in its last tick only.
+    A fault, an error or an intervention that lasts for many ticks has one line when it begins and one when it ends.
     """
 
     def __init__(self, milestones: Iterable[str], faults: Sequence[PlannedFault] = ()) -> None:

@@ -28,7 +28,7 @@ Value = float | int | str | bool | None
 _T = TypeVar("_T")
 
 Events = Annotated[tuple[_T, ...], Field(max_length=10_000)]
-"""The events of one kind in a tick. A hostile file may not have more of them."""
+"""The events of one kind in a tick. The limit protects the reader against hostile files."""
 
 
 class SampleKey(NamedTuple):
@@ -89,7 +89,7 @@ class Read:
     """The number of the sample in its `SampleKey`; None if its picture was dropped."""
     error: RecordedError | None = None
     by: str | None = None
-    """Who read the sensor: `GUARD`, `ODOMETRY`, or None for the app."""
+    """The reader of the sensor: `GUARD`, `ODOMETRY`, or None for the app."""
 
     @property
     def key(self) -> SampleKey | None:

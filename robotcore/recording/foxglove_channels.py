@@ -244,7 +244,7 @@ def _open_ranges(file: McapFile, sensor: RangeSensor) -> Write:
     from foxglove.channels import LaserScanChannel
 
     topic = build_topic(sensor.name)
-    readings = file.json(topic, RANGE_SCHEMA, {DEVICE: sensor.name})
+    readings = file.open_json_channel(topic, RANGE_SCHEMA, {DEVICE: sensor.name})
     scans = LaserScanChannel(f"{topic}/scan", context=file.context)
 
     def write(reading: Range, at: float) -> None:
@@ -269,7 +269,7 @@ def _build_scan(sensor: RangeSensor, reading: Range) -> LaserScan:
 
 
 def _open_numbers(file: McapFile, device: str, schema: Schema) -> Write:
-    numbers = file.json(build_topic(device), schema, {DEVICE: device})
+    numbers = file.open_json_channel(build_topic(device), schema, {DEVICE: device})
 
     def write(sample: Angle | Voltage, at: float) -> None:
         numbers(to_json(sample), to_nanoseconds(at))

@@ -41,7 +41,7 @@ class McapFile:
         """The number of bytes in the file so far, without the unfinished chunk."""
         return self._sink.size
 
-    def json(
+    def open_json_channel(
         self, topic: str, schema: Mapping[str, Any], metadata: Mapping[str, str] | None = None
     ) -> Callable[[bytes, int], None]:
         """Open a channel of JSON messages, and return a function that writes a message with its time in ns."""

@@ -82,7 +82,7 @@ PosePath = dict[int, Pose]
 
 
 _MAX_M = 1e6
-"""Poses with a larger coordinate, in metres, are left out. An invalid encoder value can cause them."""
+"""The largest valid coordinate, in metres. An invalid encoder value can cause a larger one."""
 
 
 def build_odometry_path(recording: Recording) -> PosePath:
@@ -107,7 +107,7 @@ def measure_path(path: Iterable[Pose]) -> float:
 
 
 _SHORTEST_S = 1e-6
-"""A rate is computed only for a longer duration, in seconds."""
+"""The minimum duration for which a rate is computed, in seconds."""
 
 
 @dataclass(frozen=True)
@@ -144,7 +144,7 @@ def count_interventions(recording: Recording) -> dict[str, int]:
 
 
 def summarise_devices(recording: Recording) -> Iterator[DeviceContents]:
-    """Yield the contents for each device that the run opened, in the order of the robot's description."""
+    """Count the samples, reads and errors of each open device, in the order of the robot's description."""
     duration, opened = measure_duration(recording), set(recording.metadata.devices)
     sequences: defaultdict[str, set[int | None]] = defaultdict(set)
     reads, shown, errors = Counter[str](), Counter[str](), Counter[str]()

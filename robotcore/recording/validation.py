@@ -49,7 +49,7 @@ def parse_metadata(content: bytes) -> Metadata:
     written = payload.get("format", FORMAT) if isinstance(payload, dict) else FORMAT
     if written != FORMAT:
         raise UnknownFormatError(
-            f"its format is {escape(repr(written)[:_FORMAT_LENGTH])}. This robotcore reads only format {FORMAT}"
+            f"the file has format {escape(repr(written)[:_FORMAT_LENGTH])}, and this robotcore reads only {FORMAT}"
         )
     metadata = from_json(Metadata, content)
     if not MIN_RATE_HZ <= metadata.request.rate_hz <= MAX_RATE_HZ:
@@ -64,7 +64,7 @@ def parse_tick(content: bytes, before: Tick | None) -> Tick:
     """Parse a tick. ``before`` is the previous tick in the file; None for the first tick."""
     tick = from_json(Tick, content)
     if not 0 <= tick.number < _MAX_TICKS or (before and tick.number != before.number + 1):
-        raise ValueError(f"tick {tick.number} follows {f'tick {before.number}' if before else 'no tick'}")
+        raise ValueError(f"tick {tick.number} {f'follows tick {before.number}' if before else 'has an invalid number'}")
     _require_seconds(f"the time of tick {tick.number}", tick.time)
     if before and tick.time < before.time:
         raise ValueError(f"tick {tick.number} at {tick.time:g} s is earlier than tick {before.number}")

@@ -70,8 +70,8 @@ class RecordingWriter:
             for name, device in run.robot.devices.items()
             if (write := open_channel(file, device, is_jpeg=is_jpeg))
         }
-        self._write_tick = file.json(channels.TICKS, TICK_SCHEMA)
-        self._truth = file.json(channels.TRUTH, TRUTH_SCHEMA) if run.truth else None
+        self._write_tick = file.open_json_channel(channels.TICKS, TICK_SCHEMA)
+        self._truth = file.open_json_channel(channels.TRUTH, TRUTH_SCHEMA) if run.truth else None
         self._log = LogChannel(channels.LOG, context=file.context)
         self._pose = PoseInFrameChannel(channels.POSE, context=file.context)
         self._moving = FrameTransformsChannel(channels.TRANSFORMS, context=file.context)
@@ -96,18 +96,22 @@ class RecordingWriter:
     def end(self, result: RunResult) -> None:
         """Write the result of the run, and the last log line."""
         self._write_log([build_last_line(result)])
-        self._file.json(channels.RESULT, RESULT_SCHEMA)(result.to_json().encode(), to_nanoseconds(self._now))
+        self._file.open_json_channel(channels.RESULT, RESULT_SCHEMA)(
+            result.to_json().encode(), to_nanoseconds(self._now)
+        )
         self._file.write_metadata("robotcore.result", {"outcome": result.outcome.value, "reason": result.reason})
 
     def end_early(self, why: str) -> None:
-        """Write ``why`` the recording ends before its run."""
+        """Write the reason why the recording ends before its run."""
         self._write_log([LogLine(Level.Info, why)])
-        self._file.json(channels.END, END_SCHEMA)(json.dumps({"reason": why}).encode(), to_nanoseconds(self._now))
+        self._file.open_json_channel(channels.END, END_SCHEMA)(
+            json.dumps({"reason": why}).encode(), to_nanoseconds(self._now)
+        )
 
     def _begin(self, metadata: Metadata) -> None:
         from foxglove.messages import FrameTransforms
 
-        self._file.json(channels.RUN, RUN_SCHEMA)(to_json(metadata), 0)
+        self._file.open_json_channel(channels.RUN, RUN_SCHEMA)(to_json(metadata), 0)
         self._file.write_metadata("robotcore.run", _format_request(metadata))
         self._file.attach("robot.json", "application/json", _to_readable_json(metadata.description))
         if metadata.world:

@@ -1,4 +1,4 @@
-"""The base class of all rules: it opens and moves the robot of the tested backend."""
+"""The test bench, which is the base class of all rules: it opens and moves a robot of the tested backend."""
 
 from __future__ import annotations
 
@@ -79,13 +79,13 @@ class TestBench:
         return self.backend().open(setup)
 
     def lose_echoes(self, robot: Robot) -> None:
-        """Suppress all further echoes of the range sensor. A suite overrides this method, else it skips the rule."""
+        """Suppress all further echoes of the range sensor. By default the rule is skipped."""
         self._skip_without_hook(TestSupport.LOST_ECHO, "lose_echoes")
 
     def open_gated(self, setup: Setup, gate: Gate) -> Robot:
         """Open a robot whose fake hardware calls ``gate.pass_through`` before each answer.
 
-        A suite overrides this method, else it skips the rule.
+        By default the rule is skipped. A suite with fake hardware overrides this method.
         """
         self._skip_without_hook(TestSupport.SLOW_HARDWARE, "open_gated")
 

@@ -11,7 +11,7 @@ from robotcore.errors import DeviceError
 from robotcore.hal.devices import Motor
 
 SETTLE_LIMIT_S = 5.0
-"""A call counts as blocked if it does not return within this time, in seconds. It may wait for a lock."""
+"""A call that waits for a lock, instead of the gate, counts as blocked after this time, in seconds."""
 
 
 class Gate:
@@ -44,9 +44,9 @@ class Gate:
         self._is_open.wait()
 
     def blocks(self, call: Callable[[], object]) -> bool:
-        """Return whether ``call`` waits for the gate: call it with the gate shut, then open the gate.
+        """Call a function with the gate shut, open the gate, and return whether the call waited for it.
 
-        If the call raises an exception, the exception is raised here.
+        Raises the exception of the call.
         """
         self._settled.clear()
         self._is_open.clear()

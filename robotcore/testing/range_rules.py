@@ -129,5 +129,5 @@ class RangeRules(TestBench):
         mount, body = self.sensor.mount, self.description.body
         if mount.yaw_rad or mount.x_m + distance < body.front_x_m:
             pytest.skip(
-                f"the body keeps obstacles more than {distance} m away from {self.sensor.name}, which this rule needs"
+                f"no obstacle can be {distance} m away from {self.sensor.name}, because the robot's body is in the way"
             )

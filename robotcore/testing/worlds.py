@@ -23,7 +23,7 @@ def empty(start: Start | None = None) -> WorldDescription:
 
 
 def wall(mount: Mount, distance: float) -> WorldDescription:
-    """Return a world with a wall perpendicular to the sensor's axis. ``distance`` is that of its near side."""
+    """Return a world with a wall perpendicular to the sensor's axis. Its near side is at ``distance``."""
     x, y = _place(mount, distance + WALL_THICKNESS_M / 2, 0.0)
     face = Box(
         shape="box",
@@ -40,7 +40,7 @@ def wall(mount: Mount, distance: float) -> WorldDescription:
 
 
 def post(mount: Mount, distance: float, bearing: float) -> WorldDescription:
-    """Return a world with a thin post. ``distance`` is that of its near side."""
+    """Return a world with a thin post. Its near side is at ``distance``."""
     x, y = _place(mount, distance + POST_RADIUS_M, bearing)
     thin = Cylinder(
         shape="cylinder",
@@ -55,17 +55,14 @@ def post(mount: Mount, distance: float, bearing: float) -> WorldDescription:
 
 
 def ball(mount: Mount, distance: float, bearing: float) -> WorldDescription:
-    """Return a world with a green ball on the floor. ``distance`` is the horizontal distance of its centre."""
+    """Return a world with a green ball on the floor. Its centre is at the horizontal ``distance``."""
     x, y = _place(mount, distance, bearing)
     green = Ball(name="ball", colour=COLOURS["green"], x_m=x, y_m=y, radius_m=BALL_RADIUS_M)
     return empty().model_copy(update={"targets": (green,)})
 
 
 def box(mount: Mount, distance: float, colour: str) -> WorldDescription:
-    """Return a world with a box on the sensor's axis, half as high as the sensor.
-
-    ``distance`` is that of its near side.
-    """
+    """Return a world with a box on the sensor's axis, half as high as the sensor. Its near side is at ``distance``."""
     x, y = _place(mount, distance + 0.1, 0.0)
     low = Box(
         shape="box",

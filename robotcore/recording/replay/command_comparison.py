@@ -163,7 +163,7 @@ class ReplayedMotor:
 
     @property
     def output(self) -> MotorOutput:
-        """The motor output for the app."""
+        """A motor output that compares each command and returns the recorded answer."""
         return MotorOutput(self._name, self.set_velocity, self.stop)
 
     def set_velocity(self, rad_s: float) -> float:

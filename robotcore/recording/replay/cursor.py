@@ -85,7 +85,7 @@ def format_motor_command(ask: MotorCommand) -> str:
 def _format_read(read: Read, samples: Mapping[SampleKey, RecordedSample]) -> str:
     if read.error:
         return f"{read.device} raised {read.error.kind}: {read.error.message}"
-    return f"{read.device} {_format_sample(read, samples)} of {read.time:g} s (number {read.sequence})"
+    return f"{read.device} {_format_sample(read, samples)} at {read.time:g} s, sequence {read.sequence}"
 
 
 def _format_sample(read: Read, samples: Mapping[SampleKey, RecordedSample]) -> str:
@@ -166,11 +166,11 @@ class TickReader:
         return self.commands.popleft() if self.commands else None
 
     def next_angles(self) -> WheelAngles | None:
-        """Return the next recorded wheel angles, or the last ones again; None if none were recorded."""
+        """Return the next recorded wheel angles; after the last ones, these again. None if none were recorded."""
         return _take(self._angles)
 
     def next_held_command(self) -> Wheels:
-        """Return the next recorded value of the drive's current command, or the last one again."""
+        """Return the next recorded value of the drive's current command. After the last value, return it again."""
         return _take(self._held_commands) or STOPPED
 
 

@@ -1,4 +1,4 @@
-"""Mock devices: sensors that return scripted readings, and motors and displays that record."""
+"""Mock devices: sensors with scripted readings, motors that record commands, and displays that record pictures."""
 
 from __future__ import annotations
 

@@ -124,7 +124,7 @@ def test_first_difference_is_reported_with_both_values(
     assert deviation.subject.startswith(what)
     assert recorded in deviation.recorded
     assert replayed in deviation.replayed
-    assert any(read.startswith("nose ") and " m of " in read for read in deviation.reads)
+    assert any(read.startswith("nose ") and " m at " in read for read in deviation.reads)
 
 
 def test_earlier_end_is_a_difference(app: ActionApp, recording: Recording) -> None:
