@@ -22,7 +22,10 @@ def test_the_listing_records_a_run_and_reads_it(
 
 
 def test_the_table_names_every_channel_and_its_schema() -> None:
-    answer = [(CODE.findall(channels), CODE.findall(schema)) for channels, schema, _ in read_rows(PAGE, "Look at it")]
+    answer = [
+        (CODE.findall(channels), CODE.findall(schema))
+        for channels, schema, _ in read_rows(PAGE, "View a recording in Foxglove")
+    ]
     assert {channel for channels, _ in answer for channel in channels} == set(SCHEMAS)
     for channels, schemas in answer:
         named = [schema for schema in schemas if "." in schema]
