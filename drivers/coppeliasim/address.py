@@ -49,9 +49,9 @@ def require_greeting(address: Address) -> None:
     try:
         greeting = read_greeting(address)
     except OSError as error:
-        raise connection_refused(address, error) from error
+        raise build_refused_error(address, error) from error
     if greeting != ZEROMQ:
-        raise wrong_protocol(address, greeting)
+        raise build_protocol_error(address, greeting)
 
 
 def read_greeting(address: Address) -> bytes | None:
@@ -70,7 +70,7 @@ def read_greeting(address: Address) -> bytes | None:
             return b""
 
 
-def connection_refused(address: Address, cause: OSError) -> BackendError:
+def build_refused_error(address: Address, cause: OSError) -> BackendError:
     """Return the error for an address at which no server listens.
 
     cause: the error of the operating system.
@@ -84,7 +84,7 @@ def connection_refused(address: Address, cause: OSError) -> BackendError:
     )
 
 
-def wrong_protocol(address: Address, greeting: bytes | None) -> BackendError:
+def build_protocol_error(address: Address, greeting: bytes | None) -> BackendError:
     """Return the error for a server that does not send the greeting of ZeroMQ.
 
     greeting: the result of `read_greeting`.
@@ -103,20 +103,20 @@ def wrong_protocol(address: Address, greeting: bytes | None) -> BackendError:
     )
 
 
-def server_gone(address: Address, function: str) -> BackendError:
+def build_server_gone_error(address: Address, function: str) -> BackendError:
     """Return the error for a server that has ended during a call.
 
     function: the name of the called function.
     """
     return BackendError(
-        f"coppeliasim: the CoppeliaSim at {address} ended during {function}. Start it again, and run again",
+        f"coppeliasim: the CoppeliaSim at {address} ended during {function}. Start CoppeliaSim, and run again",
         kind="server-gone",
         address=str(address),
         function=function,
     )
 
 
-def timed_out(address: Address, function: str, limit_s: float, *, is_known: bool) -> BackendError:
+def build_timeout_error(address: Address, function: str, limit_s: float, *, is_known: bool) -> BackendError:
     """Return the error for a call that the server has not answered in time.
 
     function: the name of the called function.
@@ -124,7 +124,8 @@ def timed_out(address: Address, function: str, limit_s: float, *, is_known: bool
     is_known: whether the server has answered earlier calls.
     """
     advice = (
-        "Check whether it shows a dialogue or hangs. If it is only slow, raise safety.answer_s in the robot's file"
+        "Check whether CoppeliaSim shows a dialogue or hangs. If it is only slow, raise safety.answer_s in the robot's "
+        "file"
         if is_known
         else "Check whether CoppeliaSim shows a dialogue or is busy"
     )
@@ -137,7 +138,7 @@ def timed_out(address: Address, function: str, limit_s: float, *, is_known: bool
     )
 
 
-def unexpected_answer(address: Address, function: str, answer: object) -> BackendError:
+def build_answer_error(address: Address, function: str, answer: object) -> BackendError:
     """Return the error for an answer that no CoppeliaSim server sends.
 
     function: the name of the called function.
@@ -152,7 +153,7 @@ def unexpected_answer(address: Address, function: str, answer: object) -> Backen
     )
 
 
-def server_too_old(address: Address) -> BackendError:
+def build_too_old_error(address: Address) -> BackendError:
     """Return the error for a server whose protocol is the first one of the ZeroMQ remote API."""
     return BackendError(
         f"coppeliasim: {address} uses the first protocol of the ZeroMQ remote API, as CoppeliaSim up to 4.5 does. "
@@ -162,7 +163,7 @@ def server_too_old(address: Address) -> BackendError:
     )
 
 
-def function_missing(address: Address, function: str) -> BackendError:
+def build_missing_error(address: Address, function: str) -> BackendError:
     """Return the error for a server that does not have a function or constant."""
     return BackendError(
         f"coppeliasim: the CoppeliaSim at {address} has no {function}. Install a newer one; this driver was tested "

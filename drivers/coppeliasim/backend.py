@@ -125,7 +125,8 @@ class CoppeliaSimBackend(Backend):
         if not self.builds_world(setup.robot):
             if options.keep:
                 raise UsageError(
-                    "option keep is for scenes that are built; this robot joins the open scene. Omit the option",
+                    "option keep is for robots that the backend builds, but this robot is in the open scene. Omit the "
+                    "option",
                     kind="nothing-to-keep",
                 )
             return open_in_scene(setup, SECTION, connect, options.simulation, cutoffs=cutoffs)
@@ -225,7 +226,10 @@ def _diagnose_scene(scene: CoppeliaSimScene) -> Iterator[Finding]:
     yield Finding.ok("physics", f"by {_ENGINES.get(engine, engine)}", kind="engine")
     if scene.read_state() is not State.STOPPED:
         yield Finding.warning(
-            "proximity sensors", "not tested: a simulation runs", "Stop it, and repeat", kind="simulation-running"
+            "proximity sensors",
+            "were not tested, because a simulation runs",
+            "Stop the simulation, and run the doctor again",
+            kind="simulation-running",
         )
     elif do_proximity_sensors_work(SceneBuilder(connection), scene.detect):
         yield Finding.ok("proximity sensors", "detect a box in front of them", kind="sensors-work")

@@ -16,7 +16,7 @@ TAG = "robotcore"
 """The name of the custom data that holds the note of a root object that this driver has made."""
 
 NO_UNDO = "[]"
-"""A note without undo calls: an empty JSON list."""
+"""The note of a root object without undo calls: an empty JSON list."""
 
 _EXCLUDED = 1
 
@@ -185,7 +185,7 @@ class Placement(NamedTuple):
         return cls(x, y, z, qx, qy, qz, qw)
 
     def compose(self, local: Placement) -> Placement:
-        """Convert a frame relative to this frame to a frame in the world.
+        """Return the frame in the world of a frame that is given relative to this frame.
 
         >>> Placement(1.0, 2.0, 0.0).compose(Placement(0.5, 0.0, 0.0))[:3]
         (1.5, 2.0, 0.0)

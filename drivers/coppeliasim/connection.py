@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from drivers.coppeliasim.address import (
     Address,
-    function_missing,
+    build_answer_error,
+    build_missing_error,
+    build_server_gone_error,
+    build_timeout_error,
+    build_too_old_error,
     is_listening,
     require_greeting,
-    server_gone,
-    server_too_old,
-    timed_out,
-    unexpected_answer,
 )
 from robotcore.errors import BackendError
 from robotcore.simulation.executor import SerialExecutor
@@ -138,7 +138,7 @@ class SimulatorConnection:
         entry = self._functions.get(name)
         if isinstance(entry, Mapping) and isinstance(entry.get("const"), (int, float)):
             return int(entry["const"])
-        raise function_missing(self.address, f"sim.{name}")
+        raise build_missing_error(self.address, f"sim.{name}")
 
     def call(self, function: str, *arguments: Any, within_s: float | None = None) -> Any:
         """Call a function of the server by its full name, and return its result. Calls from several threads take turns.
@@ -175,7 +175,7 @@ class SimulatorConnection:
         try:
             return convert(answer)
         except (TypeError, ValueError, LookupError) as error:
-            raise unexpected_answer(self.address, f"sim.{name}", f"{answer!r:.80}") from error
+            raise build_answer_error(self.address, f"sim.{name}", f"{answer!r:.80}") from error
 
     def close(self) -> None:
         """End the session on the server, and disconnect. No error is raised. A second call does nothing."""
@@ -210,22 +210,22 @@ class SimulatorConnection:
                 function=function,
             ) from error
         except CallTimeout as error:
-            timeout = timed_out(self.address, function, limit_s, is_known=bool(self._functions))
-            self._failure = timeout if is_listening(self.address) else server_gone(self.address, function)
+            timeout = build_timeout_error(self.address, function, limit_s, is_known=bool(self._functions))
+            self._failure = timeout if is_listening(self.address) else build_server_gone_error(self.address, function)
             raise self._failure from error
         except Disconnected as error:
-            self._failure = server_gone(self.address, function)
+            self._failure = build_server_gone_error(self.address, function)
             raise self._failure from error
         except FirstProtocolReply as error:
-            self._failure = server_too_old(self.address)
+            self._failure = build_too_old_error(self.address)
             raise self._failure from error
         except ProtocolViolation as error:
-            self._failure = unexpected_answer(self.address, function, error)
+            self._failure = build_answer_error(self.address, function, error)
             raise self._failure from error
 
     def _set_functions(self, info: Any) -> None:
         if not isinstance(info, Mapping) or "getObjectPosition" not in info:
-            self._failure = unexpected_answer(self.address, "zmqRemoteApi.info", "no list of functions")
+            self._failure = build_answer_error(self.address, "zmqRemoteApi.info", "no list of functions")
             raise self._failure
         self._functions = info
 
@@ -236,7 +236,7 @@ class SimulatorConnection:
         older = OLDER_NAMES.get(function)
         if older and older.removeprefix("sim.") in self._functions:
             return older
-        raise function_missing(self.address, function)
+        raise build_missing_error(self.address, function)
 
 
 def _create_client(client: type[Client], address: Address) -> Client:

@@ -192,7 +192,7 @@ class BuiltMotor(Motor):
         self._command = self._velocity = self._sent = 0.0
 
     def drive(self) -> None:
-        """Send the joint's mean velocity in the next time step. It must be called before each time step."""
+        """Send the mean velocity that the joint must have in the next time step. Call this before each time step."""
         missing = self._command - self._velocity
         self._send(self._velocity + missing * self._mean_gain)
         self._velocity += missing * self._gain

@@ -31,7 +31,10 @@ _MAX_SHOWN = 3
 
 
 def find_own_roots(builder: SceneBuilder) -> dict[int, str]:
-    """Return the note of each root object that this driver has made, by the handle of the object."""
+    """Return the note of each root object that this driver has made, by the handle of the object.
+
+    A note is a JSON list of undo calls.
+    """
     notes = {root: builder.read_note(root) for root in _list_roots(builder)}
     return {root: note for root, note in notes.items() if note}
 
@@ -93,9 +96,9 @@ def require_empty(builder: SceneBuilder) -> None:
 
 
 def save_scene_state(builder: SceneBuilder, storage: int, light: Light, more: Sequence[UndoCall]) -> None:
-    """Set the light of the world, and lower the floor of the user's scene. Before, store the calls that undo this.
+    """Store the undo calls of the scene. Then set the light of the world, and lower the floor of the user's scene.
 
-    storage: the handle of the root object that stores the calls.
+    storage: the handle of the root object that stores the undo calls.
     more: further undo calls to store.
     """
     lamps = builder.list_tree("handle_scene", "object_light_type")

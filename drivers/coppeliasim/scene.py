@@ -35,7 +35,7 @@ _STOPPING_S, _NAP_S = 0.5, 0.01
 Probe = Callable[[Callable[[int], Point | None]], bool]
 """A function that returns whether proximity sensors work. Its argument is `CoppeliaSimScene.detect`."""
 
-_READ_LOG = "Read its message in its window or its log"
+_READ_LOG = "Read CoppeliaSim's message in its window or its log"
 
 
 class CoppeliaSimScene(Scene):

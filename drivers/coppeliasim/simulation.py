@@ -108,7 +108,9 @@ class Simulation:
 
     def _find_joint(self, name: str) -> int:
         if name not in self._built.robot.joints:
-            raise DeviceError(name, "is not part of a wheel. Name it in the robot's [drive]", kind="no-wheel")
+            raise DeviceError(
+                name, "it belongs to no wheel. Name it in the section [drive] of the robot's file", kind="no-wheel"
+            )
         return self._built.robot.joints[name]
 
 
@@ -136,7 +138,7 @@ def clear_scene(scene: CoppeliaSimScene, builder: SceneBuilder) -> None:
     if (state := scene.read_state()) is not State.STOPPED:
         raise BackendError(
             f"coppeliasim: a simulation that this program did not start is {state.value} in the CoppeliaSim at "
-            f"{scene.connection.address}. Stop it, and run again",
+            f"{scene.connection.address}. Stop the simulation, and run again",
             kind="simulation-in-use",
             address=str(scene.connection.address),
             state=state.value,

@@ -61,7 +61,7 @@ class SimulatorLock:
         if note and not note.startswith(self._holder):
             lost = BackendError(
                 f"coppeliasim: another program has taken over the CoppeliaSim at {self._connection.address}, because "
-                f"this one was suspended or busy for more than {DEAD_S:g} s. Run again when the other one has ended",
+                f"this program was suspended or busy for more than {DEAD_S:g} s. Run again after the other has ended",
                 kind="lease-lost",
                 address=str(self._connection.address),
             )
@@ -92,8 +92,8 @@ class SimulatorLock:
                 return
             if current != note:
                 raise BackendError(
-                    f"coppeliasim: another program drives the CoppeliaSim at {self._connection.address}. Wait for it "
-                    "or stop it, or start a second CoppeliaSim with another port",
+                    f"coppeliasim: another program drives the CoppeliaSim at {self._connection.address}. Wait until "
+                    "it ends, or start a second CoppeliaSim with another port",
                     kind="lease-held",
                     address=str(self._connection.address),
                 )

@@ -68,7 +68,7 @@ class CoppeliaSimTruth:
     def twist(self) -> Twist:
         """Return the velocity of the robot.
 
-        All points on the robot's long axis have the same forward velocity. So that of the body is that of the axle.
+        All points on the robot's long axis have the same forward velocity. So the body has the velocity of the axle.
         """
         linear, angular = self._connection.call_as(_to_vectors, "getObjectVelocity", self._body)
         forward = _compute_forward(self._origin())

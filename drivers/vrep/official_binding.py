@@ -190,7 +190,7 @@ class OfficialClient:
         if code & _REMOTE:
             raise RefusedError(f"{self._server} refused the call (code {code})", code=code)
         raise ServerTimeoutError(
-            f"{self._server} has not answered for {self._answer_s:g} s (code {code}). Restart it", code=code
+            f"{self._server} has not answered for {self._answer_s:g} s (code {code}). Restart the simulator", code=code
         )
 
     def _lost_error(self) -> RemoteApiError:

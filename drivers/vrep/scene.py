@@ -130,13 +130,13 @@ RESOLUTION_X, RESOLUTION_Y, VIEW_ANGLE = 1002, 1003, 1004
 
 
 class GroupData(NamedTuple):
-    """The data of a group of objects: the handle of each object, and either a number or a text for each object."""
+    """The data of a group of objects: the handle of each object, and either an integer or a text for each object."""
 
     handles: tuple[int, ...]
     numbers: tuple[int, ...]
-    """The number of each object; empty if texts were read."""
+    """An integer for each object, such as its type; empty if texts were read."""
     texts: tuple[str, ...]
-    """The text of each object; empty if numbers were read."""
+    """A text for each object, such as its name; empty if integers were read."""
 
 
 def read_group(data: memoryview) -> GroupData:

@@ -131,7 +131,7 @@ class SteppedScene(LegacyScene):
         return True
 
     def _explain_halt(self, failure: SimulationHaltedError) -> SimulationHaltedError:
-        """Return an error that names the state of the simulation. A stop takes a few time steps, so wait for it."""
+        """Wait until the simulation has stopped or is paused, and return an error that names its state."""
         wall = MonotonicClock()
         while (state := self.read_state()) is State.RUNNING:
             if wall.now() > _HALTING_S:

@@ -127,12 +127,16 @@ class StreamReader:
         self._check()
         if (answer := self._pump.newest(request)) is None:
             raise ServerTimeoutError(
-                f"the simulator no longer answers the request to {request.action}. Restart it", kind="stream-lost"
+                f"the simulator no longer answers the request to {request.action}. Restart the simulator",
+                kind="stream-lost",
             )
         return StreamedValue(request.read(answer), answer.time_ms / 1000)
 
     def call(self, request: Request[T]) -> T:
-        """Send a request, and return the value of its answer. If it is streamed, return the newest value at once."""
+        """Send a request, and return the value of its answer.
+
+        For a request that the server streams, return the newest value at once.
+        """
         if request.identity in self._streams:
             return cast("T", self.newest(request).value)
         value = self._wait_for(request, BLOCKING)

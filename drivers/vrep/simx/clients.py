@@ -174,7 +174,8 @@ def simxStart(
 ) -> int:
     """Create a client, and return its number. Return -1 if it cannot connect, or if the address has a client already.
 
-    timeOutInMs: if positive, the time limit of connecting. If negative, minus the time limit of blocking calls.
+    timeOutInMs: if positive, the time limit of connecting. If negative, its absolute value is the time limit of calls
+        in blocking mode.
 
     A negative port stands for shared memory, which is not supported.
     """

@@ -236,7 +236,7 @@ def _decode_piece(rest: memoryview) -> tuple[Piece, int]:
     size, full, key_size, offset, command, _, time_ms, status, _ = _COMMAND.unpack_from(rest)
     first = _COMMAND.size + key_size
     if not first <= size <= len(rest) or offset < 0 or full < size + offset:
-        raise ProtocolError(f"a command has an invalid size ({size} of {full} bytes), and {len(rest)} bytes are left")
+        raise ProtocolError(f"a command of {size} bytes (whole answer: {full}) does not fit its last {len(rest)} bytes")
     number, mode = command & NUMBER_MASK, command & ~NUMBER_MASK
     key, data = bytes(rest[_COMMAND.size : first]), rest[first:size]
     return Piece(number, key, mode, time_ms, bool(status & _FAILED), data, offset, full - first), size

@@ -132,7 +132,7 @@ def _fill_lines(canvas: NDArray[np.uint32], polygon: Sequence[Point], lines: ran
 
 
 def _split_at_top_and_bottom(polygon: Sequence[Point], heights: list[float]) -> tuple[Sequence[Point], Sequence[Point]]:
-    """Return the corners of the left side and those of the right side, both from top to bottom."""
+    """Return the corners of a polygon's left side and of its right side, both from top to bottom."""
     top = heights.index(min(heights))
     ring = [*polygon[top:], *polygon[: top + 1]]
     bottom = (heights.index(max(heights)) - top) % len(polygon)

@@ -1,4 +1,4 @@
-"""Splits the prisms of a world into blocks that do not overlap, and projects their faces."""
+"""Split the prisms of a world into blocks that do not overlap, and project the faces of the blocks."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ from robotcore.simulation.painter.canvas import Canvas, Palette
 from robotcore.simulation.painter.planes import Array
 
 BAND_ROWS = 32
-"""The number of rows of a `Band`. It is so small that a band's arrays stay in the processor's cache."""
+"""The greatest number of rows of a `Band`. It is so small that a band's arrays stay in the processor's cache."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,10 @@ class Band:
 
 @dataclass(frozen=True)
 class Sphere:
-    """A ball in the camera's frame. ``centre`` is its centre, (3,), and ``lamp`` the direction to the lamp, (3,)."""
+    """A ball in the camera's frame.
+
+    ``lamp`` is the direction to the lamp, (3,). ``part`` is the number of the ball.
+    """
 
     centre: Array
     radius: float

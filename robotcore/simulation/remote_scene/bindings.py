@@ -35,7 +35,7 @@ Paths = Annotated[
 
 
 class ObjectBinding(StrictModel):
-    """A device's table in the section: the path of its scene object.
+    """A device's table in a section of the robot's file: the path of its scene object.
 
     >>> ObjectBinding(path="/rover/nose").path
     ('/rover/nose',)
@@ -86,7 +86,7 @@ class SceneBinding:
 
     description: AnyDevice
     settings: ObjectBinding
-    """The table: the path of the scene object, and options."""
+    """The device's table: the path of the scene object, and options."""
     kind: ObjectKind
     """The kind that the scene object must have."""
     other_paths: frozenset[str] = frozenset()
@@ -232,7 +232,7 @@ def _find_shared_motors(bound: Sequence[SceneBinding], found: ObjectsByDevice) -
         if (joint := found.get(name)) and (other := first_motors.setdefault(joint.handle, name)) != name:
             yield DeviceError(
                 name,
-                f"the joint {joint.path!r} belongs to {other} too. Name another joint in the robot's file",
+                f"the joint {joint.path!r} is the joint of {other} too. Name another joint in the robot's file",
                 kind="shared-joint",
                 path=joint.path,
                 other=other,
@@ -259,5 +259,5 @@ def _find_device(bound: SceneBinding, scene: Scene) -> Finding:
         return Finding.error(name, problem, remedy, kind=failure.kind)
     if found is None:
         paths = " or ".join(map(repr, bound.settings.path))
-        return Finding.ok(name, f"the scene has no object {paths}: pictures stay in memory", kind="kept-in-memory")
+        return Finding.ok(name, f"the scene has no object {paths}, so pictures stay in memory", kind="kept-in-memory")
     return Finding.ok(name, f"{found.path}, a {found.kind.value}", kind="object-found")

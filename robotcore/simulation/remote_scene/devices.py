@@ -183,7 +183,8 @@ def choose_intrinsics(description: CameraDescription, optics: CameraOptics, *, a
     raise DeviceError(
         description.name,
         f"the vision sensor has {_format_optics(actual)}, the description has {_format_optics(described)}. "
-        "Correct the scene or the robot's file, or write as_found = true below the camera's path to use the sensor's",
+        "Correct the scene or the robot's file, or write as_found = true below the camera's path to use the scene's "
+        "vision sensor as it is",
         kind="different-optics",
         actual=_format_optics(actual),
         described=_format_optics(described),

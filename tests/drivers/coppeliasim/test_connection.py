@@ -282,13 +282,13 @@ def test_connection_does_not_continue_with_a_restarted_server(raises: Raises) ->
 def test_errors_have_kinds_and_name_the_address() -> None:
     address = address_module.Address(port=23001)
     failures = [
-        address_module.connection_refused(address, ConnectionRefusedError()),
-        address_module.wrong_protocol(address, None),
-        address_module.server_gone(address, "sim.step"),
-        address_module.timed_out(address, "sim.step", 1.0, is_known=True),
-        address_module.unexpected_answer(address, "sim.step", 7),
-        address_module.server_too_old(address),
-        address_module.function_missing(address, "sim.step"),
+        address_module.build_refused_error(address, ConnectionRefusedError()),
+        address_module.build_protocol_error(address, None),
+        address_module.build_server_gone_error(address, "sim.step"),
+        address_module.build_timeout_error(address, "sim.step", 1.0, is_known=True),
+        address_module.build_answer_error(address, "sim.step", 7),
+        address_module.build_too_old_error(address),
+        address_module.build_missing_error(address, "sim.step"),
     ]
     assert [failure.kind for failure in failures] == [
         "connection-refused",
