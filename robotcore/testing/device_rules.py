@@ -98,7 +98,7 @@ class EncoderRules(TestBench):
         left, right = self._measure_turn(SPEED_RAD_S, 0.0)
         assert abs(left) > 3 * abs(right), (
             f"only the left motor was commanded to turn. The left encoder counted {left:+.2f} rad and the right one "
-            f"{right:+.2f} rad. If the encoders are swapped, swap them"
+            f"{right:+.2f} rad. Let each encoder count the turns of its own wheel"
         )
 
     def test_angles_are_in_radians(self) -> None:

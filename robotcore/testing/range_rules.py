@@ -67,20 +67,22 @@ class RangeRules(TestBench):
         )
 
     def test_cone_is_the_full_angle(self) -> None:
-        away, half = self._measurable_m, self._half_cone
+        away, half = self._distance_in_range_m, self._half_cone
         inside = self._read_range(worlds.post(self.sensor.mount, away, 0.75 * half)).distance
         outside = self._read_range(worlds.post(self.sensor.mount, away, 1.25 * half + 0.1)).distance
         assert inside == pytest.approx(away, abs=2 * TOLERANCE_M), (
             f"{self.sensor.name} returned {inside} m for a post at {away} m near the left edge of its cone. "
-            "Measure in the full angle cone_rad"
+            "Detect obstacles in the whole angle cone_rad"
         )
         assert outside == math.inf, (
             f"{self.sensor.name} returned {outside} m for a post at {away} m left of its cone. "
-            "Measure only in the full angle cone_rad"
+            "Detect obstacles only in the angle cone_rad"
         )
 
     def test_detected_point_is_left_positive(self) -> None:
-        point = self._read_range(worlds.post(self.sensor.mount, self._measurable_m, 0.75 * self._half_cone)).point
+        point = self._read_range(
+            worlds.post(self.sensor.mount, self._distance_in_range_m, 0.75 * self._half_cone)
+        ).point
         if point is None:
             pytest.skip(f"the samples of {self.sensor.name} have no detected point")
         assert point[0] > 0 < point[1], (
@@ -99,7 +101,7 @@ class RangeRules(TestBench):
 
     def test_lost_echo_makes_no_new_sample(self) -> None:
         self.require(TestSupport.LOST_ECHO)
-        with self.open_robot(worlds.wall(self.sensor.mount, self._measurable_m), Role.RANGE) as robot:
+        with self.open_robot(worlds.wall(self.sensor.mount, self._distance_in_range_m), Role.RANGE) as robot:
             before = robot.range.read()
             self.lose_echoes(robot)
             sleep(robot, 0.5)
@@ -115,7 +117,7 @@ class RangeRules(TestBench):
         return half if half > NARROW_RAD else pytest.skip(f"the cone of {self.sensor.name} is too narrow to test")
 
     @property
-    def _measurable_m(self) -> float:
+    def _distance_in_range_m(self) -> float:
         """A distance that the sensor can measure, in metres."""
         return min(0.5, self.sensor.max_range_m / 2)
 

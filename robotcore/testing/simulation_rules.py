@@ -90,7 +90,7 @@ class TruthRules(TestBench):
 
 def _require_truth(robot: Robot) -> TruthSource:
     assert robot.truth is not None, (
-        "the robot has no ground truth. Open it with truth=TruthSource, or remove POSE and CONTACTS from capabilities"
+        "the robot has no ground truth. Open it as Robot(..., truth=...), or remove POSE and CONTACTS from capabilities"
     )
     return robot.truth
 

@@ -1,4 +1,4 @@
-"""Inputs of an app besides its samples: other motors, a display that fails, reads of the range guard."""
+"""Replays with motors outside the drive, failing displays, reads by the range guard, and suspensions."""
 
 from __future__ import annotations
 

@@ -105,8 +105,8 @@ BROKEN = (
         ignore_close,
     ),
     broken("closing twice fails", "closing_twice_is_no_error", refuse_second_close),
-    broken("a closed sensor goes on", "closed_device_refuses_use", keep_sensor_open),
-    broken("a closed display goes on", "closed_device_refuses_use", keep_display_open),
+    broken("a closed sensor still returns samples", "closed_device_refuses_use", keep_sensor_open),
+    broken("a closed display still shows pictures", "closed_device_refuses_use", keep_display_open),
     Broken(
         "one motor that fails keeps the next from stopping",
         frozenset({"other_motor_stops_if_one_fails_to_stop"}),

@@ -132,8 +132,8 @@ BROKEN: tuple[Any, ...] = (
         change_set_velocity(send_unclamped),
     ),
     broken("the limit is not the described one", "limit_does_not_exceed_the_description", raise_the_limit),
-    broken("NaN is taken for zero", "velocity_that_is_not_finite_is_refused", change_set_velocity(replace_nan_by_zero)),
+    broken("NaN is sent as zero", "velocity_that_is_not_finite_is_refused", change_set_velocity(replace_nan_by_zero)),
     broken(
-        "NaN is refused in full motion", "refused_velocity_stops_the_motor", change_set_velocity(keep_driving_at_nan)
+        "NaN is refused without a stop", "refused_velocity_stops_the_motor", change_set_velocity(keep_driving_at_nan)
     ),
 )

@@ -29,7 +29,7 @@ def mirror(sample: Range) -> Range:
 
 
 class EchoLossSuite(ConformanceSuite):
-    """A suite that can lose echoes; the sensor then returns a wrong sample."""
+    """A suite that can suppress echoes. The sensor then returns the reading ``instead``."""
 
     backend = MockBackend
     lacks: ClassVar = {TestSupport.WORLD: "its sensors follow a script"}

@@ -88,7 +88,7 @@ def test_turns_away_from_a_wall() -> None:
     assert turning.left < turning.right
 
 
-def test_one_reading_a_tick_and_the_last_one_stays() -> None:
+def test_each_tick_has_one_reading_and_the_last_one_is_repeated() -> None:
     app = Ahead()
     MockRobot(range=[1.0, 0.9, 0.8]).run(app, ticks=5)
     assert app.seen == [1.0, 0.9, 0.8, 0.8, 0.8]
@@ -289,7 +289,7 @@ class TestFaults:
         with raises(UsageError, "unknown-effect"):
             MockRobot(faults=["range dorp=1"]).run(Ahead())
 
-    def test_an_app_survives_a_lost_connection_and_drives_on(self, check_text: CheckText) -> None:
+    def test_app_continues_after_a_lost_connection(self, check_text: CheckText) -> None:
         robot, app = MockRobot(range=1.0, faults=["connection lost=0.2 after=0.1"]), Stopping()
         assert robot.run(app, ticks=10) is Status.RUNNING
         assert len(app.failures) == 4
