@@ -13,7 +13,7 @@ from robotcore.hal.devices import Motor
 
 @dataclass
 class IrregularApp(Behaviour):
-    """An app whose setting ``end`` is ``success``, ``nan``, ``swallowed`` (it catches the error of NaN) or ``crash``."""
+    """An app whose setting ``end`` is ``success``, ``nan``, ``swallowed`` (it catches the NaN error) or ``crash``."""
 
     end: str = "success"
     ticks: int = 8
