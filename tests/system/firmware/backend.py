@@ -1,4 +1,4 @@
-"""A backend with the shipped drivers on simulated AVRs with robotcore_bridge, in the kinematic world."""
+"""A backend with the serial drivers on a simulated board with robotcore_bridge, in the kinematic world."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from tests.system.firmware.simulated import OnDemandClock, SimulatedRobot, Wirin
 from tests.system.firmware.world import FollowedCamera, FollowedWorld
 
 BUILT = "ROBOTCORE_FIRMWARE_BUILT"
-"""The environment variable that names the folder with the simulator and the sketch."""
+"""The environment variable with the folder of the simulator and the sketch."""
 
 FOLLOW_S = 0.01
 
@@ -32,13 +32,13 @@ def build_folder() -> Path:
 
 
 def start_board(change: Callable[[Wiring], Wiring] = lambda wiring: wiring) -> Board:
-    """Return a board with robotcore_bridge, and a robot with the sketch's pins. ``change`` edits its wiring."""
+    """Return a running board with robotcore_bridge. ``change`` edits the wiring of its robot."""
     sketch = build_folder() / "robotcore_bridge"
     return Board(build_folder() / "simulated-avr", build_folder() / "firmware.elf", change(wiring(sketch)))
 
 
 class SimavrOptions(StrictModel):
-    """The options of the backend."""
+    """The options of the backend `simavr`."""
 
     board_timeout_s: float = BOARD_TIMEOUT_S
     join: Path | None = None
@@ -46,7 +46,7 @@ class SimavrOptions(StrictModel):
 
 
 class SimavrBackend(Backend):
-    """Opens robots on a simulated board: a new one, the constructor's, or another process's."""
+    """Opens robots on a simulated board: a new board, the constructor's board, or a board of another process."""
 
     name = "simavr"
     summary = "robotcore_bridge on a simulated AVR, in the kinematic world"
@@ -62,15 +62,14 @@ class SimavrBackend(Backend):
     def open(self, setup: Setup) -> Robot:
         options = setup.options_as(SimavrOptions)
         with ExitStack() as cleanup:
-            simulated, clock = self._simulated(options.join, cleanup)
+            simulated, clock = self._start_or_join(options.join, cleanup)
             world = FollowedWorld(setup, simulated)
             cleanup.callback(clock.every(FOLLOW_S, world.follow, "followed world").stop)
             release = cleanup.pop_all().close
         setup = replace(setup, robot=on_serial(setup.robot, simulated.port, options.board_timeout_s), options={})
         return open_robot(setup, SECTION, clock, release=release, truth=world, opened=_cameras(setup, world, clock))
 
-    def _simulated(self, join: Path | None, cleanup: ExitStack) -> tuple[SimulatedRobot, ServerClock]:
-        """Return a robot and its clock. The clock of a new board lets the AVR run only while a thread waits."""
+    def _start_or_join(self, join: Path | None, cleanup: ExitStack) -> tuple[SimulatedRobot, ServerClock]:
         if shared := self._board or (join and SimulatedRobot(join, map_bench(join))):
             return shared, ServerClock(shared.now)
         board = cleanup.enter_context(start_board())

@@ -15,7 +15,7 @@ from tests.system import needs
 from tests.system.firmware.config import ROVER
 
 STRICT = ("-Wall", "-Wextra", "-Werror")
-"""The sketch compiles without a warning."""
+"""The compiler's options for robotcore_bridge, which has no warnings."""
 
 
 def build(folder: Path, config: Mapping[str, object] | None = None, sketch: Path | None = None) -> Path:
@@ -76,5 +76,4 @@ def build_simulator(folder: Path) -> Path:
 
 
 def _has_tools() -> bool:
-    """Return whether all needed tools are installed."""
     return all(map(shutil.which, ("gcc", "avr-g++"))) and all(map(os.path.exists, NEEDED))

@@ -1,4 +1,4 @@
-"""The sketch's config.h: its values for the simulated robot, and its pins."""
+"""The sketch's config.h for the simulated robot, and the rover's description for the serial drivers."""
 
 from __future__ import annotations
 
@@ -9,33 +9,33 @@ from typing import Any
 
 from drivers.serial.backend import SECTION
 from robotcore.description import BatteryDescription, RobotDescription, load_robot
-from tests.system.firmware.simulated import Side, Wiring
+from tests.system.firmware.simulated import WheelPins, Wiring
 
 ROVER = {
     "BATTERY_PIN": "A0",
     "START_DUTY": 26,  # a dead band of 0.1
     "FULL_SPEED": 71,  # 14 rad/s, 960 counts a turn
 }
-"""The values for the robot of `Wiring`."""
+"""The values in config.h for the simulated robot."""
 
 FULL_V = 5.0
-"""The greatest voltage of an analog channel is the board's supply."""
+"""The greatest voltage that an analog channel measures, in volts: the board's supply."""
 
 
 def wiring(sketch: Path) -> Wiring:
-    """Return a robot with the pins of a sketch's config.h."""
+    """Return the wiring of a robot with the pins in a sketch's config.h."""
     defines = dict(re.findall(r"(?m)^#define (\w+) (\w+)", (sketch / "config.h").read_text()))
 
     def pin(name: str) -> int:
         return _number(defines[f"{name}_PIN"])
 
-    def side(name: str) -> Side:
+    def wheel_pins(name: str) -> WheelPins:
         words = ("FORWARD", "BACKWARD", "ENCODER_A", "ENCODER_B", "ENABLE")
-        return Side(*(pin(f"{name}_{word}") for word in words))
+        return WheelPins(*(pin(f"{name}_{word}") for word in words))
 
     return Wiring(
-        side("LEFT"),
-        side("RIGHT"),
+        wheel_pins("LEFT"),
+        wheel_pins("RIGHT"),
         trigger=pin("SONAR_TRIGGER"),
         echo=pin("SONAR_ECHO"),
         battery=pin("BATTERY") - _number("A0"),
@@ -44,7 +44,6 @@ def wiring(sketch: Path) -> Wiring:
 
 
 def _number(pin: str) -> int:
-    """Return the number of a pin, also of A0 to A5."""
     return 14 + int(pin[1:]) if pin.startswith("A") else int(pin)
 
 
@@ -61,15 +60,15 @@ CONNECTED: dict[str, dict[str, Any]] = {
 }
 
 
-def with_battery() -> RobotDescription:
-    """Return the rover, with the battery that the board measures."""
+def load_rover_with_battery() -> RobotDescription:
+    """Return the rover with the battery that the board measures."""
     rover = load_robot("rover")
     battery = BatteryDescription(kind="battery", name="battery")
     return rover.model_copy(update={"devices": (*rover.devices, battery)})
 
 
 def on_serial(robot: RobotDescription, port: Path, board_timeout_s: float) -> RobotDescription:
-    """Return a robot with its section for the serial drivers."""
+    """Return the robot with a table [serial] for the serial drivers."""
     names = {device.name for device in robot.devices}
     section = {name: {**table, "port": str(port)} for name, table in CONNECTED.items() if name in names}
     for motor in (table for table in section.values() if "board_timeout_s" in table):

@@ -1,4 +1,4 @@
-"""The line through pyserial, without a driver: commands and answers."""
+"""Commands to a board and its answers, by pyserial without a driver."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ BOOTING_S = 3.0
 
 
 class RawLine:
-    """Opens a board's line, and waits until the board takes commands."""
+    """Opens a board's line, and waits until the board accepts commands."""
 
     def __init__(self, board: Board) -> None:
         self._board = board
@@ -25,7 +25,7 @@ class RawLine:
         self._serial.reset_input_buffer()
 
     def ask(self, command: str, within_s: float = ANSWER_S) -> str:
-        """Send a command and return the answer, or an empty text if none arrives within these seconds on the AVR."""
+        """Send a command, and return the answer; empty without one in ``within_s`` seconds of the AVR's time."""
         self.send(f"{command}\r".encode())
         return self.read_answer(within_s)
 
@@ -33,7 +33,7 @@ class RawLine:
         self._serial.write(data)
 
     def read_answer(self, within_s: float = ANSWER_S) -> str:
-        """Return the next line; after these seconds, the part of it that has arrived."""
+        """Return the next line, or after ``within_s`` seconds the part of the line that has arrived."""
         end, got = self._board.now() + within_s, b""
         while not got.endswith(b"\n") and self._board.now() < end:
             got += self._serial.readline()

@@ -1,4 +1,4 @@
-"""The simulated robot as memory that this process shares with the simulator. Its layout is that of avr/bench.h."""
+"""The simulated robot, by memory that this process shares with the simulator. avr/bench.h defines the layout."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ MEMORY = "bench"
 """The name of the shared file in a robot's folder."""
 
 JUMPER = -1
-"""The enable pin of an L298N's channel with a jumper."""
+"""The value for the enable pin of an L298N's channel that a jumper always enables."""
 
 _INPUTS = ("forward", "backward", "enable", "a", "b")
 _MODEL = ("dead_band", "full_rad_s", "lag_s", "edges_per_turn")
-_DOES = ("duty", "velocity_rad_s", "angle_rad")
+_STATE = ("duty", "velocity_rad_s", "angle_rad")
 
 
 class Wheel(ctypes.Structure):
-    """A channel of an L298N with its motor, wheel and encoder. Pins have Arduino's numbers."""
+    """The shared state of a channel of an L298N with its motor, wheel and encoder. Pins have Arduino's numbers."""
 
     forward: int
     backward: int
@@ -42,12 +42,12 @@ class Wheel(ctypes.Structure):
 
     _fields_: ClassVar = [
         *((name, ctypes.c_int64) for name in _INPUTS),
-        *((name, ctypes.c_double) for name in _MODEL + _DOES),
+        *((name, ctypes.c_double) for name in _MODEL + _STATE),
     ]
 
 
 class Bench(ctypes.Structure):
-    """The robot around the AVR: its wiring, its inputs and its state."""
+    """The shared state of the robot around the AVR: its wiring, its inputs and its motion."""
 
     left: Wheel
     right: Wheel
@@ -76,27 +76,30 @@ class Bench(ctypes.Structure):
 
 
 def create_bench(folder: Path) -> Bench:
-    """Create the shared memory in a folder with zeros, and return it as a bench."""
+    """Create the shared memory in a folder, filled with zeros, and return it."""
     (folder / MEMORY).write_bytes(bytes(ctypes.sizeof(Bench)))
     return map_bench(folder)
 
 
 def map_bench(folder: Path) -> Bench:
-    """Map the shared memory in a folder. The bench always has the current state."""
+    """Map the shared memory in a folder, and return it. The simulator keeps it up to date."""
     with (folder / MEMORY).open("r+b") as file:
         return Bench.from_buffer(mmap.mmap(file.fileno(), 0))
 
 
 SOUND_M_S = 343.0
-"""The speed of sound in air of 20 °C."""
+"""The speed of sound in air of 20 °C, in m/s."""
 
 SILENCE_S = 38e-3
-"""The length of the pulse of an HC-SR04 without an echo. Source: its data sheet."""
+"""The length of the pulse of an HC-SR04 without an echo, in seconds. Source: its data sheet."""
 
 
 @dataclass(frozen=True)
-class Side:
-    """The pins of a wheel: the inputs of its L298N and the channels of its encoder. ``a`` leads if it turns forward."""
+class WheelPins:
+    """The pins of a wheel: the inputs of the L298N, and the channels of the encoder.
+
+    Channel ``a`` leads if the wheel turns forward.
+    """
 
     forward: int
     backward: int
@@ -107,7 +110,7 @@ class Side:
 
 @dataclass(frozen=True)
 class Motor:
-    """A motor with a dead band, a linear velocity above it, and a first-order lag."""
+    """A motor with a dead band of duties, a linear velocity above the dead band, and a first-order lag."""
 
     dead_band: float = 0.10
     full_rad_s: float = 14.0
@@ -119,12 +122,12 @@ class Motor:
 class Wiring:
     """A robot's pins by Arduino's numbers, its motors, and the voltage divider of the battery.
 
-    A board that ``resets_when_opened`` ignores all data for ``bootloader_s`` after its port is opened. Every Uno and
-    Nano does this.
+    resets_when_opened: whether the board is reset when its port is opened, as every Uno and Nano is.
+    bootloader_s: the time after such a reset in which the board ignores all data.
     """
 
-    left: Side
-    right: Side
+    left: WheelPins
+    right: WheelPins
     trigger: int
     echo: int
     battery: int
@@ -134,15 +137,15 @@ class Wiring:
     bootloader_s: float = 0.1
 
     def build(self, bench: Bench) -> None:
-        """Write these values into the bench."""
-        for wheel, side in ((bench.left, self.left), (bench.right, self.right)):
-            self._build_wheel(wheel, side)
+        """Write these values into the shared memory."""
+        for wheel, pins in ((bench.left, self.left), (bench.right, self.right)):
+            self._build_wheel(wheel, pins)
         bench.trigger, bench.echo, bench.battery = self.trigger, self.echo, self.battery
         bench.battery_ratio = self.battery_ratio
         bench.resets_when_opened, bench.bootloader_s = self.resets_when_opened, self.bootloader_s
 
-    def _build_wheel(self, wheel: Wheel, side: Side) -> None:
-        for name, value in (vars(side) | vars(self.motor)).items():
+    def _build_wheel(self, wheel: Wheel, pins: WheelPins) -> None:
+        for name, value in (vars(pins) | vars(self.motor)).items():
             setattr(wheel, name, value)
 
 
@@ -150,9 +153,11 @@ FOREVER = 2**64 - 1
 
 
 class SimulatedRobot:
-    """A robot that another process simulates. Its files are in ``folder``.
+    """A robot that another process simulates.
 
-    ``port`` leads to the board's line while the line is plugged in. Times are seconds since the AVR was switched on.
+    folder: the folder with its files. ``ttyUSB0`` is the board's port while the line is plugged in.
+    bench: the memory that the simulator shares.
+    All times are in seconds of the AVR's time, since it was switched on.
     """
 
     def __init__(self, folder: Path, bench: Bench) -> None:
@@ -163,8 +168,8 @@ class SimulatedRobot:
         """Return the AVR's time."""
         return self._bench.cycles / HZ
 
-    def ask_until(self, time: float) -> None:
-        """Let the AVR run until a time and then wait. With `inf`, the first value, it never waits."""
+    def run_until(self, time: float) -> None:
+        """Let the AVR run until ``time``, and then wait. With `inf`, which is the default, the AVR never waits."""
         self._bench.asked = FOREVER if math.isinf(time) else round(time * HZ)
 
     @property
@@ -182,32 +187,32 @@ class SimulatedRobot:
         """The duties of the motors, from -1 to 1."""
         return Wheels(self._bench.left.duty, self._bench.right.duty)
 
-    def put_ahead(self, distance: float) -> None:
-        """Put a target at a distance in metres in front of the sonar; `inf` removes it."""
+    def place_target(self, distance: float) -> None:
+        """Place a target at ``distance`` metres in front of the sonar; `inf` removes the target."""
         self._bench.echo_s = SILENCE_S if math.isinf(distance) else 2 * distance / SOUND_M_S
 
-    def charge(self, volts: float) -> None:
-        """Set the voltage of the battery."""
+    def set_battery_voltage(self, volts: float) -> None:
+        """Set the voltage of the battery in volts."""
         self._bench.battery_mv = volts * 1000 * self._bench.battery_ratio
 
-    def make_noise(self, share: float) -> None:
-        """Damage a share of the bytes on the line, in both directions: flip a bit, drop a byte, add a byte."""
+    def set_noise(self, share: float) -> None:
+        """Damage a share of the bytes on the line, from 0 to 1, in both directions: flip a bit, drop or add a byte."""
         self._bench.noise = share
 
 
 class OnDemandClock(ServerClock):
-    """A clock that requests AVR time only while a thread sleeps. Almost no AVR time passes while a program computes.
+    """A clock that lets the AVR run only while a thread sleeps. So almost no AVR time passes while a program computes.
 
-    Other waiting threads use that time too. If all threads wait but none sleeps, the AVR runs slowly.
+    A thread that waits without a sleep needs the sleep of another thread. Without one, the AVR runs slowly.
     """
 
     def __init__(self, simulated: SimulatedRobot) -> None:
         super().__init__(simulated.now)
         self._simulated = simulated
         self._asked = simulated.now()
-        simulated.ask_until(self._asked)
+        simulated.run_until(self._asked)
 
     def sleep_until(self, deadline: float) -> bool:
         self._asked = max(self._asked, self._zero + deadline)
-        self._simulated.ask_until(self._asked)
+        self._simulated.run_until(self._asked)
         return super().sleep_until(deadline)

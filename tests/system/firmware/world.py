@@ -1,4 +1,4 @@
-"""The kinematic world, in which the wheels of the simulated AVR move the body."""
+"""The kinematic world, in which the wheels of the simulated board move the robot."""
 
 from __future__ import annotations
 
@@ -18,42 +18,42 @@ from robotcore.optics import CameraView
 from robotcore.simulation.sampling import SampleCache
 from tests.system.firmware.simulated import SimulatedRobot
 
-STEPS_S = 240
-"""The step of the body: 1/240 s."""
+STEPS_PER_S = 240
+"""The rate of the simulation's steps in Hz."""
 
 SONAR_RANGE_M = 4.0
-"""The range of an HC-SR04."""
+"""The range of an HC-SR04 in metres."""
 
 
 class FollowedWorld:
-    """Moves the body by the wheels of a simulated robot, and sets the distance of its sonar.
+    """Moves the robot's body by the wheels of a simulated board, and sets the distance that its sonar measures.
 
     It is the run's `TruthSource`. Any thread may call it.
     """
 
     def __init__(self, setup: Setup, simulated: SimulatedRobot) -> None:
         assert setup.world
-        self._simulation = Simulation(replace(setup, robot=_without_lag(setup.robot), rate_hz=STEPS_S), setup.world)
+        self._simulation = Simulation(replace(setup, robot=_without_lag(setup.robot), rate_hz=STEPS_PER_S), setup.world)
         self._drive, self._simulated = setup.robot.drive, simulated
         self._angles, self._at = simulated.angles, simulated.now()
         self._lock = RLock()
-        self._is_silent = False
+        self._drops_echoes = False
         nose = setup.robot.first_of(RangeSensorDescription)
         self._sonar = nose and Sonar(nose.model_copy(update={"max_range_m": SONAR_RANGE_M}), setup.world)
         self.follow()
 
     def follow(self) -> None:
-        """Move the body by the wheels. Call this often, because the body moves in one arc between two calls."""
+        """Move the body by the turns of the wheels since the last call, on one arc. So it must be called often."""
         with self._lock:
             angles, now = self._simulated.angles, self._simulated.now()
-            self._roll(angles, max(1, math.ceil((now - self._at) * STEPS_S)))
+            self._roll(angles, max(1, math.ceil((now - self._at) * STEPS_PER_S)))
             self._angles, self._at = angles, now
             if self._sonar:
-                self._simulated.put_ahead(self._measure_ahead(self._sonar))
+                self._simulated.place_target(self._measure_ahead(self._sonar))
 
-    def fall_silent(self) -> None:
+    def drop_echoes(self) -> None:
         """Drop all echoes from now on."""
-        self._is_silent = True
+        self._drops_echoes = True
         self.follow()
 
     def pose(self) -> Pose:
@@ -69,14 +69,13 @@ class FollowedWorld:
             return self._simulation.contacts()
 
     def picture(self, view: Callable[[Pose], CameraView]) -> Image:
-        """Return the picture from the robot's place."""
+        """Return the picture that a camera of the robot sees."""
         return self._simulation.painter.picture(view(self.pose()))
 
     def _measure_ahead(self, sonar: Sonar) -> float:
-        return math.inf if self._is_silent else sonar.measure(self._simulation.pose()).distance
+        return math.inf if self._drops_echoes else sonar.measure(self._simulation.pose()).distance
 
     def _roll(self, to: Wheels, steps: int) -> None:
-        """Roll the wheels to these angles in equal steps."""
         if not self._drive:
             return
         clock, wheels = self._simulation.clock, self._simulation.wheels
@@ -89,7 +88,7 @@ class FollowedWorld:
 
 
 class FollowedCamera(Camera):
-    """A camera that shows the world at the time of reading."""
+    """A camera that shows the kinematic world at the time of reading."""
 
     def __init__(self, description: CameraDescription, world: FollowedWorld, clock: Clock) -> None:
         super().__init__(description.name, description.intrinsics)
@@ -106,7 +105,7 @@ class FollowedCamera(Camera):
 
 
 def _without_lag(robot: RobotDescription) -> RobotDescription:
-    """Return the robot with wheels without a lag. The wheels of the board have it."""
+    """Return the robot without lags of its wheels, because the simulated board's wheels have the lag."""
     devices = (
         description.model_copy(update={"lag_s": 0.0}) if isinstance(description, MotorDescription) else description
         for description in robot.devices

@@ -1,1 +1,1 @@
-"""A real GPIO chip and a real camera, as the kernel of a virtual machine simulates them."""
+"""Checks on a GPIO chip and a camera that the kernel of a virtual machine simulates."""

@@ -23,7 +23,7 @@ CONSOLE = needs.ROOT / "build" / "gpio-console.log"
 
 
 def main(names: list[str]) -> bool:
-    """Run these files of checks, by default all; return whether every check was passed."""
+    """Run the files of checks with these names, by default all; return whether every check passed."""
     needs.debian()
     chosen = [_file(name) for name in names] or _files()
     CONSOLE.parent.mkdir(exist_ok=True)
@@ -47,7 +47,6 @@ def _file(name: str) -> Path:
 
 
 def _command(files: Iterable[Path]) -> list[str]:
-    """Return the command that runs these files of checks in the guest."""
     environment = [
         "PATH=/usr/local/bin:/usr/bin:/bin:/usr/sbin:/sbin",
         f"PYTHONPATH={':'.join(map(str, _packages()))}",

@@ -1,4 +1,4 @@
-"""Debian's kernel with gpio-sim, a module that Debian leaves out and that is built here from Debian's source."""
+"""Debian's kernel with the module gpio-sim, which Debian leaves out. It is built from Debian's source."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tests.system import needs
 
 TOOLS = ("qemu-system-x86", "busybox-static", "linux-headers-amd64", "kmod", "gcc", "libc6-dev", "make", "xz-utils")
 LOADED = ("virtio_pci", "9pnet_virtio", "9p", "overlay", "gpio_sim", "vivid")
-"""The modules for the host's files, the GPIO chip and the camera."""
+"""The kernel modules for the host's files, the GPIO chip and the camera."""
 
 IMAGE_PARTS = ("kernel/fs", "kernel/net/9p", "kernel/drivers/virtio", "kernel/drivers/media", "modules.*")
 SOURCES = ("drivers/gpio/gpio-sim.c", "drivers/gpio/gpiolib.h", "kernel/irq/irq_sim.c")
@@ -44,7 +44,7 @@ class Kernel:
 
 
 def kernel() -> Kernel:
-    """Return the kernel, and build it if it is not in the cache; raises NotRunError if that fails."""
+    """Return the kernel from the cache; build it if the cache has none. Raises NotRunError if that fails."""
     needs.packages(*TOOLS)
     release = _release()
     recipe = hashlib.sha256(Path(__file__).read_bytes() + INIT.read_bytes()).hexdigest()[:8]
@@ -56,7 +56,6 @@ def kernel() -> Kernel:
 
 
 def _release() -> str:
-    """Return the newest release of the kernel with installed headers."""
     releases = [path.name.removeprefix("linux-headers-") for path in Path("/usr/src").glob("linux-headers-6.1.*-amd64")]
     if not releases:
         raise needs.NotRunError("needs the headers of Debian's kernel 6.1, and there are none in /usr/src")

@@ -1,4 +1,4 @@
-"""A virtual machine that runs one command on the host's files, and returns the lines of its serial port."""
+"""A virtual machine that runs one command on the host's files."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tests.system import needs
 from tests.system.gpio.kernel import Kernel
 
 REPORT_PORT = "/dev/ttyS1"
-"""The guest's port whose lines the host reads. The command's own output goes to the console's log."""
+"""The guest's serial port whose lines the host reads. The command's standard output is in the log ``console``."""
 
 MACHINE = (
     "-accel",
@@ -34,7 +34,10 @@ KERNEL_LINE = "console=ttyS0 quiet mitigations=off no_timer_check panic=-1 rdini
 
 @contextmanager
 def run_in_guest(kernel: Kernel, command: Sequence[str], console: Path, limit_s: float) -> Iterator[Iterator[str]]:
-    """Run a command as root in the machine; yield the lines of `REPORT_PORT` until it ends or its time is over."""
+    """Run a command as root in a virtual machine; yield the lines that the command writes to `REPORT_PORT`.
+
+    The lines end when the machine ends, or after ``limit_s`` seconds.
+    """
     qemu = [*needs.ENDING_WITH_US, "qemu-system-x86_64", *MACHINE, "-virtfs", HOST_FILES]
     boot = ["-kernel", str(kernel.image), "-initrd", str(kernel.initramfs)]
     line = " ".join([KERNEL_LINE, *command])

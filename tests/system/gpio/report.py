@@ -1,4 +1,4 @@
-"""Read the results of the guest's checks, line by line, and print them."""
+"""The report of the guest's checks, which is printed line by line."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class Report:
     """The results of the checks. It prints a line for each check as it is read."""
 
     running: str = STARTING
-    """The check that began last."""
+    """The name of the check that began last."""
 
     failures: int = 0
     """The number of failed checks."""
@@ -28,7 +28,7 @@ class Report:
         return self.has_ended and not self.failures
 
     def read(self, lines: Iterable[str]) -> None:
-        """Read all lines of the guest; if it did not report its end, the check that began last has failed."""
+        """Read and print all lines of the guest. If the guest did not report its end, the last check has failed."""
         for line in lines:
             if line.startswith("{"):
                 self._take(json.loads(line))

@@ -1,4 +1,4 @@
-"""The conformance kit, with the shipped drivers and the running firmware."""
+"""The conformance kit, with the serial drivers and the firmware on a simulated AVR."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from robotcore.testing import ConformanceSuite, TestSupport
 from robotcore.testing.bench import sleep
 from robotcore.testing.device_rules import SPEED_RAD_S
 from tests.system.firmware.backend import SimavrBackend
-from tests.system.firmware.config import with_battery
+from tests.system.firmware.config import load_rover_with_battery
 from tests.system.firmware.world import FollowedWorld
 
 
@@ -25,7 +25,7 @@ class TestOnTheFirmware(ConformanceSuite):
 
     @property
     def description(self) -> RobotDescription:
-        return with_battery()
+        return load_rover_with_battery()
 
     def test_angles_are_in_radians(self) -> None:
         """Compare by the times of the samples, because on a busy machine the newest sample is older."""
@@ -40,4 +40,4 @@ class TestOnTheFirmware(ConformanceSuite):
 
     def lose_echoes(self, robot: Robot) -> None:
         assert isinstance(robot.truth, FollowedWorld)
-        robot.truth.fall_silent()
+        robot.truth.drop_echoes()

@@ -15,7 +15,7 @@ from robotcore.hal.robot import Robot
 from robotcore.testing import worlds
 from tests.system.firmware.backend import SimavrBackend
 from tests.system.firmware.board import STANDS, Board
-from tests.system.firmware.config import BOARD_TIMEOUT_S, with_battery
+from tests.system.firmware.config import BOARD_TIMEOUT_S, load_rover_with_battery
 
 DEVICES = frozenset({"left_motor", "right_motor", "left_encoder", "right_encoder", "battery"})
 SPEED_RAD_S = 5.0
@@ -30,7 +30,7 @@ BACK_S = 10.0
 
 @pytest.fixture
 def robot(board: Board) -> Iterator[Robot]:
-    opened = SimavrBackend(board).open(Setup(with_battery(), worlds.empty(), DEVICES))
+    opened = SimavrBackend(board).open(Setup(load_rover_with_battery(), worlds.empty(), DEVICES))
     try:
         yield opened
     finally:
@@ -83,7 +83,7 @@ def test_battery_is_reported_in_volts(robot: Robot, board: Board) -> None:
     battery = robot["battery"]
     assert isinstance(battery, Battery)
     for volts in (7.4, 6.6):
-        board.charge(volts)
+        board.set_battery_voltage(volts)
         robot.clock.sleep_until(robot.clock.now() + 1.5)
         assert battery.read().voltage == pytest.approx(volts, abs=0.05)
 
@@ -140,7 +140,7 @@ def test_hung_sketch_is_reset_by_its_watchdog_and_driven_again(robot: Robot, boa
 
 @pytest.mark.parametrize("share", [0.005, 0.02])
 def test_noise_in_both_directions_changes_no_command(robot: Robot, board: Board, share: float) -> None:
-    board.make_noise(share)
+    board.set_noise(share)
     fastest = slowest = 0.0
     begun = robot.clock.now()
     while robot.clock.now() < begun + NOISY_S or fastest < SPEED_RAD_S / 2:
@@ -150,5 +150,5 @@ def test_noise_in_both_directions_changes_no_command(robot: Robot, board: Board,
         fastest, slowest = max(fastest, *board.velocities), min(slowest, *board.velocities)
     assert slowest == 0
     assert fastest < SPEED_RAD_S * OVERSHOOT
-    board.make_noise(0.0)
+    board.set_noise(0.0)
     drive_until(robot, lambda: board.velocities == pytest.approx((SPEED_RAD_S, SPEED_RAD_S), rel=0.05))

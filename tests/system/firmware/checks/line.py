@@ -97,7 +97,7 @@ def test_hung_sketch_is_stopped_by_the_watchdog(board: Board) -> None:
 
 @pytest.mark.parametrize("distance", [0.05, 0.83, 3.5, math.inf])
 def test_sonar_measures_the_range(board: Board, distance: float) -> None:
-    board.put_ahead(distance)
+    board.place_target(distance)
     with RawLine(board) as line:
         board.pass_time(0.2)
         millimetres, age = map(int, line.ask("z").split())
@@ -108,7 +108,7 @@ def test_sonar_measures_the_range(board: Board, distance: float) -> None:
 def test_battery_is_reported_in_millivolts(board: Board) -> None:
     with RawLine(board) as line:
         for volts in (7.4, 11.1):
-            board.charge(volts)
+            board.set_battery_voltage(volts)
             board.pass_time(0.01)
             assert int(line.ask("y")) == pytest.approx(volts * 1000, abs=50)
 

@@ -25,7 +25,7 @@ def with_checksum(command: str) -> bytes:
 def test_noise_does_not_change_the_effect_of_commands_with_checksums(board: Board, share: float) -> None:
     with RawLine(board) as line:
         line.send(with_checksum("k 300"))
-        board.make_noise(share)
+        board.set_noise(share)
         fastest = slowest = 0.0
         for _ in range(100):
             line.send(with_checksum("m 20 -20"))
@@ -41,7 +41,7 @@ def test_noise_does_not_change_the_effect_of_commands_with_checksums(board: Boar
 def test_random_bytes_turn_no_wheel(board: Board) -> None:
     with RawLine(board) as line:
         line.send(with_checksum("k 300"))
-        board.make_noise(1.0)
+        board.set_noise(1.0)
         for _ in range(100):
             line.send(b"m 20 40\ro 90 90\r" * 4)
             board.pass_time(0.01)

@@ -25,17 +25,21 @@ BOOTING_S = 0.5
 CONTROL_PERIOD_S = 1 / 30
 
 
-def is_over(process: subprocess.Popen[str]) -> bool:
+def has_ended(process: subprocess.Popen[str]) -> bool:
     return process.poll() is not None
 
 
 @contextmanager
-def running(board: Board, *arguments: str, program: Sequence[str] = ("robotcore",)) -> Iterator[subprocess.Popen[str]]:
+def run_program(
+    board: Board, *arguments: str, program: Sequence[str] = ("robotcore",)
+) -> Iterator[subprocess.Popen[str]]:
     """Let another process drive a robot over open ground."""
     command = [sys.executable, "-m", *program, "run", "avoid-obstacles", *arguments]
     with subprocess.Popen(command, text=True) as process:
         try:
-            board.wait(lambda: is_over(process) or min(board.velocities) > 1.0, "the robot to drive", scaled(STARTED_S))
+            board.wait(
+                lambda: has_ended(process) or min(board.velocities) > 1.0, "the robot to drive", scaled(STARTED_S)
+            )
             assert process.poll() is None, f"the run has ended with {process.returncode}"
             yield process
         finally:
@@ -47,11 +51,11 @@ def app(board: Board, tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
     """A run whose clock follows the AVR's."""
     rover = str(write_rover_file(tmp_path / "rover.toml"))
     here = ("--backend", "simavr", "--robot", rover, "--option", f"join={board.folder}", "--world", "open")
-    with running(board, *here, "--set", "duration_s=600", "--timeout", "600") as process:
+    with run_program(board, *here, "--set", "duration_s=600", "--timeout", "600") as process:
         yield process
 
 
-def guardians(app: subprocess.Popen[str]) -> list[int]:
+def list_children(app: subprocess.Popen[str]) -> list[int]:
     """Return the child processes of a run."""
     return [int(pid) for pid in Path(f"/proc/{app.pid}/task/{app.pid}/children").read_text().split()]
 
@@ -64,7 +68,7 @@ def test_hung_program_leaves_no_wheel_turning(board: Board, app: subprocess.Pope
 
 
 def test_boards_deadman_stops_a_hung_program_with_a_hung_guardian(board: Board, app: subprocess.Popen[str]) -> None:
-    hung = [*guardians(app), app.pid]
+    hung = [*list_children(app), app.pid]
     assert len(hung) > 1, "the run has no guardian"
     try:
         for pid in hung:
@@ -98,8 +102,8 @@ def test_run_on_the_serial_backend_drives_and_leaves_the_wheels_at_rest(tmp_path
     with start_board(lambda wiring: replace(wiring, resets_when_opened=False)) as board:
         board.pass_time(BOOTING_S)
         here = ("--backend", "serial", "--robot", rover, "--port", str(board.port))
-        program = ("tests.system.firmware.following", str(board.folder))
-        with running(board, *here, "--set", "duration_s=2", program=program) as process:
+        program = ("tests.system.firmware.run_in_avr_time", str(board.folder))
+        with run_program(board, *here, "--set", "duration_s=2", program=program) as process:
             assert process.wait(scaled(ENDED_S)) == 0
         board.pass_time(0.2)
         assert board.duties == (0.0, 0.0)

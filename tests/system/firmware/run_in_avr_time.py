@@ -1,6 +1,8 @@
 """Run ``robotcore`` with the serial drivers in the AVR's time, because the simulation may be slower than real time.
 
-Use: python -m tests.system.firmware.following FOLDER ARGUMENT... FOLDER is that of the simulated robot.
+Use: python -m tests.system.firmware.run_in_avr_time FOLDER ARGUMENT...
+
+FOLDER has the files of the simulated robot.
 """
 
 from __future__ import annotations
