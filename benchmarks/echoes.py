@@ -23,7 +23,7 @@ from time import perf_counter
 
 from benchmarks.pairs import paired_ratios
 from benchmarks.report import at_least_one, machine, print_table
-from tests.drivers.raspberrypi.ranging.modules import ECHO, NO_ECHO, NOSE, TRIGGER, Bench, Edges, echo_at
+from tests.drivers.raspberrypi.ranging.modules import ECHO, NO_ECHO, NOSE, TRIGGER, Bench, Edges, build_echo
 
 BOUND_M = 0.01
 NOISE_M = 0.003
@@ -43,7 +43,7 @@ class Echo:
 
     @property
     def edges(self) -> Edges:
-        return NO_ECHO if self.heard is None else echo_at(self.heard)
+        return NO_ECHO if self.heard is None else build_echo(self.heard)
 
 
 def main() -> int:
@@ -107,7 +107,7 @@ def _compare_cost(pairs: int) -> tuple[float, float, float]:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         theirs = DistanceSensor(ECHO, TRIGGER, max_distance=NOSE.max_range_m, pin_factory=pins)
-    ours = Bench([echo_at(1.0)]).open()
+    ours = Bench([build_echo(1.0)]).open()
     with theirs:
         return paired_ratios(lambda: _time_reads(ours.read), lambda: _time_reads(lambda: theirs.distance), pairs)
 

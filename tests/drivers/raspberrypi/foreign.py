@@ -52,7 +52,7 @@ class Hat(DeviceDriver[MotorDescription, Nothing]):
 
 
 def install(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Add the drivers to the installed ones."""
+    """Add the drivers of this module to the installed drivers."""
     points = {group: dict(registry._points(group)) for group in (registry.BACKENDS, registry.DEVICES)}
     points[registry.DEVICES] |= {
         kind.name: EntryPoint(kind.name, f"{__name__}:{kind.__name__}", registry.DEVICES) for kind in (IrSwitch, Hat)
@@ -62,6 +62,6 @@ def install(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def rover(**sections: dict[str, Any]) -> RobotDescription:
-    """Return the rover with these sections in place of its own."""
+    """Return the rover with these tables in place of its own tables."""
     shipped = load_robot("rover")
     return shipped.model_copy(update={"backends": {"raspberrypi": {**shipped.backends["raspberrypi"], **sections}}})

@@ -1,4 +1,4 @@
-"""The holder of a GPIO, as the kernel names it."""
+"""The holder of a GPIO, by the kernel's files."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ def test_a_process_of_another_user_is_skipped(processes: Processes, monkeypatch:
 
 
 def test_a_holder_in_the_kernel_has_a_label(processes: Processes, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A bus that config.txt has switched on is such a holder."""
+    """A bus that config.txt has switched on has no process."""
     chip = processes.root / "dev" / "gpiochip0"
     chip.parent.mkdir()
     chip.touch()

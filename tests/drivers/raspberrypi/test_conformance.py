@@ -1,4 +1,4 @@
-"""The Pi's backend keeps the kit's rules in real time, on mock pins with an ultrasonic module."""
+"""The backend `raspberrypi` passes the conformance kit in real time, on mock pins with an ultrasonic module."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class TestRaspberryPi(ConformanceSuite):
         return rover.model_copy(update={"devices": devices, "backends": {"raspberrypi": wiring}})
 
     @pytest.fixture(autouse=True)
-    def _on_mocked_pins(self, monkeypatch: pytest.MonkeyPatch) -> None:
+    def _use_mock_pins(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.gate = Gate()
         monkeypatch.setattr(backend, "open_pins", lambda _library: ModulePins(self.gate))
 
@@ -45,7 +45,7 @@ class TestRaspberryPi(ConformanceSuite):
 
 
 class ModulePins(VirtualPins):
-    """Mock pins in real time, with an ultrasonic module before a wall. A gate can block reads of their levels."""
+    """Mock pins in real time, with an ultrasonic module in front of a wall. A gate can block reads of the pins."""
 
     def __init__(self, gate: Gate) -> None:
         super().__init__(MonotonicClock())
@@ -59,7 +59,7 @@ class ModulePins(VirtualPins):
 
 
 class GatedPin(VirtualPin):
-    """A pin whose reads wait at a gate."""
+    """A pin whose reads wait while the gate is closed."""
 
     def _get_state(self) -> Any:
         self._factory.gate.pass_through()

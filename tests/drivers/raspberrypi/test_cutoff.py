@@ -1,4 +1,4 @@
-"""Programs that die or hang while a motor turns, with the guardian and its cutoffs on their lines."""
+"""A guardian stops the motors of programs that are killed, suspended or hang, on simulated lines."""
 
 from __future__ import annotations
 
@@ -35,21 +35,21 @@ def wait_for_end(program: Program) -> tuple[str, str]:
 
 
 def wait_for_level(lines: Lines, gpio: int, level: int, program: Program) -> None:
-    """Wait for a line's level; the test's time limit ends a wait in vain."""
+    """Wait until a line has a level. The test's time limit ends the wait otherwise."""
     while lines.level(gpio) != level:
         with pytest.raises(subprocess.TimeoutExpired):
             program.wait(0.01)
 
 
 def test_without_a_guardian_a_killed_program_leaves_its_motor_on(lines: Lines) -> None:
-    """The lines do not fall by themselves, so the tests below show the guardian's work."""
+    """Without a guardian the lines stay high. So the guardian is the cause if the lines fall in other tests."""
     left = "import lgpio; lgpio.tx_pwm(lgpio.gpiochip_open(0), 17, 100, 60); import os; os.kill(os.getpid(), 9)"
     subprocess.run([sys.executable, "-c", left], env=lines.environment, timeout=END_S, check=False)
     assert lines.level(17) == 60
 
 
 def test_the_lines_of_a_killed_program_go_low(start: Start, lines: Lines, check_text: CheckText) -> None:
-    program = start("MotorLines", "drives")
+    program = start("MotorLines", "drive")
     assert lines.level(FORWARD) == DUTY
     program.kill()
     _, err = wait_for_end(program)
@@ -59,7 +59,7 @@ def test_the_lines_of_a_killed_program_go_low(start: Start, lines: Lines, check_
     check_text(err, hide=[program.pid])
 
 
-@pytest.mark.parametrize("action", ["hangs", "halts", "leaves"])
+@pytest.mark.parametrize("action", ["block", "suspend", "raise_error"])
 def test_a_silent_program_whose_motor_turns_is_killed(
     start: Start, lines: Lines, action: str, check_text: CheckText
 ) -> None:
@@ -70,7 +70,7 @@ def test_a_silent_program_whose_motor_turns_is_killed(
     check_text(err.splitlines()[-1], hide=[program.pid])  # on a busy machine a stop is late, which is a line before
 
 
-@pytest.mark.parametrize("action", ["rests", "leaves_at_rest"])
+@pytest.mark.parametrize("action", ["block_at_rest", "raise_at_rest"])
 def test_a_silent_program_whose_motors_stand_is_not_killed(start: Start, lines: Lines, action: str) -> None:
     program = start("MotorLines", action)
     out, err = wait_for_end(program)
@@ -80,7 +80,7 @@ def test_a_silent_program_whose_motors_stand_is_not_killed(start: Start, lines: 
 
 
 def test_the_lines_of_a_program_that_was_killed_at_rest_go_low(start: Start, lines: Lines) -> None:
-    program = start("MotorLines", "rests")
+    program = start("MotorLines", "block_at_rest")
     program.kill()
     _, err = wait_for_end(program)
     assert "left_motor" in err
@@ -88,7 +88,7 @@ def test_the_lines_of_a_program_that_was_killed_at_rest_go_low(start: Start, lin
 
 
 def test_a_program_that_ends_normally_is_not_killed(start: Start) -> None:
-    program = start("MotorLines", "drives")
+    program = start("MotorLines", "drive")
     assert program.communicate("end\n", timeout=END_S) == ("lives\n", "")
     assert program.returncode == 0
 
@@ -97,14 +97,14 @@ def test_a_program_that_ends_normally_is_not_killed(start: Start) -> None:
 def test_a_fork_of_a_killed_program_keeps_no_motor_on(
     start: Start, lines: Lines, cutoff: str, check_text: CheckText
 ) -> None:
-    program = start(cutoff, "copies")
+    program = start(cutoff, "fork_and_die")
     program.wait(END_S)
     assert program.stderr
     check_text(program.stderr.readline(), hide=[program.pid])  # the fork lives on
     assert lines.level(FORWARD if cutoff == "MotorLines" else STANDBY) == 0
 
 
-@pytest.mark.parametrize("action", ["hangs", "rests", "leaves_at_rest"])
+@pytest.mark.parametrize("action", ["block", "block_at_rest", "raise_at_rest"])
 def test_a_standby_line_falls_and_its_program_lives_on(start: Start, lines: Lines, action: str) -> None:
     program = start("StandbyLine", action)
     wait_for_level(lines, STANDBY, 0, program)
@@ -115,7 +115,7 @@ def test_a_standby_line_falls_and_its_program_lives_on(start: Start, lines: Line
 def test_a_standby_line_falls_while_its_program_is_suspended_and_rises_when_it_drives_again(
     start: Start, lines: Lines
 ) -> None:
-    program = start("StandbyLine", "drives")
+    program = start("StandbyLine", "drive")
     wait_for_level(lines, STANDBY, 1, program)
     program.send_signal(signal.SIGSTOP)
     wait_for_level(lines, STANDBY, 0, program)
@@ -126,7 +126,7 @@ def test_a_standby_line_falls_while_its_program_is_suspended_and_rises_when_it_d
 
 
 def test_a_standby_line_falls_when_its_program_is_killed(start: Start, lines: Lines) -> None:
-    program = start("StandbyLine", "drives")
+    program = start("StandbyLine", "drive")
     wait_for_level(lines, STANDBY, 1, program)
     program.kill()
     wait_for_end(program)
@@ -144,7 +144,7 @@ ctypes.CDLL(None).pthread_exit(None)
 
 @pytest.fixture
 def process() -> Iterator[subprocess.Popen[str]]:
-    """Return a process that waits for input; then its main thread ends, and another thread runs on."""
+    """Return a process that waits for input. After the input, its main thread ends, but another thread continues."""
     with subprocess.Popen([sys.executable, "-c", HALF_GONE], stdin=subprocess.PIPE, text=True) as running:
         yield running
         running.kill()

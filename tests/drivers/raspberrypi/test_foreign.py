@@ -14,7 +14,7 @@ from tests.texts import Raises
 
 
 @pytest.fixture(autouse=True)
-def _installed(monkeypatch: pytest.MonkeyPatch) -> None:
+def _install_drivers(monkeypatch: pytest.MonkeyPatch) -> None:
     foreign.install(monkeypatch)
 
 

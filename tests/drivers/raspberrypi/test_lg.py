@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from drivers.raspberrypi import lg
-from tests.drivers.raspberrypi.doctor.trees import grow_chip
+from tests.drivers.raspberrypi.doctor.trees import create_chip
 from tests.drivers.raspberrypi.lines import ROOT, Lines
 from tests.drivers.raspberrypi.lines import lgpio as ours
 
@@ -34,7 +34,7 @@ AT_ONCE = """
 import os, tempfile, time
 from concurrent.futures import ThreadPoolExecutor
 from drivers.raspberrypi import lg
-from tests.drivers.raspberrypi.doctor.trees import grow_chip
+from tests.drivers.raspberrypi.doctor.trees import create_chip
 
 class Slow(tempfile.TemporaryDirectory):
     def __init__(self, **options):
@@ -75,7 +75,7 @@ def test_importing_leaves_no_side_effects(library: str, tmp_path: Path) -> None:
 
 
 def test_threads_can_import_at_the_same_time(tmp_path: Path) -> None:
-    """The cutoffs of two motors do so in the guardian."""
+    """The guardian opens the cutoffs of two motors in two threads, which import lgpio at the same time."""
     run(AT_ONCE, tmp_path, {**Lines(tmp_path / "dev").environment, "TMPDIR": str(tmp_path)})
 
 
@@ -115,13 +115,13 @@ def test_the_header_is_on_chip_4_with_an_early_kernel_of_a_pi_5(
 )
 def test_the_header_s_chip_is_found_by_its_driver(chips: dict[int, str], number: int, tmp_path: Path) -> None:
     for each, driver in chips.items():
-        grow_chip(tmp_path, each, driver)
+        create_chip(tmp_path, each, driver)
     assert lg.find_chip_number(tmp_path) == number
 
 
 @needs_lgpio
 def test_the_double_has_lgpio_s_functions(tmp_path: Path) -> None:
-    """Runs in another process, because lgpio's thread never ends."""
+    """Import lgpio in another process, because lgpio's thread never ends."""
     run("from tests.drivers.raspberrypi.test_lg import compare; compare()", tmp_path, environment())
 
 

@@ -30,7 +30,7 @@ PI_3 = 0xA02082
 
 
 @pytest.fixture(autouse=True)
-def _fresh(monkeypatch: pytest.MonkeyPatch) -> None:
+def _import_lgpio_double(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let gpiozero import the double of lgpio in each test, as on a Pi."""
     monkeypatch.setitem(sys.modules, "lgpio", ours)
     monkeypatch.delitem(sys.modules, "gpiozero.pins.lgpio", raising=False)
@@ -46,7 +46,7 @@ def lines(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Lines:
 
 @pytest.fixture
 def other(lines: Lines) -> Iterator[Chip]:
-    """Return another holder of lines."""
+    """Return a chip that holds lines like another program."""
     made = Chip()
     yield made
     made.close()
@@ -108,7 +108,7 @@ def test_the_option_overrides_gpiozero_s_setting(lines: Lines, monkeypatch: pyte
 
 
 def test_the_pins_are_on_the_same_chip_as_the_guardian_s_lines(lines: Lines, monkeypatch: pytest.MonkeyPatch) -> None:
-    """gpiozero might choose another chip by itself."""
+    """Without the number, gpiozero may choose another chip."""
     for module in ("pins", "chip"):
         monkeypatch.setattr(f"drivers.raspberrypi.{module}.find_chip_number", lambda *_: 15)
     Path(os.environ["FAKE_DEV"], "gpiochip15").mkdir()
@@ -194,14 +194,14 @@ def test_an_error_of_robotcore_is_not_translated() -> None:
 
 
 class LgpioError(Exception):
-    """Its text is in quotes, as that of lgpio's error."""
+    """The text of the error is in quotes, like that of lgpio's error."""
 
     def __str__(self) -> str:
         return repr(self.args[0])
 
 
 class Pin:
-    """Raises these errors, one after another, each time that edge detection is switched off."""
+    """A pin that raises one of ``errors`` each time that edge detection is switched off, in their order."""
 
     def __init__(self, *raised: str) -> None:
         self._raised = list(raised)

@@ -1,4 +1,4 @@
-"""Whole runs on simulated lines: command line, drivers, gpiozero and guardian; killed, hanging, suspended."""
+"""Runs of the command line with the guardian on simulated lines. They are killed or suspended, or hang."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def wait_for_end(program: Program) -> tuple[str, str]:
 
 
 def wait_until_high(lines: Lines, gpio: int, program: Program) -> None:
-    """Wait until a line is high; the test's time limit ends a wait in vain."""
+    """Wait until a line is high. The test's time limit ends the wait otherwise."""
     while not lines.level(gpio):
         assert program.poll() is None, program.communicate()
         with pytest.raises(subprocess.TimeoutExpired):

@@ -20,7 +20,7 @@ LEASE_S = 0.3
 
 
 class Motor:
-    """A motor with software PWM on one of two lines."""
+    """A motor with lgpio's software PWM on its forward line."""
 
     def __init__(self, guardian: Guardian) -> None:
         self._lgpio, self._guardian = lg.load(), guardian
@@ -41,48 +41,48 @@ class Motor:
         self._lgpio.gpiochip_close(self._chip)
 
 
-class _LeftError(Exception):
+class _UnhandledError(Exception):
     pass
 
 
 class Actions:
-    """The actions of a program whose motor turns, each named by its method."""
+    """The actions of the program after its motor turns. The argument ACTION is the name of a method."""
 
-    def drives(self, motor: Motor) -> None:
-        while not _is_asked_to_end(0.02):
+    def drive(self, motor: Motor) -> None:
+        while not _is_end_requested(0.02):
             motor.turn()
         motor.stop()
 
-    def hangs(self, motor: Motor) -> None:
-        """Hold the interpreter lock for some leases, as a vendor's call may."""
+    def block(self, motor: Motor) -> None:
+        """Hold the interpreter lock for four leases, like a slow call into a library in C."""
         ctypes.PyDLL(None).usleep(int(4 * LEASE_S * 1e6))
 
-    def halts(self, motor: Motor) -> None:
+    def suspend(self, motor: Motor) -> None:
         """Suspend this process."""
         os.kill(os.getpid(), signal.SIGSTOP)
 
-    def rests(self, motor: Motor) -> None:
+    def block_at_rest(self, motor: Motor) -> None:
         motor.stop()
-        self.hangs(motor)
+        self.block(motor)
 
-    def leaves(self, motor: Motor) -> None:
-        """Raise while the motor turns."""
-        raise _LeftError
+    def raise_error(self, motor: Motor) -> None:
+        """Raise an error while the motor turns."""
+        raise _UnhandledError
 
-    def leaves_at_rest(self, motor: Motor) -> None:
+    def raise_at_rest(self, motor: Motor) -> None:
         motor.stop()
-        raise _LeftError
+        raise _UnhandledError
 
-    def copies(self, motor: Motor) -> None:
-        """Fork a process that lives until stdin is closed, and kill this one."""
+    def fork_and_die(self, motor: Motor) -> None:
+        """Fork a process that lives until stdin is closed, and kill this process."""
         warnings.simplefilter("ignore", DeprecationWarning)  # of forks of a process that has threads
         if os.fork() == 0:
-            _is_asked_to_end(None)
+            _is_end_requested(None)
             os._exit(0)
         os.kill(os.getpid(), signal.SIGKILL)
 
 
-def _is_asked_to_end(seconds: float | None) -> bool:
+def _is_end_requested(seconds: float | None) -> bool:
     return bool(select([sys.stdin], [], [], seconds)[0])
 
 
@@ -100,7 +100,7 @@ def main() -> None:
         "MotorLines": {"lines": [FORWARD, BACKWARD], "owner": os.getpid()},
     }
     spec = CutoffSpec("left_motor", f"drivers.raspberrypi.cutoff:{cutoff}", parameters[cutoff])
-    with suppress(_LeftError), Guardian([spec], LEASE_S) as guardian:
+    with suppress(_UnhandledError), Guardian([spec], LEASE_S) as guardian:
         motor = Motor(guardian)
         motor.turn()
         _print_line("turning")

@@ -40,7 +40,7 @@ class LabClock(SteppedClock):
     def time_of(self, monotonic_s: float) -> float:
         return min(monotonic_s - BOOTED_S, self.now())
 
-    def let_pass(self, seconds: float) -> None:
+    def pass_time(self, seconds: float) -> None:
         self.sleep_until(self.now() + seconds)
 
 

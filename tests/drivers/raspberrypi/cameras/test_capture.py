@@ -54,7 +54,7 @@ def test_reading_does_not_call_the_camera(clock: LabClock, source: FakeSource) -
 
 def test_read_returns_the_newest_picture(clock: LabClock, source: FakeSource) -> None:
     camera = open_camera(source, clock)
-    clock.let_pass(0.5)
+    clock.pass_time(0.5)
     frame = camera.read()
     assert frame.time == pytest.approx(clock.now(), abs=1 / 60)
     assert frame.sequence == pytest.approx(0.5 * 30 * 2, abs=1)  # polled twice as often as the camera gives pictures
@@ -73,7 +73,7 @@ def test_only_the_newest_picture_is_stored(clock: LabClock, source: FakeSource) 
 
     source.picture = remember  # type: ignore[assignment]
     camera = open_camera(source, clock)
-    clock.let_pass(1.0)
+    clock.pass_time(1.0)
     gc.collect()
     assert sum(ref() is not None for ref in kept) == 1
     camera.close()
@@ -83,7 +83,7 @@ def test_read_raises_while_the_camera_is_gone(clock: LabClock, source: FakeSourc
     camera = open_camera(source, clock)
     source.failing = build_lost_error()
     for _ in range(3):
-        clock.let_pass(3.0)
+        clock.pass_time(3.0)
         with raises(DeviceError):
             camera.read()
 
@@ -94,9 +94,9 @@ def test_a_camera_that_comes_back_holds_its_exposure_again_and_continues_to_coun
     camera = open_camera(source, clock)
     last = camera.read().sequence
     source.failing = build_lost_error()
-    clock.let_pass(0.1)
+    clock.pass_time(0.1)
     source.failing, source.levels = None, [40, 60, 80, 120]
-    clock.let_pass(1.0)
+    clock.pass_time(1.0)
     frame = camera.read()
     assert frame.image[0, 0, 0] == 120
     assert frame.sequence > last
@@ -106,18 +106,18 @@ def test_a_camera_that_comes_back_holds_its_exposure_again_and_continues_to_coun
 def test_a_failed_camera_is_opened_again_after_longer_and_longer_times(clock: LabClock, source: FakeSource) -> None:
     camera = open_camera(source, clock)
     source.failing = build_lost_error()
-    clock.let_pass(0.1)
+    clock.pass_time(0.1)
     tried: list[float] = []
     for _ in range(240):
         before = source.diary.count("open")
-        clock.let_pass(0.1)
+        clock.pass_time(0.1)
         if source.diary.count("open") > before:
             tried.append(clock.now())
     pauses = [round(later - earlier, 1) for earlier, later in itertools.pairwise(tried)]
     assert pauses[:2] == pytest.approx([1.0, 2.0], abs=0.2)
     assert set(pauses[2:]) <= {LONGEST_RETRY_S, LONGEST_RETRY_S + 0.1}
     source.failing = None
-    clock.let_pass(5.0)
+    clock.pass_time(5.0)
     assert camera.read()
 
 
@@ -125,16 +125,16 @@ def test_a_camera_that_worked_meanwhile_is_opened_again_soon(clock: LabClock, so
     camera = open_camera(source, clock)
     for seconds in (10.0, 0.1):
         source.failing = build_lost_error()
-        clock.let_pass(seconds)
+        clock.pass_time(seconds)
         source.failing = None
-        clock.let_pass(4.0 if seconds > 1 else 0.6)
+        clock.pass_time(4.0 if seconds > 1 else 0.6)
         assert camera.read()
 
 
 def test_every_failure_closes_the_source(clock: LabClock, source: FakeSource) -> None:
     open_camera(source, clock)
     source.failing = build_lost_error()
-    clock.let_pass(20.0)
+    clock.pass_time(20.0)
     assert source.diary.count("close") == source.diary.count("open")
 
 
@@ -143,7 +143,7 @@ def test_an_unexpected_error_is_raised_with_the_device_s_name(
 ) -> None:
     camera = open_camera(source, clock)
     source.failing = KeyError("SensorTimestamp")
-    clock.let_pass(0.1)
+    clock.pass_time(0.1)
     with raises(DeviceError, "driver-failed"):
         camera.read()
 
@@ -159,7 +159,7 @@ def test_a_camera_that_cannot_be_opened_is_closed_again(
     with pytest.raises(KeyboardInterrupt if isinstance(failure, KeyboardInterrupt) else DeviceError):
         open_camera(source, clock)
     assert source.diary == ["open", "close"]
-    clock.let_pass(1.0)
+    clock.pass_time(1.0)
     assert source.diary == ["open", "close"]
 
 
@@ -168,7 +168,7 @@ def test_a_closed_camera_takes_no_more_pictures(clock: LabClock, source: FakeSou
     camera.close()
     camera.close()
     taken = source.shots
-    clock.let_pass(1.0)
+    clock.pass_time(1.0)
     assert source.shots == taken
     assert source.diary[-2:] == ["lock 100", "close"]
     with pytest.raises(DeviceClosedError):
@@ -178,20 +178,20 @@ def test_a_closed_camera_takes_no_more_pictures(clock: LabClock, source: FakeSou
 def test_a_poll_that_was_due_at_closing_does_not_open_the_camera_again(clock: LabClock, source: FakeSource) -> None:
     camera = open_camera(source, clock)
     source.failing = build_lost_error()
-    clock.let_pass(0.1)
+    clock.pass_time(0.1)
     camera.close()
-    clock.let_pass(5.0)
+    clock.pass_time(5.0)
     camera._poll()
     assert source.diary.count("open") == 1
 
 
 @pytest.fixture
-def _impatient(monkeypatch: pytest.MonkeyPatch) -> None:
+def _shorten_time_limits(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("drivers.raspberrypi.cameras.capture.CLOSING_S", 0.1)
     monkeypatch.setattr("robotcore.hal.wall_clock.STOPPING_S", 0.1)
 
 
-@pytest.mark.usefixtures("_impatient")
+@pytest.mark.usefixtures("_shorten_time_limits")
 class TestInRealTime:
     def test_a_capture_that_hangs_keeps_neither_read_nor_close(self, real_clock: MonotonicClock) -> None:
         source, hangs, release = FakeSource(real_clock), threading.Event(), threading.Event()
@@ -248,7 +248,7 @@ def _corners() -> Image:
 CORNERS = _corners()
 
 
-def frame_of(image: Image, **settings: Any) -> Frame:
+def convert_frame(image: Image, **settings: Any) -> Frame:
     return FrameConverter(EYE, CameraSettings(**settings)).convert(Shot(image, 0.5))
 
 
@@ -268,11 +268,11 @@ def corners_of(image: Image) -> list[int]:
     ],
 )
 def test_pictures_are_turned_upright_by_the_settings(settings: Any, corners: list[int]) -> None:
-    assert corners_of(frame_of(CORNERS, **settings).image) == corners
+    assert corners_of(convert_frame(CORNERS, **settings).image) == corners
 
 
 def test_the_picture_is_contiguous_and_read_only() -> None:
-    image = frame_of(np.repeat(plain(), 2, axis=1)[:, ::2]).image
+    image = convert_frame(np.repeat(plain(), 2, axis=1)[:, ::2]).image
     assert image.flags.c_contiguous
     assert not image.flags.writeable
 
@@ -286,7 +286,7 @@ def test_frames_keep_the_time_of_the_shot_and_are_numbered() -> None:
 def test_another_size_of_the_same_shape_is_averaged_down() -> None:
     large = plain(0, width=64, height=48)
     large[::2] = 200
-    image = frame_of(large).image
+    image = convert_frame(large).image
     assert image.shape == (24, 32, 3)
     assert set(image.flat) == {100}
 
@@ -294,7 +294,7 @@ def test_another_size_of_the_same_shape_is_averaged_down() -> None:
 @pytest.mark.parametrize("width, height", [(48, 24), (24, 32), (32, 30)])
 def test_another_aspect_ratio_is_refused(width: int, height: int, raises: Raises) -> None:
     with raises(DeviceError, "camera-shape"):
-        frame_of(plain(width=width, height=height))
+        convert_frame(plain(width=width, height=height))
 
 
 def test_an_aspect_ratio_may_differ_by_the_rounding_of_a_pixel() -> None:

@@ -54,9 +54,9 @@ def test_an_odd_size_is_scaled_from_the_nearest_stream(clock: LabClock, camera: 
 
 
 def test_a_frame_s_time_is_the_sensor_s(clock: LabClock, camera: FakeCamera) -> None:
-    clock.let_pass(1.0)
+    clock.pass_time(1.0)
     eye = open_camera(clock)
-    clock.let_pass(1.0)
+    clock.pass_time(1.0)
     frame = eye.read()
     assert clock.now() - 1 / 60 - camera.latency_s <= frame.time <= clock.now() - camera.latency_s + 1e-6
 
@@ -75,7 +75,7 @@ def test_exposure_is_held_if_the_light_changes(is_new: bool, clock: LabClock, ca
     assert camera.last.set["AnalogueGain"] == FOUND_GAIN
     assert camera.last.set["ColourGains"] == FOUND_GAINS
     camera.lamp = 0.5
-    clock.let_pass(0.1)
+    clock.pass_time(0.1)
     assert tuple(eye.read().image[0, 0]) == tuple(level // 2 for level in RED_BGR)
 
 
@@ -146,7 +146,7 @@ def test_libcamera_chooses_the_mode_of_a_sensor_without_modes(clock: LabClock, c
 
 def test_every_buffer_is_released(clock: LabClock, camera: FakeCamera) -> None:
     eye = open_camera(clock)
-    clock.let_pass(1.0)
+    clock.pass_time(1.0)
     assert camera.last.outstanding == 0
     assert eye.read().sequence > camera.last.config["buffer_count"]
 
@@ -157,13 +157,13 @@ def test_a_capture_that_hangs_is_reported_flushed_and_repeated(
     eye = open_camera(clock)
     hung = camera.last
     camera.is_hanging = True
-    clock.let_pass(0.1)
+    clock.pass_time(0.1)
     with raises(DeviceError, "camera-silent"):
         eye.read()
     assert hung.flushes == 1
     assert hung.is_closed
     camera.is_hanging = False
-    clock.let_pass(1.0)
+    clock.pass_time(1.0)
     assert eye.read().sequence > 0
     assert camera.last is not hung
     assert camera.last.set["AeEnable"] is False

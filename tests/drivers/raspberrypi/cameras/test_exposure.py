@@ -26,10 +26,10 @@ def test_the_camera_s_report_is_waited_for(clock: LabClock) -> None:
     source.is_settled = False
     found_at = 25
 
-    def finds() -> None:
+    def check_settled() -> None:
         source.is_settled = source.shots >= found_at
 
-    source.on_shot = finds
+    source.on_shot = check_settled
     locked_after: list[int] = []
     lock = source.lock_exposure
     source.lock_exposure = lambda shot: locked_after.append(source.shots) or lock(shot)  # type: ignore[func-returns-value,method-assign]
@@ -46,7 +46,7 @@ def test_exposure_that_never_settles_is_locked_after_the_time_limit(clock: LabCl
 
 def test_a_slow_camera_is_given_no_more_time(clock: LabClock) -> None:
     source = FakeSource(clock, [50, 200] * 500)
-    source.on_shot = lambda: clock.let_pass(0.25)
+    source.on_shot = lambda: clock.pass_time(0.25)
     open_camera(source, clock, settle_s=2.0, fps=30)
     assert source.shots == 9 + 8
 
@@ -76,9 +76,9 @@ def test_a_refused_setting_is_logged_once(
     source.refused, source.untaken = ["exposure", "white balance"], ["gain"]
     camera = open_camera(source, clock)
     source.failing = OSError("gone")
-    clock.let_pass(0.1)
+    clock.pass_time(0.1)
     source.failing = None
-    clock.let_pass(1.0)
+    clock.pass_time(1.0)
     assert camera.read().sequence > 1
     check_text("\n".join(caplog.messages))
 

@@ -77,7 +77,7 @@ def test_a_size_of_another_aspect_ratio_is_refused(webcam: FakeWebcam, raises: R
 class TestTimes:
     def test_are_the_kernel_s(self, webcam: FakeWebcam) -> None:
         eye = open_camera(webcam)
-        webcam.clock.let_pass(1.0)
+        webcam.clock.pass_time(1.0)
         frame = eye.read()
         assert webcam.clock.now() - 1 / 60 - 0.02 <= frame.time <= webcam.clock.now() - 0.02 + 1e-6
 
@@ -85,7 +85,7 @@ class TestTimes:
         webcam.stamp_offset_s = -4000.0
         eye = open_camera(webcam)
         assert eye.read().time == webcam.clock.now()
-        webcam.clock.let_pass(1.0)
+        webcam.clock.pass_time(1.0)
         assert webcam.clock.now() - 1 / 60 <= eye.read().time <= webcam.clock.now()
 
     def test_are_never_in_the_future(self, webcam: FakeWebcam) -> None:
@@ -95,7 +95,7 @@ class TestTimes:
     def test_of_old_pictures_are_used_if_the_first_timestamp_was_recent(self, webcam: FakeWebcam) -> None:
         eye = open_camera(webcam)
         webcam.stamp_offset_s = -3.0
-        webcam.clock.let_pass(5.0)
+        webcam.clock.pass_time(5.0)
         assert eye.read().time == pytest.approx(webcam.clock.now() - 3.02, abs=0.02)
 
 
@@ -107,14 +107,14 @@ class TestExposure:
         assert webcam.controls[cv2.CAP_PROP_AUTO_WB] == 0
         assert webcam.controls[cv2.CAP_PROP_WB_TEMPERATURE] == FOUND_KELVIN
         webcam.lamp = 0.5
-        webcam.clock.let_pass(0.1)
+        webcam.clock.pass_time(0.1)
         assert eye.read().image[0, 0, 2] == RED_BGR[2] // 2
 
     def test_exposure_follows_the_light_without_lock(self, webcam: FakeWebcam) -> None:
         eye = open_camera(webcam, lock=False)
         assert webcam.controls[cv2.CAP_PROP_AUTO_EXPOSURE] == APERTURE_PRIORITY
         webcam.lamp = 0.5
-        webcam.clock.let_pass(1.0)
+        webcam.clock.pass_time(1.0)
         assert eye.read().image[0, 0, 2] == RED_BGR[2]
 
     def test_is_automatic_in_the_camera_s_other_mode(self, webcam: FakeWebcam) -> None:
@@ -151,13 +151,13 @@ class TestUnplugged:
         last = eye.read().sequence
         webcam.pull_out()
         for _ in range(3):
-            webcam.clock.let_pass(1.0)
+            webcam.clock.pass_time(1.0)
             with raises(DeviceLostError):
                 eye.read()
         assert webcam.captures[-1].is_released
         webcam.controls[cv2.CAP_PROP_EXPOSURE] = 10.0
         webcam.plug_in()
-        webcam.clock.let_pass(5.0)
+        webcam.clock.pass_time(5.0)
         assert eye.read().sequence > last
         assert tuple(eye.read().image[0, 0]) == RED_BGR
         assert webcam.controls[cv2.CAP_PROP_AUTO_EXPOSURE] == MANUAL
@@ -167,7 +167,7 @@ class TestUnplugged:
     ) -> None:
         eye = open_camera(webcam)
         monkeypatch.setattr(webcam.captures[-1], "grab", lambda: False)
-        webcam.clock.let_pass(0.1)
+        webcam.clock.pass_time(0.1)
         with raises(DeviceLostError):
             eye.read()
 
@@ -176,19 +176,19 @@ class TestUnplugged:
     ) -> None:
         eye = open_camera(webcam)
         webcam.pull_out()
-        webcam.clock.let_pass(0.1)
+        webcam.clock.pass_time(0.1)
         webcam.plug_in()
         with monkeypatch.context() as patch:
             patch.setattr("os.access", lambda *_: False)
-            webcam.clock.let_pass(1.0)
+            webcam.clock.pass_time(1.0)
             with raises(DeviceLostError):
                 eye.read()
         webcam.is_busy = True
-        webcam.clock.let_pass(2.0)
+        webcam.clock.pass_time(2.0)
         with raises(DeviceLostError):
             eye.read()
         webcam.is_busy = False
-        webcam.clock.let_pass(2.5)
+        webcam.clock.pass_time(2.5)
         assert eye.read()
 
     def test_single_broken_pictures_are_skipped(self, webcam: FakeWebcam) -> None:

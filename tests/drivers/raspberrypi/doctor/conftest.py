@@ -7,23 +7,23 @@ from typing import Protocol
 import pytest
 
 from robotcore.hal.check_finding import Finding
-from tests.drivers.raspberrypi.doctor.trees import BROKEN, PI_4_BOOKWORM, PI_5_TRIXIE, grow
+from tests.drivers.raspberrypi.doctor.trees import BROKEN, PI_4_BOOKWORM, PI_5_TRIXIE, create_tree
 from tests.texts import CheckText
 
 
 @pytest.fixture
 def pi_4(tmp_path: Path) -> Path:
-    return grow(tmp_path / "pi_4", PI_4_BOOKWORM)
+    return create_tree(tmp_path / "pi_4", PI_4_BOOKWORM)
 
 
 @pytest.fixture
 def pi_5(tmp_path: Path) -> Path:
-    return grow(tmp_path / "pi_5", PI_5_TRIXIE)
+    return create_tree(tmp_path / "pi_5", PI_5_TRIXIE)
 
 
 @pytest.fixture
-def broken(tmp_path: Path) -> Path:
-    return grow(tmp_path / "broken", BROKEN)
+def broken_tree(tmp_path: Path) -> Path:
+    return create_tree(tmp_path / "broken_tree", BROKEN)
 
 
 class CheckFindings(Protocol):

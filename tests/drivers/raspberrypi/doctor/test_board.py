@@ -1,4 +1,4 @@
-"""Checks of the board, power, disk, clock, and of outputs that outlive their program."""
+"""Checks of the board, its power, disk and clock, and of the outputs of killed programs."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from drivers.raspberrypi.doctor.board import (
 from drivers.raspberrypi.doctor.pins import check_persistence
 from robotcore.hal.check_finding import Finding, Level
 from tests.drivers.raspberrypi.doctor.conftest import CheckFindings
-from tests.drivers.raspberrypi.doctor.trees import grow, grow_chip
+from tests.drivers.raspberrypi.doctor.trees import create_chip, create_tree
 from tests.texts import CheckText
 
 
@@ -29,19 +29,19 @@ def test_the_board_is_reported_with_the_width_of_its_programs(
     check_findings([*check_board(pi_4), *check_board(pi_5)], "board", "board")
 
 
-def test_a_python_of_32_bits_is_a_warning_with_any_kernel(broken: Path, check_findings: CheckFindings) -> None:
-    check_findings(check_board(broken), "python-32-bit")
+def test_a_python_of_32_bits_is_a_warning_with_any_kernel(broken_tree: Path, check_findings: CheckFindings) -> None:
+    check_findings(check_board(broken_tree), "python-32-bit")
 
 
 def test_a_laptop_is_no_raspberry_pi(tmp_path: Path, pi_4: Path) -> None:
     assert is_raspberry_pi(pi_4)
     assert not is_raspberry_pi(tmp_path)
-    assert not is_raspberry_pi(grow(tmp_path, {"proc/device-tree/model": "Orange Pi 5\0"}))
+    assert not is_raspberry_pi(create_tree(tmp_path, {"proc/device-tree/model": "Orange Pi 5\0"}))
 
 
-def test_the_release_is_reported(pi_4: Path, pi_5: Path, broken: Path, check_findings: CheckFindings) -> None:
+def test_the_release_is_reported(pi_4: Path, pi_5: Path, broken_tree: Path, check_findings: CheckFindings) -> None:
     check_findings([*check_release(pi_4), *check_release(pi_5)], "system", "system")
-    check_findings(check_release(broken), "system-untested")
+    check_findings(check_release(broken_tree), "system-untested")
 
 
 def test_fields_of_a_release_are_read_with_quotes_or_without() -> None:
@@ -104,23 +104,23 @@ def test_a_kernel_that_releases_outputs_is_ok(pi_4: Path, pi_5: Path) -> None:
 
 
 def test_a_kernel_that_keeps_outputs_is_a_warning_with_the_line_that_switches_it_off(
-    broken: Path, check_findings: CheckFindings
+    broken_tree: Path, check_findings: CheckFindings
 ) -> None:
-    check_findings(check_persistence(broken), "outputs-persist")
+    check_findings(check_persistence(broken_tree), "outputs-persist")
 
 
 def test_the_chip_that_has_the_pins_of_a_pi_5_counts_too(pi_5: Path, check_findings: CheckFindings) -> None:
-    grow(pi_5, {"sys/module/pinctrl_rp1/parameters/persist_gpio_outputs": "Y\n"})
+    create_tree(pi_5, {"sys/module/pinctrl_rp1/parameters/persist_gpio_outputs": "Y\n"})
     check_findings(check_persistence(pi_5), "outputs-persist")
 
 
 @pytest.mark.parametrize("driver", ["pinctrl-rp1", "pinctrl-bcm2835"])
 def test_the_driver_of_another_board_s_pins_does_not_count(pi_5: Path, driver: str) -> None:
-    """strict_gpiod does not change its setting, so the warning would never end."""
+    """strict_gpiod does not change the setting of this driver, so a warning about it would have no remedy."""
     for module in ("pinctrl_rp1", "pinctrl_bcm2835"):
         keeps = module != driver.replace("-", "_")
-        grow(pi_5, {f"sys/module/{module}/parameters/persist_gpio_outputs": "Y\n" if keeps else "N\n"})
-    grow_chip(pi_5, 0, driver)
+        create_tree(pi_5, {f"sys/module/{module}/parameters/persist_gpio_outputs": "Y\n" if keeps else "N\n"})
+    create_chip(pi_5, 0, driver)
     assert [each.level for each in check_persistence(pi_5)] == [Level.OK]
 
 
@@ -136,17 +136,17 @@ def test_the_disk_is_checked_by_its_free_space(
     check_findings(check_disk(Path("/")), kind)
 
 
-def never(_: Path) -> str:
+def fail_if_called(_: Path) -> str:
     pytest.fail("find_none else need be asked")
 
 
 def test_a_clock_that_a_time_server_has_set_is_ok(pi_4: Path) -> None:
-    assert [each.level for each in check_clock(pi_4, never)] == [Level.OK]
+    assert [each.level for each in check_clock(pi_4, fail_if_called)] == [Level.OK]
 
 
 @pytest.mark.parametrize("answer, level", [("yes\n", Level.OK), ("no\n", Level.WARNING)])
-def test_without_systemd_timesyncd_timedatectl_gives_the_answer(broken: Path, answer: str, level: Level) -> None:
-    assert [each.level for each in check_clock(broken, lambda _: answer)] == [level]
+def test_without_systemd_timesyncd_timedatectl_gives_the_answer(broken_tree: Path, answer: str, level: Level) -> None:
+    assert [each.level for each in check_clock(broken_tree, lambda _: answer)] == [level]
 
 
 def test_timedatectl_runs_from_the_board_s_files(tmp_path: Path) -> None:

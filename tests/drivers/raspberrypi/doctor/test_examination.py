@@ -15,8 +15,8 @@ from tests.texts import CheckText
 
 
 @pytest.fixture(autouse=True)
-def _as_on_a_board(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Replace the answers of programs and libraries, which a tree of files does not have."""
+def _replace_programs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Replace the programs and libraries of a Pi, which a tree of files does not have."""
     place = "drivers.raspberrypi.doctor.examination"
     for name in ("library", "power"):
         monkeypatch.setattr(f"{place}.check_{name}", lambda *_, name=name: [Finding.ok(name, "right", kind=name)])
@@ -59,9 +59,9 @@ def test_a_good_pi_has_only_ok_findings(pi_4: Path, pi_5: Path, monkeypatch: pyt
         )
 
 
-def test_every_problem_of_a_broken_pi_is_reported(broken: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_every_problem_of_a_broken_pi_is_reported(broken_tree: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     bind_devices(monkeypatch)
-    found = list(examine(load_robot("rover"), "raspberrypi", broken))
+    found = list(examine(load_robot("rover"), "raspberrypi", broken_tree))
     wrong = {each.subject: each.level for each in found if each.level is not Level.OK}
     assert (
         wrong.items()
@@ -91,12 +91,12 @@ def test_without_a_robot_a_finding_says_that_devices_are_not_checked(pi_4: Path)
 def test_each_mistake_in_a_robot_s_section_is_an_error_and_devices_are_not_checked(
     pi_4: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def unfit(*_: object) -> None:
+    def fail_import(*_: object) -> None:
         raise DescriptionError.of_all(
             "robot rover", [("raspberrypi.nose", "is raise_missing", "Add it"), ("b", "c", "D")]
         )
 
-    monkeypatch.setattr("drivers.raspberrypi.doctor.examination.bind_devices", unfit)
+    monkeypatch.setattr("drivers.raspberrypi.doctor.examination.bind_devices", fail_import)
     found = list(examine(load_robot("rover"), "raspberrypi", pi_4))
     findings = [(each.level, each.message.partition(":")[0]) for each in found if each.subject == "robot"]
     assert findings == [(Level.ERROR, "raspberrypi.nose"), (Level.ERROR, "b")]

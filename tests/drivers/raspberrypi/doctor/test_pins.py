@@ -27,7 +27,7 @@ class Pins:
 
 @pytest.fixture
 def versions(monkeypatch: pytest.MonkeyPatch) -> Versions:
-    """Set the installed versions, and a pin factory that opens."""
+    """Set the versions of installed packages, and let the pin factory open."""
     monkeypatch.delenv("GPIOZERO_PIN_FACTORY", raising=False)
     monkeypatch.setattr(module, "open_pins", Pins)
 

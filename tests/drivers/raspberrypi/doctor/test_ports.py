@@ -48,10 +48,10 @@ def test_each_held_pin_is_reported_with_its_device_and_its_holder(check_findings
 
 
 def test_without_pins_no_line_information_is_read() -> None:
-    def never(_: Collection[int]) -> Mapping[int, str]:
+    def fail_if_called(_: Collection[int]) -> Mapping[int, str]:
         pytest.fail("there is nothing to ask")
 
-    assert list(check_pins([EYE], never)) == []
+    assert list(check_pins([EYE], fail_if_called)) == []
 
 
 def test_the_kernel_reports_the_lines_in_use(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -67,15 +67,17 @@ def test_the_kernel_reports_the_lines_in_use(monkeypatch: pytest.MonkeyPatch) ->
     assert closed == [7]
 
 
-def test_a_bus_is_checked_only_if_a_device_uses_it(pi_4: Path, broken: Path, check_findings: CheckFindings) -> None:
-    assert list(check_bus(broken, [NOSE])) == []
+def test_a_bus_is_checked_only_if_a_device_uses_it(
+    pi_4: Path, broken_tree: Path, check_findings: CheckFindings
+) -> None:
+    assert list(check_bus(broken_tree, [NOSE])) == []
     check_findings(check_bus(pi_4, [LASER]), "i2c-on")
 
 
 def test_a_bus_that_is_switched_off_is_an_error_with_the_command_that_switches_it_on(
-    broken: Path, check_findings: CheckFindings
+    broken_tree: Path, check_findings: CheckFindings
 ) -> None:
-    check_findings(check_bus(broken, [LASER]), "i2c-off")
+    check_findings(check_bus(broken_tree, [LASER]), "i2c-off")
 
 
 def test_another_bus_is_switched_on_by_another_line(pi_4: Path, check_findings: CheckFindings) -> None:
@@ -97,27 +99,27 @@ def test_a_sensor_on_an_unknown_connector_is_a_warning(pi_5: Path, check_finding
     check_findings(check_cameras(pi_5, [binding("eye", Connection("camera", "CSI", "1"))]), "camera-unnumbered")
 
 
-def test_the_video_files_of_every_pi_are_no_camera(broken: Path, check_findings: CheckFindings) -> None:
-    check_findings(check_cameras(broken, [EYE]), "camera-missing")
+def test_the_video_files_of_every_pi_are_no_camera(broken_tree: Path, check_findings: CheckFindings) -> None:
+    check_findings(check_cameras(broken_tree, [EYE]), "camera-missing")
 
 
-def test_a_camera_on_usb_is_ok_if_its_file_exists(pi_4: Path, broken: Path) -> None:
-    assert [each.level for pi in (pi_4, broken) for each in check_cameras(pi, [WEBCAM])] == [Level.OK, Level.ERROR]
+def test_a_camera_on_usb_is_ok_if_its_file_exists(pi_4: Path, broken_tree: Path) -> None:
+    assert [each.level for pi in (pi_4, broken_tree) for each in check_cameras(pi, [WEBCAM])] == [Level.OK, Level.ERROR]
 
 
-def test_a_robot_without_camera_needs_none(broken: Path) -> None:
-    assert list(check_cameras(broken, [NOSE])) == []
+def test_a_robot_without_camera_needs_none(broken_tree: Path) -> None:
+    assert list(check_cameras(broken_tree, [NOSE])) == []
 
 
 def test_picamera2_for_another_numpy_and_a_missing_one_are_distinguished(
     monkeypatch: pytest.MonkeyPatch, check_findings: CheckFindings
 ) -> None:
-    def clash(_: str) -> object:
+    def raise_binary_incompatibility(_: str) -> object:
         raise ValueError("numpy.dtype size changed, may indicate binary incompatibility")
 
     monkeypatch.setitem(sys.modules, "picamera2", None)
     assert [each.kind for each in check_picamera2()] == ["picamera2-missing"]
-    check_findings(check_picamera2(clash), "picamera2-other-numpy")
+    check_findings(check_picamera2(raise_binary_incompatibility), "picamera2-other-numpy")
     check_findings(check_picamera2(lambda _: None), "picamera2-ok")
 
 
@@ -139,7 +141,7 @@ def link(root: Path, name: str, to: str) -> Path:
     return root
 
 
-def tell_kernel(root: Path, console: str) -> None:
+def set_kernel_consoles(root: Path, console: str) -> None:
     (root / "proc/cmdline").write_text(CONSOLE.format(console))
 
 
@@ -149,7 +151,7 @@ def test_a_robot_without_ports_needs_none(pi_4: Path) -> None:
 
 @pytest.mark.parametrize("console", ["tty1", "ttyAMA10"])
 def test_a_free_port_is_ok(pi_4: Path, console: str, check_findings: CheckFindings) -> None:
-    tell_kernel(link(pi_4, "serial0", "ttyS0"), console)
+    set_kernel_consoles(link(pi_4, "serial0", "ttyS0"), console)
     check_findings([on(pi_4, "/dev/serial0")], "port-ok")
 
 
@@ -160,7 +162,7 @@ def test_a_switched_off_port_on_the_header_is_an_error_with_a_remedy(
 
 
 def test_the_login_console_on_the_port_is_an_error(pi_4: Path, check_findings: CheckFindings) -> None:
-    tell_kernel(link(pi_4, "serial0", "ttyS0"), "ttyS0")
+    set_kernel_consoles(link(pi_4, "serial0", "ttyS0"), "ttyS0")
     check_findings([on(pi_4, "/dev/serial0")], "port-console")
 
 
@@ -211,8 +213,8 @@ def test_each_kind_of_device_is_reported_with_its_group(pi_4: Path, check_findin
     check_findings(check_permissions(pi_4, lambda _: False), *kinds)
 
 
-def test_a_new_member_of_a_group_must_log_in_again(broken: Path, check_findings: CheckFindings) -> None:
-    check_findings(check_permissions(broken, lambda file: file.name != "gpiochip0"), "no-permission-gpio")
+def test_a_new_member_of_a_group_must_log_in_again(broken_tree: Path, check_findings: CheckFindings) -> None:
+    check_findings(check_permissions(broken_tree, lambda file: file.name != "gpiochip0"), "no-permission-gpio")
 
 
 def test_a_group_that_does_not_help_is_not_the_remedy(pi_4: Path, check_findings: CheckFindings) -> None:

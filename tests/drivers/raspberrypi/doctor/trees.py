@@ -1,4 +1,4 @@
-"""Trees of files in place of a board's kernel and system, by their paths."""
+"""Trees of files in place of the file system of a board, as texts by their paths."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ BROKEN: Tree = {
 """An older 32-bit system, whose user is in one group only, without camera, I2C and network."""
 
 
-def grow(root: Path, tree: Tree) -> Path:
+def create_tree(root: Path, tree: Tree) -> Path:
     """Write a tree of files below ``root``; return ``root``."""
     for path, content in tree.items():
         file = root / path
@@ -73,7 +73,7 @@ def grow(root: Path, tree: Tree) -> Path:
     return root
 
 
-def grow_chip(root: Path, number: int, driver: str) -> None:
+def create_chip(root: Path, number: int, driver: str) -> None:
     """Add a GPIO chip with its driver to a tree's sysfs."""
     device = root / "sys/devices/platform" / f"{number}.gpio"
     made, known = device / f"gpiochip{number}", root / "sys/bus/platform/drivers" / driver

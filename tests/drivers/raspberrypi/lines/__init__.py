@@ -1,4 +1,4 @@
-"""Simulated lines that processes share. This folder comes before the real lgpio on Python's path."""
+"""Simulated GPIO lines that processes share, by a double of lgpio in this folder."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Launch = Callable[..., Program]
 
 
 class Lines:
-    """A chip with every line, at first all free and low."""
+    """A chip whose lines are all free and low at first."""
 
     def __init__(self, folder: Path) -> None:
         self._dev = folder
@@ -28,12 +28,12 @@ class Lines:
         self._chip.mkdir(parents=True)
 
     def level(self, gpio: int) -> int:
-        """Return the last output: 0, 1, or a duty in percent."""
+        """Return the last output of a line: 0, 1, or a duty in percent."""
         line = self._chip / str(gpio)
         return int(line.read_text()) if line.exists() else 0
 
     def is_pulled_down(self, gpio: int) -> bool:
-        """Return whether the last holder has set a pull-down."""
+        """Return whether the last holder of a line has set a pull-down."""
         pull = self._chip / f"{gpio}.pull"
         return pull.exists() and int(pull.read_text()) == SET_PULL_DOWN
 

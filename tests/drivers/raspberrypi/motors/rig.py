@@ -66,7 +66,7 @@ class Rig:
         """Return the duty of the motor's pins, forward positive."""
         return float(self.pins.pin(FORWARD).state) - float(self.pins.pin(BACKWARD).state)
 
-    def let_pass(self, seconds: float) -> None:
+    def pass_time(self, seconds: float) -> None:
         self.clock.sleep_until(self.clock.now() + seconds)
 
     def close(self) -> None:
@@ -92,7 +92,7 @@ class Rig:
 
 
 def rover(section: Mapping[str, Any], counts_per_turn: int = 960) -> RobotDescription:
-    """Return the rover with these sections, and with this resolution of its encoders."""
+    """Return the rover with these tables, and with this resolution of its encoders."""
     description = load_robot("rover")
     devices = [
         device.model_copy(update={"counts_per_turn": counts_per_turn}) if device.kind == "encoder" else device

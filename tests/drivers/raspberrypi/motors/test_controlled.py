@@ -40,7 +40,7 @@ def test_a_wheel_that_matches_its_model_is_not_corrected() -> None:
     peak = 0.0
     for _ in range(50):
         rig.motor.set_velocity(SPEED)
-        rig.let_pass(0.04)
+        rig.pass_time(0.04)
         peak = max(peak, rig.velocity)
     assert peak < 1.02 * SPEED
 
@@ -51,7 +51,7 @@ def test_a_wheel_that_was_blocked_does_not_overshoot() -> None:
     rig.wheel = rig.wheel.model_copy(update={"dead_band": 0.1})
     peak = 0.0
     for _ in range(50):
-        rig.let_pass(0.02)
+        rig.pass_time(0.02)
         peak = max(peak, rig.velocity)
     assert peak < 2 * 2.0 + 14.0 / 4
     assert rig.velocity == pytest.approx(2.0, rel=0.1)
@@ -62,7 +62,7 @@ def test_missed_rotation_at_the_limit_is_not_made_up_for() -> None:
     drive(rig, 12.0)
     assert rig.duty() == 1.0
     rig.motor.set_velocity(3.0)
-    rig.let_pass(1.0)
+    rig.pass_time(1.0)
     assert rig.velocity == pytest.approx(3.0, rel=0.05)
 
 
@@ -72,7 +72,7 @@ def test_a_stop_is_immediate_and_final() -> None:
     rig.motor.stop()
     duties: list[float] = [rig.duty()]
     rig.on_step = lambda: duties.append(rig.duty())
-    rig.let_pass(0.5)
+    rig.pass_time(0.5)
     assert set(duties) == {0.0}
 
 
@@ -82,7 +82,7 @@ def test_a_stop_between_the_reading_and_the_correction_wins() -> None:
     motor = rig.motor
     assert isinstance(motor, ControlledMotor)
     motor._encoder = Stopping(rig)  # type: ignore[assignment]
-    rig.let_pass(0.06)
+    rig.pass_time(0.06)
     assert rig.duty() == 0.0
 
 
@@ -111,7 +111,7 @@ def test_an_encoder_that_fails_stops_the_motor_and_the_next_command_raises(raise
     rig = Rig(CONTROLLED)
     drive(rig, SPEED)
     rig.encoder._newest = broken  # type: ignore[method-assign]
-    rig.let_pass(0.06)
+    rig.pass_time(0.06)
     assert rig.duty() == 0.0
     rig.motor.stop()
     with raises(DeviceError):
@@ -123,7 +123,7 @@ def test_a_motor_works_again_when_its_encoder_works() -> None:
     rig = Rig(CONTROLLED)
     drive(rig, SPEED)
     whole, rig.encoder._newest = rig.encoder._newest, broken  # type: ignore[method-assign]
-    rig.let_pass(0.06)
+    rig.pass_time(0.06)
     rig.encoder._newest = whole  # type: ignore[method-assign]
     with pytest.raises(DeviceError):
         rig.motor.set_velocity(SPEED)
@@ -135,18 +135,18 @@ def test_after_a_lost_encoder_is_back_commands_work_and_missed_rotation_is_not_m
     rig, fresh = Rig(CONTROLLED), Rig(CONTROLLED)
     drive(rig, SPEED)
     whole, rig.encoder._newest = rig.encoder._newest, raise_lost  # type: ignore[method-assign]
-    rig.let_pass(1.0)
+    rig.pass_time(1.0)
     for _ in range(2):
         with pytest.raises(DeviceLostError):
             rig.motor.set_velocity(SPEED)
         assert rig.duty() == 0.0
-    rig.let_pass(1.01)
+    rig.pass_time(1.01)
     rig.encoder._newest = whole  # type: ignore[method-assign]
     duties: list[list[float]] = [[], []]
     for each, seen in zip((rig, fresh), duties, strict=True):
         for _ in range(5):
             each.motor.set_velocity(SPEED)
-            each.let_pass(0.04)
+            each.pass_time(0.04)
             seen.append(each.duty())
     assert duties[0] == pytest.approx(duties[1], rel=0.05)
 
@@ -156,7 +156,7 @@ def test_closing_ends_the_control() -> None:
     drive(rig, SPEED)
     rig.motor.close()
     taken = rig.encoder.read().sequence
-    rig.let_pass(0.5)
+    rig.pass_time(0.5)
     assert rig.encoder.read().sequence == taken + 1
 
 
@@ -202,7 +202,7 @@ def drive(rig: Rig, speed: float) -> tuple[float, list[float]]:
         rig.on_step = lambda: velocities.append(rig.velocity)
         for _ in range(int(second / 0.04)):
             rig.motor.set_velocity(speed)
-            rig.let_pass(0.04)
+            rig.pass_time(0.04)
     last = velocities[-250:]
     rig.on_step = lambda: None
     return sum(last) / len(last), last

@@ -1,4 +1,4 @@
-"""Mistakes in a motor's section of a robot's file."""
+"""Mistakes in a motor's table of a robot's file."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tests.texts import CheckText, Raises
 
 
 def bind_motor(**motor: Any) -> None:
-    """Bind the rover with these keys in the left motor's section; None removes a key."""
+    """Bind the rover with these keys in the left motor's table. The value None removes a key."""
     section = {key: value for key, value in {**H_BRIDGE, **motor}.items() if value is not None}
     bind({"left_motor": section})
 

@@ -21,7 +21,7 @@ ENABLE, STANDBY = 12, 22
 
 
 class Unwilling(MockPWMPin):  # type: ignore[misc]  # gpiozero has no types
-    """A pin whose writes a test can make fail."""
+    """A pin whose writes raise an error if a test requests it."""
 
     is_broken = False
 

@@ -1,4 +1,4 @@
-"""A double of an I2C bus with a time-of-flight chip, register by register, for the real libraries."""
+"""Doubles of an I2C bus and of the registers of time-of-flight chips, for the real libraries."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ ADDRESS = 0x29
 
 
 class FakeChip(ABC):
-    """The registers of a chip, which measures ``status`` and ``millimetres``."""
+    """The registers of a chip whose measurements have ``status`` and ``millimetres``."""
 
     width: int
-    """The bytes of a register's number."""
+    """The number of bytes of a register's number."""
 
     def __init__(self, status: int, millimetres: int) -> None:
         self.status, self.millimetres = status, millimetres

@@ -1,4 +1,4 @@
-"""A double of an HC-SR04 on mock pins. The test sets its echoes; its edges come in simulated time."""
+"""A double of an HC-SR04 on mock pins, in simulated time."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from robotcore.hardware import Host
 
 TRIGGER, ECHO = 16, 26
 DELAY_S = 0.00045
-"""The time from the trigger to the echo's rise, for the burst."""
+"""The time from the trigger to the rise of the echo line, in seconds."""
 
 Edges = Sequence[tuple[float, bool]]
-"""The edges after a trigger: the seconds, and the level."""
+"""The edges after a trigger: the time after the trigger in seconds, and the level."""
 
 
 class TimedPin(MockPin):  # type: ignore[misc]  # gpiozero has no types
-    """A pin whose edges have given ticks. As with lgpio, its callbacks continue after its closing."""
+    """A pin whose edges have the ticks that a test sets. Its callbacks continue after its closing, as with lgpio."""
 
     ticks: float = 0.0
     on_fall: Callable[[], object] = staticmethod(lambda: None)
@@ -38,7 +38,7 @@ class TimedPin(MockPin):  # type: ignore[misc]  # gpiozero has no types
     def close(self) -> None:
         self.function = "input"
 
-    def tell(self, ticks: float, is_high: bool) -> None:
+    def report_edge(self, ticks: float, is_high: bool) -> None:
         """Report an edge, even if it repeats the last level."""
         PiPin._call_when_changed(self, ticks, is_high)
 
@@ -65,29 +65,29 @@ class TimedFactory(MockFactory):  # type: ignore[misc]  # gpiozero has no types
 
 @dataclass
 class Module:
-    """Gives its n-th answer to the n-th trigger, and repeats the last answer.
+    """A module that sends ``pulses`` one after another, one for each trigger. It repeats the last pulse.
 
-    While the sensor opens, no time passes, so edges come at once.
+    is_immediate: whether edges come at once, because no simulated time passes during the opening of a sensor.
     """
 
     clock: Clock
     pins: TimedFactory
-    answers: list[Edges]
+    pulses: list[Edges]
     triggers: list[float] = field(default_factory=list)
-    is_at_once: bool = False
+    is_immediate: bool = False
     gpios: tuple[int, int] = (TRIGGER, ECHO)
 
     def __post_init__(self) -> None:
         self.trigger, self.echo = map(self.pins.pin, self.gpios)
-        self.trigger.on_fall = self._triggered
+        self.trigger.on_fall = self._on_trigger
 
-    def _triggered(self) -> None:
+    def _on_trigger(self) -> None:
         now = self.clock.now()
-        answer = self.answers[min(len(self.triggers), len(self.answers) - 1)]
+        answer = self.pulses[min(len(self.triggers), len(self.pulses) - 1)]
         self.triggers.append(now)
         for after, level in answer:
             ticks = self.pins.ticks() + after
-            if self.is_at_once:
+            if self.is_immediate:
                 self.echo.drive(ticks, level)
             else:
                 self.clock.call_at(now + after, partial(self.echo.drive, ticks, level))
@@ -97,13 +97,13 @@ def pulse(seconds: float) -> Edges:
     return (DELAY_S, True), (DELAY_S + seconds, False)
 
 
-def echo_at(metres: float, temperature_c: float = 20.0) -> Edges:
+def build_echo(metres: float, temperature_c: float = 20.0) -> Edges:
     return pulse(2 * metres / speed_of_sound(temperature_c))
 
 
-NO_ANSWER: Edges = ()
+NO_PULSE: Edges = ()
 NO_ECHO: Edges = pulse(0.038)
-"""The edges of the module's time-out."""
+"""The pulse of the module's time-out."""
 
 NOSE = next(device for device in load_robot("rover").devices if isinstance(device, RangeSensorDescription))
 
@@ -112,23 +112,23 @@ NOSE = next(device for device in load_robot("rover").devices if isinstance(devic
 class Bench:
     """A module, the sensor that reads it, and their clock."""
 
-    answers: list[Edges]
+    pulses: list[Edges]
     settings: dict[str, Any] = field(default_factory=dict)
     description: RangeSensorDescription = NOSE
 
     def __post_init__(self) -> None:
         self.clock = SteppedClock(10000, lambda _steps: None)
         self.pins = TimedFactory(self.clock)
-        self.module = Module(self.clock, self.pins, self.answers)
+        self.module = Module(self.clock, self.pins, self.pulses)
 
     def open(self) -> RangeSensor:
         settings = UltrasonicSettings(trigger=TRIGGER, echo=ECHO, **self.settings)
-        self.module.is_at_once = True
+        self.module.is_immediate = True
         sensor = Ultrasonic().open(self.description, settings, Host(load_robot("rover"), self.clock, self.pins))
-        self.module.is_at_once = False
+        self.module.is_immediate = False
         return sensor
 
     def cycles(self, count: int = 1) -> None:
-        """Let this many cycles pass, and stop in the middle of the next one, after its echo."""
+        """Let ``count`` cycles pass, and stop in the next cycle after its echo."""
         done = math.floor(self.clock.now() / 0.06 + 1e-6)
         self.clock.sleep_until((done + count) * 0.06 + 0.055)

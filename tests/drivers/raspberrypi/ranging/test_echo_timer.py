@@ -52,7 +52,7 @@ def build_timer() -> tuple[RangeSampler, EchoTimer]:
 
 
 def take_samples(events: list[Event]) -> Iterator[tuple[Range, int]]:
-    """Yield every sample with the number of events before it."""
+    """Yield each sample, and the number of events before it."""
     findings, timer = build_timer()
     last = None
     for count, event in enumerate(events, 1):

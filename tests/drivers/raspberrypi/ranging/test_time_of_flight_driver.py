@@ -55,7 +55,7 @@ class Bench:
         host = Host(load_robot("rover"), self.clock)
         return self.kind.driver().open(DESCRIPTION, TimeOfFlightSettings(**settings), host)
 
-    def measures(self, status: int, millimetres: int = 500, cycles: int = 1) -> None:
+    def set_measurement(self, status: int, millimetres: int = 500, cycles: int = 1) -> None:
         self.chip.status, self.chip.millimetres = status, millimetres
         self.cycles(cycles)
 
@@ -75,8 +75,8 @@ def test_open_waits_for_the_first_sample(bench: Bench) -> None:
 
 def test_each_measurement_is_a_sample_of_the_cycle_before(bench: Bench) -> None:
     sensor = bench.open()
-    bench.measures(bench.kind.target, 750)
-    bench.measures(bench.kind.target, 800)
+    bench.set_measurement(bench.kind.target, 750)
+    bench.set_measurement(bench.kind.target, 800)
     sample = sensor.read()
     assert (sample.distance, sample.time, sample.sequence) == pytest.approx((0.8, 0.05, 2))
 
@@ -96,27 +96,27 @@ def test_a_measurement_is_returned_once(bench: Bench) -> None:
 
 def test_nearer_than_min_range_reads_min_range(bench: Bench) -> None:
     sensor = bench.open()
-    bench.measures(bench.kind.target, 3)
+    bench.set_measurement(bench.kind.target, 3)
     assert sensor.read().distance == DESCRIPTION.min_range_m
-    bench.measures(bench.kind.target)
-    bench.measures(bench.kind.too_near, 700)
+    bench.set_measurement(bench.kind.target)
+    bench.set_measurement(bench.kind.too_near, 700)
     assert (sensor.read().distance, sensor.read().sequence) == (DESCRIPTION.min_range_m, 3)
 
 
 def test_a_target_beyond_max_range_and_such_a_status_are_inf(bench: Bench) -> None:
     sensor = bench.open()
-    bench.measures(bench.kind.target, 1300)
+    bench.set_measurement(bench.kind.target, 1300)
     assert (sensor.read().distance, sensor.read().sequence) == (math.inf, 1)
-    bench.measures(bench.kind.beyond, 300)
+    bench.set_measurement(bench.kind.beyond, 300)
     assert (sensor.read().distance, sensor.read().sequence) == (math.inf, 2)
 
 
 def test_too_little_light_gives_no_new_sample_and_a_row_of_it_gives_inf(bench: Bench) -> None:
     sensor = bench.open(echo_free_cycles=3)
     first = sensor.read()
-    bench.measures(bench.kind.nothing, cycles=2)
-    bench.measures(bench.kind.unclear)
-    bench.measures(bench.kind.nothing, cycles=2)
+    bench.set_measurement(bench.kind.nothing, cycles=2)
+    bench.set_measurement(bench.kind.unclear)
+    bench.set_measurement(bench.kind.nothing, cycles=2)
     assert sensor.read() is first
     bench.cycles()
     assert sensor.read().distance == math.inf
@@ -152,7 +152,7 @@ def test_a_chip_that_is_unplugged_fails_until_it_is_plugged_in_again(bench: Benc
         sensor.read()
     bench.chip.is_plugged_in = True
     bench.chip.lose_power()
-    bench.measures(bench.kind.target, 650)
+    bench.set_measurement(bench.kind.target, 650)
     assert (sensor.read().distance, sensor.read().sequence) == (0.65, 1)
 
 
@@ -184,13 +184,13 @@ def test_after_a_failure_a_measurement_without_a_target_keeps_the_last_sample_an
     bench.chip.is_plugged_in = False
     bench.cycles()
     bench.chip.is_plugged_in = True
-    bench.measures(bench.kind.nothing)
+    bench.set_measurement(bench.kind.nothing)
     assert sensor.read() is first
 
 
 def test_a_broken_laser_is_reported(bench: Bench, raises: Raises) -> None:
     sensor = bench.open()
-    bench.measures(BROKEN)
+    bench.set_measurement(BROKEN)
     with raises(DeviceError, "laser-broken"):
         sensor.read()
 

@@ -13,13 +13,13 @@ from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.hardware import Host, bind_devices
 from tests.drivers.raspberrypi.ranging.modules import (
     ECHO,
-    NO_ANSWER,
     NO_ECHO,
+    NO_PULSE,
     NOSE,
     TRIGGER,
     Bench,
     Edges,
-    echo_at,
+    build_echo,
     pulse,
 )
 from tests.texts import Raises
@@ -29,14 +29,14 @@ LOST_FALL: Edges = ((0.0005, True),)
 
 
 def test_open_waits_for_the_first_sample_without_simulated_time() -> None:
-    bench = Bench([echo_at(1.0)])
+    bench = Bench([build_echo(1.0)])
     sample = bench.open().read()
     assert sample.distance == pytest.approx(1.0)
     assert (sample.time, sample.sequence, bench.clock.now()) == (0.0, 0, 0.0)
 
 
 def test_a_distance_is_available_when_the_echo_ends_with_the_time_of_the_trigger() -> None:
-    bench = Bench([echo_at(1.0), echo_at(0.4)])
+    bench = Bench([build_echo(1.0), build_echo(0.4)])
     sensor = bench.open()
     bench.clock.sleep_until(0.06 + 0.004)
     assert sensor.read().distance == pytest.approx(0.4)
@@ -44,7 +44,7 @@ def test_a_distance_is_available_when_the_echo_ends_with_the_time_of_the_trigger
 
 
 def test_values_are_not_filtered() -> None:
-    bench = Bench([echo_at(1.0), echo_at(0.3), echo_at(1.7)])
+    bench = Bench([build_echo(1.0), build_echo(0.3), build_echo(1.7)])
     sensor = bench.open()
     bench.cycles()
     assert sensor.read().distance == pytest.approx(0.3)
@@ -53,7 +53,7 @@ def test_values_are_not_filtered() -> None:
 
 
 def test_the_ticks_of_edges_count_also_if_edges_are_reported_late() -> None:
-    bench = Bench([echo_at(1.0), NO_ANSWER, NO_ANSWER])
+    bench = Bench([build_echo(1.0), NO_PULSE, NO_PULSE])
     sensor = bench.open()
     bench.clock.sleep_until(0.06)
     trigger_s = bench.pins.ticks()
@@ -64,7 +64,7 @@ def test_the_ticks_of_edges_count_also_if_edges_are_reported_late() -> None:
 
 
 def test_edges_before_the_trigger_are_ignored() -> None:
-    bench = Bench([echo_at(1.0), NO_ANSWER, NO_ANSWER])
+    bench = Bench([build_echo(1.0), NO_PULSE, NO_PULSE])
     sensor = bench.open()
     bench.clock.sleep_until(0.12)
     bench.module.echo.drive(bench.pins.ticks() - 0.059, True)
@@ -73,11 +73,11 @@ def test_edges_before_the_trigger_are_ignored() -> None:
 
 
 def test_nearer_than_min_range_reads_min_range() -> None:
-    assert Bench([echo_at(0.004)]).open().read().distance == NOSE.min_range_m
+    assert Bench([build_echo(0.004)]).open().read().distance == NOSE.min_range_m
 
 
 def test_an_echo_from_beyond_max_range_is_inf() -> None:
-    bench = Bench([echo_at(NOSE.max_range_m - 0.001), echo_at(NOSE.max_range_m + 0.001), echo_at(4.0)])
+    bench = Bench([build_echo(NOSE.max_range_m - 0.001), build_echo(NOSE.max_range_m + 0.001), build_echo(4.0)])
     sensor = bench.open()
     assert sensor.read().distance < NOSE.max_range_m
     bench.cycles()
@@ -87,7 +87,7 @@ def test_an_echo_from_beyond_max_range_is_inf() -> None:
 
 
 def test_a_pulse_between_echo_and_time_out_gives_no_sample() -> None:
-    bench = Bench([echo_at(1.0), pulse(0.0285)], {"echo_free_cycles": 1})
+    bench = Bench([build_echo(1.0), pulse(0.0285)], {"echo_free_cycles": 1})
     sensor = bench.open()
     first = sensor.read()
     bench.cycles(3)
@@ -95,7 +95,7 @@ def test_a_pulse_between_echo_and_time_out_gives_no_sample() -> None:
 
 
 def test_a_lost_echo_gives_no_new_sample() -> None:
-    bench = Bench([echo_at(1.0), NO_ECHO, NO_ECHO, echo_at(0.9)])
+    bench = Bench([build_echo(1.0), NO_ECHO, NO_ECHO, build_echo(0.9)])
     sensor = bench.open()
     first = sensor.read()
     bench.cycles(2)
@@ -105,7 +105,7 @@ def test_a_lost_echo_gives_no_new_sample() -> None:
 
 
 def test_each_row_of_echo_free_cycles_gives_inf() -> None:
-    bench = Bench([echo_at(1.0), NO_ECHO], {"echo_free_cycles": 4})
+    bench = Bench([build_echo(1.0), NO_ECHO], {"echo_free_cycles": 4})
     sensor = bench.open()
     bench.cycles(3)
     assert sensor.read().distance == pytest.approx(1.0)
@@ -115,9 +115,11 @@ def test_each_row_of_echo_free_cycles_gives_inf() -> None:
     assert (sensor.read().distance, sensor.read().time) == pytest.approx((math.inf, 0.30))
 
 
-@pytest.mark.parametrize("interruption", [echo_at(1.0), NO_ANSWER, LOST_RISE, LOST_FALL, pulse(0.0285)])
+@pytest.mark.parametrize("interruption", [build_echo(1.0), NO_PULSE, LOST_RISE, LOST_FALL, pulse(0.0285)])
 def test_every_other_cycle_ends_the_row(interruption: Edges) -> None:
-    bench = Bench([echo_at(1.0), *[NO_ECHO] * 3, interruption, *[NO_ECHO] * 3, echo_at(1.0)], {"echo_free_cycles": 4})
+    bench = Bench(
+        [build_echo(1.0), *[NO_ECHO] * 3, interruption, *[NO_ECHO] * 3, build_echo(1.0)], {"echo_free_cycles": 4}
+    )
     sensor = bench.open()
     for _ in range(7):
         bench.cycles()
@@ -127,7 +129,7 @@ def test_every_other_cycle_ends_the_row(interruption: Edges) -> None:
 
 
 def test_with_echo_free_cycles_0_a_row_never_gives_inf() -> None:
-    bench = Bench([echo_at(1.0), NO_ECHO], {"echo_free_cycles": 0})
+    bench = Bench([build_echo(1.0), NO_ECHO], {"echo_free_cycles": 0})
     sensor = bench.open()
     bench.cycles(100)
     assert sensor.read().sequence == 0
@@ -145,7 +147,7 @@ def test_without_a_first_result_opening_raises(raises: Raises) -> None:
 
 
 def test_a_module_that_times_out_late_is_not_triggered_before_its_echo_ends() -> None:
-    bench = Bench([echo_at(1.0), pulse(0.2)], {"echo_free_cycles": 2})
+    bench = Bench([build_echo(1.0), pulse(0.2)], {"echo_free_cycles": 2})
     sensor = bench.open()
     bench.cycles(5)
     assert bench.module.triggers == pytest.approx([0.0, 0.06, 0.30])
@@ -154,15 +156,15 @@ def test_a_module_that_times_out_late_is_not_triggered_before_its_echo_ends() ->
 
 
 def test_without_an_answer_opening_raises_and_frees_the_pins(raises: Raises) -> None:
-    bench = Bench([NO_ANSWER])
+    bench = Bench([NO_PULSE])
     with raises(DeviceError, "trigger-unanswered"):
         bench.open()
-    bench.module.answers = [echo_at(1.0)]
+    bench.module.pulses = [build_echo(1.0)]
     assert bench.open().read().distance == pytest.approx(1.0)
 
 
 def test_after_five_triggers_without_an_answer_read_raises_until_the_module_answers(raises: Raises) -> None:
-    bench = Bench([echo_at(1.0), *[NO_ANSWER] * 7, echo_at(0.8)])
+    bench = Bench([build_echo(1.0), *[NO_PULSE] * 7, build_echo(0.8)])
     sensor = bench.open()
     bench.cycles(5)
     assert sensor.read().sequence == 0
@@ -174,7 +176,7 @@ def test_after_five_triggers_without_an_answer_read_raises_until_the_module_answ
 
 
 def test_single_triggers_without_an_answer_are_no_error() -> None:
-    bench = Bench([echo_at(1.0), *[*[NO_ANSWER] * 4, NO_ECHO] * 3])
+    bench = Bench([build_echo(1.0), *[*[NO_PULSE] * 4, NO_ECHO] * 3])
     sensor = bench.open()
     for _ in range(14):
         bench.cycles()
@@ -182,7 +184,7 @@ def test_single_triggers_without_an_answer_are_no_error() -> None:
 
 
 def test_an_answer_without_an_echo_keeps_the_last_sample_and_its_time() -> None:
-    bench = Bench([echo_at(1.0), *[NO_ANSWER] * 7, NO_ECHO])
+    bench = Bench([build_echo(1.0), *[NO_PULSE] * 7, NO_ECHO])
     sensor = bench.open()
     first = sensor.read()
     bench.cycles(8)
@@ -190,7 +192,7 @@ def test_an_answer_without_an_echo_keeps_the_last_sample_and_its_time() -> None:
 
 
 def test_while_the_echo_stays_high_read_raises_and_there_is_no_trigger(raises: Raises) -> None:
-    bench = Bench([echo_at(1.0), pulse(0.5), echo_at(0.8)])
+    bench = Bench([build_echo(1.0), pulse(0.5), build_echo(0.8)])
     sensor = bench.open()
     bench.cycles(7)
     assert len(bench.module.triggers) == 2
@@ -205,7 +207,7 @@ def test_while_the_echo_stays_high_read_raises_and_there_is_no_trigger(raises: R
 
 
 def test_an_echo_that_is_high_from_the_start_makes_opening_raise(raises: Raises) -> None:
-    bench = Bench([echo_at(1.0)])
+    bench = Bench([build_echo(1.0)])
 
     class Shorted(type(bench.module.echo)):  # type: ignore[misc]  # gpiozero has no types
         def _get_state(self) -> bool:
@@ -226,20 +228,20 @@ def test_an_echo_that_is_high_from_the_start_makes_opening_raise(raises: Raises)
     ],
 )
 def test_a_cycle_that_lost_an_edge_gives_no_value(edges: Edges) -> None:
-    bench = Bench([echo_at(1.0), NO_ANSWER, echo_at(0.8)])
+    bench = Bench([build_echo(1.0), NO_PULSE, build_echo(0.8)])
     sensor = bench.open()
     bench.clock.sleep_until(0.06)
     trigger_s = bench.pins.ticks()
     bench.clock.sleep_until(0.08)
     for after, level in edges:
-        bench.module.echo.tell(trigger_s + after, level)
+        bench.module.echo.report_edge(trigger_s + after, level)
     assert sensor.read().sequence == 0
     bench.cycles()
     assert sensor.read().distance == pytest.approx(0.8)
 
 
 def test_noise_after_the_echo_is_ignored() -> None:
-    bench = Bench([echo_at(1.0), (*echo_at(0.5), (0.02, True), (0.021, False))])
+    bench = Bench([build_echo(1.0), (*build_echo(0.5), (0.02, True), (0.021, False))])
     sensor = bench.open()
     bench.cycles()
     assert (sensor.read().distance, sensor.read().sequence) == pytest.approx((0.5, 1))
@@ -247,12 +249,12 @@ def test_noise_after_the_echo_is_ignored() -> None:
 
 @pytest.mark.parametrize("temperature_c", [-10.0, 35.0])
 def test_the_airs_temperature_sets_the_speed_of_sound(temperature_c: float) -> None:
-    bench = Bench([echo_at(1.0, temperature_c)], {"air_temperature_c": temperature_c})
+    bench = Bench([build_echo(1.0, temperature_c)], {"air_temperature_c": temperature_c})
     assert bench.open().read().distance == pytest.approx(1.0)
 
 
 def test_closing_stops_the_triggers_and_frees_the_pins() -> None:
-    bench = Bench([echo_at(1.0)])
+    bench = Bench([build_echo(1.0)])
     sensor = bench.open()
     sensor.close()
     bench.cycles(5)
@@ -264,7 +266,7 @@ def test_closing_stops_the_triggers_and_frees_the_pins() -> None:
 
 
 def test_edges_after_closing_do_nothing() -> None:
-    bench = Bench([echo_at(1.0), NO_ANSWER])
+    bench = Bench([build_echo(1.0), NO_PULSE])
     sensor = bench.open()
     bench.clock.sleep_until(0.06)
     edge = bench.module.echo.when_changed
@@ -295,7 +297,7 @@ def test_on_the_robots_own_clock_a_thread_triggers_it_until_it_is_closed() -> No
 
 
 def test_while_the_pins_fail_read_raises(monkeypatch: pytest.MonkeyPatch, raises: Raises) -> None:
-    bench = Bench([echo_at(1.0), echo_at(0.7)])
+    bench = Bench([build_echo(1.0), build_echo(0.7)])
     sensor = bench.open()
 
     def broken(_value: Any) -> None:
@@ -311,7 +313,7 @@ def test_while_the_pins_fail_read_raises(monkeypatch: pytest.MonkeyPatch, raises
 
 
 def test_a_pin_in_use_makes_opening_raise(raises: Raises) -> None:
-    bench = Bench([echo_at(1.0)])
+    bench = Bench([build_echo(1.0)])
     sensor = bench.open()
     with raises(DeviceError, "gpio-in-use"):
         bench.open()
@@ -320,7 +322,7 @@ def test_a_pin_in_use_makes_opening_raise(raises: Raises) -> None:
 
 @pytest.mark.parametrize("taken", [TRIGGER, ECHO])
 def test_the_pin_in_use_is_reported_and_the_other_is_freed(taken: int, raises: Raises) -> None:
-    bench = Bench([echo_at(1.0)])
+    bench = Bench([build_echo(1.0)])
     with (
         InputDevice(taken, pin_factory=bench.pins),
         raises(DeviceError, "gpio-in-use"),

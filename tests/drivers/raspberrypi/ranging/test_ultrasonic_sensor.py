@@ -9,7 +9,7 @@ from robotcore.description import load_robot
 from robotcore.hal.clock import SteppedClock
 from robotcore.hal.devices import RangeSensor
 from robotcore.hardware import Host
-from tests.drivers.raspberrypi.ranging.modules import NOSE, Edges, Module, TimedFactory, echo_at
+from tests.drivers.raspberrypi.ranging.modules import NOSE, Edges, Module, TimedFactory, build_echo
 
 NOSE_GPIOS, TAIL_GPIOS = (16, 26), (5, 6)
 
@@ -27,15 +27,15 @@ class Pair:
     def open(self, name: str, module: Module, cycle_s: float = 0.06) -> RangeSensor:
         trigger, echo = module.gpios
         settings = UltrasonicSettings(trigger=trigger, echo=echo, cycle_s=cycle_s)
-        module.is_at_once = True
+        module.is_immediate = True
         sensor = Ultrasonic().open(NOSE.model_copy(update={"name": name}), settings, self.host)
-        module.is_at_once = False
+        module.is_immediate = False
         return sensor
 
 
 @pytest.fixture
 def pair() -> Pair:
-    return Pair([echo_at(1.0), echo_at(0.5)], [echo_at(1.5), echo_at(0.7)])
+    return Pair([build_echo(1.0), build_echo(0.5)], [build_echo(1.5), build_echo(0.7)])
 
 
 def test_modules_are_triggered_in_turn_a_cycle_apart(pair: Pair) -> None:
@@ -66,7 +66,7 @@ def test_no_module_is_triggered_while_another_is_being_opened(pair: Pair) -> Non
 
     def note_trigger() -> None:
         pair.clock.sleep_until(pair.clock.now() + 0.5)  # as on a robot, where opening takes time
-        pair.tail._triggered()
+        pair.tail._on_trigger()
 
     pair.tail.trigger.on_fall = note_trigger
     triggers = len(pair.nose.triggers)

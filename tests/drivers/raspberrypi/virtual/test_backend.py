@@ -1,4 +1,4 @@
-"""The backend virtualpi: which drivers run, what replaces the others, and how it opens and closes."""
+"""The backend `virtualpi`: the drivers on virtual pins, the replaced devices, opening and closing."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ ROVER = load_robot("rover")
 NOSE = next(device for device in ROVER.devices if isinstance(device, RangeSensorDescription))
 
 
-def setup(*devices: str, world: WorldDescription | None = None, **options: Any) -> Setup:
+def build_setup(*devices: str, world: WorldDescription | None = None, **options: Any) -> Setup:
     chosen = devices or tuple(device.name for device in ROVER.devices)
     return Setup(ROVER, world or worlds.empty(), frozenset(chosen), options=options)
 
@@ -63,26 +63,26 @@ def _rewire(device: str, **changed: Any) -> RobotDescription:
     return ROVER.model_copy(update={"backends": {"raspberrypi": wiring}})
 
 
-def distances_heard(asked: Setup, seconds: float = 3.0) -> list[float]:
+def measure_distances(setup: Setup, seconds: float = 3.0) -> list[float]:
     """Return the distance of each new sample."""
-    heard: dict[int, float] = {}
-    with VirtualPiBackend().open(asked) as robot:
+    samples: dict[int, float] = {}
+    with VirtualPiBackend().open(setup) as robot:
         for tick in range(round(seconds * 20)):
             sample = robot.range.read()
-            heard[sample.sequence] = sample.distance
+            samples[sample.sequence] = sample.distance
             robot.clock.sleep_until((tick + 1) / 20)
-    return list(heard.values())
+    return list(samples.values())
 
 
 def test_devices_on_pins_use_the_drivers_of_a_real_pi() -> None:
-    with VirtualPiBackend().open(setup()) as robot:
+    with VirtualPiBackend().open(build_setup()) as robot:
         assert isinstance(robot["left_motor"], DutyMotor)
         assert isinstance(robot["right_encoder"], PinEncoder)
         assert isinstance(robot["nose"], Sonar)
 
 
 def test_other_devices_are_the_simulator_s_own() -> None:
-    with KinematicBackend().open(setup()) as simulated, VirtualPiBackend().open(setup()) as robot:
+    with KinematicBackend().open(build_setup()) as simulated, VirtualPiBackend().open(build_setup()) as robot:
         assert {name: type(robot[name]) for name in ("eye", "screen")} == {
             name: type(simulated[name]) for name in ("eye", "screen")
         }
@@ -90,24 +90,24 @@ def test_other_devices_are_the_simulator_s_own() -> None:
 
 def test_no_thread_and_no_guardian_is_started() -> None:
     before = threading.enumerate()
-    with VirtualPiBackend().open(setup()) as robot:
+    with VirtualPiBackend().open(build_setup()) as robot:
         robot.clock.sleep_until(1.0)
         assert threading.enumerate() == before
         assert robot.cutoffs == ()
 
 
 def test_wheel_turns_at_the_duty_that_is_sent_in_whole_percent() -> None:
-    assert _turned_in_a_second(setup(), 5.03) == pytest.approx(14 * (0.42 - 0.10) / 0.90, abs=0.003)
+    assert _measure_rotation(build_setup(), 5.03) == pytest.approx(14 * (0.42 - 0.10) / 0.90, abs=0.003)
 
 
 def test_control_by_the_encoder_corrects_the_rounding_to_whole_percent() -> None:
-    asked = replace(setup(), robot=_rewire("left_motor", control={}))
-    assert _turned_in_a_second(asked, 5.03) == pytest.approx(5.03, abs=0.02)
+    setup = replace(build_setup(), robot=_rewire("left_motor", control={}))
+    assert _measure_rotation(setup, 5.03) == pytest.approx(5.03, abs=0.02)
 
 
-def _turned_in_a_second(asked: Setup, rad_s: float) -> float:
-    """Return the rotation of the settled left wheel; its encoder resolves 0.0016 rad."""
-    with VirtualPiBackend().open(asked) as robot:
+def _measure_rotation(setup: Setup, rad_s: float) -> float:
+    """Return the rotation of the left wheel in a second, at a constant velocity. The encoder resolves 0.0016 rad."""
+    with VirtualPiBackend().open(setup) as robot:
         motor, encoder = robot["left_motor"], robot["left_encoder"]
         assert isinstance(motor, DutyMotor)
         assert isinstance(encoder, PinEncoder)
@@ -119,28 +119,30 @@ def _turned_in_a_second(asked: Setup, rad_s: float) -> float:
 
 
 def test_a_wall_beyond_the_maximum_gives_inf() -> None:
-    asked = setup("nose", world=worlds.wall(NOSE.mount, NOSE.max_range_m + 0.5))
-    assert set(distances_heard(replace(asked, robot=_rewire("nose", echo_free_cycles=0)))) == {math.inf}
+    setup = build_setup("nose", world=worlds.wall(NOSE.mount, NOSE.max_range_m + 0.5))
+    assert set(measure_distances(replace(setup, robot=_rewire("nose", echo_free_cycles=0)))) == {math.inf}
 
 
 @pytest.mark.parametrize("share, most", [(0.0, 51), (0.5, 35), (1.0, 0)])
 def test_lost_echoes_give_no_samples(share: float, most: int) -> None:
     world = worlds.wall(NOSE.mount, 0.7)
-    heard = [distance for distance in distances_heard(setup("nose", world=world, lost_echoes=share)) if distance < 2]
-    assert heard == pytest.approx([0.7] * len(heard), abs=0.001)
-    assert most - 20 < len(heard) <= most
+    samples = [
+        distance for distance in measure_distances(build_setup("nose", world=world, lost_echoes=share)) if distance < 2
+    ]
+    assert samples == pytest.approx([0.7] * len(samples), abs=0.001)
+    assert most - 20 < len(samples) <= most
 
 
 def test_the_seed_decides_which_echoes_are_lost() -> None:
-    first, same, other = (_times_heard(seed) for seed in (1, 1, 2))
+    first, same, other = (_list_sample_times(seed) for seed in (1, 1, 2))
     assert first == same != other
 
 
-def _times_heard(seed: int) -> list[float]:
-    """Return the times of the samples of which some echoes are lost."""
-    asked = setup("nose", world=worlds.wall(NOSE.mount, 0.7), lost_echoes="0.5")
+def _list_sample_times(seed: int) -> list[float]:
+    """Return the times of the samples of a run in which half of the echoes are lost."""
+    setup = build_setup("nose", world=worlds.wall(NOSE.mount, 0.7), lost_echoes="0.5")
     times = []
-    with VirtualPiBackend().open(replace(asked, seed=seed)) as robot:
+    with VirtualPiBackend().open(replace(setup, seed=seed)) as robot:
         for tick in range(1, 41):
             robot.clock.sleep_until(tick / 20)
             times.append(robot.range.read().time)
@@ -150,35 +152,35 @@ def _times_heard(seed: int) -> list[float]:
 @pytest.mark.parametrize("name", ["virtualpi", "raspberrypi", "mock", "replay"])
 def test_a_backend_that_does_not_simulate_in_lockstep_is_refused(name: str, raises: Raises) -> None:
     with raises(UsageError, "no-lockstep-simulator"):
-        VirtualPiBackend().open(setup(simulator=name))
+        VirtualPiBackend().open(build_setup(simulator=name))
 
 
 def test_unknown_simulator_is_refused_with_the_nearest_name(raises: Raises) -> None:
     with raises(UnknownNameError, "unknown-backend"):
-        VirtualPiBackend().open(setup(simulator="kinematics"))
+        VirtualPiBackend().open(build_setup(simulator="kinematics"))
 
 
 def test_simulator_that_is_not_installed_is_reported_with_its_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(type(load_backend("pybullet")), "modules", ("no_such_library",))
     with pytest.raises(BackendMissingError):  # the remedy depends on the version of Python
-        VirtualPiBackend().open(setup(simulator="pybullet"))
+        VirtualPiBackend().open(build_setup(simulator="pybullet"))
 
 
 @pytest.mark.parametrize("share", ["-0.1", "1.1", "nan", "many"])
 def test_an_invalid_share_of_lost_echoes_is_refused(share: str, raises: Raises) -> None:
     with raises(UsageError, "invalid-option", option="lost_echoes"):
-        VirtualPiBackend().open(setup(lost_echoes=share))
+        VirtualPiBackend().open(build_setup(lost_echoes=share))
 
 
 def test_a_robot_without_wiring_is_refused(raises: Raises) -> None:
     bare = ROVER.model_copy(update={"backends": {}})
     with raises(DescriptionError):
-        VirtualPiBackend().open(replace(setup(), robot=bare))
+        VirtualPiBackend().open(replace(build_setup(), robot=bare))
 
 
 def test_closing_closes_the_simulator_and_frees_the_pins(monkeypatch: pytest.MonkeyPatch) -> None:
-    simulated = _kept(monkeypatch)
-    VirtualPiBackend().open(setup()).close()
+    simulated = _recorded_robots(monkeypatch)
+    VirtualPiBackend().open(build_setup()).close()
     _require_closed(simulated)
 
 
@@ -187,9 +189,9 @@ def test_driver_that_fails_leaves_no_simulator_open(monkeypatch: pytest.MonkeyPa
         raise DeviceError("nose", "broken")
 
     monkeypatch.setattr(Ultrasonic, "open", fail)
-    simulated = _kept(monkeypatch)
+    simulated = _recorded_robots(monkeypatch)
     with raises(DeviceError):
-        VirtualPiBackend().open(setup())
+        VirtualPiBackend().open(build_setup())
     _require_closed(simulated)
 
 
@@ -203,23 +205,23 @@ def test_interruption_when_all_are_open_leaves_nothing_open(
     closed: list[str] = []
     monkeypatch.setattr(DutyMotor, "_release", lambda motor: closed.append(motor.name))
     monkeypatch.setattr(HBridge, "cutoffs", fail)
-    simulated = _kept(monkeypatch)
+    simulated = _recorded_robots(monkeypatch)
     with pytest.raises(interruption):
-        VirtualPiBackend().open(setup())
+        VirtualPiBackend().open(build_setup())
     assert closed == ["right_motor", "left_motor"]
     _require_closed(simulated)
 
 
-def _kept(monkeypatch: pytest.MonkeyPatch) -> list[Robot]:
-    """Return a list to which every simulated robot is added when it opens."""
+def _recorded_robots(monkeypatch: pytest.MonkeyPatch) -> list[Robot]:
+    """Return the list of all simulated robots that were opened."""
     kept: list[Robot] = []
     plain = KinematicBackend.open
 
-    def keep_robot(backend: Backend, asked: Setup) -> Robot:
-        kept.append(plain(backend, asked))  # type: ignore[arg-type]  # it is a kinematic one
+    def record_robot(backend: Backend, setup: Setup) -> Robot:
+        kept.append(plain(backend, setup))  # type: ignore[arg-type]  # it is a kinematic one
         return kept[-1]
 
-    monkeypatch.setattr(KinematicBackend, "open", keep_robot)
+    monkeypatch.setattr(KinematicBackend, "open", record_robot)
     return kept
 
 
@@ -239,7 +241,7 @@ def test_nothing_of_a_closed_robot_stays(monkeypatch: pytest.MonkeyPatch) -> Non
 
     monkeypatch.setattr(VirtualPins, "__init__", note_pins)
     for _ in range(3):
-        with VirtualPiBackend().open(setup()) as robot:
+        with VirtualPiBackend().open(build_setup()) as robot:
             robot.clock.sleep_until(0.2)
     del robot  # the last reference
     gc.collect()
@@ -251,7 +253,7 @@ NOTE = "nose: its driver 'ir-switch' does not run on virtualpi; the simulator's 
 
 
 @pytest.fixture
-def _installed(monkeypatch: pytest.MonkeyPatch) -> None:
+def _install_drivers(monkeypatch: pytest.MonkeyPatch) -> None:
     foreign.install(monkeypatch)
 
 
@@ -271,26 +273,26 @@ def test_the_shipped_rover_needs_no_note() -> None:
     assert notes(load_robot("rover")) == []
 
 
-@pytest.mark.usefixtures("_installed")
+@pytest.mark.usefixtures("_install_drivers")
 def test_a_driver_of_another_package_has_a_note_if_its_device_is_opened() -> None:
     assert notes(foreign.rover(nose=IR)) == [NOTE]
     assert notes(foreign.rover(nose=IR), "eye") == []
 
 
-@pytest.mark.usefixtures("_installed")
+@pytest.mark.usefixtures("_install_drivers")
 def test_a_run_has_the_note_in_its_result_and_on_standard_error(
     capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("robotcore.hal.backend.load_robot", lambda _: foreign.rover(nose=IR))
     assert Plan.of(RunRequest("avoid-obstacles", "virtualpi")).notes == (NOTE,)
     assert execute(["run", "avoid-obstacles", "--backend", "virtualpi", "--set", "duration_s=0.5", "--json"]) == 0
-    said = capfd.readouterr()
-    assert said.err == f"note: {NOTE}\n"
-    payload: dict[str, Any] = json.loads(said.out)
+    output = capfd.readouterr()
+    assert output.err == f"note: {NOTE}\n"
+    payload: dict[str, Any] = json.loads(output.out)
     assert payload["notes"] == [NOTE]
 
 
-@pytest.mark.usefixtures("_installed")
+@pytest.mark.usefixtures("_install_drivers")
 def test_the_doctor_lists_the_devices_that_the_simulator_replaces() -> None:
     (found,) = VirtualPiBackend().examine(foreign.rover(nose=IR))
     assert (found.kind, found.message) == (

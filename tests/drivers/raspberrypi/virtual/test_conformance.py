@@ -1,4 +1,4 @@
-"""The Pi's device drivers keep the kit's rules on virtual pins, with every simulator."""
+"""The backend `virtualpi` passes the conformance kit with every simulator."""
 
 from __future__ import annotations
 

@@ -65,17 +65,17 @@ def test_one_channel_changes_with_every_edge_of_a_cycle(pins: VirtualPins) -> No
 def test_slots_rise_and_fall_in_both_directions(edges: int, pins: VirtualPins) -> None:
     wheel = FakeEncoder()
     disc = SlottedDisc(wheel, EDGE, pins.pin(5))
-    heard: list[bool] = []
+    edges_seen: list[bool] = []
 
-    def note(ticks: float, is_high: bool) -> None:
-        heard.append(is_high)
+    def record_edge(ticks: float, is_high: bool) -> None:
+        edges_seen.append(is_high)
 
     with DigitalInputDevice(5, pin_factory=pins) as device:
-        device.pin.when_changed = note
+        device.pin.when_changed = record_edge
         wheel.angle = edges * EDGE
         disc.update()
         device.pin.when_changed = None
-    assert heard == [True, False] * 5
+    assert edges_seen == [True, False] * 5
 
 
 SPEED = 343.0
@@ -178,14 +178,14 @@ def test_after_a_lost_echo_the_next_one_is_measured() -> None:
         assert nose.pulse == pytest.approx(1.0 / SPEED)
 
 
-def ten_times(duty: float) -> float:
+def scale_by_ten(duty: float) -> float:
     return 10 * duty
 
 
 @pytest.mark.parametrize("duty", [0.5, -0.25, 0.0])
 def test_two_inputs_turn_the_wheel_at_once(duty: float, pins: VirtualPins) -> None:
     wheel = FakeMotor()
-    wire_two_inputs(wheel, ten_times, pins.pin(17), pins.pin(27))
+    wire_two_inputs(wheel, scale_by_ten, pins.pin(17), pins.pin(27))
     with Motor(17, 27, pin_factory=pins) as motor:
         motor.value = duty
         assert wheel.velocity == pytest.approx(10 * duty)
@@ -195,7 +195,7 @@ def test_two_inputs_turn_the_wheel_at_once(duty: float, pins: VirtualPins) -> No
 @pytest.mark.parametrize("duty", [0.5, -0.25, 0.0])
 def test_phase_and_enable_turn_the_wheel_at_once(duty: float, pins: VirtualPins) -> None:
     wheel = FakeMotor()
-    wire_phase_and_enable(wheel, ten_times, pins.pin(17), pins.pin(27))
+    wire_phase_and_enable(wheel, scale_by_ten, pins.pin(17), pins.pin(27))
     with PhaseEnableMotor(17, 27, pin_factory=pins) as motor:
         motor.value = duty
         assert wheel.velocity == pytest.approx(10 * duty)
@@ -204,7 +204,7 @@ def test_phase_and_enable_turn_the_wheel_at_once(duty: float, pins: VirtualPins)
 
 def test_wheel_stands_while_its_bridge_is_not_enabled(pins: VirtualPins) -> None:
     wheel = FakeMotor()
-    wire_two_inputs(wheel, ten_times, pins.pin(17), pins.pin(27), pins.pin(22))
+    wire_two_inputs(wheel, scale_by_ten, pins.pin(17), pins.pin(27), pins.pin(22))
     with Motor(17, 27, pin_factory=pins) as motor:
         motor.value = 0.5
         assert wheel.velocity == 0
@@ -215,7 +215,7 @@ def test_wheel_stands_while_its_bridge_is_not_enabled(pins: VirtualPins) -> None
 
 def test_equal_inputs_brake(pins: VirtualPins) -> None:
     wheel = FakeMotor()
-    wire_two_inputs(wheel, ten_times, pins.pin(17), pins.pin(27))
+    wire_two_inputs(wheel, scale_by_ten, pins.pin(17), pins.pin(27))
     with OutputDevice(17, initial_value=True, pin_factory=pins), OutputDevice(27, pin_factory=pins) as backward:
         assert wheel.velocity == 10
         backward.on()

@@ -34,13 +34,13 @@ def test_duty_is_cut_to_whole_percent_as_lgpio_does_it(asked: float, sent: float
 
 
 def test_a_listener_is_called_at_every_change_and_only_then(pins: VirtualPins) -> None:
-    heard: list[float] = []
+    edges_seen: list[float] = []
     pin = pins.pin(17)
-    pin.on_change(lambda: heard.append(pin.state))
+    pin.on_change(lambda: edges_seen.append(pin.state))
     with PWMOutputDevice(17, pin_factory=pins) as output:
         for value in (0.5, 0.5, 0.25):
             output.value = value
-    assert heard == [0.5, 0.25, 0.0]
+    assert edges_seen == [0.5, 0.25, 0.0]
 
 
 def test_a_closed_pin_falls_low(pins: VirtualPins) -> None:
@@ -61,11 +61,11 @@ def test_closing_the_factory_lets_every_pin_fall(clock: SteppedClock) -> None:
 def test_an_edge_from_outside_has_its_ticks(clock: SteppedClock, pins: VirtualPins) -> None:
     edges: list[tuple[float, bool]] = []
 
-    def note(ticks: float, is_high: bool) -> None:
+    def record_edge(ticks: float, is_high: bool) -> None:
         edges.append((ticks, is_high))
 
     with DigitalInputDevice(5, pin_factory=pins) as device:
-        device.pin.when_changed = note
+        device.pin.when_changed = record_edge
         clock.sleep_until(0.5)
         pins.pin(5).drive(1, 0.4321)
         pins.pin(5).drive(1)
