@@ -1,4 +1,4 @@
-"""The conformance suite, in a built scene and in an existing scene."""
+"""The conformance kit, in a built scene and in an existing scene."""
 
 from __future__ import annotations
 

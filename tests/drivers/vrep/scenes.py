@@ -1,4 +1,4 @@
-"""The scenes of the tutorials, and the conformance suite on the double."""
+"""The scenes of the tutorials, and the conformance kit on the double."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def relay_scene() -> Simulator:
 
 
 class OnDoubles(ConformanceSuite):
-    """The conformance suite, with a new server for each robot."""
+    """The conformance kit, with a new server for each robot."""
 
     backend = VrepBackend
     servers: ExitStack

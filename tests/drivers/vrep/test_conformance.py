@@ -1,4 +1,4 @@
-"""The conformance suite, in lockstep and without lockstep."""
+"""The conformance kit, in lockstep and without lockstep."""
 
 from __future__ import annotations
 

@@ -53,10 +53,10 @@ def server(simulator: Simulator) -> Iterator[LegacyServer]:
 
 
 @pytest.fixture
-def patient(tmp_path: Path) -> str:
+def slow_rover(tmp_path: Path) -> str:
     """Return the file of a rover with long time limits, for busy machines."""
     rover = Path(robotcore.description.__file__).with_name("robots") / "rover.toml"
-    file = tmp_path / "patient.toml"
+    file = tmp_path / "slow_rover.toml"
     file.write_text(rover.read_text().replace("max_age_s = 1.0\n", "max_age_s = 5.0\nanswer_s = 5.0\n"))
     return str(file)
 
@@ -92,15 +92,15 @@ def test_run_without_a_server_is_an_error(server: LegacyServer) -> None:
     ids=["ends", "hangs", "cuts", "garbage"],
 )
 def test_server_that_fails_in_a_run_ends_it_and_the_next_run_works(
-    server: LegacyServer, fault: Callable[[], Fault], error: type[RemoteApiError], patient: str, *, stepped: bool
+    server: LegacyServer, fault: Callable[[], Fault], error: type[RemoteApiError], slow_rover: str, *, stepped: bool
 ) -> None:
-    robot = "rover" if error is ServerTimeoutError else patient
+    robot = "rover" if error is ServerTimeoutError else slow_rover
     result = drive(server.port, CallOnce(lambda: server.service.fail(fault())), robot=robot, stepped=stepped)
     assert (result.outcome, result.exit_status) == (Outcome.ERROR, 3)
     assert type(result.error) is error
     server.service.fail(None)
     server.restart()
-    again = drive(server.port, robot=patient, duration_s=0.3, stepped=stepped)
+    again = drive(server.port, robot=slow_rover, duration_s=0.3, stepped=stepped)
     assert again.outcome is Outcome.SUCCESS, again.reason
 
 
@@ -115,7 +115,7 @@ def test_simulation_that_the_user_halts_ends_the_run(
     server: LegacyServer,
     halt: Callable[[Simulator], None],
     kind: str,
-    patient: str,
+    slow_rover: str,
     *,
     stepped: bool,
 ) -> None:
@@ -123,7 +123,7 @@ def test_simulation_that_the_user_halts_ends_the_run(
         with simulator.lock:
             halt(simulator)
 
-    result = drive(server.port, CallOnce(halt_locked), robot=patient, stepped=stepped)
+    result = drive(server.port, CallOnce(halt_locked), robot=slow_rover, stepped=stepped)
     assert (result.outcome, result.exit_status) == (Outcome.ERROR, 3)
     assert isinstance(result.error, SimulationHaltedError)
     assert result.error.kind == kind
@@ -171,10 +171,13 @@ class InterruptBeforeReply:
 
 @pytest.mark.parametrize("stepped", [True, False])
 def test_signal_during_an_exchange_stops_wheels_and_simulation(
-    simulator: Simulator, server: LegacyServer, patient: str, *, stepped: bool
+    simulator: Simulator, server: LegacyServer, slow_rover: str, *, stepped: bool
 ) -> None:
     result = drive(
-        server.port, CallOnce(lambda: server.service.fail(InterruptBeforeReply(server))), robot=patient, stepped=stepped
+        server.port,
+        CallOnce(lambda: server.service.fail(InterruptBeforeReply(server))),
+        robot=slow_rover,
+        stepped=stepped,
     )
     left = simulator.graph.find("/rover/left_motor")
     assert isinstance(left, Joint)

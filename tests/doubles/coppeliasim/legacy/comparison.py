@@ -41,26 +41,26 @@ RESOLUTION = struct.calcsize("<2i")
 Message = tuple[Header, list[Command]]
 
 
-def differences(recorded: Message, reply: Message, time_ms: int = TIME_MS) -> list[str]:
+def find_differences(recorded: Message, reply: Message, time_ms: int = TIME_MS) -> list[str]:
     """Return the differences between a recorded message and a reply, one in each line."""
-    return [*_in_headers(recorded[0], reply[0]), *_in_commands(recorded[1], reply[1], time_ms)]
+    return [*_compare_headers(recorded[0], reply[0]), *_compare_commands(recorded[1], reply[1], time_ms)]
 
 
-def _in_headers(recorded: Header, reply: Header) -> Iterator[str]:
+def _compare_headers(recorded: Header, reply: Header) -> Iterator[str]:
     for name in ("scene", "state"):
         if getattr(recorded, name) != getattr(reply, name):
             yield f"header: {name} {getattr(reply, name)}, recorded {getattr(recorded, name)}"
 
 
-def _in_commands(recorded: list[Command], reply: list[Command], time_ms: int) -> Iterator[str]:
+def _compare_commands(recorded: list[Command], reply: list[Command], time_ms: int) -> Iterator[str]:
     for one, other in zip_longest(recorded, reply):
         if one is None or other is None:
             yield f"commands: {reply}, recorded {recorded}"
             return
-        yield from _in_command(one, other, time_ms)
+        yield from _compare_command(one, other, time_ms)
 
 
-def _in_command(recorded: Command, reply: Command, time_ms: int) -> Iterator[str]:
+def _compare_command(recorded: Command, reply: Command, time_ms: int) -> Iterator[str]:
     for name in ("code", "mode", "identity", "delay_ms", "status"):
         if getattr(recorded, name) != getattr(reply, name):
             yield f"command {recorded.code}: {name} {getattr(reply, name)}, recorded {getattr(recorded, name)}"

@@ -67,7 +67,7 @@ class Session:
     replies: list[Reply]
 
 
-def session(name: str) -> Session:
+def load_session(name: str) -> Session:
     """Read a recorded session from a file."""
     rows = [json.loads(row) for row in (FOLDER / name).read_text().splitlines()]
     said = {unpack(message)[0].message: message for message in _messages(rows, "client")}

@@ -27,9 +27,9 @@ from tests.doubles.coppeliasim.legacy.comparison import (
     POSITION_M,
     TIME_MS,
     Message,
-    differences,
+    find_differences,
 )
-from tests.doubles.coppeliasim.legacy.recorded import FOLDER, Reply, first_scene, later_scene, session
+from tests.doubles.coppeliasim.legacy.recorded import FOLDER, Reply, first_scene, later_scene, load_session
 from tests.doubles.coppeliasim.legacy.server import Service, TemporaryService
 from tests.doubles.coppeliasim.scene.simulator import Simulator
 
@@ -39,7 +39,7 @@ RUNNING_FOR_S = 4.95
 STOP = (2).to_bytes(4, "little")
 
 
-class EachMessageAStep(Service):
+class MessageSteppedService(Service):
     """A service that simulates one time step with each message if no client steps, as in the recordings."""
 
     def _turn(self, client: Client) -> None:
@@ -48,7 +48,7 @@ class EachMessageAStep(Service):
             self._simulator.advance()
 
 
-class TemporaryEachMessageAStep(EachMessageAStep, TemporaryService):
+class TemporaryMessageSteppedService(MessageSteppedService, TemporaryService):
     pass
 
 
@@ -61,9 +61,9 @@ def running(simulator: Simulator) -> Simulator:
 
 
 SESSIONS: dict[str, tuple[Callable[[], Simulator], type[Service]]] = {
-    "legacy-wire.jsonl": (first_scene, EachMessageAStep),
-    "legacy-wire-2.jsonl": (partial(later_scene, 180), EachMessageAStep),
-    "legacy-wire-19999.jsonl": (lambda: running(later_scene(215)), TemporaryEachMessageAStep),
+    "legacy-wire.jsonl": (first_scene, MessageSteppedService),
+    "legacy-wire-2.jsonl": (partial(later_scene, 180), MessageSteppedService),
+    "legacy-wire-19999.jsonl": (lambda: running(later_scene(215)), TemporaryMessageSteppedService),
 }
 
 
@@ -80,14 +80,14 @@ def send_all(service: Service, messages: list[bytes]) -> dict[int, Message]:
     return replies
 
 
-def is_a_stop(reply: Reply) -> bool:
+def is_stop(reply: Reply) -> bool:
     return any((each.code, each.identity) == (Code.START_PAUSE_STOP_SIMULATION, STOP) for each in reply.commands)
 
 
 @pytest.mark.parametrize("name", SESSIONS)
 def test_each_reply_equals_the_real_servers(name: str) -> None:
     scene, service_of = SESSIONS[name]
-    recorded, service = session(name), service_of(scene())
+    recorded, service = load_session(name), service_of(scene())
     try:
         replies = send_all(service, recorded.messages)
     finally:
@@ -95,19 +95,19 @@ def test_each_reply_equals_the_real_servers(name: str) -> None:
     time_ms, found = TIME_MS, list[str]()
     for reply in recorded.replies:
         real = (reply.header, reply.commands)
-        found += [f"{reply.answers}: {each}" for each in differences(real, replies[reply.answers], time_ms)]
-        time_ms = LAST_STEPS_MS if is_a_stop(reply) else time_ms
+        found += [f"{reply.answers}: {each}" for each in find_differences(real, replies[reply.answers], time_ms)]
+        time_ms = LAST_STEPS_MS if is_stop(reply) else time_ms
     assert found == []
 
 
 def test_each_session_has_replies() -> None:
-    counts = {name: len(session(name).replies) for name in SESSIONS}
+    counts = {name: len(load_session(name).replies) for name in SESSIONS}
     assert counts == {"legacy-wire.jsonl": 56, "legacy-wire-2.jsonl": 88, "legacy-wire-19999.jsonl": 93}
 
 
 @pytest.mark.parametrize("name", SESSIONS)
 def test_recorded_messages_are_encoded_again(name: str) -> None:
-    for message in session(name).messages:
+    for message in load_session(name).messages:
         header, commands = unpack(message)
         for command in commands:
             assert unpack(pack(header, [command])) == (header, [command])
@@ -115,11 +115,13 @@ def test_recorded_messages_are_encoded_again(name: str) -> None:
 
 def test_difference_is_found() -> None:
     header, command = Header(3, 0, state=1), Command(Code.GET_JOINT_POSITION, 0, b"abcd", bytes(4))
-    assert differences((header, [command]), (header, [command])) == []
+    assert find_differences((header, [command]), (header, [command])) == []
     for other in (replace(command, status=1), replace(command, data=b"\0\0\x80?"), replace(command, sim_ms=50)):
-        assert len(differences((header, [command]), (header, [other]))) == 1
-    assert differences((header, [command]), (replace(header, state=0), [command])) == ["header: state 0, recorded 1"]
-    assert "commands" in differences((header, [command]), (header, []))[0]
+        assert len(find_differences((header, [command]), (header, [other]))) == 1
+    assert find_differences((header, [command]), (replace(header, state=0), [command])) == [
+        "header: state 0, recorded 1"
+    ]
+    assert "commands" in find_differences((header, [command]), (header, []))[0]
 
 
 CYCLE_MS = 1
@@ -152,13 +154,13 @@ def test_each_call_returns_the_official_bindings_result(name: str) -> None:
                 client = simx.simxStart("127.0.0.1", service.port, True, True, PATIENCE_MS, CYCLE_MS)
                 assert client == call["result"]
                 continue
-            result = called(client, call)
+            result = execute_call(client, call)
             if call["call"] == "simxGetLastCmdTime" and "19999" in name:
                 begun_ms = begun_ms if begun_ms is not None else result - call["result"]
                 result -= begun_ms
             if before["call"] == "simxStopSimulation":
-                call["result"], result = code_of(call["result"]), code_of(result)
-            if not agrees(call, result):
+                call["result"], result = get_return_code(call["result"]), get_return_code(result)
+            if not is_expected(call, result):
                 differing.append(f"{call['call']}{call['args']}: {result}, recorded {call['result']}"[:200])
     finally:
         simx.simxFinish(client)
@@ -166,7 +168,7 @@ def test_each_call_returns_the_official_bindings_result(name: str) -> None:
     assert differing == []
 
 
-def called(client: int, call: Call) -> Any:
+def execute_call(client: int, call: Call) -> Any:
     """Execute a recorded call, and return its result.
 
     A call about a connection is repeated until the connection has ended.
@@ -178,12 +180,12 @@ def called(client: int, call: Call) -> Any:
     return result
 
 
-def code_of(result: Any) -> Any:
+def get_return_code(result: Any) -> Any:
     """Return the return code, which is the comparable part of a result while the simulation stops."""
     return result[0] if isinstance(result, (list, tuple)) else result
 
 
-def agrees(call: Call, result: Any) -> bool:
+def is_expected(call: Call, result: Any) -> bool:
     """Return whether a result equals the recorded one within the tolerance. Signals have no recorded results."""
     recorded = call["result"]
     if recorded is None:
@@ -202,13 +204,13 @@ def _values_agree(function: str, result: list[Any], recorded: list[Any]) -> bool
     if function == "simxGetVisionSensorImage":
         return bool(result[0] == recorded[0]) and _pictures_agree(result[1], recorded[1])
     if function == "simxGetLastErrors":
-        return _each_once(result[0]) == _each_once(recorded[0])
+        return _remove_repetitions(result[0]) == _remove_repetitions(recorded[0])
     if tolerance := TOLERANCES.get(function):
         return bool(np.allclose(result[0], recorded[0], rtol=0, atol=tolerance))
     return result == recorded
 
 
-def _each_once(errors: list[str]) -> list[str]:
+def _remove_repetitions(errors: list[str]) -> list[str]:
     """Return the distinct error texts in order. A failed stream adds one text with each message."""
     return list(dict.fromkeys(errors))
 

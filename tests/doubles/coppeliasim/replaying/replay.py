@@ -23,7 +23,7 @@ from tests.doubles.coppeliasim.replaying.comparison import (
     EXACT,
     TOLERANCES,
     Tolerance,
-    differences,
+    find_differences,
 )
 from tests.doubles.coppeliasim.scenes import default_scene
 from tests.doubles.coppeliasim.scenes.parts import second_scene
@@ -160,7 +160,7 @@ def _compare_exchange(client: ReplayClient, exchange: Exchange) -> Iterator[str]
         yield from _compare_contacts(exchange.reply["ret"], reply.reply.get("ret", reply.reply))
         return
     tolerance = ANYTHING if _is_at_the_wall(exchange) else TOLERANCES.get(exchange.name, EXACT)
-    yield from differences(exchange.reply, reply.reply, tolerance)
+    yield from find_differences(exchange.reply, reply.reply, tolerance)
     if tolerance is EXACT and exchange.raw not in {None, reply.raw}:
         yield f"{reply.raw.hex()}, recorded {exchange.raw.hex() if exchange.raw else ''}"
 
@@ -172,7 +172,7 @@ def _is_at_the_wall(exchange: Exchange) -> bool:
 
 
 def _compare_contacts(recorded: Any, reply: Any) -> Iterator[str]:
-    yield from differences(recorded[:1], reply[:1], where="objects")
-    yield from differences(recorded[1:2], reply[1:2], Tolerance(CONTACT_M), where="where")
-    yield from differences([len(each) for each in recorded], [len(each) for each in reply], where="lengths")
-    yield from differences(recorded[3:], reply[3:], Tolerance(1e-6), where="normal")
+    yield from find_differences(recorded[:1], reply[:1], where="objects")
+    yield from find_differences(recorded[1:2], reply[1:2], Tolerance(CONTACT_M), where="where")
+    yield from find_differences([len(each) for each in recorded], [len(each) for each in reply], where="lengths")
+    yield from find_differences(recorded[3:], reply[3:], Tolerance(1e-6), where="normal")

@@ -57,25 +57,25 @@ def find_drives(graph: Graph) -> list[Drive]:
     """Return the drive of each robot of a scene."""
     hubs: dict[Shape, list[Hub]] = {}
     for joint in graph.all_of(Joint):
-        if (body := _body_above(joint)) and (hub := _hub_of(graph, joint)):
+        if (body := _find_body(joint)) and (hub := _find_hub(graph, joint)):
             hubs.setdefault(body, []).append(hub)
-    return [_drive(body, *pair) for body, pair in hubs.items() if _is_axle(pair)]
+    return [_create_drive(body, *pair) for body, pair in hubs.items() if _is_axle(pair)]
 
 
-def _body_above(joint: Joint) -> Shape | None:
+def _find_body(joint: Joint) -> Shape | None:
     """Return the dynamic body to which a driven joint belongs; None if there is none."""
     if not (joint.is_dynamic and joint.control == JointMode.VELOCITY):
         return None
-    return next((node for node in _above(joint) if isinstance(node, Shape) and not node.is_static), None)
+    return next((node for node in _iterate_parents(joint) if isinstance(node, Shape) and not node.is_static), None)
 
 
-def _above(node: Node) -> Iterable[Node]:
+def _iterate_parents(node: Node) -> Iterable[Node]:
     while node.parent:
         node = node.parent
         yield node
 
 
-def _hub_of(graph: Graph, joint: Joint) -> Hub | None:
+def _find_hub(graph: Graph, joint: Joint) -> Hub | None:
     """Return the hub of a joint that has a wheel, which is a round dynamic shape below the joint."""
     for node in graph.tree(joint.children):
         if isinstance(node, Shape) and not node.is_static and node.primitive is not Primitive.CUBOID:
@@ -92,7 +92,7 @@ def _is_axle(hubs: list[Hub]) -> bool:
     return abs(along) > LEVEL and abs(one[2]) < 1 - LEVEL
 
 
-def _drive(body: Shape, one: Hub, other: Hub) -> Drive:
+def _create_drive(body: Shape, one: Hub, other: Hub) -> Drive:
     """Return the drive of two hubs. Forward is the direction of positive rotation of the first joint."""
     to_left = one.axis
     left, right = sorted((one, other), key=lambda hub: -_project(hub.centre, to_left))
@@ -146,31 +146,31 @@ class Rover:
         pose = graph.pose(drive.body)
         base = Transform.rotated(drive.start.heading, (drive.start.x, drive.start.y, 0.0))
         self._body_on_base = base.inverse.compose(pose)
-        self._stand = _body_of(drive.body, self._body_on_base)
-        self._feeler = ContactSensor(self._surroundings(scenery), drive.start)
-        self._chassis = Chassis(drive.start, drive.geometry, self._left.wheel, self._right.wheel, self._feeler)
-        self._written = drive.body.local
+        self._body_shape = _find_upright_body(drive.body, self._body_on_base)
+        self._contact_sensor = ContactSensor(self._create_clearance(scenery), drive.start)
+        self._chassis = Chassis(drive.start, drive.geometry, self._left.wheel, self._right.wheel, self._contact_sensor)
+        self._written_pose = drive.body.local
 
     def advance(self, count: int) -> None:
         """Simulate ``count`` steps, and move the robot's objects."""
         self._follow_push()
-        self._feeler.touching.clear()
+        self._contact_sensor.touching.clear()
         for side in (self._left, self._right):
             side.command()
         for _ in range(count):
             self._chassis.advance()
         for side in (self._left, self._right):
             side.write_angle()
-        self._write()
+        self._write_poses()
 
     def set_scenery(self, scenery: Scenery) -> None:
         """Set the scenery that stops the robot."""
-        self._feeler.move_to(self._surroundings(scenery), self._chassis.pose)
+        self._contact_sensor.move_to(self._create_clearance(scenery), self._chassis.pose)
 
     def contacts(self, scenery: Scenery) -> list[Contact]:
         """Return the contacts of the wheels and casters with the floor, and of the body with obstacles."""
-        against = [self._touch(self._around[i]) for i in sorted(self._feeler.touching)]
-        return [*self._standing_on(scenery), *against]
+        against = [self._create_contact(self._obstacles[i]) for i in sorted(self._contact_sensor.touching)]
+        return [*self._find_floor_contacts(scenery), *against]
 
     def contains(self, node: Node) -> bool:
         """Return whether an object is the robot's body, or below the body in the tree."""
@@ -186,25 +186,25 @@ class Rover:
         x, y = point[0] - pose.x, point[1] - pose.y
         return (ahead[0] - twist.angular * y, ahead[1] + twist.angular * x, 0.0), (0.0, 0.0, twist.angular)
 
-    def _surroundings(self, scenery: Scenery) -> Clearance:
-        self._around = scenery.find_obstacles(self._stand.low, self._stand.high)
-        return Clearance(self._stand.outline, scenery.describe(self._around))
+    def _create_clearance(self, scenery: Scenery) -> Clearance:
+        self._obstacles = scenery.find_obstacles(self._body_shape.low, self._body_shape.high)
+        return Clearance(self._body_shape.outline, scenery.describe(self._obstacles))
 
     def _follow_push(self) -> None:
         """If a client has moved the body, continue from its new pose."""
-        if self._drive.body.local is self._written:
+        if self._drive.body.local is self._written_pose:
             return
         base = self._graph.pose(self._drive.body).compose(self._body_on_base.inverse)
         self._chassis.pose = Pose(base.position[0], base.position[1], base.yaw)
-        self._feeler.move_to(None, self._chassis.pose)
+        self._contact_sensor.move_to(None, self._chassis.pose)
 
-    def _write(self) -> None:
+    def _write_poses(self) -> None:
         pose, body = self._chassis.pose, self._drive.body
         base = Transform.rotated(pose.heading, (pose.x, pose.y, 0.0))
         body.local = self._graph.frame(body.parent).inverse.compose(base.compose(self._body_on_base))
-        self._written = body.local
+        self._written_pose = body.local
 
-    def _standing_on(self, scenery: Scenery) -> list[Contact]:
+    def _find_floor_contacts(self, scenery: Scenery) -> list[Contact]:
         if not scenery.floors:
             return []
         shapes = [node for node in self._graph.tree([self._drive.body]) if isinstance(node, Shape)]
@@ -214,21 +214,21 @@ class Rover:
         floor = scenery.floors[0].shape.handle
         return [Contact.of(shape.handle, floor, (x, y, 0.0), (0.0, 0.0, 1.0), weight) for shape, (x, y, _) in rolling]
 
-    def _touch(self, other: UprightShape) -> Contact:
+    def _create_contact(self, other: UprightShape) -> Contact:
         pose, body = self._chassis.pose, self._drive.body
-        outline = [pose.to_world(x, y) for x, y in self._stand.outline]
+        outline = [pose.to_world(x, y) for x, y in self._body_shape.outline]
         (x, y), (from_x, from_y) = nearest_points(outline, other.outline)
         away = math.hypot(x - from_x, y - from_y) or 1.0
         normal = (float(x - from_x) / away, float(y - from_y) / away, 0.0)
-        height = max(self._stand.low, other.low)
+        height = max(self._body_shape.low, other.low)
         return Contact.of(
             body.handle, other.shape.handle, (float(x), float(y), height), normal, GRAVITY_M_S2 * body.mass
         )
 
 
-def _body_of(body: Shape, pose: Transform) -> UprightShape:
+def _find_upright_body(body: Shape, pose: Transform) -> UprightShape:
     """Return the upright shape of a robot's body in its frame. A tilted shape counts as an upright box."""
     boxed = replace(body, primitive=Primitive.CUBOID)
-    stand = find_upright_shape(body, pose) or find_upright_shape(boxed, Transform.rotated(pose.yaw, pose.position))
-    assert stand, "an upright box stands"
-    return stand
+    shape = find_upright_shape(body, pose) or find_upright_shape(boxed, Transform.rotated(pose.yaw, pose.position))
+    assert shape, "an upright box stands"
+    return shape

@@ -22,13 +22,13 @@ class NoFunctionError(Exception):
     """No function has this name. A real server does not have it either."""
 
 
-def answer(session: Session, request: dict[str, Any]) -> Reply:
+def execute_request(session: Session, request: dict[str, Any]) -> Reply:
     """Execute a request, and return the reply. Raises `PendingReply` if the reply must be sent later."""
     if text := request.get("eval"):
         return _evaluate(session, text)
     name, args = request.get("func", ""), list(request.get("args") or [])
     try:
-        return ret(_call(session, name, args))
+        return build_reply(_call(session, name, args))
     except SceneError as error:
         return {"err": f"{getattr(error, 'where', WHERE.format(name))}: {error}"}
     except NoFunctionError as error:
@@ -37,7 +37,7 @@ def answer(session: Session, request: dict[str, Any]) -> Reply:
         return {"err": f"{WHERE.format(name)}: the double makes nothing of these arguments ({error})"}
 
 
-def ret(values: list[Any]) -> Reply:
+def build_reply(values: list[Any]) -> Reply:
     """Return the reply with these results.
 
     If there are none, it contains an empty map, as Lua encodes an empty table.
@@ -68,7 +68,7 @@ def _require_module(args: list[Any]) -> list[Any]:
 
 def _evaluate(session: Session, text: str) -> Reply:
     try:
-        return ret(list(session.shared.scripts.evaluate(text)))
+        return build_reply(list(session.shared.scripts.evaluate(text)))
     except SceneError as error:
         return {"err": str(error)}
 
@@ -171,7 +171,7 @@ class ZmqServer:
             self._held.append(WaitingClient(route, client, self._clock.now() + HOLD_S))
             return
         try:
-            self._send(route, answer(client.session, request))
+            self._send(route, execute_request(client.session, request))
         except PendingReply as waiting:
             client.waiting = waiting
             self._send(route, WAIT)
@@ -187,7 +187,7 @@ class ZmqServer:
                     self._send(each.route, WAIT)
             else:
                 each.client.waiting = None
-                self._send(each.route, ret([]))
+                self._send(each.route, build_reply([]))
 
     def _client(self, request: dict[str, Any]) -> Client:
         uuid, now = request["uuid"], self._clock.now()

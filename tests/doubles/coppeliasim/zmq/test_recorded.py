@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from tests.doubles.coppeliasim.replaying.comparison import Tolerance, differences
+from tests.doubles.coppeliasim.replaying.comparison import Tolerance, find_differences
 from tests.doubles.coppeliasim.replaying.replay import SESSIONS, load_session, replay_on_double
 from tests.doubles.coppeliasim.zmq.session import table
 from tests.doubles.coppeliasim.zmq.wire import dumps, loads
@@ -46,15 +46,15 @@ def test_table_of_functions_has_the_recorded_length() -> None:
     ],
 )
 def test_other_reply_is_a_difference(reply: dict[str, Any]) -> None:
-    assert list(differences({"ret": [1]}, reply))
+    assert list(find_differences({"ret": [1]}, reply))
 
 
 def test_tolerance_applies_to_numbers_only() -> None:
     near = Tolerance(number=0.1, pixels=1.0)
-    assert not list(differences([1.0, b"abc"], [1.05, b"abd"], near))
-    assert list(differences([1.0], [1.2], near))
-    assert list(differences([b"abc"], [b"axc"], near))
-    assert list(differences([3], [3.05], near))
+    assert not list(find_differences([1.0, b"abc"], [1.05, b"abd"], near))
+    assert list(find_differences([1.0], [1.2], near))
+    assert list(find_differences([b"abc"], [b"axc"], near))
+    assert list(find_differences([3], [3.05], near))
 
 
 @pytest.mark.parametrize("value", [0, 23, 24, 255, 256, 2**32, -1, -25, 0.5, 0.1, 1e5, 1e300, float("inf"), None, True])

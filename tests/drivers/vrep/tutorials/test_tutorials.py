@@ -19,12 +19,12 @@ def test_bubblerob_backs_up_after_a_detection_and_drives_on() -> None:
     paths: list[float] = []
     advance = simulator.advance
 
-    def advance_and_note() -> None:
+    def advance_and_record() -> None:
         advance()
         paths.append(simulator.graph.pose(simulator.graph[body.handle]).position[0])
 
     body = next(node for node in simulator.graph if node.alias == "bubbleRob")
-    simulator.advance = advance_and_note  # type: ignore[method-assign]
+    simulator.advance = advance_and_record  # type: ignore[method-assign]
     with LegacyServer(simulator) as server:
         seen = bubblerob_reflex.main(server.port, duration_s=8.0)
     (first_s, distance_m), *_ = seen
@@ -42,12 +42,12 @@ def test_ball_is_marked_on_the_second_sensor() -> None:
     shown: list[np.ndarray] = []
     show = simulator.show
 
-    def show_and_note(sensor: VisionSensor, picture: np.ndarray) -> None:
+    def show_and_record(sensor: VisionSensor, picture: np.ndarray) -> None:
         assert sensor is screen
         shown.append(picture.copy())
         show(sensor, picture)
 
-    simulator.show = show_and_note  # type: ignore[method-assign]
+    simulator.show = show_and_record  # type: ignore[method-assign]
     with LegacyServer(simulator) as server:
         marks = camera_relay.main(server.port, frames=3)
     left, top, width, height = marks[-1]

@@ -1,4 +1,4 @@
-"""Run the conformance suite."""
+"""Run the conformance kit."""
 
 from __future__ import annotations
 
