@@ -117,7 +117,7 @@ SSH_FAILURES = (
     KnownFailure(
         r"^Host key verification failed",
         "host-key-unknown",
-        "its host key is not known here, and ssh could not ask you",
+        "the robot's host key is not known here, and ssh could not ask you",
         "Log in once, and compare the key: ssh {login}",
     ),
     KnownFailure(
@@ -229,7 +229,7 @@ def explain_failed_call(host: RobotAddress, status: int, output: str) -> DeployE
             f"{host}: python3 is missing on the robot. On the robot: sudo apt install python3", kind="python"
         )
     return DeployError(
-        f"{host}: the call failed on the robot (status {status}): {find_last_line(output)}. Log in and look: "
+        f"{host}: the call failed on the robot (status {status}): {find_last_line(output)}. Log in to find the cause: "
         f"ssh {_format_login(host)}",
         kind=CALL_FAILED,
         status=status,

@@ -47,7 +47,7 @@ class RobotAddress:
         """
         if not (found := PATTERN.fullmatch(text)) or not _is_address(found["address"]) or not _is_port(found["port"]):
             raise UsageError(
-                f"{text!r} is no host. Write a name or an address, with a user and a port if you need them: "
+                f"{text!r} is not the address of a robot. Write a name or an IP address, with user and port if needed: "
                 "pi@rover.local, rover:2222, pi@[fe80::1%wlan0]:22",
                 kind="invalid-host",
                 host=text,

@@ -13,7 +13,7 @@ POLL_S = 0.5
 """The time without output, in s, after which `ProcessOutput.read_pieces` yields an empty piece."""
 
 EXCERPT_BYTES = 1 << 13
-"""The length in bytes of the beginning of a text in an excerpt, and of the end of the text."""
+"""The number of bytes that an excerpt has of the beginning of a text, and of its end."""
 
 LONGEST_LINE = 1 << 23
 """The greatest length of a line, in bytes. A list of about 80 000 recordings fits into such a line."""

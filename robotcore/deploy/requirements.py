@@ -112,7 +112,7 @@ def _parse(text: str) -> Requirement:
     except InvalidRequirement as error:  # its text may have a password
         shown, why = (_SECRET.sub(":****@", each) for each in (repr(text), str(error).splitlines()[0]))
         raise UsageError(
-            f'{FILE}: {shown} is no requirement: {why}. Write it in the format of pip: "numpy>=1.24"',
+            f'{FILE}: {shown} is not a requirement: {why}. Write it in the format of pip: "numpy>=1.24"',
             kind="invalid-requirement",
         ) from None
 

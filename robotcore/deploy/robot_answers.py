@@ -142,7 +142,7 @@ class HealthAnswer(RobotMessage):
     is_running: bool
     """Whether the current release runs."""
     is_stopped: bool = Field(alias="is_standing")
-    """Whether no app runs, as before the check."""
+    """Whether the app is stopped after the check, without a failure."""
 
 
 class LastRelease(RobotMessage):
@@ -170,7 +170,7 @@ class StatusAnswer(RobotMessage):
     pending: ReleaseName | None = Field(alias="on_trial")
     """The release whose health check is pending or running."""
     last: LastRelease | None
-    """None if a release is current, or if no health check was completed."""
+    """The newest release with a completed health check; None if a release is current, or without such a check."""
     state: str
     """``running``, ``starting``, ``stopping``, ``restarting``, ``ended``, ``failed`` or ``stopped``."""
     for_s: Annotated[float, Field(ge=0, le=1e10)] | None
@@ -182,7 +182,7 @@ class StatusAnswer(RobotMessage):
     reason: str
     """The cause of the app's last failure; empty without a failure."""
     lines: Texts
-    """The last lines of the app's output before that failure."""
+    """The last lines of the app's output before its last failure."""
     starts_with_robot: bool
     lingers: bool
     """Whether the user's services run without a login."""

@@ -138,15 +138,19 @@ _SECRET_MODULES = re.compile(r"_*(?:secrets?|credentials?|passwords?|passwd|api_
 """The pattern of the whole name of a secret Python file."""
 
 _BACKUP = re.compile(r"(?:\.(?:bak|backup|old|orig|save|copy|tmp|\d+)|~)+", re.IGNORECASE)
+"""The pattern of the ending of a backup's name. A backup is as secret as its original."""
+
 _EXAMPLE = re.compile(r"\.(?:example|sample|template)(?:\.\w+)?|\.pub", re.IGNORECASE)
-"""The endings of names. A backup is as secret as its original, and an example or a public key is not secret."""
+"""The pattern of the ending of an example's or a public key's name. Neither is secret."""
 
 _SECRET_WORD_FOLDERS = {"secret", "secrets", "credentials"}
 """The names of folders whose files are secret, except for Python files, examples and public keys."""
 
 _SECRET_FOLDERS = {".ssh", ".gnupg", ".aws", ".kube", ".secrets"}
+"""The names of folders whose files are all secret."""
+
 _SECRET_PLACES = {(".docker", "config.json")}
-"""The names of folders whose files are all secret, and the folder and name of single secret files."""
+"""The folder and the name of each secret file whose name alone is not secret."""
 
 _PRIVATE_KEY = re.compile(
     rb"""^[\ \t\#>]*-{4}[-\ ]BEGIN\ [A-Z0-9\ ]*PRIVATE\ KEY  # at the beginning of a line, a comment or a quotation

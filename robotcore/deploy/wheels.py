@@ -106,7 +106,9 @@ class Platform:
             is_met = SpecifierSet(needed).contains(self.python, prereleases=True)
         except ValueError as error:
             remedy = 'Write it in the format of pip: ">=3.10"'
-            raise DescriptionError(FILE, "project.requires-python", f"{needed!r} names no versions", remedy) from error
+            raise DescriptionError(
+                FILE, "project.requires-python", f"{needed!r} is not a range of versions", remedy
+            ) from error
         if not is_met:
             raise DeployError(
                 f"the project needs Python {needed}, and the robot has {self.python}. Install a newer system on the "
@@ -221,7 +223,7 @@ def _build_wheel(requirement: str, folder: Path) -> bool:
 def _explain_unreachable_index(requirement: str, target: Platform) -> DeployError:
     return DeployError(
         f"no package index can be reached from this machine, and it has no wheel of {requirement} for {target}. "
-        "Connect it to the network once, and push again: it keeps the wheels",
+        "Connect this machine to the network once, and push again: it keeps the wheels",
         kind="index-unreachable",
         requirement=requirement,
     )

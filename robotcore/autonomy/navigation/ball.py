@@ -16,7 +16,7 @@ KEPT_PX = 8
 """The least area of a blob, in pixels. Smaller blobs are ignored."""
 
 AGREE_M = 0.15
-"""The echo is the ball's if its distance differs by less than this from the distance that the picture gives."""
+"""An echo comes from the ball if its distance differs by less than this from the distance seen in the picture."""
 
 Point = tuple[float, float]
 
@@ -75,8 +75,8 @@ class BallTracker:
     def _compute_position(self, blob: Blob, robot: Robot, pose: Pose) -> Point:
         """Return the ball's position (x, y) in metres.
 
-        The blob's size gives the distance, unless the echo's distance is about the same. If the blob touches the
-        picture's edge, its size is unknown, so any echo gives the distance.
+        The blob's size gives the distance. An echo at about the same distance replaces it. If the blob touches the
+        picture's edge, its size is unknown, so any echo replaces it.
 
         pose: the robot's pose at the time of the picture.
         """

@@ -53,7 +53,10 @@ class PoseHistory:
 
 
 DRIFT_LIMIT = 3.0
-"""After this motion, in metres plus radians, odometry may have drifted too far for a reading to stay in the map."""
+"""The robot's motion since a reading, in metres plus radians, after which odometry may have drifted too far.
+
+If echoes contradict the map, `MapMemory.forget_old` deletes such readings.
+"""
 
 
 MapSnapshot = tuple[NDArray[Any], ...]
@@ -121,7 +124,10 @@ class RangeReading(NamedTuple):
         return abs(self.distance - other.distance) > limit
 
     def overlaps(self, other: RangeReading, cone: float) -> bool:
-        """Return whether the sensor turned by at most half the angle of its cone, in radians, between two readings."""
+        """Return whether the sensor turned by at most half of its cone between two readings.
+
+        cone: the full opening angle of the cone in radians.
+        """
         return abs(wrap_angle(self.sensor.heading - other.sensor.heading)) <= cone / 2
 
 

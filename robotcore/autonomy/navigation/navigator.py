@@ -18,13 +18,13 @@ from robotcore.geometry import Pose, Twist
 from robotcore.hal.robot import Robot
 
 MIN_GOAL_DISTANCE_M = 0.15
-"""The least distance from the robot to a path's goal. From nearer goals there is no straight path to the target."""
+"""The least distance from the robot to the goal of a path. The straight path to the target is blocked from here."""
 
 CHECK_BEHIND_M = 0.1
-"""The distance from the axle to the point behind it whose clearance the robot checks before it drives backward."""
+"""The distance from the axle to a point behind it. The robot checks the clearance there to drive backward."""
 
 CLEARANCE_BEHIND_M = 0.12
-"""The clearance around that point that the robot needs to drive backward."""
+"""The clearance that the robot needs at the point `CHECK_BEHIND_M` behind the axle to drive backward."""
 
 
 class Navigator:
@@ -152,9 +152,9 @@ class Navigator:
         return is_start_known(self.map.grid, pose, target) and is_unobstructed(self.map.grid, pose, target)
 
     def drive_at(self, pose: Pose, target: Target) -> Twist | None:
-        """Return the velocity straight to a target. If the robot is too near to the target, it is backward.
+        """Return the velocity straight to a target, or backward if the robot is too near to the target.
 
-        Return None if an obstacle is behind a robot that would have to drive backward.
+        Return None if an obstacle blocks the way backward.
         """
         gap = target.gap(pose)
         if gap < 0 and not self._is_free_behind(pose):

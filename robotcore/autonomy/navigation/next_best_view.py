@@ -45,7 +45,7 @@ COARSE_RAYS = 36
 """The number of rays over a full turn that estimate the unseen area around a cell."""
 
 COARSE_CELLS = 2
-"""The distance between successive points of such a ray, in cells."""
+"""The distance between successive points of one of these `COARSE_RAYS`, in cells."""
 
 _SQUARE = cv2.getStructuringElement(cv2.MORPH_RECT, (3, 3))
 
@@ -102,7 +102,7 @@ class Coverage:
         return np.asarray((self._view_probabilities(rays, COARSE_CELLS) * areas).sum(axis=2))
 
     def _view_probabilities(self, rays: Rays, step: int) -> Probabilities:
-        """Return for each cell along rays the probability that a camera at the ray's start sees it as a new cell.
+        """Return for each cell along rays the probability that a camera at the ray's start sees it for the first time.
 
         The probability is 1, `GAP_PROBABILITY` or 0. From farther than `CLOSE_M`, an uncertain cell is opaque.
         """
@@ -149,7 +149,7 @@ MARGIN_FACTOR = 0.85
 """The factor on a viewpoint's utility for each of `MARGINS_M` that is too wide for the path to the viewpoint."""
 
 CANDIDATE_STRIDE = 4
-"""Only every fourth row and column has candidates, because the views from neighbouring cells are similar."""
+"""A viewpoint is in every fourth row and column only, because the views from neighbouring cells are similar."""
 
 
 class Viewpoint(NamedTuple):

@@ -67,7 +67,7 @@ class OccupancyGrid:
         self.evidence = np.zeros((self.count, self.count), dtype=np.float32)
         """Below 0 for a free cell, above 0 for an occupied cell, 0 for an unknown cell."""
         self.nearest_echo = np.full((self.count, self.count), np.inf, dtype=np.float32)
-        """The least distance of a sensor to which the cell sent an echo, in metres; ``inf`` without an echo."""
+        """For each cell, the least distance at which the sensor received an echo from it, in metres; else ``inf``."""
         self.updated_at = np.zeros((self.count, self.count), dtype=np.float32)
         """The value of ``travelled`` at the last update of the cell."""
         self.travelled = 0.0

@@ -21,7 +21,7 @@ from robotcore.autonomy.navigation.occupancy_grid import Metres, OccupancyGrid
 from robotcore.geometry import Pose
 
 MARGINS_M = (0.08, 0.05, 0.02)
-"""The possible clearances between the turning robot and bodies. A path uses the widest with which it exists."""
+"""The possible clearances between the turning robot and bodies. A path uses the widest one that is possible."""
 
 BARRED_M = 0.2
 """Paths over unknown cells stay this far away from a barred cell. See `Traversability.bar`."""
@@ -107,7 +107,7 @@ So near to the robot, the sensor's cone is narrower than the robot, so the senso
 """
 
 TARGET_BODY_M = 0.1
-"""The body at the target may occupy the cells around it, up to the target's stopping distance minus this length."""
+"""Cells nearer to a target than its stopping distance minus this length count as cells of the target's body."""
 
 RING_M = (0.05, 0.40)
 """The least and the greatest length of the straight path that follows a planned path.
@@ -157,7 +157,7 @@ def is_start_known(grid: OccupancyGrid, pose: Pose, target: Target) -> bool:
 def find_straight_starts(grid: OccupancyGrid, target: Target) -> Mask:
     """Return the mask of the cells from which an unobstructed straight path leads to a target.
 
-    Its length is within `RING_M`, so the cells lie in a ring around the target.
+    The length of the straight path is within `RING_M`, so the cells lie in a ring around the target.
     """
     nearest, farthest = (target.distance + before for before in RING_M)
     ring = grid.disc(target.x, target.y, farthest) & ~grid.disc(target.x, target.y, nearest)
@@ -196,7 +196,7 @@ TRIES = 8
 """The greatest number of candidates that one call of `plan_path` examines."""
 
 UNKNOWN_BEARING_M = 0.32
-"""The bearing of a path's unknown part is measured to the point this many metres after the part's start."""
+"""The distance from the start of a path's unknown part to the point whose bearing `bearing_on` returns."""
 
 
 class PathPlan(NamedTuple):

@@ -87,7 +87,7 @@ CHROMA_SHARE = 0.5
 """A pixel belongs to a region if its chroma is at least this fraction of the region's mean chroma."""
 
 MARGIN_PX = 3
-"""How far regions are searched outside of a candidate's box on each side, in pixels of the full picture."""
+"""The width of the border around a candidate's box in which its region is searched too, in pixels of the picture."""
 
 BLUR_ABOVE, MAX_CANDIDATES = 4, 8
 """More than ``BLUR_ABOVE`` candidates come from noise or texture, so the picture is blurred and searched again.
@@ -148,7 +148,7 @@ class ColourDetector:
         Raises UsageError for a grey picture.
         """
         if image.ndim != 3:
-            text = f"a grey picture, {image.shape}, has no hues; hand over a BGR one, (height, width, 3)"
+            text = f"a picture of the shape {image.shape} has no colours; pass a BGR picture, (height, width, 3)"
             raise UsageError(text, kind="grey-picture", shape=image.shape)
         separate: list[Region] = []
         for region in sorted(self._find_regions(image), key=_area, reverse=True):

@@ -22,7 +22,7 @@ STEEPNESS = 16.0
 """The slope of a test: how many output levels its value rises per grey level. From 32 on, OpenCV is slow."""
 
 WEDGE_RATIO = 2.0
-"""The ratio of the tangents of two half angles: of the wedge of `of_saturation`, and of the hue tolerance."""
+"""The tangent of the half angle of the wedge in `of_saturation`, divided by the tangent of the hue tolerance."""
 
 WHITE = np.array((0, 0, 0, 255), np.float32)
 PACKED_WHITE = 0xFFFF
@@ -69,7 +69,7 @@ class HueClassifier:
         return self._narrow - least * self._per_chroma
 
     def of_saturation(self, least: float, distance: float) -> Tests:
-        """Return the tests for colours in a wedge of the plane, whose tip lies on the line of the hue away from grey.
+        """Return the tests for colours in a wedge of the plane. Its tip lies on the line of the hue, away from grey.
 
         A less saturated colour must be nearer to the hue. A darker colour must be more saturated.
 
@@ -83,7 +83,8 @@ class HueClassifier:
 def find_hue(image: Image, tests: Tests) -> Mask:
     """Return for each pixel of a BGR picture 1 if it passes all three tests, else 0, (height, width).
 
-    A pixel that passes becomes white in the product with the tests. Packed into 16 bits, white takes one comparison.
+    The product with the tests is white for exactly these pixels. It is packed into 16 bits a pixel, so that one
+    comparison finds white.
     """
     packed = cv2.cvtColor(cv2.transform(image, tests), cv2.COLOR_BGR2BGR565)
     mask: Mask = (packed.view(np.uint16)[..., 0] == PACKED_WHITE).view(np.uint8)

@@ -177,7 +177,7 @@ def install_requirements(
 
 
 class _PipProcess(subprocess.Popen[str]):
-    """Kills itself with all its children if its ``with`` block raises."""
+    """A pip process. If its ``with`` block raises, pip is killed with all its children."""
 
     def __exit__(self, *raised: object) -> None:
         if any(raised):
@@ -239,7 +239,7 @@ _COMMON = (
         "the requirements contradict each other",
         "Relax the project's requirements. pip install on your computer names those in conflict",
     ),
-    _Failure(re.compile(r"Invalid requirement: '?([^'\n]+)"), "requirement", "{} is no requirement", _CORRECT_IT),
+    _Failure(re.compile(r"Invalid requirement: '?([^'\n]+)"), "requirement", "{} is not a requirement", _CORRECT_IT),
 )
 _NETWORK = (
     _Failure(
@@ -284,7 +284,7 @@ def explain_failure(lines: Iterable[str], *, is_offline: bool) -> AgentError:
             return AgentError(problem, failure.remedy, failure.kind)
     if _BUILDING.search(output):
         return _explain_build(output)
-    return AgentError(f"pip failed on the robot: {_quote_errors(output)}", "Look at the project's dependencies", "pip")
+    return AgentError(f"pip failed on the robot: {_quote_errors(output)}", "Check the project's dependencies", "pip")
 
 
 def _explain_build(output: str) -> AgentError:

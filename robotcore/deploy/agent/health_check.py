@@ -34,7 +34,7 @@ STOP_LIMIT_S = 90.0
 """The time limit for the stop of the previous release, in s: the unit's limit for the app plus that for the motors."""
 
 NO_WATCHDOG_S = 30.0
-"""An app that runs this long, in s, without a reset of the watchdog has a unit whose watchdog a user has disabled.
+"""The time without a reset of the watchdog, in s, after which a user must have disabled the unit's watchdog.
 
 The time is far longer than WatchdogSec of the unit.
 """
@@ -136,7 +136,7 @@ def watch_app(healthy_within_s: float, settle_s: float) -> HealthResult:
 
 def _check_release(layout: Layout, check: HealthCheck) -> HealthResult:
     if not (layout.releases / check.release).is_dir():
-        return HealthResult(UNHEALTHY, "the robot no longer has it", since=check.since)
+        return HealthResult(UNHEALTHY, "the robot no longer has this release", since=check.since)
     releases.set_current(layout, check.release)
     result = replace(_watch_release(check), since=check.since)
     _write_result(layout, check, result)
@@ -244,7 +244,7 @@ def _find_result(state: UnitState, ours: str) -> HealthResult | None:
 
 def _explain_not_ready(healthy_within_s: float) -> str:
     more = "if it is only slow, push it with a longer --healthy-within"
-    return f"it did not complete its first step within {healthy_within_s:g} s; {more}"
+    return f"it did not complete its first tick within {healthy_within_s:g} s; {more}"
 
 
 def _build_unhealthy(reason: str, invocation: str) -> HealthResult:
@@ -278,7 +278,7 @@ def follow_check(layout: Layout, check: HealthCheck) -> dict[str, Any]:
                 release=check.release,
             )
         time.sleep(FOLLOW_POLL_S)
-    unknown = HealthResult(STOPPED, "another release replaced it, or the result could not be stored")
+    unknown = HealthResult(STOPPED, "another release replaced this one, or the result could not be stored")
     return build_report(layout, check.release, check.read_result(layout) or unknown)
 
 

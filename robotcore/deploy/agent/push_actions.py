@@ -135,7 +135,7 @@ def _list_needed(layout: Layout) -> Iterator[str | None]:
 
 
 def install_release(layout: Layout, *, release: str, is_offline: bool = False) -> dict[str, Any]:
-    """Turn a complete upload into a release. Return the doctor's findings, see `robot_answers.InstallAnswer`.
+    """Turn a complete upload into a release. Return the fields of `robot_answers.InstallAnswer`.
 
     The function links the upload to an environment, runs its doctor, and moves it to the releases.
 

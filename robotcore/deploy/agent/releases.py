@@ -118,7 +118,7 @@ def require_name(name: str) -> str:
     '2026-11-21T22-40-03Z'
     """
     if not NAME_PATTERN.fullmatch(name):
-        raise ValueError(f"{name!r} is no release. Its name is a time, such as 2026-11-21T22-40-03Z")
+        raise ValueError(f"{name!r} is not the name of a release. Such a name is a time: 2026-11-21T22-40-03Z")
     return name
 
 

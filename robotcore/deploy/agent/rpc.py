@@ -77,7 +77,7 @@ def _build_remedy(error: OSError) -> str:
 
     if error.errno in {errno.ENOSPC, errno.EDQUOT}:
         return MAKE_ROOM
-    return "Log in to the robot and look at it"
+    return "Log in to the robot, and check its disk and the permissions of its files"
 
 
 class AgentError(Exception):

@@ -70,7 +70,7 @@ def _find_folder(layout: Layout, release: str) -> Path:
         return layout.releases / require_name(release)
     except ValueError as error:
         raise AgentError(
-            f"{release!r} is no release", "List the releases: robotcore deploy list", "release-name"
+            f"{release!r} is not the name of a release", "List the releases: robotcore deploy list", "release-name"
         ) from error
 
 

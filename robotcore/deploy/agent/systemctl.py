@@ -119,7 +119,7 @@ class UnitState:
         if self.result == "timeout":
             return "it took too long to start or to stop"
         if self.result == "protocol":
-            return f"it ended with status {self.status} before its first step"
+            return f"it ended with status {self.status} before its first tick"
         if self.code == EXITED:
             words = f" ({_STATUSES[self.status]})" if self.status in _STATUSES else ""
             return f"it ended with status {self.status}{words}"

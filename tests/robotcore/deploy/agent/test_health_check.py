@@ -252,7 +252,7 @@ def test_restarted_previous_release_is_not_mistaken_for_the_new_one(
         ((at.NEW_RUNS, at.KILLED), "it was ended by SIGKILL"),
         ((at.NEW_RUNS, at.HANGS, at.HUNG), "it hung: it did not reset systemd's watchdog"),
         ((at.TOO_SLOW, at.WAS_TOO_SLOW), "it took too long to start or to stop"),
-        ((at.NEVER_READY, at.WAS_NEVER_READY), "it ended with status 0 before its first step"),
+        ((at.NEVER_READY, at.WAS_NEVER_READY), "it ended with status 0 before its first tick"),
         ((at.AGAIN_RUNS,), "it was started again"),
         ((at.NEW_RUNS, at.AGAIN_RUNS), "it was started again"),
         ((at.NEW_RUNS, at.BETWEEN, at.AGAIN_RUNS), "it was started again"),

@@ -16,7 +16,7 @@ FAULTS = {
     "raises at once": (("fault=raise",), "no ball today"),
     "raises during the check": (("fault=raise", "at=30"), "no ball today"),
     "exits without a message": (("fault=exit",), "9"),
-    "hangs in its first step": (("fault=hang",), ""),
+    "hangs in its first tick": (("fault=hang",), ""),
     "never starts": (("fault=no-start",), "6 s"),
 }
 
