@@ -72,15 +72,15 @@ def _hold_lock(diary: Path, holds: int, seed: int) -> Iterator[float | None]:
     """Yield the seconds from the last command until the last motor was stopped, for each hold; None if one was not."""
     subprocess.run([sys.executable, "-m", "benchmarks.held_run", str(diary), str(holds), str(seed)], check=True)  # noqa: S603
     entries = notes(diary)
-    begins, ends = ([note.time for note in entries if note.what == what] for what in ("hold", "let go"))
+    begins, ends = ([note.time for note in entries if note.action == what] for what in ("hold", "let go"))
     for begin, end in zip(begins, ends, strict=True):
-        command = max(note.time for note in entries if note.what.startswith("turn") and note.time < begin)
+        command = max(note.time for note in entries if note.action.startswith("turn") and note.time < begin)
         yield _compute_delay(command, [note for note in entries if begin < note.time < end])
 
 
 def _compute_delay(time: float, entries: Sequence[Note]) -> float | None:
     """Return the seconds from a time until each motor had its first stop; None if one had none."""
-    firsts = [[note.time for note in entries if note.what == f"stop {motor}"] for motor in MOTORS]
+    firsts = [[note.time for note in entries if note.action == f"stop {motor}"] for motor in MOTORS]
     return max(min(stops) for stops in firsts) - time if all(firsts) else None
 
 

@@ -14,7 +14,7 @@ from typing import Any, NoReturn
 from robotcore.errors import Interrupted
 
 LAST_SIGNAL = 3
-"""The number of the signal in a run that ends the process at once."""
+"""The third signal in a run ends the process at once."""
 
 WATCHDOG_SIGNAL: int = getattr(signal, "SIGURG", signal.SIGINT)
 """The signal with which the watchdog interrupts a waiting call. Without a handler, the system ignores it."""

@@ -27,7 +27,7 @@ class Verification:
 
 
 def verify_run(judge: Behaviour, truth: Truth | None, outcome: Outcome, name: str | None) -> Verification:
-    """Verify a run by the true state of the simulator. If the simulator has died, every value is None.
+    """Verify a run by the true state of the simulator. If the simulator has died, every value of the result is None.
 
     judge: the app whose ``verify`` decides whether the run was a success.
     name: the judge's name or file. None if the app judges itself.

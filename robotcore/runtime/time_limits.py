@@ -20,9 +20,9 @@ CLOSING_S = 10.0
 """The limit for closing a robot, in seconds. A camera or a simulator may take long to end."""
 
 SIMULATION_FACTOR = 10.0
-"""The factor of the observers' time limit in a simulation, because an observer may wait for a slow disk.
+"""The factor that multiplies the observers' time limit in a simulation. An observer may wait for a slow disk.
 
-In a run with a window it is the factor of every time limit. A simulator stops while the user drags its window.
+In a run with a window it multiplies every time limit, because a simulator stops while the user drags its window.
 """
 
 

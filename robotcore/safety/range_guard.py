@@ -13,9 +13,8 @@ class RangeGuard:
     """A rule that removes forward motion near an obstacle. The robot can still turn and drive backward.
 
     geometry: the geometry that converts wheel velocities to a speed.
-    distance: a function that returns the free distance ahead, in metres. Its argument is the robot's speed, in m/s. It
-    is
-    called only if the robot would move forward.
+    distance: a function that returns the free distance ahead in metres, for the robot's speed in m/s. It is called only
+    if the robot would move forward.
     stop_distance: the least distance to an obstacle after the stop, in metres.
     deceleration: how fast the robot brakes, in m/s².
     """

@@ -131,16 +131,16 @@ FIRST_TICK_S = 30.0
 class Watchdog:
     """Measures how long the loop's thread has been in one activity, and reports an exceeded time limit.
 
-    Its own thread does this from `start` to `close`, by the machine's clock. That thread calls these functions.
+    A thread of its own does this from `start` to `close`, by the machine's clock. It calls the functions below.
 
     monitor: the record of the activity of the loop's thread.
-    on_timeout: a function that gets the error of an exceeded limit. It stops the motors and interrupts the loop's
-    thread.
+    on_timeout: a function that gets the error of an exceeded limit. It stops the motors and interrupts the loop.
     end: a function that gets the error if the loop's thread does not continue within the grace time of its limit.
     reserve: the reserved memory. The watchdog releases it if the process has no other memory left.
     scale: a factor that multiplies every limit.
-    report_tracer: a function that gets the error, once, if a limit is exceeded while a debugger or another tracer is
-    active. The run then goes on.
+    report_tracer: a function that gets the error of the first limit that is exceeded under a debugger or another
+    tracer.
+    The run then goes on.
 
     >>> timeout = Event()
     >>> monitor = ActivityMonitor()

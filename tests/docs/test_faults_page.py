@@ -21,7 +21,7 @@ from robotcore.runtime.faults.planning import ROLES, load_fault
 from robotcore.runtime.faults.spec import parameters_of, read_specs
 from tests.docs.listings import ConsoleCommand, find_code, list_commands, list_listings, read_rows
 from tests.robotcore.fakes import picture
-from tests.robotcore.runtime.faults.rigs import faulty
+from tests.robotcore.runtime.faults.rigs import build_rig
 from tests.robotcore.runtime.test_device_loss import Board, Line
 
 if sys.version_info >= (3, 11):
@@ -94,7 +94,7 @@ def test_app_of_the_page_survives_a_lost_connection_if_the_robot_waits_for_it(fo
 def test_the_new_fault_of_the_page_works(monkeypatch: pytest.MonkeyPatch, folder: Path) -> None:
     points = {**registry._points(registry.FAULTS), **_list_entry_points(FILES[-1])}
     monkeypatch.setattr(registry, "_points", lambda _: points)
-    rig = faulty("camera fog=0.5 after=0.05")
+    rig = build_rig("camera fog=0.5 after=0.05")
     rig.eye.image = picture((20, 180, 220))
     shown = []
     for _ in range(2):

@@ -45,7 +45,7 @@ class FaultCode:
         return self.build_error(text + line, device)
 
     def call(self, device: str, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
-        """Call a function of this code, and translate its exceptions. ``device`` is that of `build_error`."""
+        """Call a function of this code, and translate its exceptions. ``device`` is an argument of `build_error`."""
         try:
             return function(*args, **kwargs)
         except (Exception, SystemExit) as error:

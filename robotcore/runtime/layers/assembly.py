@@ -147,8 +147,7 @@ def assemble(
     conditions: the imperfections of the world.
     seed: the seed of the noise in ``conditions``.
     faults: the layers of injected faults.
-    taps: the recorder and the replay. They read each sensor once in a tick, and get the app's commands without a
-    change.
+    taps: the recorder and the replay. They read each sensor once in a tick, and get the app's unchanged commands.
     guard: the layer that reports motor commands to the guardian process.
     activity: the record of the loop thread's activity for the watchdog.
     reserve: the reserved threads and memory for stops.

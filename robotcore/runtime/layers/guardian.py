@@ -71,10 +71,10 @@ class GuardianLayer(Layer):
 
     @contextmanager
     def turning(self, motor: str) -> Iterator[None]:
-        """Return a context for a command that turns a motor. At its begin it renews the guardian's lease.
+        """Renew the guardian's lease, then return a context for a command that turns a motor.
 
-        After the context, the motor counts as turning. If the guardian does not answer, every motor is stopped.
-        GuardianError is then raised before the command.
+        After the context, the motor counts as turning. If the guardian does not answer, every motor is stopped, and
+        GuardianError is raised before the command.
         """
         command = object()
         with self._stopping_all(), self._lock:

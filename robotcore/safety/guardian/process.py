@@ -128,7 +128,7 @@ def run_all(workers: Sequence[CutoffWorker], action: Action, limit: float, clock
 
 
 OPENING_S = 10.0
-"""The time limit for opening the cutoffs, in seconds. A later cutoff is reported as ``does not answer``."""
+"""The time limit for opening the cutoffs, in seconds. A slower cutoff is reported as ``does not answer``."""
 
 STOPPING_S = 1.0
 """The time limit for stopping the motors, in seconds."""

@@ -44,7 +44,7 @@ def test_every_motor_is_stopped_and_no_other_device_is_opened(
     answer = cli("stop", "--backend", "recording", "--option", "port=7")
     assert (answer.status, answer.err) == (0, "")
     check_text(answer.out)
-    assert {"stop left_motor", "stop right_motor"} <= {note.what for note in notes(diary)}
+    assert {"stop left_motor", "stop right_motor"} <= {note.action for note in notes(diary)}
     (setup,) = backend.asked
     assert (sorted(setup.devices), dict(setup.options)) == (["left_motor", "right_motor"], {"port": "7"})
 

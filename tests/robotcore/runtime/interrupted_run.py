@@ -19,7 +19,7 @@ from tests.robotcore.runs import Watcher
 
 
 class App(FunctionApp):
-    """Drives, and calls the deed from its third tick on."""
+    """Drives, and calls a function from its third tick on."""
 
     ticks = 0
 
@@ -90,13 +90,13 @@ class EndObserver(Watcher):
         write("observed")
 
 
-DEEDS = (ordinary, slow, hung, waiting, swallowing, deaf, impervious, beyond_python)
+STEPS = (ordinary, slow, hung, waiting, swallowing, deaf, impervious, beyond_python)
 
 
 def main() -> int:
     """Run the app that the command line names, and print the result."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
-    deed = {each.__name__: each for each in DEEDS}[sys.argv[1]]
+    step = {each.__name__: each for each in STEPS}[sys.argv[1]]
     backend = RigBackend()
 
     def write_all(result: RunResult) -> None:
@@ -107,7 +107,7 @@ def main() -> int:
     with (
         patch("robotcore.runtime.plan.load_backend", lambda _: backend),
         patch("robotcore.runtime.plan.load_app", lambda _: object),
-        patch("robotcore.runtime.plan.configure", lambda *_: App(deed)),
+        patch("robotcore.runtime.plan.configure", lambda *_: App(step)),
     ):
         result = run(RunRequest("app", timeout_s=1e9), [EndObserver()], on_forced_exit=write_all)
     write_all(result)

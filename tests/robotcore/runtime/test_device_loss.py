@@ -128,9 +128,9 @@ class Board:
         self.rig, self._outage = Rig(rate_hz), outage
         self.records: list[TickRecord] = []
 
-    def run(self, deed: Callable[[Robot], Status | None], timeout: float = 1.5) -> Outcome:
+    def run(self, step: Callable[[Robot], Status | None], timeout: float = 1.5) -> Outcome:
         self.loop = Loop(
-            self.rig.assembled, FunctionApp(deed), self.rig.rate_hz, timeout, [self.records.append], outage=self._outage
+            self.rig.assembled, FunctionApp(step), self.rig.rate_hz, timeout, [self.records.append], outage=self._outage
         )
         return self.loop.run()
 

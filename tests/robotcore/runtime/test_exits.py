@@ -188,7 +188,7 @@ class TestObservers:
             perform(drive_then(drive_wheels), observers=[Broken(), watcher])
         assert backend.rig.wheels == (0.0, 0.0)
         assert backend.rig.left.releases == 1
-        (result,) = [value for what, value in watcher.calls if what == "end"]
+        (result,) = [value for name, value in watcher.calls if name == "end"]
         assert result.outcome is Outcome.ERROR
 
     def test_other_observers_get_the_result_if_one_raises_at_the_end(self, perform: Runner) -> None:
@@ -199,7 +199,7 @@ class TestObservers:
         watcher = Watcher()
         with pytest.raises(ZeroDivisionError):
             perform(drive_then(lambda _: Status.SUCCESS), observers=[Broken(), watcher])
-        assert [what for what, _ in watcher.calls][-1] == "end"
+        assert [name for name, _ in watcher.calls][-1] == "end"
 
     def test_signal_does_not_interrupt_the_beginning(self, perform: Runner) -> None:
         class Beginning(Watcher):
@@ -210,7 +210,7 @@ class TestObservers:
         observers = [Beginning(), Watcher()]
         result = perform(drive_then(drive_wheels), observers=observers)
         assert (result.outcome, result.ticks) == (Outcome.INTERRUPTED, 0)
-        assert [[what for what, _ in each.calls] for each in observers] == [["begin", "end"]] * 2
+        assert [[name for name, _ in each.calls] for each in observers] == [["begin", "end"]] * 2
 
 
 def test_motors_stand_before_the_program_is_suspended(perform: Runner, backend: RigBackend) -> None:

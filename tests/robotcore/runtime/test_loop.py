@@ -17,11 +17,11 @@ from tests.texts import Raises
 
 def loop_of(
     rig: Rig,
-    deed: Callable[[Robot], Status | None],
+    step: Callable[[Robot], Status | None],
     timeout: float = 10.0,
     observer: Callable[[TickRecord], None] = lambda _: None,
 ) -> Loop:
-    return Loop(rig.assembled, FunctionApp(deed), rig.rate_hz, timeout, [observer])
+    return Loop(rig.assembled, FunctionApp(step), rig.rate_hz, timeout, [observer])
 
 
 def returning(*statuses: Status) -> Callable[[Robot], Status]:

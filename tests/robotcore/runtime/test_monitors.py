@@ -174,5 +174,5 @@ def test_loss_of_a_battery_can_be_injected(monkeypatch: pytest.MonkeyPatch, rove
     watcher = Watcher()
     request = RunRequest("avoid-obstacles", "powered", str(rover.file), "open", timeout_s=1.2, faults=("cells lost=1",))
     run(request, [watcher])
-    voltages = [value.voltages for what, value in watcher.calls if what == "tick"]
+    voltages = [value.voltages for name, value in watcher.calls if name == "tick"]
     assert [bool(each) for each in voltages] == [tick >= 20 for tick in range(25)]

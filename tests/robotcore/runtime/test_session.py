@@ -151,12 +151,12 @@ def test_unmet_need_is_refused_before_anything_is_opened(perform: Runner, backen
 def test_simulated_time_is_paced_only_on_request(perform: Runner, monkeypatch: pytest.MonkeyPatch) -> None:
     paced: list[Clock] = []
 
-    class Noting(PacedClock):
+    class RecordingClock(PacedClock):
         def __init__(self, source: Clock) -> None:
             super().__init__(source)
             paced.append(source)
 
-    monkeypatch.setattr(session, "PacedClock", Noting)
+    monkeypatch.setattr(session, "PacedClock", RecordingClock)
     perform(drive_then(lambda _: Status.SUCCESS))
     assert paced == []
     perform(drive_then(lambda _: Status.SUCCESS), RunRequest("app", realtime=True))

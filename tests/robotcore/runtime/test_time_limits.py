@@ -112,7 +112,7 @@ def test_error_of_a_sensor_that_hangs_has_its_name(
     assert backend.rig.left.releases == 1
 
 
-def test_simulator_that_lets_no_time_pass_ends_the_run(
+def test_simulator_that_hangs_in_a_sleep_ends_the_run(
     perform: Runner, backend: RigBackend, hasty: RunRequest, gate: threading.Event
 ) -> None:
     def hang(robot: Robot) -> None:

@@ -191,7 +191,7 @@ class TestThreads:
         assert (bench.left.sent[-1], bench.right.sent[-1]) == (0.0, 0.0)
         assert bench.filter.asked == (0.0, 0.0)
 
-    def test_command_before_a_cut_passes_the_rules_again(self) -> None:
+    def test_command_before_a_deadman_stop_passes_the_rules_again(self) -> None:
         bench = Bench(AccelerationLimit(3.0))
         for _ in range(3):
             bench.filter.ask(Wheels(9.0, 9.0))
@@ -276,7 +276,7 @@ class TestNumbers:
 
 
 class TestDeadman:
-    def test_cut_between_ticks_is_an_intervention_of_the_next_tick(self) -> None:
+    def test_deadman_stop_between_ticks_is_an_intervention_of_the_next_tick(self) -> None:
         bench = Bench()
         bench.filter.ask(Wheels(5.0, 4.0))
         bench.filter.commit()
@@ -286,14 +286,14 @@ class TestDeadman:
         assert (cut.time, cut.cause, cut.asked, cut.sent) == (0.125, "deadman", (5.0, 4.0), (0.0, 0.0))
         assert bench.filter.commit().interventions == ()
 
-    def test_on_sent_gets_the_time_of_a_cut(self) -> None:
+    def test_on_sent_gets_the_time_of_a_deadman_stop(self) -> None:
         bench = Bench()
         bench.filter.ask(Wheels(5.0, 4.0))
         bench.filter.commit()
         bench.sleep(0.5)
         assert bench.heard == [((5.0, 4.0), 0.0), ((0.0, 0.0), 0.125)]
 
-    def test_command_after_a_cut_begins_at_rest(self) -> None:
+    def test_command_after_a_deadman_stop_begins_at_rest(self) -> None:
         bench = Bench(AccelerationLimit(2.0))
         for _ in range(3):
             bench.filter.ask(Wheels(9.0, 9.0))
@@ -304,7 +304,7 @@ class TestDeadman:
         assert bench.sent[-1] == (2.0, 2.0)
 
     @pytest.mark.parametrize("is_stop", [True, False])
-    def test_stopped_wheels_are_not_cut(self, is_stop: bool) -> None:
+    def test_deadman_does_not_stop_stopped_wheels(self, is_stop: bool) -> None:
         bench = Bench()
         bench.filter.ask(Wheels(5.0, 5.0))
         bench.filter.commit()
@@ -316,7 +316,7 @@ class TestDeadman:
         bench.sleep(1.0)
         assert bench.filter.commit().interventions == ()
 
-    def test_commands_within_the_lease_are_not_cut(self) -> None:
+    def test_deadman_does_not_stop_commands_within_the_lease(self) -> None:
         bench = Bench()
         for _ in range(50):
             bench.filter.ask(Wheels(5.0, 5.0))

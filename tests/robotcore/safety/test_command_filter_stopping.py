@@ -23,14 +23,14 @@ class Meanwhile:
     cause = "meanwhile"
 
     def __init__(self) -> None:
-        self.deed: Callable[[], object] | None = None
+        self.action: Callable[[], object] | None = None
 
     def __call__(self, asked: Wheels, last: Wheels) -> Wheels:
-        if self.deed is None:
+        if self.action is None:
             return asked
-        deed = threading.Thread(target=self.deed)
-        deed.start()
-        deed.join()
+        thread = threading.Thread(target=self.action)
+        thread.start()
+        thread.join()
         return Wheels(asked.left / 2, asked.right / 2)
 
 
@@ -47,7 +47,7 @@ class Bench:
 
 def test_e_stop_during_a_commit_prevents_the_command() -> None:
     bench = Bench()
-    bench.rule.deed = lambda: bench.latch.set(EmergencyStopError("now"))
+    bench.rule.action = lambda: bench.latch.set(EmergencyStopError("now"))
     assert bench.filter.commit().sent == (0.0, 0.0)
     for motor in (bench.left, bench.right):
         assert motor.sent[0] == 2.0
@@ -56,7 +56,7 @@ def test_e_stop_during_a_commit_prevents_the_command() -> None:
 
 def test_stop_during_a_commit_prevents_the_command() -> None:
     bench = Bench()
-    bench.rule.deed = bench.filter.stop
+    bench.rule.action = bench.filter.stop
     assert bench.filter.commit().sent == (0.0, 0.0)
     for motor in (bench.left, bench.right):
         assert motor.sent[0] == 2.0

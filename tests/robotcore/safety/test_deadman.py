@@ -29,7 +29,7 @@ def bench() -> Bench:
     return Bench()
 
 
-def test_cut_comes_exactly_at_expiry_during_a_longer_sleep(bench: Bench) -> None:
+def test_stop_comes_exactly_at_expiry_during_a_longer_sleep(bench: Bench) -> None:
     bench.renew()
     bench.clock.sleep_until(1.0)
     assert bench.cuts == [(0.125, 0.125)]
@@ -43,7 +43,7 @@ def test_lease_counts_from_the_last_renewal(bench: Bench) -> None:
     assert bench.cuts == [pytest.approx((1.025, 1.025))]
 
 
-def test_renewal_at_the_last_moment_prevents_the_cut(bench: Bench) -> None:
+def test_renewal_at_the_last_moment_prevents_the_stop(bench: Bench) -> None:
     bench.renew()
     bench.clock.sleep_until(0.125 - 1 / 240)
     bench.renew()
@@ -51,14 +51,14 @@ def test_renewal_at_the_last_moment_prevents_the_cut(bench: Bench) -> None:
     assert bench.cuts == []
 
 
-def test_no_cut_comes_after_a_rest(bench: Bench) -> None:
+def test_no_stop_comes_after_the_end_of_a_lease(bench: Bench) -> None:
     bench.renew()
     bench.deadman.end_lease()
     bench.clock.sleep_until(1.0)
     assert bench.cuts == []
 
 
-def test_lease_can_be_renewed_after_a_cut(bench: Bench) -> None:
+def test_lease_can_be_renewed_after_a_stop(bench: Bench) -> None:
     bench.renew()
     bench.clock.sleep_until(0.5)
     bench.renew()
@@ -66,7 +66,7 @@ def test_lease_can_be_renewed_after_a_cut(bench: Bench) -> None:
     assert [now for _, now in bench.cuts] == [0.125, 0.625]
 
 
-def test_new_lease_after_a_rest_is_not_cut_by_the_old_call(bench: Bench) -> None:
+def test_new_lease_is_not_ended_by_the_call_of_the_old_lease(bench: Bench) -> None:
     bench.renew()
     bench.deadman.end_lease()
     bench.clock.sleep_until(0.1)

@@ -23,7 +23,7 @@ from tests.robotcore.fakes import NullMotor
 pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 """The allocation may be one of an iterator or a context that Python cleans up."""
 
-testcapi = pytest.importorskip("_testcapi", reason="this Python comes without what can refuse an allocation")
+testcapi = pytest.importorskip("_testcapi", reason="this Python has no module that can refuse an allocation")
 
 POINTS = 100
 """The number of allocations that fail in turn. A stop makes fewer."""
@@ -128,7 +128,7 @@ def test_second_press_of_the_e_stop_stops_every_motor(robots: Callable[[], Robot
         assert robot.latch.last_velocities == Wheels(2.0, 2.0), point
 
 
-def test_second_call_of_the_clock_cuts_every_motor(robots: Callable[[], Robot]) -> None:
+def test_second_call_of_the_clock_stops_every_motor(robots: Callable[[], Robot]) -> None:
     for point in range(POINTS):
         robot = robots()
         for _, _, call in robot.clock._calls:

@@ -70,22 +70,22 @@ def test_error_names_both_wheels_if_neither_follows(raises: Raises) -> None:
 
 
 @pytest.mark.parametrize("share", [0.3, 0.7, 1.0, 1.5])
-def test_weak_wheel_is_no_fault(share: float) -> None:
+def test_weak_wheel_does_not_trip_the_latch(share: float) -> None:
     WheelBench(lambda rad_s, _: share * rad_s).drive(4.0, 4.0, seconds=10.0)
 
 
-def test_later_fault_is_found_within_two_checks() -> None:
+def test_wheel_that_stops_later_trips_the_latch_within_two_checks() -> None:
     bench = WheelBench(lambda rad_s, time: rad_s if time < 2.0 else 0.0)
     with pytest.raises(WheelFaultError):
         bench.drive(4.0, 4.0, seconds=10.0)
     assert bench.clock.now() <= 2.0 + 2 * 1.5 + TICK_S
 
 
-def test_wheel_blocked_for_a_moment_is_no_fault() -> None:
+def test_wheel_blocked_for_a_moment_does_not_trip_the_latch() -> None:
     WheelBench(lambda rad_s, time: 0.0 if time < 1.0 else rad_s).drive(4.0, 4.0, seconds=10.0)
 
 
-def test_lag_behind_alternating_commands_is_no_fault() -> None:
+def test_lag_behind_alternating_commands_does_not_trip_the_latch() -> None:
     wheel = [0.0]
 
     def lagging(rad_s: float, _: float) -> float:
@@ -141,7 +141,7 @@ def test_sensor_that_always_measures_the_same_distance_trips_the_latch(raises: R
     assert bench.latch.error is raised.value
 
 
-def test_fault_is_found_once_the_robot_has_driven_and_turned_enough() -> None:
+def test_latch_trips_once_the_robot_has_driven_and_turned_enough() -> None:
     bench = RangeBench()
     bench.drive(0.45, turning=1.5)
     bench.drive(0.04)
@@ -149,11 +149,11 @@ def test_fault_is_found_once_the_robot_has_driven_and_turned_enough() -> None:
         bench.drive(0.03)
 
 
-def test_same_distance_along_a_straight_wall_is_no_fault() -> None:
+def test_same_distance_along_a_straight_wall_does_not_trip_the_latch() -> None:
     RangeBench().drive(10.0)
 
 
-def test_same_distance_during_a_turn_on_the_spot_is_no_fault() -> None:
+def test_same_distance_during_a_turn_on_the_spot_does_not_trip_the_latch() -> None:
     bench = RangeBench()
     for heading in range(100):
         bench.pose = Pose(0.0, 0.0, 0.1 * heading)
@@ -165,14 +165,14 @@ def test_distance_outside_of_the_sensors_range_may_stay_the_same(distance: float
     RangeBench(distance).drive(5.0, turning=6.0)
 
 
-def test_following_at_a_varying_distance_is_no_fault() -> None:
+def test_following_at_a_varying_distance_does_not_trip_the_latch() -> None:
     bench = RangeBench()
     for tick in range(300):
         bench.nose.distance = 1.5 + 0.003 * math.sin(tick / 5)
         bench.drive(TICK_M, turning=0.02)
 
 
-def test_readings_in_whole_centimetres_are_no_fault() -> None:
+def test_readings_in_whole_centimetres_do_not_trip_the_latch() -> None:
     bench = RangeBench()
     for tick in range(120):
         bench.nose.distance = round(1.9 - 0.01 * tick * math.cos(0.01 * tick), 2)

@@ -19,7 +19,7 @@ def layers(*specs: str, clock: Clock, seed: int = 1) -> list[Layer]:
     return [fault.layer(clock, seed) for fault in plan_faults(specs, UNHURRIED, names)]
 
 
-def faulty(*specs: str, seed: int = 1) -> Rig:
+def build_rig(*specs: str, seed: int = 1) -> Rig:
     """Return a rover without encoders under the layers of a run with these faults."""
     rig = Rig(description=UNHURRIED)
     faults = layers(*specs, clock=rig.clock, seed=seed)

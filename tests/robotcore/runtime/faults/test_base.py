@@ -15,8 +15,8 @@ from tests.robotcore.fakes import NullCamera, NullEncoder, NullMotor, NullRange
 Failing = Camera | RangeSensor | Encoder | Motor
 
 
-class Noting(Layer):
-    """Notes which devices it was put over."""
+class RecordingLayer(Layer):
+    """Records the names of the devices that it wraps."""
 
     def __init__(self) -> None:
         self.names: list[str] = []
@@ -30,7 +30,7 @@ class Noting(Layer):
         return motor
 
 
-def put_over(layer: Layer, device: Failing) -> None:
+def wrap(layer: Layer, device: Failing) -> None:
     if isinstance(device, Motor):
         layer.motor(MotorOutput.of(device))
     else:
@@ -39,16 +39,16 @@ def put_over(layer: Layer, device: Failing) -> None:
 
 
 @pytest.mark.parametrize("made", [NullCamera, NullRange, NullEncoder, lambda _, name: NullMotor(name)])
-def test_a_layer_is_put_over_the_devices_of_its_target_only(made: Callable[[Clock, str], Failing]) -> None:
-    clock, noting = SteppedClock(20, lambda _: None), Noting()
-    layer = DeviceFilter(noting, {"mine"})
+def test_layer_wraps_only_the_devices_of_its_target(made: Callable[[Clock, str], Failing]) -> None:
+    clock, recording = SteppedClock(20, lambda _: None), RecordingLayer()
+    layer = DeviceFilter(recording, {"mine"})
     for name in ("mine", "other"):
-        put_over(layer, made(clock, name))
-    assert noting.names == ["mine"]
+        wrap(layer, made(clock, name))
+    assert recording.names == ["mine"]
 
 
 @pytest.mark.parametrize("after, lasts", [(5.0, 0.3), (0.3, 0.1), (0.1, 0.2)])
-def test_a_fault_is_there_from_its_first_tick_and_not_at_its_last(after: float, lasts: float) -> None:
+def test_fault_is_active_from_after_until_after_plus_lasts(after: float, lasts: float) -> None:
     fault = Stuck(value=1.0, after=after, lasts=lasts)
     ticks = [tick for tick in range(120) if fault.is_on(tick / 20)]
     assert ticks == list(range(round(20 * after), round(20 * (after + lasts))))

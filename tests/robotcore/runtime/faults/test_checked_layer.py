@@ -18,7 +18,7 @@ from robotcore.runtime.layers.base import Layer, MotorOutput, Reader, Show
 from robotcore.runtime.session import run
 from tests.robotcore.fakes import ROVER
 from tests.robotcore.runtime.faults.conftest import Register, Wheels
-from tests.robotcore.runtime.faults.rigs import faulty
+from tests.robotcore.runtime.faults.rigs import build_rig
 from tests.texts import CheckText
 
 
@@ -216,7 +216,7 @@ def test_run_stops_every_motor_if_the_stop_of_a_fault_raises(
 
 def test_driver_stops_the_motor_before_the_error_of_the_stop_is_raised(register: Register) -> None:
     register_as_broken(register, FailingStop)
-    rig = faulty("left_motor broken")
+    rig = build_rig("left_motor broken")
     rig.robot.drive.set_velocity(0.2, 0.0)
     rig.commit()
     with pytest.raises(DeviceError):
@@ -226,7 +226,7 @@ def test_driver_stops_the_motor_before_the_error_of_the_stop_is_raised(register:
 
 def test_fault_of_a_display_that_does_not_work_is_a_device_error(register: Register) -> None:
     register_as_broken(register, FailingFunctions)
-    rig = faulty("screen broken")
+    rig = build_rig("screen broken")
     with pytest.raises(DeviceError) as raised:
         rig.robot.display.show(rig.eye.image)
     assert (raised.value.device, raised.value.kind) == ("screen", "fault-code")
@@ -242,7 +242,7 @@ def test_error_of_is_on_contains_the_fault(register: Register, check_text: Check
 
 def test_error_of_a_driver_below_a_fault_does_not_contain_the_fault(register: Register) -> None:
     register_as_broken(register, Forwarding)
-    rig = faulty("nose broken")
+    rig = build_rig("nose broken")
     rig.nose._newest = divide_by_zero  # type: ignore[method-assign]
     with pytest.raises(DeviceError) as raised:
         rig.robot.range.read()
@@ -251,7 +251,7 @@ def test_error_of_a_driver_below_a_fault_does_not_contain_the_fault(register: Re
 
 def test_exception_of_a_callback_below_a_fault_is_raised_unchanged(register: Register) -> None:
     register_as_broken(register, Forwarding)
-    rig = faulty("loop broken")
+    rig = build_rig("loop broken")
     rig.clock.call_at(0.1, divide_by_zero)
     with pytest.raises(ZeroDivisionError):
         rig.sleep(0.2)

@@ -10,7 +10,7 @@ from robotcore.runtime.faults.motors import FaultyMotor
 from robotcore.runtime.layers.base import MotorOutput
 from robotcore.safety.deadman import LOCK_TIMEOUT_S
 from tests.robotcore.fakes import NullMotor
-from tests.robotcore.runtime.faults.rigs import TICK_S, faulty
+from tests.robotcore.runtime.faults.rigs import TICK_S, build_rig
 
 
 @pytest.mark.parametrize(
@@ -22,15 +22,15 @@ from tests.robotcore.runtime.faults.rigs import TICK_S, faulty
         ("drive weak=0.25", (1.0, 1.0)),
     ],
 )
-def test_a_motor_turns_otherwise_than_it_is_reported_and_does_not_know(spec: str, turned: tuple[float, float]) -> None:
-    rig = faulty(spec)
+def test_motor_gets_another_velocity_than_the_caller_commanded(spec: str, turned: tuple[float, float]) -> None:
+    rig = build_rig(spec)
     assert rig.robot.drive.set_wheels(4.0, 4.0) == (4.0, 4.0)
     rig.commit()
     assert rig.wheels == turned
 
 
-def test_it_comes_and_goes_while_a_command_lives() -> None:
-    rig = faulty("left_motor dead after=0.05 lasts=0.05")
+def test_fault_begins_and_ends_during_a_command() -> None:
+    rig = build_rig("left_motor dead after=0.05 lasts=0.05")
     rig.robot.drive.set_wheels(4.0, 4.0)
     rig.commit()
     rig.commit()
@@ -39,8 +39,8 @@ def test_it_comes_and_goes_while_a_command_lives() -> None:
     assert rig.right.sent == [4.0]
 
 
-def test_one_that_was_stopped_is_not_reported_anew() -> None:
-    rig = faulty("left_motor dead lasts=0.1")
+def test_stopped_motor_gets_no_new_command_when_the_fault_begins() -> None:
+    rig = build_rig("left_motor dead lasts=0.1")
     rig.robot.drive.set_wheels(4.0, 4.0)
     rig.commit()
     rig.robot.stop()
@@ -52,23 +52,23 @@ def test_one_that_was_stopped_is_not_reported_anew() -> None:
 
 
 @pytest.mark.parametrize("effect", ["dead", "weak=0.5", "reversed"])
-def test_the_deadman_stops_it(effect: str) -> None:
-    rig = faulty(f"drive {effect}")
+def test_deadman_stops_a_faulty_motor(effect: str) -> None:
+    rig = build_rig(f"drive {effect}")
     rig.robot.drive.set_wheels(4.0, 4.0)
     rig.commit()
     rig.sleep(0.2)
     assert rig.wheels == (0.0, 0.0)
 
 
-def test_what_is_no_number_stops_it() -> None:
+def test_velocity_that_is_nan_stops_a_faulty_motor() -> None:
     motor = NullMotor("left_motor")
     with pytest.raises(InvalidCommandError):
         FaultyMotor(MotorOutput.of(motor), lambda: 0.5).set_velocity(math.nan)
     assert motor.sent == [0.0]
 
 
-def test_closing_stops_and_closes_the_motor_once() -> None:
-    rig = faulty("left_motor weak=0.5")
+def test_close_stops_and_closes_the_motor_once() -> None:
+    rig = build_rig("left_motor weak=0.5")
     rig.robot.drive.set_wheels(4.0, 4.0)
     rig.commit()
     left = rig.robot.motors["left_motor"]
@@ -80,8 +80,8 @@ def test_closing_stops_and_closes_the_motor_once() -> None:
         left.set_velocity(1.0)
 
 
-def test_a_motor_that_breaks_when_its_fault_begins_is_reported() -> None:
-    rig = faulty("left_motor weak=0.5 after=0.05")
+def test_error_of_a_motor_at_the_begin_of_its_fault_is_raised() -> None:
+    rig = build_rig("left_motor weak=0.5 after=0.05")
     rig.robot.drive.set_wheels(4.0, 4.0)
     rig.commit()
     rig.left.is_broken = True
@@ -89,7 +89,7 @@ def test_a_motor_that_breaks_when_its_fault_begins_is_reported() -> None:
         rig.sleep(TICK_S)
 
 
-def test_a_stop_that_could_not_wait_for_a_call_that_hangs_is_sent_again_after_it() -> None:
+def test_stop_during_a_call_that_hangs_is_repeated_after_the_call() -> None:
     motor, gains = NullMotor("left_motor"), iter((1.0, 0.5, 0.5))
     weak = FaultyMotor(MotorOutput.of(motor), lambda: next(gains))
     weak.set_velocity(4.0)
@@ -106,7 +106,7 @@ def test_a_stop_that_could_not_wait_for_a_call_that_hangs_is_sent_again_after_it
     assert motor.sent[-1] == 0.0
 
 
-def test_a_stop_from_another_thread_counts_where_the_motor_is_just_being_reported_anew() -> None:
+def test_stop_from_another_thread_wins_over_a_renewed_command() -> None:
     """A deadman on a real clock stops from a thread of its own."""
     motor, gains = NullMotor("left_motor"), iter((1.0, 0.5, 0.5))
     weak = FaultyMotor(MotorOutput.of(motor), lambda: next(gains))

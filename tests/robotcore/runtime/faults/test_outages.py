@@ -13,33 +13,33 @@ from robotcore.runtime.faults.base import StallingClock
 from robotcore.runtime.faults.outages import Lost
 from robotcore.runtime.loop import Loop
 from tests.robotcore.fakes import FunctionApp, picture
-from tests.robotcore.runtime.faults.rigs import TICK_S, faulty
+from tests.robotcore.runtime.faults.rigs import TICK_S, build_rig
 from tests.texts import Raises
 
 NEVER = float("inf")
 
 
 class TestStall:
-    def test_no_tick_comes_while_time_goes_on(self) -> None:
+    def test_time_passes_without_ticks_during_a_stall(self) -> None:
         assert _tick_times("loop stall=0.3 after=0.1", 5) == pytest.approx([0.0, 0.05, 0.1, 0.4, 0.45])
 
-    def test_again_and_again_until_it_ends(self) -> None:
+    def test_outage_repeats_until_lasts_is_over(self) -> None:
         times = _tick_times("loop stall=0.1 after=0.1 every=0.2 lasts=0.4", 10)
         assert times == pytest.approx([0.0, 0.05, 0.1, 0.2, 0.25, 0.3, 0.4, 0.45, 0.5, 0.55])
 
-    def test_a_stall_is_not_missed_between_two_ticks(self) -> None:
+    def test_stall_between_two_ticks_is_not_missed(self) -> None:
         assert _tick_times("loop stall=0.1 after=0.06", 4) == pytest.approx([0.0, 0.05, 0.1, 0.2])
 
-    def test_one_that_is_shorter_than_a_tick_costs_nothing(self) -> None:
+    def test_stall_shorter_than_a_tick_loses_no_tick(self) -> None:
         assert _tick_times("loop stall=0.03 after=0.1", 4) == pytest.approx([0.0, 0.05, 0.1, 0.15])
 
-    def test_it_counts_as_one_overrun(self) -> None:
+    def test_stall_counts_as_one_overrun(self) -> None:
         loop = _loop("loop stall=0.3 after=0.1", 1.0)
         loop.run()
         assert loop.overruns == 1
 
-    def test_the_deadman_cuts_at_its_expiry(self) -> None:
-        rig = faulty("loop stall=0.3 after=0.05")
+    def test_deadman_stops_the_motors_at_its_expiry_during_a_stall(self) -> None:
+        rig = build_rig("loop stall=0.3 after=0.05")
         cuts: list[float] = []
         rig.left.on_command = lambda rad_s: cuts.append(rig.clock.now()) if rad_s == 0.0 else None
         rig.robot.drive.set_wheels(4.0, 4.0)
@@ -49,9 +49,7 @@ class TestStall:
         assert cuts == pytest.approx([0.05 + 0.125])
         assert rig.clock.now() == pytest.approx(0.35)
 
-    def test_a_clock_that_is_held_to_real_time_is_not_held_longer_afterwards(
-        self, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
+    def test_stall_adds_no_delay_to_a_paced_clock(self, monkeypatch: pytest.MonkeyPatch) -> None:
         paced = PacedClock(SteppedClock(20, lambda _: None))
         monkeypatch.setattr(paced, "_wall", SteppedClock(20, lambda _: None))
         clock = StallingClock(paced, stall=0.02, first=0.0, every=NEVER, end=NEVER)
@@ -59,15 +57,15 @@ class TestStall:
         assert clock.now() == pytest.approx(0.02, abs=0.005)
         assert paced._delay == 0.0
 
-    def test_on_the_machines_own_time_the_loop_is_late(self) -> None:
+    def test_stall_in_real_time_makes_the_loop_late(self) -> None:
         clock = StallingClock(MonotonicClock(), stall=0.02, first=0.0, every=NEVER, end=NEVER)
         assert not clock.sleep_until(0.005)
         assert clock.now() >= 0.02
 
 
 class TestLost:
-    def test_every_device_fails_by_its_name_and_works_again(self, raises: Raises) -> None:
-        rig = faulty("connection lost=0.1 after=0.05")
+    def test_every_device_raises_an_error_with_its_name_and_works_again(self, raises: Raises) -> None:
+        rig = build_rig("connection lost=0.1 after=0.05")
         robot = rig.robot
         robot.camera.read()
         rig.sleep(TICK_S)
@@ -90,8 +88,8 @@ class TestLost:
         rig.commit()
         assert rig.wheels[0] < 0
 
-    def test_a_stop_is_tried_all_the_same(self) -> None:
-        rig = faulty("connection lost=1 after=0.05")
+    def test_stop_reaches_a_disconnected_motor(self) -> None:
+        rig = build_rig("connection lost=1 after=0.05")
         rig.robot.drive.set_velocity(-0.1, 0.0)
         rig.commit()
         assert rig.wheels[0] < 0
@@ -101,8 +99,8 @@ class TestLost:
         assert (rig.left.releases, rig.right.releases) == (1, 1)
 
     @pytest.mark.parametrize("lasts", [0.3, 0.4])
-    def test_again_and_again_until_it_ends(self, lasts: float) -> None:
-        rig = faulty(f"connection lost=0.1 after=0.05 every=0.2 lasts={lasts}")
+    def test_outage_repeats_until_lasts_is_over(self, lasts: float) -> None:
+        rig = build_rig(f"connection lost=0.1 after=0.05 every=0.2 lasts={lasts}")
         lost = []
         for _ in range(12):
             try:
@@ -120,21 +118,21 @@ class TestLost:
         begun = [round(20 * (after + turn * every)) for turn in range(times)]
         assert on == [tick for first in begun for tick in (first, first + 1)]
 
-    def test_a_single_device_can_be_cut_off(self, raises: Raises) -> None:
-        robot = faulty("camera lost=1").robot
+    def test_single_device_can_be_disconnected(self, raises: Raises) -> None:
+        robot = build_rig("camera lost=1").robot
         with raises(DeviceLostError, "injected-loss", device="eye", fault="camera lost=1"):
             robot.camera.read()
         assert robot.range.read()
 
-    def test_a_device_that_is_read_in_every_tick_comes_back_too(self) -> None:
-        rig = faulty("connection lost=0.1 after=0.05", "range drop=0")
+    def test_lost_sensor_with_a_polling_fault_works_again(self) -> None:
+        rig = build_rig("connection lost=0.1 after=0.05", "range drop=0")
         for _ in range(3):
             rig.sleep(TICK_S)
         assert rig.robot.range.read().time == pytest.approx(0.15)
 
 
 def _loop(spec: str, timeout: float) -> Loop:
-    rig = faulty(spec)
+    rig = build_rig(spec)
     return Loop(rig.assembled, FunctionApp(lambda _: Status.RUNNING), 20, timeout)
 
 
@@ -145,5 +143,5 @@ def _tick_times(spec: str, ticks: int) -> list[float]:
         times.append(robot.clock.now())
         return Status.RUNNING if len(times) < ticks else Status.SUCCESS
 
-    Loop(faulty(spec).assembled, FunctionApp(note), 20, 10.0).run()
+    Loop(build_rig(spec).assembled, FunctionApp(note), 20, 10.0).run()
     return times

@@ -23,7 +23,7 @@ from robotcore.runtime.layers.base import Layer, Reader
 from robotcore.sweep.fingerprint import compute_code_digest
 from tests.robotcore.fakes import ROVER
 from tests.robotcore.runtime.faults.conftest import Register
-from tests.robotcore.runtime.faults.rigs import faulty
+from tests.robotcore.runtime.faults.rigs import build_rig
 from tests.texts import CheckText, Raises
 
 LOOKOUT = load_robot("lookout")
@@ -48,7 +48,7 @@ def test_target_is_a_device_a_role_the_loop_or_the_connection(spec: str, kind: T
     assert planned.target == Target(kind, frozenset(devices))
 
 
-def test_a_role_is_the_first_device_of_its_kind_as_for_an_app() -> None:
+def test_target_of_a_role_is_the_first_device_of_its_kind() -> None:
     eye = next(device for device in LOOKOUT.devices if device.name == "eye")
     second = eye.model_copy(update={"name": "second"})
     robot = LOOKOUT.model_copy(update={"devices": (*LOOKOUT.devices, second)})
@@ -56,7 +56,7 @@ def test_a_role_is_the_first_device_of_its_kind_as_for_an_app() -> None:
     assert planned.target.devices == {"eye"}
 
 
-def test_a_robot_without_encoders_has_none_to_fail(raises: Raises) -> None:
+def test_robot_without_encoders_has_no_target_encoders(raises: Raises) -> None:
     assert ROVER.drive
     drive = ROVER.drive.model_copy(update={"left_encoder": None, "right_encoder": None})
     robot = ROVER.model_copy(update={"drive": drive})
@@ -121,14 +121,14 @@ class Biased(Layer):
         return lambda: replace(read(), distance=read().distance + self._fault.value)
 
 
-def test_it_works_like_one_of_ours(register: Register) -> None:
+def test_fault_of_another_package_changes_readings(register: Register) -> None:
     register("bias", f"{__name__}:Bias")
-    rig = faulty("nose bias=0.25")
+    rig = build_rig("nose bias=0.25")
     rig.nose.distance = 1.0
     assert rig.robot.range.read().distance == 1.25
 
 
-def test_its_parameters_are_checked_like_ours(register: Register, raises: Raises) -> None:
+def test_parameters_of_a_fault_of_another_package_are_checked(register: Register, raises: Raises) -> None:
     register("bias", f"{__name__}:Bias")
     with raises(UsageError, "fault-parameter"):
         plan_faults(["range bias=2"], ROVER, {"nose"})
@@ -137,14 +137,14 @@ def test_its_parameters_are_checked_like_ours(register: Register, raises: Raises
     assert planned.fault.mode == "odd"
 
 
-def test_an_effect_of_ours_may_be_had_on_another_kind_of_device(register: Register) -> None:
+def test_another_package_can_add_an_effect_for_another_kind_of_device(register: Register) -> None:
     register("weak.range", f"{__name__}:Bias")
     names = {"nose", "left_motor"}
     weak = plan_faults(["range weak=-0.5", "left_motor weak=0.5"], ROVER, names)
     assert [type(planned.fault).__name__ for planned in weak] == ["Bias", "Weak"]
 
 
-def test_an_installation_from_before_there_were_faults_says_what_to_do(
+def test_error_without_registered_faults_asks_for_a_new_installation(
     monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
     monkeypatch.setattr(plugins, "_points", lambda _: {})
@@ -153,14 +153,14 @@ def test_an_installation_from_before_there_were_faults_says_what_to_do(
     check_text(raised.value)
 
 
-def test_its_code_counts_for_the_results_of_a_sweep(register: Register) -> None:
+def test_code_digest_of_a_sweep_includes_a_fault_of_another_package(register: Register) -> None:
     register("bias", f"{__name__}:Bias")
     ours, without = (compute_code_digest((), (), faults) for faults in (["range drop=0.1", "range"], ()))
     assert ours == without
     assert compute_code_digest((), (), ["range bias=0.1"]) != without
 
 
-def test_it_is_listed(register: Register, capsys: pytest.CaptureFixture[str]) -> None:
+def test_fault_of_another_package_is_listed(register: Register, capsys: pytest.CaptureFixture[str]) -> None:
     register("bias", f"{__name__}:Bias")
     assert execute(["faults", "--json"]) == 0
     bias = next(fault for fault in json.loads(capsys.readouterr().out) if fault["name"] == "bias")
@@ -172,7 +172,7 @@ def test_it_is_listed(register: Register, capsys: pytest.CaptureFixture[str]) ->
 
 
 @pytest.mark.parametrize("value", ["no_such_package:Thing", f"{__name__}:Biased", f"{__name__}:ROVER"])
-def test_one_that_is_broken_is_reported_and_hides_no_other(
+def test_fault_that_cannot_be_loaded_is_reported_and_the_others_are_listed(
     register: Register, capsys: pytest.CaptureFixture[str], value: str, raises: Raises
 ) -> None:
     register("broken", value)

@@ -7,7 +7,7 @@ import pytest
 
 from robotcore.hal.devices import Range
 from tests.robotcore.fakes import Rig, picture
-from tests.robotcore.runtime.faults.rigs import TICK_S, Odometer, faulty
+from tests.robotcore.runtime.faults.rigs import TICK_S, Odometer, build_rig
 
 
 def readings(rig: Rig, ticks: int) -> list[Range]:
@@ -20,19 +20,19 @@ def readings(rig: Rig, ticks: int) -> list[Range]:
 
 class TestRangeNoise:
     def test_noise_has_the_given_deviation_and_no_bias(self) -> None:
-        rig = faulty("range noise=0.05")
+        rig = build_rig("range noise=0.05")
         rig.nose.distance = 1.0
         distances = [reading.distance for reading in readings(rig, 500)]
         assert np.std(distances) == pytest.approx(0.05, rel=0.1)
         assert np.mean(distances) == pytest.approx(1.0, abs=0.01)
 
     def test_infinite_distances_stay_infinite(self) -> None:
-        assert all(math.isinf(reading.distance) for reading in readings(faulty("range noise=1"), 20))
+        assert all(math.isinf(reading.distance) for reading in readings(build_rig("range noise=1"), 20))
 
 
 class TestStuck:
     def test_sample_has_the_stuck_distance_a_new_time_and_no_point(self) -> None:
-        rig = faulty("range stuck=1.5 after=0.1 lasts=0.1")
+        rig = build_rig("range stuck=1.5 after=0.1 lasts=0.1")
         rig.nose.distance = 0.3
         found = readings(rig, 6)
         assert [reading.distance for reading in found] == [0.3, 0.3, 1.5, 1.5, 0.3, 0.3]
@@ -42,17 +42,17 @@ class TestStuck:
 
     @pytest.mark.parametrize("given, read", [(2.5, math.inf), (0.001, 0.02)])
     def test_stuck_distance_is_limited_to_the_sensors_range(self, given: float, read: float) -> None:
-        assert faulty(f"range stuck={given}").robot.range.read().distance == read
+        assert build_rig(f"range stuck={given}").robot.range.read().distance == read
 
     def test_range_guard_uses_the_stuck_distance(self) -> None:
-        rig = faulty("range stuck=1.5")
+        rig = build_rig("range stuck=1.5")
         rig.nose.distance = 0.05
         assert rig.robot.drive.set_velocity(0.2, 0.0).linear == pytest.approx(0.2)
 
 
 class TestSpikes:
     def test_spikes_have_the_given_share_and_span_the_sensors_range(self) -> None:
-        rig = faulty("range spikes=0.3")
+        rig = build_rig("range spikes=0.3")
         rig.nose.distance = 1.0
         spikes = [reading.distance for reading in readings(rig, 1000) if reading.distance != 1.0]
         assert len(spikes) == pytest.approx(300, abs=45)
@@ -62,7 +62,7 @@ class TestSpikes:
 
 class TestCameraNoise:
     def test_frames_are_noisy_only_during_the_fault(self) -> None:
-        rig = faulty("camera noise=20 after=0.05 lasts=0.05")
+        rig = build_rig("camera noise=20 after=0.05 lasts=0.05")
         rig.eye.image = picture((128, 128, 128))
         deviations = []
         for _ in range(3):
@@ -73,7 +73,7 @@ class TestCameraNoise:
         assert deviations == pytest.approx([0.0, 20.0, 0.0], rel=0.05)
 
     def test_each_frame_has_its_own_noise(self) -> None:
-        rig = faulty("camera noise=20")
+        rig = build_rig("camera noise=20")
         first = rig.robot.camera.read().image
         rig.sleep(TICK_S)
         assert not np.array_equal(first, rig.robot.camera.read().image)

@@ -1,4 +1,4 @@
-"""Whatever is written: it is a fault, or is refused with a UsageError in one or two lines."""
+"""Each text is a fault specification or raises a UsageError of one or two lines."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from robotcore.runtime.faults import Spec, plan_faults
 from robotcore.runtime.faults.planning import effects, targets_of
 from robotcore.runtime.faults.spec import read_specs
 from tests.robotcore.fakes import ROVER
-from tests.robotcore.runtime.faults.rigs import TICK_S, faulty
+from tests.robotcore.runtime.faults.rigs import TICK_S, build_rig
 from tests.texts import CheckText, Raises
 
 
@@ -29,7 +29,7 @@ from tests.texts import CheckText, Raises
         ("loop stall=0.1 every=1_0", "loop stall=0.1 every=10"),
     ],
 )
-def test_the_canonical_form_is_read_as_the_same(text: str, canonical: str) -> None:
+def test_canonical_form_parses_to_the_same_specification(text: str, canonical: str) -> None:
     assert str(Spec.parse(text)) == canonical
     assert Spec.parse(canonical) == Spec.parse(text)
 
@@ -52,7 +52,7 @@ def test_text_of_another_form_is_refused(text: str, raises: Raises) -> None:
         Spec.parse(text)
 
 
-def test_a_long_text_is_not_reported_in_full() -> None:
+def test_long_text_is_shortened_in_an_error() -> None:
     with pytest.raises(UsageError) as raised:
         Spec.parse("x" * 10_000)
     assert len(str(raised.value)) < 250
@@ -80,7 +80,7 @@ def file(tmp_path: Path) -> Path:
     return file
 
 
-def test_a_file_stands_for_what_is_in_it_among_the_others(file: Path) -> None:
+def test_name_of_a_file_is_replaced_by_its_specifications(file: Path) -> None:
     assert read_specs(["loop stall=0.30", str(file), "camera  freeze"]) == (
         "loop stall=0.3",
         "camera drop=0.2 after=5",
@@ -113,13 +113,13 @@ def test_mistake_in_a_file_is_reported_with_its_place(file: Path, old: str, new:
     check_text(raised.value)
 
 
-def test_a_file_that_is_not_there_is_reported(tmp_path: Path, check_text: CheckText) -> None:
+def test_missing_file_is_an_error(tmp_path: Path, check_text: CheckText) -> None:
     with pytest.raises(UsageError) as raised:
         read_specs([str(tmp_path / "gone.toml")])
     check_text(raised.value)
 
 
-def test_a_file_that_is_no_text_is_reported(file: Path, check_text: CheckText) -> None:
+def test_file_that_is_not_utf8_is_an_error(file: Path, check_text: CheckText) -> None:
     file.write_bytes(b"\xff\xfe")
     with pytest.raises(DescriptionError) as raised:
         read_specs([str(file)])
@@ -160,13 +160,13 @@ def check(*texts: str) -> None:
 
 @QUICK
 @given(st.text(max_size=60))
-def test_any_text(text: str) -> None:
+def test_any_text_is_a_specification_or_a_usage_error(text: str) -> None:
     check(text)
 
 
 @QUICK
 @given(specs)
-def test_anything_that_looks_like_a_spec(text: str) -> None:
+def test_any_text_like_a_specification_is_accepted_or_a_usage_error(text: str) -> None:
     check(text)
 
 
@@ -177,11 +177,9 @@ def test_anything_that_looks_like_a_spec(text: str) -> None:
     st.sampled_from(["", *(f"={value}" for value in VALUES)]),
     st.lists(st.tuples(st.sampled_from(["after", "lasts", "every"]), st.sampled_from(VALUES)), max_size=2),
 )
-def test_whatever_is_a_fault_can_be_lived_with(
-    target: str, effect: str, value: str, rest: list[tuple[str, str]]
-) -> None:
+def test_any_valid_fault_runs_on_a_robot(target: str, effect: str, value: str, rest: list[tuple[str, str]]) -> None:
     try:
-        rig = faulty(" ".join([target, effect + value, *(f"{key}={word}" for key, word in rest)]))
+        rig = build_rig(" ".join([target, effect + value, *(f"{key}={word}" for key, word in rest)]))
     except UsageError:
         return
     for _ in range(3):
@@ -197,7 +195,9 @@ def test_whatever_is_a_fault_can_be_lived_with(
 @pytest.mark.parametrize("source", [st.binary(max_size=100), st.none()], ids=["bytes", "mangled"])
 @QUICK
 @given(data=st.data())
-def test_any_file(tmp_path: Path, source: st.SearchStrategy[bytes | None], data: st.DataObject) -> None:
+def test_any_file_is_read_or_a_usage_error(
+    tmp_path: Path, source: st.SearchStrategy[bytes | None], data: st.DataObject
+) -> None:
     file = tmp_path / "faults.toml"
     file.write_bytes(data.draw(source) or data.draw(_mangled()).encode())
     check(str(file))

@@ -38,19 +38,17 @@ class TestNeededDevices:
             (Role.DISPLAY, {"screen"}),
         ],
     )
-    def test_a_role_brings_its_devices_and_a_drive_the_range_sensor_of_its_guard(
-        self, role: Role, names: set[str]
-    ) -> None:
+    def test_roles_need_their_devices_and_a_drive_its_range_sensor(self, role: Role, names: set[str]) -> None:
         assert needed_devices(ROVER, {role}) == names
 
-    def test_an_app_that_needs_nothing_opens_nothing(self) -> None:
+    def test_app_without_needs_opens_no_device(self) -> None:
         assert needed_devices(ROVER, ()) == frozenset()
 
-    def test_a_need_that_cannot_be_met_is_refused(self) -> None:
+    def test_unmet_need_is_refused(self) -> None:
         with pytest.raises(UnmetNeedError):
             needed_devices(load_robot("lookout"), {Role.CAMERA, Role.DRIVE})
 
-    def test_what_is_only_wanted_is_left_out_where_it_is_missing(self) -> None:
+    def test_wanted_role_that_the_robot_lacks_is_left_out(self) -> None:
         camera = needed_devices(load_robot("lookout"), {Role.CAMERA})
         assert needed_devices(load_robot("lookout"), {Role.CAMERA}, {Role.DRIVE}) == camera
         assert needed_devices(ROVER, {Role.CAMERA}, {Role.DISPLAY}) == {"eye", "screen"}
@@ -71,7 +69,7 @@ def test_closed_motor_of_an_app_is_shown_as_closed() -> None:
 
 
 class TestSensors:
-    def test_a_device_gives_one_sample_a_tick(self) -> None:
+    def test_device_returns_one_sample_in_a_tick(self) -> None:
         rig = Rig()
         first = rig.robot.range.read()
         assert rig.robot.range.read() is first
@@ -79,7 +77,7 @@ class TestSensors:
         rig.sleep(0.05)
         assert rig.robot.range.read() is not first
 
-    def test_the_guard_and_the_app_share_the_ticks_sample(self) -> None:
+    def test_range_guard_and_app_get_the_same_sample_in_a_tick(self) -> None:
         rig = Rig()
         rig.robot.drive.set_velocity(0.1, 0.0)
         rig.robot.range.read()
@@ -91,36 +89,36 @@ class TestSensors:
         rig.commit()
         assert rig.nose.reads == 0
 
-    def test_a_stale_sample_is_refused(self) -> None:
+    def test_stale_sample_raises(self) -> None:
         rig = Rig()
         rig.nose.age = ROVER.safety.max_age_s + 0.01
         with pytest.raises(StaleSampleError):
             rig.robot.range.read()
 
-    def test_mounts_are_those_of_the_description(self) -> None:
+    def test_mounts_equal_the_description(self) -> None:
         rig = Rig()
         assert rig.robot.range.mount == rig.robot.camera.mount == (0.14, 0.0, 0.0)
 
-    def test_limits_and_intrinsics_are_the_drivers(self) -> None:
+    def test_limits_and_intrinsics_equal_those_of_the_driver(self) -> None:
         rig = Rig()
         sensor = rig.robot.range
         assert (sensor.min_range, sensor.max_range, sensor.cone) == (0.02, 2.0, 0.5)
         assert rig.robot.camera.intrinsics is rig.eye.intrinsics
 
-    def test_a_camera_is_read_through_the_layers_too(self) -> None:
+    def test_camera_is_read_through_the_layers(self) -> None:
         rig = Rig()
         assert rig.robot.camera.read() is rig.robot.camera.read()
 
 
 class TestConditions:
-    def test_without_any_nothing_stands_between(self) -> None:
+    def test_readings_are_unchanged_without_imperfections(self) -> None:
         rig = Rig()
         assert rig.robot.camera.read().image is rig.eye.image
         rig.robot.drive.set_wheels(2.0, 2.0)
         rig.commit()
         assert rig.wheels == (2.0, 2.0)
 
-    def test_sensors_and_wheels_are_under_them_and_the_guard_and_the_robot_know_only_that(self) -> None:
+    def test_range_guard_uses_readings_with_imperfections(self) -> None:
         rig = Rig(description=UNHURRIED)
         rig.nose.distance = 1.0
         conditions = Conditions(wheel_gain_left=0.5, range_bias_m=-0.89, camera_noise=3.0)
@@ -130,7 +128,7 @@ class TestConditions:
         assert robot.range.read().distance == pytest.approx(0.11)
         assert robot.drive.set_velocity(0.2, 0.0).linear == pytest.approx(0.0)
 
-    def test_a_gain_is_past_the_stage_and_short_of_the_driver(self) -> None:
+    def test_wheel_gain_applies_between_the_command_filter_and_the_driver(self) -> None:
         rig = Rig(description=UNHURRIED)
         assembled = assemble(rig.raw, UNHURRIED, 20, conditions=Conditions(wheel_gain_left=0.5, wheel_gain_right=1.5))
         assert assembled.command_filter
@@ -144,7 +142,7 @@ class TestConditions:
 
 
 class TestDisplay:
-    def test_shows_on_the_drivers_display_and_keeps_the_newest(self) -> None:
+    def test_display_shows_on_the_drivers_display_and_stores_the_newest_picture(self) -> None:
         rig = Rig()
         image = picture((1, 2, 3))
         rig.robot.display.show(image)
@@ -154,21 +152,21 @@ class TestDisplay:
 
 
 class TestDrive:
-    def test_a_robot_whose_motors_are_not_open_has_no_drive(self) -> None:
+    def test_robot_without_open_motors_has_no_drive(self) -> None:
         rig = Rig(names=("eye",))
         assert rig.assembled.command_filter is None
         assert not rig.robot.has(Role.DRIVE)
 
-    def test_the_guard_takes_forward_motion_away(self) -> None:
+    def test_range_guard_removes_forward_motion(self) -> None:
         rig = Rig(description=UNHURRIED)
         rig.nose.distance = 0.11
         assert rig.robot.drive.set_velocity(0.2, 0.5) == pytest.approx((0.0, 0.5))
 
-    def test_a_drive_without_a_range_sensor_goes_unguarded(self) -> None:
+    def test_drive_without_a_range_sensor_has_no_range_guard(self) -> None:
         rig = Rig(names=("left_motor", "right_motor"))
         assert rig.robot.drive.set_velocity(0.05, 0.0).linear == pytest.approx(0.05)
 
-    def test_a_lease_is_that_of_the_description_at_this_rate(self) -> None:
+    def test_lease_is_lease_ticks_over_the_rate(self) -> None:
         rig = Rig(rate_hz=10)
         rig.robot.drive.set_velocity(0.05, 0.0)
         assert rig.assembled.command_filter
@@ -178,18 +176,18 @@ class TestDrive:
         rig.sleep(0.02)
         assert rig.wheels == (0.0, 0.0)
 
-    def test_acceleration_is_limited_by_the_tick(self) -> None:
+    def test_acceleration_limit_applies_to_each_tick(self) -> None:
         rig = Rig()
         assert rig.robot.drive.set_wheels(12.0, 6.0) == (3.0, 1.5)
         rig.commit()
         assert rig.robot.drive.set_wheels(12.0, 6.0) == (6.0, 3.0)
 
-    def test_the_slower_motor_limits_both(self) -> None:
+    def test_slower_motor_limits_both_wheels(self) -> None:
         rig = Rig(description=UNHURRIED)
         rig.right = NullMotor("right_motor", 4.0)
         assert rig.robot.drive.set_wheels(12.0, 8.0) == pytest.approx((4.0, 8.0 / 3))
 
-    def test_without_encoders_the_pose_is_that_of_the_commands_until_the_deadman_cut(self) -> None:
+    def test_pose_without_encoders_follows_the_commands_until_the_deadman_stops(self) -> None:
         rig = Rig(description=UNHURRIED)
         rig.robot.drive.set_velocity(0.2, 0.0)
         rig.commit()
@@ -199,7 +197,7 @@ class TestDrive:
 
 
 class TestEncoders:
-    def test_they_tell_the_pose_and_are_read_once_a_tick(self) -> None:
+    def test_encoders_determine_the_pose_and_are_read_once_a_tick(self) -> None:
         rig = Rig()
         encoders = NullEncoder(rig.clock, "left_encoder"), NullEncoder(rig.clock, "right_encoder")
         raw = Robot("rig", rig.clock, [rig.left, rig.right, *encoders])
@@ -209,7 +207,7 @@ class TestEncoders:
         assert robot.drive.pose == robot.drive.pose == pytest.approx((0.0325, 0.0, 0.0))
         assert [encoder.reads for encoder in encoders] == [1, 1]
 
-    def test_what_a_late_one_has_not_counted_yet_the_wheel_did_as_it_was_reported(self) -> None:
+    def test_pose_of_a_late_encoder_is_corrected_by_the_commands(self) -> None:
         rig = Rig(description=UNHURRIED)
         encoders = NullEncoder(rig.clock, "left_encoder"), NullEncoder(rig.clock, "right_encoder")
         raw = Robot("rig", rig.clock, [rig.left, rig.right, *encoders])
@@ -228,7 +226,7 @@ class TestEncoders:
 
 
 class TestClosing:
-    def test_stops_and_lets_go_of_every_device_once(self) -> None:
+    def test_close_stops_and_closes_every_device_once(self) -> None:
         rig = Rig()
         rig.robot.drive.set_velocity(0.1, 0.0)
         rig.commit()
@@ -238,7 +236,7 @@ class TestClosing:
         for device in rig.devices:
             assert _is_closed(device)
 
-    def test_one_broken_motor_is_reported_once_and_keeps_nothing_from_being_closed(self) -> None:
+    def test_close_reports_a_broken_motor_once_and_closes_the_others(self) -> None:
         rig = Rig()
         rig.robot.drive.set_velocity(0.1, 0.0)
         rig.commit()
@@ -249,7 +247,7 @@ class TestClosing:
         assert rig.right.sent[-1] == 0.0
         assert all(_is_closed(device) for device in rig.devices)
 
-    def test_the_backend_is_let_go_with_the_robot(self) -> None:
+    def test_close_releases_the_backend(self) -> None:
         rig, released = Rig(), list[str]()
         raw = Robot("rig", rig.clock, rig.devices, release=lambda: released.append("once"))
         robot = assemble(raw, ROVER, 20).robot
@@ -257,7 +255,7 @@ class TestClosing:
         robot.close()
         assert released == ["once"]
 
-    def test_nothing_can_be_used_afterwards(self) -> None:
+    def test_closed_robot_refuses_every_call(self) -> None:
         robot = Rig().robot
         robot.close()
         for device in (robot.range, robot.camera):
@@ -266,33 +264,33 @@ class TestClosing:
                 device.read()
 
 
-def test_another_clock_may_stand_in_for_the_backends() -> None:
+def test_another_clock_can_replace_the_backends_clock() -> None:
     rig = Rig()
     assembled = assemble(rig.raw, ROVER, 20, paced := PacedClock(rig.clock))
     assembled.clock.sleep_until(0.05)
     assert paced._wall.now() >= 0.05
 
 
-class Spy(Tap):
-    """Notes what passes it."""
+class RecordingTap(Tap):
+    """Records the calls that pass through it."""
 
     def __init__(self) -> None:
-        self.seen: list[object] = []
+        self.calls: list[object] = []
 
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
-        def noting() -> SampleT:
-            self.seen.append(sensor.name)
+        def record_read() -> SampleT:
+            self.calls.append(sensor.name)
             return read()
 
-        return noting
+        return record_read
 
     def display(self, display: Display, show: Show) -> Show:
-        self.seen.append(display.name)
+        self.calls.append(display.name)
         return show
 
     def command_filter(self, inner: CommandFilter) -> CommandFilter:
         ask = inner.ask
-        inner.ask = lambda wheels: self.seen.append(wheels) or ask(wheels)  # type: ignore[method-assign,func-returns-value]
+        inner.ask = lambda wheels: self.calls.append(wheels) or ask(wheels)  # type: ignore[method-assign,func-returns-value]
         return inner
 
     def angles(self, read: Callable[[], Wheels]) -> Callable[[], Wheels]:
@@ -300,25 +298,25 @@ class Spy(Tap):
 
 
 class TestTaps:
-    def test_sees_what_the_app_asks_for_before_any_rule(self) -> None:
-        rig, spy = Rig(), Spy()
-        robot = assemble(rig.raw, ROVER, 20, taps=[spy]).robot
+    def test_tap_gets_the_apps_command_before_any_rule(self) -> None:
+        rig, tap = Rig(), RecordingTap()
+        robot = assemble(rig.raw, ROVER, 20, taps=[tap]).robot
         assert robot.drive.set_wheels(12.0, 6.0) == (3.0, 1.5)
-        assert spy.seen == ["screen", (12.0, 6.0), "nose"]
+        assert tap.calls == ["screen", (12.0, 6.0), "nose"]
 
-    def test_sees_a_sample_that_is_then_refused_for_its_age(self) -> None:
-        rig, spy = Rig(), Spy()
+    def test_tap_gets_a_sample_that_is_too_old(self) -> None:
+        rig, tap = Rig(), RecordingTap()
         rig.nose.age = 5.0
         with pytest.raises(StaleSampleError):
-            assemble(rig.raw, ROVER, 20, taps=[spy]).robot.range.read()
-        assert "nose" in spy.seen
+            assemble(rig.raw, ROVER, 20, taps=[tap]).robot.range.read()
+        assert "nose" in tap.calls
 
-    def test_may_stand_in_for_the_angles_of_the_wheels(self) -> None:
-        robot = assemble(Rig().raw, ROVER, 20, taps=[Spy()]).robot
+    def test_tap_can_replace_the_wheel_angles(self) -> None:
+        robot = assemble(Rig().raw, ROVER, 20, taps=[RecordingTap()]).robot
         assert robot.drive.pose == pytest.approx((0.065, 0.0, 0.0))
 
 
-def test_the_app_does_not_get_the_truth() -> None:
+def test_app_does_not_get_the_truth() -> None:
     assert Rig().robot.truth is None
 
 
@@ -348,7 +346,7 @@ class Broken(Tap):
         return dataclasses.replace(motor, set_velocity=fail)
 
 
-def test_an_exception_of_a_layer_is_an_error_of_the_device_and_stops_the_wheels(raises: Raises) -> None:
+def test_exception_of_a_layer_is_a_device_error_and_stops_the_wheels(raises: Raises) -> None:
     rig = Rig(description=UNHURRIED)
     assembled = assemble(rig.raw, rig.description, 20, faults=[Broken()])
     with raises(DeviceError, "driver-error", device="eye"):

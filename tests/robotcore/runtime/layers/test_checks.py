@@ -20,40 +20,40 @@ def clock() -> TickClock:
     return TickClock(SteppedClock(20, lambda _: None))
 
 
-def counting() -> Callable[[], Range]:
+def build_counter() -> Callable[[], Range]:
     samples = (Range(1.0, 0.0, sequence) for sequence in range(100))
     return lambda: next(samples)
 
 
-def layered(clock: TickClock, read: Callable[[], Range]) -> AppSensor[Range]:
+def wrap(clock: TickClock, read: Callable[[], Range]) -> AppSensor[Range]:
     sensor = wrap_sensor(NullRange(clock), clock, read)
     assert isinstance(sensor, AppSensor)
     return sensor
 
 
-def test_within_a_tick_the_sample_is_one(clock: TickClock) -> None:
-    read = layered(clock, counting())
+def test_reads_within_a_tick_return_the_same_sample(clock: TickClock) -> None:
+    read = wrap(clock, build_counter())
     assert read.read() is read.read()
     clock.sleep_until(0.05)
     assert read.read().sequence == 1
 
 
-def test_a_tick_without_a_read_takes_no_sample(clock: TickClock) -> None:
-    read = layered(clock, counting())
+def test_tick_without_a_read_takes_no_sample(clock: TickClock) -> None:
+    read = wrap(clock, build_counter())
     for tick in range(1, 5):
         clock.sleep_until(tick / 20)
     assert read.read().sequence == 0
 
 
-def test_the_latest_can_be_looked_at_without_reading(clock: TickClock) -> None:
-    read = layered(clock, counting())
+def test_latest_returns_the_last_sample_without_a_read(clock: TickClock) -> None:
+    read = wrap(clock, build_counter())
     assert read.latest is None
     sample = read.read()
     clock.sleep_until(0.05)
     assert read.latest is sample
 
 
-def test_a_read_that_failed_is_tried_again(clock: TickClock) -> None:
+def test_failed_read_is_repeated(clock: TickClock) -> None:
     outcomes: list[DeviceError | Range] = [DeviceError("nose", "no echo"), Range(1.0, 0.0, 0)]
 
     def read() -> Range:
@@ -62,18 +62,18 @@ def test_a_read_that_failed_is_tried_again(clock: TickClock) -> None:
             raise outcome
         return outcome
 
-    once = layered(clock, read)
+    once = wrap(clock, read)
     with pytest.raises(DeviceError):
         once.read()
     assert once.read().distance == 1.0
 
 
-def test_a_sample_of_just_the_limit_is_fresh_enough(clock: TickClock) -> None:
+def test_sample_exactly_at_the_age_limit_is_accepted(clock: TickClock) -> None:
     clock.sleep_until(0.5)
     assert MaxAgeReader("nose", clock, 0.5, Latch(), lambda: Range(1.0, 0.0, 0))().sequence == 0
 
 
-def test_an_older_sample_is_refused_by_name_and_age(clock: TickClock) -> None:
+def test_error_of_an_older_sample_has_its_device_and_age(clock: TickClock) -> None:
     clock.sleep_until(0.55)
     with pytest.raises(StaleSampleError) as raised:
         MaxAgeReader("nose", clock, 0.5, Latch(), lambda: Range(1.0, 0.0, 0))()
@@ -81,7 +81,7 @@ def test_an_older_sample_is_refused_by_name_and_age(clock: TickClock) -> None:
     assert raised.value.limit == 0.5
 
 
-def test_an_older_sample_ends_the_run_though_the_app_swallows_it(clock: TickClock) -> None:
+def test_older_sample_ends_the_run_even_if_the_app_catches_the_error(clock: TickClock) -> None:
     clock.sleep_until(0.55)
     latch = Latch()
     latch.check()
@@ -92,19 +92,19 @@ def test_an_older_sample_ends_the_run_though_the_app_swallows_it(clock: TickCloc
 
 
 class Bench:
-    """The layer, and what it noted in the middle of a driver's call."""
+    """A call monitor layer, and the time limits during the calls of a driver."""
 
     def __init__(self) -> None:
         self.activity = ActivityMonitor()
         self.layer = CallMonitorLayer(self.activity, 1.0, "rover")
-        self.noted: list[TimeLimit | None] = []
+        self.limits: list[TimeLimit | None] = []
 
-    def note(self, *_: object) -> None:
-        self.noted.append(self.activity.call)
+    def record(self, *_: object) -> None:
+        self.limits.append(self.activity.call)
 
     def errors(self) -> list[RobotcoreError]:
         assert self.activity.call is None
-        return [limit.error(1.5, None) for limit in self.noted if limit]
+        return [limit.error(1.5, None) for limit in self.limits if limit]
 
 
 @pytest.fixture
@@ -112,9 +112,9 @@ def bench() -> Bench:
     return Bench()
 
 
-def test_a_motor_is_named_while_it_is_reported_or_stopped(bench: Bench) -> None:
+def test_call_of_a_motor_is_recorded_with_its_name(bench: Bench) -> None:
     inner = NullMotor("left_motor")
-    inner.on_command = bench.note
+    inner.on_command = bench.record
     motor = bench.layer.motor(MotorOutput.of(inner))
     assert motor.set_velocity(99.0) == 12.0
     motor.stop()
@@ -123,21 +123,21 @@ def test_a_motor_is_named_while_it_is_reported_or_stopped(bench: Bench) -> None:
     ] * 2
 
 
-def test_a_sensor_is_named_while_it_is_read(bench: Bench) -> None:
+def test_read_of_a_sensor_is_recorded_with_its_name(bench: Bench) -> None:
     nose = NullRange(SteppedClock(20, lambda _: None))
     read = nose.read
 
-    def noting() -> object:
-        bench.note()
+    def record_and_read() -> object:
+        bench.record()
         return read()
 
-    bench.layer.sensor(nose, noting)()  # type: ignore[arg-type]
+    bench.layer.sensor(nose, record_and_read)()  # type: ignore[arg-type]
     (error,) = bench.errors()
     assert isinstance(error, DeviceError)
     assert (error.kind, error.device) == ("device-hangs", "nose")
 
 
-def test_nothing_is_noted_any_more_when_a_driver_raises(bench: Bench) -> None:
+def test_no_call_is_recorded_after_a_driver_raises(bench: Bench) -> None:
     inner = NullMotor("left_motor")
     inner.is_broken = True
     with pytest.raises(DeviceError):
@@ -145,20 +145,18 @@ def test_nothing_is_noted_any_more_when_a_driver_raises(bench: Bench) -> None:
     assert bench.activity.call is None
 
 
-def test_a_sleep_may_take_as_long_as_it_was_to_take_and_a_call_longer(bench: Bench, check_text: CheckText) -> None:
-    clock = bench.layer.clock(SteppedClock(20, bench.note))
+def test_limit_of_a_sleep_is_its_duration_plus_that_of_a_call(bench: Bench, check_text: CheckText) -> None:
+    clock = bench.layer.clock(SteppedClock(20, bench.record))
     clock.now()
     clock.sleep_until(60.0)
-    (stay,) = bench.noted
-    assert stay
-    assert stay.limit_s == 61.0
+    (limit,) = bench.limits
+    assert limit
+    assert limit.limit_s == 61.0
     check_text(bench.errors()[0])
 
 
 @pytest.mark.parametrize("error", [EOFError(), ConnectionResetError("reset by peer")])
-def test_a_connection_that_breaks_while_time_is_to_pass_is_the_backends_error(
-    bench: Bench, error: Exception, raises: Raises
-) -> None:
+def test_broken_connection_during_a_sleep_is_a_backend_error(bench: Bench, error: Exception, raises: Raises) -> None:
     def fail(steps: int) -> None:
         raise error
 
@@ -166,7 +164,7 @@ def test_a_connection_that_breaks_while_time_is_to_pass_is_the_backends_error(
         bench.layer.clock(SteppedClock(20, fail)).sleep_until(1.0)
 
 
-def test_a_device_that_fails_while_time_passes_is_reported_as_it_is(bench: Bench) -> None:
+def test_device_error_during_a_sleep_is_raised_unchanged(bench: Bench) -> None:
     def fail(steps: int) -> None:
         raise DeviceError("left_motor", "no current")
 
@@ -174,7 +172,7 @@ def test_a_device_that_fails_while_time_passes_is_reported_as_it_is(bench: Bench
         bench.layer.clock(SteppedClock(20, fail)).sleep_until(1.0)
 
 
-def test_calls_are_made_by_the_clock_below(bench: Bench) -> None:
+def test_monitored_clock_forwards_call_at(bench: Bench) -> None:
     called: list[float] = []
     inner = SteppedClock(20, lambda _: None)
     call: Callable[[], None] = lambda: called.append(inner.now())  # noqa: E731

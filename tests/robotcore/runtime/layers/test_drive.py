@@ -15,7 +15,7 @@ def rig() -> Rig:
     return Rig(description=UNHURRIED)
 
 
-def test_motors_that_are_reported_one_by_one_are_sent_together(rig: Rig) -> None:
+def test_commands_of_single_motors_are_sent_together(rig: Rig) -> None:
     left, right = rig.robot.motors.values()
     assert left.set_velocity(1.0) == 1.0
     assert right.set_velocity(2.0) == 2.0
@@ -24,7 +24,7 @@ def test_motors_that_are_reported_one_by_one_are_sent_together(rig: Rig) -> None
     assert rig.wheels == (1.0, 2.0)
 
 
-def test_a_number_of_an_array_that_changes_later_is_sent_as_it_was(rig: Rig) -> None:
+def test_later_change_of_an_array_does_not_change_a_command(rig: Rig) -> None:
     speeds: Any = np.array([1.0, 2.0])
     left, right = rig.robot.motors.values()
     left.set_velocity(speeds[0, ...])
@@ -34,7 +34,7 @@ def test_a_number_of_an_array_that_changes_later_is_sent_as_it_was(rig: Rig) -> 
     assert rig.wheels == (1.0, 2.0)
 
 
-def test_a_wheel_that_is_not_reported_keeps_its_velocity(rig: Rig) -> None:
+def test_wheel_without_a_command_keeps_its_velocity(rig: Rig) -> None:
     rig.robot.drive.set_wheels(1.0, 2.0)
     rig.commit()
     rig.robot.motors["left_motor"].set_velocity(3.0)
@@ -42,7 +42,7 @@ def test_a_wheel_that_is_not_reported_keeps_its_velocity(rig: Rig) -> None:
     assert rig.wheels == (3.0, 2.0)
 
 
-def test_one_wheel_too_fast_slows_the_other_in_proportion(rig: Rig) -> None:
+def test_limit_of_one_wheel_slows_the_other_in_proportion(rig: Rig) -> None:
     left, right = rig.robot.motors.values()
     left.set_velocity(6.0)
     assert right.set_velocity(24.0) == 12.0
@@ -50,14 +50,14 @@ def test_one_wheel_too_fast_slows_the_other_in_proportion(rig: Rig) -> None:
     assert rig.wheels == (3.0, 12.0)
 
 
-def test_stopping_one_wheel_stops_the_robot_at_once(rig: Rig) -> None:
+def test_stop_of_one_wheel_stops_the_robot_at_once(rig: Rig) -> None:
     rig.robot.drive.set_wheels(1.0, 2.0)
     rig.commit()
     rig.robot.motors["left_motor"].stop()
     assert rig.wheels == (0.0, 0.0)
 
 
-def test_the_guard_holds_for_single_motors_too(rig: Rig) -> None:
+def test_range_guard_limits_commands_of_single_motors(rig: Rig) -> None:
     rig.nose.distance = 0.05
     left, right = rig.robot.motors.values()
     left.set_velocity(2.0)
@@ -66,7 +66,7 @@ def test_the_guard_holds_for_single_motors_too(rig: Rig) -> None:
     assert rig.wheels == (0.0, 0.0)
 
 
-def test_a_velocity_that_is_no_number_stops_the_robot(rig: Rig) -> None:
+def test_velocity_that_is_nan_stops_the_robot(rig: Rig) -> None:
     rig.robot.drive.set_wheels(1.0, 2.0)
     rig.commit()
     with pytest.raises(InvalidCommandError):
@@ -74,7 +74,7 @@ def test_a_velocity_that_is_no_number_stops_the_robot(rig: Rig) -> None:
     assert rig.wheels == (0.0, 0.0)
 
 
-def test_once_it_is_closed_a_motor_refuses_commands_and_lets_stops_pass(rig: Rig) -> None:
+def test_closed_motor_refuses_commands_and_accepts_stops(rig: Rig) -> None:
     motor = rig.robot.motors["left_motor"]
     motor.close()
     motor.stop()

@@ -151,7 +151,7 @@ def test_commit_without_a_command_raises_if_the_guardian_is_dead() -> None:
     assert rig.wheels == (0.0, 0.0)
 
 
-def test_a_robot_without_cutoffs_needs_no_guardian() -> None:
+def test_robot_without_cutoffs_needs_no_guardian() -> None:
     with ExitStack() as end:
         layer = guard_motors(Robot("bare", SteppedClock(20.0, lambda _: None), []), 0.1, end)
     assert layer is None
@@ -173,7 +173,7 @@ def test_guardians_lease_includes_the_longest_patience_of_the_cutoffs(monkeypatc
     assert leases == pytest.approx([0.125 + LOCK_TIMEOUT_S, 0.125 + LOCK_TIMEOUT_S + 0.25])
 
 
-def test_a_driver_that_rounds_does_not_hold_back_the_acceleration_limit() -> None:
+def test_acceleration_limit_does_not_use_a_drivers_rounded_velocity() -> None:
     rig = Rig(description=UNHURRIED)
     apply = rig.left.set_velocity
     rig.left.set_velocity = lambda rad_s: round(apply(rad_s))  # type: ignore[method-assign]

@@ -42,13 +42,13 @@ def bench() -> Bench:
     return Bench()
 
 
-def test_is_reported_at_once_and_within_its_limits(bench: Bench) -> None:
+def test_command_is_sent_at_once_and_limited(bench: Bench) -> None:
     assert bench.gripper.set_velocity(2.0) == 2.0
     assert bench.gripper.set_velocity(9.0) == 3.0
     assert bench.inner.sent == [2.0, 3.0]
 
 
-def test_a_command_lives_one_lease(bench: Bench) -> None:
+def test_command_expires_after_one_lease(bench: Bench) -> None:
     bench.gripper.set_velocity(2.0)
     bench.sleep(0.12)
     assert bench.inner.sent == [2.0]
@@ -56,7 +56,7 @@ def test_a_command_lives_one_lease(bench: Bench) -> None:
     assert bench.inner.sent == [2.0, 0.0]
 
 
-def test_a_command_that_is_renewed_lives_on(bench: Bench) -> None:
+def test_renewed_command_does_not_expire(bench: Bench) -> None:
     for _ in range(10):
         bench.gripper.set_velocity(2.0)
         bench.sleep(0.05)
@@ -64,7 +64,7 @@ def test_a_command_that_is_renewed_lives_on(bench: Bench) -> None:
 
 
 @pytest.mark.parametrize("velocity", [math.nan, math.inf])
-def test_no_number_stops_every_motor_for_good(bench: Bench, velocity: float) -> None:
+def test_velocity_that_is_nan_stops_every_motor_until_the_end(bench: Bench, velocity: float) -> None:
     with pytest.raises(InvalidCommandError):
         bench.gripper.set_velocity(velocity)
     assert bench.wheel.sent[-1] == bench.inner.sent[-1] == 0.0
@@ -73,7 +73,7 @@ def test_no_number_stops_every_motor_for_good(bench: Bench, velocity: float) -> 
     assert set(bench.inner.sent) == {0.0}
 
 
-def test_an_e_stop_stops_it_and_it_moves_no_more(bench: Bench) -> None:
+def test_e_stop_stops_the_motor_until_the_end(bench: Bench) -> None:
     bench.gripper.set_velocity(2.0)
     EmergencyStop(bench.assembled.latch).press("the button")
     assert bench.inner.sent[-1] == 0.0
@@ -81,21 +81,23 @@ def test_an_e_stop_stops_it_and_it_moves_no_more(bench: Bench) -> None:
         bench.gripper.set_velocity(1.0)
 
 
-def test_an_e_stop_in_the_middle_of_a_command_wins(bench: Bench) -> None:
+def test_e_stop_during_a_command_stops_the_motor(bench: Bench) -> None:
     stop = EmergencyStop(bench.assembled.latch)
     bench.inner.on_command = lambda rad_s: stop.press("the button") if rad_s else None
     assert bench.gripper.set_velocity(2.0) == 0.0
     assert bench.inner.sent[-1] == 0.0
 
 
-def test_an_e_stop_between_the_check_and_the_command_wins(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_e_stop_between_the_check_and_the_command_stops_the_motor(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
     latch = bench.assembled.latch
     monkeypatch.setattr(latch, "check", lambda: EmergencyStop(latch).press("the button"))
     assert bench.gripper.set_velocity(2.0) == 0.0
     assert bench.inner.sent[-1] == 0.0
 
 
-def test_a_command_after_a_cut_in_the_same_tick_is_not_sent(bench: Bench) -> None:
+def test_command_after_the_lease_in_the_same_tick_is_not_sent(bench: Bench) -> None:
     bench.gripper.set_velocity(2.0)
     bench.raw_clock.sleep_until(0.5)  # a step that hangs: the tick's own time stands still
     assert bench.gripper.set_velocity(2.0) == 0.0
@@ -104,7 +106,7 @@ def test_a_command_after_a_cut_in_the_same_tick_is_not_sent(bench: Bench) -> Non
     assert bench.gripper.set_velocity(2.0) == 2.0
 
 
-def test_a_number_of_an_array_that_changes_later_is_sent_as_it_was(bench: Bench) -> None:
+def test_later_change_of_an_array_does_not_change_a_command(bench: Bench) -> None:
     speeds: Any = np.array([2.0])
     bench.gripper.set_velocity(speeds[0, ...])
     speeds *= 500
@@ -119,7 +121,7 @@ def test_zero_is_a_stop(bench: Bench) -> None:
     assert bench.inner.sent == [2.0, 0.0]
 
 
-def test_refuses_when_it_is_closed(bench: Bench) -> None:
+def test_closed_standalone_motor_refuses_commands(bench: Bench) -> None:
     bench.assembled.robot.close()
     bench.gripper.stop()
     with pytest.raises(DeviceClosedError):

@@ -96,12 +96,12 @@ class Running:
 
     @property
     def actions(self) -> list[str]:
-        return [note.what for note in notes(self.diary)]
+        return [note.action for note in notes(self.diary)]
 
     @property
     def guardian(self) -> int:
         """Return the number of the guardian's process."""
-        return next(note.process for note in notes(self.diary) if note.what.startswith("open"))
+        return next(note.process for note in notes(self.diary) if note.action.startswith("open"))
 
 
 Start = Callable[..., Running]

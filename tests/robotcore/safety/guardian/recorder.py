@@ -1,4 +1,4 @@
-"""A file in which several processes record what motors and cutoffs did, and a cutoff that records itself."""
+"""A file in which several processes record the actions of motors and cutoffs, and a cutoff that records its actions."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Note(NamedTuple):
     process: int
     """The number of the process."""
 
-    what: str
+    action: str
     """An action and a device, such as ``turn left_motor``."""
 
 
@@ -32,8 +32,8 @@ class Diary:
     def __init__(self, file: str | Path) -> None:
         self._handle = os.open(file, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o600)
 
-    def note(self, what: str) -> None:
-        os.write(self._handle, json.dumps([time.monotonic(), os.getpid(), what]).encode() + b"\n")
+    def note(self, action: str) -> None:
+        os.write(self._handle, json.dumps([time.monotonic(), os.getpid(), action]).encode() + b"\n")
 
     def close(self) -> None:
         os.close(self._handle)

@@ -29,7 +29,7 @@ def diary(tmp_path: Path) -> Path:
 
 
 def actions(diary: Path) -> list[str]:
-    return [note.what for note in notes(diary)]
+    return [note.action for note in notes(diary)]
 
 
 def number(diary: Path) -> int:
@@ -38,16 +38,16 @@ def number(diary: Path) -> int:
 
 
 @pytest.fixture
-def started(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+def process_numbers(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """Return a list to which the number of each guardian process is added."""
     numbers: list[int] = []
     start = client._start_process
 
-    def start_noted(ours: socket, theirs: socket) -> Popen[bytes]:
+    def start_and_record(ours: socket, theirs: socket) -> Popen[bytes]:
         numbers.append((process := start(ours, theirs)).pid)
         return process
 
-    monkeypatch.setattr(client, "_start_process", start_noted)
+    monkeypatch.setattr(client, "_start_process", start_and_record)
     return numbers
 
 
@@ -56,14 +56,14 @@ def wait_for_stops(guarding: Guardian) -> Iterator[Report]:
         yield from guarding.stops()
 
 
-def test_it_stops_a_motor_that_is_no_longer_commanded(diary: Path) -> None:
+def test_guardian_stops_a_motor_after_the_lease(diary: Path) -> None:
     with Guardian([cutoff(diary)], LEASE_S) as guarding:
         guarding.renew_lease()
         assert next(wait_for_stops(guarding)) == Report("stop", ("left_motor",), ())
     assert actions(diary) == ["open left_motor", "arm left_motor", "stop left_motor", "close left_motor"]
 
 
-def test_a_command_right_after_a_rest_is_guarded(diary: Path) -> None:
+def test_command_after_the_end_of_a_lease_begins_a_lease(diary: Path) -> None:
     with Guardian([cutoff(diary)], LEASE_S) as guarding:
         guarding.renew_lease()
         guarding.end_lease()
@@ -71,7 +71,7 @@ def test_a_command_right_after_a_rest_is_guarded(diary: Path) -> None:
         assert next(wait_for_stops(guarding)).done == ("left_motor",)
 
 
-def test_a_cutoff_that_hangs_does_not_delay_the_others(diary: Path, raises: Raises) -> None:
+def test_cutoff_that_hangs_does_not_delay_the_others(diary: Path, raises: Raises) -> None:
     cutoffs = [cutoff(diary, "stuck", "hangs in stop"), cutoff(diary, "left_motor"), cutoff(diary, "right_motor")]
     with Guardian(cutoffs, LEASE_S) as guarding:
         guarding.renew_lease()
@@ -80,7 +80,7 @@ def test_a_cutoff_that_hangs_does_not_delay_the_others(diary: Path, raises: Rais
         assert {"stop left_motor", "stop right_motor"} <= set(actions(diary))
 
 
-def test_a_motor_that_cannot_be_stopped_is_not_called_stopped(diary: Path, raises: Raises) -> None:
+def test_error_of_a_failed_stop_warns_of_a_turning_motor(diary: Path, raises: Raises) -> None:
     with Guardian([cutoff(diary, manner="fails to stop")], LEASE_S) as guarding:
         guarding.renew_lease()
         with raises(GuardianError, "guardian-action-failed", hide=[number(diary)]) as caught:
@@ -89,20 +89,20 @@ def test_a_motor_that_cannot_be_stopped_is_not_called_stopped(diary: Path, raise
         assert client._RUN_STOPPED not in str(caught.value)
 
 
-def test_a_stop_that_fails_at_first_is_tried_again(diary: Path) -> None:
+def test_failed_stop_of_a_cutoff_is_repeated(diary: Path) -> None:
     with Guardian([cutoff(diary, manner="late")], LEASE_S) as guarding:
         guarding.renew_lease()
         assert next(wait_for_stops(guarding)).done == ("left_motor",)
 
 
-def test_a_cutoff_that_cannot_be_armed_is_reported(diary: Path, raises: Raises) -> None:
+def test_cutoff_that_cannot_be_armed_is_reported(diary: Path, raises: Raises) -> None:
     with Guardian([cutoff(diary, manner="fails to arm")], LEASE_S) as guarding:
         guarding.renew_lease()
         with raises(GuardianError, "guardian-action-failed", hide=[number(diary)]):
             next(wait_for_stops(guarding))
 
 
-def test_a_cutoff_that_is_patient_may_be_slow_to_arm(diary: Path, raises: Raises) -> None:
+def test_patience_of_a_cutoff_extends_the_time_to_arm(diary: Path, raises: Raises) -> None:
     slow = cutoff(diary, manner="is slow to arm")
     with Guardian([slow], LEASE_S) as guarding:
         guarding.renew_lease()
@@ -113,7 +113,7 @@ def test_a_cutoff_that_is_patient_may_be_slow_to_arm(diary: Path, raises: Raises
         assert next(wait_for_stops(guarding)) == Report("stop", ("left_motor",), ())
 
 
-def test_an_exception_in_the_block_stops_the_motors(
+def test_exception_in_the_context_stops_the_motors(
     diary: Path, capfd: pytest.CaptureFixture[str], check_text: CheckText
 ) -> None:
     with pytest.raises(KeyError), Guardian([cutoff(diary)], LEASE_S):
@@ -122,7 +122,7 @@ def test_an_exception_in_the_block_stops_the_motors(
     check_text(capfd.readouterr().err, hide=[os.getpid()])
 
 
-def test_two_in_one_process_do_not_hold_each_other_open(diary: Path, tmp_path: Path) -> None:
+def test_two_guardians_of_one_process_end_independently(diary: Path, tmp_path: Path) -> None:
     first, other = Guardian([cutoff(diary)], LEASE_S), tmp_path / "other"
     with Guardian([cutoff(other)], LEASE_S):
         with first:
@@ -142,46 +142,46 @@ def test_two_in_one_process_do_not_hold_each_other_open(diary: Path, tmp_path: P
     ],
     ids=["no module", "no class", "another class", "no argument", "open fails"],
 )
-def test_a_cutoff_that_cannot_be_opened_is_named_before_anything_moves(
-    spec: CutoffSpec, started: list[int], raises: Raises
+def test_cutoff_that_cannot_be_opened_is_reported_before_anything_moves(
+    spec: CutoffSpec, process_numbers: list[int], raises: Raises
 ) -> None:
-    with raises(GuardianError, "cutoff-not-opened", hide=started):
+    with raises(GuardianError, "cutoff-not-opened", hide=process_numbers):
         Guardian([spec], LEASE_S)
 
 
-def test_parameters_that_json_cannot_hold_are_refused(raises: Raises) -> None:
+def test_parameters_that_are_not_json_data_are_refused(raises: Raises) -> None:
     with raises(GuardianError, "cutoff-not-json", hide=[type(Path()).__name__]):
         Guardian([CutoffSpec("arm", "robotcore.hal.cutoff:Cutoff", {"file": Path()})], LEASE_S)
 
 
-def test_a_guardian_that_takes_too_long_is_not_waited_for(
-    diary: Path, monkeypatch: pytest.MonkeyPatch, started: list[int], raises: Raises
+def test_wait_for_the_start_of_a_guardian_is_limited(
+    diary: Path, monkeypatch: pytest.MonkeyPatch, process_numbers: list[int], raises: Raises
 ) -> None:
     monkeypatch.setattr(client, "START_TIMEOUT_S", 0.5)
-    with raises(GuardianError, "guardian-late", hide=started):
+    with raises(GuardianError, "guardian-late", hide=process_numbers):
         Guardian([cutoff(diary, manner="hangs in open")], LEASE_S)
 
 
-def test_a_guardian_that_dies_as_it_starts_is_reported(
-    diary: Path, monkeypatch: pytest.MonkeyPatch, started: list[int], raises: Raises
+def test_death_of_a_guardian_at_its_start_is_reported(
+    diary: Path, monkeypatch: pytest.MonkeyPatch, process_numbers: list[int], raises: Raises
 ) -> None:
     monkeypatch.setattr(client, "_CODE", "raise SystemExit(7)")
-    with raises(GuardianError, "guardian-died", hide=started):
+    with raises(GuardianError, "guardian-died", hide=process_numbers):
         Guardian([cutoff(diary)], LEASE_S)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the limit is one of Linux's address space")
-def test_a_guardian_whose_threads_are_refused_begins_no_run(
-    diary: Path, monkeypatch: pytest.MonkeyPatch, started: list[int], raises: Raises
+def test_guardian_without_threads_begins_no_run(
+    diary: Path, monkeypatch: pytest.MonkeyPatch, process_numbers: list[int], raises: Raises
 ) -> None:
     limit = "import resource; resource.setrlimit(resource.RLIMIT_AS, (1, resource.RLIM_INFINITY)); main()"
     monkeypatch.setattr(client, "_CODE", client._CODE.replace("main()", limit))
-    with raises(GuardianError, "cutoff-not-opened", hide=started):
+    with raises(GuardianError, "cutoff-not-opened", hide=process_numbers):
         Guardian([cutoff(diary)], LEASE_S)
     assert not diary.exists()
 
 
-def test_a_python_that_cannot_be_started_is_reported(
+def test_python_that_cannot_be_started_is_reported(
     diary: Path, monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:
     monkeypatch.setattr("sys.executable", "/nowhere/python")
@@ -189,7 +189,7 @@ def test_a_python_that_cannot_be_started_is_reported(
         Guardian([cutoff(diary)], LEASE_S)
 
 
-def test_after_its_death_no_command_is_guarded(diary: Path, raises: Raises) -> None:
+def test_dead_guardian_refuses_a_lease(diary: Path, raises: Raises) -> None:
     with Guardian([cutoff(diary)], LEASE_S) as guarding:
         os.kill(number(diary), signal.SIGKILL)
         with raises(GuardianError, "guardian-died", hide=[number(diary), signal.strsignal(signal.SIGKILL)]):
@@ -198,7 +198,7 @@ def test_after_its_death_no_command_is_guarded(diary: Path, raises: Raises) -> N
             guarding.renew_lease()
 
 
-def test_commands_within_a_young_lease_send_nothing(diary: Path) -> None:
+def test_second_renewal_within_a_moment_sends_nothing(diary: Path) -> None:
     with Guardian([cutoff(diary)], LEASE_S) as guarding:
         os.kill(number(diary), signal.SIGSTOP)
         for _ in range(5000):
@@ -206,7 +206,7 @@ def test_commands_within_a_young_lease_send_nothing(diary: Path) -> None:
         os.kill(number(diary), signal.SIGCONT)
 
 
-def test_a_guardian_that_reads_no_commands_is_reported(diary: Path, raises: Raises) -> None:
+def test_guardian_that_reads_no_commands_is_reported(diary: Path, raises: Raises) -> None:
     with Guardian([cutoff(diary)], LEASE_S) as guarding:
         os.kill(number(diary), signal.SIGSTOP)
         with raises(GuardianError, "guardian-overflow", hide=[number(diary)]):

@@ -64,6 +64,6 @@ def _last_commands(running: Running) -> set[str]:
 def _seconds_to_stop(running: Running) -> float:
     """Return how long after the last command that turned a wheel the last wheel was stopped."""
     recorded = notes(running.diary)
-    last_turn = max(index for index, note in enumerate(recorded) if note.what.startswith("turn"))
-    stops = [next(n.time for n in recorded[last_turn:] if n.what == f"stand {motor}") for motor in MOTORS[:2]]
+    last_turn = max(index for index, note in enumerate(recorded) if note.action.startswith("turn"))
+    stops = [next(n.time for n in recorded[last_turn:] if n.action == f"stand {motor}") for motor in MOTORS[:2]]
     return max(stops) - recorded[last_turn].time

@@ -39,8 +39,8 @@ def test_the_motors_of_a_killed_app_are_stopped(start: Start, check_text: CheckT
 def test_a_fork_that_returns_from_step_ends_and_commands_no_motor(start: Start, check_text: CheckText) -> None:
     running = start("forks_and_returns")
     out, err = running.end()
-    (copy,) = (note.process for note in notes(running.diary) if note.what == "copied")
-    assert [note.what for note in notes(running.diary) if note.process == copy] == ["copied"]
+    (copy,) = (note.process for note in notes(running.diary) if note.action == "copied")
+    assert [note.action for note in notes(running.diary) if note.process == copy] == ["copied"]
     assert len(out.splitlines()) == 1
     assert json.loads(out)["outcome"] == "success"
     check_text(err, hide=[copy, running.process.pid])
@@ -66,7 +66,7 @@ def test_the_motors_of_an_app_that_ends_its_own_process_are_stopped(
     check_text(err, hide=[running.process.pid])
 
 
-def test_a_fork_of_the_app_does_not_hide_the_app_s_death(start: Start, check_text: CheckText) -> None:
+def test_fork_of_the_app_does_not_hide_the_death_of_the_app(start: Start, check_text: CheckText) -> None:
     running = start("forks")
     wait_for(running, "copied")
     running.process.kill()
@@ -120,7 +120,7 @@ def test_the_motors_of_a_suspended_app_are_stopped_also_outside_the_drive(start:
     assert running.read_result()["outcome"] == "interrupted"
 
 
-def test_a_robot_at_rest_is_not_stopped(start: Start) -> None:
+def test_guardian_does_not_stop_a_robot_at_rest(start: Start) -> None:
     running = start("rests")
     wait_for(running, "stand right_motor", times=2)
     running.process.send_signal(signal.SIGSTOP)
@@ -132,7 +132,7 @@ def test_a_robot_at_rest_is_not_stopped(start: Start) -> None:
     assert not on_each("stop") & set(running.actions)
 
 
-def test_a_run_that_ends_takes_its_guardian_with_it(start: Start) -> None:
+def test_guardian_ends_with_its_run(start: Start) -> None:
     running = start("ends")
     assert running.read_result()["outcome"] == "success"
     assert not on_each("stop") & set(running.actions)

@@ -20,7 +20,7 @@ def diary(tmp_path: Path) -> Path:
 def test_every_cutoff_stops_and_is_closed(diary: Path) -> None:
     report = stop_once([cutoff(diary, "left_motor"), cutoff(diary, "right_motor")])
     assert report == Report("stop", ("left_motor", "right_motor"), ())
-    actions = [note.what for note in notes(diary)]
+    actions = [note.action for note in notes(diary)]
     assert sorted(actions) == sorted(f"{action} {name}" for action in ("open", "stop", "close") for name in report.done)
 
 
@@ -29,7 +29,7 @@ def test_a_cutoff_that_fails_is_reported_and_does_not_delay_the_others(diary: Pa
     report = stop_once(cutoff(diary, name, manner) for name, manner in manners.items())
     assert report.done == ("left_motor",)
     assert report.failed == ("gone: OSError: no open", "broken: OSError: no stop")
-    assert "stop gone" not in {note.what for note in notes(diary)}
+    assert "stop gone" not in {note.action for note in notes(diary)}
 
 
 def test_an_unconfirmed_stop_is_a_message_and_not_in_done(diary: Path) -> None:
