@@ -6,8 +6,8 @@ Contents:
   and time, the stepping clients, and the kinematic world. All servers share one simulator.
 - `zmq`: the server of the ZeroMQ remote API (`zmq.ZmqServer`), and the ``sim`` functions by name (`zmq.functions`).
 - `legacy`: the server of the legacy remote API.
-- `scenes`: scenes in code: the default scene, a described robot in a drawn world, bubbleRob, the camera relay, and the
-  initial scenes of the recordings.
+- `scenes`: scenes that are built in code: the default scene, a robot and a world from descriptions, bubbleRob, the
+  camera relay, and the initial scenes of the recordings.
 - `recorded`: sessions of a real server, and its table of functions and constants.
 - `replaying`: replays a recorded session on a double and compares the replies; also a command.
 - `__main__`: the double as a process.
@@ -16,7 +16,7 @@ The interface for servers (use it inside ``with simulator.lock:``; the lock is r
 
     simulator.graph.find("/rover/leftMotor")     an object by path, or None; find_flat("v0") by its old name
     simulator.graph[17]                          an object by handle; raises NoObjectError
-    simulator.graph.pose(node)                  its place in the world, a scene.poses.Transform
+    simulator.graph.pose(node)                   its pose in the world, a scene.poses.Transform
     simulator.start() pause() stop()             requests, as the API's
     simulator.state time time_step               scene.State, seconds, seconds
     simulator.hold(client) release(client)       begin and end stepping; a client is any hashable; leave(client)
@@ -30,5 +30,5 @@ The interface for servers (use it inside ``with simulator.lock:``; the lock is r
     simulator.detection(sensor)                  the detection of a proximity sensor, or None
     simulator.contacts()                         the contacts in the last step
 
-The double has no window and no physics. A robot with two driven wheels moves exactly; nothing else moves by itself.
+The double has no window and no physics. A robot with two driven wheels moves exactly. No other object moves by itself.
 """

@@ -42,13 +42,19 @@ def _scene(options: argparse.Namespace) -> Simulator:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="python -m tests.doubles.coppeliasim", description=__doc__)
-    parser.add_argument("--zmq-port", type=int, default=23000, help="0 is any free one (default: %(default)s)")
-    parser.add_argument("--legacy-port", type=int, default=19997, help="0 is any free one (default: %(default)s)")
+    parser.add_argument(
+        "--zmq-port", type=int, default=23000, help="the port; 0 for any free port (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--legacy-port", type=int, default=19997, help="the port; 0 for any free port (default: %(default)s)"
+    )
     parser.add_argument("--scene", choices=SCENES, default="default", help="a scene (default: %(default)s)")
-    parser.add_argument("--robot", help="a scene with this robot instead, by name or file")
-    parser.add_argument("--world", default="arena", help="and this world (default: %(default)s)")
-    parser.add_argument("--seed", type=int, help="which draws the world; without it, it is as its file says")
-    parser.add_argument("--running", action="store_true", help="begin with the simulation running")
+    parser.add_argument("--robot", help="the name or file of a robot; its scene replaces --scene")
+    parser.add_argument("--world", default="arena", help="the world around this robot (default: %(default)s)")
+    parser.add_argument(
+        "--seed", type=int, help="the seed from which the world is drawn (default: the layout in its file)"
+    )
+    parser.add_argument("--running", action="store_true", help="start with a running simulation")
     return parser
 
 

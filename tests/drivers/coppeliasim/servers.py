@@ -11,7 +11,7 @@ from robotcore.description import DisplayDescription, RobotDescription, load_rob
 
 
 class ScriptedServer:
-    """A ZeroMQ server that answers each message with the result of ``reply``; a context manager."""
+    """A ZeroMQ server, as a context manager. It answers each message with the result of the function ``reply``."""
 
     def __init__(self, reply: Callable[[bytes], bytes]) -> None:
         self.reply = reply

@@ -1,4 +1,4 @@
-"""Runs whose simulator fails: each ends soon with a named error, and the next run works."""
+"""Tests of runs whose simulator fails. Each run ends soon with a specific error, and the next run works."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The cutoff of simulated wheels, and its reports if it cannot stop them."""
+"""Tests of the cutoff of simulated wheels, and of its reports if it cannot stop them."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def cutoff(server: LegacyServer) -> StopJoints:
 
 @pytest.fixture
 def wheels(simulator: Simulator) -> list[Joint]:
-    """Both wheels, which turn."""
+    """Return the joints of both wheels, which turn."""
     joints = [joint for joint in map(simulator.graph.__getitem__, (LEFT, RIGHT)) if isinstance(joint, Joint)]
     for joint in joints:
         joint.target_velocity = 3.0

@@ -24,7 +24,7 @@ from tests.texts import CheckText, Raises
 LEFT = 182
 PATIENCE_S = 10.0
 TIMEOUT_S = 1.5
-"""Time limit of requests to a server on a busy machine."""
+"""The time limit of requests, in seconds. It is long enough for a busy machine."""
 
 
 @pytest.fixture

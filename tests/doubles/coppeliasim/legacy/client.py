@@ -1,4 +1,4 @@
-"""The server's state for one client: its commands and the errors of its calls."""
+"""The server's state for one client: the client's commands, and the errors of its calls."""
 
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
 """The commands, operation modes and messages of the legacy remote API.
 
-The numbers are those of the maker's ``simConst.h`` of the remote API, version 11; only those in use are listed.
+The source of the numbers is ``simConst.h`` of the simulator's maker, version 11 of the remote API. Only the numbers in
+use are listed.
 """
 
 from __future__ import annotations
@@ -99,10 +100,10 @@ class Header:
 
 @dataclass(frozen=True)
 class Command:
-    """A command, or the reply to one.
+    """A command, or the answer to a command.
 
-    ``delay_ms`` is the minimum time between two replies of a stream. Bit 0 of ``status`` in a reply is an error. From a
-    client, this bit keeps an older command of the same identity beside this one.
+    ``delay_ms`` is the minimum time between two answers of a stream. In an answer, bit 0 of ``status`` is an error.
+    In a command, this bit keeps an older command with the same identity.
     """
 
     code: int

@@ -83,7 +83,7 @@ def _within(tolerance: float) -> Callable[[bytes, bytes], bool]:
     return close
 
 
-def _pictures(one: bytes, other: bytes) -> bool:
+def _compare_pictures(one: bytes, other: bytes) -> bool:
     """Compare resolutions, and the mean of the pixels' differences."""
     if not one:
         return True
@@ -91,7 +91,7 @@ def _pictures(one: bytes, other: bytes) -> bool:
     return one[:RESOLUTION] == other[:RESOLUTION] and bool(np.abs(pixels[0] - pixels[1]).mean() <= PIXELS_MEAN)
 
 
-def _detections(one: bytes, other: bytes) -> bool:
+def _compare_detections(one: bytes, other: bytes) -> bool:
     """Compare detections. If nothing is detected, all bytes but the first are arbitrary."""
     return one[0] == other[0] == 0
 
@@ -100,9 +100,9 @@ CLOSE: dict[int, Callable[[bytes, bytes], bool]] = {
     Code.GET_JOINT_POSITION: _within(JOINT_RAD),
     Code.GET_OBJECT_POSITION: _within(POSITION_M),
     Code.GET_OBJECT_ORIENTATION: _within(ORIENTATION_RAD),
-    Code.GET_VISION_SENSOR_IMAGE_BW: _pictures,
-    Code.GET_VISION_SENSOR_IMAGE_RGB: _pictures,
-    Code.READ_PROXIMITY_SENSOR: _detections,
+    Code.GET_VISION_SENSOR_IMAGE_BW: _compare_pictures,
+    Code.GET_VISION_SENSOR_IMAGE_RGB: _compare_pictures,
+    Code.READ_PROXIMITY_SENSOR: _compare_detections,
 }
 
 

@@ -31,9 +31,9 @@ class Inbox:
         self._waiting: list[_Waiting] = []
 
     def put(self, command: Command) -> None:
-        """Add a command. It replaces one with the same number and identity, unless both are to be kept.
+        """Add a command. It replaces a command with the same number and identity, unless its status keeps both.
 
-        So a discontinue ends a stream at the stream's place in the order.
+        So a command that ends a stream has the stream's place in the order.
         """
         if command.mode in {Mode.ONESHOT_SPLIT, Mode.STREAMING_SPLIT}:
             raise ProtocolError(f"command {command.code} in a split mode, which the double does not serve")
@@ -45,9 +45,9 @@ class Inbox:
         self._waiting.append(_Waiting(command))
 
     def execute(self, execute: Callable[[Command], Command], now_ms: int) -> list[Command]:
-        """Execute the due commands, and return their replies. Only streams are kept.
+        """Execute the due commands, and return their answers. Only streams remain in the inbox.
 
-        A discontinue is returned unchanged.
+        A command that ends a stream is returned unchanged.
         """
         replies = []
         for each in self._waiting:

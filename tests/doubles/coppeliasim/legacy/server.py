@@ -1,7 +1,7 @@
-"""Services of the legacy remote API: a listening socket each, and one client at a time.
+"""Services of the legacy remote API. Each service has a listening socket, and serves one client at a time.
 
-The system accepts a second client, but the service answers it only after the first has left. The maker's server treats
-its second client in the same way, and disconnects it in the end.
+The operating system accepts a second client, but the service answers it only after the first client has left. The real
+server does the same, and disconnects the second client in the end.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ class Service:
                 client.leave()
 
     def _answer(self, line: socket.socket, client: Client) -> None:
-        message = read_message(partial(_exactly, line))
+        message = read_message(partial(_receive, line))
         with self._simulator.lock:
             answer = client.receive(message)
         self._send(line, encode_packets(answer, self._packet_size))
@@ -104,8 +104,8 @@ class Service:
             self._fault.release()
 
 
-def _exactly(line: socket.socket, size: int) -> bytes:
-    """Return the next ``size`` bytes of a connection; raises EOFError if it ends before."""
+def _receive(line: socket.socket, size: int) -> bytes:
+    """Receive ``size`` bytes. Raises EOFError if the connection ends before."""
     pieces, left = [], size
     while left:
         if not (piece := line.recv(left)):
@@ -148,9 +148,9 @@ class LegacyServer:
     """Serves a simulator over the legacy remote API; a context manager.
 
     port: the port; 0 takes a free one.
-    paces: time advances by itself if no client steps.
+    paces: whether time advances in real time if no client steps the simulation.
 
-    The first service is permanent, as 19997 of an installation.
+    The first service is permanent, as port 19997 of an installation.
 
     >>> with LegacyServer(Simulator()) as server:
     ...     server.port > 0

@@ -34,7 +34,10 @@ from tests.doubles.coppeliasim.legacy.server import Service, TemporaryService
 from tests.doubles.coppeliasim.scene.simulator import Simulator
 
 RUNNING_FOR_S = 4.95
-"""The time step in which the recorded client of the temporary service began to step, in simulated seconds."""
+"""The simulated time before the first message to the temporary service, in seconds.
+
+After 60 messages, at 7.95 s, the recorded client began to step.
+"""
 
 STOP = (2).to_bytes(4, "little")
 

@@ -18,7 +18,9 @@ from tests.doubles.coppeliasim.scene.poses import Transform
 
 
 def find(roots: Sequence[Node], path: str, index: int = 0, start: Node | None = None) -> Node | None:
-    """Return the object with a path, or None. ``index`` selects one of several matches; ``./`` begins at ``start``."""
+    """Return the object with a path; None if there is none.
+
+    ``index`` selects one of several matches. A path that begins with ``./`` is relative to ``start``."""
     if path in {".", ":"}:
         return start
     if path.startswith("./"):
@@ -92,7 +94,7 @@ class Collection:
 
     def add(self, what: int, node: Node | None, *, is_out: bool) -> None:
         if what not in {ALL, TREE, SINGLE}:
-            raise SceneError(f"the double collects trees, single objects and all, not {what}.")
+            raise SceneError(f"the double has no collection items with the scope {what}.")
         self.items.append((what, node, is_out))
 
     def members(self, graph: Graph) -> set[Node]:
@@ -180,7 +182,7 @@ class Graph:
         """Return the frame of an object's children in the world; None stands for the world."""
         if node is None:
             return Transform()
-        return self.frame(node.parent).compose(node.carried) if node.parent else node.carried
+        return self.frame(node.parent).compose(node.children_frame) if node.parent else node.children_frame
 
     def put(self, node: Node, pose: Transform) -> None:
         """Set the pose of an object in the world. Its children move with it."""

@@ -77,10 +77,10 @@ class JointMode(IntEnum):
 class Node:
     """An object of a scene.
 
-    local: its place in its parent's frame.
-    flat_name: its name in V-REP (``bubbleRob_leftMotor``).
-    explicit: it has explicit handling.
-    parameters: stored parameters without an effect here.
+    local: the pose in the frame of the parent.
+    flat_name: the name in V-REP, such as ``bubbleRob_leftMotor``.
+    explicit: whether the object is updated only on request (explicit handling).
+    parameters: stored parameters that have no effect.
     """
 
     type = Type.DUMMY
@@ -96,7 +96,7 @@ class Node:
     parameters: dict[int, float] = field(default_factory=dict, repr=False)
 
     @property
-    def carried(self) -> Transform:
+    def children_frame(self) -> Transform:
         """The frame of the object's children in the frame of its parent."""
         return self.local
 
@@ -130,14 +130,14 @@ class Lamp(Node):
 
 @dataclass(eq=False)
 class ForceSensor(Node):
-    """A rigid connection."""
+    """A force sensor, which is a rigid connection."""
 
     type = Type.FORCE_SENSOR
 
 
 @dataclass(eq=False)
 class Shape(Node):
-    """A primitive. ``size``: its lengths along x, y and z in metres. ``colour``: from 0 to 1."""
+    """A primitive shape. ``size`` has the lengths along x, y and z in metres. The ``colour`` is from 0 to 1."""
 
     type = Type.SHAPE
 
@@ -177,7 +177,7 @@ class Joint(Node):
     lag: float = 0.0
 
     @property
-    def carried(self) -> Transform:
+    def children_frame(self) -> Transform:
         return self.local.compose(Transform.rotated(self.position))
 
     def turn_to(self, angle: float) -> None:
@@ -213,10 +213,10 @@ class VisionSensor(Node):
 
 @dataclass(eq=False)
 class ProximitySensor(Node):
-    """An ultrasonic cone along its z axis.
+    """An ultrasonic sensor with a cone along its z axis.
 
-    cone: the full angle in radians.
-    reach, offset: in metres.
+    cone: the full opening angle of the cone, in radians.
+    reach, offset: the end and the begin of the cone, in metres.
     setback: the distance of the rays' origin behind the sensor, in metres; distances are measured from the sensor.
     entity: the collection that it detects; -1 stands for all objects.
     """

@@ -1,4 +1,4 @@
-"""Scenes in code."""
+"""The scenes of the double, which are built in code."""
 
 from tests.doubles.coppeliasim.scenes.described import described_scene
 from tests.doubles.coppeliasim.scenes.parts import default_scene, fill_default_scene

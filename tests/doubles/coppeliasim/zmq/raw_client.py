@@ -44,10 +44,10 @@ class RawClient:
         return self.finish(self.call(function, *args))
 
 
-def await_time(talker: RawClient) -> None:
+def await_time(client: RawClient) -> None:
     """Wait until the simulation's time advances."""
     clock = MonotonicClock()
-    while talker.call("sim.getSimulationTime")["ret"][0] == 0.0:
+    while client.call("sim.getSimulationTime")["ret"][0] == 0.0:
         assert clock.now() < PATIENCE_MS / 1000, "time stands still"
         clock.sleep_until(clock.now() + PAUSE_S)
 

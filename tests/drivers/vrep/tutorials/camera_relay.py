@@ -48,7 +48,7 @@ def relay(client: int, frames: int) -> list[tuple[int, int, int, int]]:
 
 
 def mark_ball(picture: np.ndarray) -> tuple[int, int, int, int]:
-    """Draw a rectangle around the green pixels of an RGB picture; return its left, top, width and height."""
+    """Draw a rectangle around the green pixels of an RGB picture, and return its left, top, width and height."""
     green = cv2.inRange(cv2.cvtColor(picture, cv2.COLOR_RGB2HSV), np.array(LEAST_GREEN_HSV), np.array(GREENEST_HSV))
     left, top, width, height = cv2.boundingRect(green)
     if width:

@@ -110,7 +110,7 @@ def get_shape_color(session: Session, shape: Shape, name: Any, component: int) -
     if component == AMBIENT_DIFFUSE:
         return 1, list(shape.colour)
     if (shape, "colour", component) not in session.shared.stored_values:
-        raise SceneError(f"the double knows colour component {component} only where it was set.")
+        raise SceneError(f"the double has no value of colour component {component}, because it was not set.")
     return 1, session.shared.stored_values[shape, "colour", component]
 
 

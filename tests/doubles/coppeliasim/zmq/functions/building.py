@@ -1,4 +1,4 @@
-"""Functions that create objects."""
+"""The functions that create objects."""
 
 from __future__ import annotations
 

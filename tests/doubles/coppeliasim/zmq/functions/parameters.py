@@ -238,7 +238,7 @@ def _read_property(session: Session, node: Node, name: str, of_shapes: int) -> i
     """Return the stored bits. Only shapes have a default."""
     if isinstance(node, Shape) or (node, name) in session.shared.stored_values:
         return int(session.shared.stored_values.get((node, name), of_shapes))
-    raise SceneError(f"the double knows the {name} bits of {node.alias} only where they were set.")
+    raise SceneError(f"the double has no {name} bits of {node.alias}, because they were not set.")
 
 
 def _set(session: Session, node: Node, number: int, value: float, known: Numbered) -> int:
@@ -257,5 +257,5 @@ def _get(node: Node, number: int, known: Numbered) -> float:
     if (type(node), number) in known:
         return float(getattr(node, known[type(node), number][0]))
     if number not in node.parameters:
-        raise SceneError(f"the double knows parameter {number} of {node.alias} only where it was set.")
+        raise SceneError(f"the double has no value of parameter {number} of {node.alias}, because it was not set.")
     return node.parameters[number]

@@ -1,4 +1,4 @@
-"""Vision sensors, proximity sensors and contacts."""
+"""The functions about vision sensors, proximity sensors and contacts."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def get_vision_sensor_img(
 ) -> tuple[bytes, list[int]]:
     """Return the pixels, RGB or grey (bit 0 of the options), the lowest row first, and the size of the sensor."""
     if cut_off:
-        raise SceneError("the double makes no pictures with a depth cut off.")
+        raise SceneError("the double does not support the argument cut_off of pictures.")
     picture = _part(session.simulator.picture(sensor), corner, size)
     return (_grey(picture) if options & GREY else picture).tobytes(), [sensor.width, sensor.height]
 
@@ -203,4 +203,4 @@ def check_distance(
 def _require_no_plugin(session: Session) -> None:
     """Refuse a call that the real server can answer only with the plug-in."""
     if session.simulator.can_detect:
-        raise SceneError("the double reckons neither collisions nor distances; ask getContactInfo.")
+        raise SceneError("the double computes neither collisions nor distances; call getContactInfo.")
