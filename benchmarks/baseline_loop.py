@@ -26,7 +26,7 @@ RATE_HZ, STEPS_A_TICK = 20.0, 12
 WHEEL_RAD_S = 0.001
 
 Block = Callable[[int], object]
-"""Executes a number of ticks."""
+"""A function that executes a number of ticks."""
 
 
 def build_pybullet_loop(robot: RobotDescription, world: WorldDescription) -> Block:

@@ -1,4 +1,4 @@
-"""How long a first deploy takes, a second one, and rsync of the same files by hand.
+"""Measure the time of a first deploy, of a second deploy, and of rsync of the same files by hand.
 
     python -m benchmarks.deploy --rounds 5
 
@@ -55,7 +55,7 @@ def robot() -> Iterator[Rover]:
 
 
 def main() -> bool:
-    """Print the medians; return whether the second is at most half of the first."""
+    """Print the medians of all rounds. Return whether a second deploy takes at most half of the time of a first one."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rounds", type=at_least_one, default=5)
     rounds = parser.parse_args().rounds
@@ -74,12 +74,12 @@ def main() -> bool:
         for until in (DRIVING, ENDED)
     }
     shown = ", ".join(f"{ratio:.2f} {until}" for until, ratio in ratios.items())
-    print(f"the second takes of the first: {shown}; to be reached: {BOUND}")
+    print(f"the share of the first deploy's time that the second one takes: {shown}; to be reached: {BOUND}")
     return ratios[ENDED] <= BOUND
 
 
 def _run_round(rover: Rover) -> Iterator[tuple[str, str, float]]:
-    """Yield the action, the event that ends it, and the seconds until then."""
+    """Yield each action of a round, the event that ends the action, and the seconds between both."""
     rover.run("remove", "--yes")
     yield from _time_deploy(rover, FIRST)
     yield BY_HAND, ENDED, _time_rsync(rover)

@@ -24,7 +24,7 @@ from tests.system.deploy.rover import Rover
 
 CANARY = "pwned"
 TOUCH = f"touch {CANARY}"
-"""A command that makes a file, if a shell runs it."""
+"""A shell command. If the file that it creates exists, a shell has executed it."""
 
 HOSTS = (
     f"-oProxyCommand={TOUCH}",
@@ -92,7 +92,7 @@ REFUSED = 2
 
 
 def main() -> bool:
-    """Print the result of each kind; return whether no string did harm."""
+    """Print the results of each kind of string. Return whether all strings were harmless."""
     argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter).parse_args()
     print(machine())
     rows, is_good = [], True
@@ -139,7 +139,7 @@ def _try_files(rover: Rover) -> Iterator[bool]:
 
 
 def _find_canaries(rover: Rover) -> Iterator[Path]:
-    """Yield the files that a string made because it ran."""
+    """Yield the files that executed strings have created, at the client and on the robot."""
     for folder in (rover.machine.home, rover.client.folder, rover.project, Path.home(), Path.cwd()):
         yield from (path for path in folder.glob(f"**/{CANARY}*") if path.is_file())
 

@@ -40,7 +40,7 @@ LIMIT_S = 180.0
 
 @dataclass(frozen=True)
 class Interruption:
-    """An interruption of a push."""
+    """An interruption of a push: what is interrupted, and when."""
 
     kind: str
     after_s: float
@@ -50,7 +50,7 @@ class Interruption:
 
 
 def main() -> bool:
-    """Print the outcomes of each kind; return whether a release ran after every trial."""
+    """Print the outcomes of each kind of interruption. Return whether a release ran after each trial."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--trials", type=at_least_one, default=30)
     parser.add_argument("--seed", type=int, default=1)
@@ -89,12 +89,11 @@ def _compute_speed(trial: int) -> float:
 
 
 def _format_requirement(trial: int) -> str:
-    """Return a requirement that differs in each trial. The same package meets all of them."""
+    """Return the requirement of a trial. The requirements differ, but one package meets all of them."""
     return f"six>=1.0.{trial}"
 
 
 def _measure_push_s(rover: Rover, need: str) -> float:
-    """Return the time of a push without an interruption, in seconds."""
     start = perf_counter()
     with add_requirement(rover.project, need) if need else nullcontext():
         rover.drive(2.0)
@@ -102,7 +101,7 @@ def _measure_push_s(rover: Rover, need: str) -> float:
 
 
 def _try_interruption(rover: Rover, drawn: Interruption) -> str:
-    """Push, interrupt the push, and return which release runs afterwards."""
+    """Push a release, interrupt the push, and return which release runs afterwards."""
     old = rover.release
     chosen = [f"speed_rad_s={drawn.speed_rad_s:g}", *(["fault=raise", "at=5"] if drawn.is_broken else [])]
     settings = [word for setting in chosen for word in ("--set", setting)]
@@ -127,7 +126,6 @@ def _find_running(rover: Rover, old: str, drawn: Interruption) -> str:
 
 
 def _read_speed(rover: Rover) -> float:
-    """Return the speed in the manifest of the release that is in place."""
     words = json.loads((rover.files / "current" / "release.json").read_text())["run"]
     return next(float(word.partition("=")[2]) for word in words if word.startswith("speed_rad_s="))
 

@@ -16,7 +16,7 @@ from collections.abc import Mapping, Sequence
 
 import cv2
 
-from benchmarks.eyes.frames import LabelledFrame, frame
+from benchmarks.eyes.frames import LabelledFrame, draw_frame
 from benchmarks.eyes.masks import Point
 from benchmarks.eyes.rivals import BallTracking, ChromaTable, Classical, FindBlobs
 from benchmarks.eyes.scoring import Finder, Score, Verdict, judge_frames
@@ -32,7 +32,7 @@ INTRINSICS = Intrinsics(320, 240, math.radians(62))
 
 
 class Detector:
-    """The project's detector, used as in green-search: the first of its blobs."""
+    """The project's `ColourDetector` as a finder: returns the first blob, as green-search does."""
 
     def __init__(self) -> None:
         self._of_hue: dict[float, ColourDetector] = {}
@@ -65,7 +65,7 @@ def main() -> int:
     parser.add_argument("--frames", type=at_least_one, default=1000)
     options = parser.parse_args()
     cv2.setNumThreads(1)
-    frames = [frame(options.seed, number) for number in range(options.frames)]
+    frames = [draw_frame(options.seed, number) for number in range(options.frames)]
     print(machine())
     print(f"{len(frames)} frames, {sum(one.has_ball for one in frames)} with a ball; every second frame is hard")
     verdicts = {name: judge_frames(finder, frames) for name, finder in FINDERS.items()}
@@ -94,7 +94,7 @@ def _format_error(score: Score) -> str:
 
 
 def _print_times(frames: Sequence[LabelledFrame]) -> float:
-    """Print the time of a call in copies of the frame; return the detector's median on uncached frames."""
+    """Print the time of a call of each finder, in copies of a frame. Return the detector's median without a cache."""
     rows = []
     medians = []
     for name, finder in FINDERS.items():

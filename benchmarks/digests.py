@@ -36,7 +36,7 @@ from benchmarks.report import at_least_one, machine, print_table
 SIMULATORS = ("kinematic", "mujoco", "pybullet", "virtualpi")
 WORLDS = ("arena", "clutter", "occluded", "open")
 LONG = {"kinematic": (8, 40), "mujoco": (4, 30), "pybullet": (2, 15), "virtualpi": (5, 40)}
-"""The number of seeds of a whole search in each simulator, and the time limit in simulated seconds."""
+"""For each simulator: the number of seeds of a whole search, and its time limit in simulated seconds."""
 
 SEEING, HEARING = "green-search --world open --seed 1", "avoid-obstacles --world arena --seed 3"
 """Runs that soon see the ball, or have obstacles in range, so that a fault has an effect."""
@@ -52,13 +52,13 @@ STOPS = (
     *(f"{SEEING} --fault '{fault}'" for fault in ("right_motor dead after=1", "camera freeze after=1")),
     *(f"{HEARING} --fault '{fault} after=1'" for fault in ("left_motor reversed", "range freeze", "encoders freeze")),
 )
-"""Faults that the safety stage stops."""
+"""Runs with a fault that makes the safety stage stop the robot."""
 
 EVERY = 19
-"""The step between the commands of ``--quick``: a prime, so that all backends and kinds are among them."""
+"""``--quick`` takes each nineteenth command. This is a prime number, so that all backends and kinds are included."""
 
 LIMIT_S = 900
-"""The most seconds that a command takes."""
+"""The time limit of a command, in seconds."""
 
 STOPPED = 4
 """The exit status of a run that the safety stage stopped."""
@@ -67,10 +67,10 @@ FIELDS = (
     *("backend", "trace_sha256", "exit_status", "outcome", "verified", "sim_time_s", "ticks", "contacts"),
     *("distance_to_target_m", "interventions", "milestones", "conditions"),
 )
-"""The fields of ``--json`` that are compared. The others hold texts, or times of this machine."""
+"""The fields of ``--json`` that are compared. The others contain texts, or times of this machine."""
 
-WORDS = {"/run", "/result", "/log"}
-"""The channels of a recording that are not compared. They hold texts, or times of this machine."""
+TEXT_CHANNELS = {"/run", "/result", "/log"}
+"""The channels of a recording that are not compared, because they contain texts or times of this machine."""
 
 ERROR_TEXT = re.compile(rb'"message":"(?:[^"\\]|\\.)*",?')
 """The text of an error in a tick, which may change. Its class and its fields are compared."""
@@ -79,13 +79,15 @@ Digest = dict[str, Any]
 
 
 def main() -> int:
-    """Record or compare, and print the counts."""
+    """Record or compare the digests, and print the counts."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("action", choices=("record", "compare"))
     parser.add_argument("folder", type=Path, help="the folder of the digests and the recordings")
     parser.add_argument("--jobs", type=at_least_one, default=2, help="the number of commands that run at a time")
     parser.add_argument("--quick", action="store_true", help="only a twentieth of the commands")
-    parser.add_argument("--only", metavar="WORDS", default="", help="only the commands with these words, in this order")
+    parser.add_argument(
+        "--only", metavar="WORDS", default="", help="only the commands that contain these words in this order"
+    )
     options = parser.parse_args()
     file, recordings = options.folder / "digests.json", options.folder / "recordings"
     if file.exists() != (options.action == "compare"):
@@ -96,7 +98,7 @@ def main() -> int:
         2 * options.quick :: EVERY if options.quick else 1
     ]
     if not commands:
-        parser.error(f"no command has the words {options.only!r}")
+        parser.error(f"no command contains the words {options.only!r}")
     print(machine())
     with ThreadPoolExecutor(options.jobs) as pool:
         if known:
@@ -111,7 +113,7 @@ def main() -> int:
 
 
 def _list_commands() -> Iterator[str]:
-    """Yield the commands, the longest first; each `run` is recorded."""
+    """Yield the commands, the longest first. Each `run` command also makes a recording."""
     yield from _list_sweeps()
     for backend in (*SIMULATORS, "mock"):
         for seed, world in enumerate((*WORLDS, "arena"), 1):
@@ -151,7 +153,7 @@ def _list_sweeps() -> Iterator[str]:
 
 
 def _compute_digests(command: str, recordings: Path) -> dict[str, Digest]:
-    """Return the digest of each run of a command. If it has no results, print the error and return none."""
+    """Return the digest of each run of a command. If the command fails, print its error and return an empty dict."""
     words, recording, digests = shlex.split(command), recordings / _get_recording_name(command), dict[str, Digest]()
     with TemporaryDirectory() as folder:
         if is_sweep := words[0] == "sweep":
@@ -181,7 +183,7 @@ def _digest_channels(recording: Path) -> Digest:
         return {}
     except McapError as error:
         return {"recording": str(error)}
-    return {topic: digest.hexdigest()[:16] for topic, digest in sorted(digests.items()) if topic not in WORDS}
+    return {topic: digest.hexdigest()[:16] for topic, digest in sorted(digests.items()) if topic not in TEXT_CHANNELS}
 
 
 def _run_robotcore(*words: str) -> dict[str, Any]:
@@ -234,7 +236,7 @@ def _compare_replay(recording: Path, trace: str) -> str:
 
 
 def _get_command(key: str) -> str:
-    """Return the command of a run. A sweep has many runs."""
+    """Return the command of a run's key. The runs of a sweep have the same command."""
     return key.partition(": ")[0]
 
 

@@ -27,10 +27,10 @@ from tests.drivers.raspberrypi.ranging.modules import ECHO, NO_ECHO, NOSE, TRIGG
 
 BOUND_M = 0.01
 NOISE_M = 0.003
-"""Standard deviation of a distance. Source: HC-SR04 data sheet, ElecFreaks: ranging accuracy up to 3 mm."""
+"""The standard deviation of a measured distance, in metres. Source: data sheet of the HC-SR04, ElecFreaks."""
 LOST = 0.1
 READS = 2000
-OFF = "received, measured with an error above 1 cm and the echo's own"
+OFF = "received, but measured with an error of more than 1 cm beside the drawn one"
 WRONG = (OFF, "received, no sample", "lost, measured as a distance", "lost, measured as inf")
 
 
@@ -63,7 +63,7 @@ def main() -> int:
 
 
 def _judge_echoes(cycles: int, draw: random.Random) -> tuple[Counter[str], float]:
-    """Return the number of cycles with each result, and the largest error of a distance in metres."""
+    """Simulate echoes. Return the number of cycles with each result, and the largest error of a distance in metres."""
     echoes = [Echo(1.0, 1.0), *_draw_echoes(cycles, draw)]
     bench = Bench([echo.edges for echo in echoes])
     counts, worst = Counter(dict.fromkeys(("received, measured", "lost, no sample", *WRONG), 0)), 0.0
@@ -98,7 +98,7 @@ def _judge_echo(echo: Echo, distance: float, *, is_new: bool) -> str:
 
 
 def _compare_cost(pairs: int) -> tuple[float, float, float]:
-    """Return the ratio of the times of a read and of gpiozero's, with its interval."""
+    """Return the ratio between the times of a read and of gpiozero's read, with its 95 % interval."""
     from gpiozero import DistanceSensor
     from gpiozero.pins.mock import MockFactory, MockPin, MockTriggerPin
 

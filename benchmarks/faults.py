@@ -25,12 +25,12 @@ from robotcore.sweep.spec import parse_seeds
 
 APP = "green-search"
 NAMING = (3, 4)
-"""The exit statuses of a run that a device, or the safety stage, ended."""
+"""The exit statuses of a run that was ended by a device's error or by the safety stage."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """A fault, and the reason why it makes a contact unavoidable; the reason is empty if it does not."""
+    """A fault, and the reason why it makes a contact unavoidable. The reason is empty if a contact is avoidable."""
 
     spec: str
     touching: str = ""
@@ -68,7 +68,7 @@ CASES = (
 
 @dataclass(frozen=True)
 class Tally:
-    """The runs of one fault on one backend. Each is in one of the three lists, and may have contacts too."""
+    """The runs with one fault on one backend. Each run is in one of three lists, whether or not it had a contact."""
 
     case: Case
     backend: str
@@ -93,7 +93,7 @@ class Tally:
 
     @property
     def suspicious(self) -> list[Record]:
-        """The runs that need a look: contacts, or neither a success nor a named fault."""
+        """The runs to inspect: those with a contact, or with neither a success nor a reason that names the fault."""
         return [record for record in self.records if record in self.others or record in self.touching]
 
     @property
@@ -132,7 +132,7 @@ def main() -> int:
     print_table(columns, map(_build_row, tallies))
     for tally in tallies:
         for record in tally.suspicious:
-            print(f"look at: {record.command}  # {format_failure(record)}")
+            print(f"inspect: {record.command}  # {format_failure(record)}")
     return int(not all(tally.is_passed for tally in tallies))
 
 

@@ -28,7 +28,7 @@ from tests.robotcore.safety.guardian.doubles import MOTORS
 from tests.robotcore.safety.guardian.recorder import Note, notes
 
 MOMENTS_S = 0.3
-"""A process is killed within this time, some ticks, after its third tick."""
+"""The longest time between the third tick of a process and its kill, in seconds."""
 
 
 def main() -> int:
@@ -53,7 +53,7 @@ def main() -> int:
 
 
 def _kill_run(diary: Path, random: Random) -> float | None:
-    """Return the seconds from the kill until the last motor was stopped; None if one was not."""
+    """Kill a run at a random moment. Return the seconds until all motors were stopped; None if one was not."""
     process = subprocess.Popen(  # noqa: S603
         [sys.executable, "-m", "tests.robotcore.safety.guardian.guarded_run", "drives", str(diary)],
         stdout=subprocess.PIPE,
@@ -69,8 +69,11 @@ def _kill_run(diary: Path, random: Random) -> float | None:
 
 
 def _hold_lock(diary: Path, holds: int, seed: int) -> Iterator[float | None]:
-    """Yield the seconds from the last command until the last motor was stopped, for each hold; None if one was not."""
-    subprocess.run([sys.executable, "-m", "benchmarks.held_run", str(diary), str(holds), str(seed)], check=True)  # noqa: S603
+    """Execute a run that holds the interpreter lock ``holds`` times.
+
+    For each hold, yield the seconds from the last command until all motors were stopped; None if one was not.
+    """
+    subprocess.run([sys.executable, "-m", "benchmarks.lock_holding_run", str(diary), str(holds), str(seed)], check=True)  # noqa: S603
     entries = notes(diary)
     begins, ends = ([note.time for note in entries if note.action == what] for what in ("hold", "let go"))
     for begin, end in zip(begins, ends, strict=True):
@@ -79,7 +82,7 @@ def _hold_lock(diary: Path, holds: int, seed: int) -> Iterator[float | None]:
 
 
 def _compute_delay(time: float, entries: Sequence[Note]) -> float | None:
-    """Return the seconds from a time until each motor had its first stop; None if one had none."""
+    """Return the seconds from a time until each motor had its first stop; None if a motor had no stop."""
     firsts = [[note.time for note in entries if note.action == f"stop {motor}"] for motor in MOTORS]
     return max(min(stops) for stops in firsts) - time if all(firsts) else None
 

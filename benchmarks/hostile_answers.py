@@ -15,7 +15,7 @@ from benchmarks.deploy_injection import CANARY, TOUCH
 RELEASE = "2026-11-21T22-40-03Z"
 RECORDING = f"{RELEASE}.mcap"
 ENDLESS = b"\0endless\0"
-"""The start of an answer whose next piece is repeated without an end."""
+"""The mark in an answer before a piece that is sent again and again, without an end."""
 
 ESCAPES = f"\x1b]0;{CANARY}\x07\x1b[2J\x1b]52;c;cHduZWQ=\x07\r\x9b2J\u202e"
 FORGED = f"no\nerror: forged. run: {TOUCH}"
@@ -62,10 +62,10 @@ JUDGED: dict[str, Any] = {
 
 @dataclass(frozen=True)
 class HostileRobot:
-    """A hostile robot: the command that meets it, its answer to each action, and the content of its home.
+    """A hostile robot: the client's command, the answers to its actions, and the files of the robot and the client.
 
-    ``furnish`` makes the robot's folder of recordings, ``desk`` the folder of the user; ``rsync`` is a script that
-    answers in place of the robot's rsync.
+    ``furnish`` writes the robot's folder of recordings, and ``desk`` the client's working directory. ``rsync`` is a
+    script that replaces the robot's rsync.
     """
 
     name: str
@@ -76,31 +76,31 @@ class HostileRobot:
     rsync: str = ""
 
 
-def line(message: Any) -> bytes:
-    """Return a line of an answer."""
+def encode_line(message: Any) -> bytes:
+    """Return a message of the robot as a line."""
     return b"\x1e" + json.dumps(message).encode() + b"\n"
 
 
-def done(value: Any) -> bytes:
-    """Return the whole answer to a call."""
-    return line({"begun": "x"}) + line({"done": value})
+def encode_result(value: Any) -> bytes:
+    """Return the robot's complete answer to a call."""
+    return encode_line({"begun": "x"}) + encode_line({"done": value})
 
 
-def listed(*names: Any, size: Any = 4, **more: Any) -> bytes:
-    """Return a list of recordings."""
+def encode_list(*names: Any, size: Any = 4, **more: Any) -> bytes:
+    """Return the robot's answer with a list of recordings."""
     each = {"bytes": size, "is_file": True, "is_being_written": False, **more}
-    return done({"recordings": [{"name": name, **each} for name in names]})
+    return encode_result({"recordings": [{"name": name, **each} for name in names]})
 
 
 def build_hostile_robots() -> list[HostileRobot]:
-    """Return all robots, those of different commands in turn, so that the first few are a sample."""
-    groups = [list(group()) for group in (_files, _lists, _damaged, _words, _pushes, _transfers)]
+    """Return all hostile robots. Robots of different groups alternate, so that the first few are a sample of all."""
+    groups = [list(group()) for group in _GROUPS]
     rounds = max(map(len, groups))
     return [group[number] for number in range(rounds) for group in groups if number < len(group)]
 
 
-def _files() -> Iterator[HostileRobot]:
-    """Yield robots with hostile files among the recordings, and valid answers."""
+def _list_file_robots() -> Iterator[HostileRobot]:
+    """Yield robots with hostile files among their recordings, and valid answers."""
     fetch = ("fetch",)
     names = (
         "evil.py", ".bashrc", ".hidden.mcap", "a b.mcap", f"$({TOUCH}).mcap", f"`{TOUCH}`.mcap", f"; {TOUCH};.mcap",
@@ -119,98 +119,100 @@ def _files() -> Iterator[HostileRobot]:
         yield HostileRobot(f"{name} is a link", fetch, furnish=_recording, desk=partial(_link_folder, name))
 
 
-def _lists() -> Iterator[HostileRobot]:
-    """Yield robots with false lists of recordings."""
+def _list_list_robots() -> Iterator[HostileRobot]:
+    """Yield robots that send false lists of recordings."""
     lies: dict[str, bytes] = {
-        "name of ../": listed("../../../../../etc/hostname.mcap"),
-        "absolute name": listed("/etc/hostname.mcap"),
-        "name of ..": listed(".."),
-        "name with NUL": listed("a\0.mcap"),
-        "name is a number": listed(5),
-        "name is null": listed(None),
-        "size is text": listed(RECORDING, size="4"),
-        "size is NaN": listed(RECORDING, size=float("nan")),
-        "size below 0": listed(RECORDING, size=-1),
-        "size of 2^200": listed(RECORDING, size=1 << 200),
-        "size of 2^60": listed(RECORDING, size=1 << 60),
-        "larger than it says": listed(RECORDING, size=1),
-        "smaller than it says": listed(RECORDING, size=1000),
-        "not there": listed("absent.mcap"),
-        "link called a file": listed("evil.mcap", size=5),
-        "pipe called a file": listed("pipe.mcap", size=5),
-        "twice the same": listed(RECORDING, RECORDING),
-        "no list": done({"recordings": {}}),
-        "a million names": listed(*("x" * 4,) * 1_000_000),
-        "50 000 bad names": listed(*(f"{number}.py" for number in range(50_000))),
+        "name of ../": encode_list("../../../../../etc/hostname.mcap"),
+        "absolute name": encode_list("/etc/hostname.mcap"),
+        "name of ..": encode_list(".."),
+        "name with NUL": encode_list("a\0.mcap"),
+        "name is a number": encode_list(5),
+        "name is null": encode_list(None),
+        "size is text": encode_list(RECORDING, size="4"),
+        "size is NaN": encode_list(RECORDING, size=float("nan")),
+        "size below 0": encode_list(RECORDING, size=-1),
+        "size of 2^200": encode_list(RECORDING, size=1 << 200),
+        "size of 2^60": encode_list(RECORDING, size=1 << 60),
+        "larger than it says": encode_list(RECORDING, size=1),
+        "smaller than it says": encode_list(RECORDING, size=1000),
+        "not there": encode_list("absent.mcap"),
+        "link called a file": encode_list("evil.mcap", size=5),
+        "pipe called a file": encode_list("pipe.mcap", size=5),
+        "twice the same": encode_list(RECORDING, RECORDING),
+        "no list": encode_result({"recordings": {}}),
+        "a million names": encode_list(*("x" * 4,) * 1_000_000),
+        "50 000 bad names": encode_list(*(f"{number}.py" for number in range(50_000))),
     }
     for name, answer in lies.items():
         yield HostileRobot(f"list: {name}", ("fetch", "--move"), {"recordings": answer}, furnish=_traps)
 
 
-def _damaged() -> Iterator[HostileRobot]:
-    """Yield robots with invalid answers."""
-    said = line({"begun": "x"})
+def _list_damage_robots() -> Iterator[HostileRobot]:
+    """Yield robots that send damaged answers."""
+    said = encode_line({"begun": "x"})
     raw: dict[str, bytes] = {
         "nothing": b"",
         "no JSON": b"\x1e{",
-        "a list": line([]),
-        "null": line(None),
+        "a list": encode_line([]),
+        "null": encode_line(None),
         "no answer": said,
-        "no keys": done({}),
-        "answer is text": done("evil"),
+        "no keys": encode_result({}),
+        "answer is text": encode_result("evil"),
         "nested": b"\x1e" + b"[" * 1_000_000,
         "a number of 5000 digits": b'\x1e{"done": ' + b"9" * 5000 + b"}",
         "not UTF-8": b'\x1e{"done": "\xff"}',
         "a lone surrogate": b'\x1e{"done": {"state": "\\ud800"}}',
-        "infinite time": done({**STATE, "for_s": float("inf")}),
-        "time of 1e300 s": done({**STATE, "for_s": 1e300}),
-        "release ..": done({**STATE, "release": "../../.."}),
-        "release of text": done({**STATE, "release": f"$({TOUCH})"}),
-        "refusal without a fault": said + line({"refused": {}}),
-        "progress of a number": said + line({"say": 5}),
+        "infinite time": encode_result({**STATE, "for_s": float("inf")}),
+        "time of 1e300 s": encode_result({**STATE, "for_s": 1e300}),
+        "release ..": encode_result({**STATE, "release": "../../.."}),
+        "release of text": encode_result({**STATE, "release": f"$({TOUCH})"}),
+        "refusal without a fault": said + encode_line({"refused": {}}),
+        "progress of a number": said + encode_line({"say": 5}),
         "a line without an end": said + ENDLESS + b"x" * 4096,
         "an answer without an end": said + b"\x1e" + ENDLESS + b"[" * 4096,
         "lines without an end": said + ENDLESS + b"evil\n" * 1000,
-        "progress without an end": said + ENDLESS + line({"say": ESCAPES}) * 50,
+        "progress without an end": said + ENDLESS + encode_line({"say": ESCAPES}) * 50,
     }
     for number, (name, answer) in enumerate(raw.items()):
         command = ("status", "logs", "start", "stop", "list", "rollback")[number % 6]
         action = {"list": "releases"}.get(command, command)
         yield HostileRobot(f"{command}: {name}", (command,), {action: answer})
-    yield HostileRobot("remove: kept is text", ("remove", "--yes"), {"remove": done({"kept": "evil"})})
+    yield HostileRobot("remove: kept is text", ("remove", "--yes"), {"remove": encode_result({"kept": "evil"})})
 
 
-def _words() -> Iterator[HostileRobot]:
-    """Yield robots whose texts have control characters or line breaks."""
-    said = line({"begun": "x"})
-    refusal = line({"refused": {"fault": FORGED + ESCAPES, "remedy": ESCAPES, "kind": ESCAPES}})
+def _list_text_robots() -> Iterator[HostileRobot]:
+    """Yield robots whose texts contain control characters or line breaks."""
+    said = encode_line({"begun": "x"})
+    refusal = encode_line({"refused": {"fault": FORGED + ESCAPES, "remedy": ESCAPES, "kind": ESCAPES}})
     for command in ("status", "logs", "fetch"):
         yield HostileRobot(
             f"{command}: refusal forges a line", (command,), {"recordings": refusal, command: said + refusal}
         )
-    yield HostileRobot("logs: escapes", ("logs",), {"logs": said + f"{ESCAPES}\n".encode() + line({"done": {}})})
+    yield HostileRobot("logs: escapes", ("logs",), {"logs": said + f"{ESCAPES}\n".encode() + encode_line({"done": {}})})
     yield HostileRobot(
-        "logs: bytes", ("logs",), {"logs": said + bytes(range(32)) * 3 + b"\xff\xfe\n" + line({"done": {}})}
+        "logs: bytes", ("logs",), {"logs": said + bytes(range(32)) * 3 + b"\xff\xfe\n" + encode_line({"done": {}})}
     )
     texts = {"words": ESCAPES, "reason": FORGED, "lines": [ESCAPES, FORGED], "state": FORGED, "verdict": ESCAPES}
-    yield HostileRobot("status: escapes", ("status",), {"status": done({**STATE, **texts})})
-    yield HostileRobot("status --json: escapes", ("status", "--json"), {"status": done({**STATE, **texts})})
-    yield HostileRobot("start: 8 MB of escapes", ("start",), {"start": done({**STATE, "reason": ESCAPES * 100_000})})
+    yield HostileRobot("status: escapes", ("status",), {"status": encode_result({**STATE, **texts})})
+    yield HostileRobot("status --json: escapes", ("status", "--json"), {"status": encode_result({**STATE, **texts})})
+    yield HostileRobot(
+        "start: 8 MB of escapes", ("start",), {"start": encode_result({**STATE, "reason": ESCAPES * 100_000})}
+    )
     yield HostileRobot(
         "rollback: markup",
         ("rollback",),
-        {"rollback": said + line({"say": "[/] [bold"}) + done({**JUDGED, "outcome": FORGED})},
+        {"rollback": said + encode_line({"say": "[/] [bold"}) + encode_result({**JUDGED, "outcome": FORGED})},
     )
 
 
-def _pushes() -> Iterator[HostileRobot]:
-    """Yield robots with a hostile step of a push."""
+def _list_push_robots() -> Iterator[HostileRobot]:
+    """Yield robots that are hostile in a step of a push."""
     good = {
-        "probe": done(FACTS),
-        "begin": done(BEGUN),
-        "install": done(INSTALLED),
-        "activate": done(JUDGED),
-        "discard": done({}),
+        "probe": encode_result(FACTS),
+        "begin": encode_result(BEGUN),
+        "install": encode_result(INSTALLED),
+        "activate": encode_result(JUDGED),
+        "discard": encode_result({}),
     }
     bad: dict[str, tuple[str, Any]] = {
         "no facts": ("probe", {}),
@@ -228,10 +230,10 @@ def _pushes() -> Iterator[HostileRobot]:
         "verdict without lines": ("activate", {**JUDGED, "lines": None}),
     }  # fmt: skip
     for name, (action, answer) in bad.items():
-        yield HostileRobot(f"push: {name}", ("push", "--skip-checks"), {**good, action: done(answer)})
+        yield HostileRobot(f"push: {name}", ("push", "--skip-checks"), {**good, action: encode_result(answer)})
 
 
-def _transfers() -> Iterator[HostileRobot]:
+def _list_transfer_robots() -> Iterator[HostileRobot]:
     """Yield robots whose rsync is hostile."""
     sender = 'exec rsync "$@"'
     scripts = {
@@ -245,7 +247,7 @@ def _transfers() -> Iterator[HostileRobot]:
         "rsync sends a link": f"ln -sf ../../../app.py robotcore/recordings/{RECORDING}; {sender}",
     }  # fmt: skip
     for name, script in scripts.items():
-        yield HostileRobot(name, ("fetch",), {"recordings": listed(RECORDING)}, furnish=_recording, rsync=script)
+        yield HostileRobot(name, ("fetch",), {"recordings": encode_list(RECORDING)}, furnish=_recording, rsync=script)
 
 
 def _put(name: str, home: Path) -> None:
@@ -279,3 +281,13 @@ def _link_folder(name: str, desk: Path) -> None:
     (desk / "elsewhere").mkdir()
     (desk / name).parent.mkdir(parents=True, exist_ok=True)
     _link(name, str(desk / "elsewhere"), desk)
+
+
+_GROUPS = (
+    _list_file_robots,
+    _list_list_robots,
+    _list_damage_robots,
+    _list_text_robots,
+    _list_push_robots,
+    _list_transfer_robots,
+)

@@ -47,7 +47,7 @@ _COMMAND = "from robotcore.cli.main import main; main()"
 
 
 class Cost(NamedTuple):
-    """The cost of a command on a file, and the fault of its ending; empty if there is none."""
+    """The cost of a command on a file, and the problem of its ending, which is empty if there is none."""
 
     file: str
     command: str
@@ -57,7 +57,7 @@ class Cost(NamedTuple):
 
 
 def main() -> int:
-    """Measure both and print them."""
+    """Measure the catalogue and the random changes, and print the results."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--files", type=int, default=10_000, help="How many are changed at random.")
     parser.add_argument("--kinds", type=int, metavar="N", help="only the first N of the catalogue; all if left out")
@@ -105,7 +105,7 @@ def _measure_catalogue(base: Path, kinds: int | None, *, is_small: bool) -> Iter
 
 
 def _make_apart(name: str, base: Path, file: Path, *, is_small: bool) -> None:
-    """Make a file in another process, because the memory of a child is counted from that of its parent on."""
+    """Make a file in another process, because the size of this process counts in its children's memory."""
     options = ["--make", name, str(base), str(file), *(["--small"] if is_small else [])]
     subprocess.run([sys.executable, "-m", "benchmarks.hostile_recordings", *options], check=True)  # noqa: S603  this module itself
 
@@ -122,7 +122,7 @@ def _measure(name: str, base: Path, file: Path, work: Path) -> Iterator[Cost]:
 
 
 def _run_apart(name: str, command: list[str], file: Path, work: Path) -> Cost:
-    """Run a command in another process."""
+    """Execute a command on a file in another process, and measure its cost."""
     with tempfile.TemporaryFile("w+", errors="replace") as out:
         options = [sys.executable, "-c", _COMMAND, *command]
         process = subprocess.Popen(options, cwd=work, stdout=out, stderr=out)  # noqa: S603  robotcore's own command
@@ -145,7 +145,7 @@ def _judge(name: str, command: str, megabytes: float, seconds: float, status: in
     if "Traceback" in output or status not in STATUSES:
         fault = f"status {status}: {output.strip().splitlines()[-1] if output.strip() else 'no word'}"
     elif _CONTROL.search(output):
-        fault = "a control character is printed"
+        fault = "the output has a control character"
     elif megabytes > MEMORY_BOUND_MB or seconds > TIME_BOUND_S:
         fault = f"{megabytes:.0f} MB, {seconds:.1f} s"
     return Cost(name, command, megabytes, seconds, fault)
@@ -164,7 +164,7 @@ def _measure_fuzzed(base: Path, seed: int, count: int) -> Iterator[Cost]:
 
 
 def _run_batch(base: Path, seed: int, numbers: range) -> int:
-    """Print the costs of files with random changes, as a line of JSON. Memory is the peak of the process so far."""
+    """Print the costs of files with random changes as a line of JSON. The memory is the peak of the process so far."""
     original, costs = SourceRecording.of(base), []
     signal.signal(signal.SIGALRM, _give_up)
     with tempfile.TemporaryDirectory() as folder:

@@ -39,7 +39,7 @@ from tests.robotcore.deploy.sshd import Sshd, serving
 
 LIMIT_S = 60.0
 WELCOME = (RECORDING, "evil.mcap")
-"""The names of recordings that are accepted."""
+"""The names of recordings that a client may fetch."""
 
 TRACEBACK = "Traceback (most recent call last)"
 FAILURES = ("executed", "written", "tracebacks", "raw", "hung")
@@ -96,7 +96,7 @@ except BrokenPipeError:
 
 @dataclass(frozen=True)
 class RobotResult:
-    """The result of one robot: its command, the seconds, and the faults."""
+    """The result of one hostile robot: the client's command, its seconds, and the harm that it did."""
 
     command: str
     seconds: float
@@ -104,7 +104,7 @@ class RobotResult:
 
 
 def main() -> bool:
-    """Print the results of each command; return whether there is no fault."""
+    """Print the results of each command. Return whether no robot did harm."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--kinds", type=int, metavar="N", help="only the first N; all if left out")
     parser.add_argument("--verbose", action="store_true", help="print what each command writes")
@@ -129,7 +129,7 @@ def _row(name: str, results: Sequence[RobotResult]) -> list[str]:
 
 
 def _run_robot(folder: Path, robot: HostileRobot, options: argparse.Namespace) -> RobotResult:
-    """Run the command of one robot, and judge its effects."""
+    """Execute the client's command for one robot, and look for harm."""
     folder.mkdir()
     desk = _make_desk(folder, robot)
     script = folder / "robot.py"
@@ -145,9 +145,7 @@ def _run_robot(folder: Path, robot: HostileRobot, options: argparse.Namespace) -
             failures.append("written")
     shutil.rmtree(folder)
     if failures or options.verbose:
-        print(
-            f"{robot.name}: {', '.join(failures) or 'well'}, exit status {status}, {seconds:.1f} s: {written[:300]!a}"
-        )
+        print(f"{robot.name}: {', '.join(failures) or 'harmless'}, status {status}, {seconds:.1f} s: {written[:300]!a}")
     return RobotResult(robot.command[0], seconds, tuple(failures))
 
 
@@ -175,7 +173,7 @@ def _furnish(server: Sshd, robot: HostileRobot) -> None:
 
 
 def _type(server: Sshd, desk: Path, robot: HostileRobot) -> tuple[str, int | None, float]:
-    """Run the command at the desk; return what it writes, its exit status (None if it hangs), and the seconds."""
+    """Execute the command at the client. Return its output, its exit status (None if it hangs), and its seconds."""
     name, *options = robot.command
     command = (
         sys.executable,
@@ -218,7 +216,7 @@ def _find_failures(written: str, status: int | None) -> Iterator[str]:
 
 
 def _digests(desk: Path) -> Iterator[tuple[str, str]]:
-    """Yield what is at the desk, but for plain recordings in the robot's own folder; a link or a program counts."""
+    """Yield the client's files with their digests, except plain recordings in the folder of the robot."""
     own = desk / "project" / "recordings" / "robot"
     for path in desk.rglob("*"):
         if path == own / PARTIAL:

@@ -39,7 +39,7 @@ RAW_BOUND, KINEMATIC_BOUND, OTHER_BOUND = 0.98, 5.0, 3.0
 
 
 class LookRound(Behaviour):
-    """Drives and looks for the ball for ``left`` ticks."""
+    """An app that drives and looks for the ball. It ends after ``left`` ticks."""
 
     needs = frozenset({Role.DRIVE, Role.CAMERA})
 
@@ -72,19 +72,19 @@ def main() -> int:
     for backend in backends:
         by_hand = _make_timer(BASELINES[backend](robot, world), options.ticks)
         raw = paired_ratios(by_hand, timers[backend], options.pairs)
-        rows.append(_build_row(f"a loop on {backend}, against the same by hand", raw, RAW_BOUND))
+        rows.append(_build_row(f"a loop on {backend}, compared with the same loop by hand", raw, RAW_BOUND))
     for other in others:
         faster = paired_ratios(timers[first], timers[other], options.pairs)
-        rows.append(_build_row(f"the loop on {other}, against {first}", faster, OTHER_BOUND))
+        rows.append(_build_row(f"the loop on {other}, compared with {first}", faster, OTHER_BOUND))
     saved = paired_ratios(_make_search_timer(first), _make_search_timer("kinematic"), options.pairs)
-    rows.append(_build_row(f"green-search on the kinematic simulator, against {first}", saved, KINEMATIC_BOUND))
+    rows.append(_build_row(f"green-search on the kinematic simulator, compared with {first}", saved, KINEMATIC_BOUND))
     print(machine())
     print_table((f"speed, {options.pairs} pairs", "median", "95 % interval of it", "bound"), [row[:-1] for row in rows])
     return int(not all(row[-1] for row in rows))
 
 
 def _make_timer(block: Block, ticks: int) -> Callable[[], float]:
-    """Return a function that times a block."""
+    """Return a function that executes a block of ticks and returns its duration."""
 
     def timed() -> float:
         start = perf_counter()
@@ -95,7 +95,7 @@ def _make_timer(block: Block, ticks: int) -> Callable[[], float]:
 
 
 def _make_search_timer(backend: str) -> Callable[[], float]:
-    """Return a function that times the first seconds of a search in a new world, per simulated second."""
+    """Return a function that executes the first seconds of a search, and returns its duration per simulated second."""
     seeds = count(SEED)
 
     def search() -> float:
@@ -106,7 +106,7 @@ def _make_search_timer(backend: str) -> Callable[[], float]:
 
 
 class Row(NamedTuple):
-    """A printed claim, and whether it holds."""
+    """A row of the table, and whether its bound is met."""
 
     claim: str
     median: str

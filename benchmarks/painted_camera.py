@@ -55,7 +55,7 @@ EngineCamera = BulletCamera | MujocoCamera
 
 
 class Comparison(NamedTuple):
-    """One view: the shift of the ball, the differences of its area and of colours, and the time of each camera."""
+    """The comparison of one view: shift and area of the ball, mean colours, and the time of each camera."""
 
     shift_px: float
     area: float
@@ -69,13 +69,13 @@ class Comparison(NamedTuple):
 
 
 def main() -> None:
-    """Compare and print a row for each world."""
+    """Compare the cameras, and print a row for each world."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--backend", default="pybullet", choices=ENGINES)
     parser.add_argument("--worlds", default="arena,clutter")
     parser.add_argument("--poses", type=at_least_one, default=100, help="the number of poses for each world")
-    parser.add_argument("--randomise", action="store_true", help="with other light, colours and textures")
+    parser.add_argument("--randomise", action="store_true", help="with random light, colours and textures")
     options = parser.parse_args()
     print(machine())
     results = {
@@ -156,7 +156,7 @@ def _compute_masks(camera: EngineCamera, painter: Painter, view: CameraView) -> 
 
 
 def _compute_colour_difference(expected: Image, got: Image, masks: Iterable[tuple[Mask, Mask]]) -> float:
-    """Return the largest difference of the mean colour of an object that both show, in grey levels."""
+    """Return the largest difference between the mean colours of an object in both pictures, in grey levels."""
     return max(
         float(np.abs(expected[theirs].mean(axis=0) - got[ours].mean(axis=0)).max())
         for theirs, ours in masks
@@ -173,7 +173,7 @@ def _compute_difference(expected: Mask, got: Mask) -> tuple[float, float]:
 
 
 def _time_both(camera: EngineCamera, painter: Painter, view: CameraView, draw: random.Random) -> tuple[float, float]:
-    """Return the seconds that each takes. A random one goes first."""
+    """Return the seconds that each camera takes for a view. A random camera goes first."""
     if draw.random() < 0.5:
         engine = _time_picture(camera.picture, view)
         return engine, _time_picture(painter.picture, view)

@@ -1,4 +1,4 @@
-"""Compare two durations on a busy machine, by measuring them in pairs."""
+"""Compare two durations on a busy machine: measure them in pairs, and compute medians with intervals."""
 
 from __future__ import annotations
 
@@ -10,8 +10,11 @@ from collections.abc import Callable, Sequence
 def paired_ratios(first: Callable[[], float], second: Callable[[], float], pairs: int) -> tuple[float, float, float]:
     """Return the median of ``first() / second()``, and its 95 % interval.
 
-    first: returns a duration. second: returns the other one. Both of a pair are measured right after each other, and
-    take turns in going first, so that other load on the machine affects both.
+    first: a function that measures a duration in seconds.
+    second: the function that measures the other duration.
+
+    The two functions of a pair are called right after each other, in alternating order. So other load on the machine
+    affects both.
     """
     ratios = []
     for pair in range(pairs):
@@ -25,10 +28,10 @@ def paired_ratios(first: Callable[[], float], second: Callable[[], float], pairs
 
 
 def median_with_interval(values: Sequence[float]) -> tuple[float, float, float]:
-    """Return the median, and the narrowest pair of values that contains it in 95 of 100 repetitions.
+    """Return the median, and the ends of its 95 % interval, which are two of the values.
 
     The number of values below the true median is binomial with p = 1/2 (the sign test). With less than six values, no
-    pair is that certain, and the interval is from the least to the greatest value.
+    interval is so certain. The function then returns the least and the greatest value.
 
     >>> median_with_interval([3.0, 1.0, 2.0, 5.0, 4.0, 6.0])
     (3.5, 1.0, 6.0)
@@ -39,7 +42,7 @@ def median_with_interval(values: Sequence[float]) -> tuple[float, float, float]:
 
 
 def _outside(count: int) -> int:
-    """Return the number of values at either end whose probability is at most 2.5 %."""
+    """Return how many values at each end of ``count`` sorted ones are outside of the 95 % interval."""
     left_out, below = 0, 1.0
     while 40 * below <= 2**count:
         left_out += 1

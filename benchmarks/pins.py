@@ -32,7 +32,7 @@ Work = Callable[[int], None]
 
 
 def main() -> int:
-    """Time every pair and print medians and ratios."""
+    """Measure every pair of calls, and print medians and ratios."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--pairs", type=at_least_one, default=41)
     parser.add_argument("--calls", type=at_least_one, default=4000)

@@ -38,7 +38,7 @@ KILLED = "tests.robotcore.recording.recording_run"
 
 @dataclass
 class Stopwatch:
-    """The last observer. It measures each tick in ms: its wall time from the step on, and the thread's own time."""
+    """An observer that measures each tick in ms: the wall time from the begin of the step, and the CPU time."""
 
     def begin(self, run: Run) -> None:
         self.ticks: list[tuple[float, float]] = []
@@ -71,7 +71,7 @@ class Cost(NamedTuple):
 
 
 def main() -> int:
-    """Measure and print all three."""
+    """Measure the cost of recorded ticks, of recorded searches and of kills, and print them."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--pairs", type=at_least_one, default=16)
     parser.add_argument("--kills", type=at_least_one, default=50)
@@ -86,7 +86,7 @@ def main() -> int:
 
 
 def _print_cost(file: Path, pairs: int) -> float:
-    """Print the cost of a recording; return the ratio of a tick with one to a tick without."""
+    """Print the cost of a recording. Return the ratio between the times of a tick with and without a recording."""
     costs = [_compare_pair(file, pair) for pair in range(pairs)]
     ratio = paired_ratios(lambda: _time_search_s(file), lambda: _time_search_s(None), pairs)
     size = file.stat().st_size
@@ -103,7 +103,7 @@ def _print_cost(file: Path, pairs: int) -> float:
 
 
 def _compare_pair(file: Path, pair: int) -> Cost:
-    """Run with and without a recording, and compare the same ticks. The order alternates."""
+    """Execute a run with and one without a recording, in alternating order. Compare the times of their ticks."""
     order = (file, None) if pair % 2 else (None, file)
     ticks = {where: _time_ticks_ms(where) for where in order}
     pairs = list(zip(ticks[None], ticks[file], strict=True))
@@ -139,7 +139,7 @@ def _format_cells(values: list[float]) -> tuple[str, str]:
 
 
 def _print_kills(file: Path, kills: int, moments: random.Random) -> float:
-    """Print what killed processes lost; return the largest loss in seconds."""
+    """Kill recording processes, and print how much their recordings lack. Return the largest loss in seconds."""
     missing = list(_measure_missing_s(file, kills, moments))
     opened = [each for each in missing if each is not None]
     rows = [
@@ -169,7 +169,7 @@ def _measure_missing_s(file: Path, kills: int, moments: random.Random) -> Iterat
 
 
 def _kill_recording(file: Path, moment: float) -> float:
-    """Kill a process after ``moment`` seconds of recording; return the time of its last tick."""
+    """Kill a process after ``moment`` seconds of recording. Return the time of its last tick."""
     command = [sys.executable, "-m", KILLED, str(file)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:  # noqa: S603  our own
         assert process.stdout

@@ -24,10 +24,16 @@ from typing import NamedTuple
 import cv2
 
 from benchmarks.pairs import median_with_interval, paired_ratios
-from benchmarks.remote.baseline_cycles import plain_calls, raw_messages
-from benchmarks.remote.cycles import DEVICES, Cycle, blocking_pictures, open_backend_cycle, stepped_pictures
-from benchmarks.remote.doubles import Double
-from benchmarks.remote.line import Line, calls_in, messages_in
+from benchmarks.remote.baseline_cycles import open_client_cycle, open_message_cycle
+from benchmarks.remote.cycles import (
+    DEVICES,
+    Cycle,
+    open_backend_cycle,
+    open_blocking_picture_cycle,
+    open_stepped_picture_cycle,
+)
+from benchmarks.remote.doubles import DoubleProcess
+from benchmarks.remote.round_trip_proxy import RoundTripProxy, list_calls, list_commands
 from benchmarks.report import at_least_one, machine, print_table
 from robotcore.description import draw_world, load_robot, load_world
 from robotcore.hal.backend import Setup
@@ -40,7 +46,7 @@ Way = Callable[[Setup], AbstractContextManager[Cycle]]
 
 
 class Api(NamedTuple):
-    """A backend, the same by hand, how its requests are read, and the robot that its double has in the scene."""
+    """A remote API: its backend, its cycle by hand, the decoder of its requests, and the robot of its double."""
 
     backend: str
     by_hand: Way
@@ -49,23 +55,23 @@ class Api(NamedTuple):
 
 
 APIS = (
-    Api("coppeliasim", plain_calls, calls_in, None),
-    Api("vrep", raw_messages, messages_in, "rover"),
+    Api("coppeliasim", open_client_cycle, list_calls, None),
+    Api("vrep", open_message_cycle, list_commands, "rover"),
 )
 
 
 class Server(NamedTuple):
-    """Where one listens."""
+    """The address of a server."""
 
     host: str
     port: int
 
 
 def main() -> int:
-    """Measure both APIs, or those whose real servers are named, and print the figures."""
+    """Measure both APIs, or those whose real servers the options name, and print the figures."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--pairs", type=at_least_one, default=20)
-    parser.add_argument("--cycles", type=at_least_one, default=50, help="cycles in a half of a pair")
+    parser.add_argument("--cycles", type=at_least_one, default=50, help="the number of cycles in each half of a pair")
     parser.add_argument("--apis", default="coppeliasim,vrep", help="the APIs whose doubles are measured")
     for api in APIS:
         parser.add_argument(f"--{api.backend}", metavar="HOST:PORT", type=_server, help="a real server")
@@ -90,7 +96,7 @@ def _server(text: str) -> Server:
 
 
 def _start_double(api: Api, stack: ExitStack) -> Server:
-    double = stack.enter_context(Double(api.robot, seed=SEED))
+    double = stack.enter_context(DoubleProcess(api.robot, seed=SEED))
     return Server("127.0.0.1", double.legacy_port if api.robot else double.zmq_port)
 
 
@@ -101,7 +107,10 @@ def _setup(server: Server) -> Setup:
 
 
 def _compare_cycles(api: Api, server: Server, pairs: int, cycles: int) -> bool:
-    """Print the times of both ways; return whether the ratio meets the bound, and the requests are equal."""
+    """Print the times of the backend and of the cycle by hand.
+
+    Return whether their ratio meets the bound, and their requests are equal.
+    """
     ways: tuple[Way, Way] = partial(open_backend_cycle, api.backend), api.by_hand
     requests = [_list_requests(way, api, server) for way in ways]
     times: tuple[list[float], list[float]] = ([], [])
@@ -121,8 +130,7 @@ def _compare_cycles(api: Api, server: Server, pairs: int, cycles: int) -> bool:
 
 
 def _list_requests(way: Way, api: Api, server: Server) -> list[str]:
-    """Return the requests of one cycle."""
-    with Line(*server, api.words) as line, way(_setup(Server("127.0.0.1", line.port))) as cycle:
+    with RoundTripProxy(*server, api.words) as line, way(_setup(Server("127.0.0.1", line.port))) as cycle:
         for _ in range(WARMING):
             cycle()
         before = len(line.requests)
@@ -131,24 +139,24 @@ def _list_requests(way: Way, api: Api, server: Server) -> list[str]:
 
 
 def _time_cycles(way: Way, server: Server, cycles: int, noted: list[float]) -> float:
-    """Return the median time of cycles in a row, in seconds; append each to ``noted``."""
+    """Return the median time of successive cycles in seconds. Append the time of each cycle to ``noted``."""
     times = _time_each(way, server, cycles)
     noted += times
     return statistics.median(times)
 
 
 def _compare_pictures(server: Server, pairs: int, cycles: int, *, is_double: bool) -> bool:
-    """Print the times of pictures, in turn with cycles by hand; return whether they meet the bound."""
+    """Print the times of pictures, measured in turn with pictures by hand. Return whether they meet the bound."""
     ways: dict[str, Way] = {
-        "simxGetVisionSensorImage, blocking": blocking_pictures,
-        "a time step, and our camera": stepped_pictures,
+        "simxGetVisionSensorImage, blocking": open_blocking_picture_cycle,
+        "a time step, and our camera": open_stepped_picture_cycle,
     }
     rows, is_soon = [], True
     for name, way in ways.items():
         times, by_hand = list[float](), list[float]()
         first, second = (
             partial(_time_cycles, way, server, cycles, times),
-            partial(_time_cycles, raw_messages, server, cycles, by_hand),
+            partial(_time_cycles, open_message_cycle, server, cycles, by_hand),
         )
         ratio, low, high = paired_ratios(first, second, pairs)
         is_soon &= ratio <= PICTURE_BOUND
@@ -161,7 +169,6 @@ def _compare_pictures(server: Server, pairs: int, cycles: int, *, is_double: boo
 
 
 def _time_each(way: Way, server: Server, count: int) -> list[float]:
-    """Return the time of each of ``count`` cycles, in seconds."""
     times = []
     with way(_setup(server)) as cycle:
         for _ in range(WARMING):

@@ -23,13 +23,13 @@ from subprocess import DEVNULL, PIPE, Popen, TimeoutExpired
 from time import monotonic, sleep
 from typing import NamedTuple
 
-from benchmarks.remote.doubles import ROOT, Double
+from benchmarks.remote.doubles import ROOT, DoubleProcess
 from benchmarks.remote.driving import BEGUN
 from benchmarks.report import at_least_one, machine, print_table
 
 NAMED_BOUND_S, HANG_S = 2.0, 20.0
 MOMENTS_S = 1.5
-"""The double is struck within this time after the run's first ticks."""
+"""The longest time between the first ticks of a run and the end of its double, in seconds."""
 
 FAILED = 3
 """The exit status of a run whose backend or device has failed."""
@@ -38,14 +38,14 @@ APP = Path(__file__).parent / "remote" / "driving.py"
 
 
 class Way(NamedTuple):
-    """A way to end a double, and the way to restore it."""
+    """A function that ends or suspends a double, and the function that restores it."""
 
-    strike: Callable[[Double], None]
-    restore: Callable[[Double], None]
+    strike: Callable[[DoubleProcess], None]
+    restore: Callable[[DoubleProcess], None]
 
 
 class TrialResult(NamedTuple):
-    """The result of a trial: its exit status (None: it hung), the delay, its output, and the fault of the next run."""
+    """The result of a trial: exit status (None if the run hung), delay, output, and the problem of the next run."""
 
     status: int | None
     delay_s: float
@@ -93,7 +93,7 @@ def main() -> int:
 def _run_trials(api: str, trials: int, random: Random) -> dict[str, list[TrialResult]]:
     """Return the results of the trials over an API, by the way in which the double ended."""
     ended: dict[str, list[TrialResult]] = {name: [] for name in WAYS}
-    with Double("rover" if api == "vrep" else None, seed=1) as double:
+    with DoubleProcess("rover" if api == "vrep" else None, seed=1) as double:
         for index in range(trials):
             name = list(WAYS)[index % len(WAYS)]
             ended[name].append(result := _run_trial(api, double, WAYS[name], random))
@@ -102,7 +102,7 @@ def _run_trials(api: str, trials: int, random: Random) -> dict[str, list[TrialRe
     return ended
 
 
-def _run_trial(api: str, double: Double, way: Way, random: Random) -> TrialResult:
+def _run_trial(api: str, double: DoubleProcess, way: Way, random: Random) -> TrialResult:
     with _start_run(api, double, 60.0, is_paced=random.random() < 0.5) as process:
         assert process.stderr
         lines = process.stderr.readline()
@@ -118,7 +118,7 @@ def _run_trial(api: str, double: Double, way: Way, random: Random) -> TrialResul
     return TrialResult(status, delay, output, _read_reason(answer), _find_next_fault(api, double))
 
 
-def _start_run(api: str, double: Double, duration_s: float, *, is_paced: bool) -> Popen[str]:
+def _start_run(api: str, double: DoubleProcess, duration_s: float, *, is_paced: bool) -> Popen[str]:
     port = double.legacy_port if api == "vrep" else double.zmq_port
     where = ["--backend", api, "--port", str(port), "--world", "arena", "--seed", "1"]
     pace = ["--realtime"] if is_paced else []
@@ -126,8 +126,8 @@ def _start_run(api: str, double: Double, duration_s: float, *, is_paced: bool) -
     return Popen([*run, *where, *pace], stdin=DEVNULL, stdout=PIPE, stderr=PIPE, text=True, cwd=ROOT)  # noqa: S603  our own
 
 
-def _find_next_fault(api: str, double: Double) -> str:
-    """Run again; return the fault, empty if there is none."""
+def _find_next_fault(api: str, double: DoubleProcess) -> str:
+    """Execute the run again. Return its problem; an empty text if it succeeded."""
     with _start_run(api, double, 0.5, is_paced=False) as process:
         status = _await_status(process)
         answer, output = process.communicate()
@@ -149,7 +149,7 @@ def _read_reason(answer: str) -> str:
 
 
 def _simplify_reason(reason: str) -> str:
-    """Return a reason without its calls, ports and secondary errors."""
+    """Return a reason without names of calls, ports and secondary errors, so that equal reasons can be counted."""
     line = reason.partition("; closing ")[0].partition("\n")[0]
     return re.sub(r"sim\.\w+", "sim.…", re.sub(r":\d{4,5}\b", ":…", line))
 
@@ -166,21 +166,21 @@ def _build_row(name: str, ended: list[TrialResult]) -> tuple[str, ...]:
     )
 
 
-def _restart(double: Double) -> None:
+def _restart(double: DoubleProcess) -> None:
     double.kill()
     double.start()
 
 
-def _replace(double: Double) -> None:
+def _replace(double: DoubleProcess) -> None:
     double.kill()
     double.launch()
 
 
 WAYS = {
-    "killed": Way(Double.kill, Double.start),
-    "hangs, and is restarted": Way(Double.suspend, _restart),
-    "hangs, and goes on": Way(Double.suspend, Double.resume),
-    "restarted at once": Way(_replace, Double.await_serving),
+    "killed": Way(DoubleProcess.kill, DoubleProcess.start),
+    "hangs, and is restarted": Way(DoubleProcess.suspend, _restart),
+    "hangs, and goes on": Way(DoubleProcess.suspend, DoubleProcess.resume),
+    "restarted at once": Way(_replace, DoubleProcess.await_serving),
 }
 
 

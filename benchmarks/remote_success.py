@@ -17,7 +17,7 @@ from contextlib import ExitStack
 
 import cv2
 
-from benchmarks.remote.doubles import Double
+from benchmarks.remote.doubles import DoubleProcess
 from benchmarks.report import machine, print_table
 from robotcore.runtime.plan import RunRequest
 from robotcore.sweep import Record
@@ -63,22 +63,24 @@ def _run_seed(backend: str, world: str, seed: int, **options: object) -> Record:
 
 
 def _run_in_built_scenes(world: str, seeds: tuple[int, ...], server: str | None) -> Iterator[Record]:
-    """Yield the runs in one simulator whose scenes are built by calls."""
+    """Yield the records of runs in one simulator, whose scenes the backend builds."""
     with ExitStack() as stack:
-        host, _, port = server.rpartition(":") if server else ("127.0.0.1", "", stack.enter_context(Double()).zmq_port)
+        host, _, port = (
+            server.rpartition(":") if server else ("127.0.0.1", "", stack.enter_context(DoubleProcess()).zmq_port)
+        )
         for seed in seeds:
             yield _report_failure(_run_seed("coppeliasim", world, seed, host=host, port=int(port)), "")
 
 
 def _run_in_joined_scenes(world: str, seeds: tuple[int, ...]) -> Iterator[Record]:
-    """Yield the runs in simulators whose scenes have the robot, one for each run."""
+    """Yield the records of runs in simulators whose scenes contain the robot. Each run has its own simulator."""
     for seed in seeds:
-        with Double("rover", world, seed) as double:
+        with DoubleProcess("rover", world, seed) as double:
             yield _report_failure(_run_seed("vrep", world, seed, port=double.legacy_port), double.command)
 
 
 def _report_failure(record: Record, beside: str) -> Record:
-    """Return a record. If it failed, print the command that repeats it, and the server's command ``beside``."""
+    """Return the record of a run. If the run failed, print its command, and the command ``beside`` of the server."""
     if record.is_failure:
         print(
             f"failing: {record.command}  # {format_failure(record)}",
@@ -99,7 +101,7 @@ def _build_row(group: Group) -> tuple[str, ...]:
 
 
 def _is_alike(records: list[Record]) -> bool:
-    """Print the number of seeds with the milestones of the built-in simulator; return whether they meet the bound."""
+    """Print on how many seeds the milestones equal those of the kinematic backend. Return whether the bound is met."""
     is_alike = True
     for agreement in compare_backends(records):
         if agreement.first == REFERENCE:

@@ -19,7 +19,7 @@ from tempfile import TemporaryDirectory
 
 from benchmarks.replayed.disturbances import (
     Disturbance,
-    EmergencyStop,
+    EmergencyStopBetween,
     EmergencyStopInTick,
     SignalBetween,
     SignalInTick,
@@ -48,7 +48,7 @@ FAULTS = (
     "loop stall=0.3 every=1.5",
     "connection lost=2 after=3",
 )
-DISTURBANCES = (EmergencyStop, EmergencyStopInTick, SignalBetween, SignalInTick)
+DISTURBANCES = (EmergencyStopBetween, EmergencyStopInTick, SignalBetween, SignalInTick)
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class Case:
 
     @property
     def ending(self) -> str:
-        """The outcome, and the class of the error."""
+        """The outcome of the run, and the class of its error if it has one."""
         result = self.replayed.recording.result
         assert result, "a run that is recorded here is recorded to its end"
         last = self.replayed.recording.ticks[-1].error
@@ -74,7 +74,7 @@ class Case:
 
 
 def main() -> int:
-    """Record and replay every run, and print the number of equal ones."""
+    """Record and replay every run, and print the number of equal replays."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--runs", type=at_least_one, default=100)
     parser.add_argument("--seed", type=int, default=1)

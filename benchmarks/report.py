@@ -11,14 +11,14 @@ from pathlib import Path
 
 
 def machine() -> str:
-    """Return the machine, the Python, the date and the command, in two lines."""
+    """Return two lines: the processor, the system, the Python version and the date, then the command."""
     command = " ".join(["python -m", f"benchmarks.{Path(sys.argv[0]).stem}", *sys.argv[1:]])
     date = f"{datetime.now():%Y-%m-%d}"
     return f"{_processor()}, {platform.system()}, Python {platform.python_version()}, {date}\n$ {command}"
 
 
 def at_least_one(text: str) -> int:
-    """Return a size in a command-line option. For argparse."""
+    """Parse a whole number from 1 on, as a type of argparse."""
     if not (text.isdecimal() and (size := int(text))):
         raise argparse.ArgumentTypeError(f"{text!r} is no whole number from 1")
     return size
@@ -31,7 +31,7 @@ def print_table(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
 
 
 def _processor() -> str:
-    """Return the name and the number of the processors on Linux, else the kind of machine."""
+    """Return the name and the number of the processors on Linux, else the machine's architecture."""
     try:
         lines = Path("/proc/cpuinfo").read_text().splitlines()
     except OSError:

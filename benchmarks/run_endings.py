@@ -56,7 +56,7 @@ EXHAUSTION_KINDS: Mapping[str, tuple[Trial, int]] = {
     for what in ("threads", "memory")
     for then, ending, status in (("hangs", "hangs", 4), ("raises", "raise", 5))
 } | {"uses up its threads, goes on": (partial(run_exhausted, ending="continue", leaks="threads"), 0)}
-"""The endings of apps that use up threads or memory first. Each prints one line of JSON too."""
+"""The endings of apps that first use up threads or memory. Such a run also has to print one line of JSON."""
 
 
 def main() -> int:
@@ -116,7 +116,7 @@ def _print_simulators(count: int, random: Random) -> bool:
 
 
 def _is_named(output: str) -> bool:
-    """Return whether the answer names the device or backend that failed."""
+    """Return whether the JSON output names the device or the backend that failed."""
     reports = json.loads(output) if output else {}
     return any(name in reports.get("reason", "") for name in ("_motor", "_encoder", "nose", "eye", "backend"))
 

@@ -31,7 +31,7 @@ TIMES = ("age, median", "99 %", "most", "waited, most", "far end late, most", "a
 
 @dataclass(frozen=True)
 class BoardLine:
-    """The line of a board, and the size in bytes of a command for both motors."""
+    """A board: the speed of its line, and the size in bytes of a command for both motors."""
 
     name: str
     baud: int
@@ -52,8 +52,8 @@ BOARDS = (
 
 
 @dataclass(frozen=True)
-class Outcome:
-    """The times of the commands, the frames that arrived, and the longest delay of a read at the far end."""
+class LineResult:
+    """The result of a line: the times of sent commands, the received frames, and the longest delay of a read."""
 
     sent: list[float]
     received: list[ReceivedFrame]
@@ -74,7 +74,7 @@ class Outcome:
 
 
 class Listener:
-    """The far end. It passes bytes to a wire, and stores the longest time between two reads."""
+    """The far end of the pty. It passes bytes to a simulated wire, and stores the longest time between two reads."""
 
     def __init__(self, pty: Pty, wire: Wire, clock: MonotonicClock) -> None:
         self._pty, self._wire, self._clock = pty, wire, clock
@@ -102,11 +102,11 @@ def main() -> int:
     return int(not all(_is_kept(board, outcome) for board, outcome in outcomes))
 
 
-def _is_kept(board: BoardLine, outcome: Outcome) -> bool:
+def _is_kept(board: BoardLine, outcome: LineResult) -> bool:
     return outcome.is_in_order and outcome.waited_s <= outcome.latest_s + board.frame_s
 
 
-def _build_row(board: BoardLine, outcome: Outcome, seconds: float) -> tuple[str, ...]:
+def _build_row(board: BoardLine, outcome: LineResult, seconds: float) -> tuple[str, ...]:
     ages = outcome.ages
     carried = len(outcome.received) * board.frame_s / seconds
     piled_up = max(0.0, len(outcome.sent) * board.frame_s - seconds) + board.frame_s
@@ -122,7 +122,7 @@ def _build_row(board: BoardLine, outcome: Outcome, seconds: float) -> tuple[str,
     )
 
 
-def _drive(board: BoardLine, seconds: float) -> Outcome:
+def _drive(board: BoardLine, seconds: float) -> LineResult:
     clock, sent = MonotonicClock(), []
     wire, protocol = Wire(board.baud, board.size), NumberingProtocol(board.baud, board.size)
     with tempfile.TemporaryDirectory() as folder, Pty(Path(folder)) as pty:
@@ -139,7 +139,7 @@ def _drive(board: BoardLine, seconds: float) -> Outcome:
         line.close()
         listening.stop()
     clock.close()
-    return Outcome(sent, wire.received, listener.latest_s)
+    return LineResult(sent, wire.received, listener.latest_s)
 
 
 if __name__ == "__main__":

@@ -22,19 +22,19 @@ from benchmarks.report import at_least_one, machine, print_table
 from tests.doubles.serial.protocols import PARSER_CASES, Parser, ParserCase
 
 LINE = 11_520
-"""Bytes a second at 115200 baud, 8N1."""
+"""The bytes per second of a line at 115200 baud, 8N1."""
 
 TIMES = 20
 PIECE = 32
-"""Bytes at a time. An FTDI passes up to 62, a UART about 16."""
+"""The bytes that a parser gets at a time. An FTDI adapter passes up to 62, a UART about 16."""
 
 SLACK = 4096
-"""Two measurements of memory may differ by this many bytes."""
+"""The tolerance of a measurement of memory, in bytes."""
 
 
 @dataclass(frozen=True)
 class StreamResult:
-    """The results of a stream: values, seconds, and the peak of memory after a tenth and after all of it."""
+    """The results of a stream: number of values, seconds, and the peaks of memory after a tenth and after all of it."""
 
     values: int
     seconds: float
@@ -83,7 +83,7 @@ def _measure_stream(case: ParserCase, stream: bytes) -> StreamResult:
 
 
 def _measure_peak(case: ParserCase, stream: bytes) -> int:
-    """Return the peak of memory in bytes, without the stream."""
+    """Return the peak of a parser's memory in bytes, without the stream."""
     parser = case.parser()
     tracemalloc.start()
     _feed(parser, stream)

@@ -23,7 +23,7 @@ from statistics import median
 from tempfile import TemporaryDirectory
 
 from benchmarks.report import at_least_one, machine, print_table
-from benchmarks.unplugged.boards import KINDS, Kind, robot_with
+from benchmarks.unplugged.boards import BOARDS, BoardModel, build_robot_file
 from robotcore.hal.wall_clock import MonotonicClock
 from tests.doubles.serial.board import Powered, Wheels
 from tests.doubles.serial.pty import Pty
@@ -31,12 +31,12 @@ from tests.doubles.serial.pty import Pty
 APP = Path(__file__).parent / "unplugged" / "endless_arc.py"
 LOOK_S = 0.002
 LONGEST_S = 20.0
-"""The most seconds to wait for an event."""
+"""The time limit for an event, in seconds."""
 
 
 @dataclass
 class UnplugResult:
-    """The seconds from each loss to its stop and from each return to the first turn, and the end of the run."""
+    """The delays of all stops and recoveries of a board in seconds, and the end of its run."""
 
     stops: list[float] = field(default_factory=list)
     recoveries: list[float] = field(default_factory=list)
@@ -44,15 +44,15 @@ class UnplugResult:
 
 
 def main() -> int:
-    """Unplug every kind of board, and print the results."""
+    """Unplug every board, and print the results."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--trials", type=at_least_one, default=50)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--board", choices=KINDS, action="append")
+    parser.add_argument("--board", choices=BOARDS, action="append")
     options = parser.parse_args()
     rows, is_whole = [], True
-    for name in options.board or KINDS:
-        result = _unplug_board(KINDS[name], options.trials, Random(options.seed))
+    for name in options.board or BOARDS:
+        result = _unplug_board(BOARDS[name], options.trials, Random(options.seed))
         rows.append(
             (
                 name,
@@ -67,13 +67,13 @@ def main() -> int:
     return int(not is_whole)
 
 
-def _unplug_board(kind: Kind, trials: int, random: Random) -> UnplugResult:
+def _unplug_board(kind: BoardModel, trials: int, random: Random) -> UnplugResult:
     clock, result = MonotonicClock(), UnplugResult()
     with TemporaryDirectory() as folder, Pty(Path(folder)) as pty:
         board = kind.make()
         powered = Powered(board, pty, clock)
         robot = Path(folder, "robot.toml")
-        robot.write_text(robot_with(kind, pty.path), encoding="utf-8")
+        robot.write_text(build_robot_file(kind, pty.path), encoding="utf-8")
         run = _start_run(robot)
         try:
             _try_all(pty, kind.wheels_of(board), clock, trials, random, result)

@@ -22,7 +22,7 @@ HELP = ("-m", "robotcore", "--help")
 
 
 def main() -> int:
-    """Time the pairs and print their medians."""
+    """Measure the pairs of starts, and print their medians."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--pairs", type=at_least_one, default=40)
     count = parser.parse_args().pairs
@@ -49,7 +49,7 @@ def _milliseconds(*arguments: str) -> float:
 
 
 def _format_cells(values: list[float], form: str) -> tuple[str, str]:
-    """Return the median, and the interval around it that the order of the values gives (the sign test)."""
+    """Return the median of values and its 95 % interval as text."""
     ordered = sorted(values)
     reach = 0.98 * math.sqrt(len(ordered))
     low = max(math.floor(len(ordered) / 2 - reach), 0)

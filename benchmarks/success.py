@@ -24,18 +24,18 @@ from robotcore.sweep.statistics import Group, compare_backends, group_records
 from robotcore.sweep.tables import format_contacts, format_time
 
 VERIFIED, RANDOMISED, AGREEING = 0.98, 0.95, 0.97
-"""The bounds: of verified runs, of those under randomisation, and of seeds on which two simulators agree."""
+"""The bounds of three shares: verified runs, verified runs with --randomise, and seeds on which simulators agree."""
 
 
 def main() -> int:
-    """Run every combination, and print the results."""
+    """Execute the sweep, and print the results."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", default="1-20")
     parser.add_argument("--worlds", default="arena,clutter,occluded")
     parser.add_argument("--backends", default="kinematic,pybullet")
     parser.add_argument("--randomise", action="store_true")
     parser.add_argument("--jobs", type=int, default=count_cores())
-    parser.add_argument("--twice", type=int, default=3, help="the number of seeds that run twice")
+    parser.add_argument("--twice", type=int, default=3, help="the number of seeds whose runs are repeated")
     options = parser.parse_args()
     sweep = Sweep(
         RunRequest("green-search", randomise=options.randomise),
@@ -78,7 +78,7 @@ def _print_failures(records: list[Record]) -> None:
 
 
 def _is_agreed(records: list[Record]) -> bool:
-    """Print the number of seeds on which each two simulators agree; return whether they meet the bound."""
+    """Print on how many seeds each two simulators agree. Return whether the bound is met."""
     is_agreed = True
     for agreement in compare_backends(records):
         same, pairs = len(agreement.pairs) - len(agreement.differing), len(agreement.pairs)

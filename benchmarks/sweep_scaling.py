@@ -29,7 +29,7 @@ MIN_SPEED_UP, MAX_OVERHEAD = 1.8, 3.0
 
 
 def main() -> int:
-    """Time the pairs, and print the ratios."""
+    """Measure the pairs of sweeps, and print the ratios."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--backend", default="kinematic")
     parser.add_argument("--world", default="clutter")

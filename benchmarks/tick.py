@@ -63,7 +63,7 @@ class NullCamera(Camera):
 
 
 class Trivial(Behaviour):
-    """Reads both sensors and sets the wheels."""
+    """An app that reads both sensors and commands the wheels."""
 
     def step(self, robot: Robot) -> Status:
         robot.camera.read()
@@ -73,7 +73,7 @@ class Trivial(Behaviour):
 
 
 def main() -> int:
-    """Time both in turn, print their medians and the ratio within a pair."""
+    """Measure both loops in turn. Print their medians, and the ratio of each pair."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--repeats", type=at_least_one, default=60)
     parser.add_argument("--ticks", type=at_least_one, default=2000)
@@ -95,7 +95,7 @@ def main() -> int:
 
 
 def _time_tick_us(work: Callable[[], object], ticks: int, noted: list[float]) -> float:
-    """Return the CPU time of a tick in µs, and append it to ``noted``."""
+    """Return the mean CPU time of a tick in µs, and append it to ``noted``."""
     start = process_time()
     work()
     noted.append((process_time() - start) / ticks * 1e6)

@@ -23,7 +23,7 @@ from robotcore.sweep.statistics import Group, compare_backends, group_records
 from robotcore.sweep.tables import format_contacts, format_time
 
 VERIFIED, ALIKE = 0.97, 0.95
-"""The bounds: of verified runs on virtual pins, and of seeds with the same milestones as in the simulator."""
+"""The bounds of two shares: verified runs on virtual pins, and seeds with the same milestones as in the simulator."""
 
 PROCESSES = (
     ("import robotcore", "import robotcore", 45.0),
@@ -82,7 +82,7 @@ def _build_row(name: str, group: Group) -> tuple[str, ...]:
 
 
 def _is_alike(records: list[Record]) -> bool:
-    """Print the number of seeds with the milestones of the simulator; return whether they meet the bound."""
+    """Print on how many seeds the milestones equal those of the simulator. Return whether the bound is met."""
     (agreement,) = compare_backends(records)
     same, pairs = agreement.same_milestones, len(agreement.pairs)
     print(f"the same milestones in the same order on {same} of {pairs} seeds")
@@ -98,7 +98,7 @@ def _is_small() -> bool:
 
 
 def _measure_peak_mb(code: str) -> float:
-    """Return the peak of memory of a fresh process that runs this code, in MB (2^20 bytes)."""
+    """Return the peak of memory of a new process that executes code, in MB (2^20 bytes)."""
     done = subprocess.run(  # noqa: S603  our own code
         [sys.executable, "-c", f"{code}; {HELD}"], check=True, capture_output=True, text=True
     )

@@ -24,7 +24,7 @@ COASTING_S = 1.0
 
 
 class Manoeuvre(NamedTuple):
-    """A constant twist for a time: m/s, rad/s, s."""
+    """A constant twist for a time, in m/s, rad/s and s."""
 
     name: str
     linear: float
@@ -78,7 +78,7 @@ def _measure_errors(
 
 
 def _drive(robot: Robot, drive: Drive, manoeuvre: Manoeuvre) -> Pose:
-    """Drive, coast to rest, and return the true pose."""
+    """Drive a manoeuvre, let the robot coast to rest, and return its true pose."""
     assert robot.truth, "only a simulator has the true pose"
     velocities = drive.geometry.to_wheels(manoeuvre.linear, manoeuvre.angular)
     for command, until in ((velocities, 0.0), (Wheels(0.0, 0.0), manoeuvre.duration)):

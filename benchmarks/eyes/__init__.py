@@ -1,1 +1,1 @@
-"""Labelled pictures of balls, and the methods of finding a ball that are compared on them."""
+"""Pictures of balls with labels, and the finders that `benchmarks.detector` compares on them."""

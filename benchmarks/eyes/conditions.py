@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from random import Random
 
 Gains = tuple[float, float, float]
-"""The factors of the channels: blue, green, red."""
+"""The factors of the channels, in the order blue, green, red."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class Conditions:
 
     @classmethod
     def harsh(cls, draw: Random, diameter_px: float) -> Conditions:
-        """Draw harsh conditions. The blur leaves a ball of this diameter visible; 0 for no ball."""
+        """Draw harsh conditions. The blur leaves a ball of ``diameter_px`` visible; 0 means that there is none."""
         bearable = 0.3 * (diameter_px or draw.uniform(4, 60))
         return cls(
             brightness=draw.uniform(0.3, 1.3),
@@ -66,5 +66,5 @@ class Conditions:
 
 
 def draw_gains(draw: Random, spread: float) -> Gains:
-    """Draw the gains of a wrong white balance or a coloured lamp. Green changes half as much."""
+    """Draw the gains of a wrong white balance or a coloured lamp. Green changes half as much as blue and red."""
     return 1 + draw.uniform(-spread, spread), 1 + draw.uniform(-spread, spread) / 2, 1 + draw.uniform(-spread, spread)

@@ -1,4 +1,4 @@
-"""The effects of light, lens, sensor and compression. Each step takes and returns float32, BGR, 0 to 255."""
+"""The effects of light, lens, sensor and compression on a picture. The steps use float32 in BGR, from 0 to 255."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from robotcore.hal.devices import Image
 Light = NDArray[np.float32]
 
 
-def photograph(image: Image, ball: Mask, how: Conditions, draw: Random) -> Image:
-    """Return the picture with the effects of a camera."""
+def apply_camera_effects(image: Image, ball: Mask, how: Conditions, draw: Random) -> Image:
+    """Return the picture with all effects of a camera under the conditions ``how``."""
     light = image.astype(np.float32) * _row(how.gains)
     light = _add_lamp(_add_glare(light, ball, how.glare, draw), how.lamp, draw)
     light = _add_vignette(light * np.float32(how.brightness), how.vignette)
@@ -26,7 +26,7 @@ def photograph(image: Image, ball: Mask, how: Conditions, draw: Random) -> Image
 
 
 def add_texture(image: Image, where: Mask, rgb: tuple[int, int, int], draw: Random) -> Image:
-    """Return the picture with light and dark blades of one colour in the mask ``where``."""
+    """Return the picture with grass of one colour, in light and dark blades, in the mask ``where``."""
     dice, (height, width) = np.random.default_rng(draw.randrange(2**32)), where.shape
     shade = np.zeros((height, width))
     for size in (1, 3, 9):
@@ -83,7 +83,7 @@ def _blur(light: Light, how: Conditions) -> Light:
 
 
 def _path(length: float, heading: float) -> Light:
-    """Return the kernel of a motion: a line across its middle that sums to 1."""
+    """Return the kernel of a motion blur: a line across the middle of the kernel, with the sum 1."""
     size = 2 * math.ceil(length / 2) + 1
     across, down = length / 2 * math.cos(heading), length / 2 * math.sin(heading)
     first, last = ((round(size // 2 + sign * across), round(size // 2 + sign * down)) for sign in (-1, 1))
@@ -93,7 +93,7 @@ def _path(length: float, heading: float) -> Light:
 
 
 def _develop(light: Light, how: Conditions) -> Light:
-    """Apply contrast about mid grey, then gamma."""
+    """Apply the contrast around mid grey, then the gamma."""
     light = np.clip((light - 128) * np.float32(how.contrast) + 128, 0, 255)
     return np.asarray(255 * (light / 255) ** how.gamma, np.float32)
 

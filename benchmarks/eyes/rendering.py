@@ -26,7 +26,7 @@ class Rendering(NamedTuple):
 
 
 def render_with_painter(scene: Scene) -> Rendering:
-    """Render with the painter."""
+    """Render a scene with the painted camera of the kinematic backend."""
     painter = Painter(scene.world)
     image, labels = painter.picture(scene.view), painter.labels(scene.view)
     is_sky = (image == scene.world.light.sky_colour[::-1]).all(axis=2)
@@ -35,7 +35,7 @@ def render_with_painter(scene: Scene) -> Rendering:
 
 
 def render_with_bullet(scene: Scene) -> Rendering:
-    """Render with PyBullet's software renderer."""
+    """Render a scene with PyBullet's software renderer."""
     with load_backend("pybullet").open(Setup(load_robot("rover"), scene.world, frozenset({"eye"}))) as opened:
         camera = opened.camera
         assert isinstance(camera, BulletCamera)

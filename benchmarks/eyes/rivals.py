@@ -1,6 +1,6 @@
-"""Published ways to find a ball by its colour, each in a few lines from its description; one answer a frame.
+"""The rivals of the detector: published methods to find a ball by its colour, implemented from their descriptions.
 
-A rival is called with a BGR picture and a hue in degrees, and returns the ball's place in pixels, or None.
+Each is a `Finder`, which returns one position for each frame, or None.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from robotcore.hal.devices import Image
 
 @dataclass(frozen=True)
 class Classical:
-    """HSV, ``inRange``, ``findContours``, the largest contour: what most colour followers do.
+    """The usual pipeline: HSV, ``inRange``, ``findContours``, and the largest contour.
 
-    ``is_smoothed`` puts a Gaussian blur of 5 × 5 before and an opening of 3 × 3 after the thresholds. The thresholds
-    are those of OpenCV's tutorial "Changing Colorspaces" (a hue ± 10 of 180, saturation and value from 50).
+    ``is_smoothed`` adds a Gaussian blur of 5 × 5 before the thresholds, and an opening of 3 × 3 after them. The default
+    thresholds are from OpenCV's tutorial "Changing Colorspaces": a hue ± 10 of 180, saturation and value from 50.
     """
 
     tolerance: float = 20.0
@@ -49,10 +49,11 @@ class Classical:
 
 @dataclass(frozen=True)
 class BallTracking:
-    """The tutorial "Ball Tracking with OpenCV" (Rosebrock, pyimagesearch.com, 2015), which robots have copied since.
+    """The pipeline of the tutorial "Ball Tracking with OpenCV" (Rosebrock, pyimagesearch.com, 2015).
 
-    600 pixels wide, a Gaussian blur of 11 × 11, HSV, two erosions, two dilations, the largest contour, its enclosing
-    circle, of which at least 10 pixels of radius. Its green is a hue of ± 35 degrees; so is every hue here.
+    It resizes the picture to 600 pixels, blurs it (Gaussian, 11 × 11), and thresholds it in HSV. After two erosions and
+    two dilations, it takes the largest contour, whose enclosing circle must have a radius of at least 10 pixels. The
+    tutorial's green spans ± 35 degrees of hue. Here every hue does.
     """
 
     width: int = 600
@@ -80,10 +81,10 @@ class BallTracking:
 
 @dataclass(frozen=True)
 class FindBlobs:
-    """OpenMV's ``image.find_blobs``: a box in CIE L*a*b*, connected pixels, the largest blob.
+    """OpenMV's ``image.find_blobs``: a box of thresholds in CIE L*a*b*, connected pixels, and the largest blob.
 
-    The box is the user's; here it reaches from a part ``weakest`` of a pure colour's a* and b* to all of it, give or
-    take ``slack``.
+    On OpenMV the user chooses the box. Here it spans a* and b* from ``weakest`` times those of the pure colour to those
+    of the pure colour, widened by ``slack``.
     """
 
     weakest: float
@@ -104,10 +105,10 @@ class FindBlobs:
 
 @dataclass(frozen=True)
 class ChromaTable:
-    """As CMVision (Bruce, Balch and Veloso, IROS 2000): a box in YUV, connected regions, the largest.
+    """The method of CMVision (Bruce, Balch, Veloso, IROS 2000): a box in YUV, connected regions, and the largest one.
 
-    The box is the user's; here it reaches from a part ``nearest`` of a pure colour's U and V to all of it, and by
-    ``beside`` farther to all sides, in parts of that colour's distance from grey.
+    In CMVision the user chooses the box. Here it spans U and V from ``nearest`` times those of the pure colour to those
+    of the pure colour. It is widened by ``beside`` times the pure colour's distance from grey.
     """
 
     nearest: float

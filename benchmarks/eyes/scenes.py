@@ -1,4 +1,4 @@
-"""Draw scenes: a ball of a drawn size in a drawn world, which may be half hidden or absent."""
+"""Draw scenes: a random world with a ball of random size, which may be partly hidden or absent."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 from random import Random
 from typing import NamedTuple
 
-from benchmarks.eyes.palette import ball_colour, recolour
+from benchmarks.eyes.palette import draw_ball_colour, recolour
 from drivers.kinematic.clearance import Clearance
 from robotcore.description import (
     Ball,
@@ -26,7 +26,7 @@ from robotcore.optics import CameraView
 WORLDS = ("arena", "clutter", "occluded")
 DIAMETERS_PX = 4.0, 420.0
 HIDING = 0.3
-"""The share of scenes with a screen before the ball."""
+"""The share of scenes in which a screen hides a part of the ball."""
 
 
 class Scene(NamedTuple):
@@ -38,7 +38,11 @@ class Scene(NamedTuple):
 
 
 def draw_scene(hue: float, likeness: float, draw: Random, *, has_ball: bool) -> Scene:
-    """Return a scene with a ball of a hue in degrees. A share ``likeness`` of the obstacles looks similar."""
+    """Return a random scene.
+
+    hue: the hue of the ball, in degrees.
+    likeness: the share of obstacles, from 0 to 1, whose colour is similar.
+    """
     robot = load_robot("rover")
     world = draw_world(load_world(draw.choice(WORLDS)), robot, draw.randrange(1_000_000))
     world = recolour(world, hue, likeness, draw)
@@ -50,7 +54,7 @@ def draw_scene(hue: float, likeness: float, draw: Random, *, has_ball: bool) -> 
     looking = pose.compose(Pose(mount.x_m, mount.y_m, 0.0))
     if not has_ball:
         return Scene(world.model_copy(update={"targets": ()}), view, 0.0)
-    ball, diameter = _draw_ball(view, looking, ball_colour(hue, draw), draw)
+    ball, diameter = _draw_ball(view, looking, draw_ball_colour(hue, draw), draw)
     world = world.model_copy(update={"targets": (ball,)})
     if draw.random() < HIDING:
         world = _add_screen(world, ball, looking, draw)
@@ -58,7 +62,7 @@ def draw_scene(hue: float, likeness: float, draw: Random, *, has_ball: bool) -> 
 
 
 def _draw_free_pose(world: WorldDescription, robot: RobotDescription, draw: Random) -> Pose:
-    """Return a free pose of the robot that faces roughly to the middle of the room."""
+    """Return a random pose that is free of obstacles, and faces roughly to the middle of the room."""
     surroundings = Clearance(robot.body.footprint, world)
     x, y = world.floor.length_m / 2, world.floor.width_m / 2
     while True:
@@ -69,7 +73,7 @@ def _draw_free_pose(world: WorldDescription, robot: RobotDescription, draw: Rand
 
 
 def _draw_ball(view: CameraView, eye: Pose, colour: tuple[int, int, int], draw: Random) -> tuple[Ball, float]:
-    """Return a ball with a drawn diameter in the picture, and that diameter in pixels."""
+    """Return a ball of random size in the view, and its diameter in pixels."""
     low, high = map(math.log, DIAMETERS_PX)
     diameter = math.exp(draw.uniform(low, high))
     focal = view.intrinsics.focal_length

@@ -12,11 +12,11 @@ from benchmarks.eyes.masks import Point
 from robotcore.hal.devices import Image
 
 Finder = Callable[[Image, float], "Point | None"]
-"""Takes a BGR picture and a hue in degrees, and returns the position of the ball in pixels, or None."""
+"""A function that returns the position of the ball in pixels, or None, for a BGR picture and a hue in degrees."""
 
 
 class Verdict(NamedTuple):
-    """The answer of a finder for a frame. ``error_px`` is the error of the centroid, None if the ball was missed."""
+    """The verdict on an answer of a finder. ``error_px`` is the error of the centroid; None if the ball was missed."""
 
     has_ball: bool
     is_answered: bool
@@ -28,7 +28,10 @@ class Verdict(NamedTuple):
 
 
 class Score(NamedTuple):
-    """Precision: hits of answers. Recall: hits of balls. The centroid's error: median and 95th percentile, pixels."""
+    """The score of a finder: precision (hits / answers), recall (hits / balls), and error of the centroid.
+
+    The error is given as median and 95th percentile, in pixels.
+    """
 
     precision: float
     recall: float
@@ -51,7 +54,7 @@ class Score(NamedTuple):
 
 
 def judge_frames(finder: Finder, frames: Iterable[LabelledFrame]) -> list[Verdict]:
-    """Return a verdict for each frame. A ball is hit by a point in the bounding box of its visible pixels."""
+    """Return a verdict for each frame. An answer is a hit within the bounding box of the ball's visible pixels."""
     return [_verdict(frame, finder(frame.image, frame.hue)) for frame in frames]
 
 

@@ -1,4 +1,4 @@
-"""Measure the time of finders in copies of the frame, a unit that depends less on the machine."""
+"""Measure the times of finders. Their unit is the time of copying the frame, which depends less on the machine."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from benchmarks.eyes.scoring import Finder
 from robotcore.hal.devices import Image
 
 IN_CACHE = 5
-"""The number of calls on a cached frame. The quickest one counts."""
+"""The number of calls for each cached frame. The fastest call counts."""
 
 
 class Interval(NamedTuple):
-    """A median and its 95 % interval, by order statistics."""
+    """A median, and its 95 % interval by order statistics."""
 
     median: float
     low: float
@@ -35,10 +35,10 @@ class Interval(NamedTuple):
 
 
 def measure_copies(finder: Finder, frames: Sequence[LabelledFrame], *, in_cache: bool) -> tuple[Interval, float]:
-    """Return the time of a call in copies of a frame, and the median call in seconds.
+    """Return the time of a call, in copies of a frame, and the median time of a call in seconds.
 
-    Copy and call take turns in going first. Frames come once, one after the other, as a camera delivers them; or,
-    ``in_cache``, each of the two is repeated on every frame.
+    Call and copy are measured in alternating order. With ``in_cache``, both are repeated on each frame. Otherwise each
+    frame is used once, as a camera delivers it.
     """
     target, repeats = np.empty_like(frames[0].image), IN_CACHE if in_cache else 1
     ratios, calls = [], []
@@ -56,7 +56,7 @@ def _find(finder: Finder, hue: float, image: Image) -> None:
 
 
 def _seconds(work: Callable[[Image], object], image: Image, repeats: int) -> float:
-    """Return the seconds of the quickest call."""
+    """Return the time of the fastest of ``repeats`` calls, in seconds."""
     return min(_once(work, image) for _ in range(repeats))
 
 

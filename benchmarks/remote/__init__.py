@@ -1,1 +1,1 @@
-"""The parts of the benchmarks of simulator servers: doubles in processes, and a line that counts round trips."""
+"""The parts of the benchmarks of simulator servers: doubles in processes, and a proxy that counts round trips."""

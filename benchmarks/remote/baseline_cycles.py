@@ -1,4 +1,4 @@
-"""The cycle written by hand for either remote API, with the same requests as the framework's."""
+"""The cycle of a robot, written by hand for each remote API, with the same requests as the backend's."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from coppeliasim_zmqremoteapi_client import RemoteAPIClient
 
-from benchmarks.remote.cycles import DEVICES, Cycle, speeds
+from benchmarks.remote.cycles import DEVICES, Cycle, iterate_speeds
 from drivers.vrep.wire import requests
 from drivers.vrep.wire.message_socket import MessageSocket
 from drivers.vrep.wire.requests import Request
@@ -22,8 +22,8 @@ LONG_S = 10.0
 
 
 @contextmanager
-def plain_calls(setup: Setup) -> Iterator[Cycle]:
-    """The calls of CoppeliaSim's own client; only the scene is built by the driver."""
+def open_client_cycle(setup: Setup) -> Iterator[Cycle]:
+    """Open a cycle that calls CoppeliaSim's own client. Only the scene is built by the backend."""
     options = {**setup.options, "keep": True}
     with load_backend("coppeliasim").open(replace(setup, options=options)):
         pass
@@ -40,7 +40,7 @@ def plain_calls(setup: Setup) -> Iterator[Cycle]:
 def _make_call_cycle(sim: Any) -> Cycle:
     rover = sim.getObject("/rover")
     left, right, nose, eye = (sim.getObject(f"/rover/{name}") for name in DEVICES)
-    turns, distance = speeds(), partial(_choose_distance(sim, nose), sim, nose)
+    turns, distance = iterate_speeds(), partial(_choose_distance(sim, nose), sim, nose)
     for sensor in (nose, eye):
         sim.setExplicitHandling(sensor, 1)  # a scene that is kept has them handled by its main script
 
@@ -60,7 +60,10 @@ def _make_call_cycle(sim: Any) -> Cycle:
 
 
 def _choose_distance(sim: Any, nose: int) -> Callable[[Any, int], object]:
-    """Return how it is measured: the driver builds what the simulator has a plug-in for."""
+    """Return the function that reads the range sensor, a proximity sensor or a depth camera.
+
+    The backend builds the one for which the simulator has a plug-in.
+    """
     return _read_detection if sim.getObjectType(nose) == sim.sceneobject_proximitysensor else _read_deep
 
 
@@ -76,50 +79,50 @@ def _read_deep(sim: Any, nose: int) -> object:
 
 
 @contextmanager
-def raw_messages(setup: Setup) -> Iterator[Cycle]:
-    """The messages of the legacy remote API, one by one, in a scene that has the rover."""
+def open_message_cycle(setup: Setup) -> Iterator[Cycle]:
+    """Open a cycle that sends messages of the legacy remote API, in a scene that contains the rover."""
     with MessageSocket.open(str(setup.options["host"]), int(setup.options["port"]), LONG_S) as connection:
-        talk = _Talk(connection)
-        talk.ask(requests.SYNCHRONOUS_ON)
-        talk.ask(requests.START)
-        handles = [talk.ask(requests.object_handle(f"/rover/{name}"))[0] for name in DEVICES]
-        yield _make_message_cycle(talk, *handles)
-        talk.ask(requests.STOP)
-        while talk.is_running:
-            talk.ask(requests.CLOCK)
+        legacy = _LegacyConnection(connection)
+        legacy.ask(requests.SYNCHRONOUS_ON)
+        legacy.ask(requests.START)
+        handles = [legacy.ask(requests.object_handle(f"/rover/{name}"))[0] for name in DEVICES]
+        yield _make_message_cycle(legacy, *handles)
+        legacy.ask(requests.STOP)
+        while legacy.is_running:
+            legacy.ask(requests.CLOCK)
 
 
-def _make_message_cycle(talk: _Talk, left: int, right: int, nose: int, eye: int) -> Cycle:
-    turns = speeds()
+def _make_message_cycle(legacy: _LegacyConnection, left: int, right: int, nose: int, eye: int) -> Cycle:
+    turns = iterate_speeds()
     places = requests.object_position(left), requests.object_position(right)
     reads = (*places, requests.proximity(nose), requests.colour_image(eye))
 
     def cycle() -> object:
         forward, backward = next(turns)
         moved = requests.joint_target_velocity(left, forward), requests.joint_target_velocity(right, backward)
-        talk.exchange(*moved, requests.TRIGGER)
-        _, _, seen, pixels = talk.ask(*reads)
+        legacy.exchange(*moved, requests.TRIGGER)
+        _, _, seen, pixels = legacy.ask(*reads)
         return np.linalg.norm(seen.point), _flip(pixels, pixels.shape[1], pixels.shape[0])
 
     return cycle
 
 
-class _Talk:
-    """Numbers the messages on a connection, and knows whether the simulation runs."""
+class _LegacyConnection:
+    """A connection to the legacy remote API. It numbers the messages, and stores whether the simulation runs."""
 
     def __init__(self, connection: MessageSocket) -> None:
         self._socket, self._number = connection, 0
         self.is_running = False
 
     def exchange(self, *requests: Request[Any]) -> dict[tuple[int, bytes], Any]:
-        """Send a message; return the answers that have come by then."""
+        """Send a message. Return the answers that the server's next message contains."""
         self._number += 1
         server, pieces = self._socket.exchange(self._number, [request.encode() for request in requests])
         self.is_running = server.is_running
         return {(piece.command, piece.key): piece for piece in pieces}
 
     def ask(self, *requests: Request[Any]) -> list[Any]:
-        """Return what is answered; after a trigger, that is as of the end of the step."""
+        """Send requests, and return their answers. After a trigger, the answers are of the end of the step."""
         found = self.exchange(*requests)
         while not all(request.identity in found for request in requests):
             found |= self.exchange()
@@ -127,6 +130,6 @@ class _Talk:
 
 
 def _flip(pixels: Any, width: int, height: int) -> Any:
-    """Return pixels as a picture: BGR, with a top-left origin."""
+    """Return the simulator's pixels as a picture in BGR, whose first row is the top."""
     rgb = np.frombuffer(pixels, np.uint8).reshape(height, width, 3)
     return cv2.cvtColor(cv2.flip(rgb, 0), cv2.COLOR_RGB2BGR)

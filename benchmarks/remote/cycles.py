@@ -1,4 +1,4 @@
-"""One cycle of a robot: two motor commands, a time step, a range and a picture."""
+"""The cycle of a robot through a backend: two motor commands, a time step, a range and a picture."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ DEVICES = ("left_motor", "right_motor", "nose", "eye")
 
 @contextmanager
 def open_backend_cycle(backend: str, setup: Setup) -> Iterator[Cycle]:
-    """Open the cycle of a backend's robot, without layers."""
+    """Open a robot without layers, and yield a function that executes its cycle."""
     with load_backend(backend).open(setup) as robot:
         left, right = (robot.motors[name] for name in DEVICES[:2])
-        clock, turns = robot.clock, speeds()
+        clock, turns = robot.clock, iterate_speeds()
 
         def cycle() -> object:
             forward, backward = next(turns)
@@ -34,14 +34,14 @@ def open_backend_cycle(backend: str, setup: Setup) -> Iterator[Cycle]:
         yield cycle
 
 
-def speeds() -> Iterator[tuple[float, float]]:
-    """Yield new speeds of both wheels for each cycle. A driver need not send unchanged speeds."""
+def iterate_speeds() -> Iterator[tuple[float, float]]:
+    """Yield new wheel speeds for each cycle in rad/s, because a driver need not send unchanged speeds."""
     return endless(((SPEED_RAD_S, -SPEED_RAD_S), (-SPEED_RAD_S, SPEED_RAD_S)))
 
 
 @contextmanager
-def stepped_pictures(setup: Setup) -> Iterator[Cycle]:
-    """Open a cycle of a V-REP time step and a camera picture."""
+def open_stepped_picture_cycle(setup: Setup) -> Iterator[Cycle]:
+    """Open a cycle with a time step of V-REP and a picture."""
     with load_backend("vrep").open(replace(setup, devices=frozenset({"eye"}))) as robot:
         clock = robot.clock
 
@@ -53,8 +53,8 @@ def stepped_pictures(setup: Setup) -> Iterator[Cycle]:
 
 
 @contextmanager
-def blocking_pictures(setup: Setup) -> Iterator[Cycle]:
-    """Open a cycle that gets a picture as a script does, while the simulation runs by itself."""
+def open_blocking_picture_cycle(setup: Setup) -> Iterator[Cycle]:
+    """Open a cycle that gets a picture by a blocking call, as a script does. The simulation runs in real time."""
     client = simx.simxStart(setup.options["host"], setup.options["port"], True, True, 5000, 5)
     _, eye = simx.simxGetObjectHandle(client, "/rover/eye", simx.simx_opmode_blocking)
     simx.simxStartSimulation(client, simx.simx_opmode_blocking)

@@ -15,10 +15,11 @@ ROOT = Path(__file__).parents[2]
 
 
 @dataclass
-class Double:
-    """A double in its own process; a context manager. A port of 0 is any free port, and stays after a restart.
+class DoubleProcess:
+    """A double of CoppeliaSim in its own process, as a context manager.
 
-    Without a ``robot`` its scene is the one that the simulator begins with.
+    A port of 0 means any free port, which stays the same after a restart. Without ``robot``, the scene is the default
+    scene of the simulator.
     """
 
     robot: str | None = None
@@ -27,7 +28,7 @@ class Double:
     zmq_port: int = 0
     legacy_port: int = 0
 
-    def __enter__(self) -> Double:
+    def __enter__(self) -> DoubleProcess:
         self.start()
         return self
 
@@ -38,7 +39,7 @@ class Double:
 
     @property
     def arguments(self) -> list[str]:
-        """The arguments of ``python`` that start it."""
+        """The arguments of ``python`` that start the double."""
         ports = ["--zmq-port", str(self.zmq_port), "--legacy-port", str(self.legacy_port)]
         robot = ["--robot", self.robot, "--world", self.world] if self.robot else []
         seed = ["--seed", str(self.seed)] if self.seed is not None else []
@@ -46,33 +47,33 @@ class Double:
 
     @property
     def command(self) -> str:
-        """The shell command that starts it."""
+        """The shell command that starts the double."""
         return shlex.join(["python", *self.arguments])
 
     def start(self) -> None:
-        """Start it, and return when it serves."""
+        """Start the process, and wait until the double serves."""
         self.launch()
         self.await_serving()
 
     def launch(self) -> None:
-        """Start it, and return at once."""
+        """Start the process, and return at once."""
         self._process = Popen([sys.executable, *self.arguments], stdin=DEVNULL, stdout=PIPE, text=True, cwd=ROOT)  # noqa: S603
 
     def await_serving(self) -> None:
-        """Return when the launched process serves."""
+        """Wait until the started process serves."""
         assert self._process.stdout
         line = self._process.stdout.readline()
         self.zmq_port, self.legacy_port = (int(port) for port in re.findall(r"\d+", line))
 
     def kill(self) -> None:
-        """Kill it."""
+        """Kill the process."""
         self._process.kill()
         self._process.communicate()
 
     def suspend(self) -> None:
-        """Suspend it. Its connections stay open, and it answers nothing."""
+        """Suspend the process. Its connections stay open, and it does not answer."""
         self._process.send_signal(signal.SIGSTOP)
 
     def resume(self) -> None:
-        """Resume it."""
+        """Resume the suspended process."""
         self._process.send_signal(signal.SIGCONT)

@@ -1,4 +1,4 @@
-"""An app that turns and reads its sensors for a time, and prints when it has begun."""
+"""An app that turns and reads its sensors for a time, and prints a line after its first ticks."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ FIRST_TICKS = 3
 
 @dataclass
 class Driving(Behaviour):
-    """Turns on the spot for ``duration_s`` seconds, and uses all devices."""
+    """Turns on the spot for ``duration_s`` seconds, and reads all sensors in each tick."""
 
     duration_s: float = 60.0
     needs = frozenset({Role.DRIVE, Role.CAMERA, Role.RANGE})

@@ -12,23 +12,23 @@ from robotcore.runtime.trace import TickRecord
 
 
 class Disturbance(Tap):
-    """A tap and an observer that disturbs a run from tick ``at`` on, as its subclass does."""
+    """A tap and observer that disturbs a run from tick ``at`` on. Subclasses define the disturbance."""
 
     def __init__(self, at: int) -> None:
         self.at = at
         self.now = 0
 
     def begin(self, run: Run) -> None:
-        """Do nothing; the disturbance comes later."""
+        """Do nothing, because the disturbance comes later."""
 
     def tick(self, record: TickRecord) -> None:
         self.now = record.tick + 1
 
     def end(self, result: RunResult) -> None:
-        """Do nothing; the disturbance has come, or the run ended before."""
+        """Do nothing, because the disturbance came before, or the run ended earlier."""
 
 
-class EmergencyStop(Disturbance):
+class EmergencyStopBetween(Disturbance):
     """The e-stop is pressed between two ticks."""
 
     def begin(self, run: Run) -> None:
@@ -40,7 +40,7 @@ class EmergencyStop(Disturbance):
             self._button.press("the button was pressed")
 
 
-class EmergencyStopInTick(EmergencyStop):
+class EmergencyStopInTick(EmergencyStopBetween):
     """The e-stop is pressed during a step of the app."""
 
     def tick(self, record: TickRecord) -> None:

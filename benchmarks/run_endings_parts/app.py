@@ -10,7 +10,7 @@ from threading import Event, Thread
 from time import sleep
 from typing import Literal
 
-from benchmarks.run_endings_parts.witness import Log
+from benchmarks.run_endings_parts.logging_robot import Log
 from robotcore import Behaviour, Robot, Role, Status
 
 FOREVER_S = 3600.0
@@ -19,7 +19,7 @@ BLOCKS: list[bytearray] = []
 
 
 def use_up(what: Literal["nothing", "threads", "memory"]) -> None:
-    """Leak threads or memory until the system refuses more of it."""
+    """Limit the address space of the process, and leak threads or memory until the system refuses more."""
     if what != "nothing":
         used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
         resource.setrlimit(resource.RLIMIT_AS, (used + LEFT_BYTES, resource.RLIM_INFINITY))
@@ -27,7 +27,7 @@ def use_up(what: Literal["nothing", "threads", "memory"]) -> None:
 
 
 def leak(what: Literal["threads", "memory"]) -> None:
-    """Start threads, or keep ever smaller blocks, until the system refuses."""
+    """Start threads, or allocate smaller and smaller blocks of memory, until the system refuses."""
     try:
         while what == "threads":
             Thread(target=Event().wait, daemon=True).start()
@@ -43,9 +43,9 @@ def leak(what: Literal["threads", "memory"]) -> None:
 
 @dataclass
 class FailingApp(Behaviour):
-    """Drives a curve, and fails as ``ending`` names ``after_s`` seconds after its first tick.
+    """Drives a curve, and fails in the way ``ending``, ``after_s`` seconds after its first tick.
 
-    It logs the time of the failure to ``log``. It uses up what it ``leaks`` first, under a limit of the address space.
+    Before it fails, it writes the time to the file ``log``, and uses up ``leaks``.
     """
 
     log: str = ""
@@ -65,7 +65,7 @@ class FailingApp(Behaviour):
         if now - self._first_s >= self.after_s:
             if not self._has_failed:
                 self._has_failed = True
-                Log(self.log).note("event")
+                Log(self.log).write("event")
                 use_up(self.leaks)
             if self.ending != "continue":
                 self._fail()

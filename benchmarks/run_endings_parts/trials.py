@@ -1,4 +1,4 @@
-"""One trial: a run in its own process that ends badly at a random moment."""
+"""The trials: runs in their own processes, each ended or failing at a random moment."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ POLL_S = 0.002
 
 
 LogEntry = tuple[str, float, float]
-"""Event, value, time."""
+"""An entry of a log: event, value, and monotonic time in seconds."""
 
 
 class TrialResult(NamedTuple):
     """The result of a trial: its exit status, whether every motor stopped, and the delay of the last stop in seconds.
 
-    The status is None if the process hung, or if its answer is not one line of JSON with that status.
+    The status is None if the process hung, or if its output should be one line of JSON with this status and is not.
     """
 
     status: int | None
@@ -37,9 +37,9 @@ class TrialResult(NamedTuple):
 
 
 def run_signalled(directory: Path, random: Random, number: int) -> TrialResult:
-    """Run the app, and send its process a signal."""
+    """Execute the app in a run, and send a signal to the process at a random moment."""
     log = directory / "log"
-    with run_robotcore(directory, [APP, "--backend", "witness", "--option", f"log={log}"]) as process:
+    with run_robotcore(directory, [APP, "--backend", "logging", "--option", f"log={log}"]) as process:
         while not (log.exists() and any(value for _, value, _ in read_log(log))):
             sleep(POLL_S)
         sleep(random.uniform(0.1, 1.0))
@@ -49,7 +49,7 @@ def run_signalled(directory: Path, random: Random, number: int) -> TrialResult:
 
 
 def run_failing(directory: Path, random: Random, ending: str) -> TrialResult:
-    """Run the app, which fails by itself."""
+    """Execute the app in a run, and let the app or the camera fail at a random moment."""
     log, after = directory / "log", f"{random.uniform(0.3, 1.2):.3f}"
     options = ["--option", f"log={log}", "--set", f"log={log}"]
     if ending == "loses its camera":
@@ -57,12 +57,15 @@ def run_failing(directory: Path, random: Random, ending: str) -> TrialResult:
     else:
         ending = random.choice(["wait", "compute", "catch"]) if ending == "hangs" else ending
         options += ["--set", f"ending={ending}", "--set", f"after_s={after}"]
-    with run_robotcore(directory, [APP, "--backend", "witness", *options]) as process:
+    with run_robotcore(directory, [APP, "--backend", "logging", *options]) as process:
         return _await_end(process, log)
 
 
 def run_orphaned(directory: Path, random: Random, number: int) -> tuple[int | None, float, str]:
-    """Run the app in a simulator that dies; return the exit status, the seconds until then, and the output."""
+    """Execute green-search in a simulator that a signal ends.
+
+    Return the exit status of the run, the seconds from the signal to its end, and its output.
+    """
     serve = [sys.executable, "-m", "tests.external_simulator.server"]
     with Popen(serve, stdout=PIPE, stderr=DEVNULL, text=True) as server:  # noqa: S603  this project's own
         assert server.stdout
@@ -80,15 +83,15 @@ def run_orphaned(directory: Path, random: Random, number: int) -> tuple[int | No
 
 
 def run_exhausted(directory: Path, random: Random, ending: str, leaks: str) -> TrialResult:
-    """Drive, use up the process's threads or memory, and fail; with a guardian or without, at random."""
+    """Execute an app that uses up threads or memory before it fails. A guardian is present at random."""
     log, after = directory / "log", f"{random.uniform(0.3, 1.2):.3f}"
     ending = random.choice(["wait", "compute", "leak", "catch"]) if ending == "hangs" else ending
     options = ["--option", f"log={log}", "--option", f"is_guarded={random.choice(['true', 'false'])}"]
     settings = [f"log={log}", f"ending={ending}", f"leaks={leaks}", f"after_s={after}"]
-    arguments = [APP, "--backend", "witness", "--json", *options]
+    arguments = [APP, "--backend", "logging", "--json", *options]
     arguments += [part for setting in settings for part in ("--set", setting)]
     with run_robotcore(directory, arguments) as process:
-        ended = _await_end(process, log, _last_command if ending == "continue" else _find_event)
+        ended = _await_end(process, log, _find_last_command if ending == "continue" else _find_event)
         output = process.stdout.read() if process.stdout else ""
     is_answered = output.count("\n") == 1 and json.loads(output)["exit_status"] == ended.status
     return ended if is_answered else ended._replace(status=None)
@@ -96,7 +99,7 @@ def run_exhausted(directory: Path, random: Random, ending: str, leaks: str) -> T
 
 @contextmanager
 def run_robotcore(directory: Path, arguments: Sequence[str]) -> Iterator[Popen[str]]:
-    """Run robotcore in another process, with the backends that are registered in the directory."""
+    """Start ``robotcore run`` in another process, with the backends that `register` registered in the directory."""
     path = os.pathsep.join([str(directory), str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH", "")])
     command = [*RUN, *arguments]
     with Popen(  # noqa: S603  this project's own command
@@ -109,13 +112,13 @@ def run_robotcore(directory: Path, arguments: Sequence[str]) -> Iterator[Popen[s
 
 
 def register(directory: Path) -> None:
-    """Register the two backends for processes that have the directory on their path."""
+    """Register the benchmark's backends for processes that have the directory in ``PYTHONPATH``."""
     package = directory / "run_endings-0.dist-info"
     package.mkdir()
     (package / "METADATA").write_text("Metadata-Version: 2.1\nName: run-endings\nVersion: 0\n")
     (package / "entry_points.txt").write_text(
         "[robotcore.backends]\n"
-        "witness = benchmarks.run_endings_parts.witness:WitnessBackend\n"
+        "logging = benchmarks.run_endings_parts.logging_robot:LoggingBackend\n"
         "external = tests.external_simulator.backend:ExternalSimulatorBackend\n"
     )
 
@@ -139,7 +142,7 @@ def _find_event(entries: Sequence[LogEntry]) -> float:
     return next(time for what, _, time in entries if what == "event")
 
 
-def _last_command(entries: Sequence[LogEntry]) -> float:
+def _find_last_command(entries: Sequence[LogEntry]) -> float:
     """Return the time of the last command that turns a wheel."""
     return max(time for what, value, time in entries if what in MOTORS and value)
 
@@ -147,7 +150,10 @@ def _last_command(entries: Sequence[LogEntry]) -> float:
 def _await_end(
     process: Popen[str], log: Path, since_of: Callable[[Sequence[LogEntry]], float] = _find_event
 ) -> TrialResult:
-    """Wait for the end, and read the commands of the motors since then."""
+    """Wait for the end of a process, and read from its log when the motors were stopped.
+
+    since_of: returns the time, for the entries of the log, from which the delay of the stops is measured.
+    """
     status = _await_status(process)
     entries = read_log(log)
     since = since_of(entries)
@@ -157,7 +163,7 @@ def _await_end(
 
 
 def _find_stop(commands: Sequence[tuple[float, float]]) -> float | None:
-    """Return the time of the first stop after which a motor had stops only; None if there is none."""
+    """Return the time of a motor's first stop after its last drive command; None if it was not stopped."""
     if not commands or commands[-1][0] != 0:
         return None
     last_drive = max((index for index, (value, _) in enumerate(commands) if value), default=-1)

@@ -1,1 +1,1 @@
-"""Boards that lose their port while they drive, and the app that drives them."""
+"""The parts of `benchmarks.serial_unplugged`: the boards, and the app that drives them."""

@@ -1,4 +1,4 @@
-"""The boards that are unplugged: their doubles, and the files of their robots."""
+"""The boards of `benchmarks.serial_unplugged`: their doubles, and the files of their robots."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ Section = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
-class Kind:
-    """A kind of board: its double, its wheels, and the sections of its devices in a robot's file."""
+class BoardModel:
+    """A model of a board: its double, and the sections of its devices in a robot's file."""
 
     make: Callable[[], BoardDouble]
     wheels_of: Callable[[Any], Wheels]
@@ -42,23 +42,23 @@ def _wheels_of_the_first(board: Sabertooths) -> Wheels:
 
 _MODEL = {"model": {"forward_rad_s": FULL_RAD_S, "backward_rad_s": FULL_RAD_S}}
 
-KINDS = {
-    "our firmware": Kind(
+BOARDS = {
+    "our firmware": BoardModel(
         RobotcoreBridgeDouble, _wheels, {"driver": "ros-arduino-motor"}, {"driver": "ros-arduino-encoder"}
     ),
-    "ROSArduinoBridge": Kind(
+    "ROSArduinoBridge": BoardModel(
         RosArduinoBridgeDouble, _wheels, {"driver": "ros-arduino-motor"}, {"driver": "ros-arduino-encoder"}
     ),
-    "Waveshare UGV": Kind(
+    "Waveshare UGV": BoardModel(
         lambda: WaveshareBoard(2 * 0.0325), _wheels, {"driver": "waveshare-motor"}, {"driver": "waveshare-encoder"}
     ),
-    "hoverboard": Kind(
+    "hoverboard": BoardModel(
         lambda: Hoverboard(Wheels()),
         _wheels,
         {"driver": "hoverboard-motor", "mode": "speed"},
         {"driver": "hoverboard-encoder"},
     ),
-    "Sabertooth": Kind(
+    "Sabertooth": BoardModel(
         lambda: Sabertooths(full_rad_s=FULL_RAD_S),
         _wheels_of_the_first,
         {"driver": "sabertooth-motor", **_MODEL},
@@ -67,16 +67,16 @@ KINDS = {
 }
 
 
-def robot_with(kind: Kind, port: Path) -> str:
-    """Return the file of a rover with the board at a port. The rover waits if the port is lost."""
+def build_robot_file(kind: BoardModel, port: Path) -> str:
+    """Return the description of a rover whose board is at a port, as TOML. The rover waits if the port is lost."""
     rover = (resources.files("robotcore.description") / "robots" / "rover.toml").read_text(encoding="utf-8")
     body = rover.partition("[[devices]]")[0].replace("[safety]", f"[safety]\noutage_s = {PATIENCE_S}")
     if kind.encoder is None:
         body = "".join(line for line in body.splitlines(keepends=True) if "_encoder =" not in line)
-    return body + "".join(_device(kind, side, number, port) for number, side in enumerate(("left", "right"), 1))
+    return body + "".join(_build_device(kind, side, number, port) for number, side in enumerate(("left", "right"), 1))
 
 
-def _device(kind: Kind, side: str, number: int, port: Path) -> str:
+def _build_device(kind: BoardModel, side: str, number: int, port: Path) -> str:
     place = {"motor": number} if kind.encoder is None else {"side": side}
     text = f'[[devices]]\nkind = "motor"\nname = "{side}_motor"\nmax_velocity_rad_s = 12.0\n'
     text += _section(f"{side}_motor", {**kind.motor, **place, "port": str(port)})

@@ -6,7 +6,7 @@ from robotcore import Behaviour, Robot, Role, Status
 
 
 class EndlessArc(Behaviour):
-    """Drives in a wide arc."""
+    """Drives in a wide arc until the run is stopped."""
 
     needs = frozenset({Role.DRIVE})
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from benchmarks.replayed.disturbances import Disturbance, EmergencyStop
+from benchmarks.replayed.disturbances import Disturbance, EmergencyStopBetween
 from drivers.kinematic.backend import KinematicBackend
 from robotcore.errors import DeviceError
 from robotcore.hal.backend import Setup
@@ -66,7 +66,7 @@ class TestMotorOutsideTheDrive:
         require_equal(recording)
 
     def test_e_stop_is_replayed(self) -> None:
-        recording = record_gripper(disturbance=EmergencyStop(6))
+        recording = record_gripper(disturbance=EmergencyStopBetween(6))
         assert recording.result
         assert recording.result.outcome is Outcome.STOPPED
         require_equal(recording)

@@ -13,7 +13,7 @@ import pytest
 
 from benchmarks.replayed.disturbances import (
     Disturbance,
-    EmergencyStop,
+    EmergencyStopBetween,
     EmergencyStopInTick,
     SignalBetween,
     SignalInTick,
@@ -224,7 +224,7 @@ def change_platform(recording: Recording) -> Recording:
     return replace(recording, metadata=replace(recording.metadata, platform=platform))
 
 
-@pytest.mark.parametrize("kind", [EmergencyStop, EmergencyStopInTick, SignalBetween, SignalInTick])
+@pytest.mark.parametrize("kind", [EmergencyStopBetween, EmergencyStopInTick, SignalBetween, SignalInTick])
 @pytest.mark.parametrize("app", ["avoid-obstacles", f"{APPS}:CameraApp", f"{APPS}:IntermittentApp"])
 def test_external_stop_ends_the_replay_in_the_same_tick(kind: type[Disturbance], app: str) -> None:
     recording = record_run(app, disturbance=kind(6), seed=2, timeout_s=2.0)
@@ -233,7 +233,7 @@ def test_external_stop_ends_the_replay_in_the_same_tick(kind: type[Disturbance],
     cut_short = kind is SignalInTick and len(recording.ticks) == 7
     assert (replayed.deviation, replayed.ticks) == (None, len(recording.ticks) - cut_short)
     assert replayed.exit_status == 0
-    if kind in (EmergencyStop, EmergencyStopInTick):
+    if kind in (EmergencyStopBetween, EmergencyStopInTick):
         assert (replayed.result.outcome, replayed.result.reason) == (Outcome.STOPPED, get_result(recording).reason)
         assert replayed.trace_sha256 == get_result(recording).trace_sha256
 

@@ -1,4 +1,7 @@
-"""A run with a thread that holds Python's interpreter lock at random moments. `benchmarks.guardian` starts it."""
+"""A program that executes a run while a thread holds the interpreter lock at random moments.
+
+`benchmarks.guardian` starts it.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +24,7 @@ BETWEEN_S = (0.3, 0.6)
 
 
 def main() -> int:
-    """Drive until all holds are done; return the exit status of the run."""
+    """Execute the run until the thread has held the lock often enough. Return the exit status of the run."""
     file, holds, seed = Path(sys.argv[1]), int(sys.argv[2]), int(sys.argv[3])
     holder = Thread(target=_hold, args=(Diary(file), holds, Random(seed)))
 

@@ -1,4 +1,4 @@
-"""A robot in real time whose motors log every command with its time to a file."""
+"""A robot in real time whose motors write each command, with its time, to a log file."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ from robotcore.hal.wall_clock import MonotonicClock
 FAR_M = 1.5
 
 
-class WitnessOptions(StrictModel):
-    """The file of the log, the time at which the camera fails, and whether the robot has a guardian."""
+class LoggingOptions(StrictModel):
+    """The options: the log file, the time at which the camera fails, and whether the robot has a guardian."""
 
     log: str
     lost_after_s: float = float("inf")
@@ -35,31 +35,31 @@ class WitnessOptions(StrictModel):
 
 
 class Log:
-    """A log file with an event, a value and the machine's monotonic time in each line."""
+    """A log file. Each line has an event, a value and the machine's monotonic time."""
 
     def __init__(self, file: str) -> None:
         self._file = os.open(file, os.O_WRONLY | os.O_APPEND | os.O_CREAT)
 
-    def note(self, event: str, value: float = 0.0) -> None:
+    def write(self, event: str, value: float = 0.0) -> None:
         os.write(self._file, f"{event} {value} {monotonic():.6f}\n".encode())
 
 
-class WitnessBackend(Backend):
-    """Opens robots that only log their commands."""
+class LoggingBackend(Backend):
+    """Opens robots whose motors log their commands, and whose sensors return constants."""
 
-    name = "witness"
-    summary = "notes every command, in real time"
+    name = "logging"
+    summary = "logs every command, in real time"
 
     def open(self, setup: Setup) -> Robot:
-        options = setup.options_as(WitnessOptions)
+        options = setup.options_as(LoggingOptions)
         clock, log = MonotonicClock(), Log(options.log)
         devices = [_open_device(description, clock, log, options.lost_after_s) for description in setup.chosen_devices]
         cutoffs = [_build_cutoff(device.name, options.log) for device in devices if isinstance(device, Motor)]
         return Robot(setup.robot.name, clock, devices, cutoffs=cutoffs if options.is_guarded else ())
 
 
-class WitnessCutoff(Cutoff):
-    """Logs a stop by the guardian as the motor logs its own."""
+class LoggingCutoff(Cutoff):
+    """A cutoff that logs a stop like the motor of the same name."""
 
     def __init__(self, device: str, log: str) -> None:
         self._device, self._log = device, Log(log)
@@ -68,25 +68,25 @@ class WitnessCutoff(Cutoff):
         """Do nothing."""
 
     def stop(self) -> None:
-        self._log.note(self._device)
+        self._log.write(self._device)
 
     def close(self) -> None:
         """Do nothing."""
 
 
-class WitnessMotor(Motor):
-    """Logs each command."""
+class LoggingMotor(Motor):
+    """A motor that logs each command."""
 
     def __init__(self, description: MotorDescription, log: Log) -> None:
         super().__init__(description.name, description.max_velocity_rad_s)
         self._log = log
 
     def _apply(self, rad_s: float) -> None:
-        self._log.note(self.name, rad_s)
+        self._log.write(self.name, rad_s)
 
 
-class WitnessRange(RangeSensor):
-    """Always measures infinity."""
+class LoggingRange(RangeSensor):
+    """A range sensor that always measures 1.5 m."""
 
     def __init__(self, descriptions: RangeSensorDescription, clock: Clock) -> None:
         super().__init__(
@@ -101,8 +101,8 @@ class WitnessRange(RangeSensor):
         return Range(FAR_M, self._clock.now(), 0)
 
 
-class WitnessCamera(Camera):
-    """Returns black images; fails after a time, and logs that."""
+class LoggingCamera(Camera):
+    """A camera with black pictures. It fails after a time, and logs the failure."""
 
     def __init__(self, description: CameraDescription, clock: Clock, log: Log, lost_after_s: float) -> None:
         super().__init__(description.name, description.intrinsics)
@@ -113,13 +113,13 @@ class WitnessCamera(Camera):
     def _newest(self) -> Frame:
         now = self._clock.now()
         if now > self._lost_after_s:
-            self._log.note("event")
+            self._log.write("event")
             raise DeviceError(self.name, "the cable is out")
         return Frame(self._image, now, 0)
 
 
-class WitnessEncoder(Encoder):
-    """Always measures zero."""
+class LoggingEncoder(Encoder):
+    """An encoder that always measures zero."""
 
     def __init__(self, description: EncoderDescription, clock: Clock) -> None:
         super().__init__(description.name)
@@ -130,17 +130,17 @@ class WitnessEncoder(Encoder):
 
 
 def _build_cutoff(device: str, log: str) -> CutoffSpec:
-    return CutoffSpec(device, f"{__name__}:WitnessCutoff", {"device": device, "log": log})
+    return CutoffSpec(device, f"{__name__}:LoggingCutoff", {"device": device, "log": log})
 
 
 def _open_device(description: AnyDevice, clock: Clock, log: Log, lost_after_s: float) -> Device:
     match description:
         case MotorDescription():
-            return WitnessMotor(description, log)
+            return LoggingMotor(description, log)
         case RangeSensorDescription():
-            return WitnessRange(description, clock)
+            return LoggingRange(description, clock)
         case CameraDescription():
-            return WitnessCamera(description, clock, log, lost_after_s)
+            return LoggingCamera(description, clock, log, lost_after_s)
         case EncoderDescription():
-            return WitnessEncoder(description, clock)
+            return LoggingEncoder(description, clock)
     return MemoryDisplay(description.name)

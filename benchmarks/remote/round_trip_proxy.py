@@ -17,29 +17,29 @@ from tests.doubles.coppeliasim.legacy.codec import Code
 CHUNK_BYTES = 1 << 18
 
 Words = Callable[[bytes], str]
-"""Returns the text of a request, given its bytes."""
+"""A function that returns the text of a request, given its bytes."""
 
 _CALL = re.compile(rb"(zmqRemoteApi\.\w+?|sim\.\w+?|_\*\w+?\*_)dargs")
-"""A function's name in CBOR, before the text of four letters that its arguments come under."""
+"""The name of a function in CBOR, before the key ``args``, a text of four letters."""
 
 
-def calls_in(request: bytes) -> str:
-    """Return the function that a request of the ZeroMQ remote API calls."""
+def list_calls(request: bytes) -> str:
+    """Return the names of the functions that a request of the ZeroMQ remote API calls."""
     return b" ".join(_CALL.findall(request)).decode()
 
 
-def messages_in(request: bytes) -> str:
-    """Return the commands in a message of the legacy remote API."""
+def list_commands(request: bytes) -> str:
+    """Return the names of the commands in a message of the legacy remote API."""
     message = Unpacker().feed(request)
     commands = decode_message(message)[1] if message else []
     return ", ".join(Code(each.command).name.lower() for each in commands) or "nothing more"
 
 
-class Line:
-    """A port that forwards to another port; a context manager.
+class RoundTripProxy:
+    """A port that forwards to a server, as a context manager. It stores the requests of the clients.
 
-    ``requests`` has each request: everything that a client sends until a reply comes. If the client does not wait for
-    replies, requests are fewer than its messages.
+    A request is everything that a client sends until a reply comes. If the client does not wait for each reply, there
+    are fewer requests than messages.
     """
 
     def __init__(self, host: str, port: int, words: Words) -> None:
@@ -49,7 +49,7 @@ class Line:
         self.requests: list[str] = []
         self._thread = threading.Thread(target=self._accept, name="counted line", daemon=True)
 
-    def __enter__(self) -> Line:
+    def __enter__(self) -> RoundTripProxy:
         self._thread.start()
         return self
 
