@@ -124,7 +124,7 @@ def _compare_in_world(
         assert isinstance(camera, EngineCamera)
         while True:
             pose = _draw_pose(world, draw)
-            if surroundings.gaps(pose).min() < 0:
+            if surroundings.measure_gaps(pose).min() < 0:
                 continue
             view = CameraView.of(eye.intrinsics, eye.mount, pose)
             masks = _compute_masks(camera, painter, view)

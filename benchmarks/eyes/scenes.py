@@ -68,7 +68,7 @@ def _draw_free_pose(world: WorldDescription, robot: RobotDescription, draw: Rand
     while True:
         place = Pose(draw.uniform(-x, x), draw.uniform(-y, y), 0.0)
         pose = place._replace(heading=place.bearing_to(0.0, 0.0) + draw.uniform(-1.0, 1.0))
-        if surroundings.gaps(pose).min() > 0:
+        if surroundings.measure_gaps(pose).min() > 0:
             return pose
 
 

@@ -26,9 +26,9 @@ class Bumper:
         self._clearances = clearances
         self._reach = clearances.reach
         self._touched: dict[int, float] = {}
-        self._measure(clearances.gaps(start))
+        self._measure(clearances.measure_gaps(start))
 
-    def permits(self, here: Pose, there: Pose, distance: float, turn: float) -> bool:
+    def try_move(self, here: Pose, there: Pose, distance: float, turn: float) -> bool:
         """Return whether the robot may move from the pose ``here`` to ``there``, and count a contact if not.
 
         A robot that overlaps a body may move out of it, but not deeper into it.
@@ -40,13 +40,13 @@ class Bumper:
         if self._travelled + travel < self._clearance:
             self._travelled += travel
             return True
-        ahead = self._clearances.gaps(there)
+        ahead = self._clearances.measure_gaps(there)
         is_hit = (ahead < 0) & (ahead < self._gaps)
         if not is_hit.any():
             self._measure(ahead)
             return True
         if self._travelled:
-            self._measure(self._clearances.gaps(here))
+            self._measure(self._clearances.measure_gaps(here))
         self._touch(is_hit)
         return False
 
@@ -79,7 +79,7 @@ class Clearance:
         self._centres = np.array([(ball.x_m, ball.y_m) for ball in world.targets]).reshape(-1, 2)
         self._radii = np.array([ball.radius_m for ball in world.targets])
 
-    def gaps(self, pose: Pose) -> Array:
+    def measure_gaps(self, pose: Pose) -> Array:
         """Return the gap between the robot at ``pose`` and each body, as (n,) in metres; negative for an overlap.
 
         A gap may be smaller than the true distance, but its sign is exact.

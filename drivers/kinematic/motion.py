@@ -74,7 +74,7 @@ class Chassis:
         left, right = self._left.next_turn(), self._right.next_turn()
         distance, turn = self._geometry.to_twist(Wheels(left, right))
         there = self.pose.advance(distance, turn)
-        if self._bumper.permits(self.pose, there, abs(distance), abs(turn)):
+        if self._bumper.try_move(self.pose, there, abs(distance), abs(turn)):
             self.pose = there
             self._left.roll(left)
             self._right.roll(right)

@@ -111,7 +111,7 @@ def test_robot_on_a_winding_path_never_overlaps_a_body(thing: Box | Cylinder) ->
         for tick in range(400):
             linear, angular = 0.3 * math.sin(tick / 9), 2.0 * math.sin(tick / 23)
             drive(robot, linear, angular, 0.05)
-            assert clearances.gaps(get_truth(robot).pose()).min() >= 0
+            assert clearances.measure_gaps(get_truth(robot).pose()).min() >= 0
 
 
 def test_gaps_equal_those_of_gap_between() -> None:
@@ -121,7 +121,7 @@ def test_gaps_equal_those_of_gap_between() -> None:
         pose = Pose(0.2, 0.1, heading)
         body = tuple(pose.to_world(x, y) for x, y in ROVER.body.footprint)
         expected = [gap_between(body, thing.outline) for thing in things]
-        assert clearances.gaps(pose) == pytest.approx(expected, abs=1e-12)
+        assert clearances.measure_gaps(pose) == pytest.approx(expected, abs=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -134,7 +134,7 @@ def test_gaps_equal_those_of_gap_between() -> None:
     ids=["ahead", "off a corner", "inside"],
 )
 def test_the_gap_to_a_ball_is_the_distance_to_its_circle(x: float, y: float, expected: float) -> None:
-    gaps = Clearance(ROVER.body.footprint, room(ball(x, y))).gaps(Pose(0.0, 0.0, 0.0))
+    gaps = Clearance(ROVER.body.footprint, room(ball(x, y))).measure_gaps(Pose(0.0, 0.0, 0.0))
     assert gaps == pytest.approx([expected])
 
 

@@ -138,10 +138,10 @@ class ContactSensor(Bumper):
         super().__init__(surroundings or self._clearances, start)
         self.touching = set()
 
-    def permits(self, here: Pose, there: Pose, distance: float, turn: float) -> bool:
-        is_free = super().permits(here, there, distance, turn)
+    def try_move(self, here: Pose, there: Pose, distance: float, turn: float) -> bool:
+        is_free = super().try_move(here, there, distance, turn)
         if not is_free:
-            self.touching.update(np.flatnonzero(self._clearances.gaps(there) < 0).tolist())
+            self.touching.update(np.flatnonzero(self._clearances.measure_gaps(there) < 0).tolist())
         return is_free
 
 

@@ -106,7 +106,7 @@ class IntermittentApp(Behaviour):
         self.count += 1
         if self.count % 3 == 0:
             try:
-                self.state = f"sees {robot.camera.read().sequence}, hears {robot.range.read().distance!r}"
+                self.state = f"picture {robot.camera.read().sequence}, distance {robot.range.read().distance!r}"
             except DeviceError as error:
                 self.state = f"lost {error.device}"
         if self.count % 4 == 0:
