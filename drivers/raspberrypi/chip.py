@@ -80,7 +80,7 @@ _GET_LINE_INFO = 0xC100B405
 """The ioctl request GPIO_V2_GET_LINEINFO_IOCTL. Source: Linux, include/uapi/linux/gpio.h."""
 
 _LINE_INFO = struct.Struct("32s 32s I 188x")
-"""The name, the consumer and the offset in struct gpio_v2_line_info, the data of this request."""
+"""The name, the consumer and the offset in struct gpio_v2_line_info, which that ioctl fills."""
 
 
 def find_holder(gpio: int, root: Path = _ROOT) -> str:

@@ -39,7 +39,7 @@ class EncoderSettings(StrictModel):
     """The unit of ``counts_per_turn`` in the robot's description.
 
     "cycles" are the cycles of one channel: the PPR of a data sheet, or the slots of a disc. "edges" are the edges of
-    all channels, often called CPR. A turn is one of the wheel, not of the motor before a gear.
+    all channels, often called CPR. A turn is a turn of the wheel, not of the motor in front of a gear.
     """
 
     pull_up: bool = True

@@ -1,4 +1,4 @@
-"""The settings and the drivers' base class of devices on a serial port."""
+"""The base classes of the settings and the drivers of devices on a serial port."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def _validate_place(place: str) -> str:
             "and add :SERIAL if several ports have that id"
         )
     if not place:
-        raise ValueError("the port is empty; name one such as /dev/ttyUSB0")
+        raise ValueError("the port is empty; write a port such as /dev/ttyUSB0")
     return place
 
 
@@ -65,7 +65,7 @@ class PortSettings(StrictModel):
 
 
 class TimeoutSettings(PortSettings):
-    """The settings of a motor on a board whose time-out a command sets."""
+    """The settings of a motor on a board with an adjustable time-out."""
 
     board_timeout_s: Annotated[float, Field(ge=0.1, le=5)] = 0.5
     """The board stops its motors if it receives no command for this many seconds."""

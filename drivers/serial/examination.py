@@ -17,7 +17,7 @@ from robotcore.hal.devices import Angle, Device, Frame, Range, Sensor, Voltage
 from robotcore.hardware import DeviceBinding, bind_devices
 from robotcore.hardware.diagnosis import check_batteries, check_description
 
-MUTE = "Turn the wheels for a moment, in the air"
+MUTE = "Lift the robot, and turn its wheels for a moment"
 
 
 def examine(backend: Backend, robot: RobotDescription | None, section: str) -> Iterator[Finding]:

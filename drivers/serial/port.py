@@ -1,4 +1,4 @@
-"""Find, open, read and write serial ports, and explain why one cannot be opened."""
+"""Find, open, read and write serial ports, and explain why a port cannot be opened."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def find_path(place: str) -> str:
         raise PortMissingError(f"{place} is not plugged in; {describe_ports()}")
     if len(found) > 1:
         raise PortMissingError(
-            f"{len(found)} ports have the id {place}: {', '.join(found)}; add the serial number, or name a path"
+            f"{len(found)} ports have the id {place}: {', '.join(found)}; add the serial number, or write a path"
         )
     return found[0]
 
@@ -194,8 +194,8 @@ def explain_failure(place: str, path: str, baud: int, error: Exception) -> str:
     """
     if isinstance(error, PortMissingError):
         return (
-            f"{error}. Plug the board in with a cable that carries data, or set another port: port in the robot's "
-            "file, or --port"
+            f"{error}. Plug the board in with a cable that carries data, or set another port, by port in the "
+            "robot's file or by --port"
         )
     number = getattr(error, "errno", None)
     if number in _BUSY_ERRORS:
@@ -205,7 +205,7 @@ def explain_failure(place: str, path: str, baud: int, error: Exception) -> str:
         return f"no permission for {place}. {_permission_remedy(path)}"
     if isinstance(error, ValueError):
         return f"{place} cannot be set to {baud} baud ({error}). Correct baud in the robot's file, or use another port"
-    return f"{place} cannot be opened as a serial port ({error}). Check that it is one, and plug it in again"
+    return f"{place} cannot be opened as a serial port ({error}). Check that it is a serial port, and plug it in again"
 
 
 def _permission_remedy(path: str) -> str:

@@ -19,7 +19,7 @@ from robotcore.hardware import LatestSample
 from robotcore.threads import start_thread
 
 STEADY_SHOTS = 10
-"""Exposure has settled if it is constant in this many pictures in a row. Cameras react to a change of light faster."""
+"""Exposure has settled if it is constant in this many pictures in a row. Cameras react faster to a change of light."""
 
 STEADY_RATIO = 1.03
 """Values count as constant if the largest is at most this many times the smallest. Noise changes them much less."""

@@ -183,8 +183,8 @@ Mode = Mapping[str, Any]
 def choose_mode(modes: Sequence[Mode], fps: float) -> Mode | None:
     """Return the smallest mode that reads the whole sensor at ``fps`` pictures a second.
 
-    If no mode is fast enough, return the fastest mode that reads the whole sensor. Return None if the modes do not tell
-    which part of the sensor they read.
+    If no mode is fast enough, return the fastest mode that reads the whole sensor. Return None if the modes do
+    not state which part of the sensor they read.
 
     By default libcamera uses the mode nearest to the picture's size. For a small picture this mode may read only the
     middle of the sensor, which halves the field of view.
@@ -206,7 +206,7 @@ def _area(size: Sequence[int]) -> int:
 
 
 class PiCamera(DeviceDriver[CameraDescription, PiCameraSettings]):
-    """Opens cameras on the Pi's connector by picamera2. The version of Raspberry Pi OS is 0.3.20 or newer."""
+    """Opens cameras on the Pi's connector by picamera2. Raspberry Pi OS has version 0.3.20 or newer."""
 
     name = "picamera2"
     summary = "a camera on the Pi's ribbon connector"

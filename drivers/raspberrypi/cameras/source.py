@@ -26,7 +26,7 @@ class CameraSettings(StrictModel):
     """Whether exposure and white balance are locked when they have settled. Programs miss targets if colours drift."""
 
     settle_s: Annotated[float, Field(gt=0, le=30)] = 2.0
-    """The longest wait for exposure and white balance to settle, in seconds. After it they are locked anyway."""
+    """The longest wait for exposure and white balance to settle, in seconds. After this time they are locked anyway."""
 
     exposure_s: Seconds | None = None
     """A fixed exposure time in seconds; None means automatic."""
@@ -105,11 +105,11 @@ class ExposureState(NamedTuple):
     """The exposure and the white balance of a picture."""
 
     values: tuple[float, ...]
-    """Numbers such as exposure times gain, or colour gains. They are constant when exposure and white balance have
-    settled."""
+    """Numbers such as the product of exposure and gain, or colour gains. They are constant when exposure and white
+    balance have settled."""
 
     is_settled: bool | None = None
-    """Whether the camera reports that the exposure has settled; None if the camera reports neither."""
+    """Whether the camera reports that the exposure has settled; None if the camera does not report it."""
 
 
 class Source(ABC):

@@ -88,12 +88,12 @@ COOLER = "Let air reach the chip, or put a cooler on it"
 def check_power(root: Path, ask: Callable[[Path], str] | None = None) -> Iterator[Finding]:
     """Check the supply voltage and the chip's temperature, now and since the board's start.
 
-    ask: runs the given vcgencmd, and returns its output, such as ``throttled=0x50005``. Tests replace it.
+    ask: runs the program vcgencmd, and returns its output, such as ``throttled=0x50005``. Tests replace the function.
     """
     word = int((ask or _ask_vcgencmd)(root / VCGENCMD).strip().rpartition("=")[2], 16)
     now, before = _power_bits(word), _power_bits(word >> SINCE_START)
     if not now | before:
-        yield Finding.ok(POWER, "voltage and temperature have been right since the start", kind="power-ok")
+        yield Finding.ok(POWER, "no problem with voltage or temperature since the start", kind="power-ok")
     if now:
         yield _power_finding(Finding.error if LOW in now else Finding.warning, f"{_format_bits(now)} now", now, "now")
     if past := before - now:
@@ -133,8 +133,8 @@ TIMEDATECTL = "usr/bin/timedatectl"
 def check_clock(root: Path, ask: Callable[[Path], str] | None = None) -> Iterator[Finding]:
     """Check that a time server has set the clock. Otherwise the dates of recordings are wrong.
 
-    ask: runs the given timedatectl, which also detects programs other than systemd-timesyncd, and returns ``yes`` or
-        ``no``. Tests replace it.
+    ask: runs the program timedatectl, and returns ``yes`` or ``no``. timedatectl also detects time programs other than
+        systemd-timesyncd. Tests replace the function.
     """
     if (root / SYNCHRONISED).exists() or (ask or _ask_timedatectl)(root / TIMEDATECTL).strip() == "yes":
         yield Finding.ok(CLOCK, "set by a time server", kind="clock-synchronised")
@@ -177,5 +177,5 @@ def check_disk(root: Path) -> Iterator[Finding]:
 
 
 def read_text(file: Path) -> str:
-    """Return a file's text; raises OSError. The NUL is removed that ends a string of the device tree."""
+    """Return a file's text; raises OSError. The result has no NUL, which ends strings of the device tree."""
     return file.read_text(encoding="utf-8", errors="replace").strip("\0 \n")

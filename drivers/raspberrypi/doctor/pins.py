@@ -22,7 +22,7 @@ FindHolders = Callable[[Collection[int]], Mapping[int, str]]
 
 
 def find_holders(gpios: Collection[int]) -> dict[int, str]:
-    """Return the holders of the given GPIOs, by the kernel. Free GPIOs are left out. No GPIO is changed."""
+    """Return the holders of the given GPIOs, as the kernel reports them. Free GPIOs are left out."""
     from drivers.raspberrypi.chip import find_holder
     from drivers.raspberrypi.lg import find_chip_number, load
 

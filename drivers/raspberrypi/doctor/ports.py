@@ -56,7 +56,7 @@ def _closed_files(root: Path, pattern: str, may_open: Callable[[Path], bool]) ->
 
 
 def find_remedy(root: Path, group: str) -> str:
-    """Return the remedy for the missing permission of ``group``. A new member needs a new login."""
+    """Return the remedy if this process has no permission for files of ``group``."""
     member, gid = _member_and_id(root, group)
     if gid in _groups_of_this_process(root):
         return f"This process is in the group {group} already: restart the board, or correct its udev rules"
@@ -85,8 +85,10 @@ I2C = "I2C"
 HEADER_BUS = 1
 """The number of the I2C bus on GPIO 2 and 3 of every board since 2012."""
 
-HEADER_ON = "sudo raspi-config nonint do_i2c 0, or dtparam=i2c_arm=on in /boot/firmware/config.txt and a restart"
-OTHER_ON = "Add dtoverlay=i2c{bus} to /boot/firmware/config.txt and restart; its pins are in overlays/README there"
+HEADER_ON = "sudo raspi-config nonint do_i2c 0, or dtparam=i2c_arm=on in /boot/firmware/config.txt, and restart"
+OTHER_ON = (
+    "Add dtoverlay=i2c{bus} to /boot/firmware/config.txt and restart; /boot/firmware/overlays/README lists its pins"
+)
 
 
 def check_bus(root: Path, bindings: Iterable[DeviceBinding]) -> Iterator[Finding]:

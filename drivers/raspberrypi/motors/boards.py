@@ -145,8 +145,8 @@ class PhaseEnable(MotorDriver[PhaseEnableSettings]):
 class PhaseAndEnable(Bridge):
     """The direction input and the PWM input of a board.
 
-    The duty is set to 0 only if the direction changes. gpiozero's PhaseEnableMotor does this at every command, and a
-    PWM cycle that begins at that moment is lost.
+    The duty is set to 0 only if the direction changes. gpiozero's PhaseEnableMotor sets it to 0 at every
+    command, and then loses a PWM cycle that begins at that moment.
     """
 
     def __init__(

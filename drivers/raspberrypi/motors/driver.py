@@ -148,7 +148,7 @@ RISING = (
     "GPIO 0 to 8 are pulled up from power-on until a program uses them, and {lines} may turn this motor during that "
     "time. Use GPIO 9 to 27, resistors of 10 kΩ to ground, or a standby line."
 )
-"""The warning that `robotcore wiring` prints for a motor on such a GPIO."""
+"""The warning that `robotcore wiring` prints for a motor on GPIO 0 to 8."""
 
 MAX_SILENCE_S = 0.25
 """The time for which the guardian does not kill a silent app, in seconds. The app may be swapping, collecting garbage,
@@ -196,7 +196,7 @@ class MotorDriver(DeviceDriver[MotorDescription, SettingsT], Generic[SettingsT])
         """Return the connections to the motor's own GPIOs, without standby. The motor stands if all of them are low."""
 
     def find_turning_lines(self, settings: SettingsT) -> tuple[int, ...]:
-        """Return the motor's own GPIOs of which any high one may turn the motor."""
+        """Return those of the motor's own GPIOs that may turn the motor if they are high."""
         return self._gpios(settings)
 
     @abstractmethod

@@ -179,7 +179,7 @@ class VL53L1XChip(LightChip):
 
 
 class TransactionLimit:
-    """An I2C bus that allows only ``transactions`` transactions until `lift` is called, and then raises TimeoutError.
+    """An I2C bus that raises TimeoutError after ``transactions`` transactions, unless `lift` was called before.
 
     It ends the wait of the VL53L1X's library for the first measurement, which has no time limit.
     """

@@ -119,8 +119,8 @@ STALLED_S = 1.0
 class Lidar(RangeSensor):
     """A range sensor that reads its chip once in each cycle, and sets the chip up again after a failure.
 
-    The time of a sample is the time of the read before the read that returned it. The measurement began at most 50 ms
-    before this time.
+    A sample has the time of the previous read of the chip, because its measurement began at most 50 ms before that
+    read.
 
     connect: opens the chip; raises DeviceError.
     """

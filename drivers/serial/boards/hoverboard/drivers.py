@@ -26,7 +26,7 @@ from robotcore.hardware.motor_model import Model
 
 
 class HoverboardSettings(PortSettings):
-    """The settings of a device of a hoverboard. The firmware's time-out is always 0.8 s, so no setting has it."""
+    """The settings of a device of a hoverboard. The firmware's time-out is always 0.8 s, so there is no setting."""
 
     protocol_name: ClassVar[str] = "Hoverboard FOC"
     default_baud: ClassVar[int] = 115200
@@ -96,7 +96,7 @@ class HoverboardMotorSettings(WheelSettings):
 
     def _check_duty(self, description: MotorDescription, robot: RobotDescription) -> None:
         if self.model is None:
-            raise ValueError("mode duty needs the model of the wheel; add one, or build the firmware with SPD_MODE")
+            raise ValueError("mode duty needs the model of the wheel; add a model, or build the firmware with SPD_MODE")
         if self.model.max_duty > (straight := self.mixer.straight / LIMIT):
             raise ValueError(
                 f"the board's mixer reaches a duty of {straight:g} at most, but model.max_duty is "
@@ -114,7 +114,7 @@ WIRING = (
     "that cable."
 )
 SLEEPING = "A board whose wheels stand for 8 minutes (INACTIVITY_TIMEOUT) switches off; its button switches it on."
-MODE = "Its config.h must have CTRL_MOD_REQ {mode}: the board does not send its mode."
+MODE = "The board's config.h must have CTRL_MOD_REQ {mode}, because the board does not send its mode."
 TURNING = (
     "With this steer_coefficient, wheels that turn against each other reach {scale:.0%} of their full speed. In a "
     "faster turn both wheels are slowed down, so that the curve stays the same. TANK_STEERING has no such limit."
@@ -122,7 +122,7 @@ TURNING = (
 
 
 class HoverboardMotor(SerialDriver[MotorDescription, HoverboardMotorSettings]):
-    """Opens motors. In mode "speed" the board controls the velocity. In mode "duty" the motor has a model."""
+    """Opens motors. In mode "speed" the board controls the velocity. In mode "duty" the model gives the duty."""
 
     name = "hoverboard-motor"
     summary = "a wheel of a hoverboard with the FOC firmware"

@@ -29,7 +29,7 @@ _WORDS = struct.Struct("<9H")
 _START_BYTES = START.to_bytes(2, "little")
 
 _MAX_INPUT = 1500
-"""The limit of the steer and the speed in feedback, which field weakening may raise (FIELD_WEAK_HI)."""
+"""The limit of the steer and the speed in feedback. With field weakening (FIELD_WEAK_HI), they exceed `LIMIT`."""
 
 _MAX_RPM = 2048
 """The limit of a measured speed in rpm. The firmware stores a speed in sixteenths of an rpm, as a signed 16-bit
@@ -138,7 +138,7 @@ ONE = 1 << 14
 
 
 class Steering(NamedTuple):
-    """The two words of a command, each from -1000 to 1000."""
+    """The steer and the speed of a command, each from -1000 to 1000."""
 
     steer: int
     speed: int
@@ -150,7 +150,7 @@ class Mixer(ABC):
     @property
     @abstractmethod
     def straight(self) -> float:
-        """The largest value that both wheels can have together on a straight path."""
+        """The largest value that both wheels can have at the same time on a straight path."""
 
     @property
     @abstractmethod
@@ -184,7 +184,9 @@ class TankMixer(Mixer):
 
 @dataclass(frozen=True)
 class CoefficientMixer(Mixer):
-    """The usual mixer: left is speed plus steer, and right is speed minus steer, each multiplied by its coefficient.
+    """The usual mixer, which multiplies steer and speed by their coefficients.
+
+    The left wheel's value is speed plus steer, and the right wheel's value is speed minus steer.
 
     Source: `mixerFcn` in the firmware's Src/util.c.
 

@@ -37,9 +37,9 @@ COUNTING = (
     "less than half a count."
 )
 EDGES = (
-    "With counts_per_turn = {counts_per_turn} and "
-    'counts = "{counts}", a turn of the wheel has {edges} edges of the encoder\'s two channels. If it really has a '
-    "quarter of them, the wheel turns four times too fast. Check the count once as docs/firmware.md describes."
+    'With counts_per_turn = {counts_per_turn} and counts = "{counts}", a turn of the wheel has {edges} edges of the '
+    "encoder's two channels. If a turn really has a quarter of these edges, the wheel turns four times too fast. Check "
+    "the count once as docs/firmware.md describes."
 )
 UNPINNED = (
     "robotcore_bridge has the module's pins in its config.h. For ROSArduinoBridge, add the pin of the module, such as "
@@ -65,7 +65,8 @@ class ArduinoEncoderSettings(SideSettings, ArduinoSettings):
     """The unit of ``counts_per_turn`` in the robot's description.
 
     "cycles" are the cycles of one channel: the PPR of a data sheet, or the slots of a disc. "edges" are the edges of
-    both channels, four in each cycle, often called CPR. A turn is one of the wheel, not of the motor before a gear."""
+    both channels, four in each cycle, often called CPR. A turn is a turn of the wheel, not of the motor
+    in front of a gear."""
 
 
 class ArduinoMotorSettings(SideSettings, TimeoutSettings, ArduinoSettings):
@@ -88,7 +89,7 @@ class ArduinoSonarSettings(ArduinoSettings):
     cycle_s: Annotated[float, Field(ge=0.05, le=1)] = 0.1
     """The period of measuring with ROSArduinoBridge, in seconds. The period of robotcore_bridge is always 0.06 s."""
     echo_free_cycles: Annotated[int, Field(ge=0, le=100)] | None = None
-    """After this many cycles in a row without an echo, the distance is `inf`. None: the number of cycles in 0.6 s.
+    """After this many cycles in a row without an echo, the distance is `inf`. None means the cycles in 0.6 s.
 
     With 0, only an echo from beyond the maximum range makes the distance `inf`."""
 
@@ -138,8 +139,8 @@ def counts_per_turn(motor: str, settings: ArduinoMotorSettings, robot: RobotDesc
             "the same port for both"
         )
     raise ValueError(
-        f"the board controls the velocity of {motor} by its wheel's encoder, and none is on {settings.port}; name the "
-        f"encoders in [drive] and connect them with {ENCODER}, or add the motor's model"
+        f"the board controls the velocity of {motor} by its wheel's encoder, but no encoder is on {settings.port}; "
+        f"name the encoders in [drive] and connect them with {ENCODER}, or add the motor's model"
     )
 
 
@@ -156,8 +157,9 @@ def require_countable(description: MotorDescription, counts: int) -> None:
         )
     if fastest > FASTEST:
         raise ValueError(
-            f"max_velocity_rad_s of {description.name} is {fastest:.0f} counts in the board's frame of 1/30 s, but the "
-            f"board takes {FASTEST}; lower it to {math.floor(description.max_velocity_rad_s * FASTEST / fastest)}"
+            f"max_velocity_rad_s of {description.name} is {fastest:.0f} counts in the board's frame of 1/30 s, but "
+            f"the board takes {FASTEST} at most; "
+            f"lower it to {math.floor(description.max_velocity_rad_s * FASTEST / fastest)}"
         )
 
 

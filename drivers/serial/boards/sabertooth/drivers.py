@@ -42,7 +42,7 @@ UNHEARD = (
     "connected, is switched on and has received a command."
 )
 SWITCHING_ON = (
-    "Switch its battery on two seconds before the program starts; restart the program if the battery was off since. "
+    "Switch the board's battery on two seconds before the program starts. Restart the program if the battery was off. "
     "The board takes its baud rate from the first byte that it receives. If a wheel turns the wrong way, swap its "
     "motor's two wires."
 )

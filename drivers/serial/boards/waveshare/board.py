@@ -15,7 +15,7 @@ JITTER_S = 0.1
 """The largest difference between the delays of two lines from the board, in seconds."""
 
 FASTEST_M_S = 3.0
-"""The highest speed of a track that is possible, also downhill, in m/s. Faster feedback is noise."""
+"""The highest possible speed of a track, also downhill, in m/s. Feedback of a faster track is noise."""
 
 
 class Odometer:
