@@ -1,4 +1,4 @@
-"""Robots and worlds as data. A robot's file gives the simulators' model and the real robot's wiring."""
+"""The descriptions of robots and worlds, which are loaded from TOML files."""
 
 from robotcore.description.conditions import Conditions, Light, Randomisation
 from robotcore.description.devices import (

@@ -1,4 +1,4 @@
-"""The light and the other conditions of a simulation, and the ranges from which a seed draws them."""
+"""The light of a world, the errors of simulated sensors and wheels, and the ranges from which a seed draws both."""
 
 from __future__ import annotations
 
@@ -22,22 +22,22 @@ Brightness = Annotated[float, Field(gt=0, le=2)]
 
 
 class Light(StrictModel):
-    """The light of a world: one distant lamp, and ambient light.
+    """The light of a world: ambient light and a distant lamp.
 
-    A face shows its colour times ``ambient + diffuse·cos(a)``, at most 1. ``a`` is the angle from its normal to the
-    lamp.
+    A surface appears in its colour times ``brightness · min(ambient + diffuse · cos(a), 1)``. The angle ``a`` is
+    between the surface's normal and the direction to the lamp.
     """
 
     azimuth_rad: Radians = 0.8
-    """The direction of the lamp in the horizontal plane: the angle from the world's x axis to the left."""
+    """The horizontal angle from the world's x axis to the direction of the lamp, in radians, positive to the left."""
     elevation_rad: Elevation = 1.0
-    """The angle of the lamp above the horizon."""
+    """The angle of the lamp above the horizon, in radians."""
     ambient: Fraction = 0.6
-    """The fraction of its colour that a face shows if the lamp does not light it."""
+    """The part of a surface's colour that is visible without the lamp, from 0 to 1."""
     diffuse: Fraction = 0.4
-    """The fraction of its colour that the lamp adds to a face that is at right angles to the light."""
+    """The part of a surface's colour that the lamp adds if it shines at a right angle on the surface, from 0 to 1."""
     brightness: Brightness = 1.0
-    """The factor by which both kinds of light are multiplied."""
+    """The factor by which ``ambient`` and ``diffuse`` are multiplied."""
     sky_colour: Colour = (205, 220, 235)
     """The colour of the sky in pictures."""
 
@@ -63,26 +63,26 @@ Lag = Annotated[float, Field(ge=0, le=1)]
 
 
 class Conditions(StrictModel):
-    """The imperfections of simulated sensors and wheels; by default, there are none."""
+    """The errors of simulated cameras, range sensors and wheels. With the defaults, there are no errors."""
 
     camera_blur_px: Blur = 0.0
-    """The standard deviation of the Gaussian blur of a picture."""
+    """The standard deviation of the Gaussian blur of pictures, in pixels."""
     camera_exposure: Exposure = 1.0
-    """The factor by which the brightness of a picture is multiplied."""
+    """The factor by which the brightness of pictures is multiplied."""
     camera_warmth: Warmth = 0.0
-    """The fraction by which red is raised and blue is lowered in a picture."""
+    """The fraction by which red is increased and blue is reduced in pictures."""
     camera_noise: GreyLevels = 0.0
-    """The standard deviation of a picture's noise, in grey levels."""
+    """The standard deviation of the noise of pictures, in grey levels."""
     range_bias_m: RangeBias = 0.0
-    """The constant error of a range sensor's distance."""
+    """The constant error of the measured distances, in metres."""
     range_noise_m: RangeNoise = 0.0
-    """The standard deviation of the noise of a range sensor's distance."""
+    """The standard deviation of the noise of the measured distances, in metres."""
     wheel_gain_left: Gain = 1.0
-    """The left wheel's velocity, divided by its command."""
+    """The velocity of the left wheel, divided by the commanded velocity."""
     wheel_gain_right: Gain = 1.0
-    """The right wheel's velocity, divided by its command."""
+    """The velocity of the right wheel, divided by the commanded velocity."""
     wheel_lag_s: Lag | None = None
-    """The lag of both wheels. If it is None, each motor has the ``lag_s`` of its own description."""
+    """The time constant of both wheels' lag, in seconds. With None, the ``lag_s`` of each motor applies."""
 
 
 Turn = Annotated[float, Field(ge=-60, le=60)]
@@ -96,7 +96,7 @@ def _false_to_none(value: Any) -> Any:
 
 Off = BeforeValidator(_false_to_none)
 Drawn = Annotated[Between[Number] | None, Off, Field(description="[from, to], or false")]
-"""The range from which a seed draws a value. None, in a file ``false``, means that the world keeps its own value."""
+"""The range from which a seed draws a value. With None, which is ``false`` in a file, the world keeps its own value."""
 
 Patterns = Annotated[
     Annotated[tuple[Pattern, ...], Field(min_length=1)] | None,
@@ -106,43 +106,43 @@ Patterns = Annotated[
 
 
 class Randomisation(StrictModel):
-    """The ranges from which ``--randomise`` draws light, colours and errors. With the defaults, tasks stay solvable."""
+    """The ranges from which ``--randomise`` draws light, colours and errors. The defaults keep the tasks solvable."""
 
     light_brightness: Drawn[Brightness] = (0.35, 1.4)
-    """`Light.brightness`."""
+    """The range of the drawn `Light.brightness`."""
     light_ambient: Drawn[Fraction] = (0.4, 0.8)
-    """`Light.ambient`. `Light.diffuse` is then set to 1 minus the drawn value."""
+    """The range of the drawn `Light.ambient`. `Light.diffuse` is then 1 minus the drawn value."""
     hue_gap_deg: Annotated[HueGap | None, Off, Field(description="a number, or false")] = 60.0
-    """The hues of floor, walls, sky and obstacles differ from each target's hue by at least this angle."""
+    """The least difference of the hues of floor, walls, sky and obstacles from each target's hue, in degrees."""
     colour_saturation: Drawn[Fraction] = (0.0, 0.9)
-    """The HSV saturation of floor, walls, sky and obstacles."""
+    """The range of the drawn HSV saturations of floor, walls, sky and obstacles."""
     colour_value: Drawn[Fraction] = (0.25, 0.95)
-    """The HSV value of floor, walls, sky and obstacles."""
+    """The range of the drawn HSV values of floor, walls, sky and obstacles."""
     target_hue_deg: Drawn[Turn] = (-8.0, 8.0)
-    """The angle that is added to a target's hue."""
+    """The range of the angle that is added to a target's hue, in degrees."""
     target_saturation: Drawn[Factor] = (0.8, 1.25)
-    """The factor by which a target's HSV saturation is multiplied."""
+    """The range of the factor by which a target's HSV saturation is multiplied."""
     target_value: Drawn[Factor] = (0.75, 1.35)
-    """The factor by which a target's HSV value is multiplied."""
+    """The range of the factor by which a target's HSV value is multiplied."""
     patterns: Patterns = PATTERNS
-    """The patterns to choose from: one for the floor, one for the walls and one for all obstacles."""
+    """The patterns of which one is drawn for the floor, one for the walls and one for all obstacles."""
     pattern_scale_m: Drawn[TileSize] = (0.1, 0.6)
-    """`Texture.scale_m`."""
+    """The range of the drawn `Texture.scale_m`, in metres."""
     pattern_contrast: Drawn[Contrast] = (0.1, 0.5)
-    """`Texture.contrast`."""
+    """The range of the drawn `Texture.contrast`."""
     camera_blur_px: Drawn[Blur] = (0.0, 1.2)
-    """`Conditions.camera_blur_px`."""
+    """The range of the drawn `Conditions.camera_blur_px`, in pixels."""
     camera_exposure: Drawn[Exposure] = (0.6, 1.5)
-    """`Conditions.camera_exposure`."""
+    """The range of the drawn `Conditions.camera_exposure`."""
     camera_warmth: Drawn[Warmth] = (-0.2, 0.2)
-    """`Conditions.camera_warmth`."""
+    """The range of the drawn `Conditions.camera_warmth`."""
     camera_noise: Drawn[GreyLevels] = (0.0, 8.0)
-    """`Conditions.camera_noise`."""
+    """The range of the drawn `Conditions.camera_noise`, in grey levels."""
     range_bias_m: Drawn[RangeBias] = (-0.01, 0.01)
-    """`Conditions.range_bias_m`."""
+    """The range of the drawn `Conditions.range_bias_m`, in metres."""
     range_noise_m: Drawn[RangeNoise] = (0.0, 0.02)
-    """`Conditions.range_noise_m`."""
+    """The range of the drawn `Conditions.range_noise_m`, in metres."""
     wheel_gain: Drawn[Gain] = (0.93, 1.07)
-    """`Conditions.wheel_gain_left` and `Conditions.wheel_gain_right`. Two separate values are drawn."""
+    """The range of the drawn `Conditions.wheel_gain_left` and `Conditions.wheel_gain_right`."""
     wheel_lag_s: Drawn[Lag] = (0.02, 0.12)
-    """`Conditions.wheel_lag_s`."""
+    """The range of the drawn `Conditions.wheel_lag_s`, in seconds."""

@@ -1,6 +1,7 @@
 """The descriptions of a robot's devices.
 
-Robot frame: origin on the floor under the middle of the axle, x forward, y left, z up. Keys end in their unit.
+The origin of the robot's frame is on the floor under the middle of the axle. In this frame, x points forward, y left
+and z up. Keys end in their unit.
 """
 
 from __future__ import annotations
@@ -17,56 +18,56 @@ from pydantic import (
 from robotcore.description.types import Coordinate, InvalidValueError, Name, Radians, StrictModel
 from robotcore.optics import Intrinsics
 
-LEAST_LAG_S = 1e-4
-"""The shortest lag other than 0. A shorter one has no effect, because the time steps of simulators are longer."""
+MIN_LAG_S = 1e-4
+"""The shortest lag other than 0, in seconds. Simulators have longer time steps, so a shorter lag has no effect."""
 
 
 def _require_measurable_lag(lag: float) -> float:
-    if 0 < lag < LEAST_LAG_S:
+    if 0 < lag < MIN_LAG_S:
         raise InvalidValueError(
-            "lag-too-short", f"is {lag:g} s, shorter than any simulator's step; use 0, or at least {LEAST_LAG_S:g} s"
+            "lag-too-short", f"is {lag:g} s, shorter than a simulator's time step; use 0, or at least {MIN_LAG_S:g} s"
         )
     return lag
 
 
 AHEAD_RAD = math.pi / 4
-"""A sensor within this angle of the x axis points ahead."""
+"""The greatest angle, in radians, from the robot's x axis to the direction of a sensor that points ahead."""
 
 SensorRange = Annotated[float, Field(ge=1e-4, le=1000)]
-"""A distance that a range sensor measures, in metres."""
+"""The shortest or the longest distance that a range sensor measures, in metres."""
 
 
 class Mount(StrictModel):
     """The position and the direction of a sensor in the robot's frame."""
 
     x_m: Coordinate = 0.0
-    """Forward of the axle."""
+    """The distance from the axle forward to the sensor, in metres."""
     y_m: Coordinate = 0.0
-    """To the left of the middle."""
+    """The distance from the robot's middle to the left to the sensor, in metres."""
     z_m: Annotated[float, Field(ge=0, le=100)]
-    """Above the floor."""
+    """The height of the sensor above the floor, in metres."""
     yaw_rad: Radians = 0.0
-    """The angle to the left between the robot's x axis and the sensor's direction."""
+    """The angle from the robot's x axis to the sensor's direction, in radians, positive to the left."""
     pitch_rad: Radians = 0.0
-    """The angle downwards between the horizontal and the sensor's direction."""
+    """The angle from the horizontal to the sensor's direction, in radians, positive downwards."""
 
     @property
     def is_ahead(self) -> bool:
-        """Whether the sensor points ahead, within 45° of the robot's x axis."""
+        """Whether the sensor's direction is less than 45° from the robot's x axis."""
         return math.cos(self.yaw_rad) * math.cos(self.pitch_rad) > math.cos(AHEAD_RAD)
 
 
 class MotorDescription(StrictModel):
-    """A motor. Its velocity follows the command with a first-order lag."""
+    """A motor of a wheel. The wheel's velocity follows the command with a first-order lag."""
 
     kind: Literal["motor"]
     name: Name
     max_velocity_rad_s: Annotated[float, Field(ge=0.001, le=1e4)]
-    """The greatest velocity of the wheel, forward and backward."""
+    """The greatest velocity of the wheel, forward and backward, in rad/s."""
     lag_s: Annotated[float, Field(ge=0, le=10), AfterValidator(_require_measurable_lag)] = 0.05
-    """The time constant of the lag."""
+    """The time constant of the wheel's lag, in seconds."""
     max_torque_nm: Annotated[float, Field(ge=1e-6, le=1e4)] = 0.08
-    """The greatest torque at the wheel."""
+    """The greatest torque at the wheel, in N·m."""
 
 
 class EncoderDescription(StrictModel):
@@ -78,58 +79,57 @@ class EncoderDescription(StrictModel):
     """The number of counts in one turn of the wheel."""
 
     def quantise(self, angle: float) -> float:
-        """Return the angle of the nearest whole count, in radians.
-
-        The angle is rounded to the nearest count, not down. Otherwise a wheel at rest near 0 might read -1 count.
-        """
+        """Return the angle in radians, rounded to the nearest whole count."""
+        # Rounded down, a wheel at rest near 0 would sometimes have -1 count.
         count = math.tau / self.counts_per_turn
         return round(angle / count) * count
 
 
 class BatteryDescription(StrictModel):
-    """A battery whose voltage a driver measures."""
+    """A battery whose voltage is measured."""
 
     kind: Literal["battery"]
     name: Name
     warn_below_v: Annotated[float, Field(ge=0.1, le=1000)] | None = None
-    """Below this voltage, robotcore warns that the battery must be charged. With None there is no warning."""
+    """The voltage, in volts, below which the user is warned to charge the battery; None for no warning."""
 
 
 class RangeSensorDescription(StrictModel):
-    """A distance sensor with a cone-shaped beam."""
+    """A sensor that measures the distance to the nearest body in a cone."""
 
     kind: Literal["range_sensor"]
     name: Name
     mount: Mount
     min_range_m: SensorRange
-    """The shortest distance that the sensor measures. A nearer object reads as this distance."""
+    """The shortest distance that the sensor measures, in metres. A nearer body is measured at this distance."""
     max_range_m: SensorRange
-    """The longest distance that the sensor measures. For a farther object, the sensor returns ``inf``."""
+    """The longest distance that the sensor measures, in metres. For a farther body, the sensor returns ``inf``."""
     cone_rad: Annotated[float, Field(ge=0, lt=math.pi)]
-    """The full opening angle of the cone."""
+    """The full opening angle of the cone, in radians."""
 
     @model_validator(mode="after")
     def _ranges_in_order(self) -> RangeSensorDescription:
         if self.min_range_m >= self.max_range_m:
             raise InvalidValueError(
                 "ranges-in-wrong-order",
-                f"min_range_m {self.min_range_m:g} is not below max_range_m {self.max_range_m:g}; correct either",
+                f"min_range_m, {self.min_range_m:g} m, is not below max_range_m, {self.max_range_m:g} m; correct one "
+                "of them",
             )
         return self
 
 
 class CameraDescription(StrictModel):
-    """A pinhole camera."""
+    """A camera, which simulators model as a pinhole camera."""
 
     kind: Literal["camera"]
     name: Name
     mount: Mount
     width_px: Annotated[int, Field(ge=16, le=4096)]
-    """The width of a picture."""
+    """The width of a picture, in pixels."""
     height_px: Annotated[int, Field(ge=16, le=4096)]
-    """The height of a picture."""
+    """The height of a picture, in pixels."""
     horizontal_fov_rad: Annotated[float, Field(ge=0.01, le=3)]
-    """The full horizontal field of view. The vertical one follows from it, because pixels are square."""
+    """The full horizontal field of view, in radians. Pixels are square, so the vertical field of view follows."""
 
     @property
     def intrinsics(self) -> Intrinsics:
@@ -137,7 +137,7 @@ class CameraDescription(StrictModel):
 
 
 class DisplayDescription(StrictModel):
-    """A display that shows the pictures that an app sends."""
+    """A display that shows the pictures of an app."""
 
     kind: Literal["display"]
     name: Name
@@ -146,7 +146,7 @@ class DisplayDescription(StrictModel):
 SimulatedDevice = (
     MotorDescription | EncoderDescription | RangeSensorDescription | CameraDescription | DisplayDescription
 )
-"""The devices that a simulator opens. It has no battery."""
+"""The descriptions of the devices that a simulator can open: all except batteries."""
 
 AnyDevice = SimulatedDevice | BatteryDescription
 DeviceDescription = Annotated[AnyDevice, Field(discriminator="kind")]

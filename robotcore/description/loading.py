@@ -1,7 +1,4 @@
-"""Loads descriptions: a shipped robot or world by its name, a user's own by its file.
-
-An error has one line for each mistake in a file.
-"""
+"""Loads the descriptions of robots and worlds, either shipped ones by their names or a user's from files."""
 
 from __future__ import annotations
 
@@ -45,28 +42,28 @@ ModelT = TypeVar("ModelT", bound=StrictModel)
 Table = dict[str, Any]
 
 MAX_FILE_BYTES = 2**20
-"""The size limit of a file, in bytes. A robot with 1000 devices needs a third of it. Parsing such a file takes 2 s."""
+"""The greatest size of a file, in bytes. A file of this size is parsed in 2 s."""
 
-MOST_ENTRIES = 1000
-"""The greatest number of entries in a list or a table of a file, such as devices, obstacles or faults."""
+MAX_ENTRIES = 1000
+"""The greatest number of entries in a list or a table of a file."""
 
-MOST_DOTS = 32
+MAX_DOTS = 32
 """The greatest number of dots in a key. The parser's time and memory grow with the square of the number of dots."""
 
-MOST_BITS = 64
-"""The greatest number of bits of a whole number in a file. TOML defines this limit."""
+MAX_BITS = 64
+"""The greatest number of bits of a whole number in a file, which is TOML's limit."""
 
 _STRING = re.compile(
     r"""\"{3}(?:[^"\\]|\\.|"(?!""))*(?:\"{3})?|'{3}(?:[^']|'(?!''))*(?:'{3})?
     |"(?:[^"\\\n]|\\.)*"?|'[^'\n]*'?|\#[^\n]*""",
     re.VERBOSE | re.DOTALL,
 )
-"""Matches a string or a comment of TOML. It also matches a string that does not end, so a search takes linear time."""
+"""Matches a string or a comment of TOML, also a string without an end, so that a search takes linear time."""
 
-_LONG_KEY = re.compile(rf"(?<![\w-])(?:[\w-]+[ \t]*\.[ \t]*){{{MOST_DOTS + 1}}}")
+_LONG_KEY = re.compile(rf"(?<![\w-])(?:[\w-]+[ \t]*\.[ \t]*){{{MAX_DOTS + 1}}}")
 
 KINDS: dict[str, type[StrictModel]] = {"robot": RobotDescription, "world": WorldDescription}
-"""The kinds of files. The package's folders ``robots`` and ``worlds`` hold the shipped files."""
+"""A mapping from the kind of a file to the model of its content."""
 
 
 def robot_names() -> list[str]:
@@ -88,7 +85,7 @@ def world_names() -> list[str]:
 
 
 def is_own(name_or_file: str) -> bool:
-    """Return whether a text names a user's file, not a shipped robot or world.
+    """Return whether a text is the path of a user's file, not the name of a shipped robot or world.
 
     >>> is_own("my_robot.toml"), is_own("rover")
     (True, False)
@@ -97,7 +94,7 @@ def is_own(name_or_file: str) -> bool:
 
 
 def load_robot(name_or_file: str) -> RobotDescription:
-    """Return a shipped robot by its name, or a user's robot from a ``.toml`` file.
+    """Return the description of a shipped robot by its name, or of a user's robot from a ``.toml`` file.
 
     Raises UnknownNameError for an unknown name, UsageError for a file that cannot be read, and DescriptionError for
     mistakes in a file.
@@ -110,7 +107,7 @@ def load_robot(name_or_file: str) -> RobotDescription:
 
 
 def load_world(name_or_file: str) -> WorldDescription:
-    """Return a shipped world by its name, or a user's world from a ``.toml`` file.
+    """Return the description of a shipped world by its name, or of a user's world from a ``.toml`` file.
 
     Raises UnknownNameError for an unknown name, UsageError for a file that cannot be read, and DescriptionError for
     mistakes in a file.
@@ -123,7 +120,7 @@ def load_world(name_or_file: str) -> WorldDescription:
 
 
 def read_table(file: str) -> Table:
-    """Return the content of a user's TOML file, with lists as tuples.
+    """Return the content of a TOML file, with its lists as tuples.
 
     Raises UsageError for a file that cannot be read, and DescriptionError for a file that is not TOML.
     """
@@ -131,24 +128,22 @@ def read_table(file: str) -> Table:
 
 
 def load_any(name_or_file: str) -> RobotDescription | WorldDescription:
-    """Return a robot or a world, either a shipped one by its name or a user's from a file.
+    """Return the description of a robot or of a world, by the name of a shipped one or from a user's file.
 
     Raises the same errors as `load_robot`.
     """
     file, table = _read(name_or_file, *KINDS)
     kind = _find_kind(table)
     if kind is None:
-        problem = "it describes neither a robot nor a world"
-        raise DescriptionError(
-            file, "", problem, "A robot has a [body], a world has a [floor]", kind="no-robot-and-no-world"
-        )
+        problem, remedy = "it describes neither a robot nor a world", "Add [body] for a robot, or [floor] for a world"
+        raise DescriptionError(file, "", problem, remedy, kind="no-robot-and-no-world")
     return _make_robot(file, table, _file_of(name_or_file)) if kind == "robot" else _make_world(file, table)
 
 
 def _make_robot(file: str, table: Table, own: str | None) -> RobotDescription:
     _require_kind("robot", file, table)
     if BACKENDS in table:
-        problem, remedy = "a backend's section stands at the top", "Write [NAME], not [backends.NAME]"
+        problem, remedy = "a backend's section must be a top-level table", "Write [NAME], not [backends.NAME]"
         raise DescriptionError(file, BACKENDS, problem, remedy, kind="misplaced-section")
     sections = backend_names()
     present = {name: table[name] for name in sections if name in table}
@@ -179,7 +174,7 @@ def _require_kind(kind: str, file: str, table: Table) -> None:
 
 
 def _find_kind(table: Table) -> str | None:
-    """Return the kind of a table: the one of whose own keys it has more. Return None if both numbers are equal."""
+    # Each kind has keys that the other does not have. The table is of the kind of which it has more such keys.
     robot, world = (set(model.model_fields) for model in KINDS.values())
     robots, worlds = len(table.keys() & (robot - world)), len(table.keys() & (world - robot))
     if robots == worlds:
@@ -199,7 +194,7 @@ def _list_shipped(kind: str) -> list[str]:
 def _read(name_or_file: str, *kinds: str) -> tuple[str, Table]:
     """Return the name of a file for messages, and the content of the file.
 
-    kinds: the kinds of the shipped files among which to look for a name.
+    kinds: the kinds of shipped files among which a name is searched, such as ``robot``.
     """
     if is_own(name_or_file):
         return name_or_file, _parse(name_or_file, _read_bytes(Path(name_or_file)))
@@ -214,7 +209,6 @@ def _read(name_or_file: str, *kinds: str) -> tuple[str, Table]:
 
 
 def _file_of(name_or_file: str) -> str | None:
-    """Return the text if it names a user's file, or None if it is the name of a shipped robot or world."""
     return name_or_file if is_own(name_or_file) else None
 
 
@@ -234,7 +228,7 @@ def _read_bytes(path: Path) -> bytes:
     except OSError as error:
         raise UsageError(f"{path}: {error.strerror}. Name a file that can be read", kind="unreadable-file") from error
     except ValueError as error:
-        text = f"{str(path)!r} is no path: {error}. Name a file that can be read"
+        text = f"{str(path)!r} is not a path: {error}. Name a file that can be read"
         raise UsageError(text, kind="unreadable-file") from error
 
 
@@ -244,7 +238,7 @@ def _require_readable(path: Path) -> None:
         raise UsageError(f"{path}: it is a device or a pipe. Name a file that can be read", kind="no-regular-file")
     if S_ISREG(status.st_mode) and status.st_size > MAX_FILE_BYTES:
         raise UsageError(
-            f"{path}: it has {status.st_size} bytes, at most {MAX_FILE_BYTES} are read. Name a smaller file",
+            f"{path}: it has {status.st_size} bytes, and the limit is {MAX_FILE_BYTES}. Name a smaller file",
             kind="file-too-large",
             bytes=status.st_size,
             limit=MAX_FILE_BYTES,
@@ -259,36 +253,34 @@ def _parse(file: str, content: bytes) -> Table:
         mistake = mistake or next(_find_oversized(table, table), None)
         content_read = {} if mistake else {key: freeze(value) for key, value in table.items()}
     except UnicodeDecodeError as error:
-        remedy = "A description is a TOML file in UTF-8"
+        remedy = "Name a TOML file in UTF-8"
         raise DescriptionError(file, "", "it is not text", remedy, kind="not-text") from error
     except (RecursionError, MemoryError) as error:
-        problem = "it is nested too deep"
-        raise DescriptionError(file, "", problem, "Take the nesting out", kind="nested-too-deep") from error
+        problem = "its tables or lists are nested too deeply"
+        raise DescriptionError(file, "", problem, "Remove the nesting", kind="nested-too-deep") from error
     except ValueError as error:
         problem = f"it is not TOML: {str(error)[:MAX_LIBRARY_MESSAGE]}"
-        raise DescriptionError(file, "", problem, "Correct it there", kind="not-toml") from error
+        raise DescriptionError(file, "", problem, "Correct the file", kind="not-toml") from error
     if mistake:
         raise DescriptionError.of_all(file, [mistake])
     return content_read
 
 
 def _find_long_key(text: str) -> Mistake | None:
-    """Return a mistake if a key has more than `MOST_DOTS` dots outside quotes, else None."""
     if found := _LONG_KEY.search(_STRING.sub("_", text)):
-        problem = f"it is nested too deep: the key {found[0][:MAX_SHOWN_CHARACTERS]}… has more than {MOST_DOTS} dots"
-        return Mistake("", problem, "Take the nesting out", "too-many-dots")
+        problem = f"the key {found[0][:MAX_SHOWN_CHARACTERS]}… has more than {MAX_DOTS} dots"
+        return Mistake("", problem, "Remove the nesting", "too-many-dots")
     return None
 
 
 def _find_oversized(table: Table, value: Any, path: tuple[str | int, ...] = ()) -> Iterator[Mistake]:
-    """Yield a mistake for each list or table with too many entries, and for each whole number with too many bits."""
-    if isinstance(value, int) and value.bit_length() > MOST_BITS:
-        problem = f"has {value.bit_length()} bits, at most {MOST_BITS} are read"
+    if isinstance(value, int) and value.bit_length() > MAX_BITS:
+        problem = f"has {value.bit_length()} bits, and the limit is {MAX_BITS}"
         yield Mistake(dotted_key(path, table), problem, "Take a smaller number", "number-too-long")
     if not isinstance(value, (dict, list)):
         return
-    if len(value) > MOST_ENTRIES:
-        problem = f"has {len(value)} entries, at most {MOST_ENTRIES} are read"
-        yield Mistake(dotted_key(path, table), problem, "Leave some out", "too-many-entries")
+    if len(value) > MAX_ENTRIES:
+        problem = f"has {len(value)} entries, and the limit is {MAX_ENTRIES}"
+        yield Mistake(dotted_key(path, table), problem, "Remove some", "too-many-entries")
     for key, item in value.items() if isinstance(value, dict) else enumerate(value):
         yield from _find_oversized(table, item, (*path, key))

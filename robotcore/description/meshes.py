@@ -1,4 +1,4 @@
-"""Meshes of a world's surfaces for simulators, and the texture mapping of each face."""
+"""The meshes of a world's surfaces for simulators, and the mapping of textures to the surfaces."""
 
 from __future__ import annotations
 
@@ -17,46 +17,49 @@ Array = NDArray[np.float64]
 
 
 class Wrap(NamedTuple):
-    """The mapping of a texture to a plane. The texture coordinates of a point p are ``axes @ p + shift``, in tiles."""
+    """The mapping of a texture to a plane.
+
+    The texture coordinates of a point p in metres are ``axes @ p + shift``. Their unit is the size of a tile.
+    """
 
     texture: Texture
     axes: Array
-    """The directions of the texture's columns and rows, divided by the tile's size, (2, 3)."""
+    """The unit vectors along the texture's columns and rows, divided by the size of a tile in metres, shape (2, 3)."""
     shift: Array
-    """The texture coordinates of the origin, (2,)."""
+    """The texture coordinates of the origin, shape (2,)."""
 
     @classmethod
     def from_middle(cls, texture: Texture, middle: ArrayLike, along: ArrayLike, up: ArrayLike) -> Wrap:
-        """Return the mapping whose texture begins at a point.
+        """Return the mapping in which a point has the texture coordinates 0.
 
         texture: the texture.
-        middle: the point, (3,), in metres.
-        along: the direction of the texture's columns, a unit vector, (3,).
-        up: the direction of the texture's rows, a unit vector, (3,).
+        middle: the point, in metres, shape (3,).
+        along: the unit vector along which the texture's column grows, shape (3,).
+        up: the unit vector along which the texture's row grows, shape (3,).
         """
         axes = np.array((along, up), dtype=np.float64) / texture.scale_m
         return cls(texture, axes, -axes @ np.asarray(middle))
 
     def tiles(self, points: Array) -> Array:
-        """Return the texture coordinates, (n, 2), of points of the plane, (n, 3) in metres."""
+        """Return the texture coordinates, shape (n, 2), of points of the plane in metres, shape (n, 3)."""
         return points @ self.axes.T + self.shift
 
 
 def floor_wrap(floor: Floor) -> Wrap | None:
-    """Return the texture mapping of the floor, along x and y of the world; None for a floor without texture."""
+    """Return the texture mapping of the floor, or None for a floor without texture."""
     if floor.texture is None:
         return None
     return Wrap.from_middle(floor.texture, (0, 0, 0), (1, 0, 0), (0, 1, 0))
 
 
 def face_wrap(prism: Prism, normal: Array) -> Wrap | None:
-    """Return the texture mapping of a face of a prism; None for a prism without texture.
+    """Return the texture mapping of a face of a prism, or None for a prism without texture.
 
-    On the sides the texture begins at the floor. On a box it begins in the middle of each side. On a cylinder it runs
-    around all sides without a break. On the top its columns and rows are parallel to the prism's own axes.
+    The texture of a side begins at the floor. On a box, it also begins in the middle of each side. On a cylinder, it
+    continues from side to side. The texture of the top is parallel to the prism's own axes.
 
     prism: the prism.
-    normal: the outward unit normal of the face, (3,).
+    normal: the outward unit normal of the face, shape (3,).
     """
     if (texture := prism.texture) is None:
         return None
@@ -74,24 +77,28 @@ def face_wrap(prism: Prism, normal: Array) -> Wrap | None:
 
 
 BALL_SEGMENTS, BALL_RINGS = 32, 16
-"""Simulators show balls as this mesh, because their own spheres may be coarse. Bullet's covers 7.5 % too little."""
+"""The numbers of faces around a ball's mesh and from its top to its bottom.
+
+Simulators draw balls as this mesh, because their own spheres can be coarser. The outline of PyBullet's own sphere has
+an area that is 7.5 % too small.
+"""
 
 
 class Mesh(NamedTuple):
     """The triangles of a surface."""
 
     vertices: list[list[float]]
-    """(n, 3), in metres."""
+    """The positions of the vertices, in metres, n lists of three numbers."""
     normals: list[list[float]]
-    """The unit normal at each vertex, (n, 3)."""
+    """The unit normal at each vertex, n lists of three numbers."""
     indices: list[int]
-    """Three indices of vertices for each triangle, counter-clockwise from outside."""
+    """Three indices of vertices for each triangle, counter-clockwise if seen from outside."""
     uvs: list[list[float]]
-    """The texture coordinates of each vertex, (n, 2), in tiles; empty without a texture."""
+    """The texture coordinates of each vertex, n lists of two numbers; empty without a texture."""
 
 
 def prism_mesh(prism: Prism) -> Mesh:
-    """Return the mesh of a prism in its own frame."""
+    """Return the mesh of a prism in the prism's own frame."""
     here = prism.model_copy(update={"x_m": 0.0, "y_m": 0.0, "yaw_rad": 0.0})
     base = np.array([(x, y, 0.0) for x, y in here.outline])
     top = base + np.array((0.0, 0.0, prism.height_m))
@@ -103,16 +110,19 @@ def prism_mesh(prism: Prism) -> Mesh:
 
 
 def ground_mesh(half: float, floor: Floor) -> Mesh:
-    """Return the mesh of the ground, a square with the floor's texture. ``half`` is half the length of its sides."""
+    """Return the mesh of the ground: a square around the origin with the floor's texture.
+
+    half: half the length of the square's sides, in metres.
+    """
     square = np.array(((half, half, 0.0), (-half, half, 0.0), (-half, -half, 0.0), (half, -half, 0.0)))
     return _make_mesh([square], lambda _: floor_wrap(floor))
 
 
 def ball_mesh(radius: float) -> Mesh:
-    """Return the mesh of a ball around the origin, with the radius in metres.
+    """Return the mesh of a ball around the origin with a radius in metres.
 
-    The mesh is a little larger than the ball, so that its polygonal outline covers the circle's area: a regular polygon
-    of n corners on a circle of radius r has the area n/2·sin(2π/n)·r², the circle π·r².
+    The mesh is a little larger than the ball, so that its outline, a polygon, has the area of the circle. A regular
+    polygon of n corners on a circle of radius r has the area n/2·sin(2π/n)·r², and the circle has π·r².
     """
     side = math.tau / BALL_SEGMENTS
     swollen = radius * math.sqrt(side / math.sin(side))
@@ -127,10 +137,6 @@ def ball_mesh(radius: float) -> Mesh:
 
 
 def _make_mesh(faces: list[Array], wrap_of: Callable[[Array], Wrap | None]) -> Mesh:
-    """Return the mesh of convex faces, each given by its corners, (n, 3).
-
-    wrap_of: returns the texture mapping of the face with a unit normal, (3,).
-    """
     normals: list[list[float]] = []
     indices: list[int] = []
     uvs: list[list[float]] = []

@@ -1,6 +1,7 @@
 """The description of a robot: its body, drive, safety limits and devices.
 
-Robot frame: origin on the floor under the middle of the axle, x forward, y left, z up. Keys end in their unit.
+The origin of the robot's frame is on the floor under the middle of the axle. In this frame, x points forward, y left
+and z up. Keys end in their unit.
 """
 
 from __future__ import annotations
@@ -40,64 +41,64 @@ from robotcore.description.types import (
 from robotcore.geometry import DifferentialGeometry
 
 UNIT_ERROR_FACTOR = 10
-"""If a wheel's size is this many times the body's, one of the two is probably not given in metres."""
+"""A wheel's size is refused above this multiple of the body's width, because one of the two is not in metres."""
 
 
 Mass = Annotated[float, Field(ge=1e-4, le=1e4)]
-"""The mass of a part, from a tenth of a gram to ten tonnes."""
+"""The mass of a part, in kg, from a tenth of a gram to ten tonnes."""
 
 
 class Body(StrictModel):
-    """The robot's body, a box. Its length and width include the wheels."""
+    """The body of a robot, a box. Its length and its width include the wheels."""
 
     length_m: Metres
-    """The distance from the rear to the front, wheels included."""
+    """The distance from the rear to the front, including the wheels, in metres."""
     width_m: Metres
-    """The distance from side to side, wheels included."""
+    """The distance from the left side to the right side, including the wheels, in metres."""
     height_m: Metres
-    """The distance from the bottom to the top."""
+    """The distance from the bottom to the top of the body, in metres."""
     centre_x_m: Coordinate = 0.0
-    """The distance from the axle forward to the middle of the body."""
+    """The distance from the axle forward to the middle of the body, in metres."""
     clearance_m: Annotated[float, Field(ge=0, le=100)]
-    """The distance from the floor up to the bottom of the body."""
+    """The distance from the floor up to the bottom of the body, in metres."""
     mass_kg: Mass
-    """The mass without the wheels."""
+    """The mass of the body without the wheels, in kg."""
     colour: Colour = (60, 65, 75)
 
     @property
     def front_x_m(self) -> float:
-        """The distance from the axle forward to the front of the body."""
+        """The distance from the axle forward to the front of the body, in metres."""
         return self.centre_x_m + self.length_m / 2
 
     @property
     def footprint(self) -> tuple[tuple[float, float], ...]:
-        """The four corners on the floor, counter-clockwise, in the robot's frame."""
+        """The corners of the body's outline on the floor, counter-clockwise, in the robot's frame, in metres."""
         back, left = self.front_x_m - self.length_m, self.width_m / 2
         return ((self.front_x_m, left), (back, left), (back, -left), (self.front_x_m, -left))
 
     @property
     def middle_m(self) -> tuple[float, float, float]:
-        """The middle of the box in the robot's frame. It is also the centre of mass."""
+        """The middle and centre of mass of the body, as x, y, z in the robot's frame, in metres."""
         return (self.centre_x_m, 0.0, self.clearance_m + self.height_m / 2)
 
     @property
     def moments_kg_m2(self) -> tuple[float, float, float]:
-        """The moments of inertia of the solid box about x, y and z through its middle."""
+        """The moments of inertia of the body, a solid box, about the axes x, y and z through its middle, in kg·m²."""
         x, y, z = self.length_m, self.width_m, self.height_m
         twelfth = self.mass_kg / 12
         return (twelfth * (y * y + z * z), twelfth * (x * x + z * z), twelfth * (x * x + y * y))
 
     @property
     def reach_m(self) -> float:
-        """The distance from the middle of the axle to the farthest corner of the footprint."""
+        """The distance from the middle of the axle to the farthest corner of the footprint, in metres."""
         return max(math.hypot(x, y) for x, y in self.footprint)
 
 
 class Caster(StrictModel):
-    """A ball on which the robot slides without friction."""
+    """A caster, which simulators model as a ball that slides without friction."""
 
     x_m: Coordinate
-    """The distance from the axle forward to the middle of the caster."""
+    """The distance from the axle forward to the middle of the caster, in metres."""
     radius_m: Metres
 
 
@@ -113,42 +114,43 @@ class Drive(StrictModel):
     right_encoder: Name | None = None
     """The name of the right wheel's encoder."""
     track_m: Metres
-    """The distance between the middles of the wheels."""
+    """The distance between the middles of the two wheels, in metres."""
     wheel_radius_m: Metres
     wheel_width_m: Metres
     wheel_mass_kg: Mass
-    """The mass of one wheel."""
+    """The mass of one wheel, in kg."""
     caster: Caster | None = None
     max_acceleration_rad_s2: Annotated[float, Field(ge=0.01, le=1e6)] | None = None
-    """The greatest acceleration that the safety layer commands to a wheel. With None there is no limit."""
+    """The greatest acceleration that a run commands to a wheel, in rad/s²; None for no limit."""
 
     @model_validator(mode="after")
     def _require_two_sides(self) -> Drive:
         if self.left == self.right:
-            raise InvalidValueError("same-motor", f"left and right are both {self.left!r}; name two motors")
+            raise InvalidValueError("same-motor", f"left and right are the same motor {self.left!r}; name two motors")
         if (self.left_encoder is None) != (self.right_encoder is None):
-            raise InvalidValueError("one-encoder", "one wheel alone has an encoder; name both encoders or neither")
+            raise InvalidValueError("one-encoder", "only one wheel has an encoder; name both encoders or none")
         if self.left_encoder and self.left_encoder == self.right_encoder:
             raise InvalidValueError(
-                "same-encoder", f"left and right encoder are both {self.left_encoder!r}; name two encoders"
+                "same-encoder",
+                f"left_encoder and right_encoder are the same encoder {self.left_encoder!r}; name two encoders",
             )
         return self
 
     @property
     def wheel_motors(self) -> dict[str, str]:
-        """A mapping from each motor or encoder of the drive to the motor of the same wheel, by their names."""
+        """A mapping from the name of each motor and encoder of the drive to the name of the motor on the same wheel."""
         sides = ((self.left, self.left_encoder), (self.right, self.right_encoder))
         return {device: motor for motor, encoder in sides for device in (motor, encoder) if device}
 
     @property
     def wheel_moments_kg_m2(self) -> tuple[float, float, float]:
-        """The moments of inertia of a wheel, a solid cylinder, about x, its axle and z."""
+        """The moments of inertia of a wheel, a solid cylinder, about x, y (its axle) and z, in kg·m²."""
         radius, width, mass = self.wheel_radius_m, self.wheel_width_m, self.wheel_mass_kg
         across = mass * (3 * radius**2 + width**2) / 12
         return (across, mass * radius**2 / 2, across)
 
     def wheel_y_m(self, motor: str) -> float:
-        """Return the y coordinate of the wheel of a motor, in metres to the left of the robot's middle."""
+        """Return the y coordinate of the wheel of a motor in the robot's frame, in metres."""
         return self.track_m / 2 if motor == self.left else -self.track_m / 2
 
     @property
@@ -157,48 +159,48 @@ class Drive(StrictModel):
 
 
 class Safety(StrictModel):
-    """The limits of the safety rules; see `robotcore.safety`."""
+    """The limits of the safety rules in `robotcore.safety`."""
 
     stop_distance_m: Metres = 0.10
-    """The distance from an obstacle at which the robot stops."""
+    """The distance between the robot and an obstacle at which the range guard stops the robot, in metres."""
     deceleration_m_s2: Annotated[float, Field(ge=0.01, le=100)] = 0.5
-    """The deceleration with which the robot can brake for an obstacle."""
+    """The deceleration that the robot reaches when it brakes, in m/s²."""
     lease_ticks: Annotated[float, Field(ge=1, le=10)] = 2.5
-    """A command that is not renewed expires after this many ticks."""
+    """The number of ticks after which a command expires if it is not renewed."""
     max_age_s: Annotated[float, Field(ge=0.001, le=3600)] = 1.0
-    """The greatest age of a sample. If a sample is older, the app cannot read it."""
+    """The greatest age of a sample, in seconds. Reading an older sample stops the run."""
     watchdog_s: Annotated[float, Field(ge=0.2, le=3600)] = 3.0
-    """The longest duration of one step of the app."""
+    """The time limit for one step of the app, in seconds."""
     answer_s: Annotated[float, Field(ge=0.2, le=3600)] = 1.0
-    """The longest duration of a call to a device or a simulator."""
+    """The time limit for a call to a device or a simulator, in seconds."""
     follow_s: Annotated[float, Field(ge=0.01, le=3600)] = 1.5
-    """The longest time for which a wheel's velocity may differ from its command."""
+    """The longest time, in seconds, for which a wheel's velocity may differ from its command."""
     stuck_m: Metres = 0.5
-    """The longest travel, turns included, during which a range sensor may return the same distance."""
+    """The longest travel, in metres, during which a range sensor may return the same distance. Turns count too."""
     outage_s: Annotated[float, Field(ge=0, le=3600)] = 0.0
-    """The longest time for which the robot stands and waits for a lost device. With 0 the run ends at once."""
+    """The longest time, in seconds, that the robot stops and waits for a lost device. With 0, the run ends at once."""
 
 
 @dataclass(frozen=True)
 class _Origin:
-    """The file of a description. All instances compare as equal, so that robots from different files can be equal."""
+    """The file of a description. All instances are equal, so that descriptions from different files can be equal."""
 
     file: str | None = field(default=None, compare=False)
 
 
 class RobotDescription(StrictModel):
-    """A robot. Pass ``context={"file": …}`` to `model_validate` to set its ``file``."""
+    """The description of a robot. ``context={"file": …}`` in a call of `model_validate` sets its ``file``."""
 
     name: Name
     summary: str = ""
-    """One line for lists."""
+    """One line about the robot, for `robotcore robots`."""
     body: Body
     drive: Drive | None = None
     """The drive; None for a robot that cannot drive."""
     safety: Safety = Safety()
     devices: Annotated[tuple[DeviceDescription, ...], Field(description="a list of tables: [[devices]]")] = ()
     backends: Annotated[dict[str, dict[str, Any]], BeforeValidator(freeze)] = Field(default_factory=dict)
-    """The content of each backend's section in the file, by the backend's name."""
+    """The contents of the file's sections for backends, by the names of the backends."""
     _origin: _Origin = PrivateAttr(default_factory=_Origin)
 
     @model_validator(mode="after")
@@ -225,21 +227,21 @@ class RobotDescription(StrictModel):
         if drive.wheel_radius_m > body.length_m:
             raise InvalidValueError(
                 "wheel-radius-not-in-metres",
-                f"a wheel's radius is {drive.wheel_radius_m:g} m, and the body with its wheels {body.length_m:g} m "
-                "long; give drive.wheel_radius_m in metres",
+                f"drive.wheel_radius_m is {drive.wheel_radius_m:g} m, but body.length_m with the wheels is only "
+                f"{body.length_m:g} m; give both in metres",
             )
         for key in ("track_m", "wheel_width_m"):
             if (given := getattr(drive, key)) > UNIT_ERROR_FACTOR * body.width_m:
                 raise InvalidValueError(
                     "wheel-size-not-in-metres",
-                    f"drive.{key} is {given:g}, and the body with its wheels {body.width_m:g} m wide; "
-                    "give it in metres",
+                    f"drive.{key} is {given:g} m, but body.width_m with the wheels is only {body.width_m:g} m; "
+                    "give both in metres",
                 )
         if across > body.width_m:
             raise InvalidValueError(
                 "body-narrower-than-wheels",
-                f"the wheels are {across:g} m from outside to outside, the body is {body.width_m:g} m wide; "
-                "let body.width_m take in the wheels",
+                f"the wheels have a width of {across:g} m over all, but body.width_m is only {body.width_m:g} m; "
+                "include the wheels in body.width_m",
             )
         if not body.front_x_m - body.length_m < 0 < body.front_x_m:
             raise InvalidValueError(
@@ -247,37 +249,37 @@ class RobotDescription(StrictModel):
             )
         if body.clearance_m == 0:
             raise InvalidValueError(
-                "body-on-floor", "the body lies on the floor; raise body.clearance_m, or leave out [drive]"
+                "body-on-floor", "body.clearance_m is 0, so the body lies on the floor; raise it, or remove [drive]"
             )
         return self
 
     @property
     def mounts(self) -> dict[str, Mount]:
-        """The mount of each sensor that has one, by the sensor's name."""
+        """The mounts of the cameras and range sensors, by the names of the devices."""
         mounts = {device.name: getattr(device, "mount", None) for device in self.devices}
         return {sensor: mount for sensor, mount in mounts.items() if isinstance(mount, Mount)}
 
     @property
     def file(self) -> str | None:
-        """The user's file, as the user named it; None for a shipped robot."""
+        """The path of the file as the user wrote it; None for a shipped robot."""
         return self._origin.file
 
     @property
     def source(self) -> str:
-        """The file, or ``robot NAME``, for messages."""
+        """The name of the file in messages, or ``robot NAME`` for a shipped robot."""
         return self.file or f"robot {self.name}"
 
     @property
     def range_sensors_ahead(self) -> tuple[RangeSensorDescription, ...]:
-        """The range sensors that point ahead. The range guard reads them."""
+        """The range sensors that point ahead, which the range guard reads."""
         return tuple(sensor for sensor in self.all_of(RangeSensorDescription) if sensor.mount.is_ahead)
 
     def all_of(self, kind: type[DescriptionT]) -> tuple[DescriptionT, ...]:
-        """Return the devices of one kind, in the order of the file."""
+        """Return the descriptions of the devices of a kind, in the order of the file."""
         return tuple(device for device in self.devices if isinstance(device, kind))
 
     def with_conditions(self, conditions: Conditions) -> RobotDescription:
-        """Return the robot for a simulation: if the conditions have a wheel lag, its wheels have that lag."""
+        """Return the description with the wheel lag of the conditions, if they have one."""
         lag, drive = conditions.wheel_lag_s, self.drive
         if lag is None or drive is None:
             return self
@@ -286,7 +288,7 @@ class RobotDescription(StrictModel):
         return self.model_copy(update={"devices": tuple(devices)})
 
     def first_of(self, kind: type[DescriptionT]) -> DescriptionT | None:
-        """Return the first device of one kind, which fills the role; None without such a device."""
+        """Return the description of the first device of a kind, or None if there is none."""
         return next(iter(self.all_of(kind)), None)
 
 
@@ -295,6 +297,6 @@ def _require_devices(table: str, names: Iterable[str], known: set[str], kind: st
         if name not in known:
             raise InvalidValueError(
                 "no-such-device",
-                f"{table} names the {kind} {name!r}, which is not among the devices; "
-                f'add [[devices]] with kind = "{kind}" and that name',
+                f"[{table}] names the {kind} {name!r}, but no {kind} has this name; "
+                f'add [[devices]] with kind = "{kind}" and name = "{name}"',
             )

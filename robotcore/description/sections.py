@@ -1,4 +1,4 @@
-"""Reads a backend's section of a robot's file, a table for each device, and reports all mistakes at once."""
+"""Reads the tables of devices in a backend's section of a robot's file, and collects the mistakes."""
 
 from __future__ import annotations
 
@@ -32,14 +32,13 @@ def read_each(
     read: Callable[[AnyDevice, str, Any], T],
     missing_remedy: Callable[[AnyDevice], str],
 ) -> tuple[list[T], list[MistakeParts]]:
-    """Return the results of ``read`` for each device's table, and the mistakes in the section.
+    """Read the tables of all devices. Return the results of ``read``, and the mistakes in the section.
 
-    robot: the robot's description.
     section: the name of the section.
     needed: the names of the devices that must have a table.
-    read: the function that reads a device's table. It takes the device, the table's dotted key and the table, and
-        raises MistakesError.
-    missing_remedy: the function that returns the remedy for a needed device without a table.
+    read: a function that reads the table of a device, or raises MistakesError. Its arguments are the device, the dotted
+        key of the table and the table.
+    missing_remedy: a function that returns the remedy for a needed device without a table.
     """
     table = robot.backends.get(section, {})
     unknown = _match_unknown_names(robot, table)
@@ -58,9 +57,9 @@ def read_each(
 
 
 def validate_table(model: type[DescribedT], key: str, table: Mapping[str, Any]) -> DescribedT:
-    """Return a table as an instance of a model. Raises MistakesError with all mistakes in the table.
+    """Return the content of a table as an instance of a model. Raises MistakesError with all mistakes in the table.
 
-    key: the table's dotted key, for the mistakes.
+    key: the dotted key of the table.
     """
     try:
         return model.model_validate(table, strict=True)
@@ -70,7 +69,7 @@ def validate_table(model: type[DescribedT], key: str, table: Mapping[str, Any]) 
 
 
 def _match_unknown_names(robot: RobotDescription, table: Mapping[str, Any]) -> dict[str, str | None]:
-    """Return the names in a section that no device has. The value is the probably meant device, or None."""
+    """Return a mapping from each unknown name in a section to the device with a similar name, or to None."""
     names = [device.name for device in robot.devices]
     without_table = [name for name in names if name not in table]
     unknown = [name for name in table if name not in names]
@@ -82,5 +81,5 @@ def _match_unknown_names(robot: RobotDescription, table: Mapping[str, Any]) -> d
 
 def _find_unknown_names(section: str, unknown: Mapping[str, str | None]) -> Iterator[MistakeParts]:
     for name, device in unknown.items():
-        remedy = f"Did you mean {device!r}?" if device else "Take the section out, or add [[devices]] of that name"
+        remedy = f"Did you mean {device!r}?" if device else "Remove the table, or add [[devices]] with this name"
         yield f"{section}.{name}", "no device has this name", remedy, "unknown-device"

@@ -1,4 +1,4 @@
-"""The patterns of floors, walls and obstacles, as tiles of brightness."""
+"""The patterns on floors, walls and obstacles, as repeated tiles of brightness."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pydantic import Field
 from robotcore.description.types import StrictModel
 
 TILE_PX = 64
-"""The width and height of a tile. It is a power of two, so that a renderer can wrap coordinates with a bit mask."""
+"""The width and the height of a tile in pixels: a power of two, so that a renderer can repeat it with a bit mask."""
 
 Pattern = Literal["plain", "checker", "planks", "speckle", "grass"]
 PATTERNS: tuple[Pattern, ...] = get_args(Pattern)
@@ -26,7 +26,7 @@ Tile = NDArray[np.uint8]
 
 
 class Texture(StrictModel):
-    """A repeated pattern that darkens the colour of a surface.
+    """A pattern that is repeated on a surface and darkens the surface's colour.
 
     >>> Texture(pattern="checker", contrast=0.5).tile[0, [0, -1]]
     array([255, 128], dtype=uint8)
@@ -34,22 +34,22 @@ class Texture(StrictModel):
 
     pattern: Pattern
     scale_m: TileSize = 0.25
-    """The width and height of a tile on the surface."""
+    """The width and the height of a tile on the surface, in metres."""
     contrast: Contrast = 0.3
-    """The fraction of its brightness that the surface loses where the pattern is darkest."""
+    """The part of the brightness that the surface loses at the darkest pixels of the pattern, from 0 to 0.9."""
 
     @property
     def tile(self) -> Tile:
-        """The factor for the surface's colour at each pixel, times 255, (TILE_PX, TILE_PX).
+        """The factors by which the surface's colour is multiplied, times 255, shape (TILE_PX, TILE_PX).
 
-        The row grows upwards on the surface, and the column grows along it.
+        The first row is at the bottom of the tile.
         """
         return np.rint(255 * (1 - self.contrast * _make_depths(self.pattern))).astype(np.uint8)
 
 
 @cache
 def _make_depths(pattern: Pattern) -> Depths:
-    """Return how dark a pattern is at each pixel, from 0 to 1 for the full contrast, (TILE_PX, TILE_PX)."""
+    """Return the darkness of each pixel of a pattern, from 0 to 1 for the full contrast."""
     return _PATTERNS[pattern]()
 
 
@@ -62,20 +62,17 @@ def _checker() -> Depths:
 
 
 def _planks() -> Depths:
-    """Return eight boards, each in its own shade, with dark joints."""
-    boards = 0.6 * _grain("planks", 8, 1)
+    boards = 0.6 * _make_grain("planks", 8, 1)
     boards[:: TILE_PX // 8] = 1.0
     return boards
 
 
 def _speckle() -> Depths:
-    """Return grains of two sizes."""
-    return np.asarray(0.6 * _grain("fine", 32, 32) + 0.4 * _grain("coarse", 16, 16))
+    return np.asarray(0.6 * _make_grain("fine", 32, 32) + 0.4 * _make_grain("coarse", 16, 16))
 
 
 def _grass() -> Depths:
-    """Return narrow blades over patches."""
-    return np.asarray(0.7 * _grain("blades", 8, 64) + 0.3 * _grain("patches", 8, 8))
+    return np.asarray(0.7 * _make_grain("blades", 8, 64) + 0.3 * _make_grain("patches", 8, 8))
 
 
 _PATTERNS: dict[Pattern, Callable[[], Depths]] = {
@@ -87,8 +84,7 @@ _PATTERNS: dict[Pattern, Callable[[], Depths]] = {
 }
 
 
-def _grain(name: str, rows: int, columns: int) -> Depths:
-    """Return a tile of cells of random depth, seeded by a name."""
+def _make_grain(name: str, rows: int, columns: int) -> Depths:
     random = Random(name)
     return _enlarge(np.array([[random.random() for _ in range(columns)] for _ in range(rows)]))
 

@@ -1,4 +1,4 @@
-"""The base of all description models, and the types of their fields."""
+"""The base class of the models of descriptions, and the types of their fields."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ COLOURS: dict[str, tuple[int, int, int]] = {
     "brown": (125, 85, 50),
     "sand": (205, 190, 160),
 }
-"""Colours by name, as red, green, blue in 0 to 255."""
+"""A mapping from the names of colours to red, green and blue, from 0 to 255 each."""
 
 
 Number = TypeVar("Number", bound=float)
 
 
 class InvalidValueError(ValueError):
-    """Raised by a validator that refuses a value.
+    """A validator refuses a value in a description.
 
     kind: a stable identifier of the mistake, in kebab-case.
     text: the problem and the remedy, separated by a semicolon.
@@ -48,16 +48,16 @@ class InvalidValueError(ValueError):
 class StrictModel(BaseModel):
     """The base class of the models of descriptions.
 
-    A model refuses unknown keys and numbers that are not finite. Its instances cannot be changed. The ``description``
-    of a field's type says how to write the field's value in a file, and error messages quote it. A validator raises
-    InvalidValueError, or another ValueError with the same form of text.
+    A model refuses unknown keys and numbers that are not finite. Its instances cannot be changed. Error messages quote
+    the ``description`` of a field's type, which is the form of the value in a file. A validator must raise
+    InvalidValueError, or a ValueError whose text is the problem, a semicolon and a remedy.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 def freeze(value: Any) -> Any:
-    """Return a value from a TOML or JSON file with its lists as tuples.
+    """Return a value from a TOML or JSON file, with all lists in it as tuples.
 
     >>> freeze({"pins": [1, [2, 3]]})
     {'pins': (1, (2, 3))}
@@ -73,7 +73,7 @@ def _to_colour(value: Any) -> Any:
     if isinstance(value, str):
         if value not in COLOURS:
             nearest = suggestion(value, list(COLOURS))
-            raise InvalidValueError("unknown-colour", f"unknown colour {value[:40]!r}; {nearest} Or take [r, g, b]")
+            raise InvalidValueError("unknown-colour", f"unknown colour {value[:40]!r}; {nearest} Or write [r, g, b]")
         return COLOURS[value]
     return value
 
@@ -85,7 +85,7 @@ Colour = Annotated[
     BeforeValidator(_to_colour),
     Field(description="[red, green, blue] from 0 to 255, or the name of a colour"),
 ]
-"""Red, green and blue, from 0 to 255 each. In a file, a name from `COLOURS` may replace the numbers."""
+"""Red, green and blue, from 0 to 255 each. A file may have a name from `COLOURS` instead."""
 
 
 def _require_order(limits: tuple[float, float]) -> tuple[float, float]:
@@ -100,39 +100,43 @@ def _require_name(value: str) -> str:
     if not re.fullmatch(r"[a-z][a-z0-9_-]{0,63}", value):
         raise InvalidValueError(
             "no-name",
-            f"{value[:40]!r} is no name; take up to 64 lower-case letters, digits, _ and -, beginning with a letter",
+            f"{value[:40]!r} is not a valid name; take a lower-case letter and up to 63 lower-case letters, digits, _ "
+            "and -",
         )
     return value
 
 
 Ordered = AfterValidator(_require_order)
 Metres = Annotated[float, Field(ge=0.001, le=100)]
-"""A length, from a millimetre to a hundred metres."""
+"""A length in metres, from a millimetre to a hundred metres."""
 
 Radians = Annotated[float, Field(ge=-100, le=100)]
 """An angle in radians, at most 100 rad (about 16 turns) in either direction."""
 
 Coordinate = Annotated[float, Field(ge=-100, le=100)]
-"""A coordinate, in metres."""
+"""A coordinate in metres."""
 
 Between = Annotated[tuple[Number, Number], Ordered, Field(description="[from, to]")]
 """The lower and the upper end of an interval."""
 
 Name = Annotated[str, AfterValidator(_require_name)]
-"""Up to 64 lower-case letters, digits, ``_`` and ``-``, beginning with a letter."""
+"""A name of up to 64 lower-case letters, digits, ``_`` and ``-``, beginning with a letter."""
 
 
 def require_unique(kind: str, names: Iterable[str]) -> None:
-    """Raise ValueError if a name occurs twice. ``kind`` is the plural noun for the named things in the message."""
+    """Raise ValueError if a name occurs twice.
+
+    kind: the plural noun for the named objects in the message, such as ``devices``.
+    """
     doubles = [name for name, count in Counter(names).items() if count > 1]
     if doubles:
-        raise InvalidValueError("same-name", f"two {kind} are named {doubles[0]!r}; give each a name of its own")
+        raise InvalidValueError("same-name", f"two {kind} are named {doubles[0]!r}; rename one of them")
 
 
 def hue_degrees(colour: tuple[int, int, int]) -> float:
     """Return the hue of a colour in degrees: 0 is red, 120 green, 240 blue.
 
-    colour: red, green and blue in 0 to 255.
+    colour: red, green and blue, from 0 to 255 each.
 
     >>> hue_degrees((255, 128, 0))
     30.11764705882353

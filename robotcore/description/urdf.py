@@ -1,4 +1,4 @@
-"""Writes a robot, and a world around it, as URDF."""
+"""Writes the description of a robot, and optionally of a world, as URDF."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from robotcore.description.types import Colour
 from robotcore.description.world import Ball, Box, Cylinder, WorldDescription
 
 BASE = "base_link"
-"""The name of the body's link. The link's origin is on the floor under the middle of the axle."""
+"""The name of the link of the robot's body. Its origin is on the floor under the middle of the axle."""
 
 CASTER = "caster_link"
 
@@ -27,12 +27,12 @@ def wheel_link(motor: str) -> str:
 
 
 def wheel_joint(motor: str) -> str:
-    """Return the name of the joint of a motor's wheel. The joint's angle grows as the robot drives forward."""
+    """Return the name of the joint of a motor's wheel. The joint's angle is positive forward."""
     return f"{motor}_joint"
 
 
 def sensor_link(sensor: str) -> str:
-    """Return the name of the link of a sensor. The sensor points along the link's x axis."""
+    """Return the name of the link of a sensor. The link's x axis is the direction of the sensor."""
     return f"{sensor}_frame"
 
 
@@ -41,12 +41,12 @@ ORIGIN: Vector = (0.0, 0.0, 0.0)
 
 
 class Shape(NamedTuple):
-    """The geometry of a link."""
+    """The shape of a link."""
 
     tag: str
     """The tag of the URDF element: ``box``, ``cylinder`` or ``sphere``."""
     size: dict[str, str]
-    """The attributes of the URDF element."""
+    """The attributes of the URDF element, such as ``radius``."""
     xyz: Vector = ORIGIN
     """The position of the shape's middle in the link's frame, in metres."""
     rpy: Vector = ORIGIN
@@ -54,23 +54,27 @@ class Shape(NamedTuple):
 
 
 class Inertia(NamedTuple):
-    """The mass of a link and its distribution."""
+    """The mass, the centre of mass and the moments of inertia of a link."""
 
     mass: float
     """The mass in kg."""
     moments: Vector
-    """The principal moments of inertia, in kg·m²."""
+    """The moments of inertia about x, y and z, in kg·m²."""
     centre: Vector = ORIGIN
     """The centre of mass in the link's frame, in metres."""
 
 
 TINY_MASS_KG = 1e-6
 TINY_INERTIA = Inertia(TINY_MASS_KG, (TINY_MASS_KG * 1e-4,) * 3)
-"""The tiny inertia of a link that has no mass in the description. Some engines assume 1 kg for a mass of 0."""
+"""The inertia of a link without a mass in the description. With a mass of 0, some physics engines would assume 1 kg."""
 
 
 def link(name: str, inertia: Inertia, visual: Shape, collision: Shape, rgb: Colour) -> ET.Element:
-    """Return a link that is visible and collides."""
+    """Return a ``link`` element.
+
+    visual, collision: the shapes for pictures and for contacts.
+    rgb: the colour, from 0 to 255 each.
+    """
     element = ET.Element("link", name=name)
     element.append(inertial(inertia))
     appearance = _make_geometry("visual", visual)
@@ -81,7 +85,7 @@ def link(name: str, inertia: Inertia, visual: Shape, collision: Shape, rgb: Colo
 
 
 def inertial(inertia: Inertia) -> ET.Element:
-    """Return the ``inertial`` element of a link."""
+    """Return an ``inertial`` element."""
     element = ET.Element("inertial")
     element.append(_pose(inertia.centre, ORIGIN))
     ET.SubElement(element, "mass", value=format_numbers(inertia.mass))
@@ -91,7 +95,12 @@ def inertial(inertia: Inertia) -> ET.Element:
 
 
 def joint(name: str, kind: str, parent: str, child: str, xyz: Vector, rpy: Vector = ORIGIN) -> ET.Element:
-    """Return a joint between two links. ``xyz`` and ``rpy`` are the pose of the child link in the parent's frame."""
+    """Return a ``joint`` element.
+
+    kind: the type of the joint in URDF, such as ``fixed``.
+    parent, child: the names of the links.
+    xyz, rpy: the pose of the child in the parent's frame, in metres and radians.
+    """
     element = ET.Element("joint", name=name, type=kind)
     element.append(_pose(xyz, rpy))
     ET.SubElement(element, "parent", link=parent)
@@ -100,22 +109,22 @@ def joint(name: str, kind: str, parent: str, child: str, xyz: Vector, rpy: Vecto
 
 
 def box(x: float, y: float, z: float, xyz: Vector = ORIGIN) -> Shape:
-    """Return a box with edges in metres."""
+    """Return a box whose edges have the lengths x, y and z, in metres."""
     return Shape("box", {"size": format_numbers(x, y, z)}, xyz)
 
 
 def cylinder(radius: float, length: float, xyz: Vector = ORIGIN, rpy: Vector = ORIGIN) -> Shape:
-    """Return a cylinder along z, with radius and length in metres."""
+    """Return a cylinder along the z axis. ``radius`` and ``length`` are in metres."""
     return Shape("cylinder", {"radius": format_numbers(radius), "length": format_numbers(length)}, xyz, rpy)
 
 
 def sphere(radius: float) -> Shape:
-    """Return a sphere with a radius in metres."""
+    """Return a sphere. ``radius`` is in metres."""
     return Shape("sphere", {"radius": format_numbers(radius)})
 
 
 def format_numbers(*values: float) -> str:
-    """Return numbers as the text of an attribute."""
+    """Return numbers as the text of an attribute, separated by spaces."""
     return " ".join(f"{value:.9g}" for value in values)
 
 
@@ -134,7 +143,7 @@ _LYING = (math.pi / 2, 0.0, 0.0)
 
 
 def robot_parts(description: RobotDescription) -> Iterator[ET.Element]:
-    """Yield all links and joints of a robot."""
+    """Yield the elements of all links and joints of a robot."""
     yield _body(description.body)
     yield from _wheels(description)
     if description.drive and description.drive.caster:
@@ -185,21 +194,21 @@ def _sensor(sensor: str, mount: Mount) -> Iterator[ET.Element]:
 
 
 WORLD = "world"
-"""The name of the root link. Tools recognise by this name that the link never moves."""
+"""The name of the root link. For tools, this name means that the link is fixed."""
 
 FLOOR = "floor"
 GROUND_M = 100.0
-"""The edge of the ground's box in metres. The ground continues beyond the floor's edge."""
+"""The length of the ground's sides in metres. The ground continues beyond the floor's edge."""
 
 _GROUND_DEPTH_M = 0.1
 
 
 def world_parts(world: WorldDescription, robot: str, *, is_free: bool) -> Iterator[ET.Element]:
-    """Yield all links and joints of a world, and the joint between the world and the robot.
+    """Yield the elements of all links and joints of a world, and of the joint between the world and the robot.
 
     world: the world.
-    robot: the name of the robot's first link.
-    is_free: whether the robot can move. The joint is floating if it can move, else fixed.
+    robot: the name of the robot's root link.
+    is_free: whether the robot can move. Then its joint is floating, and otherwise fixed.
     """
     yield ET.Element("link", name=WORLD)
     ground = box(GROUND_M, GROUND_M, _GROUND_DEPTH_M, (0.0, 0.0, -_GROUND_DEPTH_M / 2))
@@ -224,7 +233,7 @@ def _place_joint(name: str, kind: str, xyz: Vector, yaw: float) -> ET.Element:
 
 
 def _make_shape(prism: Box | Cylinder) -> Shape:
-    """Return the shape of a prism. A cylinder is round in URDF. It goes through the corners of its 24-sided prism."""
+    # A cylinder is round in URDF, and the corners of its prism of 24 sides are on it.
     middle = (0.0, 0.0, prism.height_m / 2)
     if isinstance(prism, Box):
         return box(prism.length_m, prism.width_m, prism.height_m, middle)
@@ -236,7 +245,7 @@ def _middle(ball: Ball) -> Vector:
 
 
 def _body_link(thing: str) -> str:
-    """Return the name of the link of an obstacle or target. Its ending differs from those of a robot's links."""
+    # This ending differs from those of the names of a robot's links.
     return f"{thing}_thing"
 
 
@@ -244,11 +253,11 @@ __all__ = ["robot_urdf"]
 
 
 def robot_urdf(description: RobotDescription, world: WorldDescription | None = None) -> str:
-    """Return a robot, and a world around it if there is one, as a URDF document.
+    """Return a robot, and optionally a world around it, as a URDF document.
 
-    The collision shape of a wheel is a sphere, because a sphere touches the floor at one point in the middle of the
-    wheel. A cylinder touches it on either edge. URDF has no textures, so each surface has one colour. URDF has no
-    friction. Set the friction coefficient of the caster to 0 and that of the wheels to 1.
+    The collision shape of a wheel is a sphere, which touches the floor at one point in the middle of the wheel. URDF
+    has neither textures nor friction. In a simulator, set the friction coefficient of the caster to 0, and that of the
+    wheels to 1.
 
     >>> from robotcore.description import load_robot
     >>> robot_urdf(load_robot("lookout")).splitlines()[1]

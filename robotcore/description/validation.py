@@ -1,4 +1,4 @@
-"""Converts pydantic's errors to the mistakes in a file, each with its key, its problem and a remedy."""
+"""Converts the errors of pydantic to mistakes with a key, a problem and a remedy."""
 
 from __future__ import annotations
 
@@ -21,14 +21,17 @@ Schema = dict[str, Any]
 
 
 def list_keys(model: type[BaseModel], path: Sequence[str | int]) -> list[str]:
-    """Return the keys that a model allows at a path of keys and list indices."""
+    """Return the keys that a table of a model may have.
+
+    path: the keys and list indices that lead to the table.
+    """
     return list(_find_schema(model, path).get("properties", ()))
 
 
 def get_form(model: type[BaseModel], path: Sequence[str | int]) -> str | None:
-    """Return the form in which a file has the value at a path, such as ``[from, to]``.
+    """Return the form of a value in a file, such as ``[from, to]``, or None if the model does not describe it.
 
-    The form is the description of the value's type, or the list of the possible values. Return None without both.
+    path: the keys and list indices that lead to the value.
     """
     *outer, key = path
     value = _find_child(_find_schema(model, outer), key)
@@ -46,12 +49,11 @@ def _find_schema(model: type[BaseModel], path: Sequence[str | int]) -> Schema:
 
 @cache
 def _get_schema(model: type[BaseModel]) -> Schema:
-    """Return a model's schema from a cache. Pydantic needs 30 ms for it, and each line of a file may need it."""
+    # Pydantic needs 30 ms for a schema, which each mistake in a file may need.
     return model.model_json_schema()
 
 
 def _find_child(schema: Schema, part: str | int) -> Schema:
-    """Return the schema of a list's item, of one kind of item, or of a key's value."""
     if isinstance(part, int):
         return dict(schema.get("items", {}))
     if part in (kinds := schema.get("discriminator", {}).get("mapping", {})):
@@ -60,25 +62,22 @@ def _find_child(schema: Schema, part: str | int) -> Schema:
 
 
 def _resolve(schema: Schema, definitions: Schema) -> Schema:
-    """Return the schema to which a reference points. For an optional value, return the schema without None.
-
-    Pydantic before 2.9 wraps a part with its own description in ``allOf``.
-    """
+    # Optional values are in `anyOf`. Pydantic before 2.9 has `allOf` for a part with its own description.
     first = (schema.get("anyOf") or schema.get("allOf") or [schema])[0]
     return dict(definitions[first["$ref"].rpartition("/")[2]]) if "$ref" in first else first
 
 
 BACKENDS = "backends"
-"""The field of a robot that holds the backends' sections. In a file, the sections are top-level tables."""
+"""The field of `RobotDescription` for the backends' sections. In a file, the sections are top-level tables."""
 
 MAX_SHOWN_CHARACTERS = 40
-"""A message quotes at most this number of characters of a key or value."""
+"""The greatest number of characters of a key or a value that a message quotes."""
 
 MAX_LIBRARY_MESSAGE = 200
-"""A message quotes at most this number of characters of another library's message about a file."""
+"""The greatest number of characters of another library's message that a message quotes."""
 
 MAX_FILE_ERRORS = 50
-"""The greatest number of mistakes that are reported for one file. If there are more, they usually have one cause."""
+"""The greatest number of mistakes that are reported for one file."""
 
 _UNITS = {
     "_kg": "kg",
@@ -116,20 +115,20 @@ _KINDS = {"missing": "missing-key", "extra_forbidden": "unknown-key", **dict.fro
 
 
 class Mistake(NamedTuple):
-    """One mistake in a file."""
+    """A mistake in a file."""
 
     key: str
-    """The dotted key. An item of a list is given by its name: ``devices[nose].mount.x_m``."""
+    """The dotted key of the wrong value, such as ``devices[nose].mount.x_m``."""
     problem: str
-    """The problem, as a sentence without its subject, which is the key. An example is ``is missing``."""
+    """The problem without a subject, such as ``is missing``."""
     remedy: str
-    """What the user can do, as a sentence without its full stop."""
+    """An instruction for the user, as a sentence without its full stop."""
     kind: str = "description"
     """A stable identifier in kebab-case, such as ``missing-key``."""
 
 
 def first_mistake(error: ValidationError) -> tuple[str, str]:
-    """Return the dotted key of a model's first mistake, and its problem.
+    """Return the dotted key and the problem of the first mistake in pydantic's error.
 
     >>> from robotcore.description import Body
     >>> try:
@@ -146,13 +145,13 @@ def first_mistake(error: ValidationError) -> tuple[str, str]:
 def find_mistakes(
     error: ValidationError, model: type[BaseModel], data: Mapping[str, Any], sections: Sequence[str] = ()
 ) -> list[Mistake]:
-    """Return the mistakes in ``data``, in the order of its keys.
+    """Return the mistakes in the content of a file, in the order of the keys.
 
-    Mistakes that follow from others are left out. Such a mistake is a key that is missing because it is misspelt, or a
-    list that is too short because one of its items is wrong.
+    Mistakes that follow from others are left out, such as a key that is missing because it is misspelt, or a list that
+    is too short because one of its items is wrong.
 
-    error: pydantic's error for the data.
-    model: the model that refused the data.
+    error: pydantic's error for the content.
+    model: the model that refused the content.
     data: the content of the file.
     sections: further top-level keys that the file may have.
     """
@@ -164,15 +163,15 @@ def find_mistakes(
 
 
 def limit_errors(mistakes: Iterable[MistakeParts]) -> list[Mistake]:
-    """Return the first `MAX_FILE_ERRORS` mistakes. If there are more, a last item says that some are not shown."""
+    """Return the first `MAX_FILE_ERRORS` mistakes, and if there are more, a last item that reports this."""
     found = [Mistake(*parts) for parts in islice(mistakes, MAX_FILE_ERRORS + 1)]
-    problem = f"more than {MAX_FILE_ERRORS} errors; only the first are shown"
+    problem = f"it has more than {MAX_FILE_ERRORS} errors, of which the first {MAX_FILE_ERRORS} are shown"
     more = Mistake("", problem, "Correct these first", "too-many-mistakes")
     return [*found[:MAX_FILE_ERRORS], *[more] * (len(found) > MAX_FILE_ERRORS)]
 
 
 def _is_misspelt(missing: Mistake, mistakes: Iterable[Mistake]) -> bool:
-    """Return whether one of the mistakes is an unknown key that is a misspelling of the missing key."""
+    """Return whether a mistake about an unknown key already suggests the missing key."""
     *table, key = missing.key.split(".")
     meant = f"Did you mean {key!r}?"
     return missing.problem == _MESSAGES["missing"] and any(
@@ -190,12 +189,12 @@ def _make_mistake(
         return Mistake(dotted_key(_find_path(found), data), problem, "Correct it", "wrong-form")
     if cause == "extra_forbidden":
         known = [*_list_known_keys(model, path), *(sections if len(path) == 1 else ())]
-        return Mistake(key, message, f"Correct it or take it out. {suggestion(_format_key(path[-1]), known)}", kind)
+        return Mistake(key, message, f"Correct or remove the key. {suggestion(_format_key(path[-1]), known)}", kind)
     if cause == "missing":
         form = get_form(model, path)
         return Mistake(key, message, f"Add it: {form}" if form else "Add it", kind)
     if cause.startswith("union_tag"):
-        return _make_tag_mistake(key, found)
+        return _make_tag_mistake(key, found, model)
     if cause == "value_error":
         problem, _, remedy = message.rpartition("; ")
         kind = getattr(found["ctx"]["error"], "kind", "invalid-value")
@@ -204,18 +203,16 @@ def _make_mistake(
 
 
 def _list_known_keys(model: type[BaseModel], path: Sequence[str | int]) -> list[str]:
-    """Return the keys that a model allows in place of an unknown key."""
     return [key for key in list_keys(model, path[:-1]) if key != BACKENDS]
 
 
 def _find_form(model: type[BaseModel], found: ErrorDetails) -> str | None:
-    """Return the right form of a value that has the wrong type or length, if its type has one."""
-    is_shapeless = found["type"].endswith("_type") or found["type"] in ("too_long", "too_short")
-    return get_form(model, _find_path(found)) if is_shapeless or _lacks_item(found) else None
+    has_wrong_form = found["type"].endswith("_type") or found["type"] in ("too_long", "too_short")
+    return get_form(model, _find_path(found)) if has_wrong_form or _lacks_item(found) else None
 
 
 def _find_path(found: ErrorDetails) -> Sequence[str | int]:
-    """Return the path of the wrong value. If a list lacks an item, return the path of the list."""
+    # If a list lacks an item, the list is wrong.
     return found["loc"][:-1] if _lacks_item(found) else found["loc"]
 
 
@@ -223,17 +220,22 @@ def _lacks_item(found: ErrorDetails) -> bool:
     return found["type"] == "missing" and isinstance(found["loc"][-1], int)
 
 
-def _make_tag_mistake(key: str, found: ErrorDetails) -> Mistake:
-    """Return the mistake for an item whose tag, such as ``kind``, is missing or unknown."""
+def _make_tag_mistake(key: str, found: ErrorDetails, model: type[BaseModel]) -> Mistake:
+    # The tag is the key that selects the model of an item, such as `kind`.
     key += "." + str(found["ctx"]["discriminator"]).strip("'")
     if found["type"] == "union_tag_not_found":
-        return Mistake(key, "is missing", "Add it: it says what sort of thing this is", "missing-tag")
+        *outer, index = found["loc"]
+        tags = _find_child(_find_schema(model, outer), index).get("discriminator", {}).get("mapping", {})
+        return Mistake(key, "is missing", f"Add it: {' or '.join(map(json.dumps, tags))}", "missing-tag")
     tag, known = str(found["ctx"]["tag"])[:MAX_SHOWN_CHARACTERS], re.findall(r"'(\w+)'", found["ctx"]["expected_tags"])
     return Mistake(key, f"{tag!r} is unknown", suggestion(tag, known), "unknown-tag")
 
 
 def dotted_key(loc: Sequence[str | int], data: Any) -> str:
-    """Return the dotted key of a path in a file. Items of lists are given by their names.
+    """Return the dotted key of a path in a file, with the names of items in place of list indices.
+
+    loc: the path, as keys and list indices.
+    data: the content of the file.
 
     >>> dotted_key(("devices", 0, "mount"), {"devices": [{"name": "nose"}]})
     'devices[nose].mount'
@@ -260,13 +262,13 @@ def _item(data: Any, part: str | int) -> Any:
 
 
 def _label(item: Any, index: str | int) -> str:
-    """Return the name of a list's item. An item without a name gets its number in the list, from #1 on."""
+    """Return the name of a list's item, or such as ``#1`` for the first item without a name."""
     name = item.get("name") if isinstance(item, dict) else None
     return _format_key(name) if name and isinstance(name, str) else f"#{int(index) + 1}"
 
 
 def _format_key(key: str | int) -> str:
-    """Return a key, in quotes if TOML needs them."""
+    # TOML needs quotes around a key with other characters.
     text = str(key)
     return text if re.fullmatch(r"[A-Za-z0-9_-]{1,40}", text) else repr(text[:MAX_SHOWN_CHARACTERS])
 
@@ -283,7 +285,6 @@ def _format_message(found: ErrorDetails) -> str:
 
 
 def _format_unit(loc: Sequence[str | int]) -> str:
-    """Return a space and the unit of a key's value, or ``""`` for a key without a unit."""
     key = next((part for part in reversed(loc) if isinstance(part, str)), "")
     ends = [end for end in _UNITS if key.endswith(end)]
     return f" {_UNITS[max(ends, key=len)]}" if ends else ""

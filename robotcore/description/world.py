@@ -1,6 +1,6 @@
-"""The description of a world: floor, walls, obstacles, targets, light, and what a seed may change.
+"""The description of a world: floor, walls, obstacles, targets, light, and the values that a seed may change.
 
-World frame: origin in the middle of the floor, z up. Keys end in their unit.
+The origin of the world's frame is in the middle of the floor, and z points up. Keys end in their unit.
 """
 
 from __future__ import annotations
@@ -28,31 +28,34 @@ from robotcore.geometry import Pose
 Distance = Annotated[float, Field(ge=0, le=1000)]
 Scale = Annotated[float, Field(ge=0.1, le=10)]
 Outline = tuple[tuple[float, float], ...]
-"""The corners of a convex polygon on the floor, counter-clockwise."""
+"""The corners of a convex polygon on the floor, counter-clockwise, in metres."""
 
 CYLINDER_SIDES = 24
-"""Every simulator draws and measures a cylinder as a prism with this number of sides."""
+"""The number of sides of the prism by which every simulator models a cylinder."""
 
 
 def round_outline(x: float, y: float, radius: float) -> Outline:
-    """Return the polygon with `CYLINDER_SIDES` corners on a circle, in metres."""
+    """Return a regular polygon with `CYLINDER_SIDES` corners.
+
+    x, y, radius: the circle through the corners, in metres.
+    """
     step = math.tau / CYLINDER_SIDES
     return tuple((x + radius * math.cos(i * step), y + radius * math.sin(i * step)) for i in range(CYLINDER_SIDES))
 
 
 class Floor(StrictModel):
-    """The floor, a rectangle. Beyond its edge the ground continues in the same colour."""
+    """The floor, a rectangle. The ground beyond the floor has the same colour."""
 
     length_m: Metres
-    """Along x."""
+    """The length of the floor along x, in metres."""
     width_m: Metres
-    """Along y."""
+    """The width of the floor along y, in metres."""
     colour: Colour = (190, 185, 175)
     texture: Texture | None = None
 
 
 class Walls(StrictModel):
-    """Four walls around the floor, outside its edge."""
+    """Four walls around the floor. Their inner faces are at the floor's edges."""
 
     height_m: Metres
     thickness_m: Metres = 0.05
@@ -61,27 +64,27 @@ class Walls(StrictModel):
 
 
 class Prism(StrictModel):
-    """The base class of the bodies with upright sides that stand on the floor."""
+    """The base class of obstacles and walls, which have vertical sides and stand on the floor."""
 
     name: Name
     x_m: Coordinate = 0.0
-    """Its middle, in the world."""
+    """The x coordinate of the body's middle in the world's frame, in metres."""
     y_m: Coordinate = 0.0
-    """Its middle, in the world."""
+    """The y coordinate of the body's middle in the world's frame, in metres."""
     yaw_rad: Radians = 0.0
-    """The angle to the left between the world's x axis and the body's own."""
+    """The angle from the world's x axis to the body's x axis, in radians, positive to the left."""
     height_m: Metres
     colour: Colour
     texture: Texture | None = None
 
     @property
     def local_outline(self) -> Outline:
-        """The outline in the body's own frame."""
+        """The outline on the floor, in the body's own frame."""
         raise NotImplementedError
 
     @property
     def outline(self) -> Outline:
-        """The outline in the world's frame."""
+        """The outline on the floor, in the world's frame."""
         pose = Pose(self.x_m, self.y_m, self.yaw_rad)
         return tuple(pose.to_world(x, y) for x, y in self.local_outline)
 
@@ -91,9 +94,9 @@ class Box(Prism):
 
     shape: Literal["box"]
     length_m: Metres
-    """Along its own x axis."""
+    """The length of the box along its own x axis, in metres."""
     width_m: Metres
-    """Along its own y axis."""
+    """The width of the box along its own y axis, in metres."""
 
     @property
     def local_outline(self) -> Outline:
@@ -102,7 +105,7 @@ class Box(Prism):
 
 
 class Cylinder(Prism):
-    """A cylinder on the floor, as a prism of 24 sides."""
+    """An upright cylinder on the floor, modelled as a prism of `CYLINDER_SIDES` sides."""
 
     shape: Literal["cylinder"]
     radius_m: Metres
@@ -122,18 +125,18 @@ class Ball(StrictModel):
     radius_m: Metres
     colour: Colour
     x_m: Coordinate
-    """Its middle, in the world."""
+    """The x coordinate of the ball's middle in the world's frame, in metres."""
     y_m: Coordinate
-    """Its middle, in the world."""
+    """The y coordinate of the ball's middle in the world's frame, in metres."""
 
     @property
     def outline(self) -> Outline:
-        """The outline of the ball from above, in the world's frame."""
+        """The outline of the ball as seen from above, in the world's frame."""
         return round_outline(self.x_m, self.y_m, self.radius_m)
 
 
 class Start(StrictModel):
-    """The pose of the robot at the start: the middle of its axle."""
+    """The pose of the axle's centre in the world's frame at the start of a run."""
 
     x_m: Coordinate = 0.0
     y_m: Coordinate = 0.0
@@ -148,30 +151,30 @@ class Variation(StrictModel):
     """The intervals from which a seed draws the layout of a world. A value without an interval does not change."""
 
     place_x_m: Between[Coordinate] | None = None
-    """The x coordinates of the start, of each obstacle and of each target."""
+    """The interval for the x coordinates of the start, of the obstacles and of the targets, in metres."""
     place_y_m: Between[Coordinate] | None = None
-    """The y coordinates of the start, of each obstacle and of each target."""
+    """The interval for the y coordinates of the start, of the obstacles and of the targets, in metres."""
     yaw_rad: Between[Radians] | None = None
-    """The headings of the robot at the start and of each obstacle."""
+    """The interval for the headings of the robot at the start and of the obstacles, in radians."""
     obstacle_scale: Between[Scale] = (1.0, 1.0)
-    """The factor by which the length and width of an obstacle are multiplied. Its height does not change."""
+    """The interval for the factor by which the length and the width of an obstacle are multiplied."""
     gap_m: Annotated[float, Field(ge=0, le=100)] = 0.3
-    """The least distance between two bodies, and between a body and a wall."""
+    """The least gap between two bodies, and between a body and a wall, in metres."""
     target_distance_m: Between[Distance] | None = None
-    """The distance from the start to the middle of the first target."""
+    """The interval for the distance from the start to the middle of the first target, in metres."""
     target_hidden: bool = False
-    """Whether obstacles must hide the first target from the robot at the start, whatever the robot's heading is."""
+    """Whether obstacles must hide the first target from a robot that turns on the spot at the start."""
     light_azimuth_rad: Between[Radians] | None = None
     light_elevation_rad: Between[Elevation] | None = None
     light_brightness: Between[Brightness] | None = None
 
 
 class WorldDescription(StrictModel):
-    """A world, and the ranges from which a seed draws its variations."""
+    """The description of a world, and the ranges from which a seed draws its variations."""
 
     name: Name
     summary: str = ""
-    """One line for lists."""
+    """One line about the world, for `robotcore worlds`."""
     floor: Floor
     walls: Walls | None = None
     start: Start = Start()
@@ -180,7 +183,7 @@ class WorldDescription(StrictModel):
     obstacles: Annotated[tuple[Obstacle, ...], Field(description="a list of tables: [[obstacles]]")] = ()
     conditions: Conditions = Conditions()
     variation: Variation | None = None
-    """The intervals for layouts. With None, a seed draws positions from the whole floor."""
+    """The intervals from which a seed draws layouts. With None, a seed draws positions from the whole floor."""
     randomisation: Randomisation = Randomisation()
 
     @model_validator(mode="after")
@@ -190,7 +193,10 @@ class WorldDescription(StrictModel):
 
     @property
     def wall_prisms(self) -> tuple[Box, ...]:
-        """The four walls as boxes. The corners belong to the north wall and the south wall."""
+        """The four walls as boxes, or nothing in a world without walls.
+
+        The north wall and the south wall include the corners.
+        """
         if self.walls is None:
             return ()
         length, width, thick = self.floor.length_m, self.floor.width_m, self.walls.thickness_m
@@ -218,15 +224,15 @@ class WorldDescription(StrictModel):
 
     @property
     def prisms(self) -> tuple[Box | Cylinder, ...]:
-        """The walls, then the obstacles."""
+        """All walls, followed by all obstacles."""
         return (*self.wall_prisms, *self.obstacles)
 
     @property
     def bodies(self) -> tuple[Box | Cylinder | Ball, ...]:
-        """The obstacles, then the targets."""
+        """All obstacles, followed by all targets."""
         return (*self.obstacles, *self.targets)
 
     @property
     def target(self) -> Ball | None:
-        """The first target, or None if there is none. An app that searches for a target must find this one."""
+        """The first target, which apps must find; None in a world without targets."""
         return self.targets[0] if self.targets else None

@@ -1,1 +1,1 @@
-"""Worlds drawn from a seed."""
+"""Draws worlds from a seed."""

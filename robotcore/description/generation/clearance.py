@@ -1,4 +1,4 @@
-"""Measures the gaps between bodies on the floor, and reports bodies that overlap."""
+"""Computes the gaps between bodies on the floor, and reports bodies that overlap."""
 
 from __future__ import annotations
 
@@ -18,10 +18,8 @@ Array = NDArray[np.float64]
 def gap_between(one: Outline, other: Outline) -> float:
     """Return the gap between two convex outlines in metres. It is negative if they overlap.
 
-    The gap is at most the true distance, and less if the nearest points are two corners. The method is that of
-    separating axes: Ericson, Real-Time Collision Detection, 5.2.1.
-
-    one, other: the corners of an outline, counter-clockwise.
+    If the nearest points are two corners, the result is smaller than their distance. The method is that of separating
+    axes. Source: Ericson, Real-Time Collision Detection, 5.2.1.
 
     >>> square = ((1.0, 1.0), (0.0, 1.0), (0.0, 0.0), (1.0, 0.0))
     >>> gap_between(square, tuple((x + 1.5, y) for x, y in square))
@@ -38,7 +36,6 @@ def gap_to_edge(outline: Outline, floor: Floor) -> float:
 
 
 def _largest_gap(outline: Array, corners: Array) -> float:
-    """Return the largest distance in metres by which a side of an outline separates the outline from all corners."""
     dx, dy = (np.concatenate((outline[1:], outline[:1])) - outline).T
     normals = np.array((dy, -dx)) / np.hypot(dx, dy)
     offsets = (outline.T * normals).sum(axis=0)
@@ -47,16 +44,15 @@ def _largest_gap(outline: Array, corners: Array) -> float:
 
 WorldBody = Box | Cylinder | Ball
 START_POINT_M = 0.01
-"""The radius of the disc at the start that must be free if the robot, and so its size, is not known yet."""
+"""The radius, in metres, of the disc around the start that must be free in the file of a world."""
 
 
 def require_room(world: WorldDescription, file: str) -> None:
-    """Raise DescriptionError if targets or the start of a world overlap other bodies or lie beyond a wall.
+    """Raise DescriptionError if a target or the start overlaps a body or a wall, or if a body is beyond a wall.
 
-    The error lists all such mistakes. Obstacles may overlap each other and a wall, so that an L or an alcove can be
-    built from boxes.
+    The error lists all such mistakes. Obstacles may overlap each other and the walls.
 
-    world: the world as the file describes it.
+    world: the world as its file describes it.
     file: the name of the file, for the message.
     """
     if mistakes := limit_errors(_find_mistakes(world)):
@@ -64,14 +60,17 @@ def require_room(world: WorldDescription, file: str) -> None:
 
 
 def require_start(world: WorldDescription, robot: RobotDescription, file: str | None = None) -> None:
-    """Raise DescriptionError if the robot at the start overlaps a body or a wall."""
+    """Raise DescriptionError if the robot at the start overlaps a body or a wall.
+
+    file: the name of the world's file, for the message.
+    """
     outline = tuple(world.start.pose.to_world(x, y) for x, y in robot.body.footprint)
     if mistakes := list(_check_start(world, _Outlines(world), outline, f"the robot {robot.name!r}")):
         raise DescriptionError.of_all(file or f"the world {world.name!r}", mistakes)
 
 
 class _Outlines:
-    """The outlines of a world's bodies, with their bounding boxes for a quick first comparison."""
+    """The outlines of a world's bodies. A comparison of their bounding boxes makes `find_overlaps` fast."""
 
     def __init__(self, world: WorldDescription) -> None:
         self._outlines = [(body, body.outline) for body in world.bodies]
@@ -80,7 +79,10 @@ class _Outlines:
         self._highs = np.array([each.max(axis=0) for each in corners]).reshape(-1, 2)
 
     def find_overlaps(self, outline: Outline, first: int | None = None) -> Iterator[WorldBody]:
-        """Yield the bodies that overlap an outline. If ``first`` is given, compare only this number of bodies."""
+        """Yield the bodies that overlap an outline.
+
+        first: the number of bodies to compare. None compares all bodies.
+        """
         low, high = np.min(outline, axis=0), np.max(outline, axis=0)
         is_near = (self._lows[:first] <= high).all(axis=1) & (self._highs[:first] >= low).all(axis=1)
         for index in np.flatnonzero(is_near):
@@ -110,12 +112,12 @@ def _check_start(world: WorldDescription, outlines: _Outlines, outline: Outline,
 def _check_walls(world: WorldDescription, outline: Outline, key: str, subject: str) -> Iterator[Mistake]:
     if world.walls and gap_to_edge(outline, world.floor) < 0:
         x, y = world.floor.length_m / 2, world.floor.width_m / 2
-        remedy = f"The walls are at x = ±{x:g} m and y = ±{y:g} m: move it in between"
+        remedy = f"Move it between the walls, which are at x = ±{x:g} m and y = ±{y:g} m"
         yield Mistake(key, f"{subject} is in or beyond a wall", remedy, "beyond-wall")
 
 
 def _check_overlaps(bodies: Iterable[WorldBody], key: str, subject: str) -> Iterator[Mistake]:
     for body in bodies:
         kind = "target" if isinstance(body, Ball) else "obstacle"
-        problem, remedy = f"{subject} is in the {kind} {body.name!r}", "Move either so that they are apart"
+        problem, remedy = f"{subject} overlaps the {kind} {body.name!r}", "Move one of the two"
         yield Mistake(key, problem, remedy, f"in-{kind}")

@@ -1,4 +1,4 @@
-"""Domain randomisation: draws light, colours, textures and the errors of sensors and wheels from a seed."""
+"""Domain randomisation: draws light, colours, textures, and errors of sensors and wheels from a seed."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from robotcore.description.world import Ball, Box, Cylinder, Floor, Walls, World
 from robotcore.errors import DescriptionError
 
 Arc = tuple[float, float]
-"""A range of hues on the colour circle: the hue at its start, and its length, both in degrees."""
+"""A range of hues on the colour circle: the first hue, and the length of the range, in degrees."""
 
 
 def free_arcs(taken: Iterable[float], gap: float) -> list[Arc]:
-    """Return the ranges of hues that differ from all taken hues by more than a gap, in degrees.
+    """Return the ranges of hues that differ from all taken hues by at least ``gap``, in degrees.
 
     >>> free_arcs([0.0, 180.0], gap=60.0)
     [(60.0, 60.0), (240.0, 60.0)]
@@ -32,9 +32,9 @@ def free_arcs(taken: Iterable[float], gap: float) -> list[Arc]:
 
 
 def hue_at(arcs: Sequence[Arc], share: float) -> float:
-    """Return the hue, in degrees, at a fraction of the total length of all arcs. It may be above 360.
+    """Return the hue at a fraction of the total length of all arcs, in degrees. It may be above 360.
 
-    share: the fraction, 0 to 1.
+    share: the fraction, from 0 to 1.
     """
     along = share * sum(length for _, length in arcs)
     for start, length in arcs:
@@ -51,16 +51,15 @@ SurfaceT = TypeVar("SurfaceT", Floor, Walls)
 
 
 class RandomisedWorld(NamedTuple):
-    """The result of `randomise`."""
+    """A randomised world, and the values that were drawn for it."""
 
     world: WorldDescription
-    """The world with the drawn values."""
     values: DrawnValues
-    """The drawn values by name."""
+    """The drawn values by name, for reports."""
 
 
 def randomise(world: WorldDescription, seed: int) -> RandomisedWorld:
-    """Return a world with light, colours, textures and errors drawn from a seed. Positions and headings do not change.
+    """Return a world with light, colours, textures and errors drawn from a seed. The layout does not change.
 
     Raises DescriptionError if no hue differs enough from the hues of the targets.
 
@@ -73,9 +72,9 @@ def randomise(world: WorldDescription, seed: int) -> RandomisedWorld:
 
 
 class _Randomiser:
-    """Draws the values of one seed.
+    """Draws the values for a seed.
 
-    Each quantity has its own random stream, seeded by the quantity's name. So a quantity that is added later does not
+    The random stream of each quantity is seeded by the seed and the name of the quantity. So a new quantity does not
     change the values of the others. `Random` hashes a text seed by SHA-512, so that the values are equal on all
     machines and Python versions.
     """
@@ -111,7 +110,7 @@ class _Randomiser:
         return surface.model_copy(update={"colour": colour, "texture": self._draw_texture(name, surface.texture)})
 
     def _draw_obstacles(self, obstacles: tuple[Box | Cylinder, ...]) -> tuple[Box | Cylinder, ...]:
-        """Return the obstacles. Each has a colour of its own, and all have the same pattern."""
+        # Each obstacle has its own colour, but all have the same pattern.
         return tuple(
             obstacle.model_copy(
                 update={
@@ -123,7 +122,6 @@ class _Randomiser:
         )
 
     def _draw_target(self, ball: Ball) -> Ball:
-        """Return the ball in another shade of its hue. The first target's colour is added to `drawn`."""
         ranges, (_, saturation, value) = self._ranges, _to_hsv(ball.colour)
         saturation *= self._draw(f"target {ball.name} saturation", ranges.target_saturation, 1.0)
         value *= self._draw(f"target {ball.name} value", ranges.target_value, 1.0)
@@ -144,7 +142,6 @@ class _Randomiser:
         return conditions.model_copy(update=drawn)
 
     def _draw_colour(self, name: str, written: Rgb) -> Rgb:
-        """Return a drawn colour. Its hue differs enough from those of the targets, except for rounding to 8 bits."""
         hue, saturation, value = _to_hsv(written)
         if self._hues:
             hue = hue_at(self._hues, self._share(f"{name} hue"))
@@ -168,20 +165,20 @@ class _Randomiser:
         return colour
 
     def _draw_number(self, name: str, limits: Limits | None, written: float) -> float:
-        """Return a drawn number and add it to `drawn`. If ``limits`` is None, return ``written``, the file's value."""
+        """Return a number drawn within the limits, and add it to `drawn`.
+
+        written: the value in the world's file, which is returned if ``limits`` is None.
+        """
         number = self._draw(name, limits, written)
         if limits is not None:
             self.drawn[name] = number
         return number
 
     def _draw(self, name: str, limits: Limits | None, written: float) -> float:
-        """Return a number drawn within the limits, rounded to four decimals so that reports show it exactly.
-
-        If ``limits`` is None, return ``written``, the file's value.
-        """
         if limits is None:
             return written
         low, high = limits
+        # Rounded, so that reports show the exact value.
         return round(low + (high - low) * self._share(name), 4)
 
     def _share(self, name: str) -> float:
@@ -189,46 +186,44 @@ class _Randomiser:
 
 
 def _find_free_hues(world: WorldDescription, taken: Iterable[float]) -> list[Arc]:
-    """Return the ranges of hues that differ enough from the hues of all targets; empty if hues are not drawn."""
     gap = world.randomisation.hue_gap_deg
     if gap is None:
         return []
     free = free_arcs(taken, gap)
     if not free:
-        key, problem = "randomisation.hue_gap_deg", f"it leaves no hue beside those of the targets, got {gap:g}"
-        raise DescriptionError(f"the world {world.name!r}", key, problem, "Take a smaller one", kind="no-free-hue")
+        key, problem = "randomisation.hue_gap_deg", f"is {gap:g}, so no hue differs enough from those of the targets"
+        raise DescriptionError(f"the world {world.name!r}", key, problem, "Reduce it", kind="no-free-hue")
     return free
 
 
 def _to_hsv(colour: Rgb) -> tuple[float, float, float]:
-    """Return the HSV hue of a colour in degrees, and its saturation and value, both from 0 to 1."""
+    """Return the hue of a colour in degrees, and its HSV saturation and value, both from 0 to 1."""
     red, green, blue = (part / 255 for part in colour)
     hue, saturation, value = colorsys.rgb_to_hsv(red, green, blue)
     return 360 * hue, saturation, value
 
 
 def _to_rgb(hue: float, saturation: float, value: float) -> Rgb:
-    """Return the colour with a hue in degrees, a saturation and a value. The last two are limited to 1."""
     red, green, blue = colorsys.hsv_to_rgb(hue / 360 % 1, min(saturation, 1.0), min(value, 1.0))
     return round(255 * red), round(255 * green), round(255 * blue)
 
 
 def describe_light(light: Light) -> DrawnValues:
-    """Return, by name, the values of the light that a seed draws together with each layout."""
+    """Return the values of the light that `draw_world` draws from a seed, by name, for reports."""
     return {f"light_{name}": getattr(light, name) for name in ("azimuth_rad", "elevation_rad", "brightness")}
 
 
 def describe_conditions(conditions: Conditions) -> DrawnValues:
-    """Return, by name, the values of the conditions that differ from their defaults."""
+    """Return the values of the conditions that differ from their defaults, by name, for reports."""
     values: DrawnValues = conditions.model_dump(exclude_defaults=True)
     return values
 
 
 def describe_picture(drawn: DrawnValues) -> DrawnValues:
-    """Return ``picture_brightness``, the product of the light's brightness and the camera's exposure.
+    """Return ``picture_brightness``, the product of the drawn light brightness and the drawn camera exposure.
 
-    The result is empty if one of the two was not drawn. A dim lamp and a short exposure both make pictures dark, so a
-    search for the causes of failed runs needs their product.
+    The result is empty if one of the two was not drawn. Reports about the causes of failed runs need the product,
+    because a dim lamp and a short exposure both make pictures dark.
     """
     light, exposure = drawn.get("light_brightness"), drawn.get("camera_exposure")
     if isinstance(light, float) and isinstance(exposure, float):

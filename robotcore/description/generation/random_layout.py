@@ -19,7 +19,7 @@ from robotcore.errors import DescriptionError, UsageError
 
 
 class Constraint(IntEnum):
-    """A constraint on a drawn world. The members are in the order in which they are checked."""
+    """The constraints on a drawn world, in the order in which they are checked."""
 
     OBSTACLE_ROOM = 1
     START_ROOM = 2
@@ -31,15 +31,15 @@ class Constraint(IntEnum):
 
     @property
     def advice(self) -> Advice:
-        """The parts of the error message that is raised if no attempt meets the constraint."""
+        """The parts of the error message for a world in which no drawn layout meets the constraint."""
         return _ADVICE[self]
 
 
 class Advice(NamedTuple):
-    """The parts of an error message."""
+    """The parts of the error message for a constraint that is not met."""
 
     key: str
-    """The key of the world's file that causes the error."""
+    """The key in the world's file that the user can change."""
     problem: str
     remedy: str
 
@@ -48,7 +48,7 @@ _ADVICE = {
     Constraint.OBSTACLE_ROOM: Advice(
         "variation.gap_m",
         "there is no room for the obstacles",
-        "Take fewer or smaller ones, a smaller gap_m, or wider place_x_m and place_y_m",
+        "Take fewer or smaller obstacles, a smaller gap_m, or wider place_x_m and place_y_m",
     ),
     Constraint.START_ROOM: Advice(
         "variation.place_x_m",
@@ -62,7 +62,7 @@ _ADVICE = {
     ),
     Constraint.TARGET_DISTANCE: Advice(
         "variation.target_distance_m",
-        "no position of the target has the right distance from the start",
+        "no position of the target is within target_distance_m from the start",
         "Widen target_distance_m, or place_x_m and place_y_m",
     ),
     Constraint.TARGET_HIDDEN: Advice(
@@ -72,7 +72,7 @@ _ADVICE = {
     ),
     Constraint.TARGET_IN_VIEW: Advice(
         "variation.target_distance_m",
-        "the camera of the robot, which cannot drive, never shows the target",
+        "the robot cannot drive, and no position of the target is in view of its camera",
         "Take fewer obstacles, another target_distance_m, or another mount of the camera",
     ),
     Constraint.PATH: Advice(
@@ -83,31 +83,31 @@ _ADVICE = {
 }
 
 
-ATTEMPTS = 100
+MAX_LAYOUTS = 100
 """The greatest number of layouts that are drawn for a seed until one meets all constraints."""
 
-TRIES = 40
-"""The greatest number of positions that an attempt tries for one body."""
+MAX_POSITIONS = 40
+"""The greatest number of positions that are drawn for a body in a layout."""
 
 PASSING_MARGIN_M = 0.025
-"""The free width that a robot between two bodies has on each side, whatever its heading is."""
+"""The least gap, in metres, on each side of a robot that turns on the spot between two bodies."""
 
 TURNING_MARGIN_M = 0.05
-"""The free distance around the robot as it turns on the spot at the start."""
+"""The least gap, in metres, around a robot that turns on the spot at the start."""
 
 PlacementStep = Callable[[WorldDescription], "WorldDescription | None"]
 
 
 def draw_world(world: WorldDescription, robot: RobotDescription, seed: int) -> WorldDescription:
-    """Return the variation of a world for a seed. The same arguments always give the same world.
+    """Return a world with a layout drawn from a seed. Equal arguments always give the same layout.
 
-    The robot can turn at the start, can drive between any two bodies, and can reach the first target. A robot that
-    cannot drive starts with the target in its picture. If the world has no ``variation``, positions and headings are
-    drawn from the whole floor.
+    The robot can then turn at the start, pass between any two bodies, and reach the first target. A robot that cannot
+    drive starts with the first target in view. For a world without ``variation``, positions and headings are drawn from
+    the whole floor.
 
     world: the world as its file describes it.
     robot: the robot that will run in the world.
-    seed: 0 or more.
+    seed: the seed, 0 or more.
 
     Raises UsageError for a negative seed, and DescriptionError if no layout meets the constraints.
 
@@ -120,8 +120,8 @@ def draw_world(world: WorldDescription, robot: RobotDescription, seed: int) -> W
     if seed < 0:
         raise UsageError(f"the seed is {seed}; take 0 or more", kind="negative-seed", seed=seed)
     drawing = _LayoutDrawing(world, robot, Random(seed).random)
-    for _ in range(ATTEMPTS):
-        if drawn := drawing.attempt():
+    for _ in range(MAX_LAYOUTS):
+        if drawn := drawing.draw():
             return drawn
     key, problem, remedy = drawing.last_failed.advice
     kind = f"no-{drawing.last_failed.name.lower().replace('_', '-')}"
@@ -129,9 +129,9 @@ def draw_world(world: WorldDescription, robot: RobotDescription, seed: int) -> W
 
 
 class _LayoutDrawing:
-    """Draws the layouts of one seed.
+    """Draws layouts for a seed.
 
-    ``last_failed`` is the highest member of `Constraint` that an attempt did not meet.
+    ``last_failed`` is the last of the constraints that a drawn layout did not meet.
     """
 
     def __init__(self, world: WorldDescription, robot: RobotDescription, random: Callable[[], float]) -> None:
@@ -140,23 +140,20 @@ class _LayoutDrawing:
         self._gap = _least_gap(self._variation, robot)
         self.last_failed = Constraint.OBSTACLE_ROOM
 
-    def attempt(self) -> WorldDescription | None:
-        """Return a drawn world that meets every constraint, or None if this attempt fails."""
+    def draw(self) -> WorldDescription | None:
+        """Draw a layout. Return the world with the layout, or None if the layout does not meet all constraints."""
         drawn = self._world.model_copy(update={"light": self._draw_light()})
         if _moves_bodies(self._variation):
             drawn = drawn.model_copy(update={"obstacles": (), "targets": ()})
             for step in self._steps():
-                placed = next(filter(None, (step(drawn) for _ in range(TRIES))), None)
+                placed = next(filter(None, (step(drawn) for _ in range(MAX_POSITIONS))), None)
                 if placed is None:
                     return None
                 drawn = placed
         return drawn if self._check(Constraint.PATH, is_met=is_solvable(drawn, self._robot)) else None
 
     def _steps(self) -> Iterator[PlacementStep]:
-        """Yield a function for each body. It returns the world with the body at a drawn position.
-
-        The function returns None if the body has no room there.
-        """
+        # Each step adds a body at a drawn position, or returns None if there is no room.
         for obstacle in self._world.obstacles:
             yield partial(self._add_obstacle, obstacle)
         yield self._set_start
@@ -189,18 +186,17 @@ class _LayoutDrawing:
         return drawn if self._check_target(drawn, ball) else None
 
     def _check_target(self, world: WorldDescription, ball: Ball) -> bool:
-        """Return whether the first target meets the constraints on its distance and its visibility."""
         nearest, farthest = self._variation.target_distance_m or (0.0, math.inf)
         distance = world.start.pose.distance_to(ball.x_m, ball.y_m)
         if not self._check(Constraint.TARGET_DISTANCE, is_met=nearest <= distance <= farthest):
             return False
         if self._fixed_camera:
             return self._check(Constraint.TARGET_IN_VIEW, is_met=is_target_in_view(world, self._robot))
-        is_right = not self._variation.target_hidden or is_target_hidden(world, self._robot)
-        return self._check(Constraint.TARGET_HIDDEN, is_met=is_right)
+        is_met = not self._variation.target_hidden or is_target_hidden(world, self._robot)
+        return self._check(Constraint.TARGET_HIDDEN, is_met=is_met)
 
     def _face_target(self, world: WorldDescription, ball: Ball) -> WorldDescription:
-        """Return the world with the start turned towards the ball, for a robot that cannot drive."""
+        # A robot that cannot drive starts with the ball in view.
         if (camera := self._fixed_camera) is None:
             return world
         aside = (self._random() - 0.5) * camera.horizontal_fov_rad
@@ -210,11 +206,11 @@ class _LayoutDrawing:
 
     @property
     def _fixed_camera(self) -> CameraDescription | None:
-        """The camera of a robot that cannot drive. None for a robot that can drive."""
+        """The camera of a robot that cannot drive; None for a robot that can drive."""
         return None if self._robot.drive else self._robot.first_of(CameraDescription)
 
     def _disc(self, start: Start) -> Outline:
-        """Return the outline of the floor that the robot covers as it turns on the spot."""
+        # The part of the floor that the robot covers as it turns on the spot.
         return round_outline(start.x_m, start.y_m, self._robot.body.reach_m)
 
     def _check(self, constraint: Constraint, *, is_met: bool) -> bool:
@@ -242,7 +238,7 @@ class _LayoutDrawing:
         return self._draw(self._variation.yaw_rad, body.yaw_rad)
 
     def _draw_size(self, obstacle: Box | Cylinder) -> dict[str, float]:
-        """Return the scaled edges of an obstacle. The height is not scaled, so that sensors still detect it."""
+        # The height is not scaled, so that sensors still detect the obstacle.
         scale = self._draw(self._variation.obstacle_scale, 1.0)
         if isinstance(obstacle, Cylinder):
             return {"radius_m": obstacle.radius_m * scale}
@@ -256,25 +252,23 @@ class _LayoutDrawing:
 
 
 def _make_variation(world: WorldDescription) -> Variation:
-    """Return the variation for a world without one. It allows any position on the floor and any heading."""
+    # Any position on the floor and any heading.
     half_x, half_y = world.floor.length_m / 2, world.floor.width_m / 2
     return Variation(place_x_m=(-half_x, half_x), place_y_m=(-half_y, half_y), yaw_rad=(-math.pi, math.pi))
 
 
 def _moves_bodies(variation: Variation) -> bool:
-    """Return whether a variation moves or scales bodies. A variation may also change only the light."""
+    # The other variations change only the light.
     moves = variation.place_x_m or variation.place_y_m or variation.yaw_rad
     return moves is not None or variation.obstacle_scale != (1.0, 1.0)
 
 
 def _least_gap(variation: Variation, robot: RobotDescription) -> float:
-    """Return the least gap between bodies in metres. It is wide enough for the robot to pass."""
     passage = 2 * (robot.body.reach_m + PASSING_MARGIN_M) if robot.drive else 0.0
     return max(variation.gap_m, passage)
 
 
 def _has_room(outline: Outline, world: WorldDescription, gap: float) -> bool:
-    """Return whether an outline is on the floor and keeps the gap to walls and to the bodies placed so far."""
     from_edge = gap if world.walls else 0.0
     return gap_to_edge(outline, world.floor) >= from_edge and all(
         gap_between(outline, body.outline) >= gap for body in world.bodies

@@ -1,4 +1,4 @@
-"""Checks if a robot can reach the target of a world, and if the target is visible from the start."""
+"""Checks whether a robot can reach the target of a world, and whether the target is visible from the start."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ Array = NDArray[np.float64]
 
 CELL_M = 0.025
 MAX_CELLS = 2000
-"""The greatest number of cells along a side of the map. A world wider than 50 m has cells larger than `CELL_M`."""
+"""The greatest number of cells along a side of a `FreeSpace`. Above 50 m, cells are larger than `CELL_M`."""
 
 OPEN_MARGIN_M = 1.0
-"""If a world has no walls, the map includes a strip of this width around all bodies."""
+"""The width, in metres, of the strip around all bodies in the `FreeSpace` of a world without walls."""
 
 ARRIVAL_GAP_M = 0.28
-"""The distance between the robot's front and the ball when the robot stops."""
+"""The distance, in metres, from the robot's front to the ball at which the robot arrives."""
 
 ARRIVALS = 72
-"""The number of directions from which the robot may arrive at the ball."""
+"""The number of directions from which arrivals at the ball are checked."""
 
 
 def is_solvable(world: WorldDescription, robot: RobotDescription) -> bool:
-    """Return whether the robot can drive to a position near the first target from which all of the target is visible.
+    """Return whether the robot can drive to the first target.
 
-    The robot must have room to turn on the spot along the whole path. Return True if there is no target or the robot
-    has no drive.
+    The robot must have room to turn on the spot along the whole path. All of the target must be visible where the robot
+    arrives. Return True if the world has no target or the robot has no drive.
     """
     if (ball := world.target) is None or robot.drive is None:
         return True
@@ -45,9 +45,9 @@ def is_solvable(world: WorldDescription, robot: RobotDescription) -> bool:
 
 
 class FreeSpace:
-    """A grid with the distance of each cell to the nearest body.
+    """A grid with the distance from each cell to the nearest body.
 
-    y grows with the row, x with the column. ``cell_m`` is the length of a cell's sides in metres.
+    The row of a cell grows with y, and the column grows with x. ``cell_m`` is the length of a cell's sides in metres.
     """
 
     def __init__(self, world: WorldDescription) -> None:
@@ -60,7 +60,11 @@ class FreeSpace:
         self._clearance *= self.cell_m
 
     def is_reachable(self, points: Array, radius: float) -> NDArray[np.bool_]:
-        """Return for each point, (n, 2), whether a disc with this radius can move from the start to the point, (n,)."""
+        """Return for each point whether a disc can move there from the start, shape (n,).
+
+        points: the points, in metres, shape (n, 2).
+        radius: the radius of the disc in metres.
+        """
         is_clear = (self._clearance >= radius).astype(np.uint8)
         _, labels = cv2.connectedComponents(is_clear, connectivity=4)
         columns, rows = self._cells(np.concatenate((self._start, points)))
@@ -68,13 +72,13 @@ class FreeSpace:
         return np.asarray((np.array(ends) == start) & (start > 0))
 
     def _cells(self, points: Array) -> NDArray[np.int64]:
-        """Return the columns and rows of points, (2, n). For a point outside the grid, it is a cell of the border."""
+        # Points outside the grid are in cells of the border.
         cells = np.rint((points - self._origin) / self.cell_m).astype(np.int64)
         rows, columns = self._clearance.shape
         return np.asarray(np.clip(cells, 0, (columns - 1, rows - 1)).T)
 
     def _paint(self, world: WorldDescription, rows: int, columns: int) -> NDArray[np.uint8]:
-        """Return the grid with 0 in the cells of bodies and of the border, and 1 elsewhere."""
+        # 0 in the cells of bodies and of the border, and 1 elsewhere.
         image = np.zeros((rows, columns), np.uint8)
         image[1:-1, 1:-1] = 1
         for body in world.bodies:
@@ -84,7 +88,6 @@ class FreeSpace:
 
 
 def _half_extent(world: WorldDescription) -> Array:
-    """Return half the length and half the width of the map in metres."""
     half = np.array((world.floor.length_m, world.floor.width_m)) / 2
     if world.walls:
         return half
@@ -94,39 +97,39 @@ def _half_extent(world: WorldDescription) -> Array:
 
 
 def _arrival_points(ball: Ball, robot: RobotDescription) -> Array:
-    """Return the positions of the axle at which the robot may stop in front of the ball, (72, 2)."""
+    """Return the positions of the axle at which the robot may arrive at the ball, shape (ARRIVALS, 2)."""
     distance = ball.radius_m + ARRIVAL_GAP_M + robot.body.front_x_m
     angles = np.arange(ARRIVALS) * (math.tau / ARRIVALS)
     return np.stack((ball.x_m + distance * np.cos(angles), ball.y_m + distance * np.sin(angles)), axis=1)
 
 
-PARTS = np.linspace(-1.0, 1.0, 7)
-"""The visibility of a ball is checked at these points across it, from right to left, in radii from its middle."""
+POINTS_ACROSS = np.linspace(-1.0, 1.0, 7)
+"""The points of a ball whose visibility is checked, from right to left, in multiples of the ball's radius."""
 
 HEADINGS = 12
-"""The number of headings at the start for which the visibility is checked."""
+"""The number of headings of the robot at the start for which visibility is checked."""
 
 
 def visible_parts(eyes: Array, ball: Ball, edges: Array) -> NDArray[np.bool_]:
-    """Return whether the line of sight is free from each camera position to each of seven points of a ball, (n, 7).
+    """Return whether the line of sight is free from camera positions to the `POINTS_ACROSS` of a ball, shape (n, 7).
 
-    eyes: the positions of cameras, (n, 2), in metres.
+    eyes: the positions of the camera, in metres, shape (n, 2).
     ball: the ball.
     edges: the edges that block the view, as `robotcore.raycast.edges_of` returns them.
     """
     to_ball = np.array((ball.x_m, ball.y_m)) - eyes
     distance = np.maximum(np.hypot(to_ball[:, 0], to_ball[:, 1]), ball.radius_m)[:, None]
     left = np.stack((-to_ball[:, 1], to_ball[:, 0]), axis=1) / distance
-    rays = to_ball[:, None] + left[:, None] * (PARTS * ball.radius_m)[:, None]
+    rays = to_ball[:, None] + left[:, None] * (POINTS_ACROSS * ball.radius_m)[:, None]
     dx, dy = rays.reshape(-1, 2).T
-    from_x, from_y = np.repeat(eyes, len(PARTS), axis=0).T
-    return np.asarray(cast(from_x, from_y, dx, dy, edges) > 1).reshape(-1, len(PARTS))
+    from_x, from_y = np.repeat(eyes, len(POINTS_ACROSS), axis=0).T
+    return np.asarray(cast(from_x, from_y, dx, dy, edges) > 1).reshape(-1, len(POINTS_ACROSS))
 
 
 def is_target_hidden(world: WorldDescription, robot: RobotDescription) -> bool:
-    """Return whether obstacles hide the first target from a robot at the start, whatever the robot's heading is.
+    """Return whether obstacles hide all of the first target from a robot that turns on the spot at the start.
 
-    Obstacles that are lower than the camera or the ball do not hide the ball.
+    Obstacles that are lower than the camera or the target are ignored.
     """
     if (ball := world.target) is None:
         return False
@@ -138,7 +141,7 @@ def is_target_hidden(world: WorldDescription, robot: RobotDescription) -> bool:
 
 
 def is_target_in_view(world: WorldDescription, robot: RobotDescription) -> bool:
-    """Return whether all of the first target is in the first camera's picture at the start."""
+    """Return whether all of the first target is in view of the first camera at the start."""
     camera, ball = robot.first_of(CameraDescription), world.target
     if camera is None or ball is None:
         return False
@@ -150,7 +153,7 @@ def is_target_in_view(world: WorldDescription, robot: RobotDescription) -> bool:
 
 
 def _eyes_around_start(world: WorldDescription, camera: CameraDescription | None) -> Array:
-    """Return the start's position, and the positions of the camera as the robot turns there on the spot, (n, 2)."""
+    """Return the start, and the positions of the camera while the robot turns on the spot there, shape (n, 2)."""
     start = world.start
     eyes = [(start.x_m, start.y_m)]
     if camera:

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from robotcore.description import load_any, load_robot, load_world, robot_names, world_names
-from robotcore.description.loading import MAX_FILE_BYTES, MOST_DOTS, MOST_ENTRIES, read_table
+from robotcore.description.loading import MAX_DOTS, MAX_ENTRIES, MAX_FILE_BYTES, read_table
 from robotcore.description.validation import MAX_FILE_ERRORS
 from robotcore.errors import UsageError
 from robotcore.hal.wall_clock import MonotonicClock
@@ -35,10 +35,10 @@ def test_file_that_is_too_large_is_not_read(tmp_path: Path, raises: Raises) -> N
 @pytest.mark.parametrize(
     "content, key",
     [
-        (ROVER + '[[devices]]\nkind="display"\n' * MOST_ENTRIES, "devices"),
-        (ROVER + "[serial]\n" + "".join(f"d{number} = 1\n" for number in range(MOST_ENTRIES + 1)), "serial"),
-        (ROVER + "".join(f"[z{number}]\n" for number in range(MOST_ENTRIES + 1)), ""),
-        (OPEN + "".join(BALL.format(number, number, 0) for number in range(MOST_ENTRIES + 1)), "targets"),
+        (ROVER + '[[devices]]\nkind="display"\n' * MAX_ENTRIES, "devices"),
+        (ROVER + "[serial]\n" + "".join(f"d{number} = 1\n" for number in range(MAX_ENTRIES + 1)), "serial"),
+        (ROVER + "".join(f"[z{number}]\n" for number in range(MAX_ENTRIES + 1)), ""),
+        (OPEN + "".join(BALL.format(number, number, 0) for number in range(MAX_ENTRIES + 1)), "targets"),
     ],
     ids=["list", "section", "file", "list of tables"],
 )
@@ -71,8 +71,8 @@ def test_key_of_many_dots_is_not_parsed(tmp_path: Path, content: str) -> None:
 
 
 def test_dots_in_strings_comments_and_numbers_are_no_dots_of_a_key(tmp_path: Path) -> None:
-    dots = "a." * (MOST_DOTS + 1)
-    numbers = "0.1, " * (MOST_DOTS + 1)
+    dots = "a." * (MAX_DOTS + 1)
+    numbers = "0.1, " * (MAX_DOTS + 1)
     file = tmp_path / "my.toml"
     strings = f"one = '{dots}'\ntwo = \"{dots}\" # {dots}\nthree = '''\n{dots}'''\n"
     file.write_text(f"# {dots}\n{strings}four = [{numbers}]\n")
@@ -108,15 +108,15 @@ def test_file_that_takes_all_memory_is_reported(tmp_path: Path, monkeypatch: pyt
 
 def test_largest_world_is_checked_quickly(tmp_path: Path) -> None:
     clock, file = MonotonicClock(), tmp_path / "my.toml"
-    balls = (BALL.format(number, number % 32 * 0.1, number // 32 * 0.1) for number in range(MOST_ENTRIES))
+    balls = (BALL.format(number, number % 32 * 0.1, number // 32 * 0.1) for number in range(MAX_ENTRIES))
     file.write_text(OPEN + "".join(balls))
-    assert len(load_world(str(file)).targets) == MOST_ENTRIES
+    assert len(load_world(str(file)).targets) == MAX_ENTRIES
     assert clock.now() < SOON_S
 
 
 def test_only_the_first_errors_are_reported(tmp_path: Path) -> None:
     clock = MonotonicClock()
-    found = errors(tmp_path, OPEN + "".join(BALL.format(number, 0, 0) for number in range(MOST_ENTRIES)))
+    found = errors(tmp_path, OPEN + "".join(BALL.format(number, 0, 0) for number in range(MAX_ENTRIES)))
     assert clock.now() < SOON_S
     assert len(found) == MAX_FILE_ERRORS + 1
     assert found[-1].kind == "too-many-mistakes"
