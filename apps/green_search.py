@@ -22,7 +22,7 @@ CONFIRM_S = 0.15
 """The robot faces a blob for this time, three pictures at 20 Hz, before it drives to it. Reflections vanish sooner."""
 
 PATIENCE_S = 0.5
-"""The ball is lost if no picture shows it for this time. The run ends after the robot has stood at the ball for it."""
+"""A ball that no picture shows for this time is lost. The app succeeds after standing at the ball for this time."""
 
 
 @dataclass

@@ -108,7 +108,7 @@ class RunCommand(AnsweringCommand):
 
 
 def prepare_result(*, as_json: bool) -> None:
-    """Import the modules that `write_result` needs. After the run, it may be too late: the app can exhaust memory."""
+    """Import the modules that `write_result` needs before the run, because the app may use up the memory."""
     if not as_json:
         import robotcore.view.text  # noqa: F401
 

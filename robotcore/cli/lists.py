@@ -62,7 +62,7 @@ def faults(*, as_json: bool) -> None:
 @click.command("robots")
 @as_json
 def robots(*, as_json: bool) -> None:
-    """List the robots that have a name for --robot."""
+    """List the robots that --robot accepts by name."""
     from robotcore.description import robot_names
 
     rows = [_robot_row(name) for name in robot_names()]
@@ -76,7 +76,7 @@ def robots(*, as_json: bool) -> None:
 @click.command("worlds")
 @as_json
 def worlds(*, as_json: bool) -> None:
-    """List the worlds that have a name for --world."""
+    """List the worlds that --world accepts by name."""
     from robotcore.description import world_names
 
     rows = [_world_row(name) for name in world_names()]

@@ -230,7 +230,7 @@ def choose_simulator() -> tuple[str, str]:
 
 
 def _find_failure(backend: Backend) -> str:
-    """Return why a simulator does not work, with the remedy. The text is empty if its smoke test succeeds."""
+    """Return why a simulator does not work, with the remedy; an empty text if its smoke test succeeds."""
     if not backend.is_installed:
         return f"{backend.name} is not installed. {backend.remedy}."
     from robotcore.cli.doctor.smoke_test import diagnose

@@ -19,7 +19,7 @@ REQUIREMENT_MISSED = 1
 """The exit status if the results do not meet a bound of ``--require``."""
 
 _JSON_KEYS = {"contacts_unknown": "untold"}
-"""The fields of `Group` that have another name in JSON, with this name."""
+"""Maps the names of fields of `Group` to their keys in JSON, if both differ."""
 
 DIGITS = 6
 """The number of decimal places of each number in JSON."""
@@ -48,6 +48,8 @@ def show_sweep(
     results: the results of the sweep.
     requirements: the bounds of ``--require``. They are only checked if all runs are done.
     ended_by: the error that ended the sweep early, or None.
+    as_json: whether to print one line of JSON instead of the summary.
+    has_verify: whether the app or the judge has a method ``verify``.
     """
     from robotcore.sweep.statistics import group_records, list_met_requirements, list_missed_requirements
 

@@ -29,7 +29,9 @@ MACHINE = "machine"
 
 @click.command("doctor")
 @click.option("--robot", help="Also check the devices of this robot: its name, or its .toml file.")
-@click.option("--backend", help="Check only this backend. Default: those of this board, or all on other machines.")
+@click.option(
+    "--backend", help="Check only this backend. Default: the backends of this board, or all on another machine."
+)
 @connection_options
 @as_json
 def command(

@@ -72,7 +72,7 @@ def _build_failure(backend: Backend, text: str, kind: str) -> Finding:
 
 
 def _drive(name: str, robot: Robot) -> Finding:
-    """Turn all motors, and read the range sensor and the camera. It is an error if the true pose does not change."""
+    """Turn all motors, and read the range sensor and the camera. Report an error if the true pose does not change."""
     done = ["opens"]
     before = robot.truth.pose() if robot.truth else None
     for motor in robot.motors.values():

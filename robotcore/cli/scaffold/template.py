@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 CACHES = ("__pycache__", "_cache")
-"""The endings of folders that installers, test runners and linters create in a template. They are not copied."""
+"""The names of cache folders end like this. Installers, test runners and linters create them. They are not copied."""
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ def name_module(name: str) -> str:
 
 
 def _spellings(name: str) -> tuple[str, str, str]:
-    """Return the name of a project, of its module and of its class."""
+    """Return a project's name and the names of its module and its class."""
     return name, name_module(name), "".join(part.capitalize() for part in re.split("[-_]", name))
 
 
@@ -109,7 +109,7 @@ NAME = re.compile(r"[a-z][a-z0-9]*(?:[-_][a-z0-9]+)*")
 def require_free(template: Template, folder: Path) -> None:
     """Raise UsageError if the project ``folder`` cannot be created.
 
-    This is an error if the folder exists, its parent is missing, or its name is invalid or in use.
+    The folder must not exist, its parent must exist, and its name must be valid and free.
     """
     name = folder.name
     _require_absent(folder)

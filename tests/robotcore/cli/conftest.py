@@ -115,7 +115,7 @@ def search_recording(recorded: RecordedRun) -> Path:
 
 @pytest.fixture(scope="session")
 def brief_recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Record one second of mark-green: a small file, which tests damage often."""
+    """Record one second of mark-green, and return the small file. Tests damage copies of it."""
     file = tmp_path_factory.mktemp("recorded") / "brief.mcap"
     arguments = ["run", "mark-green", "--robot", "lookout", "--world", "open", "--timeout", "1", "--json"]
     assert execute([*arguments, "--record", str(file)]) == 1
