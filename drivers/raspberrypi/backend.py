@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from robotcore.hal.wiring import Wiring
 
 SECTION = "raspberrypi"
-"""The name of the table in a robot's file that lists the driver and the pins of each device."""
+"""The name of the section in a robot's file that lists the driver and the pins of each device."""
 
 
 class RaspberryPiOptions(StrictModel):

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 SECTION = "serial"
-"""The name of the table in a robot's file that lists the driver and the port of each device."""
+"""The name of the section in a robot's file that lists the driver and the port of each device."""
 
 
 class SerialOptions(StrictModel):
@@ -97,7 +97,7 @@ def override_port(robot: RobotDescription, section: str, port: str | None) -> Ro
 
     Raises UsageError if the robot has no port, or more than one.
 
-    section: the table in the robot's file with the ports.
+    section: the name of the section in the robot's file with the ports.
     """
     if port is None:
         return robot

@@ -26,7 +26,7 @@ def examine(backend: Backend, robot: RobotDescription | None, section: str) -> I
     No motor turns, but opening a port resets an Arduino.
 
     robot: None checks only the computer.
-    section: the table in the robot's file that lists the devices and their ports.
+    section: the name of the section in the robot's file that lists the devices and their ports.
     """
     if not backend.is_installed:
         yield Finding.warning(backend.name, "is not installed", backend.remedy, kind="not-installed")
@@ -38,7 +38,7 @@ def examine(backend: Backend, robot: RobotDescription | None, section: str) -> I
     elif section in robot.backends:
         yield from _examine_robot(backend, robot, section)
     else:
-        message = f"{robot.source} has no table [{section}], so no device is on a serial port"
+        message = f"{robot.source} has no section [{section}], so no device is on a serial port"
         yield Finding.warning("robot", message, "Name another robot; robotcore robots lists them", kind="no-section")
 
 

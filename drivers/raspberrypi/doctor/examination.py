@@ -29,7 +29,7 @@ def examine(robot: RobotDescription | None, section: str, root: Path = ROOT) -> 
     """Yield the findings about this Pi and about the robot's devices.
 
     robot: None checks only the Pi.
-    section: the table in the robot's file that lists the devices' drivers and pins.
+    section: the name of the section in the robot's file that lists the devices' drivers and pins.
     root: the root of the file system.
     """
     if not is_raspberry_pi(root):

@@ -68,7 +68,7 @@ def load_rover_with_battery() -> RobotDescription:
 
 
 def on_serial(robot: RobotDescription, port: Path, board_timeout_s: float) -> RobotDescription:
-    """Return the robot with a table [serial] for the serial drivers."""
+    """Return the robot with a section [serial] for the serial drivers."""
     names = {device.name for device in robot.devices}
     section = {name: {**table, "port": str(port)} for name, table in CONNECTED.items() if name in names}
     for motor in (table for table in section.values() if "board_timeout_s" in table):
