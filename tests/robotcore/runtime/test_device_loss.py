@@ -108,7 +108,7 @@ def test_recorded_loss_is_replayed_with_the_same_decisions(patient: str, lost: s
 
 
 class Line:
-    """A connection of motors or sensors. While it is lost they fail, and so does a stop."""
+    """A connection of motors or sensors. While it is lost, every call fails, including a stop."""
 
     def __init__(self, rig: Rig, *motors: NullMotor, until: float = 0.8) -> None:
         self._clock, self._until = rig.clock, until
@@ -136,7 +136,7 @@ class Board:
 
     @property
     def ticks(self) -> list[TickRecord]:
-        """The records of the loss."""
+        """The records of the ticks during the loss."""
         return [record for record in self.records if 0.4 < record.time + 1e-6 < 0.8]
 
 
@@ -175,7 +175,7 @@ def test_command_of_an_aborted_tick_is_never_sent() -> None:
 
 
 def test_app_is_not_called_until_every_lost_device_is_back(check_text: CheckText) -> None:
-    """An app that reads the lost device in every second tick would drive in the others."""
+    """The app reads the lost device only in every second tick. In the other ticks it would drive."""
     board, steps = Board(), []
     line = Line(board.rig)
     board.rig.nose._newest = lambda: _read(line, board.rig)  # type: ignore[method-assign]

@@ -1,4 +1,4 @@
-"""Every robot and world that can be read can be run. The run ends, or raises an error with a remedy."""
+"""Each robot and world that can be read can be run. The run ends, or raises an error with a remedy."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ class {name}(Behaviour):
 
 @pytest.fixture
 def app(tmp_path: Path) -> App:
-    """Writes an app into a folder, with a module beside it. The app ends at once."""
+    """Return a function that writes an app, with a module beside it, into a folder. The app ends at once."""
 
     def write(
         folder: str, ask_judge: str = "return True", status: str = "SUCCESS", fields: str = "speed: float = 0.1"

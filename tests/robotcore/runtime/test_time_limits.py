@@ -1,4 +1,4 @@
-"""A part of a run that hangs is stopped and named: an app, a device, a simulator, or an observer."""
+"""Hangs of an app, a device, a simulator or an observer. The run ends with an error that names the part."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from tests.texts import CheckText
 
 
 class Judge(FunctionApp):
-    """An app in this file."""
+    pass
 
 
 def test_error_of_a_judge_that_hangs_has_its_line(check_text: CheckText) -> None:
@@ -233,7 +233,7 @@ thread.join()
 sys.settrace(lambda *_: None)
 threading.active_count()
 """
-"""It runs in another process, because nothing in its own process would end it if it hangs."""
+"""This program runs in another process, so that the test can end it if it hangs."""
 
 
 @pytest.mark.skipif(sys.gettrace() is not None, reason="an exception that is raised in a thread may end in its tracer")

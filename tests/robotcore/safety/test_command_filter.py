@@ -173,7 +173,7 @@ class TestCommit:
 
 
 class TestThreads:
-    """The clock cuts in another thread while the loop runs."""
+    """The deadman stops the motors in another thread while the loop runs."""
 
     def test_deadman_stops_both_motors_while_a_command_hangs(self) -> None:
         bench = Bench()

@@ -10,7 +10,7 @@ from robotcore.safety.thread_reserve import Reserve
 
 
 class Bench:
-    """A deadman with a lease of 0.125 s, and the times at which it cut."""
+    """A deadman with a lease of 0.125 s, and the times at which it stopped the motors."""
 
     def __init__(self, lease: float = 0.125) -> None:
         self.clock = SteppedClock(20, lambda _: None)

@@ -1,4 +1,4 @@
-"""Stops during which one allocation fails, each allocation in turn."""
+"""Stops in which one memory allocation fails. Each test repeats the stop for each allocation."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptio
 testcapi = pytest.importorskip("_testcapi", reason="this Python has no module that can refuse an allocation")
 
 POINTS = 100
-"""The number of allocations that fail in turn. A stop makes fewer."""
+"""The number of repetitions. In each, a later allocation fails. A stop makes fewer allocations."""
 
 LEASE_S = 0.125
 
@@ -66,7 +66,7 @@ class Robot:
 
 @pytest.fixture(autouse=True)
 def _untraced() -> Iterator[None]:
-    """Suspend tracing, such as that of coverage. A tracer allocates at each line, and would be the one to fail."""
+    """Suspend tracing, such as that of coverage. A tracer allocates memory too, so the wrong allocation would fail."""
     trace, thread_trace = sys.gettrace(), threading.gettrace()
     sys.settrace(None)
     threading.settrace(None)

@@ -14,7 +14,7 @@ TICK_S = 0.05
 
 
 def layers(*specs: str, clock: Clock, seed: int = 1) -> list[Layer]:
-    """Return the layers of faults on a rover all of whose devices are open."""
+    """Return the layers of faults on a rover with all devices open."""
     names = [device.name for device in UNHURRIED.devices]
     return [fault.layer(clock, seed) for fault in plan_faults(specs, UNHURRIED, names)]
 

@@ -1,4 +1,4 @@
-"""A fault of another package, found by its entry point."""
+"""Targets of faults, and faults of another package."""
 
 from __future__ import annotations
 

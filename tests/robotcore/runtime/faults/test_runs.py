@@ -1,4 +1,4 @@
-"""Runs with faults. Each ends with the expected outcome and stopped wheels. Equal runs have equal traces."""
+"""Runs with faults. Each run ends with the expected outcome and stopped wheels. Equal runs have equal traces."""
 
 from __future__ import annotations
 

@@ -205,7 +205,7 @@ def test_any_file_is_read_or_a_usage_error(
 
 @st.composite
 def _mangled(draw: st.DrawFn) -> str:
-    """Return a file with some lines taken out, doubled or given another value."""
+    """Return a file in which some lines are missing, doubled or have another value."""
     lines = FILE.splitlines()
     for _ in range(draw(st.integers(1, 4))):
         index = draw(st.integers(0, len(lines) - 1))

@@ -331,7 +331,7 @@ def test_layer_with_a_hook_that_is_never_called_is_refused(hook: str) -> None:
 
 
 class Broken(Tap):
-    """A layer of another package, with a mistake."""
+    """A layer whose functions raise an exception."""
 
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
         def fail() -> SampleT:

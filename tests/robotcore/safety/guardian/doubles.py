@@ -67,7 +67,7 @@ END_S = 60.0
 
 
 class Running:
-    """A run that drives, in a process; its diary holds the commands to the motors and to the cutoffs."""
+    """A run in another process. Its diary contains the commands to the motors and to the cutoffs."""
 
     def __init__(self, app: str, diary: Path, *manner: str) -> None:
         self.diary = diary
@@ -84,11 +84,11 @@ class Running:
         assert self.process.stdout.readline() == "moving\n"
 
     def end(self) -> tuple[str, str]:
-        """Wait until the run and its guardian have ended, for both hold stderr; return stdout and stderr."""
+        """Wait until the run and its guardian have ended. Return stdout and stderr."""
         return self.process.communicate(timeout=END_S)
 
     def read_result(self) -> dict[str, Any]:
-        """Return the run's result as JSON gives it."""
+        """Return the run's result from its JSON."""
         out, err = self.end()
         assert not err
         result: dict[str, Any] = json.loads(out)

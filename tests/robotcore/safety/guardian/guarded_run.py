@@ -1,4 +1,4 @@
-"""A run for tests that disturb it: ``python -m tests.robotcore.safety.guardian.guarded_run APP DIARY [MANNER]``."""
+"""A run that a test disturbs: ``python -m tests.robotcore.safety.guardian.guarded_run APP DIARY [MANNER]``."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ HOLD_US = 800_000
 
 
 class App(FunctionApp):
-    """Drives; from its third tick on it also runs the given step."""
+    """Drives, and from its third tick on also runs the given step."""
 
     ticks = 0
 
@@ -109,7 +109,7 @@ class Steps:
         return Status.RUNNING
 
     def forks_and_returns(self, robot: Robot) -> Status:
-        """Fork a process that returns from step, as the run itself does."""
+        """Fork a process that returns from ``step`` too."""
         warnings.simplefilter("ignore", DeprecationWarning)  # of forks of a process that has threads
         if self._ticks == 0:
             self._diary.note("copied" if os.fork() == 0 else "original")
@@ -210,7 +210,7 @@ def run_on(backend: Backend, app: Behaviour, observer: Observer, timeout_s: floa
 
 
 def main() -> int:
-    """Run the app that the command line names; print its result and the causes of interventions as JSON."""
+    """Run the app that the command line names. Print its result and the causes of interventions as JSON."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
     signal.signal(signal.SIGHUP, signal.SIG_DFL)  # also if the parent process ignores it
     app, file, *manner = sys.argv[1:]

@@ -17,7 +17,7 @@ class Note(NamedTuple):
     """An entry of a diary."""
 
     time: float
-    """Of the machine's monotonic clock, in seconds."""
+    """The time of the machine's monotonic clock, in seconds."""
 
     process: int
     """The number of the process."""

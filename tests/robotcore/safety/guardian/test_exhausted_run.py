@@ -13,7 +13,7 @@ from tests.robotcore.safety.guardian.recorder import notes
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the limit is one of Linux's address space")
 
 LATE_S = 0.5
-"""A stop is due after a lease of 0.125 s. A busy machine may be later, but must stop before the watchdog's 3 s."""
+"""The longest time to a stop. The lease is 0.125 s, and the watchdog would act after 3 s."""
 
 HANGS, RAISES, DRIVES_ON, ASKS_FOR_NAN = (4, "stopped"), (5, "error"), (0, "success"), (4, "stopped")
 """The exit status and the outcome of each app."""
@@ -62,7 +62,7 @@ def _last_commands(running: Running) -> set[str]:
 
 
 def _seconds_to_stop(running: Running) -> float:
-    """Return how long after the last command that turned a wheel the last wheel was stopped."""
+    """Return the seconds from the last command that turned a wheel to the stop of the last wheel."""
     recorded = notes(running.diary)
     last_turn = max(index for index, note in enumerate(recorded) if note.action.startswith("turn"))
     stops = [next(n.time for n in recorded[last_turn:] if n.action == f"stand {motor}") for motor in MOTORS[:2]]

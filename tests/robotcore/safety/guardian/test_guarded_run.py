@@ -1,4 +1,4 @@
-"""Runs in processes that are killed, suspended or forked: only another process can stop their motors."""
+"""Runs in processes that are killed, suspended or forked. Only another process can stop their motors."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def on_each(action: str, motors: Sequence[str] = MOTORS) -> set[str]:
 
 
 def assert_stopped(running: Running) -> None:
-    """Every cutoff stopped after the last command to a motor."""
+    """Check that every cutoff stopped after the last command to a motor."""
     actions = running.actions
     last = max(at for at, action in enumerate(actions) if action.startswith("turn"))
     assert on_each("stop") <= set(actions[last:])
@@ -201,7 +201,7 @@ def test_a_cutoff_that_cannot_stop_a_suspended_app_is_reported_at_once(start: St
 
 
 def wait_for(running: Running, action: str, times: int = 1) -> None:
-    """Wait until the diary holds an action so many times; the test's time limit ends a wait in vain."""
+    """Wait until the diary contains an action ``times`` times. Only the time limit of the test ends the wait."""
     while running.actions.count(action) < times:
         with pytest.raises(subprocess.TimeoutExpired):
             running.process.wait(0.01)
