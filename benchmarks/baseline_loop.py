@@ -30,7 +30,7 @@ Block = Callable[[int], object]
 
 
 def build_pybullet_loop(robot: RobotDescription, world: WorldDescription) -> Block:
-    """Return the loop with TinyRenderer and Bullet's own functions."""
+    """Return the loop for PyBullet, with TinyRenderer and Bullet's own functions."""
     assert robot.drive
     bullet = Bullet.connect(gui=False)
     scene, body = Scene(bullet, world), Body(bullet, robot, world.start.pose)
@@ -73,7 +73,7 @@ def build_pybullet_loop(robot: RobotDescription, world: WorldDescription) -> Blo
 
 
 def build_mujoco_loop(robot: RobotDescription, world: WorldDescription) -> Block:
-    """Return the loop with MuJoCo's own renderer, and all steps of a tick in one call."""
+    """Return the loop for MuJoCo, with its own renderer. One call executes all physics steps of a tick."""
     import mujoco
 
     assert robot.drive

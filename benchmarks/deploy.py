@@ -111,7 +111,6 @@ def _time_rsync(rover: Rover) -> float:
 
 
 def _fetch_wheels(rover: Rover, requirements: tuple[str, ...]) -> Path:
-    """Return the folder of the wheels at the client."""
     with RobotLink(RobotAddress.parse(HOST), rover.client.config) as link:
         return fetch_wheels(requirements, Platform.of(link.call("probe", ProbeAnswer)), print)
 

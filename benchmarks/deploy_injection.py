@@ -124,7 +124,6 @@ def _try_settings(rover: Rover) -> Iterator[bool]:
 
 
 def _try_files(rover: Rover) -> Iterator[bool]:
-    """Push all files at once, in a folder and for an app with hostile names."""
     with TemporaryDirectory(prefix=f"it's $(touch {CANARY}) ") as folder:
         project = Path(shutil.copytree(rover.project, Path(folder) / f"`touch {CANARY}`; ü"))
         for name in FILES:

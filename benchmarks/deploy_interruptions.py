@@ -101,7 +101,6 @@ def _measure_push_s(rover: Rover, need: str) -> float:
 
 
 def _try_interruption(rover: Rover, drawn: Interruption) -> str:
-    """Push a release, interrupt the push, and return which release runs afterwards."""
     old = rover.release
     chosen = [f"speed_rad_s={drawn.speed_rad_s:g}", *(["fault=raise", "at=5"] if drawn.is_broken else [])]
     settings = [word for setting in chosen for word in ("--set", setting)]

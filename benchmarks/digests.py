@@ -172,7 +172,6 @@ def _compute_digests(command: str, recordings: Path) -> dict[str, Digest]:
 
 
 def _digest_channels(recording: Path) -> Digest:
-    """Return a digest of each channel of a recording; an empty dict if there is no recording."""
     digests: dict[str, Any] = defaultdict(sha256)
     try:
         with recording.open("rb") as stream:
@@ -187,7 +186,6 @@ def _digest_channels(recording: Path) -> Digest:
 
 
 def _run_robotcore(*words: str) -> dict[str, Any]:
-    """Return the line of JSON that a command prints, or an error with its output."""
     command = [sys.executable, "-m", "robotcore", *words, "--json"]
     try:
         ran = subprocess.run(command, capture_output=True, text=True, check=False, timeout=LIMIT_S)  # noqa: S603  our own
@@ -227,7 +225,6 @@ def _is_equal(known: dict[str, Digest], commands: Sequence[str], recordings: Pat
 
 
 def _compare_replay(recording: Path, trace: str) -> str:
-    """Replay a recording, and return ``equal``, ``different`` or ``missing``."""
     if not recording.exists():
         return "missing"
     answer = _run_robotcore("replay", str(recording))
@@ -236,17 +233,14 @@ def _compare_replay(recording: Path, trace: str) -> str:
 
 
 def _get_command(key: str) -> str:
-    """Return the command of a run's key. The runs of a sweep have the same command."""
     return key.partition(": ")[0]
 
 
 def _get_recording_name(command: str) -> str:
-    """Return the name of a command's recording."""
     return re.sub(r"[^\w.]+", "-", command.removeprefix("run ")) + ".mcap"
 
 
 def _print_kinds(digests: dict[str, Digest]) -> None:
-    """Print the number of runs and recordings of each backend and each kind."""
     runs, recordings = Counter[str](), Counter[str]()
     for key, digest in digests.items():
         kinds = {

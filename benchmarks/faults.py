@@ -151,7 +151,6 @@ def _has_succeeded(record: Record) -> bool:
 
 
 def _is_named(record: Record, devices: frozenset[str]) -> bool:
-    """Return whether the run stopped without a contact, for a reason that names one of the devices."""
     result = record.result
     return result.exit_status in NAMING and not result.contacts and any(name in result.reason for name in devices)
 

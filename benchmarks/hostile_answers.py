@@ -100,7 +100,6 @@ def build_hostile_robots() -> list[HostileRobot]:
 
 
 def _list_file_robots() -> Iterator[HostileRobot]:
-    """Yield robots with hostile files among their recordings, and valid answers."""
     fetch = ("fetch",)
     names = (
         "evil.py", ".bashrc", ".hidden.mcap", "a b.mcap", f"$({TOUCH}).mcap", f"`{TOUCH}`.mcap", f"; {TOUCH};.mcap",
@@ -120,7 +119,6 @@ def _list_file_robots() -> Iterator[HostileRobot]:
 
 
 def _list_list_robots() -> Iterator[HostileRobot]:
-    """Yield robots that send false lists of recordings."""
     lies: dict[str, bytes] = {
         "name of ../": encode_list("../../../../../etc/hostname.mcap"),
         "absolute name": encode_list("/etc/hostname.mcap"),
@@ -148,7 +146,6 @@ def _list_list_robots() -> Iterator[HostileRobot]:
 
 
 def _list_damage_robots() -> Iterator[HostileRobot]:
-    """Yield robots that send damaged answers."""
     said = encode_line({"begun": "x"})
     raw: dict[str, bytes] = {
         "nothing": b"",
@@ -181,7 +178,6 @@ def _list_damage_robots() -> Iterator[HostileRobot]:
 
 
 def _list_text_robots() -> Iterator[HostileRobot]:
-    """Yield robots whose texts contain control characters or line breaks."""
     said = encode_line({"begun": "x"})
     refusal = encode_line({"refused": {"fault": FORGED + ESCAPES, "remedy": ESCAPES, "kind": ESCAPES}})
     for command in ("status", "logs", "fetch"):
@@ -206,7 +202,6 @@ def _list_text_robots() -> Iterator[HostileRobot]:
 
 
 def _list_push_robots() -> Iterator[HostileRobot]:
-    """Yield robots that are hostile in a step of a push."""
     good = {
         "probe": encode_result(FACTS),
         "begin": encode_result(BEGUN),
@@ -234,7 +229,6 @@ def _list_push_robots() -> Iterator[HostileRobot]:
 
 
 def _list_transfer_robots() -> Iterator[HostileRobot]:
-    """Yield robots whose rsync is hostile."""
     sender = 'exec rsync "$@"'
     scripts = {
         "rsync floods stderr": "yes evil | head -c 300000000 >&2; exit 23",

@@ -129,19 +129,18 @@ def _row(name: str, results: Sequence[RobotResult]) -> list[str]:
 
 
 def _run_robot(folder: Path, robot: HostileRobot, options: argparse.Namespace) -> RobotResult:
-    """Execute the client's command for one robot, and look for harm."""
     folder.mkdir()
     desk = _make_desk(folder, robot)
     script = folder / "robot.py"
     with serving(folder / "sshd", f"ForceCommand {sys.executable} -I {script}") as server:
         script.write_text(ROBOT.format(folder=str(server.folder), endless=ENDLESS))
         _furnish(server, robot)
-        before = dict(_digests(desk))
-        written, status, seconds = _type(server, desk, robot)
+        before = dict(_list_digests(desk))
+        written, status, seconds = _run_command(server, desk, robot)
         failures = list(_find_failures(written, status))
         if any(path.name.startswith(CANARY) for path in folder.rglob("*")):
             failures.append("executed")
-        if dict(_digests(desk)) != before:
+        if dict(_list_digests(desk)) != before:
             failures.append("written")
     shutil.rmtree(folder)
     if failures or options.verbose:
@@ -172,7 +171,7 @@ def _furnish(server: Sshd, robot: HostileRobot) -> None:
         (server.folder / "rsync").write_text(robot.rsync)
 
 
-def _type(server: Sshd, desk: Path, robot: HostileRobot) -> tuple[str, int | None, float]:
+def _run_command(server: Sshd, desk: Path, robot: HostileRobot) -> tuple[str, int | None, float]:
     """Execute the command at the client. Return its output, its exit status (None if it hangs), and its seconds."""
     name, *options = robot.command
     command = (
@@ -215,7 +214,7 @@ def _find_failures(written: str, status: int | None) -> Iterator[str]:
         yield "raw"
 
 
-def _digests(desk: Path) -> Iterator[tuple[str, str]]:
+def _list_digests(desk: Path) -> Iterator[tuple[str, str]]:
     """Yield the client's files with their digests, except plain recordings in the folder of the robot."""
     own = desk / "project" / "recordings" / "robot"
     for path in desk.rglob("*"):

@@ -84,8 +84,6 @@ def main() -> int:
 
 
 def _make_timer(block: Block, ticks: int) -> Callable[[], float]:
-    """Return a function that executes a block of ticks and returns its duration."""
-
     def timed() -> float:
         start = perf_counter()
         block(ticks)
@@ -95,7 +93,6 @@ def _make_timer(block: Block, ticks: int) -> Callable[[], float]:
 
 
 def _make_search_timer(backend: str) -> Callable[[], float]:
-    """Return a function that executes the first seconds of a search, and returns its duration per simulated second."""
     seeds = count(SEED)
 
     def search() -> float:
@@ -121,7 +118,6 @@ def _build_row(claim: str, measured: tuple[float, float, float], bound: float) -
 
 
 def _make_framework_block(backend: str, robot: RobotDescription, world: WorldDescription) -> Block:
-    """Return a block of ticks with all layers of a run."""
     behaviour = LookRound()
     raw = load_backend(backend).open(Setup(robot, world, needed_devices(robot, behaviour.needs), RATE_HZ))
     loop = Loop(assemble(raw, robot, RATE_HZ), behaviour, RATE_HZ, timeout=math.inf)

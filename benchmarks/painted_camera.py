@@ -115,7 +115,6 @@ def _compare_worlds(backend: str, world: str, seed: int, *, is_random: bool) -> 
 def _compare_in_world(
     backend: str, world: WorldDescription, robot: RobotDescription, draw: random.Random
 ) -> Iterator[Comparison]:
-    """Yield comparisons from random poses in one world. Closes the engine at the end."""
     eye = robot.first_of(CameraDescription)
     assert eye, "the robot has a camera"
     painter, surroundings = Painter(world), Clearance(robot.body.footprint, world)
@@ -140,7 +139,6 @@ def _get_ball(world: WorldDescription) -> Ball:
 
 
 def _draw_pose(world: WorldDescription, draw: random.Random) -> Pose:
-    """Return a random pose on the floor that faces roughly to the ball."""
     half_length, half_width = world.floor.length_m / 2, world.floor.width_m / 2
     place = Pose(draw.uniform(-half_length, half_length), draw.uniform(-half_width, half_width), 0.0)
     ball = _get_ball(world)
@@ -148,7 +146,6 @@ def _draw_pose(world: WorldDescription, draw: random.Random) -> Pose:
 
 
 def _compute_masks(camera: EngineCamera, painter: Painter, view: CameraView) -> dict[str, tuple[Mask, Mask]]:
-    """Return the masks of the engine and the painter for each object, by name."""
     numbers, labels = camera.segmentation(view), painter.labels(view)
     return {
         thing: (numbers == camera.things[thing], labels == label) for label, thing in enumerate(painter.things, start=1)

@@ -62,7 +62,6 @@ def main() -> int:
 
 
 def _open_devices() -> tuple[OurMotor, Encoder, SteppedClock, MockFactory]:
-    """Open the rover's left motor and encoder with robotcore's drivers."""
     robot, pins, opened = load_robot("rover"), MockFactory(pin_class=MockPWMPin), dict[str, Device]()
     section = {name: robot.backends["raspberrypi"][name] for name in ("left_motor", "left_encoder")}
     robot = robot.model_copy(update={"backends": {"raspberrypi": section}})
@@ -75,8 +74,6 @@ def _open_devices() -> tuple[OurMotor, Encoder, SteppedClock, MockFactory]:
 
 
 def _make_timer(work: Work, calls: int, spent: list[float]) -> Callable[[], float]:
-    """Return a function that measures the microseconds of a call, and appends them to ``spent``."""
-
     def once() -> float:
         start = perf_counter()
         work(calls)

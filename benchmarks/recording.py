@@ -103,7 +103,6 @@ def _print_cost(file: Path, pairs: int) -> float:
 
 
 def _compare_pair(file: Path, pair: int) -> Cost:
-    """Execute a run with and one without a recording, in alternating order. Compare the times of their ticks."""
     order = (file, None) if pair % 2 else (None, file)
     ticks = {where: _time_ticks_ms(where) for where in order}
     pairs = list(zip(ticks[None], ticks[file], strict=True))
@@ -169,7 +168,6 @@ def _measure_missing_s(file: Path, kills: int, moments: random.Random) -> Iterat
 
 
 def _kill_recording(file: Path, moment: float) -> float:
-    """Kill a process after ``moment`` seconds of recording. Return the time of its last tick."""
     command = [sys.executable, "-m", KILLED, str(file)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:  # noqa: S603  our own
         assert process.stdout

@@ -139,14 +139,12 @@ def _list_requests(way: Way, api: Api, server: Server) -> list[str]:
 
 
 def _time_cycles(way: Way, server: Server, cycles: int, noted: list[float]) -> float:
-    """Return the median time of successive cycles in seconds. Append the time of each cycle to ``noted``."""
     times = _time_each(way, server, cycles)
     noted += times
     return statistics.median(times)
 
 
 def _compare_pictures(server: Server, pairs: int, cycles: int, *, is_double: bool) -> bool:
-    """Print the times of pictures, measured in turn with pictures by hand. Return whether they meet the bound."""
     ways: dict[str, Way] = {
         "simxGetVisionSensorImage, blocking": open_blocking_picture_cycle,
         "a time step, and our camera": open_stepped_picture_cycle,

@@ -91,7 +91,6 @@ def main() -> int:
 
 
 def _run_trials(api: str, trials: int, random: Random) -> dict[str, list[TrialResult]]:
-    """Return the results of the trials over an API, by the way in which the double ended."""
     ended: dict[str, list[TrialResult]] = {name: [] for name in WAYS}
     with DoubleProcess("rover" if api == "vrep" else None, seed=1) as double:
         for index in range(trials):

@@ -63,7 +63,6 @@ def _run_seed(backend: str, world: str, seed: int, **options: object) -> Record:
 
 
 def _run_in_built_scenes(world: str, seeds: tuple[int, ...], server: str | None) -> Iterator[Record]:
-    """Yield the records of runs in one simulator, whose scenes the backend builds."""
     with ExitStack() as stack:
         host, _, port = (
             server.rpartition(":") if server else ("127.0.0.1", "", stack.enter_context(DoubleProcess()).zmq_port)
@@ -73,7 +72,6 @@ def _run_in_built_scenes(world: str, seeds: tuple[int, ...], server: str | None)
 
 
 def _run_in_joined_scenes(world: str, seeds: tuple[int, ...]) -> Iterator[Record]:
-    """Yield the records of runs in simulators whose scenes contain the robot. Each run has its own simulator."""
     for seed in seeds:
         with DoubleProcess("rover", world, seed) as double:
             yield _report_failure(_run_seed("vrep", world, seed, port=double.legacy_port), double.command)
@@ -101,7 +99,6 @@ def _build_row(group: Group) -> tuple[str, ...]:
 
 
 def _is_alike(records: list[Record]) -> bool:
-    """Print on how many seeds the milestones equal those of the kinematic backend. Return whether the bound is met."""
     is_alike = True
     for agreement in compare_backends(records):
         if agreement.first == REFERENCE:

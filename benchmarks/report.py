@@ -14,7 +14,7 @@ def machine() -> str:
     """Return two lines: the processor, the system, the Python version and the date, then the command."""
     command = " ".join(["python -m", f"benchmarks.{Path(sys.argv[0]).stem}", *sys.argv[1:]])
     date = f"{datetime.now():%Y-%m-%d}"
-    return f"{_processor()}, {platform.system()}, Python {platform.python_version()}, {date}\n$ {command}"
+    return f"{_describe_processor()}, {platform.system()}, Python {platform.python_version()}, {date}\n$ {command}"
 
 
 def at_least_one(text: str) -> int:
@@ -30,8 +30,7 @@ def print_table(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
     print("\n".join(f"| {' | '.join(row)} |" for row in cells))
 
 
-def _processor() -> str:
-    """Return the name and the number of the processors on Linux, else the machine's architecture."""
+def _describe_processor() -> str:
     try:
         lines = Path("/proc/cpuinfo").read_text().splitlines()
     except OSError:

@@ -116,7 +116,6 @@ def _print_simulators(count: int, random: Random) -> bool:
 
 
 def _is_named(output: str) -> bool:
-    """Return whether the JSON output names the device or the backend that failed."""
     reports = json.loads(output) if output else {}
     return any(name in reports.get("reason", "") for name in ("_motor", "_encoder", "nose", "eye", "backend"))
 

@@ -83,7 +83,6 @@ def _measure_stream(case: ParserCase, stream: bytes) -> StreamResult:
 
 
 def _measure_peak(case: ParserCase, stream: bytes) -> int:
-    """Return the peak of a parser's memory in bytes, without the stream."""
     parser = case.parser()
     tracemalloc.start()
     _feed(parser, stream)

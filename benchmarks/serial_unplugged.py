@@ -105,7 +105,6 @@ def _are_wheels_turning(wheels: Wheels) -> bool:
 
 
 def _await_condition(is_met: Callable[[], bool], clock: MonotonicClock) -> float | None:
-    """Return the seconds until a condition is true; None if it does not become true in time."""
     began = clock.now()
     while not is_met():
         if clock.now() - began > LONGEST_S:
@@ -126,7 +125,6 @@ def _start_run(robot: Path) -> subprocess.Popen[str]:
 
 
 def _read_end(run: subprocess.Popen[str]) -> str:
-    """Return the exit status of a run, and its notes about losses."""
     output, _ = run.communicate(timeout=LONGEST_S)
     notes = [line.removeprefix("note: ") for line in output.splitlines() if " was lost " in line]
     return f"{run.returncode}: {'; '.join(notes) or output.strip()}"

@@ -49,7 +49,6 @@ def _milliseconds(*arguments: str) -> float:
 
 
 def _format_cells(values: list[float], form: str) -> tuple[str, str]:
-    """Return the median of values and its 95 % interval as text."""
     ordered = sorted(values)
     reach = 0.98 * math.sqrt(len(ordered))
     low = max(math.floor(len(ordered) / 2 - reach), 0)

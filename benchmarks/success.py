@@ -78,7 +78,6 @@ def _print_failures(records: list[Record]) -> None:
 
 
 def _is_agreed(records: list[Record]) -> bool:
-    """Print on how many seeds each two simulators agree. Return whether the bound is met."""
     is_agreed = True
     for agreement in compare_backends(records):
         same, pairs = len(agreement.pairs) - len(agreement.differing), len(agreement.pairs)
@@ -88,7 +87,6 @@ def _is_agreed(records: list[Record]) -> bool:
 
 
 def _is_repeatable(sweep: Sweep, records: list[Record], twice: int, jobs: int) -> bool:
-    """Run the first seeds again, and print the number of equal digests."""
     if not twice:
         return True
     known = {record.command: record.result.trace_sha256 for record in records}

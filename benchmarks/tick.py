@@ -95,7 +95,6 @@ def main() -> int:
 
 
 def _time_tick_us(work: Callable[[], object], ticks: int, noted: list[float]) -> float:
-    """Return the mean CPU time of a tick in µs, and append it to ``noted``."""
     start = process_time()
     work()
     noted.append((process_time() - start) / ticks * 1e6)

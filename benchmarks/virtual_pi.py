@@ -54,7 +54,6 @@ def main() -> int:
 
 
 def _is_sound(world: str, seeds: tuple[int, ...], lost: float, engine: LocalEngine) -> bool:
-    """Run every seed, print the results of the backends, and return whether virtual pins meet the bounds."""
     both = Sweep(RunRequest("green-search"), ("kinematic", "virtualpi"), (world,), seeds)
     lossy = RunRequest("green-search", options={"lost_echoes": lost})
     records = list(run_sweep(both, engine).records())
@@ -82,7 +81,6 @@ def _build_row(name: str, group: Group) -> tuple[str, ...]:
 
 
 def _is_alike(records: list[Record]) -> bool:
-    """Print on how many seeds the milestones equal those of the simulator. Return whether the bound is met."""
     (agreement,) = compare_backends(records)
     same, pairs = agreement.same_milestones, len(agreement.pairs)
     print(f"the same milestones in the same order on {same} of {pairs} seeds")
@@ -90,7 +88,6 @@ def _is_alike(records: list[Record]) -> bool:
 
 
 def _is_small() -> bool:
-    """Print the peak of memory of fresh processes, and return whether they meet their bounds."""
     held = [(name, _measure_peak_mb(code), bound) for name, code, bound in PROCESSES]
     rows = [(name, f"{most:.1f} MB", f"{bound:g} MB") for name, most, bound in held]
     print_table(("a process that does", "held at most", "bound"), rows)
@@ -98,7 +95,6 @@ def _is_small() -> bool:
 
 
 def _measure_peak_mb(code: str) -> float:
-    """Return the peak of memory of a new process that executes code, in MB (2^20 bytes)."""
     done = subprocess.run(  # noqa: S603  our own code
         [sys.executable, "-c", f"{code}; {HELD}"], check=True, capture_output=True, text=True
     )

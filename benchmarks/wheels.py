@@ -78,7 +78,6 @@ def _measure_errors(
 
 
 def _drive(robot: Robot, drive: Drive, manoeuvre: Manoeuvre) -> Pose:
-    """Drive a manoeuvre, let the robot coast to rest, and return its true pose."""
     assert robot.truth, "only a simulator has the true pose"
     velocities = drive.geometry.to_wheels(manoeuvre.linear, manoeuvre.angular)
     for command, until in ((velocities, 0.0), (Wheels(0.0, 0.0), manoeuvre.duration)):

@@ -54,7 +54,6 @@ def _add_glare(light: Light, ball: Mask, strength: float, draw: Random) -> Light
 
 
 def _add_lamp(light: Light, strength: float, draw: Random) -> Light:
-    """Add a lamp and its coloured bloom to the picture."""
     if not strength:
         return light
     height, width = light.shape[:2]
@@ -93,7 +92,6 @@ def _path(length: float, heading: float) -> Light:
 
 
 def _develop(light: Light, how: Conditions) -> Light:
-    """Apply the contrast around mid grey, then the gamma."""
     light = np.clip((light - 128) * np.float32(how.contrast) + 128, 0, 255)
     return np.asarray(255 * (light / 255) ** how.gamma, np.float32)
 

@@ -73,7 +73,6 @@ def _draw_free_pose(world: WorldDescription, robot: RobotDescription, draw: Rand
 
 
 def _draw_ball(view: CameraView, eye: Pose, colour: tuple[int, int, int], draw: Random) -> tuple[Ball, float]:
-    """Return a ball of random size in the view, and its diameter in pixels."""
     low, high = map(math.log, DIAMETERS_PX)
     diameter = math.exp(draw.uniform(low, high))
     focal = view.intrinsics.focal_length
@@ -85,7 +84,6 @@ def _draw_ball(view: CameraView, eye: Pose, colour: tuple[int, int, int], draw: 
 
 
 def _add_screen(world: WorldDescription, ball: Ball, eye: Pose, draw: Random) -> WorldDescription:
-    """Return the world with a thin box across the line of sight that hides a part of the ball."""
     distance, bearing = eye.distance_to(ball.x_m, ball.y_m), eye.bearing_to(ball.x_m, ball.y_m)
     length, side = draw.uniform(0.05, 0.3), draw.choice((-1, 1))
     towards = eye._replace(heading=eye.heading + bearing)

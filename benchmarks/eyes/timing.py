@@ -45,7 +45,7 @@ def measure_copies(finder: Finder, frames: Sequence[LabelledFrame], *, in_cache:
     for number, frame in enumerate(frames):
         works = partial(np.copyto, target), partial(_find, finder, frame.hue)
         order = (0, 1) if number % 2 else (1, 0)
-        times = {which: _seconds(works[which], frame.image, repeats) for which in order}
+        times = {which: _time_fastest_call(works[which], frame.image, repeats) for which in order}
         ratios.append(times[1] / times[0])
         calls.append(times[1])
     return Interval.of(ratios), statistics.median(calls)
@@ -55,8 +55,7 @@ def _find(finder: Finder, hue: float, image: Image) -> None:
     finder(image, hue)
 
 
-def _seconds(work: Callable[[Image], object], image: Image, repeats: int) -> float:
-    """Return the time of the fastest of ``repeats`` calls, in seconds."""
+def _time_fastest_call(work: Callable[[Image], object], image: Image, repeats: int) -> float:
     return min(_once(work, image) for _ in range(repeats))
 
 

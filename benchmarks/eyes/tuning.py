@@ -3,7 +3,7 @@
     python -m benchmarks.eyes.tuning --seeds 11,12 --frames 600
 
 Each combination of a grid is scored. The one with the best F1 score (the harmonic mean of precision and recall) is
-printed, and written by hand into ``benchmarks/detector.py``.
+printed. ``benchmarks/detector.py`` contains the printed values.
 """
 
 from __future__ import annotations

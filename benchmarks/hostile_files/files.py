@@ -48,20 +48,20 @@ def name_files(*, is_small: bool = False) -> dict[str, Make]:
 
 def _list_bombs(bomb: int, flood: int) -> dict[str, Make]:
     return {
-        "zstd-bomb-of-known-size": _content(lambda: build_chunk(b"", packed=_zeros(bomb, is_known=True), size=1000)),
-        "zstd-bomb-of-unknown-size": _content(lambda: build_chunk(b"", packed=_zeros(bomb), size=1000)),
-        "zstd-bomb-that-claims-its-size": _content(lambda: build_chunk(b"", packed=_zeros(bomb), size=bomb)),
-        "zstd-frame-that-claims-2^62": _content(lambda: build_chunk(b"", packed=_claiming_frame(2**62), size=1000)),
-        "chunk-that-claims-2^62": _content(lambda: build_chunk(b"x", size=2**62)),
-        "lz4-bomb": _content(lambda: build_chunk(b"", packed=_lz4_zeros(bomb), size=1000, packing="lz4")),
-        "zeros-within-the-limits": _content(lambda: build_chunk(bytes(2**26))),
-        "a-million-channels": _content(lambda: _channels(10**5 if flood < 10**7 else 10**6)),
-        "empty-messages": _content(lambda: _messages(b"", flood)),
-        "empty-records": _content(lambda: _repeat(build_record(0x99, b""), flood)),
-        "nested-text": _content(lambda: _run_of(b"[" * 200_000)),
-        "list-of-lists": _content(lambda: _run_of(b"[" + b"[]," * (flood // 8) + b"[]]")),
-        "long-number": _content(lambda: _run_of(b"1" * 5000)),
-        "long-text": _content(lambda: _run_of(b'"' + b"a" * (20 * flood) + b'"')),
+        "zstd-bomb-of-known-size": _insert(lambda: build_chunk(b"", packed=_zeros(bomb, is_known=True), size=1000)),
+        "zstd-bomb-of-unknown-size": _insert(lambda: build_chunk(b"", packed=_zeros(bomb), size=1000)),
+        "zstd-bomb-that-claims-its-size": _insert(lambda: build_chunk(b"", packed=_zeros(bomb), size=bomb)),
+        "zstd-frame-that-claims-2^62": _insert(lambda: build_chunk(b"", packed=_claiming_frame(2**62), size=1000)),
+        "chunk-that-claims-2^62": _insert(lambda: build_chunk(b"x", size=2**62)),
+        "lz4-bomb": _insert(lambda: build_chunk(b"", packed=_lz4_zeros(bomb), size=1000, packing="lz4")),
+        "zeros-within-the-limits": _insert(lambda: build_chunk(bytes(2**26))),
+        "a-million-channels": _insert(lambda: _channels(10**5 if flood < 10**7 else 10**6)),
+        "empty-messages": _insert(lambda: _messages(b"", flood)),
+        "empty-records": _insert(lambda: _repeat(build_record(0x99, b""), flood)),
+        "nested-text": _insert(lambda: _run_of(b"[" * 200_000)),
+        "list-of-lists": _insert(lambda: _run_of(b"[" + b"[]," * (flood // 8) + b"[]]")),
+        "long-number": _insert(lambda: _run_of(b"1" * 5000)),
+        "long-text": _insert(lambda: _run_of(b'"' + b"a" * (20 * flood) + b'"')),
         "many-ticks": lambda base, file: _append(base, file, _many_ticks(flood // 3)),
         "many-asks": lambda base, file: _append(base, file, _many_asks(flood // 8)),
         "sparse-record": lambda base, file: _make_sparse(base, file, 0x99),
@@ -183,9 +183,7 @@ def _list_forged_errors() -> dict[str, Make]:
     }
 
 
-def _content(make: Callable[[], bytes]) -> Make:
-    """Return a function that inserts bytes between the run and the ticks of a recording."""
-
+def _insert(make: Callable[[], bytes]) -> Make:
     def make_file(base: Path, file: Path) -> None:
         head = build_chunk(b"".join(build_record(*record) for record in read_raw(base)[0]))
         file.write_bytes(build_file(head, make()))
@@ -306,7 +304,6 @@ def _add_error(where: str, error: Any) -> Callable[[int, Any], Any]:
 
 
 def _add_escapes(_: int, payload: Any) -> Any:
-    """Return a run or a result with escape sequences in each of its texts."""
     if "request" in payload:
         payload = _change_request(payload, settings={ESCAPES: ESCAPES})
         return payload | {"started": ESCAPES, "platform": {ESCAPES: ESCAPES}, "milestones": [ESCAPES]}

@@ -70,7 +70,6 @@ def _repeat(content: bytearray, random: Random) -> None:
 
 
 def _lengthen(content: bytearray, random: Random) -> None:
-    """Change the length of one of the records of the file."""
     heads, at = [], 8
     while at + 9 <= len(content):
         heads.append(at + 1)
@@ -84,7 +83,6 @@ def _lengthen(content: bytearray, random: Random) -> None:
 
 
 def _change_value(records: list[Raw], random: Random) -> None:
-    """Change a value in the JSON of a message."""
     texts = [at for at, (_, body) in enumerate(records) if body[22:23] == b"{"]
     if not texts:
         return

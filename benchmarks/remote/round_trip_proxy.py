@@ -68,7 +68,6 @@ class RoundTripProxy:
                 threading.Thread(target=self._relay, args=(client,), name="counted client", daemon=True).start()
 
     def _relay(self, client: socket.socket) -> None:
-        """Forward bytes in both directions until one side closes."""
         request = b""
         with client, socket.create_connection(self._server) as server, selectors.DefaultSelector() as ready:
             for one, other in ((client, server), (server, client)):

@@ -29,7 +29,7 @@ class Disturbance(Tap):
 
 
 class EmergencyStopBetween(Disturbance):
-    """The e-stop is pressed between two ticks."""
+    """Presses the e-stop between two ticks."""
 
     def begin(self, run: Run) -> None:
         self._button = run.emergency
@@ -41,7 +41,7 @@ class EmergencyStopBetween(Disturbance):
 
 
 class EmergencyStopInTick(EmergencyStopBetween):
-    """The e-stop is pressed during a step of the app."""
+    """Presses the e-stop during a step of the app."""
 
     def tick(self, record: TickRecord) -> None:
         self.now = record.tick + 1
@@ -56,7 +56,7 @@ class EmergencyStopInTick(EmergencyStopBetween):
 
 
 class SignalInTick(Disturbance):
-    """A signal comes during a step of the app."""
+    """Sends a signal to the process during a step of the app."""
 
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
         def reader() -> SampleT:
@@ -68,7 +68,7 @@ class SignalInTick(Disturbance):
 
 
 class SignalBetween(Disturbance):
-    """A signal comes after a tick."""
+    """Sends a signal to the process between two ticks."""
 
     def tick(self, record: TickRecord) -> None:
         super().tick(record)

@@ -138,12 +138,10 @@ def _await_status(process: Popen[str]) -> int | None:
 
 
 def _find_event(entries: Sequence[LogEntry]) -> float:
-    """Return the time at which the app failed."""
     return next(time for what, _, time in entries if what == "event")
 
 
 def _find_last_command(entries: Sequence[LogEntry]) -> float:
-    """Return the time of the last command that turns a wheel."""
     return max(time for what, value, time in entries if what in MOTORS and value)
 
 

@@ -77,7 +77,7 @@ class MujocoBackend(Backend):
     def open(self, setup: Setup) -> Robot:
         setup = setup.without_batteries()
         if setup.world is None:
-            raise UsageError("the mujoco backend needs a world. Name one with --world", kind="world-missing")
+            raise UsageError("the backend 'mujoco' needs a world. Name one with --world", kind="world-missing")
         setup.options_as(MujocoOptions)
         self.require_installed()
         with ExitStack() as cleanup:

@@ -145,7 +145,6 @@ def _declare_egl_types(egl: ctypes.CDLL) -> ctypes.CDLL:
 
 
 def _open_display(egl: ctypes.CDLL) -> int:
-    """Return the display of the first device that can be initialised."""
     query = _load_extension(egl, "eglQueryDevicesEXT", c_uint, c_int, POINTER(c_void_p), POINTER(c_int))
     display_of = _load_extension(egl, "eglGetPlatformDisplayEXT", c_void_p, c_uint, c_void_p, c_void_p)
     devices, count = (c_void_p * _MOST_DEVICES)(), c_int()
@@ -164,7 +163,6 @@ def _load_extension(egl: ctypes.CDLL, name: str, result: type, *arguments: type)
 
 
 def _choose_config(egl: ctypes.CDLL, display: int) -> c_void_p:
-    """Return an EGL configuration that lets OpenGL draw into memory."""
     wanted = (_SURFACE_TYPE, _PBUFFER_BIT, _RENDERABLE_TYPE, _OPENGL_BIT, _NONE)
     config, count = c_void_p(), c_int()
     egl.eglChooseConfig(display, (c_int * len(wanted))(*wanted), byref(config), 1, byref(count))

@@ -118,7 +118,9 @@ class Body:
         device: the name of a motor or an encoder. Raises DeviceError if the device is on no wheel.
         """
         if device not in self._joints:
-            raise DeviceError(device, "is on no wheel. Name it in the robot's drive", kind="no-wheel")
+            raise DeviceError(
+                device, "the device is on no wheel. Name it in the robot's [drive], or leave it out", kind="no-wheel"
+            )
         return self._joints[device]
 
     def angle(self, joint: int) -> float:

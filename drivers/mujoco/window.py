@@ -73,7 +73,6 @@ class Window:
 
 
 def _launch_viewer(model: MjModel, data: MjData) -> tuple[Handle, set[threading.Thread]]:
-    """Open MuJoCo's viewer. Return its handle, and the threads that it started."""
     from mujoco.viewer import launch_passive
 
     before = set(threading.enumerate())

@@ -49,7 +49,7 @@ class PyBulletBackend(Backend):
     def open(self, setup: Setup) -> Robot:
         setup = setup.without_batteries()
         if setup.world is None:
-            raise UsageError("the pybullet backend needs a world. Name one with --world", kind="world-missing")
+            raise UsageError("the backend 'pybullet' needs a world. Name one with --world", kind="world-missing")
         options = setup.options_as(PyBulletOptions)
         self.require_installed()
         with redirect_stdout(), ExitStack() as undo:

@@ -23,8 +23,8 @@ WINDOW_CLOSED = "If you closed the window of the simulation, run again and leave
 class Bullet:
     """A connection to a Bullet server. Its attributes are PyBullet's functions and constants.
 
-    The functions get the server's id, as in ``pybullet_utils.bullet_client``. They raise BackendError, or DeviceError
-    if `for_device` returned the connection.
+    As in ``pybullet_utils.bullet_client``, the server's id is passed to the functions. Their errors are BackendErrors,
+    or DeviceErrors in a connection of `for_device`.
     """
 
     def __init__(self, library: ModuleType, client: int, make_error: ErrorFactory) -> None:

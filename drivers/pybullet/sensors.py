@@ -107,7 +107,6 @@ class BulletCamera(Camera):
         return Frame(self.picture(self._view()), time, sequence)
 
     def _render(self, view: CameraView) -> tuple[Image, ObjectIds]:
-        """Return the picture of a view in RGBA, and its segmentation."""
         size, light = view.intrinsics, self._light
         _, _, rgba, _, ids = self._bullet.getCameraImage(
             size.width,

@@ -128,8 +128,6 @@ async def _read_kind(address: str) -> str:
 
 
 class _Workers:
-    """The workers of a cluster: counts their threads, and waits for the outputs of runs."""
-
     def __init__(self, client: Any, address: str) -> None:
         self._client, self._address = client, address
         self._clock, self._last_seen = MonotonicClock(), 0.0

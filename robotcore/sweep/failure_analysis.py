@@ -97,14 +97,13 @@ def format_p(p: float) -> str:
 
 
 def _compute_p_values(tests: Sequence[ConditionTest]) -> list[tuple[float, ConditionTest]]:
-    """Return each test with its p-value among all tests, the least p-value first."""
+    """Return each test with its corrected p-value, the least first. The correction covers all splits of all tests."""
     least = np.min([test.log_p for test in tests], axis=0) if tests else np.empty(0)
     ordered = sorted(tests, key=lambda test: float(test.log_p[0]))
     return [(float(np.mean(least <= test.log_p[0] + _ROUNDING)), test) for test in ordered]
 
 
 def _find_reason(strata: Sequence[Stratum], ranked: Sequence[tuple[float, ConditionTest]]) -> str:
-    """Return why no split is significant; an empty text if no run failed."""
     runs, failing = sum(len(each.cases) for each in strata), sum(each.failing for each in strata)
     counts = f"({runs} runs, {failing} failing)"
     mixed = [each for each in strata if each.is_mixed]

@@ -111,7 +111,7 @@ class Split(NamedTuple):
 
 
 class SplitSide(NamedTuple):
-    """One side of a split: a comparison of the condition with a value. It holds for a range of bins of `Splits`."""
+    """One side of a split: a comparison of the condition with a value, and the bins for which it is true."""
 
     sign: str
     """The comparison: ``<``, ``≥`` or ``=``."""

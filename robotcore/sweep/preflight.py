@@ -97,7 +97,6 @@ def _import_app(app: str) -> None:
 
 
 def _configure_app(request: RunRequest) -> bool:
-    """Construct the app with its settings. Return whether it has a method ``verify``."""
     app = configure(load_app(request.app), request.settings)
     return type(app).verify is not Behaviour.verify
 

@@ -66,8 +66,8 @@ class Record:
     def is_failure(self) -> bool:
         """Whether the run counts as failing.
 
-        A run fails if its outcome is not ``success``, if it is not verified, or if the robot had a contact. A run that
-        cannot be verified passes.
+        A run fails if its outcome is not ``success``, if the judge or the simulator disputes it, or if the robot had
+        a contact. A run that cannot be verified may pass.
         """
         result = self.result
         return result.outcome is not Outcome.SUCCESS or result.verified is False or bool(result.contacts)

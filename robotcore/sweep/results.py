@@ -154,7 +154,6 @@ class Results:
             )
 
     def _claim_folder(self) -> None:
-        """Write this sweep's ``sweep.json``. Raise UsageError if the folder has the results of another sweep."""
         for part in find_parts(self.directory):
             part.unlink()
         spec, content = self.directory / MANIFEST, format_manifest(self._parts, format_seeds(self.sweep.seeds))
@@ -182,7 +181,6 @@ class Results:
             file.unlink()
 
     def _write_picture(self, output: RunOutput) -> Record:
-        """Write the picture of a run if it has one. Return the record with the file name of the picture."""
         if output.picture is None:
             return output.record
         result = output.record.result
@@ -201,7 +199,6 @@ class Results:
 
     @contextmanager
     def _report_write_errors(self) -> Iterator[None]:
-        """Convert an OSError within the block to a UsageError that says how to resume the sweep."""
         try:
             yield
         except OSError as error:

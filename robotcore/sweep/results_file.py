@@ -86,7 +86,7 @@ class RunKey(NamedTuple):
     backend: str
 
     world: str | None
-    """The name in the description of the world, which is not the name of the description's file."""
+    """The world's name in its description; None without a world."""
 
     seed: int | None
 

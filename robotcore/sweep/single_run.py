@@ -83,7 +83,6 @@ def attempt(worker: WorkerProcess, request: RunRequest, limit_s: float) -> RunOu
 
 
 def _perform_and_pack(request: RunRequest) -> list[str]:
-    """Execute a run. Return its record as a line of JSON, and its picture in base 64."""
     output = _perform_or_exit(request)
     return [output.record.to_json(), b64encode(output.picture or b"").decode("ascii")]
 

@@ -168,7 +168,6 @@ def format_options(request: RunRequest) -> list[str]:
 
 
 def _list_changed_fields(request: RunRequest) -> Iterator[tuple[str, Any]]:
-    """Yield the name and the value of each field whose value is not its default, except the app."""
     for each in fields(request):
         default = each.default if each.default_factory is MISSING else each.default_factory()
         if each.name != "app" and (value := getattr(request, each.name)) != default:

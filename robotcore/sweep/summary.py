@@ -77,7 +77,6 @@ def _render_judge(request: RunRequest, groups: Sequence[Group], *, has_verify: b
 
 
 def _render_failures(failing: Sequence[Record], file: Path) -> Iterator[Text]:
-    """Yield each cause, the most frequent first, with its backends, worlds and seeds, and the command of one run."""
     if not failing:
         return
     yield Text(f"\n{len(failing)} failing run{'' if len(failing) == 1 else 's'}:", "bold")
@@ -106,7 +105,6 @@ def _format_seeds(records: Sequence[Record]) -> str:
 
 
 def _group_by(key: Callable[[Record], KeyT], records: Sequence[Record]) -> dict[KeyT, list[Record]]:
-    """Return the records grouped by a key, each group sorted by backend, world and seed."""
     ordered = sorted(records, key=lambda record: (record.result.backend, record.result.world, record.result.seed))
     found: dict[KeyT, list[Record]] = {}
     for record in ordered:

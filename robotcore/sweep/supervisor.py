@@ -72,7 +72,6 @@ def _watch(worker: int) -> NoReturn:
 
 
 def _reap_children() -> Iterator[tuple[int, int]]:
-    """Yield the process id and the status of each child that has ended."""
     with suppress(ChildProcessError):
         while (ended := os.waitpid(-1, os.WNOHANG))[0]:
             yield ended

@@ -114,7 +114,7 @@ class WorkerProcess:
         self._end()
 
     def _end(self, grace_s: float = 0.0) -> int:
-        """Return the exit status of the ended process as `Popen` does: -n for signal n. Without a process, return 0."""
+        """End the process, and return its exit status as `Popen` does: -n for signal n. Without a process, return 0."""
         with self._lock:
             process, self._process = self._process, None
         return process.end(grace_s) if process else 0
@@ -157,8 +157,6 @@ class WorkerProcess:
 
 
 class _Process:
-    """A worker process, and the parent's end of the pipe between parent and process."""
-
     def __init__(self) -> None:
         self.connection, theirs = Pipe()
         with theirs:
@@ -174,9 +172,10 @@ class _Process:
             )
 
     def read_line(self, limit_s: float) -> bytes:
-        """Raise TimeoutError after ``limit_s`` seconds, EOFError if the process closed the pipe.
+        """Return a line from the process.
 
-        Raises ValueError if the line has more than `MAX_REPLY_BYTES`.
+        Raises TimeoutError after ``limit_s`` seconds, EOFError if the process closed the pipe, and ValueError if the
+        line has more than `MAX_REPLY_BYTES`.
         """
         clock, line, chunk = MonotonicClock(), bytearray(), b""
         while b"\n" not in chunk:
@@ -199,7 +198,7 @@ class _Process:
                 os.killpg(self._popen.pid, signal.SIGKILL)
 
     def end(self, grace_s: float) -> int:
-        """Return the exit status. Also ends all descendants of the worker process.
+        """End the worker process and all its descendants, and return its exit status.
 
         grace_s: the seconds that the process has to exit by itself before it is killed.
         """

@@ -119,7 +119,6 @@ def read_reply(line: bytes) -> tuple[Any, RobotcoreError | None]:
 
 
 def _encode_error(value: object) -> dict[str, Any]:
-    """Return an error as a JSON object: its class in `robotcore.errors`, its arguments and its attributes."""
     if not isinstance(value, RobotcoreError):
         raise TypeError(f"cannot send a {type(value).__name__} through a pipe")
     _, (kind, arguments, state) = value.__reduce__()

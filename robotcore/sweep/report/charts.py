@@ -162,7 +162,7 @@ def plot_condition(significant: SignificantSplit, records: Iterable[Record]) -> 
     if isinstance(significant.split.value, str):
         return ""
     axis = Axis(min(passing + failing), max(passing + failing), _RUG_LEFT, WIDTH - _RIGHT)
-    description = f"{significant.condition} of each passing run and each failing run. {significant}"
+    description = f"{significant.condition} of passing runs and of failing runs: {significant}"
     parts = [
         draw_axis(axis, _RUG_TOP, _RUG_BOTTOM, lambda value: f"{value:g}"),
         _draw_failing_side(significant.split.sign, axis.at(significant.split.value)),

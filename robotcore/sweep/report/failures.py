@@ -155,7 +155,6 @@ def _format_group(record: Record) -> str:
 
 
 def _list_facts(result: RunResult) -> Iterator[str]:
-    """Yield a text about the last milestone, and one about the distance to the target, if they are known."""
     if result.milestones:
         name, time = list(result.milestones.items())[-1]
         yield f"last milestone {name}, at {time:.1f} s"

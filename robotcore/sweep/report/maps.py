@@ -96,7 +96,6 @@ def _format_count(records: Sequence[Record]) -> str:
 
 
 def _make_scale(records: Sequence[Record], world: WorldDescription | None) -> MapScale:
-    """Return the scale of a map that contains the floor, its walls and every path."""
     wall = world.walls.thickness_m if world and world.walls else 0.0
     points = [(x, y) for record in records for _, x, y in record.path or ()]
     reach_x = max(abs(x) for x, _ in points)
@@ -128,7 +127,6 @@ def _draw_grid(chart: MapScale, x: float, y: float) -> Iterator[Element]:
 
 
 def _draw_objects(chart: MapScale, world: WorldDescription) -> Iterator[Element]:
-    """Yield the obstacles and the targets at their places in the world's description."""
     for obstacle in world.obstacles:
         yield _draw_outline(chart, obstacle.outline, "obstacle")
     for ball in world.targets:

@@ -99,7 +99,6 @@ def _render_failing(records: Sequence[Record], series: Sequence[Series], folder:
 
 
 def _load_worlds(series: Sequence[Series], worlds: Sequence[WorldDescription]) -> dict[str, WorldDescription]:
-    """Return the worlds of a sweep by name: the shipped ones, and the user's own ``worlds``."""
     shipped = set(world_names()) & {each.group.world for each in series}
     return {name: load_world(name) for name in shipped} | {world.name: world for world in worlds}
 
