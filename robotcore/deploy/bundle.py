@@ -107,7 +107,7 @@ def _fill_site(project: Project, source: Path, site: Path) -> tuple[tuple[str, .
         build_package(source, site)
     pinned: list[str] = []
     secrets: list[str] = []
-    for dist in _find_distributions(project):
+    for dist in _find_needed_distributions(project):
         place = _find_origin(dist)
         if isinstance(place, str):
             pinned.append(place)
@@ -132,8 +132,7 @@ def _copy_robotcore(site: Path) -> None:
             (metadata / name).write_text(text, encoding="utf-8")
 
 
-def _find_distributions(project: Project) -> Iterator[Distribution]:
-    """Yield the installed distributions with the project's backend, device drivers and app, except robotcore."""
+def _find_needed_distributions(project: Project) -> Iterator[Distribution]:
     found = {point.dist.name: point.dist for point in find_entry_points(project) if point.dist}
     return (dist for name, dist in sorted(found.items()) if name != ROBOTCORE)
 

@@ -150,7 +150,6 @@ def _find_counts(process: CompletedProcess[str]) -> str:
 
 
 def _format_failures(process: CompletedProcess[str]) -> str:
-    """Return pytest's counts and the names of the first failing tests, or else its exit status and last line."""
     lines = _FAILURES.findall(process.stdout)[:MAX_FAILURES]
     last = (process.stderr.strip() or process.stdout.strip() or "no answer").splitlines()[-1]
     counts = _find_counts(process) or f"pytest ended with exit status {process.returncode}: {last}"

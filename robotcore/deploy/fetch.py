@@ -74,19 +74,18 @@ def fetch(link: RobotLink, folder: Path, on_step: OnStep = print, *, moves: bool
     step = begin_step(STEP, on_step)
     step.update("listing the recordings")
     there = link.call("recordings", RecordingsAnswer).recordings
-    found = _compare(there, folder)
+    found = _group_files(there, folder)
     sizes = {each.name: each.bytes for each in there if each.name in found.fetched}
     if sizes:
         _receive(link, folder, sizes, step)
     if moves:
-        found = _erase(link, found, step)
+        found = _erase_copied(link, found, step)
     size = format_bytes(sum(sizes.values()))
-    step.finish(f"{pluralize(len(sizes), 'recording')}, {size}, to {escape(str(folder))}", *_format_notes(found))
+    step.finish(f"{pluralize(len(sizes), 'recording')}, {size}, to {escape(str(folder))}", *_format_details(found))
     return found
 
 
-def _compare(files: Sequence[RemoteFile], folder: Path) -> FetchResult:
-    """Return the robot's files, grouped by name and size. The files to fetch are in ``fetched``."""
+def _group_files(files: Sequence[RemoteFile], folder: Path) -> FetchResult:
     taken = {each.name: each for each in files if each.is_file and RECORDING.fullmatch(each.name)}
     left = {each.name for each in files} - taken.keys()
     written = {name for name, each in taken.items() if each.is_being_written}
@@ -121,8 +120,7 @@ def _receive(link: RobotLink, folder: Path, sizes: dict[str, int], step: StepRep
         )
 
 
-def _erase(link: RobotLink, found: FetchResult, step: StepReporter) -> FetchResult:
-    """Delete each recording on the robot whose SHA-256 equals that of the file on this machine."""
+def _erase_copied(link: RobotLink, found: FetchResult, step: StepReporter) -> FetchResult:
     names = (*found.fetched, *found.present)
     if not names:
         return found
@@ -137,7 +135,7 @@ def _erase(link: RobotLink, found: FetchResult, step: StepReporter) -> FetchResu
     )
 
 
-def _format_notes(found: FetchResult) -> list[str]:
+def _format_details(found: FetchResult) -> list[str]:
     details = [f"{name} is still being written, and stays on the robot" for name in found.being_written]
     details += [
         f"{name} differs from the file of that name here. Both were kept. To fetch it, name another folder: -o DIR"
@@ -190,7 +188,7 @@ class IncomingFiles:
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
         try:
-            self.received = sorted(name for name in self._sizes if self._accept(name))
+            self.received = sorted(name for name in self._sizes if self._move_if_complete(name))
         finally:
             shutil.rmtree(self.path, ignore_errors=True)
             self._remove_leftovers()
@@ -239,17 +237,16 @@ class IncomingFiles:
         if self.partial.is_symlink():
             self.partial.unlink()
         for path in self.partial.iterdir() if self.partial.is_dir() else ():
-            if _is_plain(path) and path.lstat().st_size <= self._sizes.get(path.name, -1):
+            if _is_regular_file(path) and path.lstat().st_size <= self._sizes.get(path.name, -1):
                 continue
             if path.is_dir() and not path.is_symlink():
                 shutil.rmtree(path)
             else:
                 path.unlink()
 
-    def _accept(self, name: str) -> bool:
-        """Move a file into the folder if it is a plain file of the stated size. Return whether it was moved."""
+    def _move_if_complete(self, name: str) -> bool:
         file, target = self.path / name, self._folder / name
-        if not _is_plain(file) or file.lstat().st_size != self._sizes[name] or os.path.lexists(target):
+        if not _is_regular_file(file) or file.lstat().st_size != self._sizes[name] or os.path.lexists(target):
             return False
         with suppress(OSError):  # file systems of Windows have no file modes
             file.chmod(file.lstat().st_mode & 0o644)
@@ -257,8 +254,7 @@ class IncomingFiles:
         return True
 
 
-def _is_plain(path: Path) -> bool:
-    """Return whether the path is a regular file: no link, no folder and no device."""
+def _is_regular_file(path: Path) -> bool:
     # Path.is_file follows links
     try:
         return stat.S_ISREG(path.lstat().st_mode)

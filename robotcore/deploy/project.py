@@ -259,13 +259,12 @@ def build_project(options: DeployOptions, here: Path | None = None) -> Project:
         )
     tables = read_tables(folder)
     if not (options.folder or tables.robotcore or any(map(_is_file, _list_names(options)))):
-        return _validate_project(_merge(options, Tables(), None, here))
+        return _validate_project(_apply_options(options, Tables(), None, here))
     require_sendable(folder)
-    return _validate_project(_merge(options, tables, folder.resolve(), here))
+    return _validate_project(_apply_options(options, tables, folder.resolve(), here))
 
 
-def _merge(options: DeployOptions, tables: Tables, folder: Path | None, here: Path) -> Project:
-    """Return the project of the tables. An option overrides the value in a table."""
+def _apply_options(options: DeployOptions, tables: Tables, folder: Path | None, here: Path) -> Project:
     table = tables.robotcore or RobotcoreTable()
     deploy = table.deploy
     app = _resolve_name(options, table, "app", folder, here)
@@ -301,10 +300,6 @@ def _is_file(name: str) -> bool:
 
 
 def _resolve_name(options: DeployOptions, table: RobotcoreTable, kind: str, folder: Path | None, here: Path) -> str:
-    """Return the installed name of an app, robot or world, or its file relative to the project's folder.
-
-    kind: ``app``, ``robot`` or ``world``.
-    """
     given = getattr(options, kind)
     name = given or getattr(table, kind)
     if not name:
@@ -319,7 +314,6 @@ def _resolve_name(options: DeployOptions, table: RobotcoreTable, kind: str, fold
 
 
 def _validate_project(project: Project) -> Project:
-    """Return the project. Raise UsageError if it has an unknown name, or an invalid rate, seed or bound."""
     require_rate(project.rate_hz)
     load_backend(project.backend)
     if not is_app_file(project.app):  # a user's file is not imported here, so its settings are not checked

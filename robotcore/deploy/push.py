@@ -226,7 +226,7 @@ def build_release(
         app=project.app,
         robot=project.robot,
         backend=project.backend,
-        run=("run", project.app, *format_options(_build_run(project))),
+        run=("run", project.app, *format_options(_build_run_request(project))),
         stop=("stop", "--backend", project.backend, "--robot", project.robot, *_build_stop_options(project)),
         requirements=requirements,
         checks=check_lines,
@@ -241,8 +241,7 @@ def _build_stop_options(project: Project) -> list[str]:
     return format_options(RunRequest(project.app, options=project.options))
 
 
-def _build_run(project: Project) -> RunRequest:
-    """Return the request for the run on the robot, with a world and the first seed if the backend is a simulator."""
+def _build_run_request(project: Project) -> RunRequest:
     is_simulated = load_backend(project.backend).builds_world(project.load_description())
     return RunRequest(
         app=project.app,

@@ -130,7 +130,7 @@ class RobotLink:
         with tempfile.TemporaryFile() as script:
             script.write(build_script(call.action, arguments).encode("ascii"))
             script.seek(0)
-            with self._run(script) as process:
+            with self._run_script(script) as process:
                 output = ProcessOutput(process)
                 try:
                     answer = call.parse_answer(output.read_pieces())
@@ -145,8 +145,7 @@ class RobotLink:
         return answer
 
     @contextmanager
-    def _run(self, script: IO[bytes]) -> Iterator[subprocess.Popen[bytes]]:
-        """Run a script on the robot during a ``with`` block. If the block raises, end the script."""
+    def _run_script(self, script: IO[bytes]) -> Iterator[subprocess.Popen[bytes]]:
         command = [*self._connection.ssh_command, REMOTE_COMMAND]
         with subprocess.Popen(  # noqa: S603  constants
             command, stdin=script, stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True
@@ -185,11 +184,10 @@ class RemoteCall(Generic[AnswerT]):
                 self.on_line(escape(text.decode(errors="replace"), keep="\t"))
             if mark:
                 has_begun = True
-                answer = self._read(parse(message)) or answer
+                answer = self._parse_message(parse(message)) or answer
         return answer
 
-    def _read(self, message: Mapping[str, Any]) -> AnswerT | Refusal | None:
-        """Return the answer in a message, or None for a progress message."""
+    def _parse_message(self, message: Mapping[str, Any]) -> AnswerT | Refusal | None:
         if "say" in message:
             self.on_message(validate(ProgressMessage, message, "progress"))
         elif "refused" in message:

@@ -94,7 +94,7 @@ def send(
     if copy_from is not None:
         options.append(f"--copy-dest={os.path.relpath(_require_remote_folder(copy_from), _require_remote_folder(to))}")
     ends = (f"{folder.absolute()}/", f"robot:~/{FOLDER}/{_require_remote_folder(to)}/")
-    return _transfer(connection, host, (*options, *ends), on_progress, where=str(host))
+    return _run_transfer(connection, host, (*options, *ends), on_progress, where=str(host))
 
 
 def receive(
@@ -110,7 +110,7 @@ def receive(
     options = RECEIVE_OPTIONS if partial is None else (f"--partial-dir={partial.absolute()}", *RECEIVE_OPTIONS)
     ends = (f"robot:~/{FOLDER}/recordings/", f"{folder.absolute()}/")
     names = b"".join(_require_recording_name(name).encode() + b"\0" for name in what)
-    return _transfer(connection, host, (*options, *ends), on_progress, names, on_poll, where="this machine")
+    return _run_transfer(connection, host, (*options, *ends), on_progress, names, on_poll, where="this machine")
 
 
 def _require_remote_folder(path: str) -> str:
@@ -125,7 +125,7 @@ def _require_recording_name(name: str) -> str:
     return name
 
 
-def _transfer(
+def _run_transfer(
     connection: SshConnection,
     host: RobotAddress,
     arguments: Sequence[str],
@@ -135,10 +135,6 @@ def _transfer(
     *,
     where: str,
 ) -> Transfer:
-    """Run rsync, and return the statistics of the transfer.
-
-    where: the receiving machine, for an error message.
-    """
     if not shutil.which("rsync"):
         raise explain_missing_program("rsync", "rsync")
     command = ["rsync", *COMMON_OPTIONS, "-e", shlex.join(connection.ssh_command[:-1]), *arguments]

@@ -168,13 +168,11 @@ def _format_repeat(project: Project, line: str) -> str:
 
 
 def _build_environment(site: Path) -> dict[str, str]:
-    """Return the environment variables with which Python searches modules in ``site`` first, as on the robot."""
     paths = [str(site), *filter(None, [os.environ.get("PYTHONPATH")])]
     return {"PYTHONPATH": os.pathsep.join(paths)}
 
 
 def _require_pass(project: Project, missed: Sequence[str], failing: Sequence[Record]) -> None:
-    """Raise UnprovenError if the results miss a bound or, in a project without bounds, if a run does not pass."""
     if not (missed if project.require else failing):
         return
     first = failing[0] if failing else None

@@ -142,7 +142,7 @@ class SshConnection:
 
     def _build_options(self) -> list[str]:
         host, file = self._host, self._config
-        options = MASTER_OPTIONS | ({} if _can_ask() else {"BatchMode": "yes"})
+        options = MASTER_OPTIONS | ({} if _can_ask_user() else {"BatchMode": "yes"})
         return [
             *("-S", f"{self._folder}/master", "-E", f"{self._folder}/log", "-T"),
             *(("-F", os.fspath(file)) if file else ()),
@@ -152,7 +152,6 @@ class SshConnection:
         ]
 
     def _send_greeting(self) -> None:
-        """Send the greeting, and wait until the robot sends it back. After an error, end ssh."""
         assert self._master.stdin
         assert self._master.stdout
         with suppress(BrokenPipeError):
@@ -204,8 +203,7 @@ class SshConnection:
                 end()
 
 
-def _can_ask() -> bool:
-    """Return whether ssh can ask the user for a password, at a terminal or in a window."""
+def _can_ask_user() -> bool:
     if os.environ.get("SSH_ASKPASS"):
         return True
     with suppress(OSError):

@@ -114,7 +114,6 @@ def _walk(folder: Path, below: Path) -> Iterator[str]:
 
 
 def _is_generated(name: str) -> bool:
-    """Return whether a program generated the file or one of its parent folders, according to their names."""
     parts = Path(name).parts
     return parts[0] in RESULT_FOLDERS or any(map(GENERATED.fullmatch, parts))
 
@@ -210,7 +209,7 @@ def copy_files(folder: Path, target: Path) -> Listing:
     Raises UsageError for links that would be broken on the robot.
     """
     listing = list_files(folder)
-    links = dict(_find_links(folder, listing.names))
+    links = dict(_find_sent_links(folder, listing.names))
     for name in listing.names:
         place = target / name
         place.parent.mkdir(parents=True, exist_ok=True)
@@ -230,8 +229,7 @@ def _copy_file(file: Path, place: Path) -> None:
         ) from error
 
 
-def _find_links(folder: Path, names: Collection[str]) -> Iterator[tuple[str, str]]:
-    """Yield the name of each link, and its target relative to the link's folder."""
+def _find_sent_links(folder: Path, names: Collection[str]) -> Iterator[tuple[str, str]]:
     top = folder.resolve()
     sent = {Path(name) for name in names}
     sent |= {parent for path in sent for parent in path.parents}

@@ -114,7 +114,6 @@ class Notifier:
         return sys.exc_info()[1] is self._outer
 
     def _send(self, *lines: str) -> bool:
-        """Send lines to systemd. Return whether systemd accepted them."""
         with suppress(OSError), socket(AF_UNIX, SOCK_DGRAM) as link:
             link.sendto("\n".join(lines).encode(errors="replace"), MSG_DONTWAIT, self._address)
             return True

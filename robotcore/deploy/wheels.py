@@ -205,13 +205,12 @@ def _download(requested: Sequence[Requirement], target: Platform, folder: Path) 
             )
         if _UNREACHABLE_INDEX.search(answer.stderr):
             raise _explain_unreachable_index(found[1], target)
-        if found[1] in built or not _build_wheel(found[1], folder):
+        if found[1] in built or not _build_pure_wheel(found[1], folder):
             raise _explain_missing_wheel(found[1], target)
         built.add(found[1])
 
 
-def _build_wheel(requirement: str, folder: Path) -> bool:
-    """Build a wheel in the folder. Return whether the build succeeded and the wheel is pure Python."""
+def _build_pure_wheel(requirement: str, folder: Path) -> bool:
     with TemporaryDirectory() as scratch:
         process = run_pip(["wheel", "--quiet", "--no-deps", "--wheel-dir", scratch, "--", requirement])
         pure = list(Path(scratch).glob("*-none-any.whl"))
@@ -240,7 +239,7 @@ def _explain_missing_wheel(requirement: str, target: Platform) -> DeployError:
 
 def _find_missing(requested: Iterable[Requirement], target: Platform, folder: Path) -> Iterator[Requirement]:
     """Yield the requirements, and those of the downloaded wheels, for which the folder has no wheel yet."""
-    needs = {canonicalize_name(name): each for name, each in map(_read_metadata, folder.glob("*.whl"))}
+    needs = {canonicalize_name(name): each for name, each in map(_read_name_and_requirements, folder.glob("*.whl"))}
     seen: set[str] = set()
     queue = list(requested)
     while queue:
@@ -265,8 +264,7 @@ def _select_applicable(
             yield applicable
 
 
-def _read_metadata(wheel: Path) -> tuple[str, list[Requirement]]:
-    """Return the name and the requirements of a wheel's package."""
+def _read_name_and_requirements(wheel: Path) -> tuple[str, list[Requirement]]:
     with ZipFile(wheel) as opened:
         (file,) = (name for name in opened.namelist() if re.fullmatch(r"[^/]+\.dist-info/METADATA", name))
         metadata = message_from_string(opened.read(file).decode())

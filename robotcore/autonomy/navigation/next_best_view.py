@@ -83,7 +83,7 @@ class Coverage:
 
     def unseen_bearings(self, pose: Pose) -> Angles:
         """Return the bearings from a pose at which at least `MIN_TURN_M2` of unseen area is visible, in [-π, π)."""
-        areas = self._areas(self._cell(pose.x, pose.y))[0]
+        areas = self._measure_unseen_along_rays(self._cell(pose.x, pose.y))[0]
         around = areas + np.roll(areas, 1) + np.roll(areas, -1)
         return np.asarray((self._angles[around >= MIN_TURN_M2] - pose.heading + math.pi) % math.tau - math.pi)
 
@@ -92,10 +92,9 @@ class Coverage:
 
         cells: rows and columns, (n, 2).
         """
-        return np.asarray(self._areas(cells).sum(axis=1))
+        return np.asarray(self._measure_unseen_along_rays(cells).sum(axis=1))
 
-    def _areas(self, cells: Cells) -> Areas:
-        """Return the unseen area along each of `COARSE_RAYS` rays from each cell, in m², (n, rays)."""
+    def _measure_unseen_along_rays(self, cells: Cells) -> Areas:
         rays = self._rays(cells, self._angles, COARSE_CELLS)
         radii = COARSE_CELLS * np.arange(1, rays.rows.shape[2] + 1)
         areas = radii * (COARSE_CELLS * math.tau / COARSE_RAYS * self._grid.cell**2)

@@ -248,12 +248,11 @@ def plan_path(ground: Traversability, here: Cell, goals: Mask, *, is_surveyed: b
 
 
 def _find_cheapest(ground: Traversability, here: Cell, goals: Mask) -> _Candidate | None:
-    candidates = [_find_shortest(ground, here, goals, trust) for trust in Certainty]
+    candidates = [_find_widest_path(ground, here, goals, trust) for trust in Certainty]
     return min(filter(None, candidates), key=lambda candidate: candidate.cost, default=None)
 
 
-def _find_shortest(ground: Traversability, here: Cell, goals: Mask, trust: Certainty) -> _Candidate | None:
-    """Return the shortest path with the widest of `MARGINS_M` that allows a path."""
+def _find_widest_path(ground: Traversability, here: Cell, goals: Mask, trust: Certainty) -> _Candidate | None:
     for margin, mask in enumerate(ground.open_cells(here, trust)):
         steps = wavefront(here, mask, goals)
         at_goals = np.where(goals, steps, UNREACHED)

@@ -160,7 +160,6 @@ class ColourDetector:
         return f"ColourDetector(hue={self.hue:g}, tolerance={self._tolerance:g}, min_area={self._min_area})"
 
     def _find_regions(self, image: Image) -> Iterator[Region]:
-        """Yield the regions of all candidates in the full picture. Two candidates may yield the same region."""
         height, width = image.shape[:2]
         size = (width + 1) // 2, (height + 1) // 2
         half = np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), np.uint8)

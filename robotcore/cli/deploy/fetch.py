@@ -42,7 +42,7 @@ def command(host: RobotAddress, ssh_config: Path | None, out: Path | None, *, mo
     """
     from robotcore.deploy.fetch import fetch
 
-    folder = out or _default_folder(host)
+    folder = out or _build_default_folder(host)
     with StepDisplay() as display, make_link(host, ssh_config) as link:
         result = fetch(link, folder, _ignore_progress if as_json else display, moves=moves)
     status = 1 if result.different else 0
@@ -53,8 +53,7 @@ def command(host: RobotAddress, ssh_config: Path | None, out: Path | None, *, mo
     return status
 
 
-def _default_folder(host: RobotAddress) -> Path:
-    """Return the path ``recordings/HOST``; raises UsageError if ``recordings`` or ``HOST`` is a symbolic link."""
+def _build_default_folder(host: RobotAddress) -> Path:
     folder = RECORDINGS / host.name
     for path in (RECORDINGS, folder):
         if path.is_symlink():

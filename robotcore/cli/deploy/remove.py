@@ -37,7 +37,6 @@ def command(host: RobotAddress, ssh_config: Path | None, *, recordings: bool, ye
 
 
 def _confirm(question: str) -> bool:
-    """Ask the user for confirmation. Raises UsageError if stdin is not a terminal."""
     if not sys.stdin.isatty():
         raise UsageError(
             "remove asks for confirmation, but stdin is not a terminal. To remove without a question: --yes",

@@ -215,9 +215,7 @@ _CORRECT_IT = "Correct it in the project's dependencies"
 
 
 @dataclass(frozen=True)
-class _Failure:
-    """A known failure of pip, and its error message."""
-
+class _PipFailure:
     line: re.Pattern[str]
     """The pattern of a line in pip's output, with at most one group."""
     kind: str
@@ -227,34 +225,34 @@ class _Failure:
 
 
 _COMMON = (
-    _Failure(
+    _PipFailure(
         re.compile(r"No space left on device|Disk quota exceeded"),
         "disk",
         "the robot's disk is full",
         MAKE_ROOM,
     ),
-    _Failure(
+    _PipFailure(
         re.compile(r"ResolutionImpossible"),
         "requirement",
         "the requirements contradict each other",
         "Relax the project's requirements. pip install on your computer names those in conflict",
     ),
-    _Failure(re.compile(r"Invalid requirement: '?([^'\n]+)"), "requirement", "{} is not a requirement", _CORRECT_IT),
+    _PipFailure(re.compile(r"Invalid requirement: '?([^'\n]+)"), "requirement", "{} is not a requirement", _CORRECT_IT),
 )
 _NETWORK = (
-    _Failure(
+    _PipFailure(
         re.compile(r"CERTIFICATE_VERIFY_FAILED.*(?:expired|not yet valid)"),
         "network",
         "the package index's certificate is out of date by the robot's clock",
         "Set the clock of the robot: sudo timedatectl set-ntp true",
     ),
-    _Failure(
+    _PipFailure(
         re.compile(r"CERTIFICATE_VERIFY_FAILED"),
         "network",
         "the robot does not trust the package index's certificate",
         "Give the robot's pip the certificate of your network (pip config set global.cert FILE). Or use --offline",
     ),
-    _Failure(
+    _PipFailure(
         re.compile(
             r"Failed to establish a new connection|Max retries exceeded|Connection refused|ConnectTimeout"
             r"|Read timed out|name resolution|Network is unreachable|ProxyError"
@@ -265,8 +263,8 @@ _NETWORK = (
     ),
 )
 _NOT_FOUND = re.compile(r"No matching distribution found for ([^\s(]+)")
-_UNKNOWN = _Failure(_NOT_FOUND, "requirement", "there is no {} for {here}", _CORRECT_IT)
-_NOT_UPLOADED = _Failure(_NOT_FOUND, "wheels", "no wheel of {} for {here} was uploaded", "Push again with --offline")
+_UNKNOWN = _PipFailure(_NOT_FOUND, "requirement", "there is no {} for {here}", _CORRECT_IT)
+_NOT_UPLOADED = _PipFailure(_NOT_FOUND, "wheels", "no wheel of {} for {here} was uploaded", "Push again with --offline")
 _BUILDING = re.compile(r"Failed building wheel for|Failed to build|subprocess-exited-with-error")
 _BUILT_PACKAGE = re.compile(r"Failed building wheel for ([\w.-]+)|╰─> ([\w.-]+)$|^Collecting ([\w.-]+)", re.MULTILINE)
 _REASON = re.compile(r"^ *(.+)\n *\[end of output\]", re.MULTILINE)

@@ -101,7 +101,7 @@ def run_check(layout: Layout) -> None:
     with hold_lock(layout, "a health check"):
         if check := read_pending(layout):
             result = check.read_result(layout) or _check_release(layout, check)
-            _apply_result(layout, check, result)
+            _keep_or_roll_back(layout, check, result)
 
 
 def abandon_check(layout: Layout) -> None:
@@ -112,7 +112,7 @@ def abandon_check(layout: Layout) -> None:
     with hold_lock(layout, "a health check is ended"):
         if check := read_pending(layout):
             stopped = HealthResult(STOPPED, "a user stopped it", since=check.since)
-            _apply_result(
+            _keep_or_roll_back(
                 layout, replace(check, was_standing=True, was_enabled=False), check.read_result(layout) or stopped
             )
 
@@ -158,8 +158,7 @@ def _write_result(layout: Layout, check: HealthCheck, result: HealthResult) -> N
         result.write(layout.releases / check.release)
 
 
-def _apply_result(layout: Layout, check: HealthCheck, result: HealthResult) -> None:
-    """Keep the release or roll back, and delete the check."""
+def _keep_or_roll_back(layout: Layout, check: HealthCheck, result: HealthResult) -> None:
     if result.outcome == STOPPED:
         _write_result(layout, check, result)
     if result.outcome != HEALTHY:

@@ -54,7 +54,6 @@ def read_last_lines(unit: str, invocation: str, count: int = LAST_LINES) -> tupl
 
 
 def _shorten_dump(lines: Sequence[str]) -> list[str]:
-    """Shorten a dump by Python's faulthandler in these lines to the innermost frames of the aborted thread."""
     aborted = [number for number, line in enumerate(lines) if line.startswith(_ABORTED)]
     if not aborted:
         return list(lines)

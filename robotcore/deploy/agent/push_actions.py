@@ -66,10 +66,10 @@ def begin_upload(layout: Layout, *, release: str, size: int) -> dict[str, Any]:
     with hold_lock(layout, f"push of {require_name(release)}"):
         for folder in (layout.incoming, layout.releases, layout.recordings):
             folder.mkdir(parents=True, exist_ok=True)
-        prune_releases(layout, keep=1 if _measure_missing(layout, size) else KEPT_HEALTHY)
+        prune_releases(layout, keep=1 if _measure_missing_bytes(layout, size) else KEPT_HEALTHY)
         release = _choose_name(layout, release)
         folder = uploads.open_upload(layout, release)
-        if missing := _measure_missing(layout, size - files.measure_size(folder)):
+        if missing := _measure_missing_bytes(layout, size - files.measure_size(folder)):
             uploads.discard_upload(layout, release)
             raise _build_disk_error(layout, size, missing)
         before = releases.read_current(layout) or next(iter(releases.list_names(layout)), None)
@@ -87,8 +87,7 @@ def _choose_name(layout: Layout, proposed: str) -> str:
     return time.strftime(NAME_FORMAT, time.gmtime(timegm(time.strptime(newest, NAME_FORMAT)) + 1))
 
 
-def _measure_missing(layout: Layout, size: int) -> int:
-    """Return the space in bytes that the disk lacks for an upload of this size."""
+def _measure_missing_bytes(layout: Layout, size: int) -> int:
     return max(0, size + SPARE_BYTES - files.measure_free_space(layout.root))
 
 
@@ -118,7 +117,7 @@ def prune_releases(layout: Layout, keep: int = KEPT_HEALTHY) -> tuple[str, ...]:
     """
     healthy = [name for name in releases.list_names(layout) if releases.is_healthy(layout, name)]
     others = [name for name in releases.list_names(layout) if name not in healthy]
-    stay = {*healthy[:keep], *others[: min(keep, KEPT_OTHERS)], *_list_needed(layout)}
+    stay = {*healthy[:keep], *others[: min(keep, KEPT_OTHERS)], *_list_needed_releases(layout)}
     old = [name for name in releases.list_names(layout) if name not in stay]
     for name in old:
         discard(layout, layout.releases / name)
@@ -126,8 +125,7 @@ def prune_releases(layout: Layout, keep: int = KEPT_HEALTHY) -> tuple[str, ...]:
     return tuple(old)
 
 
-def _list_needed(layout: Layout) -> Iterator[str | None]:
-    """Yield the releases that a running app, a rollback or a health check needs."""
+def _list_needed_releases(layout: Layout) -> Iterator[str | None]:
     yield releases.read_current(layout)
     yield releases.find_previous(layout)
     if pending := health_check.read_pending(layout):

@@ -75,7 +75,6 @@ def _find_folder(layout: Layout, release: str) -> Path:
 
 
 def _plan_check(layout: Layout, release: str) -> HealthCheck:
-    """Return a health check for a release, with the release to roll back to, and whether an app runs now."""
     if pending := health_check.read_pending(layout):  # its release is not healthy yet, so keep its previous release
         plan = replace(pending, release=release)
     else:
