@@ -157,7 +157,6 @@ def _open_built(
     *,
     keep: bool,
 ) -> Robot:
-    """Build the world and the robot, and open the robot. After an error, remove the built objects."""
     with ExitStack() as undo:
         scene = connect()
         undo.callback(scene.close)

@@ -157,7 +157,6 @@ def to_wire(value: Any) -> Any:
 
 
 def _decode_reply(raw: bytes) -> dict[str, Any]:
-    """Decode a reply. Raises ProtocolViolation if it is invalid, and CallRefused if it reports an error."""
     try:
         reply = cbor.loads(raw)
     except Exception as error:

@@ -119,7 +119,7 @@ def build_robot(builder: SceneBuilder, robot: RobotDescription, start: Pose) -> 
         builder.make_dynamic(root, body.mass_kg, body.moments_kg_m2, -body.centre_x_m)
         joints = _add_wheels(builder, drive, root, frame)
         if drive.caster:
-            _add_casters(builder, drive.caster, root, frame, _compute_caster_room(body))
+            _add_casters(builder, drive.caster, root, frame, _compute_distance_to_nearer_end(body))
     return BuiltRobot(root, joints, Placement(-centre.x, 0.0, -centre.z))
 
 
@@ -163,8 +163,7 @@ def _add_casters(builder: SceneBuilder, caster: Caster, root: int, frame: Placem
         builder.set_friction(ball, 0.0)
 
 
-def _compute_caster_room(body: Body) -> float:
-    """Return the distance from the axle to the nearer end of the body, in metres."""
+def _compute_distance_to_nearer_end(body: Body) -> float:
     return min(body.front_x_m, body.length_m - body.front_x_m)
 
 

@@ -112,7 +112,7 @@ def save_scene_state(builder: SceneBuilder, storage: int, light: Light, more: Se
     for floor, place in places.items():
         builder.call("setObjectPose", floor, list(place._replace(z=place.z - _DOWN_M)))
     for number, lamp in enumerate(lamps):
-        _set_lamp(builder, lamp, light, is_on=number == 0)
+        _set_directional_lamp(builder, lamp, light, is_on=number == 0)
 
 
 def build_collections_undo(storage: int, collections: Collection[int]) -> list[UndoCall]:
@@ -159,8 +159,7 @@ def _build_lamp_undo(builder: SceneBuilder, lamp: int) -> list[UndoCall]:
     return [("setLightParameters", path, state, None, diffuse, specular), pose]
 
 
-def _set_lamp(builder: SceneBuilder, lamp: int, light: Light, *, is_on: bool) -> None:
-    """Set the direction, the brightness and the state of a directional lamp."""
+def _set_directional_lamp(builder: SceneBuilder, lamp: int, light: Light, *, is_on: bool) -> None:
     diffuse = [light.diffuse * light.brightness] * 3
     builder.call("setLightParameters", lamp, int(is_on), None, diffuse, [0.0, 0.0, 0.0])
     builder.call("setObjectPose", lamp, list(place_lamp(light)))

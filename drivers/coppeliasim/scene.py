@@ -121,7 +121,7 @@ class CoppeliaSimScene(Scene):
             self._limit_s = None  # only the first step loads
         now = self.read_time()
         if not math.isclose(now - self._time, steps * self._step_s, rel_tol=_TOLERANCE_S, abs_tol=_TOLERANCE_S):
-            raise self._lockstep_error(now - self._time, steps)
+            raise self._build_lockstep_error(now - self._time, steps)
         self._time = now
 
     def set_joint_velocity(self, joint: int, rad_s: float) -> None:
@@ -200,7 +200,7 @@ class CoppeliaSimScene(Scene):
             self._explicit[sensor] = bool(self.connection.call_as(int, "getExplicitHandling", sensor))
         return self._explicit[sensor]
 
-    def _lockstep_error(self, passed: float, steps: int) -> BackendError:
+    def _build_lockstep_error(self, passed: float, steps: int) -> BackendError:
         """Return the error for a simulation whose time has not advanced by the requested time steps.
 
         passed: the time in seconds by which the simulation has advanced.

@@ -248,7 +248,6 @@ class FanRangeSensor(RangeSensor):
         return Range(distance, time, sequence, None if math.isinf(distance) else self._find_nearest_point(lengths))
 
     def _find_nearest_point(self, lengths: Array) -> tuple[float, float, float]:
-        """Return the nearest detected point in the range sensor's frame, in metres."""
         ray = int(lengths.argmin())
         ahead = float(lengths[ray] / self._stretch[ray])
         return ahead - FAN_SETBACK_M, ahead * float(self._slopes[ray]), 0.0

@@ -244,7 +244,6 @@ class LockstepConnection:
         self.close()
 
     def _send_queued(self, *more: Request[None]) -> int:
-        """Send the queued commands and further commands, and return the number of the message."""
         with self._queue_lock:
             queued, self._queued = self._queued, {}
         self._unconfirmed |= queued
@@ -278,7 +277,6 @@ class LockstepConnection:
         )
 
     def _exchange(self, outgoing: Iterable[Request[Any]], pending: PendingRequests | None = None) -> int:
-        """Send requests in one message, receive the reply, and return the number of the message."""
         number, self._number = self._number, self._number + 1
         self.server, pieces = self._socket.exchange(number, [request.encode() for request in outgoing])
         if pieces:

@@ -168,7 +168,6 @@ class MessagePump:
             self._receive(*socket.exchange(number, outgoing))
 
     def _wait_for_turn(self) -> bool:
-        """Wait until the next message is due. Return False if `close` was called."""
         with self._changed:
             self._changed.wait_for(lambda: self._is_closing or self._is_urgent, self._pause_s)
             self._changed.wait_for(lambda: self._is_closing or not self._is_paused)

@@ -147,7 +147,7 @@ class OfficialClient:
     def call(self, function: str, *args: Any) -> Any:
         """Call a function that has no operation mode, and return its values without the return code."""
         with self._lock:
-            return self._check(getattr(self.api, function)(self._client, *args))
+            return self._unwrap(getattr(self.api, function)(self._client, *args))
 
     def call_blocking(self, function: str, *args: Any) -> Any:
         """Call a function in blocking mode, and return its values without the return code."""
@@ -160,7 +160,7 @@ class OfficialClient:
             if stream in self._streams:
                 mode = self.api.simx_opmode_buffer
                 code, *values = getattr(self.api, function)(self._client, *args, mode)
-                return self.call_blocking(function, *args) if code == _NO_VALUE else self._check((code, *values))
+                return self.call_blocking(function, *args) if code == _NO_VALUE else self._unwrap((code, *values))
             value = self.call_blocking(function, *args)
             getattr(self.api, function)(self._client, *args, self.api.simx_opmode_streaming)
             self._streams.add(stream)
@@ -171,7 +171,7 @@ class OfficialClient:
         with self._lock:
             code = getattr(self.api, function)(self._client, *args, self.api.simx_opmode_oneshot)
             if code & ~_NO_VALUE or not self.is_connected:
-                self._check(code or _TIMEOUT)
+                self._unwrap(code or _TIMEOUT)
 
     def close(self) -> None:
         """Wait until the server has executed the sent commands, and disconnect."""
@@ -180,8 +180,7 @@ class OfficialClient:
                 self.api.simxGetPingTime(self._client)
             self.api.simxFinish(self._client)
 
-    def _check(self, returned: Any) -> Any:
-        """Return the values of a result without its return code. Raise an error if the code reports one."""
+    def _unwrap(self, returned: Any) -> Any:
         code, *values = returned if isinstance(returned, tuple) else (returned,)
         if code == _OK:
             return values[0] if len(values) == 1 else values

@@ -104,7 +104,7 @@ class OfficialScene(Scene):
     def advance(self, steps: int) -> None:
         for _ in range(steps):
             self._positions = {handle: self.read_position(handle) for handle in self._positions}
-            if not self._try_step():
+            if not self._step_and_check_time():
                 state = self.read_state().value
                 raise SimulationHaltedError(
                     f"the simulation was {state}, so its time does not advance. Run again", kind=f"simulation-{state}"
@@ -170,12 +170,11 @@ class OfficialScene(Scene):
 
     def _does_time_advance(self) -> bool:
         if self._is_stepped:
-            return self._try_step()
+            return self._step_and_check_time()
         start_s = self.read_time()
         return self._wait_until(lambda: self.read_time() != start_s)
 
-    def _try_step(self) -> bool:
-        """Trigger a time step, and return whether the simulation's time has advanced."""
+    def _step_and_check_time(self) -> bool:
         start_s = self.read_time()
         try:
             self._client.call("simxSynchronousTrigger")

@@ -37,7 +37,7 @@ class LegacyScene(Scene):
     """A scene over the legacy remote API. A subclass sends the requests, and receives the answers."""
 
     @abstractmethod
-    def _call(self, request: Request[T]) -> T:
+    def _execute(self, request: Request[T]) -> T:
         """Send a request, and return the value of its answer. Raises RefusedError if the server refuses it."""
 
     @abstractmethod
@@ -45,7 +45,7 @@ class LegacyScene(Scene):
         """Return the newest value of a request that the app repeats in each tick."""
 
     @abstractmethod
-    def _post(self, request: Request[None]) -> None:
+    def _send_command(self, request: Request[None]) -> None:
         """Send a command without waiting for its answer."""
 
     @property
@@ -55,30 +55,30 @@ class LegacyScene(Scene):
 
     def find(self, path: str) -> SceneObject | None:
         try:
-            handle = self._call(requests.object_handle(path))
+            handle = self._execute(requests.object_handle(path))
         except RefusedError:
             return None
         return SceneObject(handle, path, self._kinds.get(handle, ObjectKind.OTHER))
 
     def list_objects(self) -> list[SceneObject]:
         """Return all objects with their names, because this API reports no paths."""
-        group = self._call(NAMES)
+        group = self._execute(NAMES)
         return [
             SceneObject(handle, name, self._kinds.get(handle, ObjectKind.OTHER))
             for handle, name in zip(group.handles, group.texts, strict=False)
         ]
 
     def read_state(self) -> State:
-        self._call(requests.CLOCK)
+        self._execute(requests.CLOCK)
         if not self._header.is_running:
             return State.STOPPED
         return State.PAUSED if self._header.is_paused else State.RUNNING
 
     def read_time_step(self) -> float:
-        return self._call(requests.float_parameter(TIME_STEP))
+        return self._execute(requests.float_parameter(TIME_STEP))
 
     def set_joint_velocity(self, joint: int, rad_s: float) -> None:
-        self._post(requests.joint_target_velocity(joint, rad_s))
+        self._send_command(requests.joint_target_velocity(joint, rad_s))
 
     def read_joint_position(self, joint: int) -> float:
         return self._read_newest(requests.joint_position(joint))
@@ -88,22 +88,22 @@ class LegacyScene(Scene):
         return _to_point(reading.point) if reading.is_detected else None
 
     def read_optics(self, sensor: int) -> CameraOptics:
-        width, height = self._call(picture_width(sensor)), self._call(picture_height(sensor))
-        return CameraOptics(width, height, compute_horizontal_fov(self._call(view_angle(sensor)), width, height))
+        width, height = self._execute(picture_width(sensor)), self._execute(picture_height(sensor))
+        return CameraOptics(width, height, compute_horizontal_fov(self._execute(view_angle(sensor)), width, height))
 
     def read_picture(self, sensor: int) -> RawPicture:
         pixels = self._read_newest(requests.colour_image(sensor))
         return RawPicture(pixels.data, pixels.shape[1], pixels.shape[0])
 
     def show(self, sensor: int, picture: RawPicture) -> None:
-        self._post(requests.set_colour_image(sensor, bytes(picture.pixels)))
+        self._send_command(requests.set_colour_image(sensor, bytes(picture.pixels)))
 
     def read_position(self, handle: int) -> Point:
         return _to_point(self._read_newest(requests.object_position(handle)))
 
     @cached_property
     def _kinds(self) -> dict[int, ObjectKind]:
-        types = self._call(TYPES)
+        types = self._execute(TYPES)
         return {
             handle: KINDS.get(number, ObjectKind.OTHER)
             for handle, number in zip(types.handles, types.numbers, strict=False)

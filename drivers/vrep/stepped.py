@@ -93,18 +93,18 @@ class SteppedScene(LegacyScene):
         self._executor.run(self._connection.close)
         self._executor.close()
 
-    def _call(self, request: Request[T]) -> T:
+    def _execute(self, request: Request[T]) -> T:
         return self._run(partial(self._connection.call, request))
 
     def _read_newest(self, request: Request[T]) -> T:
         identity = request.identity
         self._requested[identity] = request
         if identity not in self._values:
-            self._values[identity] = self._call(request)
+            self._values[identity] = self._execute(request)
         value: T = self._values[identity]
         return value
 
-    def _post(self, request: Request[None]) -> None:
+    def _send_command(self, request: Request[None]) -> None:
         if self._failure:
             raise self._failure
         self._connection.post(request)

@@ -257,14 +257,14 @@ class StreamedScene(LegacyScene):
     def close(self) -> None:
         self._reader.close()
 
-    def _call(self, request: Request[T]) -> T:
+    def _execute(self, request: Request[T]) -> T:
         return self._reader.call(request)
 
     def _read_newest(self, request: Request[T]) -> T:
         value: T = self._stream(request).value
         return value
 
-    def _post(self, request: Request[None]) -> None:
+    def _send_command(self, request: Request[None]) -> None:
         self._reader.post(request)
 
     def _stream(self, request: Request[object]) -> StreamedValue:

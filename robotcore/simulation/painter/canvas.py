@@ -106,7 +106,7 @@ def fill(canvas: NDArray[np.uint32], polygon: Sequence[Point], value: int) -> No
     `cv2.fillConvexPoly` is not exact enough, because it paints half a pixel beyond each edge.
     """
     columns, rows = (
-        _span(axis, size) for axis, size in zip(zip(*polygon, strict=True), canvas.shape[::-1], strict=True)
+        _to_pixel_range(axis, size) for axis, size in zip(zip(*polygon, strict=True), canvas.shape[::-1], strict=True)
     )
     if len(columns) < len(rows):
         _fill_lines(canvas.T, [(v, u) for u, v in reversed(polygon)], columns, value)
@@ -114,8 +114,7 @@ def fill(canvas: NDArray[np.uint32], polygon: Sequence[Point], value: int) -> No
         _fill_lines(canvas, polygon, rows, value)
 
 
-def _span(coordinates: Sequence[float], size: int) -> range:
-    """Return the pixel indices, from 0 to ``size`` - 1, between the least and the greatest coordinate."""
+def _to_pixel_range(coordinates: Sequence[float], size: int) -> range:
     return range(max(math.ceil(min(coordinates)), 0), min(math.floor(max(coordinates)), size - 1) + 1)
 
 
@@ -132,7 +131,6 @@ def _fill_lines(canvas: NDArray[np.uint32], polygon: Sequence[Point], lines: ran
 
 
 def _split_at_top_and_bottom(polygon: Sequence[Point], heights: list[float]) -> tuple[Sequence[Point], Sequence[Point]]:
-    """Return the corners of a polygon's left side and of its right side, both from top to bottom."""
     top = heights.index(min(heights))
     ring = [*polygon[top:], *polygon[: top + 1]]
     bottom = (heights.index(max(heights)) - top) % len(polygon)

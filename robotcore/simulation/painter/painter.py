@@ -52,7 +52,7 @@ class Painter:
         """Paint the picture of a camera, and return it, (height, width, 3), BGR."""
         import cv2
 
-        order = list(self._sort_strokes(view))
+        order = list(self._iterate_back_to_front(view))
         canvas = _paint_strokes(view, order, self._colours)
         if self._texturing.is_needed:
             facets = [stroke for stroke in order if isinstance(stroke, Facet)]
@@ -65,10 +65,9 @@ class Painter:
 
         The label is 1 plus the index of the body in ``things``. Sky and ground have the label 0.
         """
-        return _paint_strokes(view, self._sort_strokes(view), self._labels)
+        return _paint_strokes(view, self._iterate_back_to_front(view), self._labels)
 
-    def _sort_strokes(self, view: CameraView) -> Iterator[Stroke]:
-        """Yield the strokes in the order in which they must be painted."""
+    def _iterate_back_to_front(self, view: CameraView) -> Iterator[Stroke]:
         shown: dict[int, list[Stroke]] = defaultdict(list)
         for stroke in self._strokes(view):
             shown[stroke.part].append(stroke)

@@ -74,14 +74,14 @@ class Texturing:
         numbers: for each pixel of the canvas the number of the surface that it shows, or 0 for no pattern.
         """
         maps, sharpness = self._project(view)
-        for number, window in self._windows(facets, canvas.shape):
+        for number, window in self._iterate_windows(facets, canvas.shape):
             is_shown = numbers[window] == number
             if is_shown.any():
                 at = number - 1
-                levels = _levels(maps[at], sharpness[at], self._tiles[at], window)
+                levels = _compute_brightness(maps[at], sharpness[at], self._tiles[at], window)
                 np.copyto(canvas[window], self._shades[at].take(levels), where=is_shown)
 
-    def _windows(self, facets: Iterable[Facet], size: tuple[int, ...]) -> Iterator[tuple[int, Window]]:
+    def _iterate_windows(self, facets: Iterable[Facet], size: tuple[int, ...]) -> Iterator[tuple[int, Window]]:
         """Yield a surface's number and a window, for all windows in which the surface may be visible."""
         height, width = size
         ground, *faces = self.numbers
@@ -114,7 +114,7 @@ class Texturing:
         return np.concatenate((ways, slopes), axis=1).astype(np.float32), (pixels / FADING_PX).astype(np.float32)
 
 
-def _levels(maps: Singles, sharpness: np.float32, tile: Singles, window: Window) -> NDArray[np.intp]:
+def _compute_brightness(maps: Singles, sharpness: np.float32, tile: Singles, window: Window) -> NDArray[np.intp]:
     """Return the brightness of the pattern at each pixel of a window, from 0 to 255."""
     rows, columns = window
     u = np.arange(columns.start, columns.stop, dtype=np.float32)

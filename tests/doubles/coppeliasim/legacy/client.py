@@ -67,7 +67,6 @@ class Client:
         self._running.leave()
 
     def _execute(self, command: Command) -> Command:
-        """Return the answer to a command. An unknown command is returned unchanged with the error bit."""
         sim_ms = round(self._simulator.time * 1000) if self._simulator.state else 0
         try:
             data, status = self._handlers.get(command.code, _unknown)(command), 0

@@ -84,7 +84,6 @@ def _within(tolerance: float) -> Callable[[bytes, bytes], bool]:
 
 
 def _compare_pictures(one: bytes, other: bytes) -> bool:
-    """Compare resolutions, and the mean of the pixels' differences."""
     if not one:
         return True
     pixels = [np.frombuffer(data[RESOLUTION:], np.uint8).astype(int) for data in (one, other)]

@@ -96,7 +96,6 @@ class _CommandLog:
         self._missing = {number: [command] for number, command in lost.items()}
 
     def message(self, number: int) -> bytes:
-        """Return the client's message with this number, which the recording lacks."""
         return pack(Header(number, 0), self._missing.get(number, []))
 
     def reply(self, header: Header, commands: list[Command]) -> Reply:

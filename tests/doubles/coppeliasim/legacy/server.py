@@ -66,10 +66,9 @@ class Service:
             while not self._is_over:
                 self._line, _ = self._listening.accept()
                 with self._line as line:
-                    self._attend(line)
+                    self._serve_client(line)
 
-    def _attend(self, line: socket.socket) -> None:
-        """Serve one client until it leaves, is disconnected, or sends an invalid message."""
+    def _serve_client(self, line: socket.socket) -> None:
         line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         with self._simulator.lock:
             client = Client(self._simulator)

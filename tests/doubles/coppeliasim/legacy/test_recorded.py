@@ -205,7 +205,7 @@ def _values_agree(function: str, result: list[Any], recorded: list[Any]) -> bool
     if function == "simxReadProximitySensor":
         return bool(result[0] == recorded[0] and [len(each) for each in (result[1], result[3])] == [3, 3])
     if function == "simxGetVisionSensorImage":
-        return bool(result[0] == recorded[0]) and _pictures_agree(result[1], recorded[1])
+        return bool(result[0] == recorded[0]) and _are_pictures_similar(result[1], recorded[1])
     if function == "simxGetLastErrors":
         return _remove_repetitions(result[0]) == _remove_repetitions(recorded[0])
     if tolerance := TOLERANCES.get(function):
@@ -218,7 +218,6 @@ def _remove_repetitions(errors: list[str]) -> list[str]:
     return list(dict.fromkeys(errors))
 
 
-def _pictures_agree(result: list[int], recorded: list[int]) -> bool:
-    """Compare pictures of signed bytes by their mean difference."""
+def _are_pictures_similar(result: list[int], recorded: list[int]) -> bool:
     one, other = (np.array(pixels, np.int8).view(np.uint8).astype(int) for pixels in (result, recorded))
     return one.shape == other.shape and (not one.size or bool(np.abs(one - other).mean() <= PIXELS_MEAN))

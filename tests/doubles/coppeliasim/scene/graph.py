@@ -51,7 +51,7 @@ def find_full_path(roots: Sequence[Node], node: Node) -> str:
 
 
 def _match(level: Sequence[Node], parts: Sequence[str]) -> Iterator[Node]:
-    name, number = _split(parts[0])
+    name, number = _split_index(parts[0])
     left, deeper = number or 0, list[Node]()
     for node in level:
         is_fitting = fnmatchcase(node.alias, name)
@@ -67,14 +67,12 @@ def _match(level: Sequence[Node], parts: Sequence[str]) -> Iterator[Node]:
         yield from _match(node.children, parts)
 
 
-def _split(part: str) -> tuple[str, int | None]:
-    """Return the alias in a part of a path, and its index if there is one."""
+def _split_index(part: str) -> tuple[str, int | None]:
     numbered = re.fullmatch(r"(.+)\[(\d+)\]", part)
     return (numbered[1], int(numbered[2])) if numbered else (part, None)
 
 
 def _format_indexed_alias(roots: Sequence[Node], node: Node) -> str:
-    """Return the alias of an object, with an index if siblings share it."""
     namesakes = [each for each in (node.parent.children if node.parent else roots) if each.alias == node.alias]
     return node.alias if len(namesakes) == 1 else f"{node.alias}[{namesakes.index(node)}]"
 

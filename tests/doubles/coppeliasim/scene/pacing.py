@@ -38,13 +38,13 @@ class Pacer:
     def _run(self) -> None:
         with self._simulator.lock:
             while not self._is_closing:
-                wait = self._wait()
+                wait = self._compute_wait_s()
                 if wait is None or wait > 0:
                     self._simulator.changed.wait(wait)
                 else:
                     self._simulator.advance()
 
-    def _wait(self) -> float | None:
+    def _compute_wait_s(self) -> float | None:
         """Return the time until the next step in seconds. None means: wait until the simulation changes."""
         simulator = self._simulator
         if not simulator.state.is_advancing or simulator.stepping.is_held:

@@ -86,7 +86,7 @@ class Solids:
         return np.asarray(turned / np.linalg.norm(turned, axis=1, keepdims=True))
 
 
-def _meet_boxes(starts: Array, ways: Array) -> Array:
+def _compute_box_distances(starts: Array, ways: Array) -> Array:
     """Return the distances to cubes with edges of length 2. Source: the slab method of Kay and Kajiya."""
     one, other = (-1 - starts) / ways, (1 - starts) / ways
     enters = np.nan_to_num(np.minimum(one, other), nan=-np.inf, posinf=np.inf, neginf=-np.inf).max(axis=2)
@@ -94,15 +94,13 @@ def _meet_boxes(starts: Array, ways: Array) -> Array:
     return np.where((enters <= leaves) & (enters > 0), enters, np.inf)
 
 
-def _meet_spheres(starts: Array, ways: Array) -> Array:
-    """Return the distances to spheres of radius 1."""
+def _compute_sphere_distances(starts: Array, ways: Array) -> Array:
     a, b = (ways * ways).sum(axis=2), (starts * ways).sum(axis=2)
     c = (starts * starts).sum(axis=2) - 1
     return _smaller_root(a, b, np.broadcast_to(c, a.shape))
 
 
-def _meet_cylinders(starts: Array, ways: Array) -> Array:
-    """Return the distances to cylinders of radius 1 and length 2."""
+def _compute_cylinder_distances(starts: Array, ways: Array) -> Array:
     flat, flat_ways = starts[..., :2], ways[..., :2]
     a, b = (flat_ways * flat_ways).sum(axis=2), (flat * flat_ways).sum(axis=2)
     c = np.broadcast_to((flat * flat).sum(axis=2) - 1, a.shape)
@@ -122,9 +120,9 @@ def _smaller_root(a: Array, b: Array, c: Array) -> Array:
 
 
 _MEETINGS = {
-    Primitive.CUBOID: _meet_boxes,
-    Primitive.SPHEROID: _meet_spheres,
-    Primitive.CYLINDER: _meet_cylinders,
+    Primitive.CUBOID: _compute_box_distances,
+    Primitive.SPHEROID: _compute_sphere_distances,
+    Primitive.CYLINDER: _compute_cylinder_distances,
 }
 
 

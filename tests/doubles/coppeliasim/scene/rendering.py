@@ -125,7 +125,7 @@ class RenderedPicture:
         painter = self._scenery.painter(self._light.sky_colour) if abs(view.rotation[0, 2]) < LEVEL else None
         if painter:
             return painter.picture(view)[::-1, :, ::-1]
-        return _cast(view, self._sensor, self._scenery, self._light)
+        return _cast_rays(view, self._sensor, self._scenery, self._light)
 
     @cached_property
     def depths(self) -> Depths:
@@ -135,7 +135,7 @@ class RenderedPicture:
     def depths_of_every(self, nth: int) -> Depths:
         """Return the depths of each ``nth`` pixel of each ``nth`` row."""
         sensor, view = self._sensor, view_of(self._sensor, self._pose)
-        rays = _directions(view, nth)
+        rays = _compute_ray_directions(view, nth)
         lengths = self._scenery.solids.cast(view.eye, rays.reshape(-1, 3))
         empty = sensor.far - EMPTY * (sensor.far - sensor.near)
         lengths = np.where((lengths >= sensor.near) & (lengths <= sensor.far), lengths, empty)
@@ -167,22 +167,21 @@ def _sky(sensor: VisionSensor, light: Light) -> tuple[int, int, int]:
     return red, green, blue
 
 
-def _cast(view: CameraView, sensor: VisionSensor, scenery: Scenery, light: Light) -> Pixels:
-    """Return the picture by ray casting, the lowest row first."""
-    hits = scenery.solids.hits(view.eye, _directions(view).reshape(-1, 3))
+def _cast_rays(view: CameraView, sensor: VisionSensor, scenery: Scenery, light: Light) -> Pixels:
+    hits = scenery.solids.hits(view.eye, _compute_ray_directions(view).reshape(-1, 3))
     is_seen = (hits.lengths >= sensor.near) & (hits.lengths <= sensor.far)
-    colours = np.where(is_seen[:, None], _shade(hits, scenery, light), light.sky_colour)
+    colours = np.where(is_seen[:, None], _shade_hits(hits, scenery, light), light.sky_colour)
     return np.rint(colours).astype(np.uint8).reshape(sensor.height, sensor.width, 3)
 
 
-def _shade(hits: Hits, scenery: Scenery, light: Light) -> Array:
+def _shade_hits(hits: Hits, scenery: Scenery, light: Light) -> Array:
     palette = 255 * np.array([shape.colour for shape in scenery.solids.shapes] or [(0.0, 0.0, 0.0)])
     cosines = np.maximum(hits.normals @ np.array(light.direction), 0.0)
     shade = np.minimum(light.ambient + light.diffuse * cosines, 1.0) * light.brightness
     return np.asarray(np.minimum(palette[hits.solids] * shade[:, None], 255.0))
 
 
-def _directions(view: CameraView, nth: int = 1) -> Array:
+def _compute_ray_directions(view: CameraView, nth: int = 1) -> Array:
     """Return the rays through the centres of each ``nth`` pixel, (rows, columns, 3), up to depth 1 m.
 
     Row 0 is the lowest.

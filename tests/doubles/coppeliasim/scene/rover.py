@@ -63,7 +63,6 @@ def find_drives(graph: Graph) -> list[Drive]:
 
 
 def _find_body(joint: Joint) -> Shape | None:
-    """Return the dynamic body to which a driven joint belongs; None if there is none."""
     if not (joint.is_dynamic and joint.control == JointMode.VELOCITY):
         return None
     return next((node for node in _iterate_parents(joint) if isinstance(node, Shape) and not node.is_static), None)
@@ -109,7 +108,6 @@ def _create_drive(body: Shape, one: Hub, other: Hub) -> Drive:
 
 
 def _project(vector: Vector, axis: Vector) -> float:
-    """Return the horizontal component of a vector along an axis."""
     return vector[0] * axis[0] + vector[1] * axis[1]
 
 
@@ -227,7 +225,6 @@ class Rover:
 
 
 def _find_upright_body(body: Shape, pose: Transform) -> UprightShape:
-    """Return the upright shape of a robot's body in its frame. A tilted shape counts as an upright box."""
     boxed = replace(body, primitive=Primitive.CUBOID)
     shape = find_upright_shape(body, pose) or find_upright_shape(boxed, Transform.rotated(pose.yaw, pose.position))
     assert shape, "an upright box stands"

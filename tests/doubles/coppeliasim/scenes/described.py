@@ -79,14 +79,13 @@ def _add_robot(graph: Graph, robot: RobotDescription, world: WorldDescription) -
     for motor in robot.all_of(MotorDescription):
         _add_wheel(graph, body, inward, robot, motor)
     for device in robot.devices:
-        if sensor := _sensor(device, inward):
+        if sensor := _create_sensor(device, inward):
             graph.add(sensor, body)
         elif isinstance(device, DisplayDescription):
             graph.add(_screen(device.name))
 
 
 def _add_wheel(graph: Graph, body: Node, inward: Transform, robot: RobotDescription, motor: MotorDescription) -> None:
-    """Add a motor's joint, with its lag, and its wheel. A motor outside the drive has no wheel."""
     drive = robot.drive
     if drive is None or motor.name not in {drive.left, drive.right}:
         graph.add(Joint(motor.name), body)
@@ -98,8 +97,7 @@ def _add_wheel(graph: Graph, body: Node, inward: Transform, robot: RobotDescript
     graph.add(create_dynamic(f"{motor.name}_wheel", size, Transform(), Primitive.CYLINDER, drive.wheel_mass_kg), joint)
 
 
-def _sensor(description: object, inward: Transform) -> Node | None:
-    """Return the object of a sensor in the frame of the body; None for a device that is not a sensor."""
+def _create_sensor(description: object, inward: Transform) -> Node | None:
     if isinstance(description, RangeSensorDescription):
         nose = ProximitySensor(
             description.name, reach=description.max_range_m, cone=description.cone_rad, setback=FAN_SETBACK_M

@@ -110,7 +110,6 @@ class Chunk:
         return tuple(map(_to_python, values)) if isinstance(values, tuple) else (_to_python(values),)
 
     def _to_table(self, value: Any) -> Any:
-        """Convert a value to Lua: lists and dicts become tables, text becomes bytes."""
         if isinstance(value, str):
             return value.encode()
         if isinstance(value, (list, tuple)):
@@ -121,7 +120,6 @@ class Chunk:
 
 
 def _to_python(value: Any) -> Any:
-    """Convert a value from Lua: text becomes str, tables become lists or dicts."""
     from lupa import lua_type
 
     if isinstance(value, Buffer):

@@ -75,7 +75,6 @@ def test_pixel_of_a_prism_has_the_texel_at_the_end_of_its_ray() -> None:
 
 
 def _find_normal(outline: tuple[tuple[float, float], ...], point: np.ndarray) -> np.ndarray:
-    """Return the normal of the side of a prism on which a point lies."""
     corners = np.array(outline)
     ways = np.roll(corners, -1, axis=0) - corners
     normals = np.stack((ways[:, 1], -ways[:, 0]), axis=1) / np.linalg.norm(ways, axis=1)[:, None]

@@ -15,7 +15,6 @@ from tests.system.vrep.server import WAIT, find_handle, is_running, require_addr
 
 @pytest.fixture(autouse=True)
 def _use_server_address(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Replace the address in the programs, which is 127.0.0.1."""
     start = simx.simxStart
     monkeypatch.setattr(simx, "simxStart", lambda _, *rest: start(require_address().host, *rest))
 

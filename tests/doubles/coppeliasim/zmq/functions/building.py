@@ -104,13 +104,16 @@ def create_proximity_sensor(
         raise SceneError(f"the double has pyramids, cones and rays only, not proximity sensors of type {kind}.")
     numbers = [float(number) for number in floats]
     sensor = ProximitySensor(
-        "proximitySensor", explicit=bool(options & 1), offset=numbers[0], reach=numbers[1], cone=_cone(kind, numbers)
+        "proximitySensor",
+        explicit=bool(options & 1),
+        offset=numbers[0],
+        reach=numbers[1],
+        cone=_compute_cone(kind, numbers),
     )
     return session.simulator.graph.add(sensor).handle
 
 
-def _cone(kind: int, numbers: list[float]) -> float:
-    """Return the full angle in radians of a cone or a pyramid; a ray has none."""
+def _compute_cone(kind: int, numbers: list[float]) -> float:
     if kind == CONE:
         return min(numbers[9], math.pi - 1e-3)
     if kind == PYRAMID and numbers[1]:

@@ -235,7 +235,6 @@ def set_model_property(session: Session, node: Node, bits: int) -> int:
 
 
 def _read_property(session: Session, node: Node, name: str, of_shapes: int) -> int:
-    """Return the stored bits. Only shapes have a default."""
     if isinstance(node, Shape) or (node, name) in session.shared.stored_values:
         return int(session.shared.stored_values.get((node, name), of_shapes))
     raise SceneError(f"the double has no {name} bits of {node.alias}, because they were not set.")

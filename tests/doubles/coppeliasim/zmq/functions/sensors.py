@@ -26,7 +26,7 @@ def get_vision_sensor_img(
     """Return the pixels, RGB or grey (bit 0 of the options), the lowest row first, and the size of the sensor."""
     if cut_off:
         raise SceneError("the double does not support the argument cut_off of pictures.")
-    picture = _part(session.simulator.picture(sensor), corner, size)
+    picture = _crop(session.simulator.picture(sensor), corner, size)
     return (_grey(picture) if options & GREY else picture).tobytes(), [sensor.width, sensor.height]
 
 
@@ -79,12 +79,12 @@ def get_vision_sensor_depth_buffer(session: Session, sensor: VisionSensor) -> li
 @function("handleVisionSensor")
 def handle_vision_sensor(session: Session, sensor: VisionSensor) -> tuple[int, list[float], list[float]]:
     session.simulator.handle(sensor)
-    return _result(session, sensor)
+    return _compute_result(session, sensor)
 
 
 @function("readVisionSensor")
 def read_vision_sensor(session: Session, sensor: VisionSensor) -> int | tuple[int, list[float], list[float]]:
-    return _result(session, sensor) if sensor.has_result else -1
+    return _compute_result(session, sensor) if sensor.has_result else -1
 
 
 @function("getExplicitHandling")
@@ -98,7 +98,7 @@ def set_explicit_handling(session: Session, node: Node, is_explicit: int) -> int
     return 1
 
 
-def _result(session: Session, sensor: VisionSensor) -> tuple[int, list[float], list[float]]:
+def _compute_result(session: Session, sensor: VisionSensor) -> tuple[int, list[float], list[float]]:
     """Return the state and 15 numbers: the minima, maxima and means of intensity, red, green, blue and depth."""
     picture, seen = session.simulator.summary(sensor)
     depths = _normalised(sensor, seen).ravel()
@@ -119,7 +119,7 @@ def _grey(picture: Pixels) -> Pixels:
     return np.asarray(picture.mean(axis=2, dtype=np.float32), np.uint8)
 
 
-def _part(picture: Pixels, corner: list[int] | None, size: list[int] | None) -> Pixels:
+def _crop(picture: Pixels, corner: list[int] | None, size: list[int] | None) -> Pixels:
     """Return a part of a picture. A size of 0 stands for the whole picture."""
     if not size or not any(size):
         return picture
