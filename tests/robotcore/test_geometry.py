@@ -15,7 +15,7 @@ angles = st.floats(-20, 20)
 poses = st.builds(Pose, metres, metres, angles)
 
 
-def test_a_straight_way_keeps_the_heading() -> None:
+def test_straight_motion_keeps_the_heading() -> None:
     assert Pose(1.0, 2.0, math.pi / 2).advance(3.0, 0.0) == pytest.approx((1.0, 5.0, math.pi / 2))
 
 
@@ -46,7 +46,7 @@ def test_an_arc_driven_backwards_leads_back(pose: Pose, distance: float, turn: f
 
 
 @given(st.floats(1e-15, 1e-9))
-def test_a_tiny_turn_is_no_jump_from_the_straight_way(turn: float) -> None:
+def test_tiny_turn_is_continuous_with_straight_motion(turn: float) -> None:
     assert ORIGIN.advance(1.0, turn)[:2] == pytest.approx((1.0, 0.0), abs=1e-9)
 
 
@@ -59,7 +59,7 @@ def test_a_wrapped_angle_is_the_same_direction_within_half_a_turn(angle: float) 
 
 
 @pytest.mark.parametrize("angle", [math.pi, -math.pi])
-def test_straight_behind_is_positive(angle: float) -> None:
+def test_direction_straight_backwards_is_positive(angle: float) -> None:
     assert wrap_angle(angle) == math.pi
 
 
@@ -72,7 +72,7 @@ def test_left_of_a_robot_that_looks_along_y_is_minus_x() -> None:
     assert Pose(1.0, 1.0, math.pi / 2).to_world(0.0, 2.0) == pytest.approx((-1.0, 1.0))
 
 
-def test_what_sits_on_a_robot_moves_and_turns_with_it() -> None:
+def test_composed_pose_moves_and_turns_with_the_robot() -> None:
     assert Pose(1.0, 0.0, math.pi / 2).compose(Pose(0.5, 0.0, 0.25)) == pytest.approx((1.0, 0.5, math.pi / 2 + 0.25))
 
 

@@ -24,15 +24,15 @@ def pixel(seen: CameraView, *point: float) -> tuple[float, float]:
     return float(u), float(v)
 
 
-def test_what_is_straight_ahead_appears_in_the_middle() -> None:
+def test_point_straight_ahead_is_in_the_middle() -> None:
     assert pixel(view(), 2.0, 0.0, 0.5) == pytest.approx((159.5, 119.5))
 
 
-def test_what_is_to_the_left_appears_left_and_what_is_above_appears_higher() -> None:
+def test_point_to_the_left_is_left_and_point_above_is_higher() -> None:
     assert pixel(view(), 2.0, 1.0, 1.5) == pytest.approx((159.5 - 80, 119.5 - 80))
 
 
-def test_what_is_twice_as_far_appears_half_as_far_aside() -> None:
+def test_point_at_twice_the_distance_is_half_as_far_from_the_middle() -> None:
     assert pixel(view(), 4.0, 1.0, 0.5) == pytest.approx((159.5 - 40, 119.5))
 
 
@@ -47,7 +47,7 @@ def test_the_eye_moves_and_turns_with_the_robot_and_its_mount() -> None:
 
 
 @given(st.floats(-6, 6), st.floats(-1.5, 1.5), st.floats(0.1, 5), st.floats(-2, 2), st.floats(-1, 1))
-def test_bearing_of_a_column_is_the_direction_of_what_appears_there(
+def test_bearing_of_a_column_is_the_direction_of_its_points(
     heading: float, yaw: float, ahead: float, left: float, up: float
 ) -> None:
     seen = view(Pose(0.3, -0.2, heading), yaw_rad=yaw)
@@ -56,7 +56,7 @@ def test_bearing_of_a_column_is_the_direction_of_what_appears_there(
     assert INTRINSICS.bearing(u) == pytest.approx(math.atan2(left, ahead), abs=1e-9)
 
 
-def test_a_rotation_keeps_lengths_and_hands() -> None:
+def test_rotation_keeps_lengths_and_handedness() -> None:
     rotation = view(Pose(0, 0, 0.7), yaw_rad=0.2, pitch_rad=0.3).rotation
     assert rotation @ rotation.T == pytest.approx(np.eye(3))
     assert np.linalg.det(rotation) == pytest.approx(1.0)

@@ -22,20 +22,20 @@ class TestEdges:
     def test_an_outline_is_closed(self) -> None:
         assert edges_of([SQUARE[:3]]).tolist() == [[1, 1, -2, 0], [-1, 1, 0, -2], [-1, -1, 2, 2]]
 
-    def test_no_outline_has_no_edge(self) -> None:
+    def test_no_outline_gives_no_edge(self) -> None:
         assert edges_of([]).shape == (0, 4)
 
 
 class TestCast:
-    def test_finds_the_wall_in_every_direction(self) -> None:
+    def test_ray_hits_the_wall_in_every_direction(self) -> None:
         lengths = cast(0.0, 0.0, *rays(0, 90, 180, 270, 45), edges_of([SQUARE]))
         assert lengths == pytest.approx([1, 1, 1, 1, math.sqrt(2)])
 
-    def test_finds_the_nearest_of_several(self) -> None:
+    def test_ray_hits_the_nearest_edge(self) -> None:
         far = tuple((x + 5, y) for x, y in SQUARE)
         assert cast(3.0, 0.0, *rays(0, 180), edges_of([SQUARE, far])) == pytest.approx([1, 2])
 
-    def test_nothing_ahead_is_infinitely_far(self) -> None:
+    def test_distance_is_infinite_without_a_hit(self) -> None:
         assert cast(3.0, 0.0, *rays(0, 90), edges_of([SQUARE])).tolist() == [math.inf, math.inf]
         assert cast(0.0, 0.0, *rays(0, 90), edges_of([])).tolist() == [math.inf, math.inf]
 
@@ -43,7 +43,7 @@ class TestCast:
         assert cast(3.0, 1.0, np.array([-1.0]), np.array([0.0]), edges_of([SQUARE])).tolist() == [2.0]
 
     @pytest.mark.parametrize("degrees, length", [(44, 1.390), (46, math.inf), (-44, 1.390), (-46, math.inf)])
-    def test_a_ray_passes_the_ends_of_a_wall(self, degrees: float, length: float) -> None:
+    def test_ray_misses_beyond_the_ends_of_a_wall(self, degrees: float, length: float) -> None:
         wall = np.array([[1.0, -1.0, 0.0, 2.0]])
         assert cast(0.0, 0.0, *rays(degrees), wall) == pytest.approx([length], rel=1e-3)
 

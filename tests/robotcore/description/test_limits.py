@@ -70,7 +70,7 @@ def test_key_of_many_dots_is_not_parsed(tmp_path: Path, content: str) -> None:
     assert error.kind == "too-many-dots"
 
 
-def test_dots_in_strings_comments_and_numbers_are_no_dots_of_a_key(tmp_path: Path) -> None:
+def test_dots_in_strings_comments_and_numbers_are_not_counted(tmp_path: Path) -> None:
     dots = "a." * (MAX_DOTS + 1)
     numbers = "0.1, " * (MAX_DOTS + 1)
     file = tmp_path / "my.toml"

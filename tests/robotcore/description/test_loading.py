@@ -106,7 +106,7 @@ def test_file_without_a_description_is_reported_in_one_line(tmp_path: Path, cont
     assert (error.key, error.kind) == ("", kind)
 
 
-def test_a_byte_order_mark_does_no_harm(tmp_path: Path) -> None:
+def test_byte_order_mark_is_ignored(tmp_path: Path) -> None:
     file = tmp_path / "my.toml"
     file.write_bytes(b"\xef\xbb\xbf" + ARENA.encode())
     assert load_world(str(file)) == load_world("arena")

@@ -79,7 +79,7 @@ def mutations(draw: st.DrawFn) -> str:
 @pytest.mark.parametrize("load", [load_any, load_robot, load_world])
 @QUICK
 @given(content=st.binary(max_size=200))
-def test_any_bytes_load_or_are_refused_in_a_line_a_fault(
+def test_random_bytes_load_or_are_refused_with_a_line_for_each_mistake(
     tmp_path: Path, load: Callable[[str], object], content: bytes
 ) -> None:
     check(tmp_path, content, load)
@@ -88,7 +88,7 @@ def test_any_bytes_load_or_are_refused_in_a_line_a_fault(
 @pytest.mark.parametrize("load", [load_any, load_robot, load_world])
 @QUICK
 @given(text=mutations())
-def test_a_mangled_description_loads_or_is_refused_in_a_line_a_fault(
+def test_changed_description_loads_or_is_refused_with_a_line_for_each_mistake(
     tmp_path: Path, load: Callable[[str], object], text: str
 ) -> None:
     check(tmp_path, text.encode(), load)
@@ -142,9 +142,7 @@ def written(value: Any) -> str:
 @settings(QUICK, max_examples=200)
 @given(table=tables())
 @example(table={**TABLES[0], "serial": {**TABLES[0]["serial"], "right_encoder": []}})
-def test_a_description_with_anything_in_it_loads_or_is_refused_as_a_description_and_soon(
-    tmp_path: Path, table: dict[str, Any]
-) -> None:
+def test_description_with_random_values_loads_or_is_refused_in_time(tmp_path: Path, table: dict[str, Any]) -> None:
     file = tmp_path / "fuzzed.toml"
     file.write_text("\n".join(f"{json.dumps(key)} = {written(value)}" for key, value in table.items()))
     begun = os.times().user

@@ -21,6 +21,6 @@ def sensor(yaw: float, pitch: float) -> RangeSensorDescription:
     [(0.0, 0.0, True), (0.5, 0.0, True), (math.tau, 0.0, True), (math.pi, 0.0, False), (0.0, math.pi / 2, False)],
     ids=["ahead", "a little aside", "once round", "behind", "at the floor"],
 )
-def test_the_guard_takes_what_looks_where_the_robot_drives(*, yaw: float, pitch: float, is_ahead: bool) -> None:
+def test_range_sensor_is_ahead_within_45_degrees(*, yaw: float, pitch: float, is_ahead: bool) -> None:
     robot = ROVER.model_copy(update={"devices": (sensor(yaw, pitch), *ROVER.devices)})
     assert ("other" in {each.name for each in robot.range_sensors_ahead}) is is_ahead

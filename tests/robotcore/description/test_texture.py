@@ -24,7 +24,7 @@ def place(wrap: Wrap | None, *point: float) -> tuple[float, float]:
 
 
 @pytest.mark.parametrize("pattern", PATTERNS)
-def test_a_tile_takes_away_no_more_than_its_contrast(pattern: Pattern) -> None:
+def test_tile_darkens_by_at_most_its_contrast(pattern: Pattern) -> None:
     tile = Texture(pattern=pattern, contrast=0.4).tile
     assert tile.shape == (TILE_PX, TILE_PX)
     assert tile.dtype == np.uint8
@@ -32,7 +32,7 @@ def test_a_tile_takes_away_no_more_than_its_contrast(pattern: Pattern) -> None:
     assert (np.ptp(tile) > 40) == (pattern != "plain")
 
 
-def test_patterns_are_what_they_were_when_this_was_written() -> None:
+def test_patterns_are_those_of_earlier_versions() -> None:
     means = {pattern: float(Texture(pattern=pattern, contrast=0.9).tile.mean()) for pattern in PATTERNS}
     assert means == pytest.approx(
         {"plain": 255.0, "checker": 140.0, "planks": 173.86, "speckle": 140.04, "grass": 138.74}, abs=0.01
@@ -45,7 +45,7 @@ def test_a_floor_is_tiled_from_its_middle_along_x_and_y() -> None:
     assert place(wrap, 1.0, -0.25, 0.0) == (2.0, -0.5)
 
 
-def test_what_has_no_texture_has_no_wrap() -> None:
+def test_surface_without_texture_has_no_mapping() -> None:
     assert floor_wrap(Floor(length_m=4, width_m=4)) is None
     assert face_wrap(BOX.model_copy(update={"texture": None}), SIDE) is None
 
@@ -58,7 +58,7 @@ def test_a_side_begins_at_the_floor_in_the_middle_of_a_box() -> None:
 
 @pytest.mark.parametrize("thing", [BOX, POST], ids=["box", "post"])
 @pytest.mark.parametrize("normal", [SIDE, TOP], ids=["side", "top"])
-def test_a_thing_that_is_moved_and_turned_takes_its_texture_along(thing: Box | Cylinder, normal: np.ndarray) -> None:
+def test_texture_moves_and_turns_with_its_body(thing: Box | Cylinder, normal: np.ndarray) -> None:
     pose = Pose(0.7, -0.4, 2.5)
     moved = thing.model_copy(update={"x_m": pose.x, "y_m": pose.y, "yaw_rad": pose.heading})
     point = np.array((0.2, 0.07, 0.11))
@@ -67,7 +67,7 @@ def test_a_thing_that_is_moved_and_turned_takes_its_texture_along(thing: Box | C
     assert place(face_wrap(moved, turned), *there) == pytest.approx(place(face_wrap(thing, normal), *point))
 
 
-def test_round_a_cylinder_the_texture_goes_on_from_side_to_side() -> None:
+def test_texture_continues_from_side_to_side_of_a_cylinder() -> None:
     middles = [math.tau / 24 * (side + 0.5) for side in range(-12, 12)]
     wraps = [face_wrap(POST, np.array((math.cos(angle), math.sin(angle), 0.0))) for angle in middles]
     for one, other, corner in zip(wraps, wraps[1:], POST.outline[13:] + POST.outline[:12], strict=False):

@@ -39,7 +39,7 @@ def test_option_of_the_wrong_type_is_refused_by_name(raises: Raises) -> None:
         options(port="high").options_as(Options)
 
 
-def test_chosen_devices_come_in_the_order_of_the_file() -> None:
+def test_chosen_devices_are_in_the_order_of_the_file() -> None:
     setup = Setup(ROVER, None, frozenset({"eye", "right_motor", "nose"}))
     assert [device.name for device in setup.chosen_devices] == ["right_motor", "nose", "eye"]
 

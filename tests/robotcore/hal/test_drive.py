@@ -40,22 +40,22 @@ def test_a_turn_to_the_left_turns_the_right_wheel_forward() -> None:
 
 
 @given(velocities, velocities)
-def test_twist_and_wheels_are_two_ways_to_say_one_thing(left: float, right: float) -> None:
+def test_conversion_to_a_twist_and_back_returns_the_wheel_velocities(left: float, right: float) -> None:
     assert GEOMETRY.to_wheels(*GEOMETRY.to_twist(Wheels(left, right))) == pytest.approx((left, right), abs=1e-9)
 
 
 class TestDifferentialDrive:
-    def test_a_twist_is_asked_of_the_wheels_and_what_is_sent_comes_back_as_a_twist(self) -> None:
+    def test_twist_is_converted_to_wheels_and_the_sent_wheels_to_a_twist(self) -> None:
         stage = KeepingStage()
         assert _drive(stage).set_velocity(0.4, 1.0) == pytest.approx((0.2, 0.5))
         assert stage.asked == [pytest.approx((6.0, 10.0))]
 
-    def test_wheels_are_asked_as_they_are(self) -> None:
+    def test_wheel_velocities_are_passed_unchanged(self) -> None:
         stage = KeepingStage()
         assert _drive(stage).set_wheels(3.0, -4.0) == (1.5, -2.0)
         assert stage.asked == [(3.0, -4.0)]
 
-    def test_numbers_of_an_array_that_changes_later_are_asked_as_they_were(self) -> None:
+    def test_later_change_of_an_array_does_not_change_the_command(self) -> None:
         stage, speeds = KeepingStage(), cast("Any", np.array([3.0, -4.0]))
         _drive(stage).set_wheels(speeds[0, ...], speeds[1, ...])
         _drive(stage).set_velocity(speeds[0, ...], cast("Any", np.where(True, 0.0, 0.2)))
@@ -63,30 +63,30 @@ class TestDifferentialDrive:
         assert stage.asked == [(3.0, -4.0), pytest.approx((60.0, 60.0))]
         assert {type(velocity) for wheels in stage.asked for velocity in wheels} == {float}
 
-    def test_a_text_is_no_velocity(self) -> None:
+    def test_text_is_refused_as_a_velocity(self) -> None:
         with pytest.raises(TypeError):
             _drive(KeepingStage()).set_wheels("3.0", 1.0)  # type: ignore[arg-type]
 
-    def test_a_stop_does_not_go_the_way_of_commands(self) -> None:
+    def test_stop_is_not_sent_as_a_command(self) -> None:
         stage = KeepingStage()
         _drive(stage).stop()
         assert (stage.stops, stage.asked) == (1, [])
 
-    def test_says_how_fast_the_robot_can_go_and_turn(self) -> None:
+    def test_greatest_velocities_follow_from_the_wheels(self) -> None:
         drive = _drive(KeepingStage())
         assert drive.max_linear == pytest.approx(0.5)
         assert GEOMETRY.to_wheels(0.0, drive.max_angular) == pytest.approx((-10.0, 10.0))
 
 
 class TestOdometry:
-    def test_is_exact_on_an_arc_however_seldom_it_is_read(self) -> None:
+    def test_odometry_is_exact_on_an_arc_at_any_sampling_rate(self) -> None:
         angles = iter([Wheels(4.0, 6.0)])
         pose = Odometry(GEOMETRY, lambda: next(angles)).pose()
         turn = (6.0 - 4.0) * 0.05 / 0.2
         radius = 5.0 * 0.05 / turn
         assert pose == pytest.approx((radius * math.sin(turn), radius * (1 - math.cos(turn)), turn))
 
-    def test_adds_arcs_up(self) -> None:
+    def test_odometry_adds_arcs(self) -> None:
         quarter = 0.1 * (math.pi / 2) / 0.05
         turn_left, ahead = Wheels(-quarter, quarter), Wheels(20 - quarter, 20 + quarter)
         readings = iter([Wheels(0.0, 0.0), turn_left, ahead])
@@ -96,16 +96,16 @@ class TestOdometry:
         assert poses[1] == pytest.approx((0.0, 0.0, math.pi / 2))
         assert poses[2] == pytest.approx((0.0, 1.0, math.pi / 2))
 
-    def test_what_was_rolled_before_the_first_look_counts(self) -> None:
+    def test_rotation_before_the_first_call_counts(self) -> None:
         assert Odometry(GEOMETRY, lambda: Wheels(20.0, 20.0)).pose() == pytest.approx((1.0, 0.0, 0.0))
 
-    def test_wheels_that_stand_keep_the_pose(self) -> None:
+    def test_pose_is_constant_if_the_wheels_are_at_rest(self) -> None:
         odometry = Odometry(GEOMETRY, lambda: Wheels(2.0, 3.0))
         assert odometry.pose() == odometry.pose()
 
 
 class TestCommandedWheels:
-    def test_angles_are_those_of_wheels_that_do_as_they_are_reported(self) -> None:
+    def test_angles_follow_the_commands(self) -> None:
         clock = SteppedClock(20, lambda _: None)
         wheels = CommandIntegrator(clock)
         wheels.turn_at(Wheels(2.0, 4.0), clock.now())
@@ -115,7 +115,7 @@ class TestCommandedWheels:
         assert wheels.angles() == pytest.approx((0.0, 2.0))
         assert wheels.angles() == pytest.approx((0.0, 2.0))
 
-    def test_a_change_that_the_clock_does_not_show_yet_counts_from_its_own_time(self) -> None:
+    def test_command_with_a_later_time_counts_from_that_time(self) -> None:
         clock = SteppedClock(20, lambda _: None)
         wheels = CommandIntegrator(clock)
         wheels.turn_at(Wheels(2.0, 2.0), 0.0)
@@ -127,7 +127,7 @@ class TestCommandedWheels:
         "time, turned",
         [(1.5, (0.0, 0.0)), (2.0, (0.0, 0.0)), (1.0, (-0.5, 0.0)), (0.25, (-0.5, 1.0)), (-1.0, (0.0, 2.0))],
     )
-    def test_what_was_turned_since_a_time_follows_every_command_since(self, time: float, turned: Wheels) -> None:
+    def test_rotation_since_a_time_includes_all_later_commands(self, time: float, turned: Wheels) -> None:
         clock = SteppedClock(20, lambda _: None)
         wheels = CommandIntegrator(clock)
         wheels.turn_at(Wheels(2.0, 4.0), 0.0)
@@ -143,7 +143,7 @@ def _drive(stage: KeepingStage) -> DifferentialDrive:
     return DifferentialDrive(GEOMETRY, stage, odometry, max_wheel_velocity=10.0)
 
 
-def test_a_pose_of_the_drive_is_that_of_its_odometry() -> None:
+def test_pose_of_the_drive_is_that_of_its_odometry() -> None:
     odometry = Odometry(GEOMETRY, lambda: Wheels(20.0, 20.0))
     drive = DifferentialDrive(GEOMETRY, KeepingStage(), odometry, 10.0)
     assert drive.pose == pytest.approx((1.0, 0.0, 0.0))

@@ -19,7 +19,7 @@ def make(*names: str, release: Callable[[], None] | None = None) -> tuple[Robot,
 
 
 class TestClosing:
-    def test_stops_every_motor_before_any_is_let_go(self) -> None:
+    def test_all_motors_stop_before_one_is_released(self) -> None:
         order: list[str] = []
 
         class Motor(NullMotor):
@@ -35,7 +35,7 @@ class TestClosing:
         assert sorted(order[2:]) == sorted([*order[:2], "release left", "release right"])
 
     @pytest.mark.parametrize("broken", [0, 1, 2])
-    def test_one_motor_that_fails_keeps_no_other_from_stopping(self, broken: int) -> None:
+    def test_other_motors_stop_if_one_fails(self, broken: int) -> None:
         robot, motors = make("left", "right", "arm")
         motors[broken].is_broken = True
         with pytest.raises(DeviceGroupError):
@@ -50,7 +50,7 @@ class TestClosing:
             robot.close()
         assert [each.device for each in raised.value.failures if isinstance(each, DeviceError)] == ["left", "arm"]
 
-    def test_the_backend_is_let_go_last_and_even_where_a_device_failed(self) -> None:
+    def test_backend_is_released_last_even_if_a_device_fails(self) -> None:
         released_after: list[int] = []
         robot, motors = make("left", release=lambda: released_after.append(motors[0].releases))
         motors[0].is_broken = True
@@ -58,7 +58,7 @@ class TestClosing:
             robot.close()
         assert released_after == [1]
 
-    def test_a_release_that_fails_is_reported_with_the_devices(self) -> None:
+    def test_failure_of_the_backends_release_is_reported(self) -> None:
         def release() -> None:
             raise DeviceError("simulator", "has gone")
 
@@ -67,7 +67,7 @@ class TestClosing:
             robot.close()
         assert [each.device for each in raised.value.failures if isinstance(each, DeviceError)] == ["simulator"]
 
-    def test_a_robot_beneath_that_fails_in_the_same_way_is_not_reported_of_again(self) -> None:
+    def test_equal_failures_are_reported_once(self) -> None:
         beneath, motors = make("left", "right")
         motors[0].is_broken = motors[1].is_broken = True
         robot = Robot("rover", SteppedClock(20, lambda _: None), [motors[0]], release=beneath.close)
@@ -75,20 +75,20 @@ class TestClosing:
             robot.close()
         assert [each.device for each in raised.value.failures if isinstance(each, DeviceError)] == ["left", "right"]
 
-    def test_calls_that_are_still_to_come_are_forgotten(self) -> None:
+    def test_closing_cancels_scheduled_calls(self) -> None:
         robot, _ = make("left")
         robot.clock.call_at(0.01, lambda: pytest.fail("called after closing"))
         robot.close()
         robot.clock.sleep_until(1.0)
 
-    def test_may_be_asked_for_twice(self) -> None:
+    def test_second_close_does_nothing(self) -> None:
         releases: list[str] = []
         robot, motors = make("left", release=lambda: releases.append("once"))
         robot.close()
         robot.close()
         assert (releases, motors[0].releases) == (["once"], 1)
 
-    def test_leaving_it_by_an_error_closes_it_and_passes_the_error_on(self) -> None:
+    def test_error_in_the_with_block_closes_the_robot_and_is_raised(self) -> None:
         robot, motors = make("left")
         with pytest.raises(KeyError), robot:
             raise KeyError
@@ -105,22 +105,22 @@ class TestRoles:
         assert robot["back"] is noses[1]
 
     @pytest.mark.parametrize("role", Role)
-    def test_a_role_that_nothing_fills_is_reported_by_name(self, role: Role, raises: Raises) -> None:
+    def test_missing_role_is_reported_by_its_name(self, role: Role, raises: Raises) -> None:
         robot = Robot("pole", SteppedClock(20, lambda _: None), [])
         assert not robot.has(role)
         with raises(UnmetNeedError):
             getattr(robot, role.value)
 
     @pytest.mark.parametrize("role", Role)
-    def test_a_role_that_is_filled_is_there(self, role: Role) -> None:
+    def test_robot_has_a_role_with_an_open_device(self, role: Role) -> None:
         robot = Rig().robot
         assert robot.has(role)
         assert getattr(robot, role.value)
 
-    def test_a_device_of_another_name_is_offered(self, raises: Raises) -> None:
+    def test_unknown_device_suggests_the_nearest_name(self, raises: Raises) -> None:
         robot, _ = make("left", "right")
         with raises(UnknownNameError, "unknown-device"):
             robot["lef"]
 
-    def test_motors_are_found_by_name(self) -> None:
+    def test_motors_are_a_mapping_by_name(self) -> None:
         assert list(Rig().robot.motors) == ["left_motor", "right_motor"]

@@ -34,7 +34,7 @@ def truth(
     return Truth(StillTruth(pose, twist, contacts=2), ROVER, world)
 
 
-def test_pose_and_contacts_are_the_simulators() -> None:
+def test_pose_and_contacts_are_those_of_the_simulator() -> None:
     answer = truth(pose=Pose(1.0, 2.0, 3.0))
     assert (answer.pose, answer.contacts) == (Pose(1.0, 2.0, 3.0), 2)
 
@@ -48,66 +48,66 @@ def test_pose_and_contacts_are_the_simulators() -> None:
         (Twist(0.0, -0.051), False),
     ],
 )
-def test_at_rest_is_what_hardly_moves(twist: Twist, is_at_rest: bool) -> None:
+def test_robot_is_at_rest_below_both_limits(twist: Twist, is_at_rest: bool) -> None:
     assert truth(twist=twist).is_at_rest is is_at_rest
 
 
 class TestDistanceToTarget:
-    def test_is_from_the_front_edge_to_the_surface(self) -> None:
+    def test_distance_is_from_the_front_to_the_surface(self) -> None:
         assert truth((1.0, 0.0)).distance_to_target == pytest.approx(1.0 - FRONT - RADIUS)
 
-    def test_counts_from_the_nearest_point_of_the_edge(self) -> None:
+    def test_distance_is_from_the_nearest_point_of_the_front(self) -> None:
         assert truth((1.0, ROVER.body.width_m / 2)).distance_to_target == pytest.approx(1.0 - FRONT - RADIUS)
         aside = truth((FRONT + 0.3, ROVER.body.width_m / 2 + 0.4))
         assert aside.distance_to_target == pytest.approx(0.5 - RADIUS)
 
-    def test_is_the_same_wherever_the_robot_stands(self) -> None:
+    def test_distance_does_not_depend_on_the_robots_pose(self) -> None:
         pose = Pose(3.0, -2.0, 2.0)
         assert truth(pose.to_world(0.5, -0.3), pose=pose).distance_to_target == pytest.approx(
             truth((0.5, -0.3)).distance_to_target
         )
 
-    def test_is_that_of_the_first_target(self) -> None:
+    def test_distance_is_that_of_the_first_target(self) -> None:
         assert truth((1.0, 0.0), (0.5, 0.0)).distance_to_target == truth((1.0, 0.0)).distance_to_target
 
-    def test_is_unknown_where_there_is_no_target(self) -> None:
+    def test_distance_is_none_without_a_target(self) -> None:
         assert truth().distance_to_target is None
 
 
 class TestSeesTarget:
-    def test_a_ball_ahead_is_seen(self) -> None:
+    def test_ball_ahead_is_visible(self) -> None:
         assert truth((1.0, 0.0)).sees_target
 
     @pytest.mark.parametrize("heading", [math.pi / 2, math.pi, -math.pi / 2])
-    def test_a_ball_outside_the_picture_is_not(self, heading: float) -> None:
+    def test_ball_outside_the_picture_is_not_visible(self, heading: float) -> None:
         assert not truth((1.0, 0.0), pose=Pose(0.0, 0.0, heading)).sees_target
 
-    def test_a_ball_at_the_edge_of_the_picture_is_seen_by_its_part(self) -> None:
+    def test_ball_at_the_edge_of_the_picture_is_visible(self) -> None:
         half = math.radians(31)
         assert truth(_at(1.0, half + 0.03)).sees_target
         assert not truth(_at(1.0, half + 0.12)).sees_target
 
-    def test_a_ball_behind_a_wall_is_not(self) -> None:
+    def test_ball_behind_a_wall_is_not_visible(self) -> None:
         assert not truth((1.0, 0.0), walls=(wall(0.6, 0.0),)).sees_target
 
     def test_a_wall_behind_the_ball_hides_nothing(self) -> None:
         assert truth((1.0, 0.0), walls=(wall(1.3, 0.0),)).sees_target
 
-    def test_half_a_ball_beside_a_wall_is_seen(self) -> None:
+    def test_ball_that_is_half_behind_a_wall_is_visible(self) -> None:
         assert truth((1.0, 0.0), walls=(wall(0.6, 0.3),)).sees_target
         assert not truth((1.0, 0.0), walls=(wall(0.6, 0.2),)).sees_target
 
     def test_a_wall_of_the_room_hides_too(self) -> None:
         assert not truth((1.0, 0.0), pose=Pose(-2.0, 0.0, 0.0), walls=(wall(0.0, 0.0, 0.05, 6.0),)).sees_target
 
-    def test_without_a_target_or_a_camera_nothing_is_seen(self) -> None:
+    def test_nothing_is_visible_without_a_target_or_a_camera(self) -> None:
         assert not truth().sees_target
         blind = ROVER.model_copy(update={"devices": ()})
         world = WorldDescription(name="w", floor=Floor(length_m=9.0, width_m=9.0))
         assert not Truth(StillTruth(ORIGIN), blind, world).sees_target
 
 
-def test_a_robot_without_wheels_has_a_truth_too() -> None:
+def test_robot_without_wheels_has_a_truth() -> None:
     world = WorldDescription(name="w", floor=Floor(length_m=9.0, width_m=9.0))
     assert Truth(StillTruth(ORIGIN), load_robot("lookout"), world).is_at_rest
 

@@ -61,7 +61,7 @@ def test_nothing_is_opened_if_the_backend_has_no_battery(tmp_path: Path) -> None
     assert not hasattr(backend, "opened")
 
 
-def test_a_mistake_in_the_file_is_no_finding_about_batteries(tmp_path: Path) -> None:
+def test_mistake_in_the_file_is_not_reported_as_a_battery_finding(tmp_path: Path) -> None:
     backend = BatteryBackend({"cells": 7.4})
     backend.error = DescriptionError("a.toml", "serial", "is missing", "Add it")
     assert list(diagnose_batteries(backend, load_battery_rover(tmp_path))) == []

@@ -25,9 +25,7 @@ def test_duty_and_velocity_are_inverse(model: MotorModel, share: float) -> None:
 
 
 @given(models, st.floats(-1000, 1000))
-def test_no_duty_is_beyond_the_greatest_and_each_has_the_sign_of_its_velocity(
-    model: MotorModel, velocity: float
-) -> None:
+def test_duty_is_limited_and_has_the_sign_of_its_velocity(model: MotorModel, velocity: float) -> None:
     duty = model.duty(velocity)
     assert abs(duty) <= model.max_duty
     assert not velocity or math.copysign(1, duty) == math.copysign(1, velocity)
@@ -39,23 +37,23 @@ def test_zero_velocity_is_zero_duty_for_any_dead_band() -> None:
     assert model.duty(-0.0) == 0
 
 
-def test_a_wheel_stands_within_the_dead_band() -> None:
+def test_wheel_does_not_turn_within_the_dead_band() -> None:
     model = MotorModel(dead_band=0.3, forward_rad_s=10, backward_rad_s=10)
     assert [model.velocity(duty) for duty in (0.0, 0.2, -0.3)] == [0, 0, 0]
     assert model.velocity(0.31) > 0 > model.velocity(-0.31)
 
 
-def test_each_direction_has_a_full_velocity_of_its_own() -> None:
+def test_full_velocity_differs_by_direction() -> None:
     model = MotorModel(forward_rad_s=16, backward_rad_s=8)
     assert (model.duty(4), model.duty(-4)) == (0.25, -0.5)
     assert (model.reach(1), model.reach(-1)) == (16, 8)
 
 
-def test_the_reach_ends_at_the_greatest_duty() -> None:
+def test_reach_is_the_velocity_at_the_greatest_duty() -> None:
     assert MotorModel(dead_band=0.2, forward_rad_s=12, backward_rad_s=8, max_duty=0.6).reach(-1) == pytest.approx(4)
 
 
 @pytest.mark.parametrize("wrong", [{"dead_band": 1.0}, {"dead_band": -0.1}, {"max_duty": 1.2}, {"forward_rad_s": 0}])
-def test_a_model_of_no_motor_is_refused(wrong: dict[str, float]) -> None:
+def test_impossible_model_is_refused(wrong: dict[str, float]) -> None:
     with pytest.raises(ValidationError):
         MotorModel(**{"forward_rad_s": 10, "backward_rad_s": 10, **wrong})

@@ -40,7 +40,7 @@ def test_if_a_device_fails_the_others_are_opened_and_closed_in_reverse_order(rai
     ]
 
 
-def test_a_battery_that_fails_is_noted_and_the_other_devices_open(check_text: CheckText) -> None:
+def test_failed_battery_gives_a_note_and_the_other_devices_open(check_text: CheckText) -> None:
     cells = BatteryDescription(kind="battery", name="cells")
     powered = ROVER.model_copy(update={"devices": (*ROVER.devices, cells)})
     opened: dict[str, Device] = {}
@@ -151,7 +151,7 @@ def test_a_robot_that_cannot_be_opened_leaves_no_board_open(monkeypatch: pytest.
     assert driver.diary[-3:] == ["close left_encoder", "close the board", "release"]
 
 
-def test_motor_and_encoder_of_a_wheel_find_each_other() -> None:
+def test_motor_and_encoder_of_a_wheel_are_matched() -> None:
     assert encoder_of("left_motor", ROVER) == "left_encoder"
     assert motor_of("right_encoder", ROVER) == "right_motor"
 

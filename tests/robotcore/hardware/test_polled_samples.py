@@ -21,7 +21,7 @@ def newest() -> LatestSample[Range]:
     return LatestSample("nose", FIRST)
 
 
-def test_the_last_sample_is_handed_out_until_there_is_a_newer_one(newest: LatestSample[Range]) -> None:
+def test_last_sample_is_returned_until_there_is_a_newer_one(newest: LatestSample[Range]) -> None:
     assert newest.get() is newest.get() is FIRST
     newest.put(SECOND)
     assert newest.get() is SECOND
@@ -37,7 +37,7 @@ def test_a_failure_is_raised_with_the_device_name_until_the_next_sample(
         assert isinstance(caught.value.__cause__, OSError)
 
 
-def test_a_named_failure_stays_as_it_is(newest: LatestSample[Range]) -> None:
+def test_device_error_is_raised_unchanged(newest: LatestSample[Range]) -> None:
     error = DeviceError("nose", "is gone; plug it in again")
     newest.fail(error)
     with pytest.raises(DeviceError) as caught:
@@ -45,7 +45,7 @@ def test_a_named_failure_stays_as_it_is(newest: LatestSample[Range]) -> None:
     assert caught.value is error
 
 
-def test_a_device_that_works_again_is_read_again(newest: LatestSample[Range]) -> None:
+def test_sample_after_a_failure_is_returned(newest: LatestSample[Range]) -> None:
     newest.fail(OSError("no answer"))
     newest.put(SECOND)
     assert newest.get() is SECOND
@@ -63,7 +63,7 @@ def test_reading_before_the_first_result_raises(raises: Raises) -> None:
         sampler.newest.get()
 
 
-def test_a_failure_ends_a_row_of_nothing() -> None:
+def test_failure_resets_the_count_of_missing_echoes() -> None:
     sampler = RangeSampler(NOSE, 3)
     sampler.add_distance(1.0, 0.0)
     sampler.add_no_echo(0.1)

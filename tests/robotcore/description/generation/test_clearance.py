@@ -18,15 +18,15 @@ def moved(x: float, y: float) -> tuple[tuple[float, float], ...]:
     return tuple((x + corner_x, y + corner_y) for corner_x, corner_y in SQUARE)
 
 
-def test_outlines_side_by_side_are_as_far_apart_as_their_sides() -> None:
+def test_gap_of_parallel_sides_is_their_distance() -> None:
     assert gap_between(SQUARE, moved(2.5, 0.7)) == pytest.approx(0.5)
 
 
-def test_overlap_is_below_zero() -> None:
+def test_gap_of_overlapping_outlines_is_negative() -> None:
     assert gap_between(SQUARE, moved(1.9, 0.0)) == pytest.approx(-0.1)
 
 
-def test_a_cross_overlaps_although_no_corner_of_one_is_in_the_other() -> None:
+def test_gap_of_a_cross_is_negative_without_a_corner_inside() -> None:
     long, tall = (
         ((3.0, 0.1), (-3.0, 0.1), (-3.0, -0.1), (3.0, -0.1)),
         ((0.1, 3.0), (-0.1, 3.0), (-0.1, -3.0), (0.1, -3.0)),
@@ -34,17 +34,17 @@ def test_a_cross_overlaps_although_no_corner_of_one_is_in_the_other() -> None:
     assert gap_between(long, tall) < 0
 
 
-def test_an_outline_inside_another_overlaps_both_ways() -> None:
+def test_gap_of_an_outline_inside_another_is_negative() -> None:
     disc = round_outline(0.2, 0.1, 0.05)
     assert gap_between(SQUARE, disc) < 0
     assert gap_between(disc, SQUARE) < 0
 
 
-def test_a_gap_between_corners_is_never_more_than_the_distance() -> None:
+def test_gap_between_corners_is_at_most_their_distance() -> None:
     assert 0 < gap_between(SQUARE, moved(3.0, 3.0)) <= math.sqrt(2)
 
 
-def test_the_gap_to_the_edge_is_that_of_the_corner_farthest_out() -> None:
+def test_gap_to_the_edge_is_that_of_the_outermost_corner() -> None:
     assert gap_to_edge(moved(0.5, 0.0), Floor(length_m=4, width_m=6)) == pytest.approx(0.5)
     assert gap_to_edge(moved(0.0, -2.5), Floor(length_m=4, width_m=6)) == pytest.approx(-0.5)
 
@@ -56,7 +56,7 @@ def find_error(world: WorldDescription) -> DescriptionError:
     return caught.value
 
 
-def test_things_apart_have_room() -> None:
+def test_bodies_with_a_gap_are_accepted() -> None:
     require_room(room(box(), ball(x_m=1.0), ball("other", x_m=-1.0)), "my.toml")
 
 
@@ -79,7 +79,7 @@ def test_ball_in_or_beyond_a_wall_is_refused(x: float, check_text: CheckText) ->
     check_text(error)
 
 
-def test_without_walls_a_ball_may_lie_beyond_the_floor() -> None:
+def test_ball_may_be_beyond_the_floor_without_walls() -> None:
     require_room(room(ball(x_m=3.0), walls=None), "my.toml")
 
 
@@ -87,21 +87,21 @@ def test_obstacles_may_overlap_to_build_an_l() -> None:
     require_room(room(box(), box("leg", x_m=0.4)), "my.toml")
 
 
-def test_an_obstacle_may_reach_into_a_wall_but_not_stand_beyond_it() -> None:
+def test_obstacle_may_overlap_a_wall_but_not_be_beyond_it() -> None:
     require_room(room(box(x_m=1.9)), "my.toml")
     assert find_error(room(box(x_m=2.1))).key == "obstacles[box]"
 
 
 @pytest.mark.parametrize("thing", [box(x_m=-1.4, y_m=-1.4), ball(x_m=-1.45, y_m=-1.5)])
-def test_a_start_in_a_thing_is_refused(thing: object) -> None:
+def test_start_in_a_body_is_refused(thing: object) -> None:
     assert find_error(room(thing)).key == "start"  # type: ignore[arg-type]
 
 
-def test_a_start_beyond_a_wall_is_refused() -> None:
+def test_start_beyond_a_wall_is_refused() -> None:
     assert find_error(room(start=Start(x_m=-2.5))).key == "start"
 
 
-def test_whether_the_start_has_room_depends_on_the_robot(raises: Raises) -> None:
+def test_start_is_refused_if_the_robot_overlaps_an_obstacle(raises: Raises) -> None:
     world = room(box(x_m=-1.5, y_m=-1.12))
     require_room(world, "my.toml")
     require_start(world, load_robot("lookout"))
@@ -109,7 +109,7 @@ def test_whether_the_start_has_room_depends_on_the_robot(raises: Raises) -> None
         require_start(room(box(x_m=-1.2, y_m=-1.5)), load_robot("rover"))
 
 
-def test_whether_the_start_has_room_depends_on_the_heading() -> None:
+def test_start_is_refused_if_the_turned_robot_overlaps_an_obstacle() -> None:
     nearby = box(x_m=-1.5, y_m=-1.13)
     require_start(room(nearby, start=Start(x_m=-1.5, y_m=-1.5, yaw_rad=0.0)), load_robot("rover"))
     with pytest.raises(DescriptionError):

@@ -33,7 +33,7 @@ def apart(one: float, other: float) -> float:
 
 
 @given(HUES, st.floats(0, 170), st.floats(0, 1))
-def test_a_hue_keeps_the_gap_to_each_that_is_taken(taken: list[float], gap: float, share: float) -> None:
+def test_free_hue_keeps_the_gap_to_all_taken_hues(taken: list[float], gap: float, share: float) -> None:
     arcs = free_arcs(taken, gap)
     assume(arcs)
     hue = hue_at(arcs, share)
@@ -46,18 +46,18 @@ def test_every_hue_that_keeps_the_gap_is_in_an_arc(taken: list[float], gap: floa
     assert any((hue - start) % 360 <= length for start, length in free_arcs(taken, gap))
 
 
-def test_shares_go_evenly_through_the_arcs() -> None:
+def test_shares_are_spread_evenly_over_the_arcs() -> None:
     arcs = free_arcs([-10, 150], 60)
     assert arcs == [(210, 80), (410, 40)]
     assert [hue_at(arcs, share) for share in (0, 0.5, 0.75, 1)] == [210, 270, 420, 450]
 
 
-def test_nothing_taken_leaves_the_whole_circle() -> None:
+def test_all_hues_are_free_without_a_taken_hue() -> None:
     assert hue_at(free_arcs([], 60), 0.5) == 180
 
 
 @pytest.mark.parametrize("taken, gap", [([0, 120, 240], 60), ([10, -170], 90)])
-def test_there_may_be_no_hue_left(taken: list[float], gap: float) -> None:
+def test_no_hue_is_free_if_the_taken_hues_are_too_close(taken: list[float], gap: float) -> None:
     assert free_arcs(taken, gap) == []
 
 
@@ -76,7 +76,7 @@ def hue_gap(one: float, other: float) -> float:
     return abs((one - other + 180) % 360 - 180)
 
 
-def test_nothing_moves() -> None:
+def test_randomisation_does_not_change_the_layout() -> None:
     for world, _ in drawn():
         assert world.start == ARENA.start
         assert (world.light.azimuth_rad, world.light.elevation_rad) == (
@@ -87,13 +87,13 @@ def test_nothing_moves() -> None:
             assert thing.model_dump(exclude=SEEN) == before.model_dump(exclude=SEEN)
 
 
-def test_a_seed_always_draws_the_same_and_another_seed_another() -> None:
+def test_seed_determines_the_drawn_values() -> None:
     first = drawn()
     assert first == drawn()
     assert all(one.world != other.world for one, other in combinations(first, 2))
 
 
-def test_a_seed_draws_what_it_drew_when_this_was_written() -> None:
+def test_drawn_values_of_a_seed_are_those_of_earlier_versions() -> None:
     values = randomise(ARENA, 7).values
     assert (values["light_brightness"], values["camera_noise"], values["wheel_gain_left"]) == (
         0.5339,
@@ -107,7 +107,7 @@ def test_a_seed_draws_what_it_drew_when_this_was_written() -> None:
     )
 
 
-def test_what_is_reported_is_what_the_world_has() -> None:
+def test_reported_values_are_those_of_the_world() -> None:
     for world, values in drawn():
         assert values["light_brightness"] == world.light.brightness
         assert values["light_ambient"] == world.light.ambient == pytest.approx(1 - world.light.diffuse)
@@ -117,7 +117,7 @@ def test_what_is_reported_is_what_the_world_has() -> None:
         assert {name: values[name] for name in Conditions.model_fields} == world.conditions.model_dump()
 
 
-def test_every_quantity_stays_in_its_range_and_takes_all_of_it() -> None:
+def test_drawn_values_cover_their_ranges() -> None:
     ranges = Randomisation().model_dump()
     for name in ("light_brightness", "light_ambient", "camera_noise", "camera_exposure", "range_bias_m", "wheel_lag_s"):
         low, high = ranges[name]
@@ -126,7 +126,7 @@ def test_every_quantity_stays_in_its_range_and_takes_all_of_it() -> None:
         assert high - (high - low) / 3 < max(values) <= high
 
 
-def test_each_wheel_has_a_gain_of_its_own_from_one_range() -> None:
+def test_gains_of_the_two_wheels_are_drawn_separately() -> None:
     for world, _ in drawn(wheel_gain=(0.9, 1.0)):
         left, right = world.conditions.wheel_gain_left, world.conditions.wheel_gain_right
         assert left != right
@@ -134,7 +134,7 @@ def test_each_wheel_has_a_gain_of_its_own_from_one_range() -> None:
 
 
 @pytest.mark.parametrize("off", ["camera_noise", "patterns", "hue_gap_deg", "light_ambient", "target_value"])
-def test_one_that_is_switched_off_leaves_all_others_what_they_were(off: str) -> None:
+def test_switching_off_a_quantity_does_not_change_the_others(off: str) -> None:
     without: dict[str, Any] = {off: False}
     for whole, part in zip(drawn(), drawn(**without), strict=True):
         group = {"hue_gap_deg": "_hue_deg", "target_value": "target_", "patterns": "_pattern"}.get(off, off)
@@ -142,7 +142,7 @@ def test_one_that_is_switched_off_leaves_all_others_what_they_were(off: str) -> 
         assert part != whole
 
 
-def test_what_is_switched_off_stays_as_the_file_has_it() -> None:
+def test_quantity_that_is_switched_off_keeps_the_value_of_the_file() -> None:
     planks = Texture(pattern="planks")
     world = ARENA.model_copy(
         update={
@@ -158,7 +158,7 @@ def test_what_is_switched_off_stays_as_the_file_has_it() -> None:
 
 
 @pytest.mark.parametrize("gap", [50, 60, 80])
-def test_nothing_but_a_target_has_a_targets_hue(gap: int) -> None:
+def test_hues_keep_the_gap_to_the_targets_hues(gap: int) -> None:
     """A vivid colour's hue is off by less than a fifth of a degree once it is in whole levels."""
     green, blue = ball(), ball("second", colour="blue", x_m=1.0)
     vivid: dict[str, Any] = {"colour_saturation": (1.0, 1.0), "colour_value": (1.0, 1.0)}
@@ -168,7 +168,7 @@ def test_nothing_but_a_target_has_a_targets_hue(gap: int) -> None:
             assert min(hue_gap(hue_degrees(colour), hue_degrees(one.colour)) for one in world.targets) > gap - 0.2
 
 
-def test_hues_come_as_near_to_a_targets_as_they_may_on_both_sides() -> None:
+def test_hues_reach_the_gap_on_both_sides_of_a_targets_hue() -> None:
     away = [
         (hue_degrees(world.light.sky_colour) - hue_degrees(world.targets[0].colour)) % 360
         for world, _ in drawn(room(ball()), seeds=range(100), colour_saturation=(1.0, 1.0), colour_value=(1.0, 1.0))
@@ -177,14 +177,14 @@ def test_hues_come_as_near_to_a_targets_as_they_may_on_both_sides() -> None:
     assert 290 < max(away) < 301
 
 
-def test_a_target_stays_about_its_own_hue_and_a_grey_one_grey() -> None:
+def test_target_keeps_about_its_hue_and_a_grey_target_stays_grey() -> None:
     for world, _ in drawn(room(ball(), ball("pale", colour="grey", x_m=1.0))):
         green, pale = world.targets
         assert hue_gap(hue_degrees(green.colour), hue_degrees(ball().colour)) < 10
         assert len(set(pale.colour)) == 1
 
 
-def test_obstacles_have_a_colour_each_and_one_pattern() -> None:
+def test_obstacles_have_different_colours_and_the_same_pattern() -> None:
     for world, _ in drawn():
         assert len({obstacle.colour for obstacle in world.obstacles}) == len(world.obstacles)
         assert len({obstacle.texture for obstacle in world.obstacles}) == 1
@@ -196,7 +196,7 @@ def test_targets_that_leave_no_hue_are_reported_with_the_key_to_change(raises: R
         drawn(room(*balls), hue_gap_deg=80)
 
 
-def test_a_world_without_walls_has_none_reported() -> None:
+def test_world_without_walls_reports_no_value_of_walls() -> None:
     for world, values in drawn(load_world("open")):
         assert world.walls is None
         assert not any(name.startswith("walls") for name in values)

@@ -37,20 +37,20 @@ def varied(world: WorldDescription, variation: Variation | None) -> WorldDescrip
 
 
 @pytest.mark.parametrize("name", world_names())
-def test_a_seed_always_draws_the_same_world_and_another_seed_another(name: str) -> None:
+def test_seed_determines_the_layout(name: str) -> None:
     first, again = draws(name), draws(name)
     assert first == again
     assert all(one != other for one, other in combinations(first, 2))
 
 
-def test_a_seed_draws_what_it_drew_when_this_was_written() -> None:
+def test_drawn_values_of_a_seed_are_those_of_earlier_versions() -> None:
     drawn = draw_world(load_world("open"), ROVER, 7)
     assert drawn.start.x_m == pytest.approx(-1.710254853329829, abs=1e-9)
     assert drawn.targets[0].y_m == pytest.approx(-1.6371479466245398, abs=1e-9)
 
 
 @pytest.mark.parametrize("name", world_names())
-def test_a_drawn_world_is_sound_and_solvable(name: str) -> None:
+def test_drawn_world_is_valid_and_solvable(name: str) -> None:
     for drawn in draws(name):
         require_room(drawn, "drawn")
         require_start(drawn, ROVER)
@@ -58,7 +58,7 @@ def test_a_drawn_world_is_sound_and_solvable(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", world_names())
-def test_a_drawn_target_is_as_far_away_and_as_hidden_as_the_file_asks(name: str) -> None:
+def test_drawn_target_meets_the_distance_and_the_visibility_of_the_file(name: str) -> None:
     for drawn in draws(name):
         assert drawn.variation
         assert drawn.variation.target_distance_m
@@ -69,7 +69,7 @@ def test_a_drawn_target_is_as_far_away_and_as_hidden_as_the_file_asks(name: str)
 
 
 @pytest.mark.parametrize("name", world_names())
-def test_the_robot_passes_between_any_two_things_and_along_every_wall(name: str) -> None:
+def test_robot_can_pass_between_any_two_bodies_and_along_every_wall(name: str) -> None:
     width = 2 * ROVER.body.reach_m
     for drawn in draws(name):
         for one, other in combinations(drawn.bodies, 2):
@@ -79,14 +79,14 @@ def test_the_robot_passes_between_any_two_things_and_along_every_wall(name: str)
 
 
 @pytest.mark.parametrize("name", world_names())
-def test_the_robot_can_turn_where_it_starts(name: str) -> None:
+def test_robot_can_turn_on_the_spot_at_the_start(name: str) -> None:
     for drawn in draws(name):
         disc = round_outline(drawn.start.x_m, drawn.start.y_m, ROVER.body.reach_m + 0.045)
         assert gap_to_edge(disc, drawn.floor) > 0
         assert all(gap_between(disc, thing.outline) > 0 for thing in drawn.bodies)
 
 
-def test_everything_that_may_vary_does() -> None:
+def test_all_values_with_an_interval_vary() -> None:
     for parts in (
         [(drawn.start.x_m, drawn.start.yaw_rad) for drawn in draws("arena")],
         [drawn.obstacles for drawn in draws("arena")],
@@ -96,7 +96,7 @@ def test_everything_that_may_vary_does() -> None:
         assert len(set(parts)) == len(SEEDS)
 
 
-def test_obstacles_are_scaled_in_plan_within_the_range_and_keep_their_height() -> None:
+def test_obstacles_are_scaled_in_length_and_width_only() -> None:
     written = load_world("clutter").obstacles[0]
     scales = []
     for drawn in draws("clutter"):
@@ -109,18 +109,18 @@ def test_obstacles_are_scaled_in_plan_within_the_range_and_keep_their_height() -
 
 
 @pytest.mark.parametrize("name", world_names())
-def test_a_robot_that_cannot_drive_starts_with_the_target_in_its_picture(name: str) -> None:
+def test_robot_that_cannot_drive_starts_with_the_target_in_view(name: str) -> None:
     assert all(is_target_in_view(drawn, LOOKOUT) for drawn in draws(name, LOOKOUT))
 
 
-def test_a_world_without_variation_is_drawn_all_over_its_floor() -> None:
+def test_positions_cover_the_floor_of_a_world_without_variation() -> None:
     world = room(box(), ball(x_m=1.0))
     drawn = [draw_world(world, ROVER, seed) for seed in SEEDS]
     assert len({one.start.x_m for one in drawn}) == len(SEEDS)
     assert {one.light for one in drawn} == {world.light}
 
 
-def test_what_a_variation_leaves_out_stays_as_written() -> None:
+def test_values_without_an_interval_do_not_change() -> None:
     touching = room(box(), box("leg", x_m=0.4), ball(x_m=1.2))
     drawn = draw_world(varied(touching, Variation(light_brightness=(0.5, 0.6))), ROVER, 1)
     assert 0.5 <= drawn.light.brightness <= 0.6
@@ -131,7 +131,7 @@ def test_what_a_variation_leaves_out_stays_as_written() -> None:
     )
 
 
-def test_a_further_target_need_not_keep_the_distance_of_the_first() -> None:
+def test_distance_interval_applies_only_to_the_first_target() -> None:
     near = EVERYWHERE.model_copy(update={"target_distance_m": (0.5, 1.0)})
     world = varied(room(ball(), ball("second"), ball("third")), near)
     for seed in SEEDS:
@@ -143,7 +143,7 @@ def test_a_further_target_need_not_keep_the_distance_of_the_first() -> None:
     pytest.fail("every target kept the first one's distance")
 
 
-def test_a_target_keeps_clear_of_the_robot_that_turns_at_the_start() -> None:
+def test_target_is_outside_the_circle_of_the_turning_robot() -> None:
     world = varied(room(ball()), Variation(place_x_m=(-0.3, 0.3), place_y_m=(-0.3, 0.3)))
     for seed in SEEDS:
         drawn = draw_world(world, ROVER, seed)
@@ -152,19 +152,19 @@ def test_a_target_keeps_clear_of_the_robot_that_turns_at_the_start() -> None:
         assert distance > ROVER.body.reach_m + target.radius_m + 0.045
 
 
-def test_a_robot_that_cannot_drive_is_turned_towards_the_target_whatever_its_heading_was() -> None:
+def test_robot_that_cannot_drive_is_turned_towards_the_target() -> None:
     north_or_south = Variation(place_x_m=(-0.01, 0.01), place_y_m=(-1.5, 1.5), yaw_rad=(0.0, 0.0))
     drawn = draw_world(varied(room(ball()), north_or_south), LOOKOUT, 4)
     assert is_target_in_view(drawn, LOOKOUT)
 
 
-def test_drawn_light_alone_does_not_make_a_barred_target_reachable(raises: Raises) -> None:
+def test_variation_of_the_light_alone_does_not_move_bodies(raises: Raises) -> None:
     barred = room(box(length_m=0.1, width_m=4.0), ball(x_m=1.3))
     with raises(DescriptionError, "no-path", key="variation.gap_m", seed=3):
         draw_world(varied(barred, Variation(light_brightness=(0.5, 0.6))), ROVER, 3)
 
 
-def test_a_robot_wider_than_the_gap_is_still_given_room() -> None:
+def test_gap_is_at_least_wide_enough_for_the_robot() -> None:
     body = ROVER.body.model_copy(update={"width_m": 0.4})
     wide = ROVER.model_copy(update={"body": body})
     world = varied(room(*(box(f"box-{n}", length_m=0.2, width_m=0.2) for n in range(4)), ball()), EVERYWHERE)

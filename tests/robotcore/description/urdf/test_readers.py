@@ -30,7 +30,7 @@ class TestMujoco:
     def mujoco(self) -> Any:
         return pytest.importorskip("mujoco")
 
-    def test_takes_wheels_that_weigh_and_turn_as_described(self, mujoco: Any, tmp_path: Path) -> None:
+    def test_wheels_have_the_described_mass_and_axis(self, mujoco: Any, tmp_path: Path) -> None:
         model = mujoco.MjModel.from_xml_path(file(tmp_path, ARENA))
         for motor, y in WHEELS.items():
             joint, wheel = model.joint(f"{motor}_joint"), model.body(f"{motor}_wheel")
@@ -40,7 +40,7 @@ class TestMujoco:
             assert wheel.mass[0] == 0.06
             assert wheel.inertia.max() == pytest.approx(0.06 * 0.0325**2 / 2)
 
-    def test_takes_a_free_robot_at_its_start_and_nothing_else_that_moves(self, mujoco: Any, tmp_path: Path) -> None:
+    def test_only_the_robot_can_move_and_is_at_its_start(self, mujoco: Any, tmp_path: Path) -> None:
         model = mujoco.MjModel.from_xml_path(file(tmp_path, ARENA))
         base = model.body("base_link")
         assert base.pos.tolist() == [ARENA.start.x_m, ARENA.start.y_m, 0]
@@ -49,7 +49,7 @@ class TestMujoco:
         assert model.joint("base_link_place").type[0] == mujoco.mjtJoint.mjJNT_FREE
         assert model.njnt == 3
 
-    def test_takes_every_thing_where_it_stands(self, mujoco: Any, tmp_path: Path) -> None:
+    def test_every_body_is_at_its_position(self, mujoco: Any, tmp_path: Path) -> None:
         model = mujoco.MjModel.from_xml_path(file(tmp_path, ARENA))
         places = model.geom_pos[model.geom_bodyid == 0]
         for prism in ARENA.prisms:
@@ -72,7 +72,7 @@ class TestBullet:
         numbers = range(bullet.getNumJoints(robot))
         return robot, {bullet.getJointInfo(robot, number)[12].decode(): number for number in numbers}
 
-    def test_takes_a_robot_that_weighs_and_turns_as_described(self, bullet: Any, tmp_path: Path) -> None:
+    def test_robot_has_the_described_mass_and_axes(self, bullet: Any, tmp_path: Path) -> None:
         robot, links = self.loaded(bullet, file(tmp_path))
         mass, _, inertia, centre, *_ = bullet.getDynamicsInfo(robot, -1)
         assert mass == 1.07
