@@ -151,7 +151,7 @@ class Loop:
     def _probe_lost_devices(self) -> None:
         """Read each lost sensor and stop each lost motor. Raises DeviceLostError if one is still lost.
 
-        A lost display is not tried, because the app itself shows the next picture.
+        Lost displays are not checked, because a check would show a picture.
         """
         for name in self.losses.lost:
             match self.robot.devices.get(name):

@@ -43,7 +43,7 @@ class RunResult:
     backend: str
     robot: str
     world: str | None
-    """None if the backend has no world file."""
+    """The name of the world. None if the run has none."""
     seed: int | None
     outcome: Outcome
     exit_status: int

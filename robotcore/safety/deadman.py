@@ -38,7 +38,7 @@ class Deadman:
     """Stops the motors if ``lease`` seconds have passed since the last call of `renew`.
 
     clock: the clock that measures the lease. It may call ``stop`` from another thread.
-    lease: the duration of a lease, in seconds. It is raised to `MIN_LEASE_S`.
+    lease: the duration of a lease, in seconds. A shorter one is raised to `MIN_LEASE_S`.
     stop: a function that stops the motors. Its argument is the time in seconds.
     lock: the lock that the caller of `renew` and `end_lease` holds. The deadman waits for it for `LOCK_TIMEOUT_S`.
     reserve: the reserved memory that a stop may need.

@@ -38,7 +38,7 @@ class FaultContext:
     """The specification of the fault, such as ``camera drop=0.2``, for messages."""
 
     def random_at(self, device: str, time: float) -> Random:
-        """Return a random generator that is seeded by a device's name and a time in seconds."""
+        """Return a random generator. Its seed is that of the run, the fault, a device's name and a time in seconds."""
         return random_at(f"{self.seed}:{self._source(device)}", time)
 
     def noise(self, device: str, sigma: float) -> Noise:

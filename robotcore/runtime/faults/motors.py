@@ -89,9 +89,9 @@ class FaultyMotor:
         self._lock = RLock()
 
     def set_velocity(self, rad_s: float) -> float:
-        """Send ``gain()`` times a velocity, and return the velocity itself, both in rad/s.
+        """Send ``gain()`` times a velocity in rad/s. Return the velocity without the gain.
 
-        A real motor that is weak does not report it to the caller either.
+        A real motor does not report its own weakness either.
         """
         with self._lock:
             self._asked = rad_s

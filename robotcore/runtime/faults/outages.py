@@ -71,7 +71,7 @@ class Lost(Outage):
 
 
 class StalledLoop(Layer):
-    """Makes sleeps of the loop longer."""
+    """Makes the sleeps of the loop longer while the fault is active."""
 
     def __init__(self, fault: Stall) -> None:
         self._fault = fault

@@ -51,7 +51,7 @@ ROLES = {
 
 
 class Target(NamedTuple):
-    """The target of a fault: one or more devices of one kind, which fail together."""
+    """The target of a fault: devices that fail together, the loop, or the connection."""
 
     kind: TargetKind
     """The kind of the target."""

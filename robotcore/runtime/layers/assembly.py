@@ -74,7 +74,7 @@ _MOUNTED = (CameraDescription, RangeSensorDescription)
 
 @dataclass(frozen=True)
 class Assembled:
-    """The app's robot, and the parts that its run needs."""
+    """The app's robot, with the clock, the latch, the command filter and the motor stops of its run."""
 
     robot: Robot
     """The robot with the app's devices."""

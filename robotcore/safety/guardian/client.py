@@ -39,7 +39,7 @@ _MAY_TURN = "A motor that was not stopped may still turn. Switch off its power, 
 _NOT_STARTED = "No motor has turned, because only a guardian can stop the motors if the app hangs"
 
 _DEATH_TIMEOUT_S = 0.1
-"""The longest wait for the exit status of a dead guardian, in seconds. The motors are stopped after it."""
+"""The longest wait for the exit status of a dead guardian, in seconds. The motors are stopped after this wait."""
 
 _STDERR = 2
 _CODE = "import sys; sys.path[:] = sys.argv[2:]; from robotcore.safety.guardian.process import main; main()"

@@ -19,7 +19,7 @@ from robotcore.safety.guardian.protocol import BYE, DRIVING, Assignment, Report,
 from robotcore.threads import start_thread
 
 Action = Literal["open", "arm", "rest", "stop", "close"]
-"""A method of `Cutoff`."""
+"""The name of an action, which is a method of `Cutoff`."""
 
 RETRYING_S = 0.5
 """The time during which a stop that fails is repeated, in seconds."""
@@ -136,7 +136,7 @@ STOPPING_S = 1.0
 ARMING_S = 0.1
 """The time limit for arming the cutoffs, in seconds, to which their longest ``patience_s`` is added.
 
-It is short, because the guardian does not check the lease meanwhile.
+It is short, because the guardian does not check the lease while it arms.
 """
 
 
