@@ -81,18 +81,17 @@ class GreenSearch(Behaviour):
     def _search(self, robot: Robot, blob: Blob | None) -> Twist:
         """Turn until the camera has seen everything that is visible from here. Then drive to the next best view."""
         if self._ball.is_in_sight:
-            return self._enter("seen")
+            return self._enter_and_stand("seen")
         if twist := self._navigator.look(self._pose):
             return twist
         if self._navigator.plan_to_view(self._pose):
-            return self._enter("explore")
+            return self._enter_and_stand("explore")
         self._navigator.forget(self._pose)
         return self._begin_search()
 
     def _explore(self, robot: Robot, blob: Blob | None) -> Twist:
-        """Drive to the next best view. Stop if the camera sees the ball on the way."""
         if self._ball.is_in_sight:
-            return self._enter("seen")
+            return self._enter_and_stand("seen")
         return self._navigator.follow(self._pose) or self._begin_search()
 
     def _confirm(self, robot: Robot, blob: Blob | None) -> Twist:
@@ -102,22 +101,21 @@ class GreenSearch(Behaviour):
         if abs(bearing) > CENTRED_RAD or self._seconds_in_state < CONFIRM_S:
             return self._navigator.turn_to(bearing)
         if blob:
-            return self._enter("approach")
+            return self._enter_and_stand("approach")
         if self._ball.lost_for < PATIENCE_S:
             return STANDING
         is_gone = self._navigator.is_known_straight(self._pose, target)
-        return self._forget_ball() if is_gone else self._drive_around(target)
+        return self._restart_search() if is_gone else self._drive_around(target)
 
     def _approach(self, robot: Robot, blob: Blob | None) -> Twist:
-        """Drive straight to the ball, or around an obstacle between the robot and the ball."""
         target = self._build_target(robot)
         if self._ball.lost_for > PATIENCE_S:
-            return self._enter("seen")
+            return self._enter_and_stand("seen")
         if not self._navigator.is_straight(self._pose, target):
             return self._drive_around(target)
         is_there = -TOO_NEAR_M < target.gap(self._pose) < NEAR_M
         if blob and is_there and abs(target.bearing(self._pose)) < CENTRED_RAD:
-            return self._enter("arrived")
+            return self._enter_and_stand("arrived")
         return self._navigator.drive_at(self._pose, target) or self._drive_around(target)
 
     def _avoid(self, robot: Robot, blob: Blob | None) -> Twist:
@@ -125,9 +123,9 @@ class GreenSearch(Behaviour):
         if twist := self._navigator.follow(self._pose):
             return twist
         if not self._navigator.is_at_frontier:
-            return self._enter("seen")
+            return self._enter_and_stand("seen")
         self._navigator.survey_ahead(self._pose)
-        return self._enter("survey")
+        return self._enter_and_stand("survey")
 
     def _survey(self, robot: Robot, blob: Blob | None) -> Twist:
         """Turn to both sides, so that the range sensor measures the surroundings. Then plan the path again."""
@@ -141,25 +139,23 @@ class GreenSearch(Behaviour):
     def _drive_around(self, target: Target) -> Twist:
         """Plan a path around an obstacle. If there is none, survey, else drive to another view, else search again."""
         if self._navigator.plan_to(self._pose, target):
-            return self._enter("avoid")
+            return self._enter_and_stand("avoid")
         if self._navigator.survey_more(self._pose):
-            return self._enter("survey")
+            return self._enter_and_stand("survey")
         if self._navigator.plan_to_view(self._pose):
-            return self._enter("avoid")
+            return self._enter_and_stand("avoid")
         self._navigator.forget(self._pose)
-        return self._forget_ball()
+        return self._restart_search()
 
-    def _forget_ball(self) -> Twist:
-        """Forget where the ball was, and search again."""
+    def _restart_search(self) -> Twist:
         self._ball.forget()
         return self._begin_search()
 
     def _begin_search(self) -> Twist:
         self._navigator.begin_look(self._pose)
-        return self._enter("search")
+        return self._enter_and_stand("search")
 
-    def _enter(self, state: str) -> Twist:
-        """Enter a state, and return the command to stand still in this tick."""
+    def _enter_and_stand(self, state: str) -> Twist:
         self.state = state
         self._entered_at = self._now
         return STANDING

@@ -99,7 +99,6 @@ class EmergencyStopKey:
                     self._run.emergency.press(PRESSED)
 
     def _read_keys(self, keys: int) -> bytes:
-        """Return the keys that were pressed, after a wait of at most `POLL_S` seconds."""
         if not _is_in_foreground(self._terminal):
             self._has_ended.wait(POLL_S)
             return b""
@@ -121,7 +120,6 @@ class EmergencyStopKey:
                 tty.setcbreak(self._terminal, termios.TCSANOW)
 
     def _restore_for_debugger(self) -> None:
-        """Restore the terminal, and wait until the debugger has read its command."""
         was_paused = self._is_paused
         self.pause()
         while _is_debugger_active() and not self._has_ended.wait(POLL_S):
@@ -148,7 +146,6 @@ def _read_available(keys: int) -> bytes:
 
 
 def _is_debugger_active() -> bool:
-    """Return whether the main thread is in ``bdb``, the base of Python's debuggers."""
     frame = sys._current_frames().get(main_thread().ident or 0)  # noqa: SLF001  there is no other way to inspect a thread
     while frame:
         if frame.f_globals.get("__name__") == "bdb":

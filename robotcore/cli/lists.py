@@ -108,13 +108,12 @@ def _setting_row(setting: Setting) -> dict[str, Any]:
     has_plain_default = setting.default is None or isinstance(setting.default, (bool, int, float, str))
     return {
         "name": setting.name,
-        "type": _format_type(setting.type),
+        "type": _format_bare_type(setting.type),
         "default": setting.default if has_plain_default else str(setting.default),
     }
 
 
-def _format_type(kind: Any) -> str:
-    """Return the name of a type, without the limits of an ``Annotated`` type."""
+def _format_bare_type(kind: Any) -> str:
     bare = getattr(kind, "__origin__", kind) if hasattr(kind, "__metadata__") else kind
     return bare.__name__ if isinstance(bare, type) else str(bare)
 

@@ -92,8 +92,6 @@ def write(renderable: RenderableType) -> None:
 
 
 class _EscapedRenderable:
-    """A renderable of rich with its control characters escaped and its colours kept."""
-
     def __init__(self, renderable: RenderableType) -> None:
         self._renderable = renderable
 

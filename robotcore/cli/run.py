@@ -186,7 +186,6 @@ def _make_forced_exit_handler(
 
 
 def _build_request_fields(host: str | None, port: str | None, **values: Any) -> dict[str, Any]:
-    """Return the fields of a RunRequest. ``host`` and ``port`` become options of the backend."""
     short = {"host": host, "port": port}
     options = {**dict(values["options"]), **{key: value for key, value in short.items() if value is not None}}
     return {**values, "options": options, "settings": dict(values["settings"])}

@@ -123,7 +123,7 @@ def command(
     results = Results(sweep, out, fresh=fresh)
     with redirect_prints(as_json=as_json):
         has_verify = preflight(sweep)
-        ended_by = _run(results, engine, is_quiet=as_json)
+        ended_by = _execute_missing_runs(results, engine, is_quiet=as_json)
     page = _write_report(results, report, line, bounds) if report and not ended_by else None
     status = show_sweep(results, bounds, ended_by, as_json=as_json, has_verify=has_verify)
     if page:
@@ -169,8 +169,7 @@ def _limit_jobs(jobs: int | None, backends: tuple[str, ...]) -> int | None:
     return 1 if alone else jobs
 
 
-def _run(results: Results, engine: Engine, *, is_quiet: bool) -> Interrupted | BackendError | None:
-    """Execute the runs that have no result. Return the error that ended the sweep early, or None."""
+def _execute_missing_runs(results: Results, engine: Engine, *, is_quiet: bool) -> Interrupted | BackendError | None:
     from robotcore.runtime.signals import SignalGuard
     from robotcore.sweep.local import execute
     from robotcore.sweep.summary import SweepProgress

@@ -49,7 +49,7 @@ def show_sweep(
     requirements: the bounds of ``--require``. They are only checked if all runs are done.
     ended_by: the error that ended the sweep early, or None.
     as_json: whether to print one line of JSON instead of the summary.
-    has_verify: whether the app or the judge has a method ``verify``.
+    has_verify: whether a judge is named or the app has a method ``verify``.
     """
     from robotcore.sweep.statistics import group_records, list_met_requirements, list_missed_requirements
 

@@ -93,7 +93,6 @@ class Canvas:
         return mask
 
     def _blend(self, mask: NDArray[np.uint8], colour: Colour, opacity: float) -> None:
-        """Blend a colour into the pixels of a mask. At opacity 1 the colour replaces the old one."""
         x, y, width, height = cv2.boundingRect(mask)
         area = self._sheet[y : y + height, x : x + width]
         share = mask[y : y + height, x : x + width, None] * np.float32(opacity / 255)
@@ -115,7 +114,6 @@ def measure_text(words: str, height: float, *, bold: bool = False) -> float:
 
 
 def _compute_font_size(height: float, *, bold: bool) -> tuple[float, int]:
-    """Return OpenCV's font scale and thickness for capital letters of a height in pixels."""
     fine = height * SUPERSAMPLING
     stroke = max(1, round(fine / (10 if bold else 14)))
     return fine / _CAPITAL_PX, 1 + bold if _HAS_OUTLINES else stroke

@@ -97,7 +97,6 @@ def _wrap_to_column(words: str) -> list[str]:
 
 
 def _truncate(words: str, width: float, *, bold: bool = False) -> str:
-    """Return a text. If it is wider than ``width`` pixels, dots replace its end."""
     while measure_text(words, 13, bold=bold) > width:
         words = words[:-4] + "..."
     return words

@@ -127,7 +127,7 @@ class MapTransform:
 def draw_world(canvas: Canvas, transform: MapTransform, world: WorldDescription) -> None:
     """Draw the floor with a grid line for each metre, the obstacles with their shadows, and the targets."""
     _draw_floor(canvas, transform, world)
-    shadows = [_compute_shadow(prism, world) for prism in world.prisms]
+    shadows = [_compute_shadow_outline(prism, world) for prism in world.prisms]
     canvas.draw_shadow([transform.to_pixels(shadow) for shadow in shadows], 0.28, 0.015 * transform.scale)
     for prism in world.prisms:
         outline = transform.to_pixels(prism.outline)
@@ -212,8 +212,7 @@ def _draw_ball(canvas: Canvas, transform: MapTransform, ball: Ball, light: Light
 _CIRCLE = [(math.cos(turn * math.tau / 48), math.sin(turn * math.tau / 48)) for turn in range(48)]
 
 
-def _compute_shadow(prism: Prism, world: WorldDescription) -> list[tuple[float, float]]:
-    """Return the outline of a prism's base together with its shadow on the floor, in metres."""
+def _compute_shadow_outline(prism: Prism, world: WorldDescription) -> list[tuple[float, float]]:
     x, y, z = world.light.direction
     foot = np.array(prism.outline, np.float32)
     top = foot - np.array((x, y), np.float32) * np.float32(prism.height_m / z)

@@ -89,7 +89,6 @@ def draw_figure(figure: RunFigure) -> Image:
 
 
 def _format_title(figure: RunFigure) -> tuple[str, str, Colour, str]:
-    """Return the heading, the outcome, the colour of the outcome, and the measurements."""
     result = figure.result
     if figure.recorded:
         words = f"decisions of {result.sim_time_s:.1f} s, drawn along the recorded path"

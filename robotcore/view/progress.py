@@ -84,7 +84,7 @@ class ProgressLine:
                 self._spinner,
                 escape(f"{request.app} on {request.backend}"),
                 escape(record.status_text),
-                _format_range(self._run),
+                _format_last_range(self._run),
                 format_voltages(record.voltages),
                 f"{record.time:.1f} s",
                 self._format_pace(record, self._run),
@@ -104,8 +104,7 @@ def _format_faults(run: Run, time: float) -> str:
     return "; ".join(str(fault) for fault in run.faults if fault.is_on(time))
 
 
-def _format_range(run: Run) -> str:
-    """Return the newest range that the app has read, as text. This reads no device."""
+def _format_last_range(run: Run) -> str:
     sensors = (each for each in run.robot.devices.values() if isinstance(each, RangeSensor))
     sensor = next(sensors, None)
     if not isinstance(sensor, AppSensor) or (sample := sensor.latest) is None:

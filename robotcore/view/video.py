@@ -97,7 +97,6 @@ def _choose_device(recording: Recording) -> str:
 
 
 def _list_cameras_and_displays(recording: Recording) -> list[str]:
-    """Return the names of the cameras and then of the displays that the run opened."""
     opened = [each for each in recording.metadata.description.devices if each.name in recording.metadata.devices]
     return [each.name for kind in ("camera", "display") for each in opened if each.kind == kind]
 

@@ -47,7 +47,7 @@ def command(
             kind="option-without-effect",
         )
     found = _diagnose(robot, backend, chosen_options)
-    findings = list(found if as_json else _write_each(found))
+    findings = list(found if as_json else _write_and_yield(found))
     levels = [finding.level.value for _, finding in findings]
     warnings, errors = levels.count("warning"), levels.count("error")
     status = 1 if errors else 0
@@ -121,8 +121,7 @@ def _split_remedy(message: str) -> tuple[str, str]:
     return problem, remedy
 
 
-def _write_each(found: Iterable[AboutFinding]) -> Iterator[AboutFinding]:
-    """Write and yield each finding."""
+def _write_and_yield(found: Iterable[AboutFinding]) -> Iterator[AboutFinding]:
     for about, finding in found:
         write_finding(finding)
         yield about, finding

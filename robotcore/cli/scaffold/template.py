@@ -141,7 +141,6 @@ def _require_absent(folder: Path) -> None:
 
 
 def _suggest_name(name: str) -> str:
-    """Return a valid name that resembles ``name``; empty if there is none."""
     meant = re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")
     return meant if NAME.fullmatch(meant) else ""
 
@@ -152,7 +151,6 @@ def _format_suggestion(name: str) -> str:
 
 
 def _describe_use(template: Template, name: str) -> str:
-    """Return the present use of a name as text, or an empty text if the name is free."""
     module = name_module(name)
     if iskeyword(module):
         return "a keyword of Python"
