@@ -68,7 +68,7 @@ class Wheel:
     angle: float = 0.0
 
     def turn(self, seconds: float) -> None:
-        """Let time pass."""
+        """Turn the wheel for ``seconds``."""
         remaining = math.exp(-seconds / LAG_S)
         difference = self.velocity - self.command
         self.angle += self.command * seconds + difference * LAG_S * (1 - remaining)

@@ -75,8 +75,8 @@ class Pty:
     def read_all(self) -> bytes:
         """Return all bytes for the board, also those that the kernel has not passed on yet.
 
-        The method writes a mark behind them and reads up to it. No other thread may send during the call, so use it
-        in simulated time only.
+        The method writes a marker byte behind them, and reads up to this byte. No other thread may send during the
+        call, so use it in simulated time only.
         """
         with self._lock:
             if not self.is_plugged_in:

@@ -15,7 +15,7 @@ from drivers.raspberrypi.ranging.ultrasonic_driver import Ultrasonic
 from robotcore.description import StrictModel
 from robotcore.hal.wiring import PadKind, Wire
 from robotcore.hardware import Connection, DeviceDriver
-from tests.drivers.raspberrypi.doctor.trees import Fed, binding
+from tests.drivers.raspberrypi.doctor.trees import SuppliedDriver, binding
 from tests.texts import CheckText
 
 PI_4 = 0xC03111
@@ -71,8 +71,8 @@ def test_a_reserved_gpio_has_a_pad() -> None:
 
 
 def test_supply_wires_go_to_the_nearest_free_pads() -> None:
-    first = binding("left_encoder", gpio("a", 5), kind=Fed)
-    second = binding("right_encoder", gpio("a", 6), kind=Fed)
+    first = binding("left_encoder", gpio("a", 5), kind=SuppliedDriver)
+    second = binding("right_encoder", gpio("a", 6), kind=SuppliedDriver)
     wires = build_wiring([first, second]).wires
     assert wires[1] == Wire("left_encoder", "encoder, plugged", "supply", "3.3 V", (17, 1))
     assert wires[2].pads[0] == 30
@@ -88,7 +88,7 @@ def test_notes_go_with_their_device() -> None:
 
 def test_more_devices_than_pads_share_them() -> None:
     names = ("left_motor", "right_motor", "left_encoder", "right_encoder")
-    wires = build_wiring([binding(name, kind=Fed) for name in names]).wires
+    wires = build_wiring([binding(name, kind=SuppliedDriver) for name in names]).wires
     taken = [wire.pads[0] for wire in wires if wire.signal == "supply"]
     assert sorted(taken) == sorted(2 * find_pads("3.3 V"))
 

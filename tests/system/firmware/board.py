@@ -20,7 +20,7 @@ STANDS = "0.0000 0.0000"
 
 POLL_S = 0.002
 HUNG_S = 300.0
-"""The longest wait in real time, on the reference machine."""
+"""The longest wait in real time, in seconds on the reference machine."""
 
 
 class Event(NamedTuple):

@@ -17,7 +17,7 @@ from robotcore.hal.clock import Clock, SteppedClock
 from robotcore.hal.devices import Image
 
 BOOTED_S = 5000.0
-"""The value of CLOCK_MONOTONIC when the clock begins."""
+"""The value of CLOCK_MONOTONIC when the clock begins, in seconds."""
 
 FOUND = load_robot("rover").first_of(CameraDescription)
 assert FOUND
@@ -28,7 +28,7 @@ RED_BGR = RED_RGB[::-1]
 
 
 class LabClock(SteppedClock):
-    """A stepped clock that also converts stamps of the kernel."""
+    """A stepped clock that also converts the kernel's timestamps."""
 
     def __init__(self) -> None:
         super().__init__(20, lambda _steps: None)
@@ -107,7 +107,10 @@ FOUND_UNITS, FOUND_KELVIN = 156.0, 4600.0
 
 
 class FakeWebcam:
-    """The simulated hardware. Controls outlive a capture, as a webcam's do. The nearest of ``sizes`` is used."""
+    """The simulated hardware of a webcam. Its controls stay after the end of a capture.
+
+    sizes: the sizes of pictures. The nearest to the requested size is used.
+    """
 
     def __init__(self, clock: LabClock, path: Path) -> None:
         self.clock, self.path = clock, path
@@ -134,7 +137,7 @@ class FakeWebcam:
         self.path.unlink()
 
     def meter(self) -> None:
-        """Set the automatic controls, if they are on."""
+        """Set exposure and white balance to the values of the automatic controls, if these are on."""
         is_automatic = self.controls.get(cv2.CAP_PROP_AUTO_EXPOSURE) == self.only_auto
         if is_automatic and cv2.CAP_PROP_EXPOSURE in self.controls:
             self.controls[cv2.CAP_PROP_EXPOSURE] += 0.5 * (FOUND_UNITS / self.lamp - self.exposure)

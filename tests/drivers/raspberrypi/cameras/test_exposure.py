@@ -1,4 +1,4 @@
-"""Exposure and white balance settle, and are then held."""
+"""Exposure and white balance settle, and are then locked."""
 
 from __future__ import annotations
 

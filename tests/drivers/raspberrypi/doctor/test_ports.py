@@ -33,14 +33,14 @@ WEBCAM = binding("eye", Connection("camera", "USB", "/dev/video0"))
 
 
 def test_free_pins_are_ok(check_findings: CheckFindings) -> None:
-    asked: list[Collection[int]] = []
+    checked: list[Collection[int]] = []
 
     def find_none(gpios: Collection[int]) -> Mapping[int, str]:
-        asked.append(gpios)
+        checked.append(gpios)
         return {}
 
     check_findings(check_pins([NOSE, MOTOR, EYE], find_none), "gpios-free")
-    assert asked == [[16, 17, 26, 27]]
+    assert checked == [[16, 17, 26, 27]]
 
 
 def test_each_held_pin_is_reported_with_its_device_and_its_holder(check_findings: CheckFindings) -> None:
@@ -49,7 +49,7 @@ def test_each_held_pin_is_reported_with_its_device_and_its_holder(check_findings
 
 def test_without_pins_no_line_information_is_read() -> None:
     def fail_if_called(_: Collection[int]) -> Mapping[int, str]:
-        pytest.fail("there is nothing to ask")
+        pytest.fail("no GPIO is to be checked")
 
     assert list(check_pins([EYE], fail_if_called)) == []
 
@@ -126,8 +126,8 @@ def test_picamera2_for_another_numpy_and_a_missing_one_are_distinguished(
 CONSOLE = "coherent_pool=1M console={},115200 console=tty1 root=PARTUUID=1234-02 rootwait\n"
 
 
-def on(root: Path, port: str, *, may_open: bool = True) -> Finding:
-    """Return the findings of a robot whose two motors are on a port."""
+def check_port(root: Path, port: str, *, may_open: bool = True) -> Finding:
+    """Return the finding for a robot whose two motors are on a port."""
     wires = Connection("port", "serial", port, is_shared=True, protocol="something")
     motors = [binding(name, wires) for name in ("left_motor", "right_motor")]
     (found,) = check_serial(root, motors, lambda _: may_open)
@@ -152,40 +152,40 @@ def test_a_robot_without_ports_needs_none(pi_4: Path) -> None:
 @pytest.mark.parametrize("console", ["tty1", "ttyAMA10"])
 def test_a_free_port_is_ok(pi_4: Path, console: str, check_findings: CheckFindings) -> None:
     set_kernel_consoles(link(pi_4, "serial0", "ttyS0"), console)
-    check_findings([on(pi_4, "/dev/serial0")], "port-ok")
+    check_findings([check_port(pi_4, "/dev/serial0")], "port-ok")
 
 
 def test_a_switched_off_port_on_the_header_is_an_error_with_a_remedy(
     pi_4: Path, pi_5: Path, check_findings: CheckFindings
 ) -> None:
-    check_findings([on(pi_4, "/dev/serial0"), on(pi_5, "/dev/ttyAMA0")], "port-missing", "port-missing")
+    check_findings([check_port(pi_4, "/dev/serial0"), check_port(pi_5, "/dev/ttyAMA0")], "port-missing", "port-missing")
 
 
 def test_the_login_console_on_the_port_is_an_error(pi_4: Path, check_findings: CheckFindings) -> None:
     set_kernel_consoles(link(pi_4, "serial0", "ttyS0"), "ttyS0")
-    check_findings([on(pi_4, "/dev/serial0")], "port-console")
+    check_findings([check_port(pi_4, "/dev/serial0")], "port-console")
 
 
 def test_the_port_of_the_bluetooth_chip_is_an_error(pi_4: Path, check_findings: CheckFindings) -> None:
     link(link(pi_4, "serial0", "ttyS0"), "serial1", "ttyAMA0")
-    assert on(pi_4, "/dev/serial0").level is Level.OK
-    check_findings([on(pi_4, "/dev/ttyAMA0")], "port-bluetooth")
+    assert check_port(pi_4, "/dev/serial0").level is Level.OK
+    check_findings([check_port(pi_4, "/dev/ttyAMA0")], "port-bluetooth")
 
 
 def test_a_pi_5_has_another_port_on_the_header(pi_5: Path, check_findings: CheckFindings) -> None:
-    check_findings([on(link(pi_5, "serial0", "ttyAMA10"), "/dev/serial0")], "port-off-header")
+    check_findings([check_port(link(pi_5, "serial0", "ttyAMA10"), "/dev/serial0")], "port-off-header")
 
 
 def test_a_port_that_this_user_may_not_open_is_an_error_with_the_group(
     pi_4: Path, check_findings: CheckFindings
 ) -> None:
     (pi_4 / "dev/ttyUSB0").touch()
-    check_findings([on(pi_4, "/dev/ttyUSB0", may_open=False)], "port-no-permission")
+    check_findings([check_port(pi_4, "/dev/ttyUSB0", may_open=False)], "port-no-permission")
 
 
 def test_a_missing_port_is_reported_with_the_present_ones(pi_4: Path, check_findings: CheckFindings) -> None:
     (pi_4 / "dev/ttyACM0").touch()
-    check_findings([on(pi_4, "/dev/ttyUSB0")], "port-missing")
+    check_findings([check_port(pi_4, "/dev/ttyUSB0")], "port-missing")
 
 
 def test_a_usb_id_is_searched_among_the_plugged_in_devices(pi_4: Path) -> None:
@@ -193,8 +193,8 @@ def test_a_usb_id_is_searched_among_the_plugged_in_devices(pi_4: Path) -> None:
     device.mkdir(parents=True)
     (device / "idVendor").write_text("10c4\n")
     (device / "idProduct").write_text("ea60\n")
-    assert on(pi_4, "usb:10C4:EA60:0001").level is Level.OK
-    assert on(pi_4, "usb:1a86:7523").level is Level.ERROR
+    assert check_port(pi_4, "usb:10C4:EA60:0001").level is Level.OK
+    assert check_port(pi_4, "usb:1a86:7523").level is Level.ERROR
 
 
 @pytest.fixture(autouse=True)

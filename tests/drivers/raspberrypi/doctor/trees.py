@@ -83,7 +83,7 @@ def create_chip(root: Path, number: int, driver: str) -> None:
     (root / "sys/bus/gpio/devices" / made.name).symlink_to(made)
 
 
-class Plugged(DeviceDriver[AnyDevice, StrictModel]):
+class ConnectedDriver(DeviceDriver[AnyDevice, StrictModel]):
     """A driver whose connections are given at its construction."""
 
     name = "plugged"
@@ -104,13 +104,15 @@ class Plugged(DeviceDriver[AnyDevice, StrictModel]):
         return self._notes
 
 
-class Fed(Plugged):
+class SuppliedDriver(ConnectedDriver):
     """A driver with a supply of 3.3 V from the board."""
 
     supply = ("3.3 V", "ground")
 
 
-def binding(name: str, *wires: Connection, notes: tuple[str, ...] = (), kind: type[Plugged] = Plugged) -> DeviceBinding:
+def binding(
+    name: str, *wires: Connection, notes: tuple[str, ...] = (), kind: type[ConnectedDriver] = ConnectedDriver
+) -> DeviceBinding:
     """Return the binding of a rover's device on these wires."""
     description = next(device for device in load_robot("rover").devices if device.name == name)
     return DeviceBinding(description, kind(wires, notes), StrictModel())

@@ -91,7 +91,7 @@ def test_the_motor_may_be_opened_after_the_encoder() -> None:
 
 
 def test_a_motor_that_reports_no_direction_is_an_error(raises: Raises) -> None:
-    wires = Wires(PULSES, opened={"left_motor": Silent("left_motor", 12.0)})
+    wires = Wires(PULSES, opened={"left_motor": MotorWithoutDirection("left_motor", 12.0)})
     pulse(wires, 1)
     with raises(DeviceError, "no-direction"):
         wires.encoder.read()
@@ -110,7 +110,7 @@ def test_closing_frees_the_pin() -> None:
     Wires(PULSES, wires.pins, opened)
 
 
-class Silent(Motor):
+class MotorWithoutDirection(Motor):
     """A motor without a direction."""
 
     def _apply(self, rad_s: float) -> None:

@@ -119,7 +119,7 @@ def test_the_pin_debounces() -> None:
     assert [wires.pins.pin(number).bounce for number in (A, B)] == [0.002, 0.002]
 
 
-class Lasting(MockPWMPin):  # type: ignore[misc]  # gpiozero has no types
+class LateEdgePin(MockPWMPin):  # type: ignore[misc]  # gpiozero has no types
     """A pin that reports edges after its closing, as lgpio's does, unless edge detection is stopped."""
 
     def close(self) -> None:
@@ -127,7 +127,7 @@ class Lasting(MockPWMPin):  # type: ignore[misc]  # gpiozero has no types
 
 
 def test_closing_frees_the_pins_and_stops_counting() -> None:
-    wires = Wires(PLAIN, MockFactory(pin_class=Lasting))
+    wires = Wires(PLAIN, MockFactory(pin_class=LateEdgePin))
     wires.encoder.close()
     for number in (A, B):
         assert wires.pins.pin(number).when_changed is None
@@ -150,7 +150,7 @@ def test_a_pull_that_a_pin_cannot_have_is_reported_with_a_remedy(raises: Raises)
         Wires({**PLAIN, "a": 2, "pull_up": False})
 
 
-class Deaf(MockPWMPin):  # type: ignore[misc]  # gpiozero has no types
+class PinWithoutEdgeDetection(MockPWMPin):  # type: ignore[misc]  # gpiozero has no types
     """A pin without edge detection."""
 
     def _enable_event_detect(self) -> None:
@@ -158,7 +158,7 @@ class Deaf(MockPWMPin):  # type: ignore[misc]  # gpiozero has no types
 
 
 def test_a_pin_without_edge_detection_is_reported_and_both_are_freed(raises: Raises) -> None:
-    pins = MockFactory(pin_class=Deaf)
+    pins = MockFactory(pin_class=PinWithoutEdgeDetection)
     with raises(DeviceError, "gpio-failed"):
         Wires(PLAIN, pins)
     for number in (A, B):

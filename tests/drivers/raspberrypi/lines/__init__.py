@@ -10,7 +10,7 @@ from pathlib import Path
 FOLDER = Path(__file__).parent
 ROOT = Path(__file__).parents[4]
 SET_PULL_DOWN = 64
-"""The flag of lgpio."""
+"""lgpio's flag for a pull-down."""
 
 END_S = 60.0
 """The time limit for the end of a program."""

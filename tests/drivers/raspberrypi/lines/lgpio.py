@@ -2,8 +2,8 @@
 
 A chip is a folder, and a line is a file. A claim locks the file, so the line is free when its holder has ended. The
 file holds the last output, as on a Raspberry Pi; another file holds the pull. PWM is its duty in percent. As in lgpio,
-claiming an output again changes nothing, and an error has only a text. A line whose duty becomes 0 would fall at the
-end of its cycle: here never, as in a process that is suspended before.
+claiming an output again changes nothing, and an error has only a text. After the duty 0, a line never falls, as in a
+process that is suspended before the end of the PWM cycle.
 """
 
 from __future__ import annotations

@@ -81,7 +81,7 @@ def test_a_stop_between_the_reading_and_the_correction_wins() -> None:
     drive(rig, SPEED)
     motor = rig.motor
     assert isinstance(motor, ControlledMotor)
-    motor._encoder = Stopping(rig)  # type: ignore[assignment]
+    motor._encoder = StoppingEncoder(rig)  # type: ignore[assignment]
     rig.pass_time(0.06)
     assert rig.duty() == 0.0
 
@@ -180,7 +180,7 @@ def test_a_motor_whose_encoder_is_not_open_cannot_be_controlled(raises: Raises) 
         Rig(CONTROLLED, names=("left_motor",))
 
 
-class Stopping:
+class StoppingEncoder:
     """An encoder that stops the motor during its first reading."""
 
     def __init__(self, rig: Rig) -> None:

@@ -20,7 +20,7 @@ from tests.texts import Raises
 ENABLE, STANDBY = 12, 22
 
 
-class Unwilling(MockPWMPin):  # type: ignore[misc]  # gpiozero has no types
+class FailingPin(MockPWMPin):  # type: ignore[misc]  # gpiozero has no types
     """A pin whose writes raise an error if a test requests it."""
 
     is_broken = False
@@ -150,7 +150,7 @@ def test_a_line_that_is_pulled_up_while_the_pi_starts_has_a_warning(lines: dict[
 @pytest.mark.parametrize("broken, other", [(FORWARD, BACKWARD), (BACKWARD, FORWARD)])
 @pytest.mark.parametrize("leave", [Motor.stop, Motor.close])
 def test_a_pin_that_fails_does_not_keep_the_other_high(broken: int, other: int, leave: Any, raises: Raises) -> None:
-    rig = Rig(pin_class=Unwilling)
+    rig = Rig(pin_class=FailingPin)
     rig.motor.set_velocity(7.0 if other == FORWARD else -7.0)
     assert rig.pins.pin(other).state > 0
     rig.pins.pin(broken).is_broken = True
@@ -160,7 +160,7 @@ def test_a_pin_that_fails_does_not_keep_the_other_high(broken: int, other: int, 
 
 
 def test_a_stop_that_fails_leaves_no_line_without_its_pwm(raises: Raises) -> None:
-    rig = Rig(pin_class=Unwilling)
+    rig = Rig(pin_class=FailingPin)
     rig.motor.set_velocity(7.0)
     rig.pins.pin(FORWARD).is_broken = True
     with raises(DeviceError, "gpio-failed"):
@@ -182,7 +182,7 @@ def test_a_line_that_cannot_be_pulled_down_is_reported_alone_and_once(raises: Ra
 
 
 def test_a_failure_while_turning_is_reported_with_a_remedy(raises: Raises) -> None:
-    rig = Rig(pin_class=Unwilling)
+    rig = Rig(pin_class=FailingPin)
     rig.pins.pin(BACKWARD).is_broken = True
     with raises(DeviceError, "gpio-failed") as raised:
         rig.motor.set_velocity(1.0)

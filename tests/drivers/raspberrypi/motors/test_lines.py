@@ -1,4 +1,4 @@
-"""Motors on lgpio's PWM whose cycle never ends, as in a process that is suspended right after a command."""
+"""Motors on lgpio's PWM, in a process that is suspended right after a command."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ def test_stopping_sets_the_duty_to_0() -> None:
 
 
 def test_the_duty_is_0_while_the_direction_changes() -> None:
-    rig = Rig(PHASE_ENABLE, pin_class=Noting)
+    rig = Rig(PHASE_ENABLE, pin_class=RecordingPin)
     rig.motor.set_velocity(7.0)
     sent = rig.pins.sent = []
     rig.motor.set_velocity(-7.0)
@@ -38,7 +38,7 @@ def test_the_duty_is_0_while_the_direction_changes() -> None:
 
 
 def test_a_command_like_the_last_is_sent_again_without_a_gap() -> None:
-    rig = Rig(PHASE_ENABLE, pin_class=Noting)
+    rig = Rig(PHASE_ENABLE, pin_class=RecordingPin)
     rig.motor.set_velocity(-7.0)
     sent = rig.pins.sent = []
     rig.motor.set_velocity(-7.0)
@@ -69,7 +69,7 @@ def test_every_wire_has_its_gpio() -> None:
     assert wires == {"phase": ("23", False), "enable": ("24", False), "standby": ("22", True)}
 
 
-class Noting(MockPWMPin):  # type: ignore[misc]  # gpiozero has no types
+class RecordingPin(MockPWMPin):  # type: ignore[misc]  # gpiozero has no types
     """A pin that records every write in its factory."""
 
     def _set_state(self, value: float) -> None:

@@ -22,7 +22,7 @@ DESCRIPTION = NOSE.model_copy(update={"max_range_m": 1.2})
 
 
 @dataclass
-class Kind:
+class ChipCase:
     """A driver, its chip, and the chip's status for a target, for a target beyond, and for no target."""
 
     driver: type[TimeOfFlight]
@@ -35,8 +35,8 @@ class Kind:
 
 
 KINDS = [
-    Kind(VL53L0X, FakeVL53L0X, target=11, beyond=6, nothing=4, too_near=10, unclear=7),
-    Kind(VL53L1X, FakeVL53L1X, target=9, beyond=5, nothing=4, too_near=8, unclear=6),
+    ChipCase(VL53L0X, FakeVL53L0X, target=11, beyond=6, nothing=4, too_near=10, unclear=7),
+    ChipCase(VL53L1X, FakeVL53L1X, target=9, beyond=5, nothing=4, too_near=8, unclear=6),
 ]
 BROKEN = 2
 
@@ -44,7 +44,7 @@ BROKEN = 2
 class Bench:
     """A double of a chip on a bus, and the driver that reads it by the real library."""
 
-    def __init__(self, kind: Kind, patch: pytest.MonkeyPatch) -> None:
+    def __init__(self, kind: ChipCase, patch: pytest.MonkeyPatch) -> None:
         self.kind = kind
         self.chip = kind.chip(kind.target, 500)
         self.bus = FakeBus(self.chip)

@@ -83,7 +83,7 @@ Edges = list[tuple[float, bool]]
 
 
 class Module:
-    """A module on its pins, and the edges of its echo as a driver gets them."""
+    """An ultrasonic module on its pins, and the edges of its echo line that a driver receives."""
 
     def __init__(self, pins: VirtualPins, clock: SteppedClock, distance: float, trigger: OutputDevice) -> None:
         self.clock, self.trigger = clock, trigger

@@ -25,7 +25,7 @@ from tests.texts import CheckText
 
 STEP_S = 0.002
 LONG_S = 3.0
-"""Longer than any board takes to be lost, or to be ready."""
+"""A time in which any board becomes ready or is lost, in seconds."""
 
 BOARDS: dict[str, tuple[Callable[[], BoardProtocol], Callable[[], BoardDouble], float]] = {
     "robotcore_bridge": (lambda: ArduinoProtocol(57600), RobotcoreBridgeDouble, 20.0),

@@ -1,4 +1,4 @@
-"""The apps, with motors, encoders and nose through the firmware."""
+"""The apps, on a robot whose motors, encoders and range sensor are on the firmware."""
 
 from __future__ import annotations
 

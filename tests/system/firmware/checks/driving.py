@@ -25,7 +25,7 @@ NOISY_S = 6.0
 STANDING_RAD_S = 0.05
 OVERSHOOT = 1.25
 BACK_S = 10.0
-"""The longest time until a replugged board drives again, with back-off, bootloader and first answers."""
+"""The longest time until a replugged board drives again, in seconds: back-off, bootloader and first answers."""
 
 
 @pytest.fixture
@@ -52,7 +52,7 @@ def drive_for(robot: Robot, seconds: float, left: float = SPEED_RAD_S, right: fl
 
 
 def drive_until(robot: Robot, is_true: Callable[[], bool], within_s: float = BACK_S) -> None:
-    """Drive on, despite errors, until a condition is true."""
+    """Command both wheels, despite errors, until a condition is true."""
     end = robot.clock.now() + within_s
     while not is_true():
         assert robot.clock.now() < end, f"waited {within_s} s"

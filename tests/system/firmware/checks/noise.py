@@ -12,7 +12,7 @@ from tests.system.firmware.board import Board
 from tests.system.firmware.raw import RawLine
 
 RAD_S = math.tau / 960 * 30
-"""The velocity of one count per control period."""
+"""The velocity of one count per control period, in rad/s."""
 
 OVERSHOOT = 1.2
 

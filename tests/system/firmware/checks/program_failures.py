@@ -1,4 +1,4 @@
-"""No wheel keeps turning after the driving program is stopped, killed or ended."""
+"""No wheel continues to turn after the program is suspended, is killed or ends."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from tests.system.firmware.config import BOARD_TIMEOUT_S, write_rover_file
 from tests.system.speed import scaled
 
 STARTED_S, ENDED_S = 30.0, 20.0
-"""The longest time of a run until it drives, and until it ends, on the reference machine."""
+"""The longest time until a run drives, and until it ends, in seconds on the reference machine."""
 
 BOOTING_S = 0.5
 CONTROL_PERIOD_S = 1 / 30

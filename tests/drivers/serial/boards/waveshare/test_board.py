@@ -48,7 +48,7 @@ def test_the_odometer_stays_within_the_centimetre(centimetres: int, speed: float
 
 
 def test_no_error_adds_up() -> None:
-    """The speed is twice too high, for 10 m."""
+    """The measured speed is twice too high, and the robot drives 10 m."""
     assert _metres(*((n, 0.4) for n in range(1001))) == pytest.approx(10.0, abs=0.01)
 
 
