@@ -42,7 +42,7 @@ It is long, because no wheel turns in the meantime. In lockstep, the simulation 
 
 
 class CoppeliaSimOptions(StrictModel):
-    """The options of the backend.
+    """The options of the CoppeliaSim backend.
 
     >>> CoppeliaSimOptions(port=23010).simulation.value
     'ours'

@@ -88,8 +88,8 @@ def require_empty(builder: SceneBuilder) -> None:
         shown = ", ".join(others[:_MAX_SHOWN]) + (", …" if len(others) > _MAX_SHOWN else "")
         raise BackendError(
             f"coppeliasim: the scene is not empty ({shown}), and the world would be built among its objects. Open a "
-            "new scene in CoppeliaSim, or drive the robot in this one: --robot with a file that names its objects "
-            "under [coppeliasim], as bubblerob and lookout do",
+            "new scene in CoppeliaSim, or name with --robot a robot of this scene, whose file has a section "
+            "[coppeliasim], such as bubblerob or lookout",
             kind="scene-not-empty",
             paths=others,
         )

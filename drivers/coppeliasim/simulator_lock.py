@@ -61,7 +61,8 @@ class SimulatorLock:
         if note and not note.startswith(self._holder):
             lost = BackendError(
                 f"coppeliasim: another program has taken over the CoppeliaSim at {self._connection.address}, because "
-                f"this program was suspended or busy for more than {DEAD_S:g} s. Run again after the other has ended",
+                f"this program was suspended or busy for more than {DEAD_S:g} s. Run again after that program has "
+                "ended",
                 kind="lease-lost",
                 address=str(self._connection.address),
             )

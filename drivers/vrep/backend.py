@@ -40,7 +40,7 @@ It is long, because no wheel turns in the meantime. In lockstep, the simulation 
 
 
 class VrepOptions(StrictModel):
-    """The options of the backend.
+    """The options of the V-REP backend.
 
     >>> VrepOptions().is_stepped, VrepOptions(port=19999).is_stepped
     (True, False)
