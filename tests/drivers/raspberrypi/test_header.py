@@ -51,7 +51,7 @@ def test_a_plug_and_an_address_have_no_pad() -> None:
     assert [wire.pads for wire in build_wiring([laser, camera]).wires] == [(3,), (), ()]
 
 
-def test_a_serial_port_on_the_header_takes_two_pins_and_another_none(check_text: CheckText) -> None:
+def test_a_serial_port_on_the_header_uses_two_pins_and_another_port_none(check_text: CheckText) -> None:
     header, usb = (
         binding("left_motor", Connection("port", "serial", f"/dev/{name}")) for name in ("serial0", "ttyUSB0")
     )

@@ -23,11 +23,11 @@ ReplyHandler = Callable[[Reply, float], None]
 
 
 class RequestQueue:
-    """Keeps one pending request at a time, because a reply does not contain its request. It drops all other lines.
+    """Allows one pending request at a time, because a reply does not name its request. Any other line is dropped.
 
-    After a time-out, the late reply may look like the reply to the next request. So the next request must be one with
-    a unique reply. The board may also be slow then. So each request waits at least `GREETING_S` for its reply, until a
-    reply arrives in time.
+    After a time-out, the late reply may look like the reply to the next request. So the next request must have a unique
+    reply. The board may also be slow after a time-out. So each request then waits at least `GREETING_S`, until a reply
+    arrives in time.
     """
 
     def __init__(self) -> None:

@@ -88,9 +88,7 @@ def test_read_raises_while_the_camera_is_gone(clock: LabClock, source: FakeSourc
             camera.read()
 
 
-def test_a_camera_that_comes_back_holds_its_exposure_again_and_continues_to_count(
-    clock: LabClock, source: FakeSource
-) -> None:
+def test_a_reopened_camera_locks_its_exposure_again_and_continues_to_count(clock: LabClock, source: FakeSource) -> None:
     camera = open_camera(source, clock)
     last = camera.read().sequence
     source.failing = build_lost_error()

@@ -67,7 +67,7 @@ def test_a_frame_s_time_is_never_in_the_future(clock: LabClock, camera: FakeCame
 
 
 @pytest.mark.parametrize("is_new", [True, False])
-def test_exposure_is_held_if_the_light_changes(is_new: bool, clock: LabClock, camera: FakeCamera) -> None:
+def test_exposure_is_locked_if_the_light_changes(is_new: bool, clock: LabClock, camera: FakeCamera) -> None:
     camera.is_new = is_new
     eye = open_camera(clock)
     assert camera.last.set["AeEnable"] is camera.last.set["AwbEnable"] is False
@@ -98,7 +98,7 @@ def test_the_state_of_the_exposure_is_read_from_old_and_new_libraries(
     assert source.read_exposure(shot) == ((20_000.0,), is_settled)
 
 
-def test_without_lock_nothing_is_held(clock: LabClock, camera: FakeCamera) -> None:
+def test_without_the_setting_lock_the_exposure_is_not_locked(clock: LabClock, camera: FakeCamera) -> None:
     open_camera(clock, lock=False)
     assert set(camera.last.set) == {"FrameDurationLimits"}
 

@@ -51,7 +51,7 @@ def test_a_slow_camera_is_given_no_more_time(clock: LabClock) -> None:
     assert source.shots == 9 + 8
 
 
-def test_pictures_from_before_the_hold_are_skipped(clock: LabClock) -> None:
+def test_pictures_from_before_the_lock_are_skipped(clock: LabClock) -> None:
     source = FakeSource(clock)
     lock = source.lock_exposure
 
@@ -63,7 +63,7 @@ def test_pictures_from_before_the_hold_are_skipped(clock: LabClock) -> None:
     assert open_camera(source, clock).read().image[0, 0, 0] == 101
 
 
-def test_without_lock_nothing_is_held(clock: LabClock) -> None:
+def test_without_the_setting_lock_the_exposure_is_not_locked(clock: LabClock) -> None:
     source = FakeSource(clock, RISING)
     assert open_camera(source, clock, lock=False).read().image[0, 0, 0] == 40
     assert source.diary == ["open"]
@@ -84,7 +84,7 @@ def test_a_refused_setting_is_logged_once(
 
 
 @pytest.mark.parametrize("after, is_logged", [(100, False), (110, False), (30, True), (250, True)])
-def test_a_jump_of_brightness_at_the_hold_is_logged(
+def test_a_jump_of_brightness_at_the_lock_is_logged(
     after: int, is_logged: bool, clock: LabClock, caplog: pytest.LogCaptureFixture
 ) -> None:
     open_camera(FakeSource(clock, [100] * 10 + [after]), clock)

@@ -100,7 +100,7 @@ class TestTimes:
 
 
 class TestExposure:
-    def test_exposure_is_held_if_the_light_changes(self, webcam: FakeWebcam) -> None:
+    def test_exposure_is_locked_if_the_light_changes(self, webcam: FakeWebcam) -> None:
         eye = open_camera(webcam)
         assert webcam.controls[cv2.CAP_PROP_AUTO_EXPOSURE] == MANUAL
         assert webcam.controls[cv2.CAP_PROP_EXPOSURE] == pytest.approx(FOUND_UNITS, rel=0.03)
@@ -171,7 +171,7 @@ class TestUnplugged:
         with raises(DeviceLostError):
             eye.read()
 
-    def test_and_plugged_in_again_it_is_lost_until_this_user_may_open_it(
+    def test_a_replugged_camera_is_lost_until_this_user_may_open_it(
         self, webcam: FakeWebcam, monkeypatch: pytest.MonkeyPatch, raises: Raises
     ) -> None:
         eye = open_camera(webcam)

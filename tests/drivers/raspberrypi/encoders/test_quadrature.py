@@ -97,7 +97,7 @@ def test_a_missed_edge_costs_at_most_a_cycle(missed: int) -> None:
     assert decoder.edges - since == 100 - missed - 4
 
 
-def test_a_sample_is_taken_when_it_is_read_and_once_an_instant() -> None:
+def test_a_sample_is_made_by_reading_and_once_at_each_time() -> None:
     wires = Wires(PLAIN)
     first = wires.encoder.read()
     turn(wires, 1)

@@ -57,7 +57,7 @@ def test_a_wheel_that_was_blocked_does_not_overshoot() -> None:
     assert rig.velocity == pytest.approx(2.0, rel=0.1)
 
 
-def test_missed_rotation_at_the_limit_is_not_made_up_for() -> None:
+def test_missed_rotation_at_the_limit_is_not_corrected_later() -> None:
     rig = Rig(CONTROLLED, wheel={"forward_rad_s": 8.0})
     drive(rig, 12.0)
     assert rig.duty() == 1.0
@@ -131,7 +131,7 @@ def test_a_motor_works_again_when_its_encoder_works() -> None:
     assert turned == pytest.approx(SPEED, rel=0.03)
 
 
-def test_after_a_lost_encoder_is_back_commands_work_and_missed_rotation_is_not_made_up_for() -> None:
+def test_after_a_lost_encoder_works_again_missed_rotation_is_not_corrected() -> None:
     rig, fresh = Rig(CONTROLLED), Rig(CONTROLLED)
     drive(rig, SPEED)
     whole, rig.encoder._newest = rig.encoder._newest, raise_lost  # type: ignore[method-assign]

@@ -103,7 +103,7 @@ def test_nearer_than_min_range_reads_min_range(bench: Bench) -> None:
     assert (sensor.read().distance, sensor.read().sequence) == (DESCRIPTION.min_range_m, 3)
 
 
-def test_a_target_beyond_max_range_and_such_a_status_are_inf(bench: Bench) -> None:
+def test_a_target_beyond_the_range_is_inf_by_its_distance_and_by_its_status(bench: Bench) -> None:
     sensor = bench.open()
     bench.set_measurement(bench.kind.target, 1300)
     assert (sensor.read().distance, sensor.read().sequence) == (math.inf, 1)

@@ -116,7 +116,7 @@ def test_each_row_of_echo_free_cycles_gives_inf() -> None:
 
 
 @pytest.mark.parametrize("interruption", [build_echo(1.0), NO_PULSE, LOST_RISE, LOST_FALL, pulse(0.0285)])
-def test_every_other_cycle_ends_the_row(interruption: Edges) -> None:
+def test_a_cycle_with_an_echo_ends_a_row_of_cycles_without_echoes(interruption: Edges) -> None:
     bench = Bench(
         [build_echo(1.0), *[NO_ECHO] * 3, interruption, *[NO_ECHO] * 3, build_echo(1.0)], {"echo_free_cycles": 4}
     )
@@ -265,7 +265,7 @@ def test_closing_stops_the_triggers_and_frees_the_pins() -> None:
     assert bench.open().read().distance == pytest.approx(1.0)
 
 
-def test_edges_after_closing_do_nothing() -> None:
+def test_edges_after_closing_are_ignored() -> None:
     bench = Bench([build_echo(1.0), NO_PULSE])
     sensor = bench.open()
     bench.clock.sleep_until(0.06)

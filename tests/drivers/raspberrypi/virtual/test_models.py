@@ -40,7 +40,7 @@ def test_quadrature_is_counted_by_gpiozero_in_whole_cycles_and_with_its_sign(edg
         assert counter.steps == (10 if edges > 0 else -10)
 
 
-def test_quadrature_comes_back_to_where_it_was(pins: VirtualPins) -> None:
+def test_a_quadrature_disc_returns_to_its_first_count(pins: VirtualPins) -> None:
     wheel = FakeEncoder()
     disc = QuadratureDisc(wheel, EDGE, pins.pin(5), pins.pin(6))
     with RotaryEncoder(5, 6, max_steps=0, pin_factory=pins) as counter:
@@ -120,7 +120,7 @@ def module(distance: float) -> Iterator[Module]:
 
 
 @pytest.mark.parametrize("distance", [0.02, 0.5, 4.3])
-def test_pulse_is_as_long_as_sound_takes_there_and_back(distance: float) -> None:
+def test_the_pulse_has_the_length_of_the_sound_s_travel_time(distance: float) -> None:
     with module(distance) as nose:
         nose.clock.sleep_until(1.0)
         nose.ping()
@@ -137,7 +137,7 @@ def test_without_an_echo_the_pulse_is_the_module_s_time_out() -> None:
         assert nose.pulse == pytest.approx(SILENCE_S)
 
 
-def test_no_edge_comes_before_its_time() -> None:
+def test_no_edge_comes_before_its_exact_time() -> None:
     with module(1.7) as nose:
         nose.clock.sleep_until(1.0)
         nose.ping()
@@ -146,7 +146,7 @@ def test_no_edge_comes_before_its_time() -> None:
         assert len(nose.edges) == 1
 
 
-def test_before_time_begins_both_edges_come_at_once() -> None:
+def test_both_edges_come_at_once_while_the_robot_opens() -> None:
     with module(0.5) as nose:
         nose.ping()
         nose.ping()

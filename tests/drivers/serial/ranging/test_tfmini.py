@@ -148,7 +148,7 @@ def test_frames_from_a_full_buffer_make_no_sample(rig: Rig) -> None:
     assert sensor.read().distance == 0.95
 
 
-def test_an_unplugged_sensor_is_lost_and_comes_back(rig: Rig, raises: Raises) -> None:
+def test_an_unplugged_sensor_is_lost_and_works_after_replugging(rig: Rig, raises: Raises) -> None:
     sensor = rig.open()
     before = sensor.read()
     rig.pty.unplug()

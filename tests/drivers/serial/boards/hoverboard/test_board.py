@@ -74,7 +74,7 @@ def test_a_command_that_turns_is_sent_once_so_that_the_boards_own_time_out_count
     assert board.frames[1:] == [command(-1, 101)]
 
 
-def test_frames_are_apart_and_the_newer_command_is_sent(board: ScriptedBoard) -> None:
+def test_frames_have_a_pause_in_between_and_the_newest_command_is_sent(board: ScriptedBoard) -> None:
     board.set(100, 100)
     board.pass_time(0.001)
     board.set(200, 200)

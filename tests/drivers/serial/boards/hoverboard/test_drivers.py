@@ -124,7 +124,9 @@ def test_an_app_that_is_silent_is_stopped_by_the_board(robots: Robots) -> None:
     assert abs(board.wheels.left.velocity) < 0.01
 
 
-def test_a_lost_port_is_reported_and_comes_back_standing_with_its_angles(robots: Robots, raises: Raises) -> None:
+def test_a_lost_port_is_reported_and_its_motors_stand_and_keep_their_angles_after_replugging(
+    robots: Robots, raises: Raises
+) -> None:
     board = Hoverboard(Wheels())
     rig = robots.on(board, mode="speed")
     rig.drive(4.0, 4.0, 0.5)

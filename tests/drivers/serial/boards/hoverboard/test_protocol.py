@@ -116,7 +116,7 @@ def test_every_reachable_pair_of_wheels_is_exact_with_default_coefficients() -> 
 @pytest.mark.parametrize(
     "mixer", [CoefficientMixer(0.9, 0.5), CoefficientMixer(1.7, 0.3), CoefficientMixer(0.4, 0.2)], ids=str
 )
-def test_with_other_coefficients_no_command_near_comes_nearer(mixer: CoefficientMixer) -> None:
+def test_with_other_coefficients_no_nearby_command_has_a_smaller_error(mixer: CoefficientMixer) -> None:
     for left, right in product(range(-173, 174, 43), repeat=2):
         steer, speed = mixer.steering(left, right)
         near = (Steering(steer + by, speed + more) for by, more in product(range(-2, 3), repeat=2))

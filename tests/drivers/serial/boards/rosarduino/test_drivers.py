@@ -97,7 +97,7 @@ def test_the_motors_of_a_tick_share_one_line(rig: Rig) -> None:
         assert [line for line in board.commands if line[0] == "m"][-2:] == ["m 0 0", "m 20 -20"]
 
 
-def test_an_unplugged_board_stands_until_a_new_command_and_its_angles_go_on(rig: Rig, raises: Raises) -> None:
+def test_an_unplugged_board_stands_until_a_new_command_and_its_angles_continue(rig: Rig, raises: Raises) -> None:
     board = RobotcoreBridgeDouble()
     with rig.open(board, WHEELS) as robot:
         motor(robot, "left").set_velocity(4.0)

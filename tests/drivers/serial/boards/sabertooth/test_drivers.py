@@ -88,7 +88,9 @@ def test_an_app_that_is_silent_is_stopped_by_the_board(rig: Rig, line: Sabertoot
     assert line.boards[128].values == [0, 0]
 
 
-def test_a_lost_port_is_reported_and_comes_back_standing(rig: Rig, line: Sabertooths, raises: Raises) -> None:
+def test_a_lost_port_is_reported_and_its_motors_stand_after_replugging(
+    rig: Rig, line: Sabertooths, raises: Raises
+) -> None:
     rig.drive(4.0, 4.0, 0.5)
     rig.pty.unplug()
     rig.pass_time(0.05)

@@ -183,7 +183,7 @@ def test_a_board_that_is_reset_while_it_drives_stands_until_a_new_command(rig: R
     assert rig.angles()[0] > angles[0] + 1.0
 
 
-def test_an_unplugged_port_is_lost_and_comes_back(rig: Rig, raises: Raises) -> None:
+def test_an_unplugged_port_is_lost_and_works_after_replugging(rig: Rig, raises: Raises) -> None:
     rig.open().drive(5.0, 5.0, seconds=0.5)
     rig.pty.unplug()
     with raises(DeviceLostError, "port-lost", device="left_motor"):
