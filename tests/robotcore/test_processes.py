@@ -14,8 +14,8 @@ from robotcore.processes import describe_holders, describe_process, find_holders
 
 
 @contextmanager
-def running(script: str, *arguments: object) -> Iterator[subprocess.Popen[str]]:
-    """Run a Python script until it has written a line; it is to end with its standard input."""
+def run_script(script: str, *arguments: object) -> Iterator[subprocess.Popen[str]]:
+    """Run a Python script in a process, which lives until the end of the ``with`` block."""
     command = [sys.executable, "-c", f"{script}\nprint('ready', flush=True)\nimport sys\nsys.stdin.read()"]
     with subprocess.Popen([*command, *map(str, arguments)], stdin=-1, stdout=-1, text=True) as process:
         try:
@@ -32,7 +32,7 @@ LOCKS = "import fcntl, os, sys; file = os.open(sys.argv[1], os.O_RDWR); fcntl.fl
 
 @pytest.fixture
 def device(tmp_path: Path) -> Path:
-    """A file in the place of a device."""
+    """A file that replaces a device."""
     (tmp_path / "device").touch()
     return tmp_path / "device"
 
@@ -41,7 +41,7 @@ def device(tmp_path: Path) -> Path:
 def test_process_that_holds_a_device_is_found_by_each_name_of_it(device: Path, script: str) -> None:
     link = device.with_name("by-id")
     link.symlink_to(device)
-    with running(script, device) as holder:
+    with run_script(script, device) as holder:
         assert find_holders(str(link)) == find_holders(str(device)) == [holder.pid]
         assert describe_holders(str(device)).startswith(f"process {holder.pid} (python")
     assert find_holders(str(device)) == []
@@ -61,7 +61,7 @@ def test_device_is_found_by_a_name_that_its_holder_did_not_use(device: Path) -> 
     """A hard link stands for the node of a device in a container."""
     node = device.with_name("node")
     node.hardlink_to(device)
-    with running(OPENS, device) as holder:
+    with run_script(OPENS, device) as holder:
         assert find_holders(str(node)) == [holder.pid]
 
 
@@ -86,7 +86,7 @@ while is_apart and name != sys.argv[1]:
 def test_pseudo_terminal_of_a_container_is_not_the_hosts_of_the_same_path() -> None:
     ends = os.openpty()
     path = os.ttyname(ends[1])
-    with running(OPENS_IN_CONTAINER, path) as container:
+    with run_script(OPENS_IN_CONTAINER, path) as container:
         if path not in {file.link for file in list_open_files() if file.process == container.pid}:
             pytest.skip("this system lets no user mount in a namespace")
         assert find_holders(path) == []
@@ -117,6 +117,6 @@ def test_devices_are_compared_by_number_and_terminals_by_node(
 
 
 def test_guardian_is_named_by_its_task() -> None:
-    with running("", "robotcore.safety.guardian.main") as guardian:
+    with run_script("", "robotcore.safety.guardian.main") as guardian:
         assert describe_process(guardian.pid) == f"process {guardian.pid} (the guardian of a run)"
     assert describe_process(guardian.pid) == f"process {guardian.pid}"

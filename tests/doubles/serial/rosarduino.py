@@ -24,7 +24,7 @@ FULL_SPEED_RAD_S = 16.0
 class ArduinoDouble(BoardDouble):
     """The base class of both doubles. ``counts_per_turn`` counts edges."""
 
-    frame_s: float
+    control_period_s: float
 
     def __init__(self, wheels: Wheels | None = None, counts_per_turn: int = 960, *, takes_duties: bool = True) -> None:
         self.wheels = wheels or Wheels()
@@ -66,7 +66,7 @@ class ArduinoDouble(BoardDouble):
 
     def _drive(self, letter: str, left: int, right: int) -> str:
         self._fed = self.now
-        unit = FULL_SPEED_RAD_S / 255 if letter == "o" else math.tau / self.counts_per_turn / self.frame_s
+        unit = FULL_SPEED_RAD_S / 255 if letter == "o" else math.tau / self.counts_per_turn / self.control_period_s
         self.wheels.set(left * unit, right * unit)
         return "OK"
 
@@ -88,7 +88,7 @@ class ArduinoDouble(BoardDouble):
 class RosArduinoBridgeDouble(ArduinoDouble):
     """A board with ROSArduinoBridge, which executes each line as a command, and rejects an empty line."""
 
-    frame_s = 0.033
+    control_period_s = 0.033
     echo_cm = 50
     has_wheels = True
 
@@ -123,7 +123,7 @@ def _read(line: str) -> tuple[str, tuple[int, int]]:
 class RobotcoreBridgeDouble(ArduinoDouble):
     """A board with robotcore_bridge, which refuses malformed lines. Its reply has a checksum if the request has one."""
 
-    frame_s = 1 / 30
+    control_period_s = 1 / 30
     version = 1
     millimetres: int | None = 500
     """The measured distance in mm; None without an echo."""

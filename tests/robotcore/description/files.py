@@ -1,4 +1,4 @@
-"""The shipped files as text, and the errors that loading a changed file raises."""
+"""The text of two shipped files, and a function that returns the errors of a file."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ ROVER = SHIPPED.joinpath("robots", "rover.toml").read_text(encoding="utf-8")
 ARENA = SHIPPED.joinpath("worlds", "arena.toml").read_text(encoding="utf-8")
 
 
-def errors(tmp_path: Path, content: str | bytes) -> list[DescriptionError]:
-    """Return the errors of a file with this content. The text of each is one line."""
+def find_errors(tmp_path: Path, content: str | bytes) -> list[DescriptionError]:
+    """Load a file with a content that has mistakes. Return an error for each mistake."""
     file = tmp_path / "my.toml"
     file.write_bytes(content if isinstance(content, bytes) else content.encode())
     with pytest.raises(DescriptionError) as caught:
@@ -28,6 +28,6 @@ def errors(tmp_path: Path, content: str | bytes) -> list[DescriptionError]:
     return found
 
 
-def changed(text: str, old: str, new: str) -> str:
+def replace(text: str, old: str, new: str) -> str:
     assert old in text
     return text.replace(old, new, 1)

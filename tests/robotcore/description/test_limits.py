@@ -14,7 +14,7 @@ from robotcore.description.validation import MAX_FILE_ERRORS
 from robotcore.errors import UsageError
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.runtime.faults.spec import MAX_INJECTED_FAULTS, read_specs
-from tests.robotcore.description.files import ARENA, ROVER, changed, errors
+from tests.robotcore.description.files import ARENA, ROVER, find_errors, replace
 from tests.texts import CheckText, Raises
 
 SOON_S = 10.0
@@ -43,7 +43,7 @@ def test_file_that_is_too_large_is_not_read(tmp_path: Path, raises: Raises) -> N
     ids=["list", "section", "file", "list of tables"],
 )
 def test_too_long_list_is_reported_by_its_key(tmp_path: Path, check_text: CheckText, content: str, key: str) -> None:
-    (error,) = errors(tmp_path, content)
+    (error,) = find_errors(tmp_path, content)
     assert (error.key, error.kind) == (key, "too-many-entries")
     check_text(error)
 
@@ -65,7 +65,7 @@ LONG_KEY = ".".join("a" * 5_000)
 )
 def test_key_of_many_dots_is_not_parsed(tmp_path: Path, content: str) -> None:
     clock = MonotonicClock()
-    (error,) = errors(tmp_path, content)
+    (error,) = find_errors(tmp_path, content)
     assert clock.now() < SOON_S / 10
     assert error.kind == "too-many-dots"
 
@@ -86,14 +86,14 @@ def test_dots_in_strings_comments_and_numbers_are_not_counted(tmp_path: Path) ->
 )
 def test_search_for_long_keys_is_quick_in_a_file_that_is_not_toml(tmp_path: Path, text: str) -> None:
     clock = MonotonicClock()
-    assert errors(tmp_path, text)[0].kind == "not-toml"
+    assert find_errors(tmp_path, text)[0].kind == "not-toml"
     assert clock.now() < SOON_S
 
 
 def test_number_of_many_digits_is_reported_without_its_digits(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    (error,) = errors(tmp_path, f"[[devices]]\nkind = 0x{'F' * 20_000}\n")
+    (error,) = find_errors(tmp_path, f"[[devices]]\nkind = 0x{'F' * 20_000}\n")
     assert (error.key, error.kind) == ("devices[#1].kind", "number-too-long")
     assert capsys.readouterr().err == ""
 
@@ -103,7 +103,7 @@ def test_file_that_takes_all_memory_is_reported(tmp_path: Path, monkeypatch: pyt
         raise MemoryError(text)
 
     monkeypatch.setattr("robotcore.description.loading.tomllib.loads", refuse)
-    assert errors(tmp_path, "x = 1")[0].kind == "nested-too-deep"
+    assert find_errors(tmp_path, "x = 1")[0].kind == "nested-too-deep"
 
 
 def test_largest_world_is_checked_quickly(tmp_path: Path) -> None:
@@ -116,7 +116,7 @@ def test_largest_world_is_checked_quickly(tmp_path: Path) -> None:
 
 def test_only_the_first_errors_are_reported(tmp_path: Path) -> None:
     clock = MonotonicClock()
-    found = errors(tmp_path, OPEN + "".join(BALL.format(number, 0, 0) for number in range(MAX_ENTRIES)))
+    found = find_errors(tmp_path, OPEN + "".join(BALL.format(number, 0, 0) for number in range(MAX_ENTRIES)))
     assert clock.now() < SOON_S
     assert len(found) == MAX_FILE_ERRORS + 1
     assert found[-1].kind == "too-many-mistakes"
@@ -147,7 +147,7 @@ def test_number_out_of_bounds_is_reported_with_its_unit(
     tmp_path: Path, check_text: CheckText, key: str, value: str
 ) -> None:
     name = key.rpartition(".")[2]
-    (error,) = errors(tmp_path, re.sub(rf"(?m)^{name} = .*", f"{name} = {value}", ROVER, count=1))
+    (error,) = find_errors(tmp_path, re.sub(rf"(?m)^{name} = .*", f"{name} = {value}", ROVER, count=1))
     assert error.key == key
     assert error.kind in ("out-of-bounds", "lag-too-short")
     check_text(error)
@@ -155,13 +155,13 @@ def test_number_out_of_bounds_is_reported_with_its_unit(
 
 def test_long_texts_of_a_file_are_cut_in_messages(tmp_path: Path) -> None:
     for content in (
-        changed(ROVER, 'name = "rover"', f'name = "{"x" * 100_000}"'),
-        changed(ROVER, 'kind = "camera"', f'kind = "{"x" * 100_000}"'),
+        replace(ROVER, 'name = "rover"', f'name = "{"x" * 100_000}"'),
+        replace(ROVER, 'kind = "camera"', f'kind = "{"x" * 100_000}"'),
         f"{'x' * 100_000} = 1\n{ROVER}",
-        changed(ARENA, 'colour = "green"', f'colour = "{"x" * 100_000}"'),
+        replace(ARENA, 'colour = "green"', f'colour = "{"x" * 100_000}"'),
         f"{'x' * 100_000}",
     ):
-        assert all(len(str(error)) < 1000 for error in errors(tmp_path, content))
+        assert all(len(str(error)) < 1000 for error in find_errors(tmp_path, content))
 
 
 def test_shipped_files_are_within_the_limits() -> None:

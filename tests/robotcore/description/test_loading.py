@@ -16,7 +16,7 @@ from robotcore.description import (
     world_names,
 )
 from robotcore.errors import DescriptionError, UnknownNameError, UsageError
-from tests.robotcore.description.files import ARENA, ROVER, errors
+from tests.robotcore.description.files import ARENA, ROVER, find_errors
 from tests.texts import Raises
 
 
@@ -102,7 +102,7 @@ def test_file_of_the_other_kind_is_refused(tmp_path: Path, raises: Raises) -> No
     ids=["empty", "bytes", "utf-16", "lists", "tables", "syntax", "number"],
 )
 def test_file_without_a_description_is_reported_in_one_line(tmp_path: Path, content: bytes, kind: str) -> None:
-    (error,) = errors(tmp_path, content)
+    (error,) = find_errors(tmp_path, content)
     assert (error.key, error.kind) == ("", kind)
 
 

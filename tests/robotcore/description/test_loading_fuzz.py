@@ -1,4 +1,4 @@
-"""Whatever is in a file: it loads, or is refused with a UsageError in a line for each fault."""
+"""A file with any content loads, or raises a UsageError with a line for each mistake."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def check(tmp_path: Path, content: bytes, load: Callable[[str], object]) -> None
 
 @st.composite
 def mutations(draw: st.DrawFn) -> str:
-    """Return a shipped description with some lines taken out, doubled, moved or given another value."""
+    """Return the text of a shipped file with some lines deleted, doubled, moved or changed."""
     lines = draw(st.sampled_from(TEXTS)).splitlines()
     for _ in range(draw(st.integers(1, 4))):
         index = draw(st.integers(0, len(lines) - 1))
@@ -104,23 +104,23 @@ ANYTHING = st.recursive(
     max_leaves=6,
 )
 LIMIT_S = 1.0
-"""Of processor time, so that a busy machine decides nothing."""
+"""The limit of the processor time, which does not depend on the load of the machine."""
 
 
-def places(value: Any, place: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
-    """Yield where the items of a table and of all that is in it are."""
+def find_paths(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    """Yield the paths of all items in a table, as keys and list indices."""
     items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
     for key, item in items:
-        yield (*place, key)
-        yield from places(item, (*place, key))
+        yield (*path, key)
+        yield from find_paths(item, (*path, key))
 
 
 @st.composite
 def tables(draw: st.DrawFn) -> dict[str, Any]:
-    """Return a shipped description with some values replaced by anything, or with another key beside them."""
+    """Return the table of a shipped file in which some values are replaced or some keys are added."""
     table: dict[str, Any] = deepcopy(draw(st.sampled_from(TABLES)))
     for _ in range(draw(st.integers(1, 3))):
-        *outer, key = draw(st.sampled_from(list(places(table))))
+        *outer, key = draw(st.sampled_from(list(find_paths(table))))
         around = reduce(getitem, outer, table)
         if isinstance(around, dict) and draw(st.booleans()):
             around[draw(WORDS)] = draw(ANYTHING)
@@ -129,12 +129,12 @@ def tables(draw: st.DrawFn) -> dict[str, Any]:
     return table
 
 
-def written(value: Any) -> str:
-    """Return a value in TOML, its tables inline."""
+def format_toml(value: Any) -> str:
+    """Return a value as TOML, with inline tables."""
     if isinstance(value, dict):
-        return "{" + ", ".join(f"{json.dumps(key)} = {written(item)}" for key, item in value.items()) + "}"
+        return "{" + ", ".join(f"{json.dumps(key)} = {format_toml(item)}" for key, item in value.items()) + "}"
     if isinstance(value, list):
-        return "[" + ", ".join(map(written, value)) + "]"
+        return "[" + ", ".join(map(format_toml, value)) + "]"
     return repr(value) if isinstance(value, float) else json.dumps(value).replace("\x7f", "\\u007f")
 
 
@@ -144,7 +144,7 @@ def written(value: Any) -> str:
 @example(table={**TABLES[0], "serial": {**TABLES[0]["serial"], "right_encoder": []}})
 def test_description_with_random_values_loads_or_is_refused_in_time(tmp_path: Path, table: dict[str, Any]) -> None:
     file = tmp_path / "fuzzed.toml"
-    file.write_text("\n".join(f"{json.dumps(key)} = {written(value)}" for key, value in table.items()))
+    file.write_text("\n".join(f"{json.dumps(key)} = {format_toml(value)}" for key, value in table.items()))
     begun = os.times().user
     with suppress(DescriptionError):
         load_and_check(str(file))

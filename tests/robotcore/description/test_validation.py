@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.robotcore.description.files import ARENA, ROVER, changed, errors
+from tests.robotcore.description.files import ARENA, ROVER, find_errors, replace
 from tests.texts import CheckText
 
 ROBOT_MISTAKES = [
@@ -92,7 +92,7 @@ def name_cases(cases: list[tuple[str, str, str, str]]) -> list[str]:
 def test_mistake_in_a_robots_file_has_its_key_and_kind(
     tmp_path: Path, check_text: CheckText, old: str, new: str, key: str, kind: str
 ) -> None:
-    (error,) = errors(tmp_path, changed(ROVER, old, new))
+    (error,) = find_errors(tmp_path, replace(ROVER, old, new))
     assert (error.key, error.kind) == (key, kind)
     check_text(error)
 
@@ -101,7 +101,7 @@ def test_mistake_in_a_robots_file_has_its_key_and_kind(
 def test_mistake_in_a_worlds_file_has_its_key_and_kind(
     tmp_path: Path, check_text: CheckText, old: str, new: str, key: str, kind: str
 ) -> None:
-    (error,) = errors(tmp_path, changed(ARENA, old, new))
+    (error,) = find_errors(tmp_path, replace(ARENA, old, new))
     assert (error.key, error.kind) == (key, kind)
     check_text(error)
 
@@ -123,7 +123,7 @@ def test_mistake_in_a_worlds_file_has_its_key_and_kind(
 def test_value_of_the_wrong_form_is_reported_with_the_right_form(
     tmp_path: Path, check_text: CheckText, key: str, value: str
 ) -> None:
-    (error,) = errors(tmp_path, f"{ARENA}[randomisation]\n{key} = {value}\n")
+    (error,) = find_errors(tmp_path, f"{ARENA}[randomisation]\n{key} = {value}\n")
     assert (error.key, error.kind) == (f"randomisation.{key}", "wrong-form")
     check_text(error)
 
@@ -139,24 +139,24 @@ def test_value_of_the_wrong_form_is_reported_with_the_right_form(
 def test_value_of_the_wrong_type_is_reported_with_the_right_type(
     tmp_path: Path, check_text: CheckText, old: str, new: str, key: str
 ) -> None:
-    (error,) = errors(tmp_path, changed(ARENA, old, new))
+    (error,) = find_errors(tmp_path, replace(ARENA, old, new))
     assert error.key == key
     check_text(error)
 
 
 def test_item_of_a_list_without_a_name_is_counted_from_one(tmp_path: Path) -> None:
-    (error,) = errors(tmp_path, changed(ROVER, 'name = "left_encoder"\n', ""))
+    (error,) = find_errors(tmp_path, replace(ROVER, 'name = "left_encoder"\n', ""))
     assert (error.key, error.kind) == ("devices[#3].name", "missing-key")
 
 
 def test_unknown_key_at_the_top_may_have_the_name_of_a_device_kind(tmp_path: Path) -> None:
-    (error,) = errors(tmp_path, "encoder = 1\n" + ROVER)
+    (error,) = find_errors(tmp_path, "encoder = 1\n" + ROVER)
     assert (error.key, error.kind) == ("encoder", "unknown-key")
     assert {"body", "devices", "drive"} <= set(re.findall(r"\w+", error.remedy))
 
 
 def test_unknown_key_may_have_the_name_of_its_items_kind(tmp_path: Path) -> None:
-    (error,) = errors(tmp_path, changed(ROVER, 'kind = "camera"', 'kind = "camera"\ncamera = 1'))
+    (error,) = find_errors(tmp_path, replace(ROVER, 'kind = "camera"', 'kind = "camera"\ncamera = 1'))
     assert (error.key, error.kind) == ("devices[eye].camera", "unknown-key")
 
 
@@ -173,9 +173,9 @@ def test_unknown_key_may_have_the_name_of_its_items_kind(tmp_path: Path) -> None
 def test_each_mistake_is_reported_once_without_its_consequences(
     tmp_path: Path, old: str, new: str, keys: list[str]
 ) -> None:
-    assert [error.key for error in errors(tmp_path, changed(ROVER, old, new))] == keys
+    assert [error.key for error in find_errors(tmp_path, replace(ROVER, old, new))] == keys
 
 
 def test_all_overlaps_are_reported(tmp_path: Path) -> None:
-    world = changed(changed(ARENA, "x_m = 1.35", "x_m = 1.95"), "x_m = -1.4", "x_m = -0.5")
-    assert [error.key for error in errors(tmp_path, world)] == ["targets[ball]", "start"]
+    world = replace(replace(ARENA, "x_m = 1.35", "x_m = 1.95"), "x_m = -1.4", "x_m = -0.5")
+    assert [error.key for error in find_errors(tmp_path, world)] == ["targets[ball]", "start"]

@@ -21,40 +21,40 @@ from robotcore.hardware import Connection, DeviceBinding, DeviceDriver, Host, bi
 
 
 class NoSettings(StrictModel):
-    """No settings."""
+    """The settings of a driver that needs none."""
 
 
-class Noted(Device):
+class RecordedDevice(Device):
     """A device that records its closing."""
 
-    def __init__(self, name: str, diary: list[str]) -> None:
+    def __init__(self, name: str, calls: list[str]) -> None:
         super().__init__(name)
-        self._diary = diary
+        self._calls = calls
 
     def _release(self) -> None:
-        self._diary.append(f"close {self.name}")
+        self._calls.append(f"close {self.name}")
 
 
-class NotingDriver(DeviceDriver[Any, NoSettings]):
-    """Opens any device except the ``dead`` ones."""
+class RecordingDriver(DeviceDriver[Any, NoSettings]):
+    """Opens any device except those named in ``dead``, and records the calls."""
 
-    name = "noting"
+    name = "recording"
     summary = "for tests"
     described = StrictModel
     settings = NoSettings
 
     def __init__(self, *dead: str) -> None:
-        self.diary: list[str] = []
+        self.calls: list[str] = []
         self._dead = dead
 
     def open(self, description: AnyDevice, settings: NoSettings, host: Host) -> Device:
-        self.diary.append(f"open {description.name} beside {', '.join(host.opened) or 'nothing'}")
+        self.calls.append(f"open {description.name} beside {', '.join(host.opened) or 'nothing'}")
         if description.name in self._dead:
             raise DeviceError(description.name, "does not answer")
-        return Noted(description.name, self.diary)
+        return RecordedDevice(description.name, self.calls)
 
 
-def fitted(driver: NotingDriver, robot: RobotDescription) -> list[DeviceBinding]:
+def bind(driver: RecordingDriver, robot: RobotDescription) -> list[DeviceBinding]:
     return [DeviceBinding(description, driver, NoSettings()) for description in robot.devices]
 
 
@@ -63,7 +63,7 @@ def host(opened: dict[str, Device]) -> Host:
 
 
 class PlugSettings(StrictModel):
-    """``pin`` is for one device only, ``bus`` may be shared."""
+    """The settings of a plug. Several devices can share a ``bus``, but not a ``pin``."""
 
     pin: Annotated[int, Field(ge=1, le=9, description="the number of a hole, 1 to 9")]
     spare: int | None = None
@@ -71,7 +71,7 @@ class PlugSettings(StrictModel):
 
 
 class Plug(DeviceDriver[Any, PlugSettings]):
-    """Takes any device."""
+    """A driver for any device."""
 
     name = "plug"
     summary = "for tests"
@@ -84,7 +84,7 @@ class Plug(DeviceDriver[Any, PlugSettings]):
 
     def check(self, description: Any, settings: PlugSettings, robot: RobotDescription) -> None:
         if settings.pin == 9:
-            raise ValueError("hole 9 is stopped up; take another one")
+            raise ValueError("hole 9 is blocked; take another hole")
 
     def connections(self, settings: PlugSettings) -> Sequence[Connection]:
         wires = [Connection("pin", "hole", str(settings.pin))]
@@ -97,14 +97,14 @@ class Plug(DeviceDriver[Any, PlugSettings]):
 
 
 class MotorPlug(Plug):
-    """Takes motors only."""
+    """A driver for motors only."""
 
     name = "motor-plug"
     described = MotorDescription
 
 
 class PlugBoard(Backend):
-    """A board with nine holes, of which two are drawn."""
+    """A board with nine holes. Its wiring shows two pads."""
 
     name = "plugboard"
     summary = "for tests"
@@ -116,18 +116,18 @@ class PlugBoard(Backend):
         return f"{len(bind_devices(robot, self.name))} plugs"
 
     def wiring(self, robot: RobotDescription) -> Wiring:
-        fittings = bind_devices(robot, self.name)
+        bindings = bind_devices(robot, self.name)
         pads = (Pad(1, "GPIO 1", PadKind.SIGNAL), Pad(2, "ground", PadKind.GROUND))
         wires = [
-            Wire(fitting.name, fitting.driver.name, wire.signal, str(wire), (int(wire.where),))
-            for fitting in fittings
-            for wire in fitting.connections
+            Wire(binding.name, binding.driver.name, wire.signal, str(wire), (int(wire.where),))
+            for binding in bindings
+            for wire in binding.connections
         ]
-        return Wiring(pads, wires, [(fitting.name, note) for fitting in fittings for note in fitting.notes])
+        return Wiring(pads, wires, [(binding.name, note) for binding in bindings for note in binding.notes])
 
 
 def register(monkeypatch: pytest.MonkeyPatch, **broken: str) -> None:
-    """Register the board, its drivers and the ``broken`` ones, besides the installed ones."""
+    """Register the board and its drivers. ``broken`` maps the names of further drivers to their entry points."""
     drivers = {"plug": f"{__name__}:Plug", "motor-plug": f"{__name__}:MotorPlug", **broken}
     groups = (registry.APPS, registry.BACKENDS, registry.DEVICES, registry.FAULTS)
     points = {group: dict(registry._points(group)) for group in groups}
@@ -137,7 +137,7 @@ def register(monkeypatch: pytest.MonkeyPatch, **broken: str) -> None:
 
 
 def robot_file(section: str) -> str:
-    """Return a robot's file with a motor, a camera and a display, and this section of the board."""
+    """Return a robot's file with a motor, a camera, a display, and ``section`` at its end."""
     body = "length_m = 0.2\nwidth_m = 0.2\nheight_m = 0.1\nclearance_m = 0.01\nmass_kg = 1.0\n"
     eye = "mount = { z_m = 0.1 }\nwidth_px = 320\nheight_px = 240\nhorizontal_fov_rad = 1.0\n"
     return (

@@ -11,31 +11,31 @@ from robotcore.hal.clock import SteppedClock
 from robotcore.hal.devices import Device
 from robotcore.hal.robot import Robot
 from robotcore.hardware import Host, encoder_of, motor_of, open_devices, open_robot
-from tests.robotcore.hardware.device_drivers import NoSettings, Noted, NotingDriver, fitted, host
+from tests.robotcore.hardware.device_drivers import NoSettings, RecordedDevice, RecordingDriver, bind, host
 from tests.texts import CheckText, Raises
 
 ROVER = load_robot("rover")
 ORDER = ["left_encoder", "right_encoder", "nose", "eye", "screen", "left_motor", "right_motor"]
 
 
-def opened_by(driver: NotingDriver) -> dict[str, Device]:
+def opened_by(driver: RecordingDriver) -> dict[str, Device]:
     opened: dict[str, Device] = {}
-    open_devices(fitted(driver, ROVER), host(opened), opened)
+    open_devices(bind(driver, ROVER), host(opened), opened)
     return opened
 
 
 def test_motors_are_opened_last_and_see_the_open_devices() -> None:
-    driver = NotingDriver()
+    driver = RecordingDriver()
     assert list(opened_by(driver)) == ORDER
-    assert driver.diary[0] == "open left_encoder beside nothing"
-    assert driver.diary[-1] == "open right_motor beside left_encoder, right_encoder, nose, eye, screen, left_motor"
+    assert driver.calls[0] == "open left_encoder beside nothing"
+    assert driver.calls[-1] == "open right_motor beside left_encoder, right_encoder, nose, eye, screen, left_motor"
 
 
 def test_if_a_device_fails_the_others_are_opened_and_closed_in_reverse_order(raises: Raises) -> None:
-    driver = NotingDriver("nose")
+    driver = RecordingDriver("nose")
     with raises(DeviceError, device="nose"):
         opened_by(driver)
-    assert [line for line in driver.diary if line.startswith("close")] == [
+    assert [line for line in driver.calls if line.startswith("close")] == [
         f"close {name}" for name in reversed(ORDER) if name != "nose"
     ]
 
@@ -44,7 +44,7 @@ def test_failed_battery_gives_a_note_and_the_other_devices_open(check_text: Chec
     cells = BatteryDescription(kind="battery", name="cells")
     powered = ROVER.model_copy(update={"devices": (*ROVER.devices, cells)})
     opened: dict[str, Device] = {}
-    notes = open_devices(fitted(NotingDriver("cells"), powered), host(opened), opened)
+    notes = open_devices(bind(RecordingDriver("cells"), powered), host(opened), opened)
     (note,) = notes
     check_text(note)
     assert list(opened) == ORDER
@@ -52,11 +52,11 @@ def test_failed_battery_gives_a_note_and_the_other_devices_open(check_text: Chec
 
 def test_every_device_that_fails_is_reported(raises: Raises) -> None:
     with raises(DeviceGroupError):
-        opened_by(NotingDriver("left_motor", "nose"))
+        opened_by(RecordingDriver("left_motor", "nose"))
 
 
 def test_an_interruption_closes_the_open_devices() -> None:
-    class Interrupting(NotingDriver):
+    class Interrupting(RecordingDriver):
         def open(self, description: AnyDevice, settings: NoSettings, host: Host) -> Device:
             if description.name == "eye":
                 raise KeyboardInterrupt
@@ -65,7 +65,7 @@ def test_an_interruption_closes_the_open_devices() -> None:
     driver = Interrupting()
     with pytest.raises(KeyboardInterrupt):
         opened_by(driver)
-    assert driver.diary[-3:] == ["close nose", "close right_encoder", "close left_encoder"]
+    assert driver.calls[-3:] == ["close nose", "close right_encoder", "close left_encoder"]
 
 
 @pytest.mark.parametrize(
@@ -76,7 +76,7 @@ def test_an_interruption_closes_the_open_devices() -> None:
     ],
 )
 def test_another_error_of_a_driver_becomes_a_device_error(raised: Exception, kind: str, raises: Raises) -> None:
-    class Untranslated(NotingDriver):
+    class FailingDriver(RecordingDriver):
         remedy = "pip install noting"
 
         def open(self, description: AnyDevice, settings: NoSettings, host: Host) -> Device:
@@ -84,53 +84,53 @@ def test_another_error_of_a_driver_becomes_a_device_error(raised: Exception, kin
                 raise raised
             return super().open(description, settings, host)
 
-    driver = Untranslated()
+    driver = FailingDriver()
     with raises(DeviceError, kind, device="eye") as caught:
         opened_by(driver)
     assert caught.value.__cause__ is raised
-    assert len([line for line in driver.diary if line.startswith("close")]) == len(ORDER) - 1
+    assert len([line for line in driver.calls if line.startswith("close")]) == len(ORDER) - 1
 
 
 def test_a_device_that_cannot_be_closed_is_reported_with_the_first_failure(raises: Raises) -> None:
-    class Stuck(Noted):
+    class Stuck(RecordedDevice):
         def _release(self) -> None:
             raise DeviceError(self.name, "cannot be let go")
 
-    class StuckDriver(NotingDriver):
+    class StuckDriver(RecordingDriver):
         def open(self, description: AnyDevice, settings: NoSettings, host: Host) -> Device:
             device = super().open(description, settings, host)
-            return Stuck(description.name, self.diary) if description.name == "eye" else device
+            return Stuck(description.name, self.calls) if description.name == "eye" else device
 
     driver = StuckDriver("left_motor")
     with raises(DeviceGroupError):
         opened_by(driver)
-    assert driver.diary[-1] == "close left_encoder"
+    assert driver.calls[-1] == "close left_encoder"
 
 
 class Board:
     """A port that all devices share."""
 
-    def __init__(self, diary: list[str]) -> None:
-        self.diary = diary
-        diary.append("open the board")
+    def __init__(self, calls: list[str]) -> None:
+        self.calls = calls
+        calls.append("open the board")
 
     def close(self) -> None:
-        self.diary.append("close the board")
+        self.calls.append("close the board")
 
 
-class OnBoardDriver(NotingDriver):
+class OnBoardDriver(RecordingDriver):
     """Opens devices on one board."""
 
     def open(self, description: AnyDevice, settings: NoSettings, host: Host) -> Device:
-        host.shared.take(Board, "/dev/ttyUSB0", lambda: Board(self.diary))
+        host.shared.take(Board, "/dev/ttyUSB0", lambda: Board(self.calls))
         return super().open(description, settings, host)
 
 
 def on_board(monkeypatch: pytest.MonkeyPatch, driver: OnBoardDriver) -> Robot:
-    monkeypatch.setattr("robotcore.hardware.opening.bind_devices", lambda *_: fitted(driver, ROVER))
+    monkeypatch.setattr("robotcore.hardware.opening.bind_devices", lambda *_: bind(driver, ROVER))
     setup = Setup(ROVER, None, frozenset(ORDER))
     clock = SteppedClock(20, lambda _steps: None)
-    return open_robot(setup, "board", clock, release=lambda: driver.diary.append("release"))
+    return open_robot(setup, "board", clock, release=lambda: driver.calls.append("release"))
 
 
 def test_a_shared_board_is_opened_once_and_closed_after_its_last_device(
@@ -138,17 +138,17 @@ def test_a_shared_board_is_opened_once_and_closed_after_its_last_device(
 ) -> None:
     driver = OnBoardDriver()
     on_board(monkeypatch, driver).close()
-    assert driver.diary[0] == "open the board"
-    assert driver.diary.count("open the board") == 1
-    assert driver.diary[-2:] == ["close the board", "release"]
-    assert len([line for line in driver.diary if line.startswith("close")]) == len(ORDER) + 1
+    assert driver.calls[0] == "open the board"
+    assert driver.calls.count("open the board") == 1
+    assert driver.calls[-2:] == ["close the board", "release"]
+    assert len([line for line in driver.calls if line.startswith("close")]) == len(ORDER) + 1
 
 
 def test_a_robot_that_cannot_be_opened_leaves_no_board_open(monkeypatch: pytest.MonkeyPatch, raises: Raises) -> None:
     driver = OnBoardDriver("left_motor")
     with raises(DeviceError, device="left_motor"):
         on_board(monkeypatch, driver)
-    assert driver.diary[-3:] == ["close left_encoder", "close the board", "release"]
+    assert driver.calls[-3:] == ["close left_encoder", "close the board", "release"]
 
 
 def test_motor_and_encoder_of_a_wheel_are_matched() -> None:

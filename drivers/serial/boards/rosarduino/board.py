@@ -41,9 +41,9 @@ FULL_DUTY = 255
 class ArduinoProtocol(BoardProtocol):
     """Detects the firmware of a board, then sends each new command once, and polls encoder counts and other values.
 
-    Commands are in counts a frame (about 1/30 s), or duties from -1 to 1. If the board does not acknowledge a stop of
-    both wheels, the protocol sends it again. It repeats no other command. A board that falls silent may have been
-    reset. Then the protocol drops the command and detects the firmware again.
+    Commands are in counts per control period (about 1/30 s), or duties from -1 to 1. If the board does not acknowledge
+    a stop of both wheels, the protocol sends it again. It repeats no other command. A board that falls silent may have
+    been reset. Then the protocol drops the command and detects the firmware again.
     """
 
     default_timeout_s = 2.0

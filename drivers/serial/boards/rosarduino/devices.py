@@ -167,16 +167,16 @@ class Voltages:
 
 
 class CountingMotor(BoardMotor):
-    """A motor on a board that accepts only whole counts a frame.
+    """A motor on a board that accepts only whole counts per control period.
 
-    `set_velocity` rounds to the nearest velocity of whole counts, so less than half a count a frame becomes 0.
-    ``max_velocity`` is a whole number of counts a frame too.
+    `set_velocity` rounds to the nearest velocity of whole counts. Less than half a count per control period becomes 0.
+    ``max_velocity`` is a whole number of counts per control period too.
     """
 
     def __init__(self, description: MotorDescription, output: BoardOutput, counts_per_rad_s: float) -> None:
         """Create the motor.
 
-        counts_per_rad_s: the number of counts in a frame at 1 rad/s.
+        counts_per_rad_s: the number of counts in a control period at 1 rad/s.
         """
         super().__init__(description, output, counts_per_rad_s)
         self._counts_per_rad_s = counts_per_rad_s

@@ -108,7 +108,7 @@ class ArduinoMotor(ArduinoDriver[MotorDescription, ArduinoMotorSettings]):
         if settings.model:
             return open_motor(description, settings.model, settings.control, lambda: output, host)
         counts = counts_per_turn(description.name, settings, host.robot)
-        return CountingMotor(description, output, counts / math.tau * board.protocol.firmware.frame_s)
+        return CountingMotor(description, output, counts / math.tau * board.protocol.firmware.control_period_s)
 
     def cutoffs(
         self, description: MotorDescription, settings: ArduinoMotorSettings, host: Host

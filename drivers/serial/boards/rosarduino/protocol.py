@@ -115,8 +115,10 @@ Source: Arduino's pulseIn."""
 
 
 FASTEST = 1000
-"""The highest speed that robotcore_bridge accepts, in counts a frame. ROSArduinoBridge accepts up to 32767, which no
-encoder reaches."""
+"""The highest speed that robotcore_bridge accepts, in counts per control period.
+
+ROSArduinoBridge accepts up to 32767, which no encoder reaches.
+"""
 
 
 def ping(pin: int) -> Request:
@@ -128,7 +130,7 @@ def ping(pin: int) -> Request:
 
 
 def speeds(left: int, right: int) -> Request:
-    """Return the command that sets the speeds of both motors, in counts a frame of about 1/30 s."""
+    """Return the command that sets the speeds of both motors, in counts per control period of about 1/30 s."""
     return Request(f"m {left} {right}", _OK)
 
 

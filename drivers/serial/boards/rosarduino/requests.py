@@ -148,7 +148,7 @@ class Firmware:
 
     is_robotcore_bridge: bool
     """Whether the firmware is robotcore_bridge."""
-    frame_s: float
+    control_period_s: float
     """The period of the firmware's velocity control in seconds. Speeds are encoder counts in this period."""
     has_wheels: bool = True
     takes_duties: bool = True
@@ -156,7 +156,7 @@ class Firmware:
     """Why this driver does not support the firmware, and the remedy; empty if the driver supports it."""
 
 
-UNKNOWN = Firmware(is_robotcore_bridge=False, frame_s=1 / 30, has_wheels=False, takes_duties=False)
+UNKNOWN = Firmware(is_robotcore_bridge=False, control_period_s=1 / 30, has_wheels=False, takes_duties=False)
 """The value for a board whose firmware is not known yet."""
 
 _Probe: TypeAlias = Generator[Request, Reply, Firmware]
@@ -198,8 +198,8 @@ def _detect(baud: int) -> _Probe:
             return _describe_robotcore_bridge(number)
     has_wheels = yield from _is_accepted(STOP)
     takes_duties = has_wheels and (yield from _is_accepted(duties(0, 0)))
-    # A frame of the firmware has a whole number of milliseconds, 33.
-    return Firmware(is_robotcore_bridge=False, frame_s=0.033, has_wheels=has_wheels, takes_duties=takes_duties)
+    # The control period of the firmware has a whole number of milliseconds, 33.
+    return Firmware(is_robotcore_bridge=False, control_period_s=0.033, has_wheels=has_wheels, takes_duties=takes_duties)
 
 
 def _is_accepted(command: Request) -> Generator[Request, Reply, bool]:
@@ -216,4 +216,4 @@ def _describe_robotcore_bridge(version: int) -> Firmware:
         else f"its firmware has version {version} of the protocol, and this robotcore supports {VERSION}; flash the "
         "firmware of this robotcore: robotcore firmware flash"
     )
-    return Firmware(is_robotcore_bridge=True, frame_s=1 / 30, problem=problem)
+    return Firmware(is_robotcore_bridge=True, control_period_s=1 / 30, problem=problem)

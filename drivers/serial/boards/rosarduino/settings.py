@@ -115,7 +115,7 @@ def edges_per_turn(description: EncoderDescription, counts: object) -> int:
 ENCODER = "ros-arduino-encoder"
 """The name of the driver of encoders on an Arduino."""
 
-FRAMES_PER_SECOND = 30
+CONTROL_RATE_HZ = 30
 
 FLASH_REMEDY = "flash robotcore_bridge: robotcore firmware flash"
 
@@ -145,19 +145,19 @@ def counts_per_turn(motor: str, settings: ArduinoMotorSettings, robot: RobotDesc
 
 
 def require_countable(description: MotorDescription, counts: int) -> None:
-    """Raise ValueError if the motor's maximum velocity is below one count a frame, or above `FASTEST`.
+    """Raise ValueError if the motor's maximum velocity is below one count per control period, or above `FASTEST`.
 
     counts: the board's counts in a turn of the wheel.
     """
-    fastest = description.max_velocity_rad_s * counts / math.tau / FRAMES_PER_SECOND
+    fastest = description.max_velocity_rad_s * counts / math.tau / CONTROL_RATE_HZ
     if fastest < 1:
         raise ValueError(
-            f"max_velocity_rad_s of {description.name} is {fastest:.2g} counts in the board's frame of 1/30 s, but the "
+            f"max_velocity_rad_s of {description.name} is {fastest:.2g} counts per control period of 1/30 s, but the "
             "board takes whole counts; use encoders with more counts, or add the motor's model"
         )
     if fastest > FASTEST:
         raise ValueError(
-            f"max_velocity_rad_s of {description.name} is {fastest:.0f} counts in the board's frame of 1/30 s, but "
+            f"max_velocity_rad_s of {description.name} is {fastest:.0f} counts per control period of 1/30 s, but "
             f"the board takes {FASTEST} at most; "
             f"lower it to {math.floor(description.max_velocity_rad_s * FASTEST / fastest)}"
         )
@@ -205,7 +205,7 @@ def require_robotcore_bridge(board: Board[ArduinoProtocol], device: str, lacks: 
 
 
 def set_duty_mode(board: Board[ArduinoProtocol], motor: str, *, is_duty_mode: bool) -> None:
-    """Set whether both motors of a board get duties or counts a frame.
+    """Set whether both motors of a board get duties or counts per control period.
 
     Raises DeviceError if the firmware has no command for duties, or if only one motor of the board has a model.
     """

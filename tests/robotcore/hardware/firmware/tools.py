@@ -9,27 +9,27 @@ import pytest
 
 
 class Tools:
-    """A PATH with fake tools only."""
+    """A folder of fake tools, which is the whole PATH."""
 
     def __init__(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-        self._folder, self._diary = folder / "bin", folder / "calls"
+        self._folder, self._log = folder / "bin", folder / "calls"
         self._folder.mkdir()
-        self._diary.touch()
+        self._log.touch()
         monkeypatch.setenv("PATH", str(self._folder))
 
-    def put(self, name: str, deed: str = "") -> None:
-        """Add a tool; ``deed`` is its script for /bin/sh, with its arguments in $*."""
+    def put(self, name: str, script: str = "") -> None:
+        """Add a tool that records its call and then runs a script of /bin/sh. The arguments are in $*."""
         tool = self._folder / name
-        tool.write_text(f'#!/bin/sh\nPATH={os.defpath}\necho "{name} $*" >> "{self._diary}"\n{deed}\n')
+        tool.write_text(f'#!/bin/sh\nPATH={os.defpath}\necho "{name} $*" >> "{self._log}"\n{script}\n')
         tool.chmod(0o755)
 
     @property
     def calls(self) -> list[str]:
-        return self._diary.read_text().splitlines()
+        return self._log.read_text().splitlines()
 
 
 HEX = ":04000000DEADBEEFC4\\n:00000001FF\\n"
-"""Four bytes, in Intel's format."""
+"""A program of four bytes in Intel's hexadecimal format."""
 
 _LIST = "ID          Installed Latest Name\\narduino:avr 1.8.6     1.8.6  Arduino AVR Boards\\n"
 LISTS_CORE = f'case "$*" in "core list") printf "{_LIST}";; '

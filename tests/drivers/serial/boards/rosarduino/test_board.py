@@ -36,7 +36,7 @@ def ros_arduino_bridge() -> ScriptedBoard:
 def test_robotcore_bridge_is_identified_by_its_name(robotcore_bridge: ScriptedBoard) -> None:
     assert robotcore_bridge.protocol.is_ready
     assert robotcore_bridge.protocol.firmware.is_robotcore_bridge
-    assert robotcore_bridge.protocol.firmware.frame_s == pytest.approx(1 / 30)
+    assert robotcore_bridge.protocol.firmware.control_period_s == pytest.approx(1 / 30)
 
 
 def test_ros_arduino_bridge_is_identified_by_its_baud_rate(
@@ -44,7 +44,7 @@ def test_ros_arduino_bridge_is_identified_by_its_baud_rate(
 ) -> None:
     assert ros_arduino_bridge.protocol.is_ready
     assert not ros_arduino_bridge.protocol.firmware.is_robotcore_bridge
-    assert ros_arduino_bridge.protocol.firmware.frame_s == 0.033
+    assert ros_arduino_bridge.protocol.firmware.control_period_s == 0.033
     assert not ros_arduino_bridge.protocol.firmware.takes_duties
     check_text(ros_arduino_bridge.protocol.timeout_notice)
 

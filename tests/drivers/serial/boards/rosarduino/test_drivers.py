@@ -14,10 +14,10 @@ from tests.drivers.serial.boards.rosarduino.rig import ENCODERS, MODEL, MOTORS, 
 from tests.texts import CheckText, Raises
 
 ROBOTCORE_BRIDGE_COUNT_RAD_S = math.tau / 960 * 30
-"""The velocity of one count a frame of robotcore_bridge, in rad/s."""
+"""The velocity of one count per control period of robotcore_bridge, in rad/s."""
 
 ROS_ARDUINO_BRIDGE_COUNT_RAD_S = math.tau / 960 / 0.033
-"""The velocity of one count a frame of ROSArduinoBridge, whose frame has 33 ms, in rad/s."""
+"""The velocity of one count per control period of ROSArduinoBridge, whose control period is 33 ms, in rad/s."""
 
 
 def motor(robot: Robot, side: str) -> Motor:
