@@ -91,7 +91,7 @@ def main() -> int:
     options = parser.parse_args()
     file, recordings = options.folder / "digests.json", options.folder / "recordings"
     if file.exists() != (options.action == "compare"):
-        parser.error(f"{file} is {'already' if file.exists() else 'not'} there; name another folder")
+        parser.error(f"{file} {'exists already' if file.exists() else 'does not exist'}. Name another folder")
     known: dict[str, Digest] = json.loads(file.read_text()) if file.exists() else {}
     every = dict.fromkeys(map(_get_command, known)) if known else _list_commands()
     commands = [command for command in every if options.only in command][

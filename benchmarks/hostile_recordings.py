@@ -59,10 +59,10 @@ class Cost(NamedTuple):
 def main() -> int:
     """Measure the catalogue and the random changes, and print the results."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--files", type=int, default=10_000, help="The number of files with random changes.")
-    parser.add_argument("--kinds", type=int, metavar="N", help="only the first N of the catalogue; all if left out")
+    parser.add_argument("--files", type=int, default=10_000, help="the number of files with random changes")
+    parser.add_argument("--kinds", type=int, metavar="N", help="the number of files of the catalogue. Default: all")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--small", action="store_true", help="Use bombs that unpack to less data.")
+    parser.add_argument("--small", action="store_true", help="use bombs that unpack to less data")
     parser.add_argument("--batch", nargs=3, metavar=("FILE", "FROM", "TO"), help=argparse.SUPPRESS)
     parser.add_argument("--make", nargs=3, metavar=("NAME", "BASE", "FILE"), help=argparse.SUPPRESS)
     options = parser.parse_args()

@@ -38,7 +38,7 @@ from robotcore.deploy.fetch import PARTIAL
 from tests.robotcore.deploy.sshd import Sshd, serving
 
 LIMIT_S = 60.0
-WELCOME = (RECORDING, "evil.mcap")
+ALLOWED_RECORDINGS = (RECORDING, "evil.mcap")
 """The names of recordings that a client may fetch."""
 
 TRACEBACK = "Traceback (most recent call last)"
@@ -106,7 +106,7 @@ class RobotResult:
 def main() -> bool:
     """Print the results of each command. Return whether no robot did harm."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--kinds", type=int, metavar="N", help="only the first N; all if left out")
+    parser.add_argument("--kinds", type=int, metavar="N", help="the number of robots. Default: all")
     parser.add_argument("--verbose", action="store_true", help="print what each command writes")
     options = parser.parse_args()
     robots = build_hostile_robots()[: options.kinds]
@@ -222,7 +222,9 @@ def _list_digests(desk: Path) -> Iterator[tuple[str, str]]:
             continue
         if path.is_symlink():
             yield str(path), f"link to {path.readlink()}"
-        elif path.is_file() and not (path.parent == own and path.name in WELCOME and not path.stat().st_mode & 0o7111):
+        elif path.is_file() and not (
+            path.parent == own and path.name in ALLOWED_RECORDINGS and not path.stat().st_mode & 0o7111
+        ):
             yield str(path), hashlib.sha256(path.read_bytes()).hexdigest()
         elif path.is_dir() and path not in {own, own.parent, desk / "tmp"}:
             yield str(path), "folder"

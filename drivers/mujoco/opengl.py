@@ -153,7 +153,7 @@ def _open_display(egl: ctypes.CDLL) -> int:
         display: int | None = display_of(_PLATFORM_DEVICE, device, None)
         if display and egl.eglInitialize(display, None, None):
             return display
-    raise NoOpenGL("libEGL.so.1 finds no driver, not even one in software")
+    raise NoOpenGL("libEGL.so.1 finds no driver, not even a software renderer")
 
 
 def _load_extension(egl: ctypes.CDLL, name: str, result: type, *arguments: type) -> Callable[..., Any]:

@@ -124,7 +124,10 @@ class Body:
         return self._joints[device]
 
     def angle(self, joint: int) -> float:
-        """Return the angle of a wheel in radians. `find_joint` returns ``joint``."""
+        """Return the angle of a wheel in radians.
+
+        joint: the index of the wheel's joint, from `find_joint`.
+        """
         return float(self._data.qpos[joint])
 
     def transform(self) -> tuple[Array, Array]:

@@ -28,7 +28,7 @@ NO_WORKERS_S = 60.0
 """The seconds without any worker after which the sweep ends. A worker needs less time to restart."""
 
 _RUNS_PER_THREAD = 2
-"""The number of runs to submit for each thread of a worker. The second run starts as soon as the first one ends."""
+"""The number of runs to submit for each thread of a worker, so that no thread waits for its next run."""
 
 
 @dataclass(frozen=True)

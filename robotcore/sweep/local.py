@@ -22,7 +22,7 @@ from robotcore.sweep.worker import WorkerProcess
 RecordCallback = Callable[[Record], None]
 
 _RUNS_PER_WORKER = 2
-"""The number of runs to submit for each worker process. The second run starts as soon as the first one ends."""
+"""The number of runs to submit for each worker process, so that no process waits for its next run."""
 
 
 def run_sweep(

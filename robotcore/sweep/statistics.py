@@ -309,7 +309,7 @@ class Agreement:
 
 
 def compare_backends(records: Sequence[Record]) -> list[Agreement]:
-    """Return the agreement of each two backends that executed the same app, robot, world and seed."""
+    """Return the agreement of each pair of backends that executed the same app, robot, world and seed."""
     runs: dict[str, dict[Hashable, RunResult]] = {}
     for record in records:
         runs.setdefault(record.result.backend, {})[_make_key(record.result)] = record.result

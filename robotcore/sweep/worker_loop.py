@@ -106,7 +106,7 @@ def write_reply(result: Any = None, error: RobotcoreError | None = None) -> byte
 
 
 def read_reply(line: bytes) -> tuple[Any, RobotcoreError | None]:
-    """Return the result and the error in a line of `write_reply`. Without an error, the second one is None.
+    """Return the result and the error in a line of `write_reply`. The error is None if the call succeeded.
 
     Raises ValueError if the line is not a reply.
     """
