@@ -43,7 +43,7 @@ class Mount(StrictModel):
     x_m: Coordinate = 0.0
     """The distance from the axle forward to the sensor, in metres."""
     y_m: Coordinate = 0.0
-    """The distance from the robot's middle to the left to the sensor, in metres."""
+    """The distance of the sensor to the left of the robot's middle, in metres."""
     z_m: Annotated[float, Field(ge=0, le=100)]
     """The height of the sensor above the floor, in metres."""
     yaw_rad: Radians = 0.0

@@ -85,7 +85,7 @@ an area that is 7.5 % too small.
 
 
 class Mesh(NamedTuple):
-    """The triangles of a surface."""
+    """A surface as triangles, with normals and texture coordinates."""
 
     vertices: list[list[float]]
     """The positions of the vertices, in metres, n lists of three numbers."""

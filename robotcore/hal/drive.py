@@ -105,7 +105,7 @@ class Odometry:
 
 
 class CommandIntegrator:
-    """Computes wheel angles from wheel commands, for wheels without encoders and for the time since the last sample."""
+    """Computes the angles of the wheels from their commands, for a robot without encoders or with old samples."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock

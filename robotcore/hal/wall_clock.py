@@ -41,9 +41,9 @@ class ThreadedTask(PeriodicTask):
 
 
 LONGEST_WAIT_S = 0.1
-"""The longest time, in seconds, between two looks of the clock's thread at its scheduled calls.
+"""The longest time, in seconds, that the thread of a `MonotonicClock` waits before it checks for due calls.
 
-So a call is late by at most this time if the wake-up of the thread fails because memory has run out.
+Memory may run out, so that a new call cannot wake the thread. Then the call is late by at most this time.
 """
 
 WITHOUT_MEMORY_S = 0.005

@@ -111,7 +111,7 @@ class RangeSampler:
             self._put(math.inf, time)
 
     def add_unclear(self) -> None:
-        """Add a measurement that is useless because it shows neither an echo nor the absence of one."""
+        """Add a failed measurement, from which it is unknown whether there was an echo."""
         self._empty = 0
 
     def fail(self, error: Exception) -> None:

@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 CELL_M = 0.025
 MAX_CELLS = 2000
-"""The greatest number of cells along a side of a `FreeSpace`. Above 50 m, cells are larger than `CELL_M`."""
+"""The greatest number of cells along a side of a `FreeSpace`. In a world larger than 50 m, cells exceed `CELL_M`."""
 
 OPEN_MARGIN_M = 1.0
 """The width, in metres, of the strip around all bodies in the `FreeSpace` of a world without walls."""

@@ -18,7 +18,7 @@ from tests.robotcore.description.files import ARENA, ROVER, find_errors, replace
 from tests.texts import CheckText, Raises
 
 SOON_S = 10.0
-"""The limit on a busy machine. Without the limits in the code, each of these tests takes minutes."""
+"""The time limit of a test on a busy machine, in seconds. Without the limits of the code, each test takes minutes."""
 
 BALL = '[[targets]]\nname = "b{0}"\nradius_m = 0.01\ncolour = "red"\nx_m = {1}\ny_m = {2}\n'
 OPEN = 'name = "big"\n[floor]\nlength_m = 90\nwidth_m = 90\n[start]\nx_m = -40\n'

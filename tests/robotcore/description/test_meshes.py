@@ -18,7 +18,7 @@ def triangles(mesh: Mesh) -> NDArray[np.float64]:
 
 
 def enclosed(mesh: Mesh) -> float:
-    """The volume by the divergence theorem: negative where faces look inwards."""
+    """Return the volume of a mesh by the divergence theorem. It is negative if the faces point inwards."""
     a, b, c = triangles(mesh).transpose(1, 0, 2)
     return float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6)
 

@@ -1,4 +1,4 @@
-"""Small worlds to test with."""
+"""Functions that return small worlds for tests."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from robotcore.description import Ball, Box, Floor, Start, Walls, WorldDescripti
 
 
 def box(name: str = "box", **keys: Any) -> Box:
-    """Return a box; by default its base is a square of 0.5 m."""
+    """Return a box, by default with a base of 0.5 m x 0.5 m."""
     return Box(
         **{
             "name": name,

@@ -13,7 +13,7 @@ from tests.texts import Raises
 
 
 class FakeTime:
-    """Stands in for the module ``time``: only sleeping lets it pass, and takes a trifle too long, as it does."""
+    """Replaces the module ``time``. Time passes only in `sleep`, which takes slightly too long, like a real sleep."""
 
     def __init__(self) -> None:
         self.t = 1000.0
@@ -332,7 +332,7 @@ class TestTickClock:
 
 
 def _call_and_fail(clock: Clock) -> None:
-    """Let a call fail; return when its failure has been kept."""
+    """Make a scheduled call fail, and wait until the clock has stored the failure."""
     reached = threading.Event()
     clock.call_at(0.0, _fail)
     clock.call_at(0.0, reached.set)

@@ -17,7 +17,7 @@ velocities = st.floats(-50, 50)
 
 
 class KeepingStage:
-    """Sends half of each command."""
+    """A stage that records each command and returns half of it."""
 
     def __init__(self) -> None:
         self.asked: list[Wheels] = []

@@ -13,7 +13,7 @@ from robotcore.hal.clock import AppClock, SteppedClock, TickClock
 from robotcore.hal.wall_clock import MonotonicClock, PacedClock, ServerClock
 
 THREAD_TIMEOUT_S = 10.0
-"""A wait for a thread fails after this time."""
+"""The longest time, in seconds, that a test waits for a thread."""
 
 
 @pytest.fixture

@@ -113,5 +113,5 @@ def test_robot_without_wheels_has_a_truth() -> None:
 
 
 def _at(distance: float, bearing: float) -> tuple[float, float]:
-    """Return the place of a ball as the rover's camera sees it."""
+    """Return x and y of a ball at a distance and a bearing from the rover's camera."""
     return Pose(0.14, 0.0, 0.0).to_world(distance * math.cos(bearing), distance * math.sin(bearing))

@@ -17,7 +17,7 @@ from tests.texts import CheckText
 
 
 class BatteryBackend(MockBackend):
-    """Keeps the names of the devices that it opens; it raises ``error``, or has these notes in place of devices."""
+    """Records the names of the devices that it opens. It can raise an error, or return notes in place of a battery."""
 
     battery_notes: tuple[str, ...] = ()
     error: Exception | None = None

@@ -24,7 +24,7 @@ class Port:
 
 
 class Board(Port):
-    """Another kind of resource, perhaps at the same place."""
+    """A resource of another class, which may have the same path."""
 
 
 def test_the_first_take_opens_a_resource_and_the_others_return_it() -> None:

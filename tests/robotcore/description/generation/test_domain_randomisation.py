@@ -67,7 +67,7 @@ SEEN = {"colour", "texture"}
 
 
 def drawn(world: WorldDescription = ARENA, *, seeds: Iterable[int] = SEEDS, **ranges: Any) -> list[RandomisedWorld]:
-    """Return what the seeds make of a world with these ranges."""
+    """Return the world that each seed draws with changed ranges."""
     world = world.model_copy(update={"randomisation": Randomisation(**ranges)})
     return [randomise(world, seed) for seed in seeds]
 
@@ -159,7 +159,7 @@ def test_quantity_that_is_switched_off_keeps_the_value_of_the_file() -> None:
 
 @pytest.mark.parametrize("gap", [50, 60, 80])
 def test_hues_keep_the_gap_to_the_targets_hues(gap: int) -> None:
-    """A vivid colour's hue is off by less than a fifth of a degree once it is in whole levels."""
+    # The rounding of a colour to 8 bits changes a vivid hue by less than a fifth of a degree.
     green, blue = ball(), ball("second", colour="blue", x_m=1.0)
     vivid: dict[str, Any] = {"colour_saturation": (1.0, 1.0), "colour_value": (1.0, 1.0)}
     for world, _ in drawn(room(green, blue, box(x_m=-1.0)), seeds=range(100), hue_gap_deg=gap, **vivid):

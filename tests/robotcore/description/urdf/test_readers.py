@@ -1,4 +1,4 @@
-"""What others make of our URDF: MuJoCo's reader, and Bullet's."""
+"""The URDF of robots and worlds in the readers of MuJoCo and Bullet."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ ROVER, ARENA = load_robot("rover"), load_world("arena")
 WHEELS = {"left_motor": 0.0775, "right_motor": -0.0775}
 BOX_INERTIA = [1.07 / 12 * (b * b + c * c) for b, c in ((0.185, 0.11), (0.21, 0.11), (0.21, 0.185))]
 FUSED = 1e-4
-"""MuJoCo puts fixed links, which weigh next to nothing, into what they are fixed to."""
+"""The tolerance of masses. MuJoCo adds the small mass of a fixed link to the link to which it is fixed."""
 
 
 def file(folder: Path, world: WorldDescription | None = None) -> str:
@@ -67,7 +67,7 @@ class TestBullet:
 
     @staticmethod
     def loaded(bullet: Any, urdf: str) -> tuple[int, dict[str, int]]:
-        """Return Bullet's number for what a file describes, and for each link."""
+        """Load a file. Return Bullet's number for the body, and a mapping from the names of links to their numbers."""
         robot = bullet.loadURDF(urdf, flags=bullet.URDF_USE_INERTIA_FROM_FILE)
         numbers = range(bullet.getNumJoints(robot))
         return robot, {bullet.getJointInfo(robot, number)[12].decode(): number for number in numbers}
