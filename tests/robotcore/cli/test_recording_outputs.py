@@ -23,13 +23,13 @@ def test_info_names_the_table_even_if_the_video_fails(cli: Cli, search_recording
 
 
 def test_info_writes_table_picture_and_video(cli: Cli, recorded: RecordedRun, tmp_path: Path) -> None:
-    picture, film = tmp_path / "a.png", tmp_path / "a.mp4"
-    files = ["--picture", str(picture), "--csv", str(tmp_path), "--video", str(film)]
+    picture, video = tmp_path / "a.png", tmp_path / "a.mp4"
+    files = ["--picture", str(picture), "--csv", str(tmp_path), "--video", str(video)]
     answers = cli("info", str(recorded.file), *files, "--json")
     assert answers.json["replayable"] is True
     assert len((tmp_path / "search.csv").read_text().splitlines()) == 1 + recorded.ticks
     assert picture.stat().st_size > 10_000
-    assert film.stat().st_size > 10_000
+    assert video.stat().st_size > 10_000
 
 
 def test_device_without_a_video_is_refused(cli: Cli, search_recording: Path, check_text: CheckText) -> None:
@@ -182,13 +182,13 @@ def test_output_has_the_permissions_of_the_replaced_file(
 def test_a_video_with_too_many_pictures_is_refused(
     cli: Cli, brief_recording: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
-    file, film = tmp_path / "long.mcap", tmp_path / "v.mp4"
+    file, video = tmp_path / "long.mcap", tmp_path / "v.mp4"
     monkeypatch.setattr("robotcore.view.video._MAX_PICTURES", 50)
     file.write_bytes(change_json(brief_recording, "/ticks", lambda number, event: event | {"time": 0.05 * number * 60}))
-    answer = cli("info", str(file), "--video", str(film), "--device", "eye")
+    answer = cli("info", str(file), "--video", str(video), "--device", "eye")
     assert answer.status == 2
     check_text(answer.err)
-    assert not film.exists()
+    assert not video.exists()
 
 
 @pytest.mark.parametrize("name", ["time-of-a-long-pause", "picture-0x0", "jpeg-bomb"])
@@ -204,10 +204,10 @@ def test_the_video_of_a_hostile_recording_is_refused_and_leaves_no_partial_file(
 
 
 def test_a_very_high_picture_is_squeezed_in_the_video(cli: Cli, brief_recording: Path, tmp_path: Path) -> None:
-    file, film = tmp_path / "hostile.mcap", tmp_path / "v.mp4"
+    file, video = tmp_path / "hostile.mcap", tmp_path / "v.mp4"
     name_files()["picture-1x20000"](brief_recording, file)
-    assert cli("info", str(file), "--video", str(film), "--device", "eye").status == 0
-    is_read, picture = cv2.VideoCapture(str(film)).read()
+    assert cli("info", str(file), "--video", str(video), "--device", "eye").status == 0
+    is_read, picture = cv2.VideoCapture(str(video)).read()
     assert is_read
     assert picture.shape[0] < 2000
 
