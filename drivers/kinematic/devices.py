@@ -70,7 +70,7 @@ class KinematicRangeSensor(RangeSensor):
         return self._newest_at()
 
     def _measure(self, time: float, sequence: int) -> Range:
-        distance, point = self._sonar.measure(self._simulation.pose())
+        distance, point = self._sonar.measure(self._simulation.body_pose)
         return Range(distance, time, sequence, point)
 
 
@@ -87,7 +87,7 @@ class KinematicCamera(Camera):
         return self._newest_at()
 
     def _expose(self, time: float, sequence: int) -> Frame:
-        view = CameraView.of(self.intrinsics, self._mount, self._simulation.pose())
+        view = CameraView.of(self.intrinsics, self._mount, self._simulation.body_pose)
         image: Image = self._simulation.painter.picture(view)
         image.flags.writeable = False
         return Frame(image, time, sequence)

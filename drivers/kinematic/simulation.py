@@ -7,7 +7,7 @@ from functools import cached_property
 from drivers.kinematic.clearance import Bumper, Clearance
 from drivers.kinematic.motion import Chassis, Wheel
 from robotcore.description import Drive, MotorDescription, WorldDescription
-from robotcore.geometry import Pose, Twist
+from robotcore.geometry import Pose, Twist, wrap_angle
 from robotcore.hal.backend import Setup
 from robotcore.hal.clock import SteppedClock
 from robotcore.simulation.painter import Painter
@@ -37,8 +37,14 @@ class Simulation:
         """The painter of the pictures of all cameras. It is created when a camera is first read."""
         return Painter(self.world)
 
-    def pose(self) -> Pose:
+    @property
+    def body_pose(self) -> Pose:
+        """The pose of the body, whose heading counts whole turns."""
         return self._chassis.pose if self._chassis else self._start
+
+    def pose(self) -> Pose:
+        x, y, heading = self.body_pose
+        return Pose(x, y, wrap_angle(heading))
 
     def twist(self) -> Twist:
         return self._chassis.twist if self._chassis else Twist(0.0, 0.0)

@@ -23,7 +23,7 @@ class TruthSource(Protocol):
     """The methods by which a simulator reports the true state of its robot."""
 
     def pose(self) -> Pose:
-        """Return the true pose of the axle's centre in the world."""
+        """Return the true pose of the axle's centre in the world, with a heading from -π to π. See `Truth.pose`."""
 
     def twist(self) -> Twist:
         """Return the true velocity of the axle's centre."""
@@ -49,7 +49,12 @@ class Truth:
 
     @property
     def pose(self) -> Pose:
-        """The true pose of the axle's centre in the world."""
+        """The true pose of the axle's centre in the world. Its heading is from -π to π, in every simulator.
+
+        A simulator knows the robot's orientation, but not the number of its turns. A heading that counts turns would
+        depend on how often it is read. Odometry adds up the turns of the wheels, so the heading of `robot.drive.pose`
+        counts them.
+        """
         return self._source.pose()
 
     @property

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import pytest
@@ -18,6 +19,12 @@ from robotcore.testing.bench import RATE_HZ, TestBench, TestSupport, compute_mot
 ARC = (3.0, 5.0)
 """The left and the right wheel velocity of a left turn, in rad/s."""
 
+SPIN_RAD_S = 4.0
+"""The velocity of the wheels in a turn on the spot, in rad/s."""
+
+SPIN_RAD = 1.25 * math.pi
+"""The angle of a turn on the spot, in radians. It exceeds π, also if the wheels lag."""
+
 
 class TruthRules(TestBench):
     """Rules for the ground truth of a simulator with `Capability.POSE` or `Capability.CONTACTS`."""
@@ -30,6 +37,17 @@ class TruthRules(TestBench):
         assert (x, y, wrap_angle(heading)) == pytest.approx(start.pose, abs=0.005), (
             f"the true pose is {(x, y, heading)} at the start. Return the start of the world, {start.pose}, as the "
             "pose of the axle's centre"
+        )
+
+    def test_true_heading_is_between_minus_pi_and_pi(self) -> None:
+        self.require(Capability.POSE, TestSupport.MOTION)
+        turn_rate = self.drive.geometry.to_twist(Wheels(-SPIN_RAD_S, SPIN_RAD_S)).angular
+        with self.open_robot(None, Role.DRIVE) as robot:
+            self.command_wheels(robot, -SPIN_RAD_S, SPIN_RAD_S, seconds=SPIN_RAD / turn_rate)
+            heading = _require_truth(robot).pose().heading
+        assert abs(heading) <= math.pi, (
+            f"the heading of the true pose is {heading:.2f} rad after a left turn of {SPIN_RAD:.2f} rad from 0. "
+            "Return a heading from -π to π, such as wrap_angle(heading)"
         )
 
     def test_pose_moves_as_the_wheels_roll(self) -> None:

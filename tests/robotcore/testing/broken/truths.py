@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -44,6 +45,11 @@ def keep_state_between_runs(robot: Robot) -> None:
 
 BROKEN = (
     broken("the start of the world is ignored", "pose_begins_at_the_start", change_setup=start_at_the_origin),
+    broken(
+        "the true heading is from 0 to 2π",
+        "true_heading_is_between_minus_pi_and_pi",
+        change_truth("pose", lambda pose: pose._replace(heading=pose.heading % math.tau)),
+    ),
     broken("the track is not the described one", "pose_moves_as_the_wheels_roll", change_setup=narrow_the_track),
     broken(
         "the twist is that of one wheel",
