@@ -49,6 +49,7 @@ class GreenSearch(Behaviour):
         self._navigator = Navigator(self.speed_m_s, self.turn_rad_s)
         self._pose = Pose(0.0, 0.0, 0.0)
         self._now = 0.0
+        self._command = STANDING
         self._begin_search()
 
     @property
@@ -65,7 +66,11 @@ class GreenSearch(Behaviour):
         self._pose, self._now = robot.drive.pose, robot.clock.now()
         self._navigator.observe(robot, self._pose)
         blob = self._ball.look(robot, self._pose)
+        if self._navigator.is_blocked(robot, self._pose, self._command):
+            self._ball.forget()
+            self._enter_and_stand("retreat")
         act = {
+            "retreat": self._retreat,
             "search": self._search,
             "explore": self._explore,
             "seen": self._confirm,
@@ -74,9 +79,14 @@ class GreenSearch(Behaviour):
             "survey": self._survey,
             "arrived": self._stand,
         }[self.state]
-        robot.drive.set_velocity(*act(robot, blob))
+        self._command = act(robot, blob)
+        robot.drive.set_velocity(*self._command)
         is_done = self.state == "arrived" and self._seconds_in_state > PATIENCE_S
         return Status.SUCCESS if is_done else Status.RUNNING
+
+    def _retreat(self, robot: Robot, blob: Blob | None) -> Twist:
+        """Drive away from an obstacle that blocks the robot. Then search again, because the map was wrong."""
+        return self._navigator.retreat(self._pose) or self._begin_search()
 
     def _search(self, robot: Robot, blob: Blob | None) -> Twist:
         """Turn until the camera has seen everything that is visible from here. Then drive to the next best view."""

@@ -48,3 +48,9 @@ def test_finds_the_ball_with_faulty_sensors_in_difficult_rooms(fault: str, seed:
     """With these faults and seeds, an app that trusts every sample touches an obstacle or finds no path."""
     result = run(RunRequest("green-search", world="arena", seed=seed, faults=(fault,)))
     assert (result.outcome, result.verified, result.contacts) == (Outcome.SUCCESS, True, 0), result.reason
+
+
+@pytest.mark.parametrize("seed, fault", [(20922, "left_encoder slip=1 after=7.54 lasts=0.33")])
+def test_finds_the_ball_after_a_wheel_slipped_and_the_range_guard_held_the_robot(seed: int, fault: str) -> None:
+    result = run(RunRequest("green-search", world="arena", seed=seed, faults=(fault,)))
+    assert (result.outcome, result.verified) == (Outcome.SUCCESS, True), result.reason

@@ -14,6 +14,7 @@ from robotcore.autonomy.navigation.planner import (
     is_unobstructed,
     plan_path,
 )
+from robotcore.autonomy.navigation.recovery import BlockageDetector, Retreat
 from robotcore.geometry import Pose, Twist
 from robotcore.hal.robot import Robot
 
@@ -51,6 +52,7 @@ class Navigator:
     def __init__(self, speed: float, turn: float) -> None:
         self._steering = Steering(speed, turn)
         self._view: Viewpoint | None = None
+        self._blockage = BlockageDetector()
         self._begin_map(Pose(0.0, 0.0, 0.0), reach=0.0)
 
     def observe(self, robot: Robot, pose: Pose) -> None:
@@ -70,6 +72,25 @@ class Navigator:
     def forget(self, pose: Pose) -> None:
         """Delete the map, and start a new one around the robot."""
         self._begin_map(pose, self.map.ground.reach)
+
+    def is_blocked(self, robot: Robot, pose: Pose, command: Twist) -> bool:
+        """Return whether the robot has not moved for a second although the app commands a motion.
+
+        The map is then wrong, so a new one is started. `retreat` moves the robot away. Call it once in each tick.
+
+        robot: the robot, with clock and range sensor.
+        pose: the robot's pose now, by odometry.
+        command: the velocity that the app commanded in the last tick.
+        """
+        if not self._blockage.observe(robot.clock.now(), pose, command):
+            return False
+        self.forget(pose)
+        self._retreat = Retreat(pose, command, robot.range.read().distance)
+        return True
+
+    def retreat(self, pose: Pose) -> Twist | None:
+        """Return the velocity of the retreat after `is_blocked`, or None at its end."""
+        return self._retreat.velocity(pose, self._steering.turn)
 
     def begin_look(self, pose: Pose) -> None:
         """Start a turn of the camera to all unseen area that is visible from the pose."""
