@@ -39,24 +39,10 @@ In lockstep, the simulation waits for the client. After a client was killed, the
 """
 
 OLDER_NAMES = {
-    "sim.getObject": "sim.getObjectHandle",
-    "sim.createPrimitiveShape": "sim.createPureShape",
-    "sim.setJointTargetForce": "sim.setJointMaxForce",
-    "sim.getVisionSensorImg": "sim.getVisionSensorCharImage",
-    "sim.setVisionSensorImg": "sim.setVisionSensorCharImage",
     "sim.writeCustomStringData": "sim.writeCustomDataBlock",
     "sim.readCustomStringData": "sim.readCustomDataBlock",
-    "sim.getNamedStringParam": "sim.getStringNamedParam",
-    "sim.setNamedStringParam": "sim.setStringNamedParam",
 }
-"""The names that functions had before CoppeliaSim 4.4 or 4.7, by their present names.
-
-The results have not changed. The arguments have changed only for the functions in `_OLDER_ARGUMENTS`.
-"""
-
-_OLDER_ARGUMENTS: dict[str, Callable[..., tuple[Any, ...]]] = {
-    "sim.createPureShape": lambda kind, sizes, options: (kind, options, sizes, 1.0),
-}
+"""The names that functions had before CoppeliaSim 4.7, by their present names. Their arguments have not changed."""
 
 
 class RefusedError(BackendError):
@@ -122,12 +108,9 @@ class SimulatorConnection:
 
         within_s: time limit in seconds. The greater of ``within_s`` and ``answer_s`` counts.
 
-        If an old server has the function under an older name, this name is used.
+        If a CoppeliaSim 4.6 has the function under an older name, this name is used.
         """
-        function = self._find_function(name)
-        if function in _OLDER_ARGUMENTS:
-            arguments = _OLDER_ARGUMENTS[function](*arguments)
-        return self.call(function, *arguments, within_s=within_s)
+        return self.call(self._find_function(name), *arguments, within_s=within_s)
 
     def has(self, name: str) -> bool:
         """Return whether the server has a function or constant ``sim.NAME``."""

@@ -246,8 +246,8 @@ def _to_detection(answer: Any) -> Point | None:
 
 
 def _to_raw_picture(answer: Any) -> RawPicture:
-    pixels, *size = answer  # a list since 4.4, two numbers before
-    width, height = _to_size(size[0] if len(size) == 1 else size)
+    pixels, size = answer
+    width, height = _to_size(size)
     if not isinstance(pixels, bytes) or len(pixels) != 3 * width * height:
         raise ValueError(f"{width} x {height} pixels")
     return RawPicture(pixels, width, height)

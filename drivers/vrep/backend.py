@@ -54,8 +54,6 @@ class VrepOptions(StrictModel):
     """Whether this program or the user starts and stops the simulation."""
     answer_s: float | None = Field(default=None, gt=0, le=3600)
     """Time limit of a call, in seconds; None stands for `ANSWER_SHARE` of ``safety.answer_s``."""
-    binding: str | None = None
-    """The folder of the simulator's official Python binding; None stands for this driver's own client."""
 
     @property
     def is_stepped(self) -> bool:
@@ -103,12 +101,6 @@ def _choose_answer_s(options: VrepOptions, setup: Setup) -> float:
 
 
 def _connect(options: VrepOptions, answer_s: float) -> Scene:
-    if options.binding is not None:
-        from drivers.vrep.official_binding import OfficialClient, load_binding
-        from drivers.vrep.official_scene import OfficialScene
-
-        client = OfficialClient(load_binding(options.binding), options.host, options.port, answer_s)
-        return OfficialScene(client, answer_s, is_stepped=options.is_stepped)
     if options.is_stepped:
         from drivers.vrep.connection import LockstepConnection
         from drivers.vrep.stepped import SteppedScene

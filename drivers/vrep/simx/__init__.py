@@ -27,7 +27,6 @@ __all__ = [name for name in dir() if name.startswith(("simx", "sim_"))]
 def __getattr__(name: str) -> NoReturn:
     if name.startswith(("simx", "sim_")):
         raise AttributeError(
-            f"drivers.vrep.simx has no {name}. Import the official binding instead, or name its folder with --option "
-            "binding=PATH"
+            f"drivers.vrep.simx has no {name}. Import the official binding (vrep.py or sim.py) instead"
         )
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

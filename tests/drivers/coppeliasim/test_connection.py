@@ -177,16 +177,16 @@ def test_older_names_are_called_and_a_missing_function_is_an_error(scripted: Scr
     def answer_as_old(message: bytes) -> bytes:
         request = cbor.loads(message)
         calls.append((request["func"], request["args"]))
-        info = {**INFO, "createPureShape": {"func": {}}, "setJointMaxForce": {"func": {}}}
+        info = {**INFO, "writeCustomDataBlock": {"func": {}}, "readCustomDataBlock": {"func": {}}}
         return encode({"ret": [info] if request["func"].endswith("info") else [7]})
 
     scripted.reply = answer_as_old
     connection = connect(scripted.port)
-    assert connection.sim("createPrimitiveShape", 3, [1, 1, 1], 0) == 7
-    connection.sim("setJointTargetForce", 1, 2.0)
+    assert connection.sim("readCustomStringData", 3, "tag") == 7
+    connection.sim("writeCustomStringData", 3, "tag", "note")
     assert calls[-2:] == [
-        ("sim.createPureShape", [3, 0, [1, 1, 1], 1.0]),
-        ("sim.setJointMaxForce", [1, 2.0]),
+        ("sim.readCustomDataBlock", [3, "tag"]),
+        ("sim.writeCustomDataBlock", [3, "tag", "note"]),
     ]
     with raises(BackendError, "function-missing", hide=[scripted.port], function="sim.getVisionSensorImg"):
         connection.sim("getVisionSensorImg", 1)
