@@ -11,7 +11,7 @@ UV := $(shell command -v uv 2>/dev/null)
 INSTALL := $(if $(UV),$(UV) pip install --quiet --python $(BIN)/python,$(BIN)/python -m pip install --quiet --disable-pip-version-check)
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-all system system-gpio system-arm64 system-deploy system-firmware system-coppeliasim system-vrep lint types rules package coverage check clean
+.PHONY: help demo test test-slow test-all system system-gpio system-arm64 system-deploy system-firmware system-coppeliasim system-vrep lint types rules package coverage check clean
 
 help:  ## show what there is
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -35,10 +35,13 @@ $(READY): $(DEMO)
 demo: $(DEMO)  ## watch the robot find the green ball; leaves demo.png
 	@$(BIN)/robotcore demo
 
-test: $(READY)  ## run the tests, on all cores
-	@$(BIN)/python -m pytest -n auto
+test: $(READY)  ## run the quick tests, on all cores
+	@$(BIN)/python -m pytest -n auto --dist worksteal -m 'not slow' $(ARGS)
 
-test-all:  ## run the tests on every Python from 3.10 to 3.13 that is on this machine
+test-slow: $(READY)  ## run the slow tests: whole runs, processes, servers and ssh
+	@$(BIN)/python -m pytest -n auto --dist worksteal -m slow $(ARGS)
+
+test-all:  ## run the quick tests on every Python from 3.10 to 3.13 that is on this machine
 	@for version in 3.10 3.11 3.12 3.13; do \
 		if python$$version --version >/dev/null 2>&1; then \
 			echo "== Python $$version"; \
@@ -78,8 +81,8 @@ rules: $(READY)  ## who may import whom: import-linter
 package: $(READY)  ## build the wheel and look at what is in it
 	@rm -rf dist && $(BIN)/python -m build --quiet --installer $(if $(UV),uv,pip) >/dev/null && $(BIN)/check-wheel-contents dist
 
-coverage: $(READY)  ## run the tests with branch coverage
-	@$(BIN)/python -m pytest -n auto --cov --cov-report=term:skip-covered
+coverage: $(READY)  ## run all tests with branch coverage
+	@$(BIN)/python -m pytest -n auto --dist worksteal --cov --cov-report=term:skip-covered
 
 check: lint types rules package coverage  ## all that CI does, but for the system tests
 

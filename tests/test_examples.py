@@ -18,6 +18,7 @@ def find_modules() -> list[str]:
     return [".".join(file.with_suffix("").parts).removesuffix(".__init__") for file in found]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", find_modules())
 def test_examples_in_the_docstrings_run(name: str) -> None:
     module = importlib.import_module(name)

@@ -26,10 +26,12 @@ def compare(folder: Path) -> tuple[int, list[str]]:
     return ran.returncode, [line for line in ran.stdout.splitlines() if line.startswith("| mock")]
 
 
+@pytest.mark.slow
 def test_the_same_code_gives_equal_digests_and_replays(folder: Path) -> None:
     assert compare(folder) == (0, ["| mock | 1 | 0 | 0 |", "| mock, replayed | 1 | 0 | 0 |"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("field", ["exit_status", "outcome", "/eye", "/ticks"])
 def test_a_changed_value_is_found(folder: Path, field: str) -> None:
     file = folder / "digests.json"
@@ -40,17 +42,20 @@ def test_a_changed_value_is_found(folder: Path, field: str) -> None:
     assert compare(folder) == (1, ["| mock | 0 | 1 | 0 |", "| mock, replayed | 1 | 0 | 0 |"])
 
 
+@pytest.mark.slow
 def test_a_run_without_results_and_a_lost_recording_are_missing(folder: Path) -> None:
     file = folder / "digests.json"
     file.write_text(file.read_text().replace("mark-green", "mark-gone"))
     assert compare(folder) == (1, ["| mock | 0 | 0 | 1 |", "| mock, replayed | 0 | 0 | 1 |"])
 
 
+@pytest.mark.slow
 def test_a_recording_that_is_cut_differs(folder: Path) -> None:
     (recording,) = (folder / "recordings").iterdir()
     recording.write_bytes(recording.read_bytes()[:20_000])
     assert compare(folder) == (1, ["| mock | 1 | 0 | 0 |", "| mock, replayed | 0 | 1 | 0 |"])
 
 
+@pytest.mark.slow
 def test_digests_are_not_overwritten(folder: Path) -> None:
     assert run_benchmark("benchmarks.digests", "record", str(folder), *ONLY).returncode == 2

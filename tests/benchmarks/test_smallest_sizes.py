@@ -65,6 +65,7 @@ def run_benchmark(name: str, *options: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, timeout=LIMIT_S)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in list_benchmarks() if name.partition(".")[2] in SIZES])
 def test_a_benchmark_runs_at_its_smallest_size(name: str) -> None:
     short = name.partition(".")[2]
@@ -74,6 +75,7 @@ def test_a_benchmark_runs_at_its_smallest_size(name: str) -> None:
     assert short in TABLELESS or "| --- |" in ran.stdout
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in list_benchmarks() if name.partition(".")[2] not in SIZES])
 def test_a_benchmark_has_a_help_text(name: str) -> None:
     ran = run_benchmark(name, "--help")

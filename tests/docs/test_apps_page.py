@@ -65,6 +65,7 @@ def test_every_listing_is_a_file_or_a_console() -> None:
     assert len(CONSOLE_COMMANDS) > len(FILES) > 3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", CONSOLE_COMMANDS, ids=lambda each: each.command)
 def test_command_output_equals_the_page(
     command: ConsoleCommand, folder: Path, capfd: pytest.CaptureFixture[str]
@@ -120,6 +121,7 @@ def test_sleep_does_not_advance_the_simulated_time(folder: Path, capfd: pytest.C
     assert (result["outcome"], result["ticks"]) == ("timeout", 5)
 
 
+@pytest.mark.slow
 def test_endless_loop_ends_as_the_page_shows(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
     message, status = next(row[1:] for row in MISTAKES if row[0] == ENDLESS)
     after_the_first_step = f"`exec({find_code(ENDLESS)[0]!r}) if robot.clock.now() else None`"

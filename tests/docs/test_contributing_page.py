@@ -28,10 +28,12 @@ def run_test(package: Path) -> str:
     return subprocess.run(command, cwd=package, capture_output=True, text=True, check=False, timeout=60).stdout
 
 
+@pytest.mark.slow
 def test_the_device_driver_passes_its_own_test(package: Path) -> None:
     assert "1 passed" in run_test(package)
 
 
+@pytest.mark.slow
 def test_the_page_test_fails_if_the_driver_is_wrong(package: Path) -> None:
     driver = package / DRIVER
     driver.write_text(driver.read_text().replace("self.min_range if", "self.max_range if"), encoding="utf-8")

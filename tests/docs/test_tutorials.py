@@ -98,6 +98,7 @@ def run_old_script(folder: Path, double: Double, name: str) -> Iterator[subproce
             process.kill()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("simulator, command", CONSOLE_COMMANDS, indirect=["simulator"])
 def test_command_prints_the_output_on_the_page(
     double: Double, command: ConsoleCommand, folder: Path, capfd: pytest.CaptureFixture[str]
@@ -115,6 +116,7 @@ def test_command_exists(command: str) -> None:
     assert known.make_context(name, words).params
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("simulator", ["bubblerob"], indirect=True)
 def test_old_reflex_prints_the_output_on_the_page(double: Double, folder: Path) -> None:
     with run_old_script(folder, double, "old_reflex.py") as script:

@@ -60,6 +60,7 @@ def run_and_signal(server: subprocess.Popen[str], monkeypatch: pytest.MonkeyPatc
     return run(RunRequest("an_app", options={"port": port_of(server)}))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
 def test_lost_simulator_is_named_and_a_stop_is_sent_to_every_motor(
     server: subprocess.Popen[str],
@@ -76,6 +77,7 @@ def test_lost_simulator_is_named_and_a_stop_is_sent_to_every_motor(
     assert last == {"left_motor": 0.0, "right_motor": 0.0}
 
 
+@pytest.mark.slow
 def test_registered_backend_has_the_trace_of_the_kinematic_simulator(
     server: subprocess.Popen[str], tmp_path: Path
 ) -> None:

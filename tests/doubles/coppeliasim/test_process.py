@@ -9,6 +9,8 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+import pytest
+
 from tests.doubles.coppeliasim.zmq.raw_client import await_time, connect_clients
 
 PATIENCE_S = 20
@@ -28,6 +30,7 @@ def running(*options: str) -> Iterator[tuple[subprocess.Popen[str], int, int]]:
             process.kill()
 
 
+@pytest.mark.slow
 def test_process_serves_a_drawn_world_until_it_is_terminated() -> None:
     with running("--robot", "rover", "--world", "arena", "--seed", "7", "--running") as (process, port, _):
         with connect_clients(port, "one") as (client,):

@@ -37,6 +37,7 @@ def run_in(simulator: Simulator, app: str, robot: str, **request: Any) -> RunRes
         return run_on(double.zmq_port, app, robot, **request)
 
 
+@pytest.mark.slow
 def test_green_search_finds_the_ball_and_the_truth_verifies_it(port: int, check_text: CheckText) -> None:
     result = run_on(port, "green-search", world="arena", seed=3)
     assert (result.outcome, result.verified, result.contacts) == (Outcome.SUCCESS, True, 0), result.reason
@@ -44,6 +45,7 @@ def test_green_search_finds_the_ball_and_the_truth_verifies_it(port: int, check_
     check_text("\n".join(result.notes))
 
 
+@pytest.mark.slow
 def test_avoid_obstacles_touches_nothing(port: int) -> None:
     result = run_on(port, "avoid-obstacles", world="clutter", settings={"duration_s": 10.0})
     assert (result.outcome, result.contacts) == (Outcome.SUCCESS, 0), result.reason
@@ -54,6 +56,7 @@ def test_mark_green_runs_in_a_built_scene(port: int) -> None:
     assert (result.outcome, "seen" in result.milestones) == (Outcome.SUCCESS, True), result.reason
 
 
+@pytest.mark.slow
 def test_bubblerob_avoids_obstacles_and_its_simulation_is_stopped_again() -> None:
     simulator = bubblerob_scene()
     nose = simulator.graph.find("/bubbleRob/sensingNose")

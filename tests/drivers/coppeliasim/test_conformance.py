@@ -46,6 +46,7 @@ class JoiningBackend(CoppeliaSimBackend):
     capabilities = frozenset({Capability.POSE, Capability.LOCKSTEP})
 
 
+@pytest.mark.slow
 class TestJoined(ConformanceSuite):
     backend = JoiningBackend
     lacks: ClassVar = LACKS

@@ -138,6 +138,7 @@ def test_reply_that_names_a_function_of_the_program_runs_nothing(scripted: Scrip
     assert ran == []
 
 
+@pytest.mark.slow
 @given(
     st.one_of(
         st.binary(max_size=40),
@@ -207,6 +208,7 @@ def test_answer_counts_after_the_deadline_if_it_has_arrived(double: Double, monk
     connection.close()
 
 
+@pytest.mark.slow
 def test_ctrl_c_ends_a_long_call_soon(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("drivers.coppeliasim.connection.INTERRUPTED_S", ANSWER_S)
     clock = MonotonicClock()

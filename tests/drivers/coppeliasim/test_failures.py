@@ -66,6 +66,7 @@ def require_error(result: RunResult, kind: str) -> None:
     assert result.reason.count("coppeliasim:") == 1, f"reported more than once: {result.reason}"
 
 
+@pytest.mark.slow
 def test_server_that_ends_in_a_run_ends_it_and_the_next_run_works() -> None:
     with Double(default_scene()) as dying:
         port = dying.zmq_port
@@ -74,6 +75,7 @@ def test_server_that_ends_in_a_run_ends_it_and_the_next_run_works() -> None:
         assert drive(port, duration_s=0.3).outcome is Outcome.SUCCESS
 
 
+@pytest.mark.slow
 def test_server_that_hangs_in_a_run_ends_it_and_the_next_run_restores_the_scene(
     simulator: Simulator, double: Double
 ) -> None:
@@ -112,6 +114,7 @@ def test_simulation_that_the_user_halts_ends_the_run(
     check_text(result.reason, hide=[double.zmq_port])
 
 
+@pytest.mark.slow
 def test_simulator_that_drops_its_client_ends_the_run(simulator: Simulator, double: Double) -> None:
     def drop_clients() -> None:
         with simulator.lock:
@@ -123,6 +126,7 @@ def test_simulator_that_drops_its_client_ends_the_run(simulator: Simulator, doub
     require_error(drive(double.zmq_port, CallOnce(drop_clients)), "lockstep-lost")
 
 
+@pytest.mark.slow
 def test_second_program_is_refused_and_the_first_continues(
     double: Double, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
@@ -134,6 +138,7 @@ def test_second_program_is_refused_and_the_first_continues(
     check_text(second[0].reason, hide=[double.zmq_port])
 
 
+@pytest.mark.slow
 def test_program_that_lost_the_lock_changes_nothing_more(
     simulator: Simulator, double: Double, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
@@ -167,6 +172,7 @@ def test_simulation_in_its_last_steps_counts_as_stopped() -> None:
         assert CoppeliaSimScene(connection).read_state().value == "stopped"
 
 
+@pytest.mark.slow
 def test_next_run_restores_the_scene_of_a_killed_program(simulator: Simulator, double: Double) -> None:
     before = list_names(simulator)
     command = [sys.executable, "-m", "robotcore", "run", "avoid-obstacles", "--backend", "coppeliasim"]
@@ -189,6 +195,7 @@ def bubblerob_with_described_range() -> Simulator:
     return simulator
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "robot, scene",
     [
@@ -221,6 +228,7 @@ def list_names(simulator: Simulator) -> list[str]:
         return [node.alias for node in simulator.graph]
 
 
+@pytest.mark.slow
 def test_signal_during_a_call_ends_the_run_and_restores_the_scene(
     simulator: Simulator, double: Double, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -128,6 +128,7 @@ def run_program() -> str:
         return f"{truth.pose()} {truth.twist()} {truth.contacts()} {robot.range.read()} {crc32(image.tobytes())}"
 
 
+@pytest.mark.slow
 def test_another_process_gets_equal_samples_and_prints_nothing_else() -> None:
     program = f"from {__name__} import run_program; print(run_program())"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
@@ -145,6 +146,7 @@ def test_a_thing_may_have_any_name(name: str) -> None:
 pytest.importorskip("mujoco")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "command", [("run", "avoid-obstacles", "--backend", "mujoco"), ("export", "rover", "--format", "mjcf")]
 )

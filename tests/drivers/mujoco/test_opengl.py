@@ -136,10 +136,12 @@ def test_both_libraries_draw_the_same_picture() -> None:
     assert run_program(MUJOCO_GL="egl") == run_program(MUJOCO_GL="osmesa")
 
 
+@pytest.mark.slow
 def test_the_environment_and_pyopengl_are_unchanged() -> None:
     run_program("assert not {'MUJOCO_GL', 'PYOPENGL_PLATFORM'} & set(os.environ) and 'OpenGL' not in sys.modules")
 
 
+@pytest.mark.slow
 def test_a_library_that_mujoco_does_not_support_is_reported_in_one_line() -> None:
     environment_ = {**os.environ, "MUJOCO_GL": "eggs"}
     command = [sys.executable, "-c", PROGRAM]
@@ -166,6 +168,7 @@ robot.close()
 """
 
 
+@pytest.mark.slow
 @needs_egl
 def test_mujocos_renderer_works_together_with_the_drivers() -> None:
     run_program(OWN_RENDERER, MUJOCO_GL="egl")

@@ -117,6 +117,7 @@ def test_a_window_without_a_screen_is_refused_before_bullet_ends_the_process(
         PyBulletBackend().open(setup(world(), gui=True))
 
 
+@pytest.mark.slow
 def test_prints_of_bullet_do_not_reach_the_output() -> None:
     program = (
         "from tests.drivers.physics.worlds import drive\n"

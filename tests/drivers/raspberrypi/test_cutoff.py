@@ -48,6 +48,7 @@ def test_without_a_guardian_a_killed_program_leaves_its_motor_on(lines: Lines) -
     assert lines.level(17) == 60
 
 
+@pytest.mark.slow
 def test_the_lines_of_a_killed_program_go_low(start: Start, lines: Lines, check_text: CheckText) -> None:
     program = start("MotorLines", "drive")
     assert lines.level(FORWARD) == DUTY
@@ -59,6 +60,7 @@ def test_the_lines_of_a_killed_program_go_low(start: Start, lines: Lines, check_
     check_text(err, hide=[program.pid])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("action", ["block", "suspend", "raise_error"])
 def test_a_silent_program_whose_motor_turns_is_killed(
     start: Start, lines: Lines, action: str, check_text: CheckText
@@ -70,6 +72,7 @@ def test_a_silent_program_whose_motor_turns_is_killed(
     check_text(err.splitlines()[-1], hide=[program.pid])  # on a busy machine a stop is late, which is a line before
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("action", ["block_at_rest", "raise_at_rest"])
 def test_a_silent_program_whose_motors_stand_is_not_killed(start: Start, lines: Lines, action: str) -> None:
     program = start("MotorLines", action)
@@ -79,6 +82,7 @@ def test_a_silent_program_whose_motors_stand_is_not_killed(start: Start, lines: 
     assert lines.level(FORWARD) == 0
 
 
+@pytest.mark.slow
 def test_the_lines_of_a_program_that_was_killed_at_rest_go_low(start: Start, lines: Lines) -> None:
     program = start("MotorLines", "block_at_rest")
     program.kill()
@@ -87,12 +91,14 @@ def test_the_lines_of_a_program_that_was_killed_at_rest_go_low(start: Start, lin
     assert f"{program.pid}: " not in err
 
 
+@pytest.mark.slow
 def test_a_program_that_ends_normally_is_not_killed(start: Start) -> None:
     program = start("MotorLines", "drive")
     assert program.communicate("end\n", timeout=END_S) == ("lives\n", "")
     assert program.returncode == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("cutoff", ["MotorLines", "StandbyLine"])
 def test_a_fork_of_a_killed_program_keeps_no_motor_on(
     start: Start, lines: Lines, cutoff: str, check_text: CheckText
@@ -104,6 +110,7 @@ def test_a_fork_of_a_killed_program_keeps_no_motor_on(
     assert lines.level(FORWARD if cutoff == "MotorLines" else STANDBY) == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("action", ["block", "block_at_rest", "raise_at_rest"])
 def test_a_standby_line_falls_and_its_program_lives_on(start: Start, lines: Lines, action: str) -> None:
     program = start("StandbyLine", action)
@@ -112,6 +119,7 @@ def test_a_standby_line_falls_and_its_program_lives_on(start: Start, lines: Line
     assert (program.returncode, out) == (0, "lives\n")
 
 
+@pytest.mark.slow
 def test_a_standby_line_falls_while_its_program_is_suspended_and_rises_when_it_drives_again(
     start: Start, lines: Lines
 ) -> None:

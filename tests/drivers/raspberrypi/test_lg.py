@@ -74,6 +74,7 @@ def test_importing_leaves_no_side_effects(library: str, tmp_path: Path) -> None:
     assert not [*here.iterdir(), *temporary.iterdir()]
 
 
+@pytest.mark.slow
 def test_threads_can_import_at_the_same_time(tmp_path: Path) -> None:
     """The guardian opens the cutoffs of two motors in two threads, which import lgpio at the same time."""
     run(AT_ONCE, tmp_path, {**Lines(tmp_path / "dev").environment, "TMPDIR": str(tmp_path)})

@@ -224,6 +224,7 @@ def test_a_line_that_lgpio_s_thread_still_waits_for_is_tried_again() -> None:
     assert not pin.is_detecting
 
 
+@pytest.mark.slow
 def test_a_line_that_stays_busy_is_reported_after_the_time_limit() -> None:
     with pytest.raises(OSError):  # noqa: PT011  the library's own
         stop_edge_detection(Pin(*["GPIO busy"] * 200))

@@ -47,6 +47,7 @@ def levels(lines: Lines) -> set[int]:
     return {lines.level(gpio) for gpio in (*FORWARD, *BACKWARD)}
 
 
+@pytest.mark.slow
 def test_a_run_that_is_terminated_leaves_every_line_low(start: Start, lines: Lines) -> None:
     program = start("plain", "endless_drive")
     wait_until_high(lines, FORWARD[0], program)
@@ -56,6 +57,7 @@ def test_a_run_that_is_terminated_leaves_every_line_low(start: Start, lines: Lin
     assert levels(lines) == {0}
 
 
+@pytest.mark.slow
 def test_the_guardian_pulls_the_lines_of_a_killed_run_low(start: Start, lines: Lines, check_text: CheckText) -> None:
     program = start("plain", "endless_drive")
     wait_until_high(lines, FORWARD[1], program)
@@ -65,6 +67,7 @@ def test_the_guardian_pulls_the_lines_of_a_killed_run_low(start: Start, lines: L
     assert levels(lines) == {0}
 
 
+@pytest.mark.slow
 def test_the_guardian_kills_a_run_that_hangs_while_it_drives(start: Start, lines: Lines) -> None:
     program = start("plain", "process_failure")
     _, err = wait_for_end(program)
@@ -73,6 +76,7 @@ def test_the_guardian_kills_a_run_that_hangs_while_it_drives(start: Start, lines
     assert levels(lines) == {0}
 
 
+@pytest.mark.slow
 def test_a_run_that_hangs_at_rest_is_not_killed(start: Start) -> None:
     program = start("plain", "process_failure", "--set", "action=stop_and_hold")
     out, err = wait_for_end(program)
@@ -80,6 +84,7 @@ def test_a_run_that_hangs_at_rest_is_not_killed(start: Start) -> None:
     assert json.loads(out)["outcome"] == "success"
 
 
+@pytest.mark.slow
 def test_one_guardian_holds_the_standby_line_of_two_motors_and_does_not_kill_a_hung_run(
     start: Start, lines: Lines
 ) -> None:
@@ -128,6 +133,7 @@ def stop_robot(launch: Launch, name: str) -> tuple[int, str, str]:
     return program.returncode, out, err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name, left_high, stopped",
     [("plain", MOTORS, "left_motor, right_motor"), ("standby", [STANDBY], "left_motor and right_motor")],
@@ -143,6 +149,7 @@ def test_lines_that_a_dead_program_has_left_high_are_pulled_low(
     assert all(lines.is_pulled_down(gpio) for gpio in left_high)
 
 
+@pytest.mark.slow
 def test_a_live_program_keeps_its_lines_and_all_other_lines_are_pulled_low(
     lines: Lines, launch: Launch, check_text: CheckText
 ) -> None:
@@ -155,6 +162,7 @@ def test_a_live_program_keeps_its_lines_and_all_other_lines_are_pulled_low(
     assert [lines.level(gpio) for gpio in MOTORS] == [1, 0, 0, 0]
 
 
+@pytest.mark.slow
 def test_the_standby_line_of_a_live_guardian_is_not_taken(lines: Lines, launch: Launch, check_text: CheckText) -> None:
     with drive_lines(lines, STANDBY):
         status, _, err = stop_robot(launch, "standby")

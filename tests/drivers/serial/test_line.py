@@ -241,6 +241,7 @@ class TestByAThread:
         powered.off()
         assert board.received + pty.read() == b"?go?stop"
 
+    @pytest.mark.slow
     def test_a_board_that_was_lost_while_the_program_was_suspended_is_not_reported_as_silent(
         self, pty: Pty, clock: MonotonicClock, monkeypatch: pytest.MonkeyPatch, raises: Raises
     ) -> None:

@@ -47,6 +47,7 @@ def damage_frames(case: ParserCase, frames: st.SearchStrategy[bytes], kinds: Dam
     return st.one_of([made[kind] for kind in Damage if kind in kinds])
 
 
+@pytest.mark.slow
 @every_parser
 @settings(max_examples=EXAMPLES, deadline=None)
 @given(st.data())
@@ -100,6 +101,7 @@ def test_the_second_frame_after_damage_is_found(case: ParserCase, data: st.DataO
     assert parsed[-len(in_step) :] == in_step
 
 
+@pytest.mark.slow
 @every_parser
 @settings(max_examples=EXAMPLES, deadline=None)
 @given(st.data())

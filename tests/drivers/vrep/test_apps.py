@@ -39,6 +39,7 @@ def run_on(simulator: Simulator, app: str, robot: str = "rover", **request: Any)
         return run(RunRequest(app, "vrep", robot, options=options, **request))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 7])
 def test_green_search_finds_the_ball_and_the_truth_verifies_it(seed: int) -> None:
     simulator = create_arena("rover", seed)
@@ -48,6 +49,7 @@ def test_green_search_finds_the_ball_and_the_truth_verifies_it(seed: int) -> Non
     assert "'arena'" in result.notes[-1]
 
 
+@pytest.mark.slow
 def test_stopped_simulation_is_stopped_again() -> None:
     simulator = create_arena("rover", 1)
     result = run_on(simulator, "avoid-obstacles", settings={"duration_s": 0.5})
@@ -69,6 +71,7 @@ def test_running_simulation_continues_with_stopped_wheels() -> None:
     assert joint.target_velocity == 0
 
 
+@pytest.mark.slow
 def test_bubblerob_avoids_obstacles_in_the_tutorials_scene() -> None:
     result = run_on(bubblerob_scene(), "avoid-obstacles", "bubblerob", settings={"duration_s": 12.0})
     assert (result.outcome, "avoid" in result.milestones) == (Outcome.SUCCESS, True), result.reason

@@ -62,6 +62,7 @@ def test_server_that_closes_connections_at_first_is_tried_again(
     assert [wheel.target_velocity for wheel in wheels] == [0.0, 0.0]
 
 
+@pytest.mark.slow
 def test_report_if_the_server_has_ended(cutoff: StopJoints, server: LegacyServer, check_text: CheckText) -> None:
     port = server.port
     server.close()

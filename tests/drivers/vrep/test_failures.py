@@ -72,6 +72,7 @@ def drive(
     return result
 
 
+@pytest.mark.slow
 def test_run_without_a_server_is_an_error(server: LegacyServer) -> None:
     port = server.port
     server.close()
@@ -80,6 +81,7 @@ def test_run_without_a_server_is_an_error(server: LegacyServer) -> None:
     assert isinstance(result.error, NoServerError)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stepped", [True, False])
 @pytest.mark.parametrize(
     "fault, error",
@@ -129,6 +131,7 @@ def test_simulation_that_the_user_halts_ends_the_run(
     assert result.error.kind == kind
 
 
+@pytest.mark.slow
 def test_second_app_on_a_port_is_refused(server: LegacyServer) -> None:
     second: list[RunResult] = []
     first = drive(server.port, CallOnce(lambda: second.append(drive(server.port))), duration_s=0.5)
@@ -137,6 +140,7 @@ def test_second_app_on_a_port_is_refused(server: LegacyServer) -> None:
     assert second[0].error.kind == "port-in-use"
 
 
+@pytest.mark.slow
 def test_simulation_whose_time_does_not_advance_is_started_again(
     simulator: Simulator, server: LegacyServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -169,6 +173,7 @@ class InterruptBeforeReply:
         line.sendall(answer)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stepped", [True, False])
 def test_signal_during_an_exchange_stops_wheels_and_simulation(
     simulator: Simulator, server: LegacyServer, slow_rover: str, *, stepped: bool
@@ -185,6 +190,7 @@ def test_signal_during_an_exchange_stops_wheels_and_simulation(
     assert (left.target_velocity, simulator.state) == (0.0, State.STOPPED)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stepped", ["true", "false"])
 def test_killed_run_leaves_no_wheel_turning(simulator: Simulator, server: LegacyServer, stepped: str) -> None:
     command = [sys.executable, "-m", "robotcore", "run", "avoid-obstacles", "--backend", "vrep"]

@@ -179,6 +179,7 @@ def test_port_of_the_zeromq_remote_api_is_an_error(raises: Raises) -> None:
         LockstepConnection.open("127.0.0.1", double.zmq_port, LONGER_S)
 
 
+@pytest.mark.slow
 @settings(max_examples=40, deadline=None)
 @given(st.binary(max_size=80) | st.integers(0, len(WHOLE_REPLY) - 1).map(lambda size: WHOLE_REPLY[:size]))
 def test_any_bytes_for_a_reply_are_a_named_error(reply: bytes) -> None:

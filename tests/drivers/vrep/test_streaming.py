@@ -98,6 +98,7 @@ def test_each_call_fails_after_the_connection_is_lost(reader: StreamReader, serv
         reader.call(requests.object_handle("/rover"))
 
 
+@pytest.mark.slow
 def test_server_that_hangs_times_out(reader: StreamReader, server: LegacyServer) -> None:
     hang = Hang()
     server.service.fail(hang)
@@ -105,6 +106,7 @@ def test_server_that_hangs_times_out(reader: StreamReader, server: LegacyServer)
     hang.release()
 
 
+@pytest.mark.slow
 def test_simulator_that_does_nothing_times_out(
     reader: StreamReader, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:

@@ -68,6 +68,7 @@ def test_chooses_the_built_in_simulator_with_the_reasons(
     check_text(why)
 
 
+@pytest.mark.slow
 def test_finds_the_ball_and_draws_a_picture(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:

@@ -151,6 +151,7 @@ def read_end(terminal: Terminal) -> tuple[dict[str, Any], str]:
     return json.loads(terminal.read_line()), terminal.read_line()
 
 
+@pytest.mark.slow
 def test_the_space_bar_stops_the_run(terminal: Terminal) -> None:
     terminal.run(*DRIVE)
     wait_for(lambda: terminal.is_raw)
@@ -162,6 +163,7 @@ def test_the_space_bar_stops_the_run(terminal: Terminal) -> None:
     assert terminal.is_restored
 
 
+@pytest.mark.slow
 def test_other_keys_do_nothing_and_ctrl_c_still_interrupts(terminal: Terminal) -> None:
     terminal.run(*DRIVE)
     wait_for(lambda: terminal.is_raw)
@@ -172,6 +174,7 @@ def test_other_keys_do_nothing_and_ctrl_c_still_interrupts(terminal: Terminal) -
     assert terminal.is_restored
 
 
+@pytest.mark.slow
 def test_a_process_that_ends_itself_restores_the_terminal(terminal: Terminal, tmp_path: Path) -> None:
     app = tmp_path / "hanging.py"
     app.write_text(HANGING)
@@ -181,6 +184,7 @@ def test_a_process_that_ends_itself_restores_the_terminal(terminal: Terminal, tm
     assert terminal.is_restored
 
 
+@pytest.mark.slow
 def test_an_app_can_read_from_the_terminal(terminal: Terminal, tmp_path: Path) -> None:
     app = tmp_path / "reading.py"
     app.write_text(READING)
@@ -192,6 +196,7 @@ def test_an_app_can_read_from_the_terminal(terminal: Terminal, tmp_path: Path) -
     assert terminal.is_restored
 
 
+@pytest.mark.slow
 def test_a_debugger_can_use_the_terminal(terminal: Terminal, tmp_path: Path) -> None:
     app = tmp_path / "debugged.py"
     app.write_text(DEBUGGED)
@@ -206,6 +211,7 @@ def test_a_debugger_can_use_the_terminal(terminal: Terminal, tmp_path: Path) -> 
     assert terminal.is_restored
 
 
+@pytest.mark.slow
 def test_a_suspended_run_restores_the_terminal_until_it_continues(terminal: Terminal) -> None:
     terminal.run(*DRIVE)
     wait_for(lambda: terminal.is_raw)
@@ -220,6 +226,7 @@ def test_a_suspended_run_restores_the_terminal_until_it_continues(terminal: Term
     assert terminal.is_restored
 
 
+@pytest.mark.slow
 def test_a_run_in_the_background_does_not_change_the_terminal(terminal: Terminal) -> None:
     terminal.run("avoid-obstacles", "--realtime", "--timeout", "1", place="background")
     terminal.type(b"  \n")
@@ -228,6 +235,7 @@ def test_a_run_in_the_background_does_not_change_the_terminal(terminal: Terminal
     assert terminal.is_restored
 
 
+@pytest.mark.slow
 def test_keys_do_not_stop_a_run_in_the_background(terminal: Terminal) -> None:
     drive = ("avoid-obstacles", "--realtime", "--timeout", "2", "--world", "open")
     terminal.run(*drive, place="background", program=("-c", JUST_BEHIND))

@@ -25,6 +25,7 @@ def test_a_run_shows_its_faults_in_canonical_form(cli: Cli, tmp_path: Path, chec
     check_text("\n".join(line for line in answer.splitlines() if "=0." in line))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", ["run", "sweep"])
 @pytest.mark.parametrize("spec", ["range", "range dorp=1", "range drop=2", "camera drop=1", "gone.toml"])
 def test_a_wrong_fault_is_refused_before_anything_runs(
@@ -48,6 +49,7 @@ def test_a_run_that_loses_a_device_is_reported_with_its_faults() -> None:
     assert make_failed_output(request, BackendError("died")).record.result.faults == ["range drop=0.5"]
 
 
+@pytest.mark.slow
 def test_a_sweep_has_its_faults_in_every_run_its_command_and_its_table(
     cli: Cli, requests: list[RunRequest], tmp_path: Path
 ) -> None:

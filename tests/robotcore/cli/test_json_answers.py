@@ -27,6 +27,7 @@ def _answer(answer: Answer) -> tuple[str, str, int]:
     return answer.json["app"], answer.json["error"], answer.status
 
 
+@pytest.mark.slow
 @BOTH
 @pytest.mark.parametrize(
     "arguments, kind",
@@ -47,6 +48,7 @@ def test_a_wrong_command_is_reported_in_json_and_on_stderr(
     check_text(answer.err)
 
 
+@pytest.mark.slow
 @BOTH
 def test_an_app_file_that_cannot_be_imported_is_reported_with_its_traceback(
     cli: Cli, command: str, check_text: CheckText
@@ -73,6 +75,7 @@ def test_a_missing_backend_is_reported_with_its_remedy(
     check_text(error)
 
 
+@pytest.mark.slow
 def test_a_refused_folder_and_a_failing_backend_are_reported(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*_: object) -> None:
         raise BackendError("the simulator has gone")
@@ -85,6 +88,7 @@ def test_a_refused_folder_and_a_failing_backend_are_reported(cli: Cli, monkeypat
     assert _answer(cli("sweep", "green-search", "--json")) == ("green-search", "the simulator has gone", 3)
 
 
+@pytest.mark.slow
 @BOTH
 def test_without_json_nothing_is_on_stdout(cli: Cli, command: str, check_text: CheckText) -> None:
     answer = cli(command, "green-serch")
@@ -92,6 +96,7 @@ def test_without_json_nothing_is_on_stdout(cli: Cli, command: str, check_text: C
     check_text(answer.err)
 
 
+@pytest.mark.slow
 @BOTH
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_before_the_first_run_is_reported_in_json(
@@ -105,6 +110,7 @@ def test_a_signal_before_the_first_run_is_reported_in_json(
     check_text(answer.err)
 
 
+@pytest.mark.slow
 @BOTH
 def test_prints_of_an_imported_app_stay_out_of_the_json(cli: Cli, command: str, check_text: CheckText) -> None:
     Path("odd.py").write_text("print('hello')\n1 / 0\n")
@@ -113,6 +119,7 @@ def test_prints_of_an_imported_app_stay_out_of_the_json(cli: Cli, command: str, 
     check_text(answer.plain_err)
 
 
+@pytest.mark.slow
 def test_a_full_disk_does_not_change_the_exit_status() -> None:
     command = [sys.executable, "-m", "robotcore", "sweep", "green-serch", "--json"]
     with Path("/dev/full").open("w") as full:
@@ -122,6 +129,7 @@ def test_a_full_disk_does_not_change_the_exit_status() -> None:
     assert done.stderr.startswith("error: unknown app 'green-serch'")
 
 
+@pytest.mark.slow
 def test_apps_of_a_class_can_be_graded_if_one_of_them_is_broken(cli: Cli) -> None:
     works = "from robotcore import Behaviour, Status\nclass Ready(Behaviour):\n"
     Path("ann.py").write_text(f"{works}    def step(self, robot):\n        return Status.SUCCESS\n")

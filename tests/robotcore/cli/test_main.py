@@ -85,6 +85,7 @@ def test_unknown_option_is_reported_in_two_lines(cli: Cli) -> None:
     assert "robotcore run --help" in answer.err.splitlines()[1]
 
 
+@pytest.mark.slow
 def test_a_closed_pipe_prints_no_error() -> None:
     command = [sys.executable, "-m", "robotcore", "worlds"]
     read, write = os.pipe()
@@ -102,6 +103,7 @@ def test_an_interrupt_outside_a_run_has_exit_status_128_plus_sigint(cli: Cli, mo
     assert cli("backends").status == 130
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_an_interrupted_process_reports_the_signal_and_ends_by_it(app_file: AppFile, number: int) -> None:
     command = [sys.executable, "-m", "robotcore", "run", app_file(f"os.kill(os.getpid(), {int(number)})"), "--json"]
@@ -110,6 +112,7 @@ def test_an_interrupted_process_reports_the_signal_and_ends_by_it(app_file: AppF
     assert json.loads(done.stdout)["exit_status"] == 128 + number
 
 
+@pytest.mark.slow
 def test_buffered_output_is_written_before_the_process_ends(app_file: AppFile) -> None:
     halves = "import sys; sys.stdout.write('half'); sys.stderr.write('half')"
     deed = f"{halves}; os.kill(os.getpid(), {signal.SIGTERM:d})"
@@ -120,6 +123,7 @@ def test_buffered_output_is_written_before_the_process_ends(app_file: AppFile) -
     assert done.stdout.startswith("half")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not shutil.which("bash"), reason="there is no bash")
 def test_ctrl_c_also_ends_a_loop_of_the_shell(app_file: AppFile) -> None:
     line = shlex.join([sys.executable, "-m", "robotcore", "run", app_file("os.killpg(0, signal.SIGINT)")])

@@ -74,6 +74,7 @@ def test_an_error_of_an_app_cannot_forge_a_line(cli: Cli, app_file: AppFile) -> 
     assert all(each.isprintable() or each == "\n" for each in result.out)
 
 
+@pytest.mark.slow
 def test_the_reasons_of_a_sweep_cannot_forge_a_line(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
     app = app_file(f"raise ValueError({HOSTILE!r})")
     result = cli("sweep", app, "--world", "open", "--seeds", "1-2", "--jobs", "1", "--out", str(tmp_path / "out"))

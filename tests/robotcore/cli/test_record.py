@@ -57,6 +57,7 @@ def test_pictures_that_were_dropped_are_counted(
     assert cli("info", str(file), "--json").json["dropped_pictures"] == answer.json["dropped_pictures"]
 
 
+@pytest.mark.slow
 def test_the_recording_of_a_hanging_app_has_its_interventions(app_file: AppFile, tmp_path: Path) -> None:
     file = tmp_path / "run.mcap"
     command = [sys.executable, "-m", "robotcore", "run", app_file(DEAF), "--record", str(file), "--json"]

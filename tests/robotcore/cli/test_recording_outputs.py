@@ -15,6 +15,7 @@ from tests.robotcore.cli.conftest import Cli, RecordedRun
 from tests.texts import CheckText
 
 
+@pytest.mark.slow
 def test_info_names_the_table_even_if_the_video_fails(cli: Cli, search_recording: Path, tmp_path: Path) -> None:
     table = tmp_path / "run.csv"
     answers = cli("info", str(search_recording), "--csv", str(table), "--video", str(tmp_path / "gone" / "run.mp4"))
@@ -22,6 +23,7 @@ def test_info_names_the_table_even_if_the_video_fails(cli: Cli, search_recording
     assert answers.out.endswith(f"The table: {table}\n")
 
 
+@pytest.mark.slow
 def test_info_writes_table_picture_and_video(cli: Cli, recorded: RecordedRun, tmp_path: Path) -> None:
     picture, video = tmp_path / "a.png", tmp_path / "a.mp4"
     files = ["--picture", str(picture), "--csv", str(tmp_path), "--video", str(video)]
@@ -32,6 +34,7 @@ def test_info_writes_table_picture_and_video(cli: Cli, recorded: RecordedRun, tm
     assert video.stat().st_size > 10_000
 
 
+@pytest.mark.slow
 def test_device_without_a_video_is_refused(cli: Cli, search_recording: Path, check_text: CheckText) -> None:
     answers = cli("info", str(search_recording), "--device", "eye")
     assert answers.status == 2
@@ -243,6 +246,7 @@ def test_text_that_a_spreadsheet_would_read_as_a_formula_is_marked_as_text(
     assert rows[0]["time_s"] == "-5.0"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["escapes-in-result", "escapes-in-ticks", "poses-nan", "poses-1e308", "truth-1e308"])
 def test_a_recording_with_impossible_milestones_or_poses_has_a_picture(
     cli: Cli, search_recording: Path, tmp_path: Path, name: str

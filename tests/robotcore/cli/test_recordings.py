@@ -21,12 +21,14 @@ HEAD_BYTES = 9
 """The length of a record's head in an MCAP file, in bytes. The head has the record's kind and length."""
 
 
+@pytest.mark.slow
 def test_same_app_is_bit_equal(cli: Cli, recorded: RecordedRun, check_text: CheckText) -> None:
     answers = cli("replay", str(recorded.file))
     assert (answers.status, answers.err) == (0, "")
     check_text(answers.out, hide=[f"{recorded.ticks} ticks, {recorded.time}", *re.findall("[0-9a-f]{64}", answers.out)])
 
 
+@pytest.mark.slow
 def test_json_is_one_line_with_the_digests(cli: Cli, recorded: RecordedRun) -> None:
     answers = cli("replay", str(recorded.file), "--json").json
     assert (answers["bit_equal"], answers["deviation"], answers["exit_status"]) == (True, None, 0)
@@ -34,6 +36,7 @@ def test_json_is_one_line_with_the_digests(cli: Cli, recorded: RecordedRun) -> N
     assert answers["trace_sha256"] == answers["recorded_sha256"]
 
 
+@pytest.mark.slow
 def test_another_setting_is_evaluated_and_drawn(cli: Cli, search_recording: Path, tmp_path: Path) -> None:
     picture = tmp_path / "other.png"
     answers = cli("replay", str(search_recording), "--set", "speed_m_s=0.1", "--picture", str(picture), "--json")
@@ -119,6 +122,7 @@ def test_missing_extra_is_named_with_its_remedy(
     check_text(answers.err)
 
 
+@pytest.mark.slow
 def test_a_damaged_recording_is_replayed_up_to_the_damage(
     cli: Cli, search_recording: Path, tmp_path: Path, check_text: CheckText
 ) -> None:
@@ -137,6 +141,7 @@ def test_a_damaged_recording_is_replayed_up_to_the_damage(
     assert cli("replay", str(file), "--json").json["bit_equal"] is True
 
 
+@pytest.mark.slow
 def test_damage_between_two_chunks_loses_no_tick(cli: Cli, recorded: RecordedRun, tmp_path: Path) -> None:
     file = tmp_path / "damaged.mcap"
     chunk = _middle_chunk(recorded.file)
@@ -153,6 +158,7 @@ damages = st.one_of(
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", ["replay", "evaluate", "info", "compare"])
 @settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(damage=st.lists(damages, min_size=1, max_size=3))

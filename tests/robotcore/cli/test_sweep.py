@@ -30,6 +30,7 @@ def _enter_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
 
 
+@pytest.mark.slow
 def test_every_combination_is_run_and_reported(cli: Cli, requests: list[RunRequest]) -> None:
     done = cli("sweep", "avoid-obstacles", "--world", "open,arena", "--seeds", "1,3-4", "--set", "duration_s=0.2")
     assert done.status == 0
@@ -51,6 +52,7 @@ def test_json_is_one_line(cli: Cli, requests: list[RunRequest]) -> None:
     assert (group["verified_share"], group["success_share"]) == (None, 1.0)
 
 
+@pytest.mark.slow
 def test_json_repeats_the_request(cli: Cli, requests: list[RunRequest]) -> None:
     arguments = ("sweep", "green-search", "--timeout", "0.1", "--judge", "green-search", "--world", "open,arena")
     done = cli(*arguments, "--seeds", "5,1-2", "--json").json
@@ -58,12 +60,14 @@ def test_json_repeats_the_request(cli: Cli, requests: list[RunRequest]) -> None:
     assert (done["backends"], done["worlds"]) == (["kinematic"], ["open", "arena"])
 
 
+@pytest.mark.slow
 def test_the_page_explains_every_key(cli: Cli, requests: list[RunRequest]) -> None:
     done = cli(*SHORT, "--seeds", "1", "--json").json
     guide = (Path(__file__).parents[3] / "docs" / "sweeps.md").read_text(encoding="utf-8")
     assert [key for key in (*done, *done["groups"][0]) if f"`{key}`" not in guide] == []
 
 
+@pytest.mark.slow
 def test_json_numbers_have_six_decimals(cli: Cli, requests: list[RunRequest], monkeypatch: pytest.MonkeyPatch) -> None:
     times = iter((26.4, 26.500000000000007))
     monkeypatch.setattr(
@@ -80,6 +84,7 @@ def _perform_with_time(request: RunRequest, time: float) -> RunOutput:
     return RunOutput(replace(ended.record, result=result))
 
 
+@pytest.mark.slow
 def test_a_failing_engine_is_reported_with_the_finished_runs(
     cli: Cli, requests: list[RunRequest], monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
@@ -100,6 +105,7 @@ def test_a_failing_engine_is_reported_with_the_finished_runs(
     assert not Path("page").exists()
 
 
+@pytest.mark.slow
 def test_the_folder_has_the_record_of_each_run(cli: Cli, requests: list[RunRequest]) -> None:
     cli("sweep", "green-search", "--timeout", "0.6", "--seeds", "5", "--world", "open", "--out", "here")
     (record,) = map(Record.from_json, Path("here/results.jsonl").read_text().splitlines())
@@ -111,6 +117,7 @@ def test_the_folder_has_the_record_of_each_run(cli: Cli, requests: list[RunReque
     assert Path("here", record.picture).read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_failing_runs_are_reported_by_reason_with_a_command_and_all_of_them_by_a_file(
     cli: Cli, requests: list[RunRequest]
 ) -> None:
@@ -125,6 +132,7 @@ def test_failing_runs_are_reported_by_reason_with_a_command_and_all_of_them_by_a
     assert "\n  all failing runs: here/failures.csv\n" in done.out
 
 
+@pytest.mark.slow
 def test_a_missed_requirement_has_exit_status_1_with_the_value_and_the_bound(
     cli: Cli, requests: list[RunRequest], check_text: CheckText
 ) -> None:
@@ -137,6 +145,7 @@ def test_a_missed_requirement_has_exit_status_1_with_the_value_and_the_bound(
     check_text(done.out.splitlines()[-1])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "arguments, kind",
     [
@@ -194,6 +203,7 @@ def test_a_missing_backend_has_exit_status_3(cli: Cli, monkeypatch: pytest.Monke
     check_text(answer.err)
 
 
+@pytest.mark.slow
 def test_ctrl_c_in_a_terminal_stops_at_once(tmp_path: Path) -> None:
     app = tmp_path / "slow.py"
     app.write_text(
@@ -219,6 +229,7 @@ def test_every_field_of_a_request_has_an_option_except_gui_and_realtime() -> Non
     assert {plural.get(name, name) for name in fields} <= {parameter.name for parameter in command.params}
 
 
+@pytest.mark.slow
 def test_a_report_has_all_results_of_the_folder(
     cli: Cli, requests: list[RunRequest], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -233,6 +244,7 @@ def test_a_report_has_all_results_of_the_folder(
     assert done["command"] == line
 
 
+@pytest.mark.slow
 def test_a_report_has_the_requirements(cli: Cli, requests: list[RunRequest], monkeypatch: pytest.MonkeyPatch) -> None:
     done = _replace_report(monkeypatch)
     cli(*SHORT, "--seeds", "1", "--out", "here", "--report", "page", "--require", "contacts<=0")

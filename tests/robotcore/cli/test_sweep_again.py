@@ -22,6 +22,7 @@ def _enter_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
 
 
+@pytest.mark.slow
 def test_a_complete_sweep_runs_nothing_and_shows_its_date(
     cli: Cli, requests: list[RunRequest], check_text: CheckText
 ) -> None:
@@ -34,6 +35,7 @@ def test_a_complete_sweep_runs_nothing_and_shows_its_date(
     assert len(requests) == 4
 
 
+@pytest.mark.slow
 def test_finished_runs_are_reported_before_the_others(
     cli: Cli, requests: list[RunRequest], check_text: CheckText
 ) -> None:
@@ -47,6 +49,7 @@ def test_finished_runs_are_reported_before_the_others(
     assert len(requests) == 4
 
 
+@pytest.mark.slow
 def test_more_seeds_continue_a_sweep_and_fewer_run_nothing(cli: Cli, requests: list[RunRequest]) -> None:
     cli(*SHORT, "--seeds", "1-2")
     done = cli(*SHORT, "--seeds", "1-3", "--json").json
@@ -64,6 +67,7 @@ def test_the_hint_after_an_interrupted_fresh_sweep_leaves_fresh_out(
     check_text(done.err)
 
 
+@pytest.mark.slow
 def test_an_interrupt_keeps_finished_runs_and_shows_a_hint(
     cli: Cli, requests: list[RunRequest], monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:

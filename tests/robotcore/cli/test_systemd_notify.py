@@ -59,6 +59,7 @@ HANGS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("step", HANGS.values(), ids=HANGS)
 def test_hanging_service_exits_with_status_5(app_file: AppFile, short_watchdog: str, address: str, step: str) -> None:
     """systemd restarts a service after status 5, and does not after status 4."""

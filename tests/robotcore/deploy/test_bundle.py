@@ -70,6 +70,7 @@ def without_code(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("robotcore.deploy.bundle.shutil.copytree", lambda *_args, **_more: None)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("driver")
 def test_bundle_runs_alone_and_names_nothing_of_this_machine(
     tmp_path: Path, bundle_folder: Path, monkeypatch: pytest.MonkeyPatch
@@ -187,6 +188,7 @@ def test_project_that_names_an_ignored_file_is_refused(tmp_path: Path, bundle_fo
         build_bundle(project, bundle_folder)
 
 
+@pytest.mark.slow
 def test_compiled_code_is_refused(tmp_path: Path, raises: Raises) -> None:
     source = write(
         tmp_path / "lidar", {"pyproject.toml": BUILT + DRIVER, "lidar_x/__init__.py": "", "lidar_x/fast.so": ""}
@@ -196,6 +198,7 @@ def test_compiled_code_is_refused(tmp_path: Path, raises: Raises) -> None:
     assert not (tmp_path / "site").exists()
 
 
+@pytest.mark.slow
 def test_failed_build_is_reported_and_does_not_change_the_folder(tmp_path: Path) -> None:
     table = '[build-system]\nrequires = []\nbuild-backend = "own"\nbackend-path = ["."]\n'
     leaves_things = "def build_wheel(*_):\n    open('left', 'w').close()\n    raise OSError('no compiler')\n"

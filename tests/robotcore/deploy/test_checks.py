@@ -30,6 +30,7 @@ def build_small_bundle(project: Project, tmp_path: Path) -> Bundle:
     return Bundle(project, folder, ())
 
 
+@pytest.mark.slow
 def test_passing_tests_are_counted(tmp_path: Path) -> None:
     write(tmp_path, {"tests/test_a.py": "def test_a(): pass\ndef test_b(): pass\n"})
     said: list[str] = []
@@ -37,12 +38,14 @@ def test_passing_tests_are_counted(tmp_path: Path) -> None:
     assert said == ["pytest"]
 
 
+@pytest.mark.slow
 def test_failing_test_is_named_with_the_command_that_repeats_it(tmp_path: Path, raises: Raises) -> None:
     write(tmp_path, {"a b/test_a.py": "def test_a(): pass\ndef test_b(): assert 1 == 2\n"})
     with raises(UnprovenError, "tests-failed"):
         checks.run_tests(write_project(tmp_path), str)
 
 
+@pytest.mark.slow
 def test_tests_that_cannot_be_imported_fail(tmp_path: Path) -> None:
     write(tmp_path, {"test_a.py": "import nothing_of_that_name\n"})
     with pytest.raises(UnprovenError) as raised:
@@ -50,6 +53,7 @@ def test_tests_that_cannot_be_imported_fail(tmp_path: Path) -> None:
     assert raised.value.kind == "tests-failed"
 
 
+@pytest.mark.slow
 def test_hanging_tests_are_killed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(checks, "LIMIT_S", 3.0)
     write(tmp_path, {"test_a.py": "import time\ndef test_a(): time.sleep(600)\n"})
@@ -79,6 +83,7 @@ def test_robot_without_the_section_of_its_backend_fails_the_check(tmp_path: Path
     assert raised.value.kind == "description-check-failed"
 
 
+@pytest.mark.slow
 def test_endless_app_passes_if_it_has_no_contact(tmp_path: Path) -> None:
     write(
         tmp_path, {"drivers/__init__.py": "", "json.py": "raise ImportError"}
@@ -89,6 +94,7 @@ def test_endless_app_passes_if_it_has_no_contact(tmp_path: Path) -> None:
     assert "kinematic, arena, seeds 1: 0 of 1 runs" in said
 
 
+@pytest.mark.slow
 def test_simulation_uses_the_bundle_and_does_not_change_it(tmp_path: Path, raises: Raises) -> None:
     app = "import helper, packaged\n" + DRIVES_ON.replace("return", "open('log', 'a').close()\n        return")
     project = write_project(write(tmp_path, {"helper.py": ""}), app=app)
@@ -102,12 +108,14 @@ def test_simulation_uses_the_bundle_and_does_not_change_it(tmp_path: Path, raise
         simulation.simulate(bundle, str)
 
 
+@pytest.mark.slow
 def test_failing_run_is_reported_with_the_command_that_repeats_it(tmp_path: Path, raises: Raises) -> None:
     project = write_project(write(tmp_path / "a 'b", {}), app=RAISES)
     with raises(UnprovenError, "run-failed", seed=1):
         simulation.simulate(build_small_bundle(project, tmp_path), str)
 
 
+@pytest.mark.slow
 def test_hanging_app_fails_the_simulation(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(simulation, "HANG_MARGIN_S", 3.0 - RunRequest.timeout_s)
     project = write_project(tmp_path, app="import time\n" + DRIVES_ON.replace("return", "time.sleep(600); return"))
@@ -134,6 +142,7 @@ def test_required_bounds_decide_instead_of_the_runs(tmp_path: Path) -> None:
     assert raised.value.fields["missed"] == ("kinematic, arena: verified is 0.3, required verified>=0.5",)
 
 
+@pytest.mark.slow
 def test_file_without_an_app_is_reported(tmp_path: Path, raises: Raises) -> None:
     with raises(UnprovenError, "simulation-not-run"):
         simulation.simulate(build_small_bundle(write_project(tmp_path, app="x = 1\n"), tmp_path), str)

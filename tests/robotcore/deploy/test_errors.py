@@ -70,6 +70,7 @@ def test_host_without_a_route(raises: Raises) -> None:
         connect(host="224.0.0.1")
 
 
+@pytest.mark.slow
 def test_host_that_sends_nothing(monkeypatch: pytest.MonkeyPatch, raises: Raises) -> None:
     monkeypatch.setitem(ssh.MASTER_OPTIONS, "ConnectTimeout", 1)
     with socket.create_server(("127.0.0.1", 0)) as server:
@@ -209,6 +210,7 @@ def test_disabled_account(tmp_path: Path, raises: Raises) -> None:
         connect(server)
 
 
+@pytest.mark.slow
 def test_full_disk_of_the_robot(sshd: Sshd, tmp_path: Path, raises: Raises) -> None:
     (folder := tmp_path / "sent").mkdir()
     (folder / "big").write_bytes(os.urandom(1 << 20))
@@ -223,6 +225,7 @@ def test_full_disk_of_the_robot(sshd: Sshd, tmp_path: Path, raises: Raises) -> N
             link.send(folder, "incoming")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
 def test_connection_that_breaks_in_a_call(
     sshd: Sshd, add_action: AddAction, number: signal.Signals, monkeypatch: pytest.MonkeyPatch
@@ -248,6 +251,7 @@ def test_connection_that_breaks_in_a_call(
             os.kill(pid, signal.SIGCONT)
 
 
+@pytest.mark.slow
 def test_connection_that_breaks_in_a_transfer(sshd: Sshd, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The transfer is slow, because rsync reports progress only once a second."""
     monkeypatch.setattr(rsync, "COMMON_OPTIONS", (*rsync.COMMON_OPTIONS, "--bwlimit=500k"))

@@ -58,6 +58,7 @@ def fetch_all(link: RobotLink, local_folder: Path, *, moves: bool = False) -> tu
     return fetched, steps[-1]
 
 
+@pytest.mark.slow
 def test_new_recordings_are_copied_and_stay_on_the_robot(
     link: RobotLink, remote_folder: Path, local_folder: Path
 ) -> None:
@@ -68,6 +69,7 @@ def test_new_recordings_are_copied_and_stay_on_the_robot(
     assert progress.text == f"2 recordings, 72 bytes, to {local_folder}"
 
 
+@pytest.mark.slow
 def test_second_fetch_copies_only_new_recordings(link: RobotLink, remote_folder: Path, local_folder: Path) -> None:
     fetch_all(link, local_folder)
     (remote_folder / THIRD).write_text("new")
@@ -85,6 +87,7 @@ def test_file_with_other_content_is_never_overwritten(link: RobotLink, remote_fo
     assert FIRST in progress.details[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     ["evil.py", ".hidden.mcap", "a b.mcap", "\x1b[2J.mcap", "two\nlines.mcap", "ü.mcap", f"{'a' * 96}.mcap", "-x.mcap"],
@@ -101,6 +104,7 @@ def test_file_without_the_name_of_a_recording_is_named_and_stays_on_the_robot(
     assert "\x1b" not in str(progress)
 
 
+@pytest.mark.slow
 def test_other_kinds_of_files_are_named_and_stay_on_the_robot(
     link: RobotLink, remote_folder: Path, local_folder: Path
 ) -> None:
@@ -142,6 +146,7 @@ def act(layout):
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["folder.mcap", "link.mcap", "pipe.mcap", "large.mcap", "absent.mcap"])
 def test_file_that_differs_from_the_robots_list_is_not_kept(
     link: RobotLink, remote_folder: Path, local_folder: Path, add_action: AddAction, name: str
@@ -157,6 +162,7 @@ def test_file_that_differs_from_the_robots_list_is_not_kept(
     assert name == "absent.mcap" or (remote_folder / name).lstat()
 
 
+@pytest.mark.slow
 def test_transfer_ends_if_the_robot_sends_more_than_it_stated(
     link: RobotLink,
     remote_folder: Path,
@@ -184,6 +190,7 @@ def test_no_transfer_begins_if_the_disk_is_too_small(
     assert list_file_names(local_folder) == []
 
 
+@pytest.mark.slow
 def test_complete_recordings_are_kept_after_an_error(
     link: RobotLink, remote_folder: Path, local_folder: Path, add_action: AddAction
 ) -> None:
@@ -194,6 +201,7 @@ def test_complete_recordings_are_kept_after_an_error(
     assert list_file_names(local_folder) == [FIRST]
 
 
+@pytest.mark.slow
 def test_moved_recordings_are_deleted_on_the_robot(link: RobotLink, remote_folder: Path, local_folder: Path) -> None:
     fetch_all(link, local_folder)
     (remote_folder / THIRD).write_text("new")
@@ -202,6 +210,7 @@ def test_moved_recordings_are_deleted_on_the_robot(link: RobotLink, remote_folde
     assert list_file_names(local_folder) == [FIRST, SECOND, THIRD]
 
 
+@pytest.mark.slow
 def test_recording_with_other_content_here_is_not_deleted_on_the_robot(
     link: RobotLink, remote_folder: Path, local_folder: Path
 ) -> None:

@@ -142,6 +142,7 @@ def test_message_begins_with_the_error_of_robotcore(error: str, check_text: Chec
     check_text(health._format_failure(RobotAddress("robot"), result, "logs"))
 
 
+@pytest.mark.slow
 def test_client_connects_again_and_follows_the_check_to_its_end(robot: Sshd, add_action: AddAction) -> None:
     add_action("activate", GOES_ON)
     steps = follow_broken_connection(robot)
@@ -149,12 +150,14 @@ def test_client_connects_again_and_follows_the_check_to_its_end(robot: Sshd, add
     assert steps[-1].text == f"{NEW} is healthy; it runs"
 
 
+@pytest.mark.slow
 def test_client_resumes_with_the_release_that_the_robot_chose(robot: Sshd, add_action: AddAction) -> None:
     for action in ("activate", "rollback"):
         add_action(action, GOES_ON)
     assert follow_broken_connection(robot, "rollback", None)[-1].text == f"{OLD} is healthy; it runs"
 
 
+@pytest.mark.slow
 def test_lost_robot_is_an_error_with_the_command_for_its_status(
     robot: Sshd, add_action: AddAction, monkeypatch: pytest.MonkeyPatch
 ) -> None:

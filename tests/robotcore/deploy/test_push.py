@@ -106,6 +106,7 @@ def list_folders(robot: Sshd, below: str) -> set[str]:
     return {path.name for path in (robot.home / "robotcore" / below).glob("*") if path.is_dir()}
 
 
+@pytest.mark.slow
 def test_push_reports_each_step_and_sends_only_changes_again(push_request: Push, robot: Sshd) -> None:
     steps: list[StepProgress] = []
     before = push(push_request, lambda _: None)
@@ -122,6 +123,7 @@ def test_push_reports_each_step_and_sends_only_changes_again(push_request: Push,
     assert Release.read(current).name == release > before
 
 
+@pytest.mark.slow
 def test_offline_push_sends_the_wheels(
     push_request: Push, robot: Sshd, add_action: AddAction, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -132,6 +134,7 @@ def test_offline_push_sends_the_wheels(
     assert (robot.home / "robotcore" / "releases" / release / "wheels" / "widget.whl").read_text() == "machine code"
 
 
+@pytest.mark.slow
 def test_release_that_cannot_be_installed_is_deleted_and_the_current_one_stays(
     push_request: Push, robot: Sshd, add_action: AddAction, raises: Raises
 ) -> None:
@@ -172,6 +175,7 @@ def test_interrupted_push_describes_the_state_of_the_robot(
     check_text(describe_state_after(step, replace(push_request, host=RobotAddress("rover"), ssh_config=None)))
 
 
+@pytest.mark.slow
 def test_nothing_is_sent_to_a_robot_with_an_unsuitable_python(push_request: Push, robot: Sshd) -> None:
     before = list_folders(robot, "releases")
     metadata = push_request.project.metadata.model_copy(update={"requires_python": ">=3.13"})

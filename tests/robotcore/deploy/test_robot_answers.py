@@ -80,6 +80,7 @@ def parse_texts(model: type[RobotMessage], *pieces: bytes) -> list[str]:
     return [*said, *list_texts(answer.model_dump() if answer else None)]
 
 
+@pytest.mark.slow
 @settings(max_examples=100, deadline=None)
 @given(model=st.sampled_from(MODELS), messages=st.lists(st.dictionaries(st.sampled_from(KEYS), VALUES), max_size=3))
 def test_any_json_is_an_answer_or_damaged_and_its_texts_are_printable(
@@ -89,6 +90,7 @@ def test_any_json_is_an_answer_or_damaged_and_its_texts_are_printable(
     assert all(text.replace("\t", "").isprintable() for text in parse_texts(model, raw))
 
 
+@pytest.mark.slow
 @settings(max_examples=300, deadline=None)
 @given(model=st.sampled_from(MODELS), pieces=st.lists(st.binary() | st.just(b"\x1e") | st.just(b"\n"), max_size=8))
 def test_any_bytes_are_an_answer_or_damaged_and_their_texts_are_printable(
@@ -188,6 +190,7 @@ def test_invalid_answer_is_damaged(link: RobotLink, add_action: AddAction, raw: 
     assert str(caught.value).isprintable()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("piece", [b"x" * (1 << 16), b"x\n" * (1 << 15), b'\x1e{"say": "more"}\n' * 3000])
 def test_endless_output_ends_the_call(link: RobotLink, add_action: AddAction, piece: bytes) -> None:
     add_action("raw", RAW.format(raw=b"") + f"    while True:\n        sys.stdout.buffer.write({piece!r})\n")
@@ -196,6 +199,7 @@ def test_endless_output_ends_the_call(link: RobotLink, add_action: AddAction, pi
     assert caught.value.kind == DAMAGED
 
 
+@pytest.mark.slow
 def test_silence_ends_the_call(
     link: RobotLink, add_action: AddAction, monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:
@@ -210,6 +214,7 @@ def test_output_on_stderr_is_no_silence() -> None:
     assert answer == Home(home="/home/pi")
 
 
+@pytest.mark.slow
 def test_endless_stderr_fills_neither_memory_nor_disk(link: RobotLink, add_action: AddAction) -> None:
     flood = "    for _ in range(400):\n        sys.stderr.write('\\x1b]0;t' + 'x' * 100_000 + '\\n')\n    os._exit(3)\n"
     add_action("raw", RAW.format(raw=b"") + flood)

@@ -233,6 +233,7 @@ def test_progress_of_a_transfer_ends_with_all_bytes(link: RobotLink, folder: Pat
     assert progress[-1] == (sum(map(len, read_contents(folder).values())), 1.0)
 
 
+@pytest.mark.slow
 def test_next_transfer_resumes_an_incomplete_recording(
     link: RobotLink, robot: Sshd, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -174,6 +174,7 @@ def terminal(program: str, *arguments: str | Path) -> Iterator[Terminal]:
             os.close(line)
 
 
+@pytest.mark.slow
 def test_ssh_asks_for_a_host_key_and_a_passphrase(sshd: Sshd, tmp_path: Path) -> None:
     sshd.key.unlink()
     make_key(sshd.key, "open sesame")
@@ -189,6 +190,7 @@ def test_ssh_asks_for_a_host_key_and_a_passphrase(sshd: Sshd, tmp_path: Path) ->
         assert person.program.wait(ANSWERING_S) == 0
 
 
+@pytest.mark.slow
 def test_ctrl_c_ends_a_question(sshd: Sshd, tmp_path: Path) -> None:
     sshd.key.unlink()
     make_key(sshd.key, "open sesame")
@@ -212,6 +214,7 @@ def folder(sshd: Sshd, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_ctrl_c_ends_a_transfer_and_leaves_no_file(sshd: Sshd, folder: Path) -> None:
     with TemporaryDirectory(dir=ssh.SOCKET_FOLDER) as room, terminal(SEND, sshd.config, room, folder) as person:
         person.read_until("sending")
@@ -225,6 +228,7 @@ def test_ctrl_c_ends_a_transfer_and_leaves_no_file(sshd: Sshd, folder: Path) -> 
     assert not (sshd.home / "robotcore" / "incoming" / "big").exists()
 
 
+@pytest.mark.slow
 def test_connection_ends_if_the_client_is_killed(sshd: Sshd, folder: Path) -> None:
     with TemporaryDirectory(dir=ssh.SOCKET_FOLDER) as room, terminal(SEND, sshd.config, room, folder) as person:
         person.read_until("sending")

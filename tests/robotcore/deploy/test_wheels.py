@@ -41,6 +41,7 @@ def fetch(tmp_path: Path, *requirements: str, target: Platform = PI) -> list[str
     return sorted(path.name for path in fetch_wheels(requirements, target, str, tmp_path / "cache").iterdir())
 
 
+@pytest.mark.slow
 def test_wheels_fit_the_robot_and_are_cached(tmp_path: Path, publish: Publish, monkeypatch: pytest.MonkeyPatch) -> None:
     needs = ("there; python_version == '3.12'", "on_pi; platform_machine == 'aarch64'")
     publish("fast", "cp312-cp312-manylinux_2_28_aarch64", needs)
@@ -58,6 +59,7 @@ def test_wheels_fit_the_robot_and_are_cached(tmp_path: Path, publish: Publish, m
     assert fetch(tmp_path, *requirements) == first
 
 
+@pytest.mark.slow
 def test_package_without_a_wheel_for_the_robot_is_named_and_nothing_is_cached(
     tmp_path: Path, publish: Publish, raises: Raises
 ) -> None:
@@ -74,6 +76,7 @@ def test_requirement_with_an_address_is_refused(tmp_path: Path, address: str, ra
         fetch(tmp_path, f"thing @ {address}")
 
 
+@pytest.mark.slow
 def test_pure_python_package_without_a_wheel_is_built(tmp_path: Path, publish: Publish) -> None:
     publish("source")
     wheel = tmp_path / "index" / "source-1.0-py3-none-any.whl"
@@ -99,6 +102,7 @@ def build_wheel(folder, *_):
     assert fetch(tmp_path, "source") == [wheel.name]
 
 
+@pytest.mark.slow
 def test_unreachable_package_index_is_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, raises: Raises) -> None:
     monkeypatch.setenv("PIP_CONFIG_FILE", "/dev/null")
     monkeypatch.setenv("PIP_INDEX_URL", "http://127.0.0.1:9/simple")

@@ -85,6 +85,7 @@ def test_random_bytes_load_or_are_refused_with_a_line_for_each_mistake(
     check(tmp_path, content, load)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("load", [load_any, load_robot, load_world])
 @QUICK
 @given(text=mutations())
@@ -138,6 +139,7 @@ def format_toml(value: Any) -> str:
     return repr(value) if isinstance(value, float) else json.dumps(value).replace("\x7f", "\\u007f")
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("_imported_drivers")
 @settings(QUICK, max_examples=200)
 @given(table=tables())

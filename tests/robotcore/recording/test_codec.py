@@ -73,6 +73,7 @@ events = (
 )
 
 
+@pytest.mark.slow
 @given(events)
 def test_decoded_event_has_the_same_doubles(event: Any) -> None:
     again = from_json(type(event), to_json(event))

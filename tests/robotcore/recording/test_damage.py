@@ -83,6 +83,7 @@ def test_file_cut_at_any_byte_is_read_or_refused(short_run: RecordedRun, file: P
             assert part.is_cut
 
 
+@pytest.mark.slow
 @given(st.data())
 @settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_flipped_bytes_add_no_content(short_run: RecordedRun, file: Path, data: st.DataObject) -> None:

@@ -104,6 +104,7 @@ def read_all(file: Path) -> Recording | None:
     return recording
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FILES)
 def test_hostile_file_is_refused_or_read_up_to_its_damage(base: Path, tmp_path: Path, name: str) -> None:
     file = tmp_path / "hostile.mcap"
@@ -115,6 +116,7 @@ def test_hostile_file_is_refused_or_read_up_to_its_damage(base: Path, tmp_path: 
         assert not recording.damage or recording.damage.startswith("byte ")
 
 
+@pytest.mark.slow
 def test_memory_is_limited_for_compression_bombs(base: Path, tmp_path: Path) -> None:
     files = []
     for number, name in enumerate(BOMBS):
@@ -133,6 +135,7 @@ def main(*files: str) -> None:
     assert most < MEMORY_BYTES, f"{most} bytes"
 
 
+@pytest.mark.slow
 @given(number=st.integers(0, 2**32))
 @settings(max_examples=120, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_file_changed_at_random_is_refused_or_read(content: Content, tmp_path: Path, number: int) -> None:

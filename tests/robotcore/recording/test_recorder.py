@@ -32,6 +32,7 @@ def file(tmp_path: Path) -> Path:
     return tmp_path / "run.mcap"
 
 
+@pytest.mark.slow
 def test_killed_process_loses_only_the_last_moment(file: Path) -> None:
     with subprocess.Popen([*COMMAND, str(file)], stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout
@@ -46,6 +47,7 @@ def test_killed_process_loses_only_the_last_moment(file: Path) -> None:
     assert float(lines[-1]) - recording.ticks[-1].time < 1.2
 
 
+@pytest.mark.slow
 def test_process_killed_at_its_first_tick_leaves_the_metadata(file: Path) -> None:
     with subprocess.Popen([*COMMAND, str(file)], stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout
@@ -72,6 +74,7 @@ def test_first_tick_is_in_the_file_at_once(file: Path, monkeypatch: pytest.Monke
     run(RunRequest(IRREGULAR_APP), [recorder, Waiting()], [recorder.layer])
 
 
+@pytest.mark.slow
 def test_recording_of_an_interrupted_run_is_whole(file: Path) -> None:
     with subprocess.Popen([*COMMAND, str(file)], stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout
@@ -100,6 +103,7 @@ def test_signal_before_the_metadata_leaves_a_closed_file(
         read(file)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("limit", [100, 5_000, 20_000])
 def test_full_disk_ends_the_recording_and_not_the_run(file: Path, limit: int) -> None:
     done = subprocess.run([*COMMAND, str(file), str(limit)], capture_output=True, text=True, check=True, timeout=100)
@@ -110,6 +114,7 @@ def test_full_disk_ends_the_recording_and_not_the_run(file: Path, limit: int) ->
     assert file.stat().st_size <= limit
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("is_lockstep", [True, False])
 def test_limit_ends_the_recording_and_not_the_run(
     file: Path, monkeypatch: pytest.MonkeyPatch, is_lockstep: bool

@@ -213,6 +213,7 @@ class TestObservers:
         assert [[name for name, _ in each.calls] for each in observers] == [["begin", "end"]] * 2
 
 
+@pytest.mark.slow
 def test_motors_stand_before_the_program_is_suspended(perform: Runner, backend: RigBackend) -> None:
     stood: list[Any] = []
     held: list[int] = []

@@ -83,6 +83,7 @@ def files(folder: Path, robot: str, world: str) -> dict[str, Any]:
     return {"robot": str(folder / "robot.toml"), "world": str(folder / "world.toml")}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("backend", ["kinematic", "mock", "pybullet"])
 @settings(QUICK, max_examples=60)
 @given(

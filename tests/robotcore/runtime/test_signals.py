@@ -195,6 +195,7 @@ def test_signal_stops_the_motors_and_ends_the_run(
     assert result["releases"] == [1, 1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("app", ["impervious", "beyond_python"])
 def test_process_of_an_app_that_never_returns_ends_after_stop_and_report(app: str) -> None:
     command = [sys.executable, "-m", "tests.robotcore.runtime.interrupted_run", app]
@@ -206,6 +207,7 @@ def test_process_of_an_app_that_never_returns_ends_after_stop_and_report(app: st
     assert json.loads(result)["wheels"] == [0.0, 0.0]
 
 
+@pytest.mark.slow
 def test_third_signal_ends_the_process_after_stop_and_report() -> None:
     command = [sys.executable, "-m", "tests.robotcore.runtime.interrupted_run", "impervious"]
     with subprocess.Popen(command, cwd=RUN.parents[3], stdout=subprocess.PIPE, text=True) as process:

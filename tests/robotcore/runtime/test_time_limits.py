@@ -126,6 +126,7 @@ def test_simulator_that_hangs_in_a_sleep_ends_the_run(
     assert backend.rig.wheels == (0.0, 0.0)
 
 
+@pytest.mark.slow
 def test_other_motor_stops_if_one_hangs(
     perform: Runner, backend: RigBackend, hasty: RunRequest, gate: threading.Event
 ) -> None:
@@ -152,6 +153,7 @@ def test_stop_that_hangs_at_the_end_is_reported_and_the_other_motor_stops(
     assert backend.rig.right.sent[-1] == 0.0
 
 
+@pytest.mark.slow
 def test_slow_stop_of_a_simulated_motor_is_no_hang(perform: Runner, backend: RigBackend, check_text: CheckText) -> None:
     def dawdle(robot: Robot) -> None:
         wall = MonotonicClock()
@@ -182,6 +184,7 @@ def test_observer_that_hangs_ends_the_run(
     assert backend.rig.wheels == (0.0, 0.0)
 
 
+@pytest.mark.slow
 def test_simulated_time_waits_for_an_observer(perform: Runner, hasty: RunRequest, gate: threading.Event) -> None:
     class Slow(Watcher):
         def tick(self, record: TickRecord) -> None:
@@ -193,6 +196,7 @@ def test_simulated_time_waits_for_an_observer(perform: Runner, hasty: RunRequest
     assert result.outcome is Outcome.SUCCESS
 
 
+@pytest.mark.slow
 def test_dragged_window_ends_no_run(
     perform: Runner,
     backend: RigBackend,
@@ -236,6 +240,7 @@ threading.active_count()
 """This program runs in another process, so that the test can end it if it hangs."""
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.gettrace() is not None, reason="an exception that is raised in a thread may end in its tracer")
 def test_run_outside_the_main_thread_is_interrupted_in_python_code(
     perform: Runner, backend: RigBackend, hasty: RunRequest
@@ -253,5 +258,6 @@ def test_run_outside_the_main_thread_is_interrupted_in_python_code(
     assert backend.rig.wheels == (0.0, 0.0)
 
 
+@pytest.mark.slow
 def test_tracer_works_after_a_run_outside_the_main_thread() -> None:
     subprocess.run([sys.executable, "-c", RUN_THEN_TRACE], check=True, timeout=60)

@@ -117,6 +117,7 @@ def refuse(point: int, function: Callable[[], object]) -> None:
     assert not is_alive, f"it hangs where allocation {point} is refused"
 
 
+@pytest.mark.slow
 def test_second_press_of_the_e_stop_stops_every_motor(robots: Callable[[], Robot]) -> None:
     for point in range(POINTS):
         robot, error = robots(), EmergencyStopError("pressed")
@@ -128,6 +129,7 @@ def test_second_press_of_the_e_stop_stops_every_motor(robots: Callable[[], Robot
         assert robot.latch.last_velocities == Wheels(2.0, 2.0), point
 
 
+@pytest.mark.slow
 def test_second_call_of_the_clock_stops_every_motor(robots: Callable[[], Robot]) -> None:
     for point in range(POINTS):
         robot = robots()

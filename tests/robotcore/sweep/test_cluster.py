@@ -104,6 +104,7 @@ def _run(engine: Engine, sweep: Sweep) -> dict[str, Record]:
     return {record.command: replace(record, result=replace(record.result, wall_time_s=0.0)) for record in records}
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("workers")
 def test_a_worker_that_is_killed_loses_no_run(scheduler: str, app_file: AppFile, tmp_path: Path) -> None:
     once = str(tmp_path / "once")
@@ -115,6 +116,7 @@ def test_a_worker_that_is_killed_loses_no_run(scheduler: str, app_file: AppFile,
     assert swept == _run(LocalEngine(1), sweep)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("code", ["Event().wait()", "os._exit(0)", "os.kill(os.getpid(), signal.SIGSEGV)"])
 def test_a_run_that_hangs_or_dies_is_tried_once(
     lab: str, app_file: AppFile, tmp_path: Path, code: str, check_text: CheckText
@@ -127,6 +129,7 @@ def test_a_run_that_hangs_or_dies_is_tried_once(
     assert (record.result.app, record.result.world, tries.read_text()) == (sweep.request.app, "open", "I")
 
 
+@pytest.mark.slow
 def test_a_judge_is_sent_with_the_modules_beside_it(
     lab: str, app_file: AppFile, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -143,6 +146,7 @@ def test_a_judge_is_sent_with_the_modules_beside_it(
     assert [(result.reason, result.verified) for result in results] == [("app", True)] * 2
 
 
+@pytest.mark.slow
 def test_an_error_in_a_file_has_the_name_that_the_user_gave(
     lab: str, app_file: AppFile, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -157,6 +161,7 @@ def test_an_error_in_a_file_has_the_name_that_the_user_gave(
         assert _run(ClusterEngine(lab), each) == _run(LocalEngine(1), each)
 
 
+@pytest.mark.slow
 def test_changed_files_are_sent_again(lab: str, app_file: AppFile, monkeypatch: pytest.MonkeyPatch) -> None:
     app = Path(app_file("self.reason = helper.WORDS", head="import helper"))
     world = app.with_name("mine.toml")
@@ -171,12 +176,14 @@ def test_changed_files_are_sent_again(lab: str, app_file: AppFile, monkeypatch: 
         assert set(records) == {format_command(request) for request in sweep.requests()}
 
 
+@pytest.mark.slow
 def test_an_app_that_raises_fails_its_run_alone(lab: str, app_file: AppFile, check_text: CheckText) -> None:
     sweep = make_sweep(app_file("1 / 0"), seeds=1)
     (record,) = _run(ClusterEngine(lab), sweep).values()
     check_text(record.result.reason)
 
 
+@pytest.mark.slow
 def test_a_missing_file_fails_the_run_that_reads_it(lab: str, app_file: AppFile, check_text: CheckText) -> None:
     app = Path(app_file())
     app.write_text(app.read_text() + "\n    stopping = property(lambda self: open('/no/such/file'))\n")
@@ -192,6 +199,7 @@ def _get_worker(error: RobotcoreError) -> str:
     return worker
 
 
+@pytest.mark.slow
 def test_workers_with_another_library_are_refused(
     lab: str, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
@@ -220,6 +228,7 @@ def test_a_cluster_without_workers_is_refused(scheduler: str, raises: Raises) ->
         _run(ClusterEngine(scheduler), make_sweep("green-search"))
 
 
+@pytest.mark.slow
 def test_a_sweep_ends_if_the_workers_are_gone_with_their_results(
     scheduler: str,
     workers: list[subprocess.Popen[str]],
@@ -245,6 +254,7 @@ def _await_idle(scheduler: str) -> None:
             pass
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("workers")
 def test_a_scheduler_that_is_gone_is_reported(
     scheduler_process: subprocess.Popen[str], scheduler: str, app_file: AppFile, raises: Raises
@@ -264,6 +274,7 @@ def test_an_address_without_a_scheduler_is_refused(raises: Raises) -> None:
             _run(ClusterEngine(absent), make_sweep("green-search"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("answer", [b"", b"HTTP/1.1 400 Bad Request\r\n\r\n", b"\xff" * 4096])
 def test_an_address_of_another_program_fails_within_seconds(
     tmp_path: Path, answer: bytes, check_text: CheckText

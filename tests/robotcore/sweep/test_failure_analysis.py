@@ -70,12 +70,14 @@ def test_the_split_with_the_least_p_comes_first() -> None:
     assert [each.condition for each in find_splits(records)] == ["strong", "weak"]
 
 
+@pytest.mark.slow
 def test_one_sweep_of_twenty_has_a_significant_split_by_chance(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of 300 sweeps, 15 have such a split on average. With a probability of 98 %, at most 23 sweeps have one."""
     monkeypatch.setattr(permutation_test, "SHUFFLES", 199)
     assert 4 <= sum(bool(find_splits(_fail_by_chance(random.Random(seed)))) for seed in range(300)) <= 23
 
 
+@pytest.mark.slow
 def test_backends_that_fail_with_the_same_seeds_give_no_more_splits_by_chance(monkeypatch: pytest.MonkeyPatch) -> None:
     """If the runs of both backends counted as independent, every second sweep would have a significant split."""
     monkeypatch.setattr(permutation_test, "SHUFFLES", 199)

@@ -32,6 +32,7 @@ def _execute(sweep: Sweep, engine: LocalEngine) -> dict[int | None, Record]:
     return {record.result.seed: record for record, _ in engine.perform(sweep, sweep.requests())}
 
 
+@pytest.mark.slow
 def test_a_run_of_a_sweep_has_the_result_of_a_single_run(app_file: AppFile) -> None:
     sweep = make_sweep(app_file(), seeds=3)
     records = _execute(sweep, LocalEngine(2))
@@ -43,6 +44,7 @@ def test_a_run_of_a_sweep_has_the_result_of_a_single_run(app_file: AppFile) -> N
         assert swept == alone
 
 
+@pytest.mark.slow
 def test_a_path_has_a_point_every_half_second() -> None:
     sweep = Sweep(RunRequest("avoid-obstacles", settings={"duration_s": 2.0}), worlds=("open",), seeds=(1,))
     path = _execute(sweep, LocalEngine(1))[1].path
@@ -51,6 +53,7 @@ def test_a_path_has_a_point_every_half_second() -> None:
     assert path[0][1:] != path[-1][1:]
 
 
+@pytest.mark.slow
 def test_an_app_that_raises_fails_each_run(app_file: AppFile, check_text: CheckText) -> None:
     sweep = make_sweep(app_file("1 / 0"))
     for output in LocalEngine(1).perform(sweep, sweep.requests()):
@@ -60,6 +63,7 @@ def test_an_app_that_raises_fails_each_run(app_file: AppFile, check_text: CheckT
         assert output.picture.startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_a_worker_that_dies_fails_its_run_alone(app_file: AppFile, tmp_path: Path, check_text: CheckText) -> None:
     code = f"open({str(tmp_path / 'once')!r}, 'x'); os.kill(os.getpid(), signal.SIGKILL)"
     sweep = make_sweep(app_file(f"(not os.path.exists({str(tmp_path / 'once')!r})) and exec({code!r})"), seeds=3)
@@ -70,6 +74,7 @@ def test_a_worker_that_dies_fails_its_run_alone(app_file: AppFile, tmp_path: Pat
     assert [result.outcome for result in results].count(Outcome.SUCCESS) == 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("code", ["os._exit(0)", "os._exit(1)", "os.kill(os.getpid(), signal.SIGTERM)"])
 def test_a_worker_that_exits_is_reported_at_once_with_its_status(
     app_file: AppFile, code: str, check_text: CheckText
@@ -78,6 +83,7 @@ def test_a_worker_that_exits_is_reported_at_once_with_its_status(
     check_text(record.result.reason)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("start", ["os.system('sleep 60 &')", "os.fork() or Event().wait()"])
 def test_a_worker_that_exits_is_reported_at_once_even_if_its_child_still_runs(
     app_file: AppFile, tmp_path: Path, start: str, check_text: CheckText
@@ -92,12 +98,14 @@ def test_a_worker_that_exits_is_reported_at_once_even_if_its_child_still_runs(
     check_text(record.result.reason)
 
 
+@pytest.mark.slow
 def test_a_process_that_an_app_forks_cannot_reply(app_file: AppFile) -> None:
     sweep = make_sweep(app_file("os.fork() or Event().wait(0.02)"), seeds=20)
     seeds = [output.record.result.seed for output in LocalEngine(1).perform(sweep, sweep.requests())]
     assert seeds == list(sweep.seeds)
 
 
+@pytest.mark.slow
 def test_the_states_of_an_app_may_be_an_enumeration_in_its_file(app_file: AppFile) -> None:
     app = Path(app_file(head="from enum import Enum\nclass Phase(str, Enum):\n    GO = 'go'"))
     app.write_text(app.read_text() + "\n    milestones = (Phase.GO,)\n    state = Phase.GO\n")
@@ -105,17 +113,20 @@ def test_the_states_of_an_app_may_be_an_enumeration_in_its_file(app_file: AppFil
     assert (record.result.outcome, list(record.result.milestones)) == (Outcome.SUCCESS, ["go"])
 
 
+@pytest.mark.slow
 def test_an_app_that_calls_exit_fails_its_run(app_file: AppFile, check_text: CheckText) -> None:
     (record,) = _execute(make_sweep(app_file("raise SystemExit(0)"), seeds=1), LocalEngine(1)).values()
     check_text(record.result.reason)
 
 
+@pytest.mark.slow
 def test_a_worker_may_die_of_a_signal_without_a_name(app_file: AppFile, check_text: CheckText) -> None:
     sweep = make_sweep(app_file("os.kill(os.getpid(), signal.SIGRTMIN + 1)"), seeds=1)
     (record,) = _execute(sweep, LocalEngine(1)).values()
     check_text(record.result.reason, hide=[signal.SIGRTMIN + 1])
 
 
+@pytest.mark.slow
 def test_a_run_that_hangs_is_ended(app_file: AppFile, check_text: CheckText) -> None:
     sweep = make_sweep(app_file("Event().wait()"), seeds=1)
     (record,) = _execute(sweep, LocalEngine(1, wall_timeout_s=3.0)).values()
@@ -124,6 +135,7 @@ def test_a_run_that_hangs_is_ended(app_file: AppFile, check_text: CheckText) -> 
     assert record.result.wall_time_s >= 3.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("judge, verified", [("green-search", False), (None, None)])
 def test_a_run_that_died_is_not_verified_if_there_is_a_judge(
     app_file: AppFile, judge: str | None, *, verified: bool | None
@@ -135,6 +147,7 @@ def test_a_run_that_died_is_not_verified_if_there_is_a_judge(
     assert record.result.wall_time_s > 0.0
 
 
+@pytest.mark.slow
 def test_a_process_that_a_hanging_run_started_ends_with_the_run(app_file: AppFile, tmp_path: Path) -> None:
     id_file = tmp_path / "id"
     sweep = make_sweep(app_file(f"os.system('sleep 60 & echo $! > {id_file}'); Event().wait()"), seeds=1)
@@ -142,6 +155,7 @@ def test_a_process_that_a_hanging_run_started_ends_with_the_run(app_file: AppFil
     _require_gone(int(id_file.read_text()))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("end, outcome", [("pass", "success"), ("os._exit(3)", "error"), ("Event().wait()", "error")])
 def test_a_process_in_its_own_session_ends_with_the_sweep(
     app_file: AppFile, tmp_path: Path, end: str, outcome: str
@@ -154,11 +168,13 @@ def test_a_process_in_its_own_session_ends_with_the_sweep(
         os.kill(int(id_file.read_text()), 0)
 
 
+@pytest.mark.slow
 def test_a_sweep_closes_standard_error_even_if_a_run_started_a_process(app_file: AppFile, tmp_path: Path) -> None:
     command = [sys.executable, "-m", "robotcore", *_sweep(app_file(OWN_SESSION), tmp_path)]
     subprocess.run(command, capture_output=True, check=True, timeout=50.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "code",
     [
@@ -179,6 +195,7 @@ def test_a_run_that_writes_to_the_pipe_of_its_worker_fails_alone(app_file: AppFi
 FORGED_ERROR = {"result": None, "error": {"robotcore.errors": ["BackendError", ["forged"], {"exit_status": 0}]}}
 
 
+@pytest.mark.slow
 def test_an_error_that_an_app_forges_fails_its_run_alone(app_file: AppFile) -> None:
     sweep = make_sweep(app_file(_make_forging_code(FORGED_ERROR)), seeds=3)
     records = _execute(sweep, LocalEngine(1))
@@ -186,6 +203,7 @@ def test_an_error_that_an_app_forges_fails_its_run_alone(app_file: AppFile) -> N
     assert all(record.result.exit_status for record in records.values())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "key, value", [("seed", 2), ("app", "x.py"), ("backend", "mock"), ("robot", "lookout"), ("world", "arena")]
 )
@@ -199,6 +217,7 @@ def test_a_record_of_another_run_that_an_app_forges_fails_its_run_alone(
     assert (record.result.outcome, getattr(record.result, key) == value) == (Outcome.ERROR, False)
 
 
+@pytest.mark.slow
 def test_an_app_cannot_forge_the_command_and_the_path_of_the_picture(app_file: AppFile) -> None:
     app = app_file()
     line = _make_forged_line(app)
@@ -218,6 +237,7 @@ def _make_forging_code(answer: dict[str, Any]) -> str:
     return f"[os.write(fd, {line!r}) for fd in {PIPES}] and Event().wait()"
 
 
+@pytest.mark.slow
 def test_long_reasons_are_cut(app_file: AppFile, check_text: CheckText) -> None:
     sweep = make_sweep(app_file("raise ValueError('x' * 20_000_000)"), seeds=1)
     (record,) = _execute(sweep, LocalEngine(1)).values()
@@ -226,6 +246,7 @@ def test_long_reasons_are_cut(app_file: AppFile, check_text: CheckText) -> None:
     check_text(re.sub("x+", "x", record.result.reason))
 
 
+@pytest.mark.slow
 def test_a_run_that_died_has_its_conditions(app_file: AppFile) -> None:
     request = RunRequest(app_file("os._exit(1)"), timeout_s=5.0, randomise=True)
     sweep = Sweep(request, worlds=("open",), seeds=(1,))
@@ -234,12 +255,14 @@ def test_a_run_that_died_has_its_conditions(app_file: AppFile) -> None:
     assert record.result.conditions == Plan.of(next(sweep.requests())).drawn != {}
 
 
+@pytest.mark.slow
 def test_a_run_of_an_app_that_cannot_be_imported_has_its_conditions(app_file: AppFile) -> None:
     (record,) = _execute(make_sweep(app_file(head="1 / 0"), seeds=1), LocalEngine(1)).values()
     assert record.result.outcome is Outcome.ERROR
     assert record.result.conditions
 
 
+@pytest.mark.slow
 def test_a_run_in_a_world_that_cannot_be_drawn_has_no_conditions(app_file: AppFile, tmp_path: Path) -> None:
     world = tmp_path / "tight.toml"
     world.write_text('name = "tight"\n[floor]\nlength_m = 0.3\nwidth_m = 0.3\n')
@@ -254,6 +277,7 @@ if "robotcore.sweep.worker" in sys.orig_argv[-1]:
 """
 
 
+@pytest.mark.slow
 def test_ctrl_c_while_workers_start_is_reported_once(app_file: AppFile, tmp_path: Path) -> None:
     """A terminal sends SIGINT to the whole process group. No worker is in the group."""
     (tmp_path / "sitecustomize.py").write_text(INTERRUPT_AT_START_OF_WORKER)
@@ -270,6 +294,7 @@ def test_ctrl_c_while_workers_start_is_reported_once(app_file: AppFile, tmp_path
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.slow
 def test_a_worker_blocks_no_signals_after_its_start(app_file: AppFile) -> None:
     code = "assert not signal.pthread_sigmask(signal.SIG_BLOCK, ())"
     assert _execute(make_sweep(app_file(code), seeds=1), LocalEngine(1))[1].result.outcome is Outcome.SUCCESS
@@ -291,6 +316,7 @@ def test_workers_compute_with_one_thread_each(app_file: AppFile) -> None:
     assert _execute(sweep, LocalEngine(1))[1].result.outcome is Outcome.SUCCESS
 
 
+@pytest.mark.slow
 def test_a_worker_ends_if_its_parent_is_killed(app_file: AppFile, tmp_path: Path) -> None:
     id_file = tmp_path / "worker"
     app = app_file(f"open({str(id_file)!r}, 'w').write(str(os.getpid())); os.kill({SWEEP_ID}, 9); Event().wait()")
@@ -299,6 +325,7 @@ def test_a_worker_ends_if_its_parent_is_killed(app_file: AppFile, tmp_path: Path
     _require_gone(int(id_file.read_text()))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "code", ["print('verified')", "os.system('echo verified')", "(print('verified'), os._exit(0))"]
 )
@@ -321,6 +348,7 @@ def _require_gone(process: int) -> None:
         assert select([ended], [], [], 30.0)[0]
 
 
+@pytest.mark.slow
 def test_a_sweep_resumes_with_the_missing_runs(tmp_path: Path, app_file: AppFile) -> None:
     sweep = make_sweep(app_file(), seeds=3)
     first = run_sweep(sweep, _PartialEngine(1), tmp_path / "out")

@@ -19,6 +19,7 @@ from tests.robotcore.sweep.conftest import SWEEP_ID, AppFile, make_sweep
 from tests.texts import CheckText, Raises
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "head, kind",
     [
@@ -42,6 +43,7 @@ def test_an_app_that_calls_exit_at_import_is_refused(app_file: AppFile, head: st
     check_text(raised.value)
 
 
+@pytest.mark.slow
 def test_an_app_that_hangs_in_its_constructor_is_refused(app_file: AppFile, raises: Raises) -> None:
     app = Path(app_file())
     app.write_text(app.read_text() + "\n    def __init__(self):\n        Event().wait()\n")
@@ -57,6 +59,7 @@ def test_the_preflight_reports_whether_runs_can_be_verified(app: str, judge: str
     assert preflight(Sweep(RunRequest(app, judge=judge), seeds=(1,))) is has_verify
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["drivers", "apps"])
 def test_a_module_beside_an_app_may_have_the_name_of_a_package(app_file: AppFile, name: str) -> None:
     app = Path(app_file())
@@ -76,6 +79,7 @@ def test_an_error_at_import_comes_with_its_traceback(app_file: AppFile, raises: 
     assert 'odd.py", line 5, in <module>\n    1 / 0' in raised.value.traceback
 
 
+@pytest.mark.slow
 def test_an_error_class_of_the_app_keeps_its_text(app_file: AppFile, raises: Raises) -> None:
     head = "from robotcore.errors import UsageError\nclass Own(UsageError): pass\nraise Own('too fast')"
     with raises(BehaviourError, "app-not-importable"):
@@ -94,6 +98,7 @@ def test_a_judge_that_ends_the_process_is_refused(app_file: AppFile, tmp_path: P
         preflight(replace(sweep, request=replace(sweep.request, judge=f"{judge}:Strict")))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "sweep, error, status",
     [
@@ -119,6 +124,7 @@ def test_a_backend_that_ends_the_process_is_refused(app_file: AppFile, raises: R
         preflight(make_sweep(str(app)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("code", ["pass", "os._exit(0)", "1 / 0"])
 def test_the_process_of_the_sweep_does_not_import_the_app(app_file: AppFile, tmp_path: Path, code: str) -> None:
     importers = tmp_path / "importers"
@@ -128,6 +134,7 @@ def test_the_process_of_the_sweep_does_not_import_the_app(app_file: AppFile, tmp
     assert str(os.getpid()) not in importers.read_text().split()
 
 
+@pytest.mark.slow
 def test_ctrl_c_during_the_preflight_ends_both_processes(
     app_file: AppFile, tmp_path: Path, check_text: CheckText
 ) -> None:

@@ -28,11 +28,13 @@ def child() -> Iterator[WorkerProcess]:
         yield child
 
 
+@pytest.mark.slow
 def test_a_call_returns_the_result_and_the_process_continues(child: WorkerProcess) -> None:
     assert child.call(math.hypot, 3, 4, limit_s=30) == 5
     assert child.call(os.getpid, limit_s=30) == child.call(os.getpid, limit_s=30) != os.getpid()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("error", [UnknownNameError("app", "x", ["y"]), StaleSampleError("nose", 2.0, 1.0)])
 def test_an_error_of_robotcore_comes_back_unchanged(child: WorkerProcess, error: RobotcoreError) -> None:
     with pytest.raises(type(error)) as raised:
@@ -51,6 +53,7 @@ def test_a_subclass_in_an_app_comes_back_as_the_class_of_robotcore() -> None:
     assert (type(received), str(received)) == (UnknownNameError, str(TooFastError()))
 
 
+@pytest.mark.slow
 def test_another_exception_comes_back_as_text(child: WorkerProcess, raises: Raises) -> None:
     with raises(RobotcoreError):
         child.call(int, "x", limit_s=30)
@@ -63,6 +66,7 @@ def test_a_result_that_json_cannot_represent_is_an_error(child: WorkerProcess, r
     assert child.call(os.getpid, limit_s=30) == before
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("status", [0, 3])
 def test_after_a_process_ended_in_a_call_the_next_call_starts_another(
     child: WorkerProcess, status: int, check_text: CheckText
@@ -73,17 +77,20 @@ def test_after_a_process_ended_in_a_call_the_next_call_starts_another(
     assert child.call(math.hypot, 3, 4, limit_s=30) == 5
 
 
+@pytest.mark.slow
 def test_a_call_that_hangs_is_ended(child: WorkerProcess, check_text: CheckText) -> None:
     with pytest.raises(WorkerHungError) as raised:
         child.call(wait_for_ever, limit_s=0.1)
     check_text(raised.value)
 
 
+@pytest.mark.slow
 def test_a_process_that_sends_half_a_reply_and_hangs_is_ended(child: WorkerProcess) -> None:
     with pytest.raises(WorkerHungError):
         child.call(send, b'{"result": ', limit_s=2.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "reply",
     [b"[1]\n", b"\x80\x04N.\n", b'{"result": 1, "error": {"robotcore.errors": 1}}\n'],
@@ -98,6 +105,7 @@ def test_after_a_garbled_reply_the_next_call_has_another_process(
     assert child.call(math.hypot, 3, 4, limit_s=30) == 5
 
 
+@pytest.mark.slow
 def test_a_reply_without_an_end_is_read_up_to_a_limit(
     child: WorkerProcess, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
@@ -133,6 +141,7 @@ def test_a_limit_may_be_longer_than_a_system_can_wait(child: WorkerProcess) -> N
     assert child.call(math.hypot, 3, 4, limit_s=1e300) == 5
 
 
+@pytest.mark.slow
 def test_a_process_that_ended_between_two_calls_fails_no_call(child: WorkerProcess) -> None:
     child.call(end_soon, limit_s=30)
     assert child._process
@@ -183,6 +192,7 @@ def test_a_process_that_ends_while_it_starts_is_reported(
         child.call(os.getpid, limit_s=30)
 
 
+@pytest.mark.slow
 def test_a_process_that_hangs_while_it_starts_is_reported(
     child: WorkerProcess, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, raises: Raises
 ) -> None:
@@ -193,6 +203,7 @@ def test_a_process_that_hangs_while_it_starts_is_reported(
         child.call(os.getpid, limit_s=30)
 
 
+@pytest.mark.slow
 def test_a_process_that_a_worker_started_ends_with_the_worker(child: WorkerProcess, tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "fifo")
     with pytest.raises(WorkerDiedError):

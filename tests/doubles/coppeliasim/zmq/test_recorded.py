@@ -12,6 +12,7 @@ from tests.doubles.coppeliasim.zmq.session import table
 from tests.doubles.coppeliasim.zmq.wire import dumps, loads
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("file", SESSIONS)
 def test_each_reply_equals_the_real_servers(file: str) -> None:
     assert replay_on_double(file) == []

@@ -87,6 +87,7 @@ def pulses(events: list[Event]) -> list[float]:
     return [two[1].ticks - two[0].ticks if [e.kind for e in two] == ["rise", "fall"] else math.nan for two in edges]
 
 
+@pytest.mark.slow
 @UNHURRIED
 @given(event_rows())
 def test_every_value_comes_from_a_measured_pulse(events: list[Event]) -> None:
@@ -100,6 +101,7 @@ def test_every_value_comes_from_a_measured_pulse(events: list[Event]) -> None:
             assert all(SILENCE_S <= silent <= STUCK_S for silent in row[-ECHO_FREE_CYCLES:])
 
 
+@pytest.mark.slow
 @UNHURRIED
 @given(event_rows())
 def test_a_sample_belongs_to_the_newest_trigger_and_each_trigger_gives_at_most_one(events: list[Event]) -> None:

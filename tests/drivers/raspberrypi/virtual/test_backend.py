@@ -231,6 +231,7 @@ def _require_closed(simulated: list[Robot]) -> None:
         robot.range.read()
 
 
+@pytest.mark.slow
 def test_a_closed_robot_leaves_nothing_open(monkeypatch: pytest.MonkeyPatch) -> None:
     made: list[weakref.ref[VirtualPins]] = []
     plain = VirtualPins.__init__

@@ -64,6 +64,7 @@ def bench(tmp_path: Path) -> Iterator[Bench]:
         bench.close()
 
 
+@pytest.mark.slow
 def test_the_guardian_stops_the_board_of_a_killed_program(bench: Bench, check_text: CheckText) -> None:
     bench.wait_for_frame(TURN)
     bench.wait_for_frame(STOP, bench.program.kill)
@@ -72,12 +73,14 @@ def test_the_guardian_stops_the_board_of_a_killed_program(bench: Bench, check_te
     check_text(output, hide=[bench.program.pid])
 
 
+@pytest.mark.slow
 def test_a_suspended_programs_board_is_stopped_and_turns_when_it_resumes(bench: Bench) -> None:
     bench.wait_for_frame(TURN)
     bench.wait_for_frame(STOP, partial(bench.program.send_signal, signal.SIGSTOP))
     bench.wait_for_frame(TURN, partial(bench.program.send_signal, signal.SIGCONT))
 
 
+@pytest.mark.slow
 def test_a_replugged_board_is_stopped(bench: Bench) -> None:
     bench.wait_for_frame(TURN)
     bench.pty.unplug()
@@ -87,6 +90,7 @@ def test_a_replugged_board_is_stopped(bench: Bench) -> None:
     assert bench.board.received.endswith(STOP)
 
 
+@pytest.mark.slow
 def test_an_unplugged_board_is_left_to_its_own_time_out(bench: Bench, check_text: CheckText) -> None:
     bench.wait_for_frame(TURN)
     bench.pty.unplug()
@@ -166,6 +170,7 @@ def test_the_stop_of_a_board_that_never_answers_is_unconfirmed(tmp_path: Path, c
         assert pty.read_all() == 2 * STOP
 
 
+@pytest.mark.slow
 def test_a_program_that_has_the_port_open_is_reported_after_the_stop(bench: Bench, check_text: CheckText) -> None:
     bench.wait_for_frame(TURN)
     cutoff = StopFrame(str(bench.pty.path), 57600, STOP.hex(), "!", has_owner=False)

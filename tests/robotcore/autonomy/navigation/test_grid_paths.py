@@ -54,6 +54,7 @@ def masks() -> st.SearchStrategy[Mask]:
     return rows.map(np.array)
 
 
+@pytest.mark.slow
 @given(masks(), st.integers(0, 4), st.integers(0, 5))
 def test_steps_equal_those_of_a_simple_wave(open_cells: Mask, row: int, column: int) -> None:
     steps = wavefront((row, column), open_cells)
@@ -131,6 +132,7 @@ def is_line_free(open_cells: Mask, start: Cell, goal: Cell) -> bool:
     return all(open_cells[row, column] or (row, column) == start for row, column in points)
 
 
+@pytest.mark.slow
 @given(masks(), st.lists(st.tuples(st.integers(0, 4), st.integers(0, 5)), min_size=1), st.integers(0, 4))
 def test_many_lines_at_once_give_the_results_of_single_lines(open_cells: Mask, starts: list[Cell], row: int) -> None:
     goal = (row, 3)

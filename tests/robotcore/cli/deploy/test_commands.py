@@ -188,6 +188,7 @@ def test_rollback_to_an_unknown_release_is_wrong_usage(deploy: Deploy, check_tex
     check_text(result.err)
 
 
+@pytest.mark.slow
 def test_list_names_each_release_with_its_result_and_checks(deploy: Deploy, robot: Sshd) -> None:
     root = robot.home / "robotcore"
     for name in (OLD, NEW):
@@ -235,6 +236,7 @@ def test_logs_are_printed_until_ctrl_c(deploy: Deploy, add_action: AddAction) ->
     assert (result.status, result.err) == (130, "")
 
 
+@pytest.mark.slow
 def test_logs_are_escaped_in_a_pipe_and_on_a_terminal(deploy: Deploy, add_action: AddAction, robot: Sshd) -> None:
     add_action("logs", HOSTILE_LOG)
     result = deploy("logs")
@@ -264,6 +266,7 @@ def test_refusal_cannot_forge_a_line(
     check_text(result.err)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("answer", ["5", "None", "[]", "{}", "{'recordings': 5}", "{'release': '../..'}"])
 @pytest.mark.parametrize("command", ["list", "rollback", "status", "start", "stop", "fetch"])
 def test_damaged_answer_exits_3(deploy: Deploy, add_action: AddAction, command: str, answer: str) -> None:

@@ -41,12 +41,14 @@ def install(package: Path) -> str:
     return str(package)
 
 
+@pytest.mark.slow
 def test_passes_the_conformance_kit_and_runs_an_app(package: Path, type_command: TypeCommand) -> None:
     answer = type_command(package, *TESTS, path=install(package)).stdout
     assert "47 passed" in answer
     assert "failed" not in answer
 
 
+@pytest.mark.slow
 def test_its_tests_report_a_reversed_motor_and_a_missing_installation(package: Path, type_command: TypeCommand) -> None:
     devices = package / "tiny_board" / "devices.py"
     devices.write_text(devices.read_text().replace("turn(self._wheel, rad_s)", "turn(self._wheel, -rad_s)"))
@@ -55,6 +57,7 @@ def test_its_tests_report_a_reversed_motor_and_a_missing_installation(package: P
     assert "install it first: pip install -e ." in answer
 
 
+@pytest.mark.slow
 def test_its_backend_is_found_and_runs_with_the_shipped_robot(package: Path, type_command: TypeCommand) -> None:
     ran = type_command(package, "robotcore", "run", "avoid-obstacles", "--backend", "tiny-board", path=install(package))
     assert ran.returncode == 0, ran.stderr

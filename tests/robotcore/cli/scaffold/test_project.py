@@ -45,10 +45,12 @@ def test_prints_the_first_commands(tmp_path: Path, capfd: pytest.CaptureFixture[
     check_text(capfd.readouterr().out)
 
 
+@pytest.mark.slow
 def test_passes_its_own_tests(project: Path, type_command: TypeCommand) -> None:
     assert "6 passed" in type_command(project, *TESTS).stdout
 
 
+@pytest.mark.slow
 def test_its_tests_fail_if_the_app_is_wrong(project: Path, type_command: TypeCommand) -> None:
     app = project / "search.py"
     app.write_text(app.read_text().replace("< self.stop_distance_m", "< 2 * self.stop_distance_m"))

@@ -68,6 +68,7 @@ def _remove_pip_options(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.delenv(name)
 
 
+@pytest.mark.slow
 def test_environment_has_its_requirements(environment: Path) -> None:
     command: list[Path | str] = [
         environment / "bin" / "python",
@@ -77,6 +78,7 @@ def test_environment_has_its_requirements(environment: Path) -> None:
     assert subprocess.run(command, capture_output=True, text=True, check=True).stdout == "1.0\n"
 
 
+@pytest.mark.slow
 def test_order_of_requirements_does_not_matter(robot: Layout, environment: Path) -> None:
     assert environments.find_environment(robot, EnvironmentSpec.of([f" {WIDGET}>=1 ", f"{WIDGET}>=1"])) == environment
     assert environments.find_environment(robot, EnvironmentSpec.of([f"{WIDGET}>=2"])) is None
@@ -103,6 +105,7 @@ def test_incomplete_environment_is_never_used(robot: Layout, environment: Path, 
     assert environments.find_environment(robot, EnvironmentSpec.of([f"{WIDGET}>=1"])) is None
 
 
+@pytest.mark.slow
 def test_system_packages_are_returned_without_those_of_the_release(environment: Path, tmp_path: Path) -> None:
     system, site = tmp_path / "dist-packages", tmp_path / "site"
     for name, folder in (("apt_gadget", system), ("brought_gadget", site)):
@@ -116,6 +119,7 @@ def test_system_packages_are_returned_without_those_of_the_release(environment: 
     ) == {"apt_gadget"}
 
 
+@pytest.mark.slow
 def test_requirement_without_a_wheel_is_named(environment: Path, tmp_path: Path, raises: Raises) -> None:
     with raises(AgentError, "wheels", hide=[platform.python_version(), platform.machine()]):
         environments.install_requirements(
@@ -123,6 +127,7 @@ def test_requirement_without_a_wheel_is_named(environment: Path, tmp_path: Path,
         )
 
 
+@pytest.mark.slow
 def test_unreachable_address_is_a_network_error_without_its_password(
     environment: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -138,6 +143,7 @@ def test_unreachable_address_is_a_network_error_without_its_password(
     assert "secret" not in output + str(refused.value)
 
 
+@pytest.mark.slow
 def test_requirement_that_looks_like_an_option_is_refused(environment: Path, tmp_path: Path, raises: Raises) -> None:
     canary = tmp_path / "canary"
     with raises(AgentError, "requirement"):

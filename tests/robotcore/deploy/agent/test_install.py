@@ -140,6 +140,7 @@ def test_invalid_name_is_refused(layout: Layout, name: str, check_text: CheckTex
     assert not layout.root.exists()
 
 
+@pytest.mark.slow
 def test_push_killed_at_any_moment_changes_no_release_and_the_next_one_works(layout: Layout) -> None:
     put_release(layout, OLD)
     make_current(layout, OLD)

@@ -36,6 +36,7 @@ def varied(world: WorldDescription, variation: Variation | None) -> WorldDescrip
     return world.model_copy(update={"variation": variation})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", world_names())
 def test_seed_determines_the_layout(name: str) -> None:
     first, again = draws(name), draws(name)
@@ -86,6 +87,7 @@ def test_robot_can_turn_on_the_spot_at_the_start(name: str) -> None:
         assert all(gap_between(disc, thing.outline) > 0 for thing in drawn.bodies)
 
 
+@pytest.mark.slow
 def test_all_values_with_an_interval_vary() -> None:
     for parts in (
         [(drawn.start.x_m, drawn.start.yaw_rad) for drawn in draws("arena")],
@@ -172,6 +174,7 @@ def test_gap_is_at_least_wide_enough_for_the_robot() -> None:
     assert min(gap_between(a.outline, b.outline) for a, b in combinations(drawn.bodies, 2)) > 2 * body.reach_m
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "world, update, kind, key",
     [

@@ -17,6 +17,7 @@ UNO = BOARDS["uno"]
 needs_avr_gcc = pytest.mark.skipif(not toolchain.has_avr_gcc(), reason=f"needs {toolchain.DEBIAN_PACKAGES}")
 
 
+@pytest.mark.slow
 @needs_avr_gcc
 def test_sketch_compiles_without_a_warning(tmp_path: Path) -> None:
     image = toolchain.build_with_avr_gcc(

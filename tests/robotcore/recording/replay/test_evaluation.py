@@ -24,6 +24,7 @@ def search() -> Recording:
     return record_run("green-search", seed=7, timeout_s=8.0)
 
 
+@pytest.mark.slow
 def test_recorded_app_has_no_difference(search: Recording) -> None:
     evaluation = evaluate(search)
     assert (evaluation.first_difference, evaluation.differing) == (None, 0)

@@ -67,6 +67,7 @@ def test_run_with_any_end_is_replayed_bit_equal(action: str) -> None:
     require_equal(record_final_action(action))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("backend", ["kinematic", "pybullet"])
 @pytest.mark.parametrize(
     "faults",

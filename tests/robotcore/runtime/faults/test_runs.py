@@ -50,6 +50,7 @@ def search_in_pybullet(*faults: str) -> RunResult:
     return search(*faults, backend="pybullet", timeout_s=1.5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("spec", SPECS)
 def test_run_ends_with_the_expected_outcome_stopped_wheels_and_an_equal_trace(wheels: Wheels, spec: str) -> None:
     result = search(spec)
@@ -60,6 +61,7 @@ def test_run_ends_with_the_expected_outcome_stopped_wheels_and_an_equal_trace(wh
     assert search(spec).trace_sha256 == result.trace_sha256
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("spec", ["camera freeze after=0.2", "connection lost=1 after=1"])
 def test_outcome_in_pybullet_equals_that_in_the_kinematic_simulator(spec: str) -> None:
     result = search_in_pybullet(spec)
@@ -67,11 +69,13 @@ def test_outcome_in_pybullet_equals_that_in_the_kinematic_simulator(spec: str) -
     assert search_in_pybullet(spec).trace_sha256 == result.trace_sha256
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("spec", ["drive dead", "left_motor weak=0.1", "drive reversed"])
 def test_motor_fault_in_pybullet_changes_the_final_distance(spec: str) -> None:
     assert search_in_pybullet(spec).distance_to_target_m != search_in_pybullet().distance_to_target_m
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("backend", ["kinematic", "pybullet"])
 @pytest.mark.parametrize("effect", ["dead", "reversed", "weak=0.1"])
 def test_wheel_that_does_not_follow_stops_the_run_and_names_its_motor(
@@ -91,18 +95,21 @@ def test_specs_contain_every_fault() -> None:
     assert names == {name.partition(".")[0] for name in fault_names()}
 
 
+@pytest.mark.slow
 def test_fault_that_does_not_begin_leaves_the_trace_unchanged() -> None:
     every = [load_fault(name).example.split()[:2] for name in fault_names()]
     later = [f"{target} {effect} after=1000" for target, effect in every]
     assert search(*later).trace_sha256 == search().trace_sha256
 
 
+@pytest.mark.slow
 def test_search_succeeds_with_a_weak_motor_and_dropped_frames() -> None:
     result = search("left_motor weak=0.6", "camera drop=0.2 after=5", timeout_s=60.0)
     assert (result.outcome, result.verified) == (Outcome.SUCCESS, True)
     assert result.faults == ["left_motor weak=0.6", "camera drop=0.2 after=5"]
 
 
+@pytest.mark.slow
 def test_deadman_intervenes_if_a_stall_outlasts_the_lease() -> None:
     plain, stalled = search(), search("loop stall=0.4 after=1 every=1")
     assert stalled.overruns == 2
@@ -144,6 +151,7 @@ def test_app_that_stops_its_wheels_continues_after_a_lost_connection(wheels: Whe
     assert wheels == {"left_motor": 0.0, "right_motor": 0.0}
 
 
+@pytest.mark.slow
 def test_stuck_range_sensor_stops_the_run_before_a_contact() -> None:
     result = search("range stuck=1.5 after=5", timeout_s=30.0)
     assert (result.outcome, result.exit_status, result.contacts) == (Outcome.STOPPED, 4, 0)

@@ -192,6 +192,7 @@ def test_any_valid_fault_runs_on_a_robot(target: str, effect: str, value: str, r
     assert rig.wheels == (0.0, 0.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("source", [st.binary(max_size=100), st.none()], ids=["bytes", "mangled"])
 @QUICK
 @given(data=st.data())

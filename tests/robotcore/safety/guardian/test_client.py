@@ -63,6 +63,7 @@ def test_guardian_stops_a_motor_after_the_lease(diary: Path) -> None:
     assert actions(diary) == ["open left_motor", "arm left_motor", "stop left_motor", "close left_motor"]
 
 
+@pytest.mark.slow
 def test_command_after_the_end_of_a_lease_begins_a_lease(diary: Path) -> None:
     with Guardian([cutoff(diary)], LEASE_S) as guarding:
         guarding.renew_lease()
@@ -71,6 +72,7 @@ def test_command_after_the_end_of_a_lease_begins_a_lease(diary: Path) -> None:
         assert next(wait_for_stops(guarding)).done == ("left_motor",)
 
 
+@pytest.mark.slow
 def test_cutoff_that_hangs_does_not_delay_the_others(diary: Path, raises: Raises) -> None:
     cutoffs = [cutoff(diary, "stuck", "hangs in stop"), cutoff(diary, "left_motor"), cutoff(diary, "right_motor")]
     with Guardian(cutoffs, LEASE_S) as guarding:
@@ -80,6 +82,7 @@ def test_cutoff_that_hangs_does_not_delay_the_others(diary: Path, raises: Raises
         assert {"stop left_motor", "stop right_motor"} <= set(actions(diary))
 
 
+@pytest.mark.slow
 def test_error_of_a_failed_stop_warns_of_a_turning_motor(diary: Path, raises: Raises) -> None:
     with Guardian([cutoff(diary, manner="fails to stop")], LEASE_S) as guarding:
         guarding.renew_lease()
@@ -89,6 +92,7 @@ def test_error_of_a_failed_stop_warns_of_a_turning_motor(diary: Path, raises: Ra
         assert client._RUN_STOPPED not in str(caught.value)
 
 
+@pytest.mark.slow
 def test_failed_stop_of_a_cutoff_is_repeated(diary: Path) -> None:
     with Guardian([cutoff(diary, manner="late")], LEASE_S) as guarding:
         guarding.renew_lease()
@@ -102,6 +106,7 @@ def test_cutoff_that_cannot_be_armed_is_reported(diary: Path, raises: Raises) ->
             next(wait_for_stops(guarding))
 
 
+@pytest.mark.slow
 def test_patience_of_a_cutoff_extends_the_time_to_arm(diary: Path, raises: Raises) -> None:
     slow = cutoff(diary, manner="is slow to arm")
     with Guardian([slow], LEASE_S) as guarding:
@@ -122,6 +127,7 @@ def test_exception_in_the_context_stops_the_motors(
     check_text(capfd.readouterr().err, hide=[os.getpid()])
 
 
+@pytest.mark.slow
 def test_two_guardians_of_one_process_end_independently(diary: Path, tmp_path: Path) -> None:
     first, other = Guardian([cutoff(diary)], LEASE_S), tmp_path / "other"
     with Guardian([cutoff(other)], LEASE_S):

@@ -19,6 +19,7 @@ HANGS, RAISES, DRIVES_ON, ASKS_FOR_NAN = (4, "stopped"), (5, "error"), (0, "succ
 """The exit status and the outcome of each app."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("manner", ["good", UNGUARDED])
 @pytest.mark.parametrize(
     "app, ending",
@@ -43,6 +44,7 @@ def test_a_run_without_threads_or_memory_stops_every_motor_and_ends_as_usual(
     assert _seconds_to_stop(running) < LATE_S
 
 
+@pytest.mark.slow
 def test_memory_that_runs_out_in_the_framework_ends_the_run_with_an_error(start: Start) -> None:
     running = start("leaks_memory_and_drives_on", UNGUARDED)
     out, err = running.end()

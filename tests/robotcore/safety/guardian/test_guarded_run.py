@@ -28,6 +28,7 @@ def assert_stopped(running: Running) -> None:
     assert set(actions[-len(MOTORS) :]) == on_each("close")
 
 
+@pytest.mark.slow
 def test_the_motors_of_a_killed_app_are_stopped(start: Start, check_text: CheckText) -> None:
     running = start("drives")
     running.process.kill()
@@ -36,6 +37,7 @@ def test_the_motors_of_a_killed_app_are_stopped(start: Start, check_text: CheckT
     check_text(err, hide=[running.process.pid])
 
 
+@pytest.mark.slow
 def test_a_fork_that_returns_from_step_ends_and_commands_no_motor(start: Start, check_text: CheckText) -> None:
     running = start("forks_and_returns")
     out, err = running.end()
@@ -46,6 +48,7 @@ def test_a_fork_that_returns_from_step_ends_and_commands_no_motor(start: Start, 
     check_text(err, hide=[copy, running.process.pid])
 
 
+@pytest.mark.slow
 def test_a_tracer_that_keeps_the_watchdog_from_ending_a_run_is_reported(start: Start, check_text: CheckText) -> None:
     running = start("is_traced_and_hangs")
     out, err = running.end()
@@ -55,6 +58,7 @@ def test_a_tracer_that_keeps_the_watchdog_from_ending_a_run_is_reported(start: S
     assert result["notes"][0] in err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("app, status", [("crashes", -signal.SIGABRT), ("exits", 0)])
 def test_the_motors_of_an_app_that_ends_its_own_process_are_stopped(
     start: Start, app: str, status: int, check_text: CheckText
@@ -66,6 +70,7 @@ def test_the_motors_of_an_app_that_ends_its_own_process_are_stopped(
     check_text(err, hide=[running.process.pid])
 
 
+@pytest.mark.slow
 def test_fork_of_the_app_does_not_hide_the_death_of_the_app(start: Start, check_text: CheckText) -> None:
     running = start("forks")
     wait_for(running, "copied")
@@ -77,6 +82,7 @@ def test_fork_of_the_app_does_not_hide_the_death_of_the_app(start: Start, check_
     assert_stopped(running)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_the_guardian_outlives_the_run_at_a_signal_to_all_processes_of_the_terminal(
     start: Start, number: signal.Signals
@@ -89,6 +95,7 @@ def test_the_guardian_outlives_the_run_at_a_signal_to_all_processes_of_the_termi
     assert set(running.actions[-len(MOTORS) :]) == on_each("close")
 
 
+@pytest.mark.slow
 def test_the_guardian_ignores_signals_that_ask_it_to_end(start: Start) -> None:
     running = start("drives")
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT, signal.SIGABRT):
@@ -98,6 +105,7 @@ def test_the_guardian_ignores_signals_that_ask_it_to_end(start: Start) -> None:
     assert_stopped(running)
 
 
+@pytest.mark.slow
 def test_motors_stop_during_a_call_that_holds_the_interpreter_lock_and_drive_again_after_it(start: Start) -> None:
     running = start("holds")
     result = running.read_result()
@@ -110,6 +118,7 @@ def test_motors_stop_during_a_call_that_holds_the_interpreter_lock_and_drive_aga
         assert on_each("turn", MOTORS[:2]) | on_each("arm") <= set(actions[end:])
 
 
+@pytest.mark.slow
 def test_the_motors_of_a_suspended_app_are_stopped_also_outside_the_drive(start: Start) -> None:
     running = start("grips")
     wait_for(running, "turn gripper")
@@ -120,6 +129,7 @@ def test_the_motors_of_a_suspended_app_are_stopped_also_outside_the_drive(start:
     assert running.read_result()["outcome"] == "interrupted"
 
 
+@pytest.mark.slow
 def test_guardian_does_not_stop_a_robot_at_rest(start: Start) -> None:
     running = start("rests")
     wait_for(running, "stand right_motor", times=2)
@@ -132,6 +142,7 @@ def test_guardian_does_not_stop_a_robot_at_rest(start: Start) -> None:
     assert not on_each("stop") & set(running.actions)
 
 
+@pytest.mark.slow
 def test_guardian_ends_with_its_run(start: Start) -> None:
     running = start("ends")
     assert running.read_result()["outcome"] == "success"
@@ -150,6 +161,7 @@ def test_a_killed_guardian_ends_the_run(start: Start, check_text: CheckText) -> 
     assert running.actions[-1].startswith("stand")
 
 
+@pytest.mark.slow
 def test_a_guardian_that_does_not_answer_ends_the_run(start: Start, check_text: CheckText) -> None:
     running = start("drives")
     os.kill(running.guardian, signal.SIGSTOP)
@@ -158,6 +170,7 @@ def test_a_guardian_that_does_not_answer_ends_the_run(start: Start, check_text: 
     check_text(re.sub(r"2\.\d s", "2.… s", result["reason"]), hide=[running.guardian])
 
 
+@pytest.mark.slow
 def test_the_guardian_stops_the_motors_if_a_driver_s_stop_hangs(start: Start, check_text: CheckText) -> None:
     running = start("sticks")
     _, err = running.end()
@@ -166,6 +179,7 @@ def test_the_guardian_stops_the_motors_if_a_driver_s_stop_hangs(start: Start, ch
     assert_stopped(running)
 
 
+@pytest.mark.slow
 def test_two_runs_at_once_have_a_guardian_each(start: Start) -> None:
     killed, other = start("drives"), start("drives")
     killed.process.kill()
@@ -177,6 +191,7 @@ def test_two_runs_at_once_have_a_guardian_each(start: Start) -> None:
     assert not on_each("stop") & set(other.actions)
 
 
+@pytest.mark.slow
 def test_a_cutoff_that_cannot_stop_ends_the_run_with_an_error(start: Start, check_text: CheckText) -> None:
     running = start("holds", "fails to stop")
     out, _ = running.end()
@@ -184,6 +199,7 @@ def test_a_cutoff_that_cannot_stop_ends_the_run_with_an_error(start: Start, chec
     check_text(json.loads(out)["reason"], hide=[running.guardian])
 
 
+@pytest.mark.slow
 def test_a_cutoff_that_cannot_stop_a_killed_app_is_reported_on_stderr(start: Start, check_text: CheckText) -> None:
     running = start("drives", "fails to stop")
     running.process.kill()
@@ -191,6 +207,7 @@ def test_a_cutoff_that_cannot_stop_a_killed_app_is_reported_on_stderr(start: Sta
     check_text(err, hide=[running.process.pid])
 
 
+@pytest.mark.slow
 def test_a_cutoff_that_cannot_stop_a_suspended_app_is_reported_at_once(start: Start, check_text: CheckText) -> None:
     running = start("drives", "fails to stop")
     running.process.send_signal(signal.SIGSTOP)

@@ -248,6 +248,7 @@ def test_a_command_can_be_copied_unchanged(tmp_path: Path) -> None:
     assert unescape(re.sub("</?span>", "", code)) == command
 
 
+@pytest.mark.slow
 def test_the_page_of_a_big_sweep_has_less_than_4_mb(tmp_path: Path) -> None:
     write_noise(tmp_path / "a.png")
     conditions = {f"condition_{index}": index / 7 for index in range(33)}
@@ -298,6 +299,7 @@ def test_a_missing_library_is_reported_with_its_extra(
         write_page([make_pass()], tmp_path)
 
 
+@pytest.mark.slow
 def test_jinja_is_imported_only_for_a_page() -> None:
     code = "import sys, robotcore.sweep.report; sys.exit('jinja2' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
