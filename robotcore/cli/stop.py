@@ -2,35 +2,95 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from contextlib import ExitStack
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from robotcore.cli.options import connection_options, merge_options
 from robotcore.cli.output import write_line
+from robotcore.errors import UsageError
 
 if TYPE_CHECKING:
     from robotcore.hal.backend import Backend, Setup
+    from robotcore.runtime.active_runs import ActiveRun
+
+END_S = 5.0
+"""The longest wait for the end of a run, in s. Its motors stand long before its devices are closed."""
 
 
 @click.command("stop")
-@click.option("--backend", "name", required=True, help="The robot's backend, such as raspberrypi.")
-@click.option("--robot", default="rover", show_default=True, help="A robot's name, or its .toml file.")
+@click.option("--backend", "name", help="The robot's backend, such as raspberrypi.")
+@click.option("--robot", help="A robot's name, or its .toml file. With --backend, the default is rover.")
 @connection_options
-def command(name: str, robot: str, port: str | None, options: tuple[tuple[str, str], ...]) -> int:
+def command(name: str | None, robot: str | None, port: str | None, options: tuple[tuple[str, str], ...]) -> int:
     """Stop every motor of a robot, even during a run.
 
-    Uses only the outputs that stop the motors, and ends no program. If another program blocks such an output, prints
-    its name and exits with status 3. In a simulator there is nothing to stop.
+    Without --backend, ends the runs that drive a robot on this machine, and stops its motors. If there is no run, stops
+    the robot that the pyproject.toml in this folder names.
+
+    With --backend, uses only the outputs that stop the motors, and ends no program. If another program blocks such an
+    output, prints its name and exits with status 3. In a simulator there is nothing to stop.
     """
+    merged = merge_options(port, options)
+    if name is not None:
+        return _stop(name, robot or "rover", merged)
+    for option, is_given in (("--robot", robot), ("--port", port), ("--option", options)):
+        if is_given:
+            raise UsageError(
+                f"{option} has no effect without --backend. Add the robot's backend, such as --backend raspberrypi",
+                kind="option-without-effect",
+                option=option,
+            )
+    from robotcore.runtime.active_runs import list_active_runs
+
+    runs = list_active_runs()
+    return _end_runs(runs) if runs else _stop_robot_of_project()
+
+
+def _end_runs(runs: list[ActiveRun]) -> int:
+    """End runs, and stop the motors of their robots. A failure for one robot does not prevent the stop of another."""
+    with ExitStack() as stops:
+        for run in runs:
+            state = "has ended" if run.end(END_S) else f"has not ended within {END_S:g} s"
+            write_line(f"process {run.process}: its run of {run.robot} on {run.backend} {state}")
+            stops.callback(_stop, run.backend, run.robot, run.options)
+    return 0
+
+
+def _stop_robot_of_project() -> int:
+    from pathlib import Path
+
+    from robotcore.deploy.project import FILE, read_tables
+    from robotcore.description import is_own
+
+    folder = Path.cwd()
+    table = read_tables(folder).robotcore
+    if table is None or table.robot is None:
+        raise UsageError(
+            f"no run of robotcore drives a robot on this machine, and no {FILE} in this folder names a robot. Name "
+            "the robot: robotcore stop --backend raspberrypi --robot FILE.toml. To stop a robot that you deployed to: "
+            "robotcore deploy stop HOST",
+            kind="nothing-runs",
+        )
+    name = table.deploy.backend
+    write_line(
+        f"no run of robotcore drives a robot on this machine. Stopping the robot of {FILE}: {table.robot} on {name}. "
+        "To stop a robot that you deployed to: robotcore deploy stop HOST"
+    )
+    return _stop(name, str(folder / table.robot) if is_own(table.robot) else table.robot, table.deploy.options)
+
+
+def _stop(name: str, robot: str, options: Mapping[str, Any]) -> int:
     from robotcore.hal.backend import load_backend
 
     backend = load_backend(name)
     backend.require_installed()
-    return _stop(backend, _build_motor_setup(backend, robot, merge_options(port, options)))
+    return _stop_motors(backend, _build_motor_setup(backend, robot, options))
 
 
-def _build_motor_setup(backend: Backend, robot: str, options: dict[str, str]) -> Setup:
+def _build_motor_setup(backend: Backend, robot: str, options: Mapping[str, Any]) -> Setup:
     from robotcore.description import MotorDescription
     from robotcore.hal.backend import Setup
 
@@ -39,7 +99,7 @@ def _build_motor_setup(backend: Backend, robot: str, options: dict[str, str]) ->
     return Setup(description, None, motors, options=options)
 
 
-def _stop(backend: Backend, setup: Setup) -> int:
+def _stop_motors(backend: Backend, setup: Setup) -> int:
     from robotcore.errors import BackendError
     from robotcore.safety.guardian.process import stop_once
 

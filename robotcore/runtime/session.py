@@ -13,6 +13,7 @@ from robotcore.hal.clock import Clock
 from robotcore.hal.robot import Robot
 from robotcore.hal.truth import Truth
 from robotcore.hal.wall_clock import MonotonicClock, PacedClock
+from robotcore.runtime.active_runs import register_run
 from robotcore.runtime.forced_exit import SHUTDOWN_GRACE_S, SHUTDOWN_THREADS, ForcedExit, print_reason
 from robotcore.runtime.layers import Assembled, assemble
 from robotcore.runtime.layers.base import Tap
@@ -177,6 +178,8 @@ class RunSession:
         plan, clock = self._plan, self._choose_clock(raw)
         seed, rate_hz = plan.setup.seed, plan.request.rate_hz
         faults = [fault.layer(clock, seed) for fault in plan.faults]
+        if raw.cutoffs:
+            self._register(plan.request)
         guard = guard_motors(raw, plan.description.safety.lease_ticks / rate_hz, self._guardian)
         assembled = assemble(
             raw,
@@ -194,6 +197,13 @@ class RunSession:
         self._reserve.hold(len(raw.motors))
         clock.prepare_calls()
         return assembled
+
+    def _register(self, request: RunRequest) -> None:
+        try:
+            self._guardian.enter_context(register_run(request.backend, request.robot, request.options))
+        except OSError as error:
+            note = f"robotcore stop needs --backend and --robot to stop the robot of this run: {error}"
+            self._plan = replace(self._plan, notes=(*self._plan.notes, note))
 
     def _choose_clock(self, raw: Robot) -> Clock:
         is_paced = self._plan.request.realtime or self._plan.request.gui

@@ -1,14 +1,18 @@
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
+from importlib.resources import files
 from pathlib import Path
 
 import pytest
 
 from robotcore.hal.backend import Setup
 from robotcore.hal.cutoff import CutoffSpec
+from robotcore.runtime.active_runs import ActiveRun
 from tests.robotcore.cli.conftest import Cli
-from tests.robotcore.safety.guardian.doubles import RecordingBackend, cutoff
+from tests.robotcore.safety.guardian.conftest import start as start  # noqa: PLC0414  a fixture
+from tests.robotcore.safety.guardian.doubles import RecordingBackend, Start, cutoff
 from tests.robotcore.safety.guardian.recorder import notes
 from tests.texts import CheckText
 
@@ -25,6 +29,21 @@ class CutoffBackend(RecordingBackend):
         self.asked.append(setup)
         manners = {name: self._manner if name == self._failing else "good" for name in sorted(setup.devices)}
         return [cutoff(self._file, name, manner) for name, manner in manners.items()]
+
+
+@pytest.fixture(autouse=True)
+def _runtime(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Set folders in which no other program registers runs, so that no test ends a run of another program."""
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+
+
+@pytest.fixture(autouse=True)
+def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Return the current folder, which is empty."""
+    (folder := tmp_path / "project").mkdir()
+    monkeypatch.chdir(folder)
+    return folder
 
 
 @pytest.fixture
@@ -79,6 +98,9 @@ def test_a_simulator_has_nothing_to_stop(cli: Cli, backend: str, check_text: Che
     "arguments",
     [
         (),
+        ("--robot", "rover"),
+        ("--port", "/dev/ttyACM0"),
+        ("--option", "port=/dev/ttyACM0"),
         ("--backend", "raspberypi"),
         ("--backend", "raspberrypi", "--robot", "gone.toml"),
         ("--backend", "raspberrypi", "--option", "port=7"),
@@ -86,5 +108,68 @@ def test_a_simulator_has_nothing_to_stop(cli: Cli, backend: str, check_text: Che
 )
 def test_wrong_arguments_are_refused(cli: Cli, arguments: tuple[str, ...], check_text: CheckText) -> None:
     answer = cli("stop", *arguments)
+    assert (answer.status, answer.out) == (2, "")
+    check_text(answer.err)
+
+
+def test_without_a_backend_the_active_run_is_ended_and_its_robot_is_stopped(
+    cli: Cli, diary: Path, start: Start, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
+) -> None:
+    running = start("drives")
+    backend = install(monkeypatch, CutoffBackend(diary))
+    answer = cli("stop")
+    assert (answer.status, answer.err) == (0, "")
+    check_text(answer.out, hide=[running.process.pid])
+    assert running.read_result()["reason"] == "interrupted by SIGTERM"
+    assert {"stop left_motor", "stop right_motor"} <= {note.action for note in notes(diary)}
+    assert [sorted(setup.devices) for setup in backend.asked] == [["left_motor", "right_motor"]]
+
+
+def install_runs(monkeypatch: pytest.MonkeyPatch, *robots: str) -> None:
+    """Simulate active runs of these robots that do not end."""
+    runs = [ActiveRun(os.getpid(), "recording", robot, {}, Path(robot)) for robot in robots]
+    monkeypatch.setattr("robotcore.runtime.active_runs.list_active_runs", lambda: runs)
+    monkeypatch.setattr("robotcore.runtime.active_runs.ActiveRun.end", lambda *_: False)
+
+
+def test_the_robot_of_a_run_that_does_not_end_is_stopped_too(
+    cli: Cli, diary: Path, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
+) -> None:
+    install(monkeypatch, CutoffBackend(diary))
+    install_runs(monkeypatch, "rover")
+    answer = cli("stop")
+    assert (answer.status, answer.err) == (0, "")
+    check_text(answer.out, hide=[os.getpid()])
+
+
+def test_a_robot_that_cannot_be_stopped_does_not_prevent_the_stop_of_another(
+    cli: Cli, diary: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    backend = install(monkeypatch, CutoffBackend(diary, failing="right_motor"))
+    install_runs(monkeypatch, "gone", "rover")
+    answer = cli("stop")
+    assert answer.status == 2
+    assert [setup.robot.name for setup in backend.asked] == ["rover"]
+
+
+@pytest.mark.parametrize("robot", ["rover", "mine.toml"])
+def test_without_a_run_the_robot_of_the_project_in_this_folder_is_stopped(
+    cli: Cli, diary: Path, project: Path, monkeypatch: pytest.MonkeyPatch, robot: str, check_text: CheckText
+) -> None:
+    rover = files("robotcore.description.robots").joinpath("rover.toml").read_text()
+    (project / "mine.toml").write_text(rover.replace('name = "rover"', 'name = "mine"'))
+    table = f'[tool.robotcore]\nrobot = "{robot}"\n[tool.robotcore.deploy]\noptions = {{ port = 7 }}\n'
+    (project / "pyproject.toml").write_text(table)
+    backend = install(monkeypatch, CutoffBackend(diary))
+    answer = cli("stop")
+    assert (answer.status, answer.err) == (0, "")
+    check_text(answer.out)
+    (setup,) = backend.asked
+    assert (setup.robot.name, dict(setup.options)) == (robot.removesuffix(".toml"), {"port": "7"})
+
+
+def test_a_project_without_a_robot_is_no_robot_to_stop(cli: Cli, project: Path, check_text: CheckText) -> None:
+    (project / "pyproject.toml").write_text('[tool.robotcore]\napp = "green-search"\n')
+    answer = cli("stop")
     assert (answer.status, answer.out) == (2, "")
     check_text(answer.err)
