@@ -237,7 +237,7 @@ def _diagnose_scene(scene: CoppeliaSimScene) -> Iterator[Finding]:
             "proximity sensors",
             "do not work. A robot that robotcore builds measures distances with depth pictures instead, and a robot of "
             "an open scene cannot be opened with these sensors",
-            "Install a CoppeliaSim with the plug-in for proximity sensors; the maker's downloads have it",
+            "Install a CoppeliaSim that has the plug-in for proximity sensors",
             kind="no-sensors",
         )
 

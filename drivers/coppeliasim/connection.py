@@ -1,4 +1,4 @@
-"""The connection to a CoppeliaSim, which calls functions of the remote API and raises robotcore's errors."""
+"""Calls the functions of a running CoppeliaSim's remote API. Its failures become robotcore's errors."""
 
 from __future__ import annotations
 

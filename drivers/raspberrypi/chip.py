@@ -29,7 +29,7 @@ class Chip:
     """
 
     def __init__(self) -> None:
-        """Open the chip; raises BackendError."""
+        """Open the GPIO chip. Raises BackendError if that fails."""
         self._lgpio, number = load(), find_chip_number()
         try:
             self._handle = self._lgpio.gpiochip_open(number)

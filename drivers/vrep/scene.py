@@ -42,7 +42,7 @@ class LegacyScene(Scene):
 
     @abstractmethod
     def _read_newest(self, request: Request[T]) -> T:
-        """Return the newest value of a request that the app repeats in each tick."""
+        """Return the newest answer to a request. V-REP streams the answers to such requests."""
 
     @abstractmethod
     def _send_command(self, request: Request[None]) -> None:

@@ -135,7 +135,7 @@ class StreamReader:
     def call(self, request: Request[T]) -> T:
         """Send a request, and return the value of its answer.
 
-        For a request that the server streams, return the newest value at once.
+        If the server streams the answers to this request, return the newest value without waiting.
         """
         if request.identity in self._streams:
             return cast("T", self.newest(request).value)

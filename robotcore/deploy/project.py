@@ -221,7 +221,10 @@ class Project:
 
     @property
     def files(self) -> tuple[str, ...]:
-        """The files of the app, the robot and the world, relative to the project's folder, without installed ones."""
+        """The files of the app, the robot and the world, relative to the project's folder.
+
+        Files of installed packages are left out.
+        """
         app = (self.app.partition(":")[0],) if is_app_file(self.app) else ()
         return (*app, *(name for name in (self.robot, self.world) if name and is_own(name)))
 

@@ -65,7 +65,7 @@ def check_description(
     """Yield findings about the mistakes in a robot's file, and about the risks in its connections.
 
     bind: returns the devices with their drivers, or raises DescriptionError.
-    count_parts: returns a text with the number of devices, for the finding.
+    count_parts: returns a text with the number of devices. It is the finding for a file without mistakes.
 
     Returns the devices with their drivers, or None if the file has mistakes.
     """

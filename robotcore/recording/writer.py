@@ -44,7 +44,7 @@ TICK_BYTES = 4096
 
 
 class Entry(NamedTuple):
-    """A tick in the queue from the control thread to the writer thread."""
+    """The record of one tick. The control thread puts it into a queue, and the writer thread takes it out."""
 
     record: TickRecord
     events: TickEvents
@@ -202,7 +202,7 @@ class OdometryTracker:
         self._pose = Pose(0.0, 0.0, 0.0)
 
     def advance(self, turned: Iterable[WheelAngles]) -> Pose:
-        """Return the pose after a tick with these wheel angles."""
+        """Add the wheel angles that were read in a tick, and return the new pose."""
         for each in turned:
             if each.angles:
                 self._angles = each.angles

@@ -1,4 +1,4 @@
-"""Ends the process if a run cannot end by itself: an app or a driver hangs, or a third signal arrives."""
+"""Ends the process if an app or a driver hangs at the end of a run, or if the user sends a third signal (Ctrl-C)."""
 
 from __future__ import annotations
 

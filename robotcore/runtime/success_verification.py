@@ -1,4 +1,4 @@
-"""Compares the end of a run with the true state of the simulator. The app itself or another app is the judge."""
+"""Verifies whether a run was a success: the app, or another app, judges the true state of the simulator at its end."""
 
 from __future__ import annotations
 

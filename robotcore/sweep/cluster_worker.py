@@ -120,7 +120,7 @@ def _get_worker(root: Path) -> WorkerProcess:
 
 @dataclass(frozen=True)
 class JobBundle:
-    """The user's files that the runs of a sweep need, and the versions of their software."""
+    """The user's files that the runs of a sweep need, and the versions of the software that the runs use."""
 
     apps: tuple[str, ...]
     """The name of the app, then the name of the judge if there is one."""

@@ -18,7 +18,7 @@ SPEED_RAD_S = 2.0
 
 
 class LifecycleRules(TestBench):
-    """Rules for opening and closing a robot."""
+    """Tests that every driver must pass: how it opens and closes a robot."""
 
     def test_only_the_chosen_devices_are_opened(self) -> None:
         for wanted in ({name} for name in sorted(self.openable)):

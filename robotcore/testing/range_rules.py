@@ -18,7 +18,7 @@ NARROW_RAD = 0.05
 
 
 class RangeRules(TestBench):
-    """Rules for the driver of a range sensor."""
+    """Tests that the driver of every range sensor must pass."""
 
     @property
     def sensor(self) -> RangeSensorDescription:

@@ -62,7 +62,7 @@ class HBridge(MotorDriver[HBridgeSettings]):
             gpio(
                 "enable",
                 settings.enable,
-                remedy="write standby in place of enable, because motors may share a standby line",
+                remedy="use the key 'standby' in place of 'enable', because motors may share a standby line",
             ),
         )
 

@@ -39,7 +39,10 @@ class Sonar(RangeSensor):
         self._stopping = ExitStack()
 
     def start(self, first_cycles: int) -> None:
-        """Wait ``first_cycles`` cycles at most for the first sample, then start measuring; raises DeviceError."""
+        """Take the first sample, and then measure in the background.
+
+        Raises DeviceError if there is no sample within ``first_cycles`` cycles.
+        """
         self._stopping.callback(self._pins.close)
         self._stopping.callback(self._timer.stop)
         self._pins.detect_edges(self._timer.on_edge)

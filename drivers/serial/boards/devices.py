@@ -73,7 +73,7 @@ class CountAccumulator:
 
 
 class BoardOutput(Output):
-    """The output to one motor of a board, in the unit of the board's commands."""
+    """Sends commands to one motor of a board, in the board's own unit."""
 
     def __init__(self, device: str, line: Line, command: CommandBuffer, side: Side) -> None:
         self._device, self._line, self._command, self._side = device, line, command, side

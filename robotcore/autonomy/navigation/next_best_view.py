@@ -168,7 +168,8 @@ class Viewpoint(NamedTuple):
 def best_viewpoint(ground: Traversability, coverage: Coverage, here: Cell) -> Viewpoint | None:
     """Return the viewpoint with the greatest utility, or None if there is no viewpoint.
 
-    The utility is the unseen area that is visible from the viewpoint, divided by the cost of the path and of a turn.
+    The utility is the unseen area that is visible from the viewpoint, divided by the cost of the path plus the cost of
+    a full turn there.
 
     ground: the traversable cells.
     coverage: the cells that the camera has seen.

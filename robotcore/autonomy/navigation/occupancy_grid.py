@@ -211,7 +211,7 @@ class OccupancyGrid:
         return np.asarray(np.hypot(self._xs[window[1]] - x, (self._ys[window[0]] - y)[:, None]))
 
     def _window(self, x: float, y: float, reach: float) -> Window:
-        """Return the slices of the square part of the map that reaches ``reach`` metres from a point to each side."""
+        """Return the slices of rows and columns of a square around (x, y). Each side is ``2 * reach`` metres long."""
         (top, left), (bottom, right) = self.cell_of(x - reach, y - reach), self.cell_of(x + reach, y + reach)
         return slice(max(top, 0), max(bottom + 1, 0)), slice(max(left, 0), max(right + 1, 0))
 

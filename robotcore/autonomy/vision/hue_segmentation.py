@@ -57,7 +57,7 @@ class HueClassifier:
         self._per_distance = _make_tests(np.zeros((2, 3)), np.zeros(3), (sine, sine, 1.0))
 
     def chroma(self, bgr: tuple[float, ...]) -> float:
-        """Return the chroma of a colour in grey levels. It is negative for colours of the opposite hues."""
+        """Return how strongly a colour shows this hue, in grey levels. It is negative for the opposite hues."""
         return _product(self._chroma, bgr)
 
     def saturation(self, bgr: tuple[float, ...]) -> float:

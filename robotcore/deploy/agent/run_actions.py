@@ -131,7 +131,7 @@ def _is_unhealthy(layout: Layout, name: str) -> bool:
 def start_app(layout: Layout) -> dict[str, Any]:
     """Start the current release's app, now and at each boot of the robot. Return `read_status`'s status.
 
-    A pending health check continues.
+    If a new release still has a pending health check, the start does not restart the check.
     """
     if releases.read_current(layout) is None:
         raise AgentError("there is no release to start", "Send one: robotcore deploy push", "no-current-release")

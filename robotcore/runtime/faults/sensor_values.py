@@ -34,7 +34,7 @@ class RangeNoise(Fault):
 
 
 class Stuck(Fault):
-    """A range sensor always returns the given distance, with new times of capture.
+    """A range sensor always returns the given distance. The times of capture advance as without the fault.
 
     A distance beyond the sensor's range becomes ``inf``.
     """

@@ -96,7 +96,10 @@ class AppMotor(Motor):
 
 
 class AppDisplay(Display):
-    """A display that shows pictures on a driver's display through the layers. ``latest`` is the newest picture."""
+    """The display that an app uses. The layers pass each picture on to the driver's display.
+
+    ``latest`` is the newest picture.
+    """
 
     def __init__(self, inner: Display, show: Show) -> None:
         super().__init__(inner.name)

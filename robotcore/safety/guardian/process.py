@@ -112,7 +112,7 @@ class _Task:
 
 
 def run_all(workers: Sequence[CutoffWorker], action: Action, limit: float, clock: Clock) -> Report:
-    """Run an action of all cutoffs in parallel, for at most ``limit`` seconds. Return the report."""
+    """Run one action on each cutoff in parallel, and wait at most ``limit`` seconds. Return which cutoffs finished."""
     tasks = [(worker.device, worker.submit(action)) for worker in workers]
     end = clock.now() + limit
     results = [(device, task.wait(end - clock.now()), task.message) for device, task in tasks]

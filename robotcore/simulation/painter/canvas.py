@@ -64,7 +64,7 @@ def shade(colours: Array, cosines: Array, light: Light) -> PackedColours:
 
 
 def shade_in_steps(colours: Array, cosines: Array, light: Light) -> PackedColours:
-    """Return for each face `SHADES` colours, from black to its colour under the light, (n, SHADES).
+    """Return an array (n, SHADES): for each face, the colours from black to the face's colour under the light.
 
     colours, cosines: see `shade`.
     """

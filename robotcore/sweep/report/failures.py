@@ -88,10 +88,10 @@ class Failure:
 
     @classmethod
     def build_full(cls, record: Record, folder: Path, splits: Sequence[SignificantSplit]) -> Failure:
-        """Return a failing run with its conditions and its picture.
+        """Return a failing run with the conditions that the seed drew for it, and with its picture.
 
         folder: the folder of the sweep, which has the picture.
-        splits: the significant splits of all groups.
+        splits: the significant splits of all groups. The run's conditions that belong to one are marked.
         """
         brief = cls.build_brief(record)
         sides = {each.condition: each.side for each in splits if each.group == GroupKey.of(record)}
