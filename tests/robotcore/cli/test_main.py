@@ -115,8 +115,8 @@ def test_an_interrupted_process_reports_the_signal_and_ends_by_it(app_file: AppF
 @pytest.mark.slow
 def test_buffered_output_is_written_before_the_process_ends(app_file: AppFile) -> None:
     halves = "import sys; sys.stdout.write('half'); sys.stderr.write('half')"
-    deed = f"{halves}; os.kill(os.getpid(), {signal.SIGTERM:d})"
-    command = [sys.executable, "-m", "robotcore", "run", app_file(deed)]
+    statement = f"{halves}; os.kill(os.getpid(), {signal.SIGTERM:d})"
+    command = [sys.executable, "-m", "robotcore", "run", app_file(statement)]
     buffered = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
     done = subprocess.run(command, env=buffered, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (-signal.SIGTERM, "half")

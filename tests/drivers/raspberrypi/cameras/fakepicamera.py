@@ -141,7 +141,7 @@ class FakePicamera2:
     def capture_request(self, wait: float | None = None) -> FakeRequest:
         assert self.is_started
         if self.bench.is_hanging or self.outstanding == self.config["buffer_count"]:
-            assert wait, "nobody would ever wake up"
+            assert wait, "without a timeout this wait would never end"
             raise TimedOutError
         self.outstanding += 1
         return FakeRequest(self, self._metadata())

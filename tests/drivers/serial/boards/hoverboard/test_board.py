@@ -102,7 +102,7 @@ def test_a_stop_is_settled_when_feedback_confirms_it(board: ScriptedBoard) -> No
     board.set(0, 0)
     assert not board.protocol.is_settled
     board.pass_time(0.005)
-    assert not board.protocol.is_settled, "what it told before it was told to stand says nothing"
+    assert not board.protocol.is_settled, "feedback from before the command to stand proves nothing"
     board.receive(100, 100, speed=100)
     assert not board.protocol.is_settled
     board.pass_time(0.01)
