@@ -17,8 +17,8 @@ from __future__ import annotations
 from typing import NoReturn
 
 from drivers.vrep.simx.clients import *  # noqa: F403
+from drivers.vrep.simx.commands import *  # noqa: F403
 from drivers.vrep.simx.constants import *  # noqa: F403
-from drivers.vrep.simx.objects import *  # noqa: F403
 from drivers.vrep.simx.sensors_signals import *  # noqa: F403
 
 __all__ = [name for name in dir() if name.startswith(("simx", "sim_"))]

@@ -2,7 +2,7 @@
 
 As in the official binding, a number identifies each client of a process.
 """
-# ruff: noqa: N802, N803, D103  the names and short functions of the official binding; its manual explains them
+# ruff: noqa: N802, N803  the names of the official binding
 
 from __future__ import annotations
 
@@ -150,16 +150,6 @@ def read(client: int, request: Request[T], operation_mode: int, default: U) -> t
         return c.simx_return_local_error_flag, default
 
 
-def read_list(client: int, request: Request[tuple[float, ...]], mode: int, length: int) -> tuple[int, list[float]]:
-    """Send a request for numbers, and return the return code and the list of numbers.
-
-    client: the number of the client.
-    length: the length of the list. Without an answer, the list contains zeros.
-    """
-    code, values = read(client, request, mode, (0.0,) * length)
-    return code, list(values)
-
-
 _CLOCK = MonotonicClock()
 _CONNECT_TIMEOUT_MS = 5000
 
@@ -264,24 +254,23 @@ def simxSynchronousTrigger(clientID: int) -> int:
 
 
 def simxStartSimulation(clientID: int, operationMode: int) -> int:
+    """Start or resume the simulation, and return the return code."""
     return send(clientID, requests.START, operationMode)
 
 
 def simxPauseSimulation(clientID: int, operationMode: int) -> int:
+    """Pause the simulation, and return the return code."""
     return send(clientID, requests.PAUSE, operationMode)
 
 
 def simxStopSimulation(clientID: int, operationMode: int) -> int:
+    """Stop the simulation, and return the return code."""
     return send(clientID, requests.STOP, operationMode)
 
 
 def simxGetLastErrors(clientID: int, operationMode: int) -> tuple[int, list[str]]:
     """Return the return code, and the messages of the server's errors since the last call, at most 50."""
     return read(clientID, requests.LAST_ERRORS, operationMode, [])
-
-
-def simxAddStatusbarMessage(clientID: int, message: str | bytes, operationMode: int) -> int:
-    return send(clientID, requests.statusbar_message(message), operationMode)
 
 
 def simxLoadScene(clientID: int, scenePathAndName: str | bytes, options: int, operationMode: int) -> int:
@@ -292,10 +281,6 @@ def simxLoadScene(clientID: int, scenePathAndName: str | bytes, options: int, op
     if options & 1:
         return c.simx_return_local_error_flag
     return send(clientID, requests.named_request("load", 0x3002, scenePathAndName, read_nothing), operationMode)
-
-
-def simxCloseScene(clientID: int, operationMode: int) -> int:
-    return send(clientID, requests.simulator_request("close the scene", 0x0005, read_nothing), operationMode)
 
 
 def _list_header_fields(server: Header) -> dict[int, int]:

@@ -1,5 +1,5 @@
 """The functions of the official binding about sensors, signals and functions of scripts."""
-# ruff: noqa: N802, N803, N816, D103  the names and short functions of the official binding; its manual explains them
+# ruff: noqa: N802, N803  the names of the official binding
 
 from __future__ import annotations
 
@@ -12,16 +12,15 @@ import numpy.typing as npt
 
 from drivers.vrep.simx import constants as c
 from drivers.vrep.simx.clients import CLIENTS, read, send
+from drivers.vrep.simx.commands import terminate, to_bytes
 from drivers.vrep.wire import requests
 from drivers.vrep.wire.codec import (
     Pixels,
     Proximity,
+    floats_reader,
     pack_floats,
     pack_ints,
     read_depth,
-    read_float,
-    read_int,
-    read_nothing,
 )
 from drivers.vrep.wire.requests import Request, named_request, object_request
 
@@ -30,6 +29,13 @@ _SIGNED = np.arange(256).astype(np.int8).astype(object)
 """The signed value of each byte. A look-up in this table is faster than a conversion of each byte of an image."""
 
 _NOTHING = Proximity(is_detected=False, point=(0.0, 0.0, 0.0), handle=0, normal=(0.0, 0.0, 0.0))
+
+
+def simxGetObjectVelocity(clientID: int, objectHandle: int, operationMode: int) -> tuple[int, list[float], list[float]]:
+    """Return the return code, the linear velocity in m/s, and the angular velocity in rad/s, in the world."""
+    request = object_request("read the velocity of object", 0x1036, objectHandle, floats_reader(6))
+    code, values = read(clientID, request, operationMode, [0.0] * 6)
+    return code, values[:3], values[3:]
 
 
 def simxReadProximitySensor(
@@ -137,31 +143,8 @@ Bytes = str | bytes | bytearray
 Results = tuple[list[int], list[float], list[str], bytearray]
 
 
-def simxGetFloatSignal(clientID: int, signalName: str | bytes, operationMode: int) -> tuple[int, float]:
-    return read(clientID, named_request("read signal", 0x3010, signalName, read_float), operationMode, 0.0)
-
-
-def simxSetFloatSignal(clientID: int, signalName: str | bytes, signalValue: float, operationMode: int) -> int:
-    return _set(clientID, 0x3013, signalName, pack_floats(signalValue), operationMode)
-
-
-def simxClearFloatSignal(clientID: int, signalName: str | bytes, operationMode: int) -> int:
-    return _set(clientID, 0x300D, signalName, b"", operationMode)
-
-
-def simxGetInt32Signal(clientID: int, signalName: str | bytes, operationMode: int) -> tuple[int, int]:
-    return read(clientID, named_request("read signal", 0x3011, signalName, read_int), operationMode, 0)
-
-
-def simxSetInt32Signal(clientID: int, signalName: str | bytes, signalValue: int, operationMode: int) -> int:
-    return _set(clientID, 0x3014, signalName, pack_ints(signalValue), operationMode)
-
-
-def simxClearInt32Signal(clientID: int, signalName: str | bytes, operationMode: int) -> int:
-    return _set(clientID, 0x300E, signalName, b"", operationMode)
-
-
 def simxGetStringSignal(clientID: int, signalName: str | bytes, operationMode: int) -> tuple[int, bytearray]:
+    """Return the return code and the value of a signal."""
     return read(clientID, named_request("read signal", 0x3012, signalName, bytearray), operationMode, bytearray())
 
 
@@ -191,18 +174,6 @@ def simxReadStringStream(clientID: int, signalName: str | bytes, operationMode: 
     return answer
 
 
-def simxSetStringSignal(clientID: int, signalName: str | bytes, signalValue: Bytes, operationMode: int) -> int:
-    return _set(clientID, 0x3015, signalName, _to_bytes(signalValue), operationMode)
-
-
-def simxAppendStringSignal(clientID: int, signalName: str | bytes, signalValue: Bytes, operationMode: int) -> int:
-    return _set(clientID, 0x3016, signalName, _to_bytes(signalValue), operationMode)
-
-
-def simxClearStringSignal(clientID: int, signalName: str | bytes, operationMode: int) -> int:
-    return _set(clientID, 0x300F, signalName, b"", operationMode)
-
-
 def simxCallScriptFunction(
     clientID: int,
     scriptDescription: str | bytes,
@@ -214,51 +185,38 @@ def simxCallScriptFunction(
     inputBuffer: Bytes,
     operationMode: int,
 ) -> tuple[int, list[int], list[float], list[str], bytearray]:
-    key = pack_ints(options) + _terminate(scriptDescription) + _terminate(functionName)
-    buffer = _to_bytes(inputBuffer)
+    """Call a function of a script, and return the return code and the four results of the function."""
+    key = pack_ints(options) + terminate(scriptDescription) + terminate(functionName)
+    buffer = to_bytes(inputBuffer)
     counts = pack_ints(len(inputInts), len(inputFloats), len(inputStrings), len(buffer))
     numbers = pack_ints(*inputInts) + pack_floats(*inputFloats)
-    data = counts + numbers + b"".join(map(_terminate, inputStrings)) + buffer
+    data = counts + numbers + b"".join(map(terminate, inputStrings)) + buffer
     default: Results = ([], [], [], bytearray())
     call = Request(f"call {functionName!r} of {scriptDescription!r}", 0x3401, key, data, _read_results)
     code, results = read(clientID, call, operationMode, default)
     return code, *results
 
 
-simxClearIntegerSignal = simxClearInt32Signal
-simxGetIntegerSignal = simxGetInt32Signal
-simxSetIntegerSignal = simxSetInt32Signal
-simxWriteStringStream = simxAppendStringSignal
-
-
 def simxPackInts(intList: Sequence[int]) -> bytearray:
+    """Encode integers as 32-bit integers."""
     return bytearray(pack_ints(*intList))
 
 
 def simxUnpackInts(intsPackedInString: Bytes) -> list[int]:
-    raw = _to_bytes(intsPackedInString)
+    """Decode 32-bit integers. Bytes after the last whole integer are ignored."""
+    raw = to_bytes(intsPackedInString)
     return list(struct.unpack_from(f"<{len(raw) // 4}i", raw))
 
 
 def simxPackFloats(floatList: Sequence[float]) -> bytearray:
+    """Encode numbers as 32-bit floats."""
     return bytearray(pack_floats(*floatList))
 
 
 def simxUnpackFloats(floatsPackedInString: Bytes) -> list[float]:
-    raw = _to_bytes(floatsPackedInString)
+    """Decode 32-bit floats. Bytes after the last whole float are ignored."""
+    raw = to_bytes(floatsPackedInString)
     return list(struct.unpack_from(f"<{len(raw) // 4}f", raw))
-
-
-def _set(client: int, command: int, name: str | bytes, data: bytes, mode: int) -> int:
-    return send(client, named_request("set signal", command, name, read_nothing, data), mode)
-
-
-def _to_bytes(value: Bytes) -> bytes:
-    return value.encode() if isinstance(value, str) else bytes(value)
-
-
-def _terminate(text: str | bytes) -> bytes:
-    return _to_bytes(text).split(b"\0")[0] + b"\0"
 
 
 def _read_results(data: memoryview) -> Results:

@@ -55,13 +55,13 @@ def read_nothing(data: memoryview) -> None:
     """Ignore the data of an answer that has no value."""
 
 
-def floats_reader(count: int, offset: int = 0) -> Callable[[memoryview], Vector]:
-    """Return a function that decodes floats.
+def floats_reader(count: int) -> Callable[[memoryview], list[float]]:
+    """Return a function that decodes a list of ``count`` floats."""
 
-    count: the number of floats.
-    offset: the position of the first float, in bytes.
-    """
-    return lambda data: struct.unpack_from(f"<{count}f", data, offset)
+    def read_floats(data: memoryview) -> list[float]:
+        return list(struct.unpack_from(f"<{count}f", data))
+
+    return read_floats
 
 
 def read_proximity(data: memoryview) -> Proximity:

@@ -11,7 +11,6 @@ from drivers.vrep.wire.codec import (
     Piece,
     Pixels,
     Proximity,
-    Vector,
     encode_command,
     floats_reader,
     pack_floats,
@@ -21,7 +20,6 @@ from drivers.vrep.wire.codec import (
     read_float,
     read_grey,
     read_int,
-    read_ints,
     read_nothing,
     read_proximity,
 )
@@ -191,38 +189,12 @@ def set_grey_image(sensor: int, pixels: bytes) -> Request[None]:
     return object_request("show a grey image on vision sensor", 0x1005, sensor, read_nothing, pixels)
 
 
-def object_position(handle: int, relative_to: int = -1) -> Request[Vector]:
+def object_position(handle: int, relative_to: int = -1) -> Request[list[float]]:
     """Return a request that reads the position of an object: x, y, z in m.
 
     relative_to: the handle of the object whose frame is used; -1 means the world.
     """
     return pair_request("read the position of object", 0x200E, handle, relative_to, floats_reader(3))
-
-
-def object_orientation(handle: int, relative_to: int = -1) -> Request[Vector]:
-    """Return a request that reads the orientation of an object: the Euler angles about x, y', z'' in rad.
-
-    relative_to: the handle of the object whose frame is used; -1 means the world.
-    """
-    return pair_request("read the orientation of object", 0x200D, handle, relative_to, floats_reader(3))
-
-
-def object_velocity(handle: int) -> Request[Vector]:
-    """Return a request that reads the velocity of an object in the world: linear in m/s, then angular in rad/s."""
-    return object_request("read the velocity of object", 0x1036, handle, floats_reader(6))
-
-
-def object_parent(handle: int) -> Request[int]:
-    """Return a request that reads the handle of an object's parent; -1 if it has no parent."""
-    return object_request("read the parent of object", 0x1012, handle, read_int)
-
-
-def objects(kind: int) -> Request[list[int]]:
-    """Return a request that lists the handles of all objects of a kind.
-
-    kind: the value of ``sim_object_…_type``.
-    """
-    return object_request("list objects of type", 0x102A, kind, read_ints)
 
 
 def float_parameter(number: int) -> Request[float]:
@@ -231,24 +203,3 @@ def float_parameter(number: int) -> Request[float]:
     number: the value of ``sim_floatparam_…``.
     """
     return object_request("read parameter", 0x1023, number, read_float)
-
-
-def set_float_parameter(number: int, value: float) -> Request[None]:
-    """Return a request that sets a parameter of the simulator.
-
-    number: the value of ``sim_floatparam_…``.
-    """
-    return object_request("set parameter", 0x1024, number, read_nothing, pack_floats(value))
-
-
-def int_parameter(number: int) -> Request[int]:
-    """Return a request that reads a parameter of the simulator.
-
-    number: the value of ``sim_intparam_…``.
-    """
-    return object_request("read parameter", 0x1021, number, read_int)
-
-
-def statusbar_message(text: str | bytes) -> Request[None]:
-    """Return a request that shows a line in the status bar of the simulator."""
-    return named_request("show", 0x3008, text, read_nothing)

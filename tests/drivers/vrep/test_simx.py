@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import inspect
+import struct
 import threading
 from collections.abc import Callable, Iterator
 
@@ -9,6 +11,8 @@ import numpy as np
 import pytest
 
 from drivers.vrep import simx
+from drivers.vrep.simx.clients import CLIENTS
+from drivers.vrep.wire.requests import Request
 from robotcore.hal.wall_clock import MonotonicClock
 from tests.doubles.coppeliasim.legacy.faults import Hang, SendGarbage
 from tests.doubles.coppeliasim.legacy.server import LegacyServer
@@ -227,6 +231,78 @@ def test_threads_can_share_a_client(client: int) -> None:
     for thread in threads:
         thread.join()
     assert wrong == []
+
+
+class RecordingClient:
+    """A client that records requests, and has no answers."""
+
+    def __init__(self) -> None:
+        self.requests: list[tuple[int, bytes, bytes]] = []
+
+    def execute(self, request: Request[object], _mode: int) -> tuple[int, None]:
+        self.requests.append((request.command, request.key, request.data))
+        return simx.simx_return_ok, None
+
+
+@pytest.mark.parametrize(
+    "function, arguments, request_, value",
+    [
+        (simx.simxGetObjectHandle, ("v0\0v1",), (0x3001, b"v0\0", b""), 0),
+        (simx.simxGetObjectPosition, (7, -1), (0x200E, struct.pack("<2i", 7, -1), b""), [0.0] * 3),
+        (
+            simx.simxSetObjectPosition,
+            (7, -1, (1, 2, 3)),
+            (0x101B, struct.pack("<i", 7), struct.pack("<i3f", -1, 1, 2, 3)),
+            None,
+        ),
+        (simx.simxSetObjectParent, (7, 5, 2), (0x101C, struct.pack("<i", 7), struct.pack("<iB", 5, 1)), None),
+        (simx.simxGetObjects, (5,), (0x102A, struct.pack("<i", 5), b""), []),
+        (simx.simxGetBoolParam, (25,), (0x101F, struct.pack("<i", 25), b""), False),
+        (simx.simxSetBoolParam, (25, 7), (0x1020, struct.pack("<i", 25), struct.pack("<i", 1)), None),
+        (simx.simxSetFloatParam, (1, 0.5), (0x1024, struct.pack("<i", 1), struct.pack("<f", 0.5)), None),
+        (simx.simxGetStringParam, (13,), (0x1025, struct.pack("<i", 13), b""), ""),
+        (simx.simxGetInt32Signal, ("s",), (0x3011, b"s\0", b""), 0),
+        (simx.simxSetStringSignal, ("s", "a\0b"), (0x3015, b"s\0", b"a\0b"), None),
+        (simx.simxCloseScene, (), (0x0005, b"", b""), None),
+    ],
+    ids=lambda value: value.__name__ if callable(value) else "",
+)
+def test_function_sends_its_command_and_returns_zero_without_an_answer(
+    function: Callable[..., object],
+    arguments: tuple[object, ...],
+    request_: tuple[int, bytes, bytes],
+    value: object,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    client = RecordingClient()
+    monkeypatch.setattr(CLIENTS, "get", lambda _number: client)
+    names = list(inspect.signature(function).parameters)
+    expected = 0 if value is None else (0, value)
+    assert function(0, *arguments, WAIT) == expected
+    assert function(**dict(zip(names, (0, *arguments, WAIT), strict=True))) == expected
+    assert client.requests == [request_] * 2
+
+
+def test_function_has_a_name_a_signature_and_a_docstring() -> None:
+    function = simx.simxSetIntegerSignal
+    assert function is simx.simxSetInt32Signal
+    assert (function.__name__, function.__doc__) == (
+        "simxSetInt32Signal",
+        "Send the command, and return the return code.",
+    )
+    assert str(inspect.signature(function)) == (
+        "(clientID: int, signalName: str | bytes, signalValue: int, operationMode: int) -> int"
+    )
+    assert inspect.signature(simx.simxGetObjectPosition).return_annotation == tuple[int, list[float]]
+
+
+@pytest.mark.parametrize("arguments", [(0, 17), (0, 17, WAIT, 1)], ids=["too few", "too many"])
+def test_wrong_number_of_arguments_is_an_error_with_the_parameters(
+    arguments: tuple[int, ...], check_text: CheckText
+) -> None:
+    with pytest.raises(TypeError) as caught:
+        simx.simxGetJointPosition(*arguments)
+    check_text(caught.value)
 
 
 def test_packed_numbers_are_unpacked() -> None:
