@@ -33,6 +33,9 @@ from robotcore.runtime.plan import DEFAULT_WORLD, RunRequest
 from robotcore.sweep.spec import format_options, parse_seeds
 from robotcore.text import pluralize
 
+ROBOT = "robot"
+"""The name of the step that connects to the robot, before the checks, and then probes it, after the checks."""
+
 FILES = "files"
 """The name of the step that builds the bundle. This step reports no result."""
 
@@ -59,6 +62,8 @@ class Push:
 def push(request: Push, on_step: OnStep = print) -> str:
     """Check a project, send it to a robot, and start it there. Return the release's name.
 
+    Connects to the robot first, because the checks take long.
+
     After any error, the robot has the complete old or the complete new release.
 
     request: the project, the robot and the options.
@@ -66,7 +71,11 @@ def push(request: Push, on_step: OnStep = print) -> str:
     Raises UnprovenError if a check fails, before anything is sent. Raises DeployError if the robot cannot be reached or
     cannot run the project. Raises UnhealthyError if the robot has rolled back the release.
     """
-    with TemporaryDirectory(prefix="robotcore-") as folder:
+    begin_step(ROBOT, on_step)  # without an update, because ssh may ask for a password
+    with (
+        RobotLink(request.host, request.ssh_config) as link,
+        TemporaryDirectory(prefix="robotcore-") as folder,
+    ):
         check_lines = (
             checks.run_checks(checks.CHECKS_OF_PROJECT, request.project, on_step)
             if request.is_checked
@@ -77,13 +86,11 @@ def push(request: Push, on_step: OnStep = print) -> str:
         if request.is_checked:
             check_lines += checks.run_checks(simulation.CHECKS_OF_BUNDLE, bundle, on_step)
         release = create_release(request.project, bundle.requirements, check_lines)
-        step = begin_step("robot", on_step)
-        with RobotLink(request.host, request.ssh_config) as link:
-            upload = ReleaseUpload(link, release, bundle, on_step)
-            upload.probe(step)
-            name = upload.upload(is_offline=request.is_offline)
-            check = health.HealthCheckClient(request.host, request.ssh_config, begin_step(health.STEP, on_step))
-            return check.follow(link, "activate", name, healthy_within_s=request.healthy_within_s)
+        upload = ReleaseUpload(link, release, bundle, on_step)
+        upload.probe(begin_step(ROBOT, on_step))
+        name = upload.upload(is_offline=request.is_offline)
+        check = health.HealthCheckClient(request.host, request.ssh_config, begin_step(health.STEP, on_step))
+        return check.follow(link, "activate", name, healthy_within_s=request.healthy_within_s)
 
 
 def describe_state_after(step: str, request: Push) -> str:

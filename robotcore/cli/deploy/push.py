@@ -61,8 +61,8 @@ def command(
 ) -> int:
     """Put the project in this folder on HOST, and keep it running there.
 
-    Runs the project's tests, checks its descriptions and runs its app in simulation before it sends anything. The
-    robot rolls back a release that is not healthy.
+    Connects to HOST, then runs the project's tests, checks its descriptions and runs its app in simulation before it
+    sends anything. The robot rolls back a release that is not healthy.
 
     Exit status: 0 the release is healthy, 1 a check failed or the release was rolled back, 2 wrong usage, 3 the robot
     cannot be reached or refuses the release, 128 + the signal's number if interrupted.

@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,7 +12,7 @@ from robotcore.deploy.agent.releases import Release
 from robotcore.deploy.checks import CheckResult, PushCheck
 from robotcore.deploy.host import RobotAddress
 from robotcore.deploy.progress import ReportText, StepProgress
-from robotcore.deploy.project import DeployOptions, build_project
+from robotcore.deploy.project import DeployOptions, Project, build_project
 from robotcore.deploy.push import Push, describe_state_after, push
 from robotcore.deploy.wheels import Platform
 from robotcore.errors import DeployError, DescriptionError, UnprovenError
@@ -150,25 +150,40 @@ def test_release_that_cannot_be_installed_is_deleted_and_the_current_one_stays(
     assert (list_folders(robot, "releases"), (root / "current").readlink()) == before
 
 
-def test_client_does_not_connect_before_every_check_is_passed(
-    push_request: Push, monkeypatch: pytest.MonkeyPatch, raises: Raises
+def install_checks(monkeypatch: pytest.MonkeyPatch, of_bundle: Callable[[object, ReportText], CheckResult]) -> None:
+    """Replace the checks by one of the project, which it passes, and this one of the bundle."""
+    passed = PushCheck[Project]("tests", lambda _project, _say: CheckResult("12 passed"))
+    monkeypatch.setattr(checks, "CHECKS_OF_PROJECT", (passed,))
+    monkeypatch.setattr(simulation, "CHECKS_OF_BUNDLE", (PushCheck("simulation", of_bundle),))
+
+
+def test_nothing_is_sent_before_every_check_is_passed(
+    push_request: Push, robot: Sshd, monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:
     def fail(_project: object, report_text: ReportText) -> CheckResult:
         raise UnprovenError("simulation: 1 of 3 verified", kind="run-failed")
 
-    monkeypatch.setattr(
-        checks, "CHECKS_OF_PROJECT", (PushCheck("tests", lambda _project, _say: CheckResult("12 passed")),)
-    )
-    monkeypatch.setattr(simulation, "CHECKS_OF_BUNDLE", (PushCheck("simulation", fail),))
+    install_checks(monkeypatch, fail)
+    before = [list_folders(robot, below) for below in ("releases", "incoming")]
     steps: list[StepProgress] = []
-    nowhere = replace(push_request, is_checked=True, host=RobotAddress("nobody.invalid"))
     with raises(UnprovenError, "run-failed"):
-        push(nowhere, steps.append)
-    assert [each.step for each in steps] == ["tests", "tests", "files", "files", "simulation"]
-    assert steps[1] == StepProgress("tests", "12 passed", is_done=True)
+        push(replace(push_request, is_checked=True), steps.append)
+    assert [each.step for each in steps] == ["robot", "tests", "tests", "files", "files", "simulation"]
+    assert steps[2] == StepProgress("tests", "12 passed", is_done=True)
+    assert [list_folders(robot, below) for below in ("releases", "incoming")] == before
 
 
-@pytest.mark.parametrize("step", ["", "tests", "files", "simulation", "sent", "doctor", "release"])
+def test_a_robot_that_cannot_be_reached_ends_the_push_before_the_checks(
+    push_request: Push, monkeypatch: pytest.MonkeyPatch, raises: Raises
+) -> None:
+    install_checks(monkeypatch, lambda _project, _say: CheckResult("3 of 3 verified"))
+    steps: list[StepProgress] = []
+    with raises(DeployError, "unknown"):
+        push(replace(push_request, is_checked=True, host=RobotAddress("nobody.invalid")), steps.append)
+    assert steps == [StepProgress("robot")]
+
+
+@pytest.mark.parametrize("step", ["", "robot", "tests", "files", "simulation", "sent", "doctor", "release"])
 def test_interrupted_push_describes_the_state_of_the_robot(
     push_request: Push, step: str, check_text: CheckText
 ) -> None:
