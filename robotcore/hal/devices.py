@@ -187,6 +187,8 @@ class Motor(Device, ABC):
     def set_velocity(self, rad_s: float) -> float:
         """Send a velocity in rad/s, limited to ``max_velocity``, and return the velocity that was sent.
 
+        It does not wait for hardware.
+
         Stops the motor and raises InvalidCommandError if ``rad_s`` is NaN or infinite. Raises DeviceError if the motor
         fails.
         """
@@ -218,7 +220,10 @@ class Motor(Device, ABC):
 
     @abstractmethod
     def _apply(self, rad_s: float) -> None:
-        """Send a velocity in rad/s to the hardware. It is finite and at most ``max_velocity``."""
+        """Send a velocity in rad/s, which is finite and at most ``max_velocity``, without waiting for the hardware.
+
+        A driver of slow hardware stores the velocity, and a thread of the driver sends it.
+        """
 
 
 class VelocityOutput(Protocol):

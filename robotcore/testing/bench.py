@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from enum import Enum
-from functools import cache
+from functools import cache, partial
 from typing import Any, ClassVar, NamedTuple, NoReturn
 
 import pytest
@@ -19,10 +19,16 @@ from robotcore.hal.robot import Robot, Role
 from robotcore.runtime.layers import needed_devices
 from robotcore.testing import worlds
 from robotcore.testing.fakes import Gate
+from robotcore.testing.plugin import UNMEASURED_MOTION
 
 RATE_HZ = 20.0
 SETTLING_S = 0.5
 """The wheels must turn at the commanded velocity after this time, in seconds."""
+
+NO_TRUTH = (
+    "the robot has no ground truth. Open it as Robot(..., truth=...), or remove POSE and CONTACTS from capabilities"
+)
+"""The message about a simulator without the truth that its capabilities promise."""
 
 
 class TestSupport(str, Enum):
@@ -89,6 +95,15 @@ class TestBench:
         """
         self._skip_without_hook(TestSupport.SLOW_HARDWARE, "open_gated")
 
+    def measure_pose(self, robot: Robot) -> Pose | None:
+        """Return the robot's pose, measured from outside, if the backend has no truth. By default there is none.
+
+        A suite with fake hardware overrides this method, and returns the pose of the fake robot. The rules compare
+        poses, so the origin does not matter. Without this method they measure motion by the encoders, which hide that
+        a motor and its encoder are both reversed.
+        """
+        return None
+
     @pytest.fixture(autouse=True)
     def _require_installed_backend(self) -> None:
         backend = self.backend()
@@ -147,11 +162,7 @@ class TestBench:
 
     def get_encoders(self, robot: Robot) -> tuple[Encoder, Encoder]:
         """Return the left and the right encoder of the drive. If the drive has none, the rule is skipped."""
-        names = self.drive.left_encoder or "", self.drive.right_encoder or ""
-        left, right = map(robot.devices.get, names)
-        if not (isinstance(left, Encoder) and isinstance(right, Encoder)):
-            pytest.skip(f"the drive of {self.description.name} has no encoders")
-        return left, right
+        return self._find_encoders(robot) or pytest.skip(f"the drive of {self.description.name} has no encoders")
 
     def command_wheels(self, robot: Robot, left: float, right: float, seconds: float = SETTLING_S) -> None:
         """Command the wheel velocities in rad/s, and sleep for ``seconds``."""
@@ -160,15 +171,35 @@ class TestBench:
         sleep(robot, seconds)
 
     def measure_motion(self, robot: Robot, seconds: float) -> Motion:
-        """Return the robot's motion in the next ``seconds``, by its true pose, or else by its encoders."""
-        if robot.truth:
-            read_pose = robot.truth.pose
-        else:
-            left, right = self.get_encoders(robot)
-            read_pose = Odometry(self.drive.geometry, lambda: Wheels(left.read().angle, right.read().angle)).pose
+        """Return the robot's motion in the next ``seconds``: by its true pose, else by `measure_pose` or its encoders.
+
+        If there is none of these, the rule is skipped, and the plug-in warns.
+        """
+        read_pose = self._choose_pose(robot)
         before = read_pose()
         sleep(robot, seconds)
         return compute_motion(before, read_pose())
+
+    def read_pose(self, robot: Robot) -> Pose:
+        """Return the robot's true pose, or else the result of `measure_pose`. Without these, the rule is skipped."""
+        if robot.truth:
+            return robot.truth.pose()
+        pose = self.measure_pose(robot)
+        if pose is None:
+            self.require(Capability.POSE)
+        assert pose is not None, NO_TRUTH
+        return pose
+
+    def _choose_pose(self, robot: Robot) -> Callable[[], Pose]:
+        if robot.truth or self.measure_pose(robot) is not None:
+            return partial(self.read_pose, robot)
+        left, right = self._find_encoders(robot) or pytest.skip(UNMEASURED_MOTION)
+        return Odometry(self.drive.geometry, lambda: Wheels(left.read().angle, right.read().angle)).pose
+
+    def _find_encoders(self, robot: Robot) -> tuple[Encoder, Encoder] | None:
+        names = self.drive.left_encoder or "", self.drive.right_encoder or ""
+        left, right = map(robot.devices.get, names)
+        return (left, right) if isinstance(left, Encoder) and isinstance(right, Encoder) else None
 
     def _skip_without_hook(self, support: TestSupport, hook: str) -> NoReturn:
         self.require(support)

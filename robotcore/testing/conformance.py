@@ -30,7 +30,8 @@ class ConformanceSuite(
     """The tests of all rules for drivers. The name of a test states its rule.
 
     Derive a class with a name such as ``TestMyBoard`` from it in a test module, and set ``backend``. `TestBench`
-    documents the other attributes. pytest lists the skipped rules at the end, each with its reason.
+    documents the other attributes and the methods to override. pytest lists the skipped rules at the end, each with its
+    reason. Its last line warns if nothing measures the robot's motion.
 
     >>> from robotcore.testing.mock.backend import MockBackend
     >>> class TestMock(ConformanceSuite):

@@ -17,7 +17,8 @@ SETTLE_LIMIT_S = 5.0
 class Gate:
     """A gate that delays the answers of fake hardware while it is shut.
 
-    The fake hardware calls `pass_through` before each answer. `blocks` returns whether a call waits for an answer.
+    The fake hardware calls `pass_through` before each answer, also before it confirms a motor's command. `blocks`
+    returns whether a call waits for an answer.
 
     >>> gate = Gate()
     >>> gate

@@ -1,16 +1,18 @@
-"""Rules for motors: units, signs, left and right, limits, and NaN and infinite velocities."""
+"""Rules for motors: units, signs, left and right, limits, waiting, and NaN and infinite velocities."""
 
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import pytest
 
 from robotcore.description import MotorDescription
 from robotcore.errors import InvalidCommandError
+from robotcore.hal.devices import Motor
 from robotcore.hal.robot import Role
 from robotcore.testing.bench import SETTLING_S, TestBench, TestSupport
-from robotcore.testing.fakes import MotorSpy
+from robotcore.testing.fakes import Gate, MotorSpy
 
 SPEED_RAD_S = 4.0
 
@@ -95,6 +97,15 @@ class MotorRules(TestBench):
                 f"{name}: max_velocity is {limit} rad/s. Set it to the described limit or less, {described[name]} rad/s"
             )
 
+    def test_command_does_not_wait_for_hardware(self) -> None:
+        gate = Gate()
+        with self.open_gated(self.build_setup(), gate) as robot:
+            for motor in self.get_motors(robot):
+                assert not gate.blocks(partial(_send_several, motor)), (
+                    f"{motor.name}: set_velocity() waited for the hardware, so slow hardware delays every tick. Store "
+                    "the velocity, and send it in a thread of the driver"
+                )
+
     @pytest.mark.parametrize("velocity", [math.nan, math.inf, -math.inf])
     def test_velocity_that_is_not_finite_is_refused(self, velocity: float) -> None:
         with self.open_robot(None, Role.DRIVE) as robot:
@@ -117,3 +128,9 @@ class MotorRules(TestBench):
                         f"{motor.name}: after set_velocity(nan) raised an error, the last velocity sent is "
                         f"{spy.last} rad/s. Stop the motor before you raise the error"
                     )
+
+
+def _send_several(motor: Motor) -> None:
+    """Send two velocities, because a driver may store the first one and wait with the second."""
+    motor.set_velocity(SPEED_RAD_S)
+    motor.set_velocity(SPEED_RAD_S / 2)

@@ -14,7 +14,7 @@ from robotcore.hal.devices import Frame
 from robotcore.hal.robot import Robot, Role
 from robotcore.hal.truth import TruthSource
 from robotcore.testing import worlds
-from robotcore.testing.bench import RATE_HZ, TestBench, TestSupport, compute_motion, list_sensors, sleep
+from robotcore.testing.bench import NO_TRUTH, RATE_HZ, TestBench, TestSupport, compute_motion, list_sensors, sleep
 
 ARC = (3.0, 5.0)
 """The left and the right wheel velocity of a left turn, in rad/s."""
@@ -51,18 +51,18 @@ class TruthRules(TestBench):
         )
 
     def test_pose_moves_as_the_wheels_roll(self) -> None:
-        self.require(Capability.POSE, TestSupport.MOTION)
+        self.require(TestSupport.MOTION)
         with self.open_robot(None, Role.DRIVE) as robot:
             self.command_wheels(robot, *ARC)
-            angles, pose = self._angles(robot), _require_truth(robot).pose()
+            pose, angles = self.read_pose(robot), self._angles(robot)
             sleep(robot, 1.0)
             left, right = (now - then for now, then in zip(self._angles(robot), angles, strict=True))
-            motion = compute_motion(pose, _require_truth(robot).pose())
+            motion = compute_motion(pose, self.read_pose(robot))
         rolled = self.drive.geometry.to_twist(Wheels(left, right))
         origin = Pose(0.0, 0.0, 0.0)
         expected = compute_motion(origin, origin.advance(*rolled))
         assert motion == pytest.approx(expected, abs=0.02), (
-            f"the true pose moved by {motion}, and the encoders' angles give {expected}. Use the described wheel "
+            f"the pose moved by {motion}, and the encoders' angles give {expected}. Use the described wheel "
             "radius and track, and check that the wheels do not slip"
         )
 
@@ -107,9 +107,7 @@ class TruthRules(TestBench):
 
 
 def _require_truth(robot: Robot) -> TruthSource:
-    assert robot.truth is not None, (
-        "the robot has no ground truth. Open it as Robot(..., truth=...), or remove POSE and CONTACTS from capabilities"
-    )
+    assert robot.truth is not None, NO_TRUTH
     return robot.truth
 
 

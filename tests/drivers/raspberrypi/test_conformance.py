@@ -45,7 +45,7 @@ class TestRaspberryPi(ConformanceSuite):
 
 
 class ModulePins(VirtualPins):
-    """Mock pins in real time, with an ultrasonic module in front of a wall. A gate can block reads of the pins."""
+    """Mock pins in real time, with an ultrasonic module in front of a wall. A gate can block reads of its inputs."""
 
     def __init__(self, gate: Gate) -> None:
         super().__init__(MonotonicClock())
@@ -59,8 +59,9 @@ class ModulePins(VirtualPins):
 
 
 class GatedPin(VirtualPin):
-    """A pin whose reads wait while the gate is closed."""
+    """A pin whose reads as an input wait while the gate is closed. An output has its state in a register."""
 
     def _get_state(self) -> Any:
-        self._factory.gate.pass_through()
+        if self.function == "input":
+            self._factory.gate.pass_through()
         return super()._get_state()

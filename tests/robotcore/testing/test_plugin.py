@@ -21,6 +21,13 @@ class TestDriver(ConformanceSuite):
     lacks = {{TestSupport.LOST_ECHO: "the simulator cannot hide a wall"}}
 """
 
+UNMEASURED = """
+from tests.robotcore.testing.broken.unmeasured import MeasuredWithoutEncodersSuite, NoTruthSuite, UnmeasuredSuite
+
+class TestMeasured(MeasuredWithoutEncodersSuite): ...
+class TestByEncoders(NoTruthSuite): ...
+"""
+
 
 def run_suite(pytester: pytest.Pytester, *modules: str) -> pytest.RunResult:
     pytester.makepyfile(SUITE.format(modules=modules))
@@ -36,7 +43,8 @@ def list_unchecked(result: pytest.RunResult) -> list[str]:
 
 def test_rules_not_checked_are_listed_with_their_reason(pytester: pytest.Pytester, check_text: CheckText) -> None:
     result = run_suite(pytester)
-    result.assert_outcomes(passed=3, skipped=2, deselected=result.parseoutcomes()["deselected"])
+    result.assert_outcomes(passed=3, skipped=3, deselected=result.parseoutcomes()["deselected"])
+    assert "skipped" in result.outlines[-1]
     check_text("\n".join(list_unchecked(result)))
 
 
@@ -44,8 +52,19 @@ def test_backend_that_is_not_installed_is_skipped_with_its_remedy(
     pytester: pytest.Pytester, check_text: CheckText
 ) -> None:
     result = run_suite(pytester, "no_such_simulator")
-    assert result.parseoutcomes()["skipped"] == 5
+    assert result.parseoutcomes()["skipped"] == 6
     check_text(list_unchecked(result)[0])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("options", [("-q",), ("-n", "1")], ids=["quiet", "on a worker"])
+def test_last_line_warns_of_each_suite_whose_motion_nothing_measures(
+    pytester: pytest.Pytester, check_text: CheckText, options: tuple[str, ...]
+) -> None:
+    pytester.makepyfile(UNMEASURED + "class TestA(UnmeasuredSuite): ...\nclass TestB(UnmeasuredSuite): ...\n")
+    result = pytester.runpytest_inprocess("-k", "rest or forward or reading", *options)
+    assert result.ret == 0
+    check_text(result.outlines[-1])
 
 
 def test_nothing_is_listed_without_the_kit(pytester: pytest.Pytester) -> None:

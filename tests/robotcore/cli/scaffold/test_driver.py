@@ -44,15 +44,19 @@ def install(package: Path) -> str:
 @pytest.mark.slow
 def test_passes_the_conformance_kit_and_runs_an_app(package: Path, type_command: TypeCommand) -> None:
     answer = type_command(package, *TESTS, path=install(package)).stdout
-    assert "47 passed" in answer
+    assert "52 passed" in answer
     assert "failed" not in answer
 
 
 @pytest.mark.slow
-def test_its_tests_report_a_reversed_motor_and_a_missing_installation(package: Path, type_command: TypeCommand) -> None:
+def test_its_tests_report_reversed_motors_and_encoders_and_a_missing_installation(
+    package: Path, type_command: TypeCommand
+) -> None:
     devices = package / "tiny_board" / "devices.py"
-    devices.write_text(devices.read_text().replace("turn(self._wheel, rad_s)", "turn(self._wheel, -rad_s)"))
+    code = devices.read_text().replace("turn(wheel, rad_s)", "turn(wheel, -rad_s)")
+    devices.write_text(code.replace("Angle(self._board.angle(self._wheel)", "Angle(-self._board.angle(self._wheel)"))
     answer = type_command(package, *TESTS).stdout
+    assert "encoders_count_forward_as_positive" not in answer
     assert "Negate the velocity of each motor that turns backward" in answer
     assert "install it first: pip install -e ." in answer
 

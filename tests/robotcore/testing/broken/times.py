@@ -2,11 +2,13 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import replace
+from functools import partial
 
 from robotcore.hal.backend import Setup
 from robotcore.hal.devices import Range, RangeSensor
 from robotcore.hal.robot import Robot
 from robotcore.testing import Gate
+from tests.robotcore.testing.broken.motors import Apply, change_apply
 from tests.robotcore.testing.broken.sensing import change_samples
 from tests.robotcore.testing.harness import Broken, Sound, broken, replace_attribute
 
@@ -39,6 +41,30 @@ def _wait_at(gate: Gate, sample: Range) -> Range:
     gate.pass_through()
     return sample
 
+
+class MotorWaitSuite(Sound):
+    """A suite for a driver whose motors take one command at once, and wait for the hardware with the next."""
+
+    def open_gated(self, setup: Setup, gate: Gate) -> Robot:
+        robot = self.open(setup)
+        change_apply(partial(_wait_from_second, gate))(robot)
+        return robot
+
+
+def _wait_from_second(gate: Gate, apply: Apply) -> Apply:
+    commands = itertools.count()
+
+    def send(rad_s: float) -> None:
+        if next(commands):
+            gate.pass_through()
+        apply(rad_s)
+
+    return send
+
+
+BROKEN_MOTOR_WAITS = (
+    Broken("a command waits for the hardware", frozenset({"command_does_not_wait_for_hardware"}), MotorWaitSuite),
+)
 
 BROKEN_SAMPLES = (
     broken(

@@ -11,12 +11,11 @@ import pytest
 from drivers.serial.boards.sabertooth.protocol import stop
 from robotcore.description import load_robot
 from robotcore.errors import DescriptionError, DeviceLostError
-from robotcore.geometry import Wheels
+from robotcore.geometry import Pose, Wheels
 from robotcore.hal.drive import Odometry
 from robotcore.hal.robot import Robot
 from robotcore.hardware import Host, bind_devices
 from robotcore.testing import ConformanceSuite
-from robotcore.testing.bench import Motion, compute_motion, sleep
 from tests.doubles.serial.bench import Rig, TickingBench, connect_devices
 from tests.doubles.serial.board import BoardDouble
 from tests.doubles.serial.sabertooth import Sabertooths
@@ -34,13 +33,11 @@ class TestSabertooth(TickingBench, ConformanceSuite):
 
     def board(self) -> BoardDouble:
         self.line = Sabertooths(full_rad_s=FULL_RAD_S)
+        self.odometry = Odometry(self.drive.geometry, self._wheels)
         return self.line
 
-    def measure_motion(self, robot: Robot, seconds: float) -> Motion:
-        where = Odometry(self.drive.geometry, self._wheels).pose
-        before = where()
-        sleep(robot, seconds)
-        return compute_motion(before, where())
+    def measure_pose(self, robot: Robot) -> Pose:
+        return self.odometry.pose()
 
     def _wheels(self) -> Wheels:
         wheels = self.line.boards[128].wheels

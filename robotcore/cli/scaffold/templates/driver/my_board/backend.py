@@ -67,7 +67,7 @@ class MyBoardBackend(Backend):
 def _open_device(drive: Drive | None, board: Board, clock: Clock, description: AnyDevice) -> Device:
     match description:
         case MotorDescription():
-            return BoardMotor(description, board, _find_wheel(description.name, drive))
+            return BoardMotor(description, board, _find_wheel(description.name, drive), clock)
         case EncoderDescription():
             return BoardEncoder(description, board, _find_wheel(description.name, drive), clock)
         case RangeSensorDescription():

@@ -13,16 +13,16 @@ FULL_V = 7.8
 
 
 class Board:
-    """A simulated board with two wheels that follow their commands, and a wall ahead.
+    """A simulated board with two wheels that follow their commands, and a wall ahead. The tests measure its ``pose``.
 
-    Several threads call it, because the sensors are polled while the app runs. If your library allows only one call at
-    a time, add a lock here.
+    Several threads call it, because commands are sent and sensors are polled while the app runs. If your library
+    allows only one call at a time, add a lock here.
     """
 
     def __init__(self) -> None:
         self._velocities = {"left": 0.0, "right": 0.0}
         self._angles = {"left": 0.0, "right": 0.0}
-        self._pose = Pose(0.0, 0.0, 0.0)
+        self.pose = Pose(0.0, 0.0, 0.0)
 
     def clock(self, rate_hz: float) -> Clock:
         """Return the robot's clock. For a real board, return `MonotonicClock()`."""
@@ -39,8 +39,8 @@ class Board:
 
     def distance(self) -> float:
         """Return the distance from the axle to the wall in m, or inf if the wall is behind the robot."""
-        ahead = math.cos(self._pose.heading)
-        return (WALL_M - self._pose.x) / ahead if ahead > 0 else math.inf
+        ahead = math.cos(self.pose.heading)
+        return (WALL_M - self.pose.x) / ahead if ahead > 0 else math.inf
 
     def voltage(self) -> float:
         """Return the battery's voltage in V."""
@@ -54,4 +54,4 @@ class Board:
         left, right = (velocity * seconds for velocity in self._velocities.values())
         self._angles["left"] += left
         self._angles["right"] += right
-        self._pose = self._pose.advance(*GEOMETRY.to_twist(Wheels(left, right)))
+        self.pose = self.pose.advance(*GEOMETRY.to_twist(Wheels(left, right)))

@@ -7,6 +7,7 @@ from robotcore.hal.clock import Clock
 from robotcore.hal.devices import Angle, Battery, Encoder, Motor, Range, RangeSensor, Voltage
 
 from my_board.board import Board
+from my_board.commands import CommandSender
 from my_board.failures import translate_errors
 from my_board.polled import Polled
 
@@ -14,13 +15,15 @@ from my_board.polled import Polled
 class BoardMotor(Motor):
     """The motor of a wheel."""
 
-    def __init__(self, description: MotorDescription, board: Board, wheel: str) -> None:
+    def __init__(self, description: MotorDescription, board: Board, wheel: str, clock: Clock) -> None:
         super().__init__(description.name, description.max_velocity_rad_s)
-        self._board, self._wheel = board, wheel
+        self._sender = CommandSender(self.name, clock, lambda rad_s: board.turn(wheel, rad_s))
 
     def _apply(self, rad_s: float) -> None:
-        with translate_errors(self.name):
-            self._board.turn(self._wheel, rad_s)
+        self._sender.put(rad_s)
+
+    def _release(self) -> None:
+        self._sender.stop()
 
 
 class BoardEncoder(Encoder):

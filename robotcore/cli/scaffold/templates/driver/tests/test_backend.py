@@ -7,8 +7,12 @@ from robotcore import Outcome, RunRequest, run
 from robotcore.description import load_robot
 from robotcore.errors import DeviceError
 from robotcore.hal.backend import Setup
+from robotcore.hal.clock import Clock
+from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.plugins import backend_names
+from robotcore.testing import Gate
 
+from my_board import commands
 from my_board.backend import MyBoardBackend
 from my_board.board import Board
 
@@ -20,10 +24,30 @@ class Unplugged(Board):
 
     is_unplugged = False
 
+    def turn(self, wheel: str, rad_s: float) -> None:
+        if self.is_unplugged:
+            raise ConnectionError
+        super().turn(wheel, rad_s)
+
     def distance(self) -> float:
         if self.is_unplugged:
             raise ConnectionError
         return super().distance()
+
+
+class Stuck(Board):
+    """A board in real time that takes commands only while the test's gate is open."""
+
+    def __init__(self, gate: Gate) -> None:
+        super().__init__()
+        self._gate = gate
+
+    def clock(self, rate_hz: float) -> Clock:
+        return MonotonicClock()
+
+    def turn(self, wheel: str, rad_s: float) -> None:
+        self._gate.pass_through()
+        super().turn(wheel, rad_s)
 
 
 def test_an_app_runs_on_the_backend() -> None:
@@ -42,6 +66,51 @@ def test_an_unplugged_board_is_named_in_the_error() -> None:
         with pytest.raises(DeviceError) as caught:
             robot.range.read()
     assert (caught.value.device, caught.value.kind) == ("nose", "board-silent")
+
+
+def test_a_command_that_failed_is_an_error_of_the_next_command() -> None:
+    board = Unplugged()
+    setup = Setup(load_robot(ROBOT), None, frozenset({"left_motor"}))
+    with MyBoardBackend(lambda: board).open(setup) as robot:
+        motor = robot.motors["left_motor"]
+        board.is_unplugged = True
+        motor.set_velocity(4.0)
+        robot.clock.sleep_until(0.1)
+        board.is_unplugged = False
+        with pytest.raises(DeviceError) as caught:
+            motor.set_velocity(4.0)
+        robot.clock.sleep_until(0.2)
+        motor.set_velocity(4.0)
+    assert (caught.value.device, caught.value.kind) == ("left_motor", "board-silent")
+
+
+def test_a_board_that_takes_no_commands_is_named_in_the_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(commands, "SILENT_S", 0.05)
+    gate = Gate()
+    setup = Setup(load_robot(ROBOT), None, frozenset({"left_motor"}))
+    with MyBoardBackend(lambda: Stuck(gate)).open(setup) as robot:
+        motor = robot.motors["left_motor"]
+
+        def command_twice() -> None:
+            motor.set_velocity(4.0)
+            robot.clock.sleep_until(robot.clock.now() + 0.2)
+            motor.set_velocity(4.0)
+
+        with pytest.raises(DeviceError) as caught:
+            gate.blocks(command_twice)
+    assert (caught.value.device, caught.value.kind) == ("left_motor", "board-silent")
+
+
+def test_closing_one_motor_sends_its_stop() -> None:
+    board = Board()
+    setup = Setup(load_robot(ROBOT), None, frozenset({"left_motor"}))
+    with MyBoardBackend(lambda: board).open(setup) as robot:
+        robot.motors["left_motor"].set_velocity(4.0)
+        robot.clock.sleep_until(0.5)
+        robot.motors["left_motor"].close()
+        stopped_at = board.angle("left")
+        robot.clock.sleep_until(1.0)
+        assert board.angle("left") == stopped_at > 0
 
 
 def test_a_device_that_the_board_lacks_is_named() -> None:

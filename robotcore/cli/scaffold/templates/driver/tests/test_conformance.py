@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import ClassVar
 
+from robotcore.geometry import Pose
 from robotcore.hal.backend import Setup
 from robotcore.hal.clock import Clock
 from robotcore.hal.robot import Robot
@@ -21,6 +22,13 @@ class TestMyBoard(ConformanceSuite):
         TestSupport.LOST_ECHO: "the board always measures the wall",
     }
 
+    def open(self, setup: Setup) -> Robot:
+        self._board = Board()
+        return MyBoardBackend(lambda: self._board).open(setup)
+
+    def measure_pose(self, robot: Robot) -> Pose:
+        return self._board.pose
+
     def open_gated(self, setup: Setup, gate: Gate) -> Robot:
         return MyBoardBackend(lambda: SlowBoard(gate)).open(setup)
 
@@ -34,6 +42,10 @@ class SlowBoard(Board):
 
     def clock(self, rate_hz: float) -> Clock:
         return MonotonicClock()
+
+    def turn(self, wheel: str, rad_s: float) -> None:
+        self._gate.pass_through()
+        super().turn(wheel, rad_s)
 
     def angle(self, wheel: str) -> float:
         self._gate.pass_through()

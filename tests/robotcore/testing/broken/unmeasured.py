@@ -1,0 +1,98 @@
+"""Robots without truth, whose pose the suite measures, or whose encoders alone measure the motion."""
+
+from __future__ import annotations
+
+from drivers.kinematic.backend import KinematicBackend
+from robotcore.description import RobotDescription, load_robot
+from robotcore.geometry import Pose
+from robotcore.hal.backend import Capability, Setup
+from robotcore.hal.robot import Robot
+from robotcore.testing import ConformanceSuite
+from tests.robotcore.testing.broken.devices import scale_angles
+from tests.robotcore.testing.broken.motors import change_apply, scale
+from tests.robotcore.testing.harness import Broken
+
+drive_backward = change_apply(scale(-1.0))
+
+
+class NoTruthBackend(KinematicBackend):
+    """A backend that reports no truth."""
+
+    capabilities = frozenset({Capability.LOCKSTEP})
+
+
+class NoTruthSuite(ConformanceSuite):
+    """The suite on a robot without truth. Its encoders measure its motion."""
+
+    backend = NoTruthBackend
+
+    def open(self, setup: Setup) -> Robot:
+        robot = super().open(setup)
+        assert robot.truth
+        self.read_outside, robot.truth = robot.truth.pose, None
+        return robot
+
+
+class MeasuredSuite(NoTruthSuite):
+    """The suite on a robot without truth, whose pose the suite measures."""
+
+    def measure_pose(self, robot: Robot) -> Pose:
+        return self.read_outside()
+
+
+def remove_encoders(robot: RobotDescription) -> RobotDescription:
+    """Return the robot without its encoders."""
+    assert robot.drive
+    drive = robot.drive.model_copy(update={"left_encoder": None, "right_encoder": None})
+    devices = tuple(device for device in robot.devices if device.kind != "encoder")
+    return robot.model_copy(update={"drive": drive, "devices": devices})
+
+
+ROVER_WITHOUT_ENCODERS = remove_encoders(load_robot("rover"))
+
+
+class UnmeasuredSuite(NoTruthSuite):
+    """The suite on a robot whose motion nothing measures."""
+
+    @property
+    def description(self) -> RobotDescription:
+        return ROVER_WITHOUT_ENCODERS
+
+
+class MeasuredWithoutEncodersSuite(MeasuredSuite):
+    """The suite on a robot whose motion only the suite measures."""
+
+    @property
+    def description(self) -> RobotDescription:
+        return ROVER_WITHOUT_ENCODERS
+
+
+class BackwardWithoutEncodersSuite(MeasuredWithoutEncodersSuite):
+    def open(self, setup: Setup) -> Robot:
+        robot = super().open(setup)
+        drive_backward(robot)
+        return robot
+
+
+class BackwardByEncodersSuite(MeasuredSuite):
+    def open(self, setup: Setup) -> Robot:
+        robot = super().open(setup)
+        drive_backward(robot)
+        scale_angles(-1.0)(robot)
+        return robot
+
+
+BROKEN = (
+    Broken(
+        "a measured robot without encoders drives backward",
+        frozenset({"positive_velocity_drives_forward", "left_motor_faster_turns_right"}),
+        BackwardWithoutEncodersSuite,
+    ),
+    Broken(
+        "a measured robot has reversed motors and encoders",
+        frozenset(
+            {"positive_velocity_drives_forward", "left_motor_faster_turns_right", "pose_moves_as_the_wheels_roll"}
+        ),
+        BackwardByEncodersSuite,
+    ),
+)
