@@ -161,6 +161,7 @@ def _compute_digests(command: str, recordings: Path) -> dict[str, Digest]:
             file = Path(folder, "sweep", "results.jsonl")
             results = [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
         else:
+            recording.unlink(missing_ok=True)  # of an interrupted call
             results = [answer := _run_robotcore(*words, "--record", str(recording))]
     for result in results:
         if result.get("trace_sha256"):

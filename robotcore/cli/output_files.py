@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from robotcore.cli.output import write_failure
-from robotcore.errors import UsageError
+from robotcore.errors import RecordingError, UsageError
 
 if TYPE_CHECKING:
     from robotcore.recording.recorder import Recorder
@@ -53,19 +53,25 @@ def is_same_file(file: Path, other: Path | str) -> bool:
 
 
 def make_recorder(
-    file: Path | None, options: Mapping[str, str], *, is_jpeg: bool, limit: int | None = None
+    file: Path | None,
+    options: Mapping[str, str],
+    *,
+    is_forced: bool = False,
+    is_jpeg: bool = False,
+    limit: int | None = None,
 ) -> Recorder | None:
     """Return an observer that records the run, or None without a file.
 
     file: the recording to write; None for no recording.
     options: the backend's options. A file that they name must not be overwritten.
+    is_forced: whether to overwrite an existing recording.
     is_jpeg: whether to record the camera as JPEG.
     limit: the file size in bytes at which the recording ends; None for no limit.
 
-    Raises UsageError if the file cannot be written.
+    Raises UsageError if the file cannot be written, or exists and must not be overwritten.
     """
     if file is None:
-        for option, is_given in (("--record-jpeg", is_jpeg), ("--record-limit", limit)):
+        for option, is_given in (("--force", is_forced), ("--record-jpeg", is_jpeg), ("--record-limit", limit)):
             if is_given:
                 raise UsageError(
                     f"{option} has no effect without a recording. Add --record FILE.mcap",
@@ -84,6 +90,10 @@ def make_recorder(
     from robotcore.recording.recorder import Recorder
 
     require_recordable(file)
+    if not is_forced and file.exists() and file.stat().st_size:
+        raise RecordingError(
+            file, "the file exists", "Name another file, or overwrite it with --force", kind="recording-exists"
+        )
     return Recorder(file, is_jpeg=is_jpeg, limit=limit)
 
 

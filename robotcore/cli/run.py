@@ -49,6 +49,7 @@ _FIRST_SIMULATOR = "pybullet"
 @click.option(
     "--record", metavar="FILE", type=click.Path(path_type=Path), help="Record the run as an .mcap file, for Foxglove."
 )
+@click.option("--force", "is_forced", is_flag=True, help="Overwrite an existing recording.")
 @click.option(
     "--record-jpeg", is_flag=True, help="Record the camera as JPEG. The file is smaller, and cannot be replayed."
 )
@@ -65,6 +66,7 @@ def command(
     picture: Path | None,
     record: Path | None,
     *,
+    is_forced: bool,
     record_jpeg: bool,
     record_limit: int | None,
     as_json: bool,
@@ -81,7 +83,9 @@ def command(
 
     with SignalGuard() as interrupts:
         drawer = _make_picture_recorder(picture)
-        recorder = make_recorder(record, dict(values["options"]), is_jpeg=record_jpeg, limit=record_limit)
+        recorder = make_recorder(
+            record, dict(values["options"]), is_forced=is_forced, is_jpeg=record_jpeg, limit=record_limit
+        )
         notifier = Notifier.of(os.environ)
         on_forced_exit = _make_forced_exit_handler(recorder, notifier, as_json=as_json)
         prepare_result(as_json=as_json)

@@ -108,6 +108,7 @@ def test_record_jpeg_is_recorded_as_jpeg(cli: Cli, tmp_path: Path, check_text: C
         ("--record", "run.mcap", "--record-limit", "0"),
         ("--record", "run.mcap", "--record-limit", "5 apples"),
         ("--record-jpeg",),
+        ("--force",),
     ],
 )
 def test_a_recording_that_cannot_be_written_is_refused_before_the_run(
@@ -133,6 +134,22 @@ def test_the_replayed_recording_is_not_overwritten(cli: Cli, tmp_path: Path, che
     check_text(answer.err)
     assert file.read_bytes() == before
     assert cli(*replayed, "--record", str(tmp_path / "again.mcap"), "--set", "duration_s=0.5").status == 0
+
+
+def test_an_existing_recording_is_overwritten_only_with_force(cli: Cli, tmp_path: Path, check_text: CheckText) -> None:
+    file = tmp_path / "run.mcap"
+    file.write_bytes(b"a run of yesterday")
+    answer = cli(*SHORT, "--record", str(file), "--json")
+    assert (answer.status, answer.json["kind"]) == (2, "recording-exists")
+    check_text(answer.json["error"])
+    assert file.read_bytes() == b"a run of yesterday"
+    assert cli(*SHORT, "--record", str(file), "--force").status == 0
+    assert read(file).is_replayable
+
+
+def test_an_empty_file_is_overwritten(cli: Cli, tmp_path: Path) -> None:
+    (file := tmp_path / "run.mcap").touch()
+    assert cli(*SHORT, "--record", str(file)).status == 0
 
 
 def test_an_incomplete_recording_is_a_failure(
