@@ -29,8 +29,7 @@ def test_the_listing_pushes_the_project_in_the_current_folder(tmp_path: Path, mo
     assert (str(asked.host), asked.project.name, asked.is_offline) == ("pi@rover.local", "my-robot", True)
 
 
-@pytest.mark.parametrize(
-    "phrase", [phrase for row in read_rows(PAGE, "What a failure means") for phrase in find_code(row[0])]
-)
-def test_each_failure_has_the_message_on_the_page(phrase: str) -> None:
-    assert all(part in WORDS for part in map(str.strip, phrase.split("…")))
+def test_each_failure_has_the_message_on_the_page() -> None:
+    for row in read_rows(PAGE, "What a failure means"):
+        for phrase in find_code(row[0]):
+            assert all(part in WORDS for part in map(str.strip, phrase.split("…"))), phrase

@@ -4,7 +4,6 @@ import re
 from functools import reduce
 from operator import xor
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -17,9 +16,8 @@ def add_checksum(line: str) -> bytes:
     return f"{line}*{reduce(xor, line.encode()):02X}\r".encode()
 
 
-@pytest.mark.parametrize(
-    "line, command",
-    [
+def test_command_is_parsed(firmware: Firmware) -> None:
+    for line, command in [
         (b"e\r", Command("e", ())),
         (b"m 20 -20\r", Command("m", (20, -20))),
         (b"o -255 255\r", Command("o", (-255, 255))),
@@ -28,24 +26,22 @@ def add_checksum(line: str) -> bytes:
         (b"m -0 00007\r", Command("m", (0, 7))),
         (add_checksum("m 20 20"), Command("m", (20, 20), has_checksum=True)),
         (add_checksum("v"), Command("v", (), has_checksum=True)),
-    ],
-)
-def test_command_is_parsed(firmware: Firmware, line: bytes, command: Command) -> None:
-    assert firmware.parse(line) == [command]
+    ]:
+        assert firmware.parse(line) == [command], line
 
 
-@pytest.mark.parametrize(
-    "line",
-    [
-        b" e", b"ee", b"m ", b"m 20 ", b"m  20 20", b"m20 20", b"m 20,20", b"m 20:20", b"m 2O 20", b"m - 20",
-        b"m +5 5", b"m --5 5", b"m 1.5 2", b"u 20 12 0 50", b"u 20:12:0:50:1", b"m 1 2 3 4 5",
-        b"k 32768", b"k 99999", b"k 100000", b"k 65636", b"k 4294967396", b"m 20\x0020", b"m 2\n0 20", b"m 20 2\xb0",
-        b"m 20 20*", b"m 20 20*6", b"m 20 20*6d", b"m 20 20*6E", b"m 20 20*6D ", b"\x1b[A",
-        b"m 20 20 " + 30 * b"0", 1000 * b"m",
-    ],
+MALFORMED = (
+    b" e", b"ee", b"m ", b"m 20 ", b"m  20 20", b"m20 20", b"m 20,20", b"m 20:20", b"m 2O 20", b"m - 20",
+    b"m +5 5", b"m --5 5", b"m 1.5 2", b"u 20 12 0 50", b"u 20:12:0:50:1", b"m 1 2 3 4 5",
+    b"k 32768", b"k 99999", b"k 100000", b"k 65636", b"k 4294967396", b"m 20\x0020", b"m 2\n0 20", b"m 20 2\xb0",
+    b"m 20 20*", b"m 20 20*6", b"m 20 20*6d", b"m 20 20*6E", b"m 20 20*6D ", b"\x1b[A",
+    b"m 20 20 " + 30 * b"0", 1000 * b"m",
 )  # fmt: skip
-def test_malformed_line_is_no_command_and_the_next_line_is_parsed(firmware: Firmware, line: bytes) -> None:
-    assert firmware.parse(line + b"\re\r") == [None, Command("e", ())]
+
+
+def test_malformed_line_is_no_command_and_the_next_line_is_parsed(firmware: Firmware) -> None:
+    for line in MALFORMED:
+        assert firmware.parse(line + b"\re\r") == [None, Command("e", ())], line
 
 
 def test_line_of_31_characters_is_read_and_of_32_dropped(firmware: Firmware) -> None:
@@ -54,9 +50,9 @@ def test_line_of_31_characters_is_read_and_of_32_dropped(firmware: Firmware) -> 
     assert firmware.parse(longest + longer + b"e\r") == [Command("u", (-20, -12, 0, 50)), None, Command("e", ())]
 
 
-@pytest.mark.parametrize("nothing", [b"\r", b"\r\r\r", b"\r\n", b"\n\r", b"\n\n"])
-def test_empty_line_is_ignored(firmware: Firmware, nothing: bytes) -> None:
-    assert firmware.parse(nothing + b"e\r") == [Command("e", ())]
+def test_empty_line_is_ignored(firmware: Firmware) -> None:
+    for nothing in [b"\r", b"\r\r\r", b"\r\n", b"\n\r", b"\n\n"]:
+        assert firmware.parse(nothing + b"e\r") == [Command("e", ())], nothing
 
 
 def test_lines_that_end_in_cr_lf_are_parsed(firmware: Firmware) -> None:

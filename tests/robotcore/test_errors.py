@@ -52,12 +52,12 @@ def test_every_error_is_in_the_drawn_tree() -> None:
     assert set(_parse_tree()) == set(DEFINED)
 
 
-@pytest.mark.parametrize("name", DEFINED)
-def test_the_tree_draws_each_error_with_its_bases(name: str) -> None:
-    parent, builtin, _ = _parse_tree()[name]
-    drawn = {base for base in (parent, builtin) if base} or {"Exception"}
-    assert {base.__name__ for base in DEFINED[name].__bases__ if base.__name__[0] != "_"} <= drawn
-    assert drawn <= {base.__name__ for base in DEFINED[name].__mro__}
+def test_the_tree_draws_each_error_with_its_bases() -> None:
+    for name, kind in DEFINED.items():
+        parent, builtin, _ = _parse_tree()[name]
+        drawn = {base for base in (parent, builtin) if base} or {"Exception"}
+        assert {base.__name__ for base in kind.__bases__ if base.__name__[0] != "_"} <= drawn, name
+        assert drawn <= {base.__name__ for base in kind.__mro__}, name
 
 
 STATUSES = [
@@ -67,10 +67,10 @@ STATUSES = [
 ]
 
 
-@pytest.mark.parametrize("name, status", STATUSES)
-def test_tree_has_the_exit_status_of_a_branch(name: str, status: int) -> None:
-    below = [kind for kind in DEFINED.values() if issubclass(kind, DEFINED[name])]
-    assert {kind.exit_status for kind in below if issubclass(kind, RobotcoreError)} == {status}
+def test_tree_has_the_exit_status_of_a_branch() -> None:
+    for name, status in STATUSES:
+        below = [kind for kind in DEFINED.values() if issubclass(kind, DEFINED[name])]
+        assert {kind.exit_status for kind in below if issubclass(kind, RobotcoreError)} == {status}, name
 
 
 def test_interrupted_passes_every_except_exception(check_text: CheckText) -> None:

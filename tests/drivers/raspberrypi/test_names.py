@@ -9,9 +9,8 @@ from robotcore.errors import DescriptionError
 from robotcore.hardware import bind_devices
 
 
-@pytest.mark.parametrize(
-    "device, word, driver",
-    [
+def test_the_name_of_a_part_suggests_its_driver() -> None:
+    for device, word, driver in [
         ("left_motor", "l298n", "h-bridge"),
         ("left_motor", "TB6612FNG", "h-bridge"),
         ("left_motor", "drv8833", "h-bridge"),
@@ -23,10 +22,8 @@ from robotcore.hardware import bind_devices
         ("eye", "csi", "picamera2"),
         ("nose", "ultrasonic", "hc-sr04"),
         ("nose", "hcsr04", "hc-sr04"),
-    ],
-)
-def test_the_name_of_a_part_suggests_its_driver(device: str, word: str, driver: str) -> None:
-    assert repr(driver) in find_remedy(device, word)
+    ]:
+        assert repr(driver) in find_remedy(device, word), word
 
 
 def test_an_unknown_name_lists_only_the_drivers_of_its_kind_of_device() -> None:

@@ -258,12 +258,10 @@ def test_next_transfer_resumes_an_incomplete_recording(
     assert not list(tmp_path.rglob("canary"))
 
 
-@pytest.mark.parametrize(
-    "name", [*NAMES, "", ".", "..", "../a.mcap", "/etc/a.mcap", "a\0.mcap", f"{'a' * 96}.mcap", "ü.mcap"]
-)
-def test_only_recordings_are_received(link: RobotLink, tmp_path: Path, name: str) -> None:
-    with pytest.raises(ValueError, match=re.escape(repr(name))):
-        link.receive([name], tmp_path)
+def test_only_recordings_are_received(link: RobotLink, tmp_path: Path) -> None:
+    for name in [*NAMES, "", ".", "..", "../a.mcap", "/etc/a.mcap", "a\0.mcap", f"{'a' * 96}.mcap", "ü.mcap"]:
+        with pytest.raises(ValueError, match=re.escape(repr(name))):
+            pytest.fail(f"{name!r} is received: {link.receive([name], tmp_path)}")
 
 
 def test_files_are_sent_into_the_robots_folder_only(link: RobotLink, folder: Path) -> None:

@@ -267,15 +267,15 @@ def test_refusal_cannot_forge_a_line(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("answer", ["5", "None", "[]", "{}", "{'recordings': 5}", "{'release': '../..'}"])
 @pytest.mark.parametrize("command", ["list", "rollback", "status", "start", "stop", "fetch"])
-def test_damaged_answer_exits_3(deploy: Deploy, add_action: AddAction, command: str, answer: str) -> None:
-    for action in ("releases", "rollback", "status", "start", "stop", "recordings"):
-        add_action(action, f"def act(layout, **arguments):\n    return {answer}\n")
-    result = deploy(command)
-    assert result.status == 3
-    assert result.err.removesuffix("\n").isprintable()
-    assert result.err
+def test_damaged_answer_exits_3(deploy: Deploy, add_action: AddAction, command: str) -> None:
+    for answer in ("5", "None", "[]", "{}", "{'recordings': 5}", "{'release': '../..'}"):
+        for action in ("releases", "rollback", "status", "start", "stop", "recordings"):
+            add_action(action, f"def act(layout, **arguments):\n    return {answer}\n")
+        result = deploy(command)
+        assert result.status == 3, answer
+        assert result.err.removesuffix("\n").isprintable(), answer
+        assert result.err, answer
 
 
 def test_remove_of_a_damaged_answer_exits_3(deploy: Deploy, add_action: AddAction) -> None:

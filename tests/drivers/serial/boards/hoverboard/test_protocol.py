@@ -30,27 +30,26 @@ FEEDBACK = {
 }
 
 
-@pytest.mark.parametrize("words", COMMANDS)
-def test_commands_are_frames_of_the_firmware(words: tuple[int, int]) -> None:
-    assert command(*words).hex() == COMMANDS[words]
+def test_commands_are_frames_of_the_firmware() -> None:
+    for words, frame in COMMANDS.items():
+        assert command(*words).hex() == frame, words
 
 
-@pytest.mark.parametrize("frame", FEEDBACK)
-def test_feedback_is_parsed_from_frames_of_the_firmware(frame: bytes) -> None:
-    assert Parser().feed(frame) == [FEEDBACK[frame]]
+def test_feedback_is_parsed_from_frames_of_the_firmware() -> None:
+    for frame, feedback in FEEDBACK.items():
+        assert Parser().feed(frame) == [feedback], frame
 
 
-@pytest.mark.parametrize("at", range(18))
-def test_a_frame_with_a_broken_byte_is_dropped_and_the_next_is_found(at: int) -> None:
-    broken = bytearray(STANDING)
-    broken[at] ^= 0x10
-    assert Parser().feed(bytes(broken) + TURNING) == [FEEDBACK[TURNING]]
+def test_a_frame_with_a_broken_byte_is_dropped_and_the_next_is_found() -> None:
+    for at in range(18):
+        broken = bytearray(STANDING)
+        broken[at] ^= 0x10
+        assert Parser().feed(bytes(broken) + TURNING) == [FEEDBACK[TURNING]], at
 
 
-@pytest.mark.parametrize("kept", range(1, 18))
-def test_a_cut_frame_does_not_lose_the_next_frame(kept: int) -> None:
-    parser = Parser()
-    assert parser.feed(STANDING[:kept] + TURNING + STANDING) == [FEEDBACK[TURNING], FEEDBACK[STANDING]]
+def test_a_cut_frame_does_not_lose_the_next_frame() -> None:
+    for kept in range(1, 18):
+        assert Parser().feed(STANDING[:kept] + TURNING + STANDING) == [FEEDBACK[TURNING], FEEDBACK[STANDING]], kept
 
 
 @pytest.mark.parametrize(
@@ -98,11 +97,11 @@ MADE = """\
 """SPEED_COEFFICIENT and STEER_COEFFICIENT, speed and steer, and the result of mixerFcn: left and right."""
 
 
-@pytest.mark.parametrize("line", MADE.splitlines())
-def test_mixer_is_the_firmwares(line: str) -> None:
-    speed_coefficient, steer_coefficient, speed, steer, left, right = map(int, line.split())
-    mixer = CoefficientMixer(speed_coefficient / 16384, steer_coefficient / 16384)
-    assert mixer.wheels(Steering(steer, speed)) == (left, right)
+def test_mixer_is_the_firmwares() -> None:
+    for line in MADE.splitlines():
+        speed_coefficient, steer_coefficient, speed, steer, left, right = map(int, line.split())
+        mixer = CoefficientMixer(speed_coefficient / 16384, steer_coefficient / 16384)
+        assert mixer.wheels(Steering(steer, speed)) == (left, right), line
 
 
 def test_every_reachable_pair_of_wheels_is_exact_with_default_coefficients() -> None:
@@ -125,19 +124,22 @@ def test_with_other_coefficients_no_nearby_command_has_a_smaller_error(mixer: Co
         )
 
 
-@pytest.mark.parametrize("mixer", [CoefficientMixer(), CoefficientMixer(0.9, 0.4), TankMixer()], ids=str)
-@pytest.mark.parametrize("wheels", [(1000, -1000), (1000, -200), (1800, 600), (-2000, 1000), (0, 1000)])
-def test_wheels_beyond_the_reach_keep_their_path(mixer: Mixer, wheels: tuple[int, int]) -> None:
-    steering = mixer.steering(*wheels)
-    left, right = mixer.wheels(steering) if isinstance(mixer, CoefficientMixer) else steering
-    assert max(map(abs, steering)) <= 1000
-    assert left * wheels[1] == pytest.approx(right * wheels[0], abs=sum(map(abs, wheels)))
-    assert max(abs(left), abs(right)) >= 390
+MIXERS: tuple[Mixer, ...] = (CoefficientMixer(), CoefficientMixer(0.9, 0.4), TankMixer())
 
 
-@pytest.mark.parametrize("mixer", [CoefficientMixer(), CoefficientMixer(0.9, 0.4), TankMixer()], ids=str)
-def test_standing_is_zero(mixer: Mixer) -> None:
-    assert mixer.steering(0, 0) == (0, 0)
+def test_wheels_beyond_the_reach_keep_their_path() -> None:
+    for case in product(MIXERS, [(1000, -1000), (1000, -200), (1800, 600), (-2000, 1000), (0, 1000)]):
+        mixer, wheels = case
+        steering = mixer.steering(*wheels)
+        left, right = mixer.wheels(steering) if isinstance(mixer, CoefficientMixer) else steering
+        assert max(map(abs, steering)) <= 1000, case
+        assert left * wheels[1] == pytest.approx(right * wheels[0], abs=sum(map(abs, wheels))), case
+        assert max(abs(left), abs(right)) >= 390, case
+
+
+def test_standing_is_zero() -> None:
+    for mixer in MIXERS:
+        assert mixer.steering(0, 0) == (0, 0), mixer
 
 
 def _error(mixer: CoefficientMixer, steering: Steering, left: int, right: int) -> int:

@@ -10,7 +10,6 @@ from drivers.serial.boards.rosarduino.protocol import (
     STOP,
     Parser,
     Reply,
-    Request,
     deadman,
     frame_line,
     identity_request,
@@ -23,9 +22,8 @@ from drivers.serial.boards.rosarduino.protocol import (
 REFUSED = "Invalid Command"
 
 
-@pytest.mark.parametrize(
-    "entry, sent, line, reply",
-    [
+def test_a_reply_is_matched_by_its_pattern() -> None:
+    for entry, sent, line, reply in [
         (COUNTS, b"e\r", "118 -120", Reply((118, -120))),
         (COUNTS, b"e\r", "118", None),
         (COUNTS, b"e\r", "118 ", None),
@@ -43,11 +41,9 @@ REFUSED = "Invalid Command"
         (identity_request(57600), b"\rm 0 0\rv*76\rb\r", REFUSED, None),
         (presence_request(57600, 1.0, is_summed=False), b"\rb\r", "5760", None),
         (presence_request(57600, 1.0, is_summed=True), b"\rv*76\r", "57600", None),
-    ],
-)
-def test_a_reply_is_matched_by_its_pattern(entry: Request, sent: bytes, line: str, reply: Reply | None) -> None:
-    assert entry.frame(is_summed=False) == sent
-    assert entry.parse_reply(line) == reply
+    ]:
+        assert entry.frame(is_summed=False) == sent
+        assert entry.parse_reply(line) == reply, (sent, line)
 
 
 @pytest.mark.parametrize("text", ["e", "m 20 -20", "118 -120", "OK"])

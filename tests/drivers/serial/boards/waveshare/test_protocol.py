@@ -40,9 +40,8 @@ def test_feedback_is_read(line: bytes, left: Track, right: Track, centivolts: in
     assert (feedback.track("left"), feedback.track("right"), feedback.centivolts) == (left, right, centivolts)
 
 
-@pytest.mark.parametrize(
-    "line",
-    [
+def test_another_line_is_counted_and_the_next_one_parsed() -> None:
+    for line in [
         b"Initialize LittleFS for Flash files ctrl.\r\n",
         b"rst:0x1 (POWERON_RESET),boot:0x13 (SPI_FAST_FLASH_BOOT)\r\n",
         b'{"T":1,"L":0.5,"R":0.5}\n',
@@ -68,12 +67,10 @@ def test_feedback_is_read(line: bytes, left: Track, right: Track, centivolts: in
         FEEDBACK_LINE[5:],
         FEEDBACK_LINE[:40] + FEEDBACK_LINE,
         OLDER,
-    ],
-)
-def test_another_line_is_counted_and_the_next_one_parsed(line: bytes) -> None:
-    parser = Parser()
-    assert len(parser.feed(line + FEEDBACK_LINE)) == 1
-    assert parser.dropped == 1
+    ]:
+        parser = Parser()
+        assert len(parser.feed(line + FEEDBACK_LINE)) == 1, line
+        assert parser.dropped == 1, line
 
 
 @pytest.mark.parametrize(
