@@ -102,8 +102,8 @@ def list_dropped(tick: Tick) -> list[str]:
 
 
 def build_last_line(result: RunResult) -> LogLine:
-    """Return the last log line of a run: its outcome, its number of ticks and the reason."""
-    text = f"{result.outcome.value}, {result.ticks} ticks" + (f": {result.reason}" if result.reason else "")
+    """Return the last log line of a run: its headline, its number of ticks and the reason."""
+    text = f"{result.headline}, {result.ticks} ticks" + (f": {result.reason}" if result.reason else "")
     return LogLine(Level.Error if result.exit_status else Level.Info, text)
 
 

@@ -15,6 +15,7 @@ from robotcore.hal.devices import Voltage
 from robotcore.recording.events import Read, Tick
 from robotcore.recording.recording import Recording
 from robotcore.runtime.apps import app_name
+from robotcore.runtime.intervention_timer import InterventionTimer
 from robotcore.runtime.result import Outcome, RunResult
 from robotcore.runtime.trace import TickRecord, Trace
 
@@ -23,7 +24,10 @@ def build_result(recording: Recording) -> RunResult:
     """Return the result of a recorded run. If the file has none, compute it from the ticks."""
     if recording.result:
         return recording.result
-    trace = _build_trace(recording)
+    trace, timer = Trace(tuple(recording.metadata.milestones)), InterventionTimer()
+    for record in _list_records(recording):
+        trace.add(record)
+        timer.add(record)
     request, world, ticks = recording.metadata.request, recording.metadata.world, recording.ticks
     return RunResult(
         app=app_name(request.app),
@@ -38,6 +42,7 @@ def build_result(recording: Recording) -> RunResult:
         ticks=len(ticks),
         milestones=trace.milestones,
         interventions=trace.interventions,
+        intervention_s=timer.measure(),
         faults=list(request.faults),
         notes=list(trace.warnings),
         batteries=trace.batteries,
@@ -56,19 +61,15 @@ def explain_missing_end(recording: Recording) -> str:
     return f"the file is damaged, and was read until {at:.1f} s only ({recording.damage})"
 
 
-def _build_trace(recording: Recording) -> Trace:
-    trace = Trace(tuple(recording.metadata.milestones))
+def _list_records(recording: Recording) -> Iterator[TickRecord]:
     batteries = {battery.name for battery in recording.metadata.description.all_of(BatteryDescription)}
     for tick in recording.ticks:
         decided = tick.asked, tick.sent, tick.interventions
-        trace.add(
-            TickRecord(
-                *(tick.number, tick.time, tick.state, *decided),
-                voltages=_read_voltages(tick, recording, batteries),
-                warnings=tick.warnings,
-            )
+        yield TickRecord(
+            *(tick.number, tick.time, tick.state, *decided),
+            voltages=_read_voltages(tick, recording, batteries),
+            warnings=tick.warnings,
         )
-    return trace
 
 
 def _read_voltages(tick: Tick, recording: Recording, batteries: Container[str]) -> dict[str, float]:
@@ -184,6 +185,7 @@ def summarise_contents(recording: Recording) -> dict[str, Any]:
         "faults": result.faults,
         "dropped_pictures": result.dropped_pictures,
         "interventions": count_interventions(recording),
+        "intervention_s": result.intervention_s,
         "milestones": result.milestones,
         "batteries": result.batteries,
         "outcome": recording.result.outcome.value if recording.result else None,

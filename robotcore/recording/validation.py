@@ -68,6 +68,8 @@ def parse_tick(content: bytes, before: Tick | None) -> Tick:
     _require_seconds(f"the time of tick {tick.number}", tick.time)
     if before and tick.time < before.time:
         raise ValueError(f"tick {tick.number} at {tick.time:g} s is earlier than tick {before.number}")
+    for each in tick.interventions:
+        _require_seconds(f"the time of an intervention in tick {tick.number}", each.time)
     for turned in tick.turned:
         for angle in turned.angles or ():
             _require_angle(angle)
@@ -95,6 +97,9 @@ def parse_result(content: bytes) -> RunResult:
     _require_few("milestones", result.milestones)
     for name, time in result.milestones.items():
         _require_seconds(f"the time of milestone {name!r}", time)
+    _require_few("causes of interventions", result.intervention_s)
+    for name, time in result.intervention_s.items():
+        _require_seconds(f"the time of intervention {name!r}", time)
     for name, voltages in result.batteries.items():
         if missing := _BATTERY_KEYS - voltages.keys():
             raise ValueError(f"{', '.join(sorted(missing))} of battery {name!r} is missing")

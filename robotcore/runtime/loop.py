@@ -13,6 +13,7 @@ from robotcore.errors import BehaviourError, DeviceError, DeviceLostError, Inter
 from robotcore.hal.devices import Motor, Sensor
 from robotcore.hal.drive import DifferentialDrive
 from robotcore.runtime.behaviour import Behaviour, Status
+from robotcore.runtime.intervention_timer import InterventionTimer
 from robotcore.runtime.layers import Assembled
 from robotcore.runtime.monitors import BatteryMonitor, DeviceLossTracker
 from robotcore.runtime.result import Outcome
@@ -65,7 +66,8 @@ class Loop:
         self.overruns = 0
         self._period = 1 / rate_hz
         self._timeout = timeout
-        self._observers = tuple(observers)
+        self.intervention_timer = InterventionTimer()
+        self._observers = (self.intervention_timer.add, *observers)
         self._deadline = self._clock.now()
         self._process = os.getpid()
         self._batteries = BatteryMonitor(assembled.robot)

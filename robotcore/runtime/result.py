@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, fields
 from enum import Enum
 
 from robotcore.errors import Interrupted, RobotcoreError, SafetyStop
+from robotcore.text import pluralize
 
 
 class Outcome(str, Enum):
@@ -65,6 +66,8 @@ class RunResult:
     distance_to_target_m: float | None = None
     interventions: int = 0
     """The number of times that the command filter or the latch changed a command."""
+    intervention_s: dict[str, float] = field(default_factory=dict)
+    """For each cause of interventions the time for which the changed commands lasted, in seconds."""
     milestones: dict[str, float] = field(default_factory=dict)
     """The time of each milestone that was reached, in seconds."""
     conditions: dict[str, float | str] = field(default_factory=dict)
@@ -85,7 +88,7 @@ class RunResult:
     def __repr__(self) -> str:
         reason = f", {self.reason!r}" if self.reason else ""
         time = f"{self.ticks} ticks, {self.sim_time_s} s"
-        return f"RunResult({self.app} on {self.backend}: {self.outcome.value}, {time}{reason})"
+        return f"RunResult({self.app} on {self.backend}: {self.headline}, {time}{reason})"
 
     @property
     def verifier(self) -> str:
@@ -98,6 +101,16 @@ class RunResult:
         if self.outcome is Outcome.SUCCESS and self.verified is False:
             return f"the {self.verifier} does not agree"
         return ""
+
+    @property
+    def outcome_text(self) -> str:
+        """The outcome as text; ``disputed`` if the app reports a success and the verification does not."""
+        return "disputed" if self.dispute else self.outcome.value
+
+    @property
+    def headline(self) -> str:
+        """The outcome as text, and the contacts if there are any, such as ``success, 2 contacts``."""
+        return f"{self.outcome_text}, {pluralize(self.contacts, 'contact')}" if self.contacts else self.outcome_text
 
     def to_json(self) -> str:
         """Return the result as one line of JSON, without ``error``."""

@@ -52,6 +52,7 @@ def build_result(plan: Plan, loop: Loop | None, verification: Verification, end:
         contacts=verification.contacts,
         distance_to_target_m=verification.distance,
         interventions=loop.trace.interventions if loop else 0,
+        intervention_s=loop.intervention_timer.measure() if loop else {},
         milestones=dict(loop.trace.milestones) if loop else {},
         conditions=plan.drawn,
         faults=[str(fault) for fault in plan.faults],

@@ -280,8 +280,9 @@ class RunSession:
     def _build_hang_result(self, error: RobotcoreError) -> RunResult:
         # The result includes the interventions that no tick recorded.
         result = self._build_result(error, get_outcome(error))
-        unreported = len(self._loop.unreported_interventions) if self._loop else 0
-        return replace(result, interventions=result.interventions + unreported)
+        unreported = self._loop.unreported_interventions if self._loop else ()
+        seconds = {**{each.cause: 0.0 for each in unreported}, **result.intervention_s}
+        return replace(result, interventions=result.interventions + len(unreported), intervention_s=seconds)
 
     def _stop_after_signals(self) -> None:
         assert self._assembled

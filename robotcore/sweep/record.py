@@ -176,7 +176,7 @@ class PathRecorder:
 
 def format_ending(result: RunResult) -> str:
     """Return the outcome of a run as text, followed by its reason and its dispute if it has them."""
-    return ", ".join(part for part in (result.outcome.value, result.reason, result.dispute) if part)
+    return ", ".join(part for part in (result.outcome_text, result.reason, result.dispute) if part)
 
 
 def format_failure(record: Record) -> str:
@@ -187,7 +187,5 @@ def format_failure(record: Record) -> str:
 
 
 def classify_failure(result: RunResult) -> str:
-    """Return the class of a failing run: its outcome, or for a success ``not verified`` or ``contact``."""
-    if result.outcome is not Outcome.SUCCESS:
-        return str(result.outcome.value)
-    return "not verified" if result.dispute else "contact"
+    """Return the class of a failing run: its outcome as text, or ``contact`` for a success with contacts."""
+    return "contact" if result.outcome_text == Outcome.SUCCESS.value else result.outcome_text

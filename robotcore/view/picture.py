@@ -35,7 +35,7 @@ from robotcore.view.canvas import (
     measure_text,
 )
 from robotcore.view.overhead import Track, TrackPoint
-from robotcore.view.text import format_evaluation_heading, format_heading, list_measures
+from robotcore.view.text import format_evaluation_heading, format_heading, list_interventions, list_measures
 
 WIDTH, HEIGHT = 1600, 1000
 _EDGE, _GAP = 44, 40
@@ -44,6 +44,7 @@ _MAP = HEIGHT - _TOP - _EDGE
 _SIDE = _EDGE + _MAP + _GAP
 _SIDE_WIDTH = WIDTH - _EDGE - _SIDE
 _SIDE_HEIGHT = 560
+_LEGEND_ROW = 36
 
 _OUTCOME_COLOURS: dict[Outcome, Colour] = {
     Outcome.SUCCESS: GOOD,
@@ -94,7 +95,7 @@ def _format_title(figure: RunFigure) -> tuple[str, str, Colour, str]:
         words = f"decisions of {result.sim_time_s:.1f} s, drawn along the recorded path"
         return format_evaluation_heading(result, figure.recorded), "evaluation", FAIR, words
     colour = BAD if result.dispute else _OUTCOME_COLOURS.get(result.outcome, BAD)
-    return format_heading(result), result.outcome.value, colour, ", ".join(list_measures(result))
+    return format_heading(result), result.headline, colour, ", ".join(list_measures(result))
 
 
 def _draw_title(canvas: Canvas, heading: str, word: str, colour: Colour, words: str) -> None:
@@ -147,15 +148,18 @@ def _draw_legend(canvas: Canvas, top: int, figure: RunFigure, colours: dict[str,
         canvas.write_text((x, y), words, FADED, 13)
     canvas.draw_line([(_SIDE, y + 14), (_SIDE + _SIDE_WIDTH, y + 14)], RULE, 1)
     y += 8
+    held = list(list_interventions(figure.result.intervention_s))
     for state, reached, lasted in figure.track.list_state_durations():
-        y += 36
-        if y > HEIGHT - _EDGE:
+        if y + _LEGEND_ROW * (1 + len(held)) > HEIGHT - _EDGE:
             break
+        y += _LEGEND_ROW
         canvas.draw_line([(_SIDE + 6, y - 7), (_SIDE + 58, y - 7)], colours[state], 7)
         if state in figure.result.milestones:
             overhead.draw_ring(canvas, (_SIDE + 32, y - 7), 11, colours[state])
         for x, words in zip(columns, (state, f"{reached:.1f} s", f"{lasted:.1f} s"), strict=True):
             canvas.write_text((x, y), words, INK, 15)
+    for index, words in enumerate(held, 1):
+        canvas.write_text((columns[0], y + _LEGEND_ROW * index), words, INK, 15)
 
 
 _PATH_MARGIN_M = 0.5

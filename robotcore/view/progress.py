@@ -13,11 +13,13 @@ from rich.text import Text
 
 from robotcore.hal.devices import RangeSensor
 from robotcore.hal.wall_clock import MonotonicClock
+from robotcore.runtime.intervention_timer import InterventionTimer
 from robotcore.runtime.layers.devices import AppSensor
 from robotcore.runtime.result import RunResult
 from robotcore.runtime.session import Run
 from robotcore.runtime.trace import TickRecord, format_voltages
 from robotcore.text import escape
+from robotcore.view.text import list_interventions
 
 REFRESH_HZ = 10
 """The rate at which the line is drawn."""
@@ -26,8 +28,8 @@ REFRESH_HZ = 10
 class ProgressLine:
     """An observer that shows a line during a run: state, range, voltage, time, pace, active faults and a hint.
 
-    `tick` only stores the record of the tick. A thread draws the newest record. The run's warnings follow below the
-    line.
+    `tick` only stores the record of the tick and measures the interventions. A thread draws the newest record. The
+    run's interventions and warnings follow below the line.
     """
 
     def __init__(self, console: Console | None = None, hint: Callable[[], str] = str) -> None:
@@ -42,6 +44,7 @@ class ProgressLine:
         self._run: Run | None = None
         self._record: TickRecord | None = None
         self._warnings: list[str] = []
+        self._timer = InterventionTimer()
         console = console or Console(stderr=True, highlight=False, markup=False, emoji=False)
         self._live = Live(
             get_renderable=self._build_lines, console=console, refresh_per_second=REFRESH_HZ, transient=True
@@ -54,6 +57,7 @@ class ProgressLine:
 
     def tick(self, record: TickRecord) -> None:
         self._record = record
+        self._timer.add(record)
         self._warnings += record.warnings
 
     def end(self, result: RunResult) -> None:
@@ -74,7 +78,9 @@ class ProgressLine:
             self._live.start()
 
     def _build_lines(self) -> Group:
-        return Group(self._build_line(), *(Text(f"  warning: {escape(each)}", "yellow") for each in self._warnings))
+        interventions = (Text(f"  {escape(each)}", "yellow") for each in list_interventions(self._timer.measure()))
+        warnings = (Text(f"  warning: {escape(each)}", "yellow") for each in self._warnings)
+        return Group(self._build_line(), *interventions, *warnings)
 
     def _build_line(self) -> Table:
         line = Table.grid(padding=(0, 2))

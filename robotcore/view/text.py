@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from rich import box
@@ -25,6 +25,7 @@ from robotcore.recording.summary import (
 from robotcore.runtime.apps import app_path
 from robotcore.runtime.faults.spec import Spec
 from robotcore.runtime.result import Outcome, RunResult
+from robotcore.safety.velocity_limits import AccelerationLimit, VelocityLimit
 from robotcore.text import escape, pluralize
 
 _STYLES = {Outcome.SUCCESS: "bold green", Outcome.INTERRUPTED: "bold yellow", Outcome.TIMEOUT: "bold yellow"}
@@ -32,13 +33,12 @@ _RED = "bold red"
 
 
 def format_summary(result: RunResult) -> Text:
-    """Return a text with the outcome, the measurements, the milestones and the reason, each in its own line."""
+    """Return a text with the headline, the measurements, the milestones and the reason, each in its own line."""
     style = _RED if result.dispute else _STYLES.get(result.outcome, _RED)
-    outcome = Text(result.outcome.value, style)
     lines = [", ".join(list_measures(result)), *list_events(result)]
     if result.reason and not isinstance(result.error, RobotcoreError):
         lines.append(result.reason)
-    first = outcome + Text(f"  {escape(format_heading(result))}")
+    first = Text(result.headline, style) + Text(f"  {escape(format_heading(result))}")
     return Text("\n").join([first, *(Text(f"  {escape(line)}") for line in lines)])
 
 
@@ -62,7 +62,7 @@ def list_measures(result: RunResult) -> Iterator[str]:
     yield f"{result.sim_time_s:.1f} s at {pace:.{0 if pace >= 10 else 1}f}x real time"
     if result.distance_to_target_m is not None:
         yield f"{result.distance_to_target_m:.2f} m from the target"
-    if result.contacts is not None:
+    if result.contacts == 0:  # the headline has the other numbers
         yield pluralize(result.contacts, "contact")
     if result.overruns:
         yield pluralize(result.overruns, "overrun")
@@ -71,10 +71,31 @@ def list_measures(result: RunResult) -> Iterator[str]:
 
 
 def list_events(result: RunResult) -> Iterator[str]:
-    """Yield a line with the milestones and the lines of `list_faults`, if there are any."""
+    """Yield a line with the milestones, one with the interventions, and the lines of `list_faults`, if they exist."""
     if result.milestones:
         yield ", ".join(f"{name} at {time:.1f} s" for name, time in result.milestones.items())
+    if causes := list(list_interventions(result.intervention_s)):
+        yield ", ".join(causes)
     yield from list_faults(result)
+
+
+_NAMED_S = 0.5
+"""The shortest duration of interventions that a text names, in seconds."""
+
+_UNNAMED = {VelocityLimit.cause, AccelerationLimit.cause}
+"""The causes that a text does not name, because they occur in nearly every run."""
+
+
+def list_interventions(intervention_s: Mapping[str, float]) -> Iterator[str]:
+    """Yield a text such as ``the range guard held it back for 15.0 s`` for each cause of interventions.
+
+    The velocity limit, the acceleration limit, and each cause of less than 0.5 s have no text.
+
+    intervention_s: the duration of each cause of interventions, in seconds.
+    """
+    for cause, seconds in intervention_s.items():
+        if seconds >= _NAMED_S and cause not in _UNNAMED:
+            yield f"the {cause} held it back for {seconds:.1f} s"
 
 
 def list_faults(result: RunResult) -> Iterator[str]:

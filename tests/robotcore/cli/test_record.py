@@ -65,7 +65,9 @@ def test_the_recording_of_a_hanging_app_has_its_interventions(app_file: AppFile,
     assert ended.returncode == 4
     assert ended.stderr.endswith(f"\nThe recording: {file}\n")
     in_ticks = [each.cause for tick in read(file).ticks for each in tick.interventions]
-    assert json.loads(ended.stdout)["interventions"] == len(in_ticks) + 1
+    answer = json.loads(ended.stdout)
+    assert answer["interventions"] == len(in_ticks) + 1
+    assert set(answer["intervention_s"]) == {*in_ticks, "watchdog"}
 
 
 def test_a_recording_without_its_end_is_reported_as_cut(tmp_path: Path, check_text: CheckText) -> None:

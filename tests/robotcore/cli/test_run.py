@@ -14,8 +14,8 @@ from tests.texts import CheckText
 
 KEYS = {
     *("app", "backend", "robot", "world", "seed", "outcome", "exit_status", "reason", "verified", "sim_time_s"),
-    *("wall_time_s", "ticks", "overruns", "contacts", "distance_to_target_m", "interventions", "milestones"),
-    *("judge", "conditions", "faults", "notes", "batteries", "dropped_pictures", "trace_sha256"),
+    *("wall_time_s", "ticks", "overruns", "contacts", "distance_to_target_m", "interventions", "intervention_s"),
+    *("milestones", "judge", "conditions", "faults", "notes", "batteries", "dropped_pictures", "trace_sha256"),
 }
 SHORT = ("run", "avoid-obstacles", "--world", "open", "--set", "duration_s=0.5")
 
@@ -63,6 +63,7 @@ def test_a_success_that_the_simulator_does_not_confirm_is_a_failure(
     judge.write_text(app.read_text() + "\n    def verify(self, truth):\n        return False\n")
     answer = cli("run", str(judge))
     assert (answer.status, answer.err) == (1, "")
+    assert answer.out.startswith("disputed  ")
     verdicts = [answer.out.splitlines()[1], cli("run", str(app), "--judge", str(judge)).out.splitlines()[1]]
     check_text("\n".join(each.partition(",")[0] for each in verdicts))
     result = cli("run", str(app), "--judge", str(judge), "--json").json

@@ -76,6 +76,11 @@ def test_error_that_ends_a_run_has_a_line() -> None:
     ]
 
 
+def test_last_line_begins_with_the_headline() -> None:
+    result = RunResult("a", "b", "c", None, None, Outcome.SUCCESS, 1, verified=False, contacts=2, ticks=3)
+    assert build_last_line(result).text == "disputed, 2 contacts, 3 ticks"
+
+
 def test_last_line_of_a_failed_run_is_an_error(check_text: CheckText) -> None:
     result = RunResult("a", "b", "c", None, None, Outcome.FAILURE, 1, reason="reason", ticks=3)
     line = build_last_line(result)

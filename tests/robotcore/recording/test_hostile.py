@@ -161,6 +161,25 @@ def test_result_of_an_earlier_version_is_read(base: Path, file: Path) -> None:
     result = read(file).result
     assert result
     assert (result.app, result.notes, result.dropped_pictures) == ("green-search", [], None)
+    assert result.intervention_s == {}
+
+
+@pytest.mark.parametrize("seconds", [{"range guard": 1e10}, {"range guard": "nan"}, {str(n): 0.0 for n in range(1001)}])
+def test_result_with_impossible_durations_of_interventions_is_damage(
+    base: Path, file: Path, seconds: dict[str, object]
+) -> None:
+    file.write_bytes(change_json(base, "/result", lambda _, event: event | {"intervention_s": seconds}))
+    recording = read(file)
+    assert (recording.result, recording.is_damaged) == (None, True)
+
+
+@pytest.mark.parametrize("time", ["-inf", "nan", 1e10])
+def test_tick_with_an_impossible_time_of_an_intervention_is_refused(time: object) -> None:
+    wheels = {"left": 0, "right": 0}
+    change = {"time": time, "cause": "range guard", "asked": wheels, "sent": wheels}
+    content = json.dumps({"number": 0, "time": 0, "state": "", "interventions": [change]}).encode()
+    with pytest.raises(ValueError, match="the time of an intervention in tick 0 is"):
+        parse_tick(content, None)
 
 
 def test_place_of_a_damage_is_the_begin_of_its_chunk(base: Path, file: Path) -> None:

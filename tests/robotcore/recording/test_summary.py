@@ -46,6 +46,14 @@ def test_cut_recording_has_no_outcome(search: Recording) -> None:
     assert summary["why_not"] == "2 sample(s) are missing"
 
 
+def test_interventions_of_a_cut_recording_are_measured_from_its_ticks(search: Recording) -> None:
+    assert search.result
+    seconds = search.result.intervention_s
+    assert seconds["acceleration limit"] > 0
+    cut = replace(search, result=None, is_cut=True)
+    assert summarise_contents(cut)["intervention_s"] == summarise_contents(search)["intervention_s"] == seconds
+
+
 def test_recording_without_a_tick_has_contents(search: Recording) -> None:
     summary = summarise_contents(replace(search, ticks=[], result=None, is_cut=True))
     assert (summary["ticks"], summary["rate_hz"], summary["duration_s"]) == (0, None, 0.0)

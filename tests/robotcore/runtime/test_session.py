@@ -198,6 +198,7 @@ def test_result_has_milestones_interventions_and_digest(perform: Runner, backend
     backend._prepare = lambda rig: setattr(rig.nose, "distance", 0.05)
     first, second = perform(app), perform(drive_then(lambda _: Status.SUCCESS))
     assert (first.milestones, first.interventions) == ({"start": 0.0}, 3)
+    assert first.intervention_s == {"range guard": 0.1}
     assert first.trace_sha256 == second.trace_sha256
 
 

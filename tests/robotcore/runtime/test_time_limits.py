@@ -84,6 +84,7 @@ def test_app_that_does_not_return_is_stopped(
     assert backend.rig.wheels == (0.0, 0.0)
     assert last_cause(watcher) == "watchdog"
     assert result.interventions >= 1
+    assert "watchdog" in result.intervention_s
 
 
 def test_app_that_catches_the_interrupt_once_is_stopped(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -15,20 +16,24 @@ from robotcore.errors import UsageError
 from robotcore.hal.devices import Frame, Image
 from robotcore.runtime.layers.devices import AppDisplay, AppSensor
 from robotcore.runtime.session import Run
-from robotcore.view.canvas import BAD, FAIR, GOOD, assign_state_colours
+from robotcore.view import picture
+from robotcore.view.canvas import BAD, FAIR, GOOD, Canvas, assign_state_colours
 from robotcore.view.overhead import MapTransform, Track
 from robotcore.view.picture import (
     _EDGE,
     _MAP,
     _SIDE,
     _TOP,
+    HEIGHT,
     PictureRecorder,
     RunFigure,
+    _format_title,
     build_figure,
     draw_figure,
     find_last_image,
     require_writable,
 )
+from robotcore.view.text import list_interventions
 from tests.robotcore.recording.replay.memory import record_run
 from tests.texts import Raises
 
@@ -119,6 +124,37 @@ def test_a_success_is_green_unless_the_simulator_disputes_it(
         is_green,
         not is_green,
     )
+
+
+@pytest.mark.parametrize("changes", [{"verified": False}, {"contacts": 2}])
+def test_the_title_has_the_headline(figure: RunFigure, changes: dict[str, Any]) -> None:
+    result = dataclasses.replace(figure.result, **changes)
+    title = _format_title(dataclasses.replace(figure, result=result))
+    assert title[1] == result.headline != figure.result.headline
+
+
+@pytest.mark.parametrize("states", [4, 12])
+def test_the_legend_has_a_line_for_each_named_intervention(
+    figure: RunFigure, monkeypatch: pytest.MonkeyPatch, states: int
+) -> None:
+    lines: dict[str, float] = {}
+
+    class RecordedCanvas(Canvas):
+        def write_text(self, place: tuple[float, float], words: str, *style: Any, **more: Any) -> float:
+            lines[words] = place[1]
+            return super().write_text(place, words, *style, **more)
+
+    monkeypatch.setattr(picture, "Canvas", RecordedCanvas)
+    figure.track.points = [
+        step._replace(state=f"state {at * states // 40}") for at, step in enumerate(figure.track.points)
+    ]
+    held = {"acceleration limit": 3.0, "range guard": 15.0, "lost device": 0.499, "deadman": 1.25}
+    draw_figure(dataclasses.replace(figure, result=dataclasses.replace(figure.result, intervention_s=held)))
+    causes = [words for words in lines if "held" in words]
+    assert causes == list(list_interventions(held))
+    heights = [lines[words] for words in lines if words in causes or words.startswith("state ")]
+    assert heights == sorted(set(heights))
+    assert heights[-1] <= HEIGHT - _EDGE
 
 
 def test_an_evaluation_has_the_colour_of_neither_success_nor_failure(figure: RunFigure) -> None:

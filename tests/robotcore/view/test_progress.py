@@ -10,10 +10,12 @@ import pytest
 from rich.console import Console
 
 from robotcore import RunRequest, run
+from robotcore.geometry import Wheels
 from robotcore.hal.devices import Range, RangeSensor
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.runtime.session import Run
 from robotcore.runtime.trace import TickRecord
+from robotcore.safety import Intervention
 from robotcore.view.progress import ProgressLine
 from tests.texts import CheckText
 
@@ -103,6 +105,22 @@ def test_the_line_has_the_active_faults() -> None:
     fault = "range noise=0.01 after=0.2 lasts=0.2"
     run(replace(REQUEST, faults=(fault,)), [progress])
     assert [fault in line for line in progress.lines] == [4 <= tick < 8 for tick in range(11)]
+
+
+def test_the_interventions_so_far_follow_below_the_line(check_text: CheckText) -> None:
+    progress = RecordedProgressLine()
+    run(REQUEST, [progress])
+    progress._run = progress.last_run
+    forward, stopped, below = Wheels(5.0, 5.0), Wheels(0.0, 0.0), []
+    for tick in range(12, 24):
+        time = tick / 20
+        guard = Intervention(time, "range guard", forward, stopped)
+        progress.tick(TickRecord(tick, time, "cruise", forward, stopped, (guard,)))
+        with progress.console.capture() as capture:
+            progress.console.print(progress._build_lines())
+        below.append(re.sub(r"\x1b\[[\d;]*m", "", capture.get()).splitlines()[1:])
+    assert below[:10] == [[]] * 10
+    check_text("\n".join(line for lines in below[10:] for line in lines))
 
 
 def test_the_line_ends_with_the_newest_hint() -> None:

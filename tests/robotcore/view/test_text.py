@@ -41,6 +41,21 @@ def test_unknown_measurements_are_left_out(result: RunResult, check_text: CheckT
     check_text("\n".join(list_measures(known)))
 
 
+def test_a_summary_begins_with_the_contacts_if_there_are_any(result: RunResult, check_text: CheckText) -> None:
+    for contacts in (0, 1, 2):
+        check_text(format_summary(dataclasses.replace(result, contacts=contacts)).plain)
+
+
+def test_a_summary_names_interventions_and_their_durations(result: RunResult, check_text: CheckText) -> None:
+    held = {"acceleration limit": 3.0, "range guard": 15.0, "velocity limit": 2.0, "lost device": 0.499, "deadman": 0.5}
+    check_text(format_summary(dataclasses.replace(result, intervention_s=held)).plain)
+
+
+def test_a_summary_is_silent_about_limits_and_short_interventions(result: RunResult) -> None:
+    short = {"acceleration limit": 3.0, "velocity limit": 2.0, "range guard": 0.45}
+    assert format_summary(dataclasses.replace(result, intervention_s=short)) == format_summary(result)
+
+
 def test_a_heading_has_the_world_and_the_seed_if_there_are_any(result: RunResult, check_text: CheckText) -> None:
     check_text(format_heading(result))
     check_text(format_heading(dataclasses.replace(result, world=None, seed=None)))

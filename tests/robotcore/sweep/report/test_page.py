@@ -124,6 +124,7 @@ def test_a_failing_run_has_cause_conditions_and_command(tmp_path: Path, check_te
 
 def test_a_success_that_the_simulator_disputes_is_a_failing_run(tmp_path: Path, check_text: CheckText) -> None:
     page, _ = write_page([make_pass(verified=False)], tmp_path)
+    check_text(get_verdict(page))
     check_text(page.section("Failing runs"))
 
 
@@ -146,6 +147,12 @@ def test_backends_that_differ_have_a_table(tmp_path: Path, check_text: CheckText
     ]
     page, _ = write_page(records, tmp_path)
     check_text(page.section("Do the backends agree?"))
+
+
+def test_a_disputed_success_is_disputed_in_the_table_of_backends(tmp_path: Path) -> None:
+    records = [make_pass(verified=False), make_fail(backend="pybullet")]
+    page, _ = write_page(records, tmp_path)
+    assert "disputed" in page.section("Do the backends agree?")
 
 
 def test_a_sweep_without_runs_has_a_page(tmp_path: Path) -> None:
