@@ -1,4 +1,4 @@
-"""The conformance kit, in a built scene and in an existing scene."""
+"""The conformance kit in a built scene, and its rules for drives and ranges in an existing scene."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from robotcore.testing import ConformanceSuite, TestSupport, worlds
 from tests.doubles.coppeliasim.double import Double
 from tests.doubles.coppeliasim.scenes import default_scene, described_scene
 from tests.drivers.coppeliasim.servers import load_joined_robot
+from tests.robotcore.testing.variant_suites import DriveAndRangeSuite
 
 EVERY_ECHO = "every ray that is cast is answered"
 NO_HARDWARE = "there is no hardware to wait for"
@@ -47,7 +48,7 @@ class JoiningBackend(CoppeliaSimBackend):
 
 
 @pytest.mark.slow
-class TestJoined(ConformanceSuite):
+class TestJoined(DriveAndRangeSuite):
     backend = JoiningBackend
     lacks: ClassVar = LACKS
     servers: ExitStack

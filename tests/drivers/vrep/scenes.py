@@ -11,7 +11,8 @@ import pytest
 from drivers.vrep.backend import VrepBackend
 from robotcore.hal.backend import Setup
 from robotcore.hal.robot import Robot
-from robotcore.testing import ConformanceSuite, worlds
+from robotcore.testing import worlds
+from robotcore.testing.bench import TestBench
 from tests.doubles.coppeliasim.legacy.recorded import AHEAD, TO_THE_LEFT
 from tests.doubles.coppeliasim.legacy.server import LegacyServer
 from tests.doubles.coppeliasim.scene.graph import Graph
@@ -68,8 +69,8 @@ def relay_scene() -> Simulator:
     return Simulator(graph)
 
 
-class OnDoubles(ConformanceSuite):
-    """The conformance kit, with a new server for each robot."""
+class LegacyBench(TestBench):
+    """A test bench with a new server for each robot."""
 
     backend = VrepBackend
     servers: ExitStack

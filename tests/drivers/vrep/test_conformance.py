@@ -1,4 +1,4 @@
-"""The conformance kit, in lockstep and without lockstep."""
+"""The conformance kit in lockstep, and its rules for time, motors and ranges without lockstep."""
 
 from __future__ import annotations
 
@@ -8,11 +8,15 @@ import pytest
 
 from drivers.vrep.backend import VrepBackend
 from robotcore.hal.backend import Capability
-from robotcore.testing import TestSupport
+from robotcore.testing import ConformanceSuite, TestSupport
+from robotcore.testing.lifecycle_rules import LifecycleRules
+from robotcore.testing.motor_rules import MotorRules
+from robotcore.testing.range_rules import RangeRules
+from robotcore.testing.time_rules import ClockRules, SampleRules
 from tests.doubles.coppeliasim.legacy.server import LegacyServer
 from tests.doubles.coppeliasim.scene.pacing import Pacer
 from tests.doubles.coppeliasim.scene.simulator import Simulator
-from tests.drivers.vrep.scenes import OnDoubles
+from tests.drivers.vrep.scenes import LegacyBench
 
 PACE = 5
 """The speed of a simulation without lockstep, relative to real time."""
@@ -21,7 +25,7 @@ EVERY_ECHO = "every ray that is cast is answered"
 NO_HARDWARE = "there is no hardware to wait for"
 
 
-class TestVrep(OnDoubles):
+class TestVrep(LegacyBench, ConformanceSuite):
     lacks: ClassVar = {TestSupport.LOST_ECHO: EVERY_ECHO, TestSupport.SLOW_HARDWARE: NO_HARDWARE}
 
 
@@ -29,7 +33,8 @@ class FreeRunningVrep(VrepBackend):
     capabilities = frozenset({Capability.POSE})
 
 
-class TestFreeRunningVrep(OnDoubles):
+@pytest.mark.conformance
+class TestFreeRunningVrep(LegacyBench, LifecycleRules, ClockRules, MotorRules, RangeRules, SampleRules):
     backend = FreeRunningVrep
     lacks: ClassVar = {
         TestSupport.LOST_ECHO: EVERY_ECHO,

@@ -1,4 +1,4 @@
-"""The backend `virtualpi` passes the conformance kit with every simulator."""
+"""The backend `virtualpi` passes the conformance kit; variants pass its rules for drives and ranges."""
 
 from __future__ import annotations
 
@@ -11,10 +11,14 @@ from robotcore.description import RobotDescription
 from robotcore.hal.backend import Setup
 from robotcore.hal.robot import Robot
 from robotcore.testing import ConformanceSuite, TestSupport
+from robotcore.testing.bench import TestBench
 from tests.drivers.raspberrypi.virtual.fakes import rewire
+from tests.robotcore.testing.variant_suites import DriveAndRangeSuite, DriveSuite
 
 
-class TestVirtualPi(ConformanceSuite):
+class VirtualBench(TestBench):
+    """A test bench that can suppress the echoes of a virtual robot."""
+
     backend = VirtualPiBackend
     lacks: ClassVar = {TestSupport.SLOW_HARDWARE: "virtual hardware never waits"}
     is_lost = False
@@ -26,12 +30,16 @@ class TestVirtualPi(ConformanceSuite):
         self.is_lost = True
 
 
+class TestVirtualPi(VirtualBench, ConformanceSuite):
+    pass
+
+
 @pytest.mark.usefixtures("pybullet")
-class TestVirtualPiOnBullet(TestVirtualPi):
+class TestVirtualPiOnBullet(VirtualBench, DriveAndRangeSuite):
     options: ClassVar = {"simulator": "pybullet"}
 
 
-class TestVirtualPiWiredOtherwise(TestVirtualPi):
+class TestVirtualPiWiredOtherwise(VirtualBench, DriveSuite):
     """Phase-enable boards, and encoders with one channel."""
 
     @property

@@ -17,6 +17,7 @@ from robotcore.testing import ConformanceSuite
 from tests.doubles.serial.bench import Rig, TickingBench, connect_devices
 from tests.doubles.serial.board import BoardDouble, Wheels
 from tests.doubles.serial.hoverboard import Firmware, Hoverboard
+from tests.robotcore.testing.variant_suites import DriveSuite
 from tests.texts import Raises
 
 SIDES = ("left", "right")
@@ -38,10 +39,11 @@ class TestHoverboardHoldingSpeed(TickingBench, ConformanceSuite):
         return Hoverboard(Wheels())
 
 
-class TestHoverboardByDuty(TestHoverboardHoldingSpeed):
+class TestHoverboardByDuty(TickingBench, DriveSuite):
     devices: ClassVar = devices(
         mode="duty", tank_steering=True, model={"forward_rad_s": FULL_RAD_S, "backward_rad_s": FULL_RAD_S}
     )
+    extra: ClassVar = (BatteryDescription(kind="battery", name="battery"),)
 
     def board(self) -> BoardDouble:
         return Hoverboard(Wheels(), Firmware(is_tank=True, rad_s_per_unit=FULL_RAD_S / 1000))

@@ -1,4 +1,4 @@
-"""Devices on an Arduino pass the conformance kit, with both firmwares, by counts and by duty."""
+"""Devices on an Arduino pass the conformance kit; the other firmware and motors by duty pass the rules for drives."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from robotcore.description import BatteryDescription
 from robotcore.testing import ConformanceSuite
 from tests.doubles.serial.bench import SerialBench
 from tests.doubles.serial.rosarduino import ArduinoDouble, RobotcoreBridgeDouble, RosArduinoBridgeDouble
+from tests.robotcore.testing.variant_suites import DriveAndRangeSuite, DriveSuite
 
 COUNTS = {"counts": "edges"}
 LONG = {"board_timeout_s": 5.0}
@@ -34,14 +35,14 @@ class TestRobotcoreBridge(SerialBench, ConformanceSuite):
         return RobotcoreBridgeDouble()
 
 
-class TestRosArduinoBridge(SerialBench, ConformanceSuite):
+class TestRosArduinoBridge(SerialBench, DriveAndRangeSuite):
     devices: ClassVar = {**SIDES, "nose": {"driver": "ros-arduino-sonar", "pin": 7}}
 
     def board(self) -> ArduinoDouble:
         return RosArduinoBridgeDouble(takes_duties=False)
 
 
-class TestByDuty(SerialBench, ConformanceSuite):
+class TestByDuty(SerialBench, DriveSuite):
     devices: ClassVar = {name: {**section, **(MODEL if "motor" in name else {})} for name, section in SIDES.items()}
 
     def board(self) -> ArduinoDouble:
