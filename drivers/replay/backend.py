@@ -161,7 +161,7 @@ def _require_recorded(setup: Setup, recording: Recording) -> None:
     sensors = {device.name for device in setup.chosen_devices if device.kind not in ("motor", "display")}
     opened = recording.metadata.devices
     if missing := sorted(sensors.difference(opened)):
-        names, app = ", ".join(missing), recording.metadata.request.app
+        names, app = ", ".join(missing), recording.metadata.request.app_reference
         raise UnmetNeedError(
             f"the recording has no samples of {names}. The recorded app {app!r} opened only {', '.join(opened)}: "
             f"record a run of an app that needs {names} too",

@@ -80,7 +80,7 @@ def _make_payload(results: Results, groups: Sequence[Group], failing: Sequence[R
 
     sweep = results.sweep
     return {
-        "app": sweep.request.app,
+        "app": sweep.request.app_reference,
         "judge": sweep.request.judge,
         "backends": sweep.backends,
         "worlds": sweep.worlds,

@@ -75,7 +75,7 @@ class Recording:
 
     def __repr__(self) -> str:
         request, outcome = self.metadata.request, self.result.outcome.value if self.result else "no result"
-        return f"<Recording of {request.app} on {request.backend}: {len(self.ticks)} ticks, {outcome}>"
+        return f"<Recording of {request.app_reference} on {request.backend}: {len(self.ticks)} ticks, {outcome}>"
 
     @property
     def is_damaged(self) -> bool:
@@ -99,7 +99,7 @@ def build_metadata(run: Run) -> Metadata:
         settings=_read_settings(run.behaviour),
         milestones=tuple(run.behaviour.milestones),
         platform=read_platform(request.backend),
-        source=read_app_source(request.app),
+        source=read_app_source(request.app_reference),
         started=datetime.now(timezone.utc).isoformat(timespec="seconds"),
     )
 

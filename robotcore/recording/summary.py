@@ -30,7 +30,7 @@ def build_result(recording: Recording) -> RunResult:
         timer.add(record)
     request, world, ticks = recording.metadata.request, recording.metadata.world, recording.ticks
     return RunResult(
-        app=app_name(request.app),
+        app=app_name(request.app_reference),
         backend=request.backend,
         robot=recording.metadata.description.name,
         world=world.name if world else None,

@@ -1,10 +1,9 @@
-"""The request of a run, and the plan: a request with resolved names and checked values."""
+"""The plan of a run: its request with resolved names and checked values."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
 
 from robotcore.description import (
     Conditions,
@@ -26,6 +25,7 @@ from robotcore.runtime.apps import load_app
 from robotcore.runtime.behaviour import Behaviour
 from robotcore.runtime.faults import PlannedFault, plan_faults
 from robotcore.runtime.layers import needed_devices
+from robotcore.runtime.request import RunRequest as RunRequest  # noqa: PLC0414  the modules above import it from here
 from robotcore.runtime.settings import configure
 from robotcore.runtime.success_verification import load_judge
 from robotcore.safety import stopping_distance
@@ -35,47 +35,10 @@ MIN_RATE_HZ, MAX_RATE_HZ = 1.0, 1000.0
 
 
 @dataclass(frozen=True)
-class RunRequest:
-    """The request of a run: the app, the backend, the robot and the world.
-
-    >>> from robotcore import run
-    >>> request = RunRequest("avoid-obstacles", seed=7, timeout_s=0.5, settings={"speed_m_s": 0.2})
-    >>> run(request).ticks
-    11
-    """
-
-    app: str
-    """The app's name, or its ``.py`` file."""
-    backend: str = "kinematic"
-    robot: str = "rover"
-    """The name of a robot description, or its file."""
-    world: str | None = None
-    """The name of a world, or its file. If it is None, a simulator uses `DEFAULT_WORLD`."""
-    seed: int | None = None
-    """The seed from which the layout of the world is drawn. If it is None, the layout is that of the world's file."""
-    rate_hz: float = 20.0
-    """The number of ticks in a second: `MIN_RATE_HZ` to `MAX_RATE_HZ`."""
-    timeout_s: float = 120.0
-    """The longest duration of the run, in seconds of the robot's time."""
-    settings: Mapping[str, Any] = field(default_factory=dict)
-    """The app's settings, by name."""
-    options: Mapping[str, Any] = field(default_factory=dict)
-    """The backend's options, by name."""
-    gui: bool = False
-    """Whether the simulator opens a window. Simulated time then passes at the pace of real time."""
-    realtime: bool = False
-    """Whether simulated time passes at the pace of real time."""
-    randomise: bool = False
-    """Whether the seed also draws the light and colours of the world, the sensor noise and the wheel errors."""
-    judge: str | None = None
-    """The app whose ``verify`` decides whether the run was a success. If it is None, the app judges itself."""
-    faults: tuple[str, ...] = ()
-    """The specifications of the faults to inject."""
-
-
-@dataclass(frozen=True)
 class Plan:
     """A request with resolved names and checked values.
+
+    Its request names the app, also if the user's request has a class or an instance.
 
     >>> plan = Plan.of(RunRequest("green-search", seed=7))
     >>> plan
@@ -101,7 +64,7 @@ class Plan:
 
     def __repr__(self) -> str:
         world = self.world.name if self.world else None
-        names = f"app={self.request.app!r}, backend={self.backend.name!r}, robot={self.description.name!r}"
+        names = f"app={self.request.app_reference!r}, backend={self.backend.name!r}, robot={self.description.name!r}"
         return f"Plan({names}, world={world!r}, seed={self.request.seed})"
 
     @property
@@ -120,7 +83,8 @@ class Plan:
         _require_positive("--timeout", request.timeout_s)
         backend = load_backend(request.backend)
         judge = None if request.judge is None else load_judge(request.judge)
-        behaviour = configure(load_app(request.app), request.settings)  # last: it changes where imports search
+        behaviour = _make_behaviour(request)  # last: it changes where imports search
+        request = replace(request, app=request.app_reference)
         description = backend.load_robot(request.robot, request.options)
         devices = needed_devices(description, behaviour.needs, behaviour.wants)
         devices |= backend.batteries(description, request.options)
@@ -154,6 +118,19 @@ def require_rate(rate_hz: float) -> None:
             kind="rate-out-of-range",
             rate_hz=rate_hz,
         )
+
+
+def _make_behaviour(request: RunRequest) -> Behaviour:
+    app = request.app
+    if not isinstance(app, Behaviour):
+        return configure(app if isinstance(app, type) else load_app(app), request.settings)
+    if request.settings:
+        raise UsageError(
+            f"the settings {', '.join(request.settings)} have no effect, because the app is an instance of "
+            f"{type(app).__name__}. Create the instance with its settings, or name the class",
+            kind="settings-without-effect",
+        )
+    return app
 
 
 def _require_positive(option: str, value: float) -> None:

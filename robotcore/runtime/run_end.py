@@ -35,7 +35,7 @@ def build_result(plan: Plan, loop: Loop | None, verification: Verification, end:
     reason = str(error) if error else behaviour.reason or _default_reason(outcome, request, behaviour)
     verified = False if error and verification.verified else verification.verified
     return RunResult(
-        app=app_name(request.app),
+        app=app_name(request.app_reference),
         backend=plan.backend.name,
         robot=plan.description.name,
         world=plan.world.name if plan.world else None,

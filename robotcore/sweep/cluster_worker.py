@@ -71,7 +71,7 @@ def _read_address() -> str:
 def _localize_request(request: RunRequest, bundle: JobBundle, root: Path) -> RunRequest:
     return replace(
         request,
-        app=bundle.locate_app(root, request.app),
+        app=bundle.locate_app(root, request.app_reference),
         judge=bundle.locate_app(root, request.judge) if request.judge else None,
         robot=bundle.locate_description(root, request.robot),
         world=bundle.locate_description(root, request.world) if request.world else None,
@@ -88,13 +88,13 @@ def _restore_names(output: RunOutput, request: RunRequest, local: RunRequest) ->
     for original, unpacked in zip(_list_file_names(request), _list_file_names(local), strict=True):
         reason = reason.replace(unpacked, original)
     judge = app_name(request.judge) if request.judge else None
-    result = replace(output.record.result, app=app_name(request.app), judge=judge, reason=reason)
+    result = replace(output.record.result, app=app_name(request.app_reference), judge=judge, reason=reason)
     return RunOutput(replace(output.record, result=result, command=format_command(request)), output.picture)
 
 
 def _list_file_names(request: RunRequest) -> list[str]:
     """Return the names in a request that may be file names, without the class in ``app.py:Class``."""
-    apps = [str(app_path(name)) for name in (request.app, request.judge) if name]
+    apps = [str(app_path(name)) for name in (request.app_reference, request.judge) if name]
     return [*apps, request.robot, *filter(None, [request.world])]
 
 

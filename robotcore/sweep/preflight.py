@@ -40,7 +40,7 @@ def preflight(sweep: Sweep, load_s: float = LOAD_S) -> bool:
         _call_backends(worker, sweep, _load_backends, sweep.backends)
         for app in reversed(sweep.apps):
             _call_app(worker, app, "imported", load_s, _import_app, app)
-        has_verify = _call_app(worker, sweep.request.app, "made", load_s, _configure_app, sweep.request)
+        has_verify = _call_app(worker, sweep.request.app_reference, "made", load_s, _configure_app, sweep.request)
         _call_backends(worker, sweep, sweep.check)  # refuses a judge without verify
     return bool(sweep.request.judge or has_verify)
 
@@ -97,7 +97,7 @@ def _import_app(app: str) -> None:
 
 
 def _configure_app(request: RunRequest) -> bool:
-    app = configure(load_app(request.app), request.settings)
+    app = configure(load_app(request.app_reference), request.settings)
     return type(app).verify is not Behaviour.verify
 
 

@@ -213,4 +213,4 @@ class Results:
 
 
 def _get_app_stem(sweep: Sweep) -> str:
-    return app_path(app_name(sweep.request.app)).stem
+    return app_path(app_name(sweep.request.app_reference)).stem

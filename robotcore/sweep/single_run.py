@@ -105,7 +105,7 @@ def _require_same_run(request: RunRequest, result: RunResult) -> None:
     from robotcore.runtime.apps import app_name
 
     asked = {
-        "app": app_name(request.app),
+        "app": app_name(request.app_reference),
         "backend": request.backend,
         "robot": load_robot(request.robot).name,
         "world": load_world(request.world).name if request.world else result.world,
@@ -156,7 +156,7 @@ def _make_error_result(request: RunRequest, error: RobotcoreError) -> RunResult:
     from robotcore.runtime.result import Outcome, RunResult
 
     return RunResult(
-        app=app_name(request.app),
+        app=app_name(request.app_reference),
         backend=request.backend,
         robot=load_robot(request.robot).name,
         world=load_world(request.world).name if request.world else None,

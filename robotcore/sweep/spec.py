@@ -51,13 +51,24 @@ class Sweep:
     seeds: tuple[int, ...] = (0,)
     """The seeds."""
 
+    def __post_init__(self) -> None:
+        """Raise UsageError if the app has no name by which other processes can load it."""
+        if not isinstance(self.request.app, str):
+            name = self.request.app_reference
+            raise UsageError(
+                f"a sweep runs in other processes, which cannot load the class {name} without its file. Name the "
+                f'file: RunRequest("my_app.py:{name}")',
+                kind="app-not-named",
+                app=name,
+            )
+
     def __len__(self) -> int:
         return len(self.backends) * len(self.worlds) * len(self.seeds)
 
     @property
     def apps(self) -> tuple[str, ...]:
         """The name of the app, then the name of the judge if there is one."""
-        return (self.request.app, *filter(None, (self.request.judge,)))
+        return (self.request.app_reference, *filter(None, (self.request.judge,)))
 
     def requests(self) -> Iterator[RunRequest]:
         """Yield the request of every run, seed by seed, so that an interrupted sweep has covered all worlds equally."""
@@ -155,7 +166,7 @@ def _parse_range(text: str, part: str) -> range:
 
 def format_command(request: RunRequest) -> str:
     """Return the shell command that repeats a run, with every option whose value is not the default."""
-    return shlex.join(["robotcore", "run", request.app, *format_options(request)])
+    return shlex.join(["robotcore", "run", request.app_reference, *format_options(request)])
 
 
 def format_options(request: RunRequest) -> list[str]:

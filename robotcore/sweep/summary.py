@@ -72,7 +72,7 @@ def _render_judge(request: RunRequest, groups: Sequence[Group], *, has_verify: b
     """Yield the line about the judge. An installed app that judges itself needs none."""
     if not has_verify:
         yield Text(f"\n{NO_VERIFY}")
-    elif request.judge or is_app_file(request.app):
+    elif request.judge or is_app_file(request.app_reference):
         yield Text(f"\nJudge: {escape(format_judge(request.judge, groups))}")
 
 

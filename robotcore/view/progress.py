@@ -88,7 +88,7 @@ class ProgressLine:
             request, record = self._run.request, self._record
             line.add_row(
                 self._spinner,
-                escape(f"{request.app} on {request.backend}"),
+                escape(f"{request.app_reference} on {request.backend}"),
                 escape(record.status_text),
                 _format_last_range(self._run),
                 format_voltages(record.voltages),

@@ -38,7 +38,7 @@ def require_recorded_app(recording: Recording, file: Path | str, given: Containe
     file: the name of the recording in error messages.
     given: the names of the settings that the user sets, so that their recorded values are not used.
     """
-    app = recording.metadata.request.app
+    app = recording.metadata.request.app_reference
     if not is_app_file(app):
         return
     called, shown = file or "the recording", escape(app)
@@ -60,7 +60,7 @@ def require_recorded_app(recording: Recording, file: Path | str, given: Containe
 
 def is_recorded_file(recording: Recording, app: str) -> bool:
     """Return whether a file has the name or the source of the recorded app."""
-    recorded = recording.metadata.request.app
+    recorded = recording.metadata.request.app_reference
     if not (is_app_file(app) and is_app_file(recorded)):
         return False
     return app_path(app).name == app_path(recorded).name or has_app_changed(recording, app) is False
@@ -77,7 +77,7 @@ def _find_problem(recording: Recording, given: Container[str]) -> str:
 
     The file is imported only for the last check, after all other checks have passed.
     """
-    app = recording.metadata.request.app
+    app = recording.metadata.request.app_reference
     path = app_path(app).resolve()
     if not path.is_relative_to(Path.cwd().resolve()):
         return "the file is outside of the current folder"
@@ -97,7 +97,7 @@ def _find_open_setting(recording: Recording, given: Container[str]) -> str | Non
     recorded = {name: value for name, value in request.settings.items() if name not in given}
     if all(isinstance(value, (int, float, NoneType)) for value in recorded.values()):
         return None
-    known = list_settings(load_app_file(request.app))
+    known = list_settings(load_app_file(request.app_reference))
     pairs = ((known[name], value) for name, value in recorded.items() if name in known)
     return next((setting.name for setting, value in pairs if _is_open(setting, value)), None)
 

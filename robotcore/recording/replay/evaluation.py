@@ -94,7 +94,7 @@ class Evaluation:
         recorded = self.recording.result
         return {
             "app": self.result.app,
-            "recorded_app": app_name(self.recording.metadata.request.app),
+            "recorded_app": app_name(self.recording.metadata.request.app_reference),
             "ticks": self.ticks,
             "recorded_ticks": len(self.recording.ticks),
             "differing_ticks": self.differing,
@@ -129,8 +129,8 @@ def evaluate(
     if app is None:
         require_recorded_app(recording, file, settings or {})
     request = build_request(recording)
-    name = app or request.app
-    kept = request.settings if app_name(name) == app_name(request.app) else {}
+    name = app or request.app_reference
+    kept = request.settings if app_name(name) == app_name(request.app_reference) else {}
     comparator = DecisionComparator(recording)
     request = replace(request, app=name, settings={**kept, **(settings or {})})
     result = run(request, [comparator, *observers], [comparator])

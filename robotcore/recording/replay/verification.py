@@ -135,14 +135,16 @@ def replay(
     comparator = CommandComparator(PLATFORM_TOLERANCE if platform else 0.0)
     replayer = ReplayTap(recording, comparator)
     request = build_request(recording, is_held=True)
-    request = replace(request, app=app or request.app)
+    request = replace(request, app=app or request.app_reference)
     result = run(request, [replayer, *observers], [replayer])
     if result.error and not isinstance(result.error, Interrupted) and not result.ticks:
         raise result.error
     if not isinstance(result.error, Interrupted):
         check_end(replayer.cursor, result)
     result = replace(result, backend=recording.metadata.request.backend)
-    return _build_result(replayer, comparator, result, platform, has_changed=has_app_changed(recording, request.app))
+    return _build_result(
+        replayer, comparator, result, platform, has_changed=has_app_changed(recording, request.app_reference)
+    )
 
 
 def require_ticks(recording: Recording, file: Path | str) -> None:
