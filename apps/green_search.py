@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
-from robotcore import Behaviour, Pose, Positive, Robot, Role, Status, Stopping, Truth, Twist
+from robotcore import Behaviour, Interval, Pose, Positive, Robot, Role, Status, Stopping, Truth, Twist
 from robotcore.autonomy.navigation import BallTracker, Navigator, Target
-from robotcore.autonomy.vision import Blob
+from robotcore.autonomy.vision import DEFAULT_TOLERANCE, Blob
 
 STANDING = Twist(0.0, 0.0)
 CENTRED_RAD = 0.1
@@ -39,13 +40,15 @@ class GreenSearch(Behaviour):
     """The distance between the range sensor and the ball when the robot stops."""
     ball_radius_m: Positive = 0.10
     """The ball's radius."""
+    tolerance: Annotated[float, Interval(gt=0, lt=90)] = DEFAULT_TOLERANCE
+    """Half the accepted range around ``hue``, in degrees. The range of a name ends where that of the next begins."""
 
     needs = frozenset({Role.DRIVE, Role.CAMERA, Role.RANGE})
     wants = frozenset({Role.DISPLAY})
     milestones = ("search", "seen", "approach", "arrived")
 
     def __post_init__(self) -> None:
-        self._ball = BallTracker(self.hue, self.ball_radius_m)
+        self._ball = BallTracker(self.hue, self.ball_radius_m, self.tolerance)
         self._navigator = Navigator(self.speed_m_s, self.turn_rad_s)
         self._pose = Pose(0.0, 0.0, 0.0)
         self._now = 0.0

@@ -1,8 +1,18 @@
 from __future__ import annotations
 
+from collections.abc import Mapping
+from pathlib import Path
+
 import pytest
 
+import robotcore.description
+from apps.green_search import GreenSearch
 from robotcore import Outcome, RunRequest, run
+from robotcore.errors import UsageError
+from robotcore.runtime.settings import configure
+from tests.texts import Raises
+
+WORLDS = Path(robotcore.description.__file__).parent / "worlds"
 
 
 @pytest.mark.slow
@@ -62,3 +72,45 @@ def test_finds_the_ball_with_faulty_sensors_in_difficult_rooms(fault: str, seed:
 def test_finds_the_ball_after_a_wheel_slipped_and_the_range_guard_held_the_robot(seed: int, fault: str) -> None:
     result = run(RunRequest("green-search", world="arena", seed=seed, faults=(fault,)))
     assert (result.outcome, result.verified) == (Outcome.SUCCESS, True), result.reason
+
+
+def copy_arena(folder: Path, colours: Mapping[str, str]) -> str:
+    """Write a copy of the arena in which some colours are replaced, and return its path."""
+    lines = (WORLDS / "arena.toml").read_text(encoding="utf-8").splitlines()
+    replaced = {f'colour = "{old}"': f'colour = "{new}"' for old, new in colours.items()}
+    file = folder / "my_arena.toml"
+    file.write_text("\n".join(replaced.get(line, line) for line in lines), encoding="utf-8")
+    return str(file)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("hue, seed", [("red", 9), ("orange", 3)])
+def test_finds_a_ball_of_another_hue_among_obstacles_of_similar_hues(tmp_path: Path, hue: str, seed: int) -> None:
+    world = copy_arena(tmp_path, {"green": hue, hue: "green"})
+    result = run(RunRequest("green-search", world=world, seed=seed, settings={"hue": hue}))
+    assert (result.outcome, result.verified, result.contacts) == (Outcome.SUCCESS, True, 0), result.reason
+
+
+@pytest.mark.slow
+def test_red_things_are_not_found_as_orange(tmp_path: Path) -> None:
+    world = copy_arena(tmp_path, {"green": "red", "orange": "red", "yellow": "white"})
+    result = run(RunRequest("green-search", world=world, seed=3, settings={"hue": "orange"}, timeout_s=30))
+    assert (result.outcome, "seen" in result.milestones) == (Outcome.TIMEOUT, False)
+
+
+@pytest.mark.slow
+def test_tolerance_keeps_similar_hues_out(tmp_path: Path) -> None:
+    """From 28 degrees, red is in the range of 30 degrees and not in one of 12."""
+    world = copy_arena(tmp_path, {"green": "red", "orange": "white", "yellow": "white"})
+    has_seen = {}
+    for tolerance in (30, 12):
+        settings = {"hue": "28", "tolerance": tolerance}
+        result = run(RunRequest("green-search", world=world, seed=3, settings=settings, timeout_s=15))
+        has_seen[tolerance] = "seen" in result.milestones
+    assert has_seen == {30: True, 12: False}
+
+
+@pytest.mark.parametrize("tolerance", ["0", "200", "x"])
+def test_tolerance_out_of_bounds_is_refused(tolerance: str, raises: Raises) -> None:
+    with raises(UsageError, "setting-invalid", setting="tolerance"):
+        configure(GreenSearch, {"tolerance": tolerance})

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from robotcore.autonomy.navigation.mapping import PoseHistory
-from robotcore.autonomy.vision import Blob, ColourDetector, draw_boxes
+from robotcore.autonomy.vision import DEFAULT_TOLERANCE, Blob, ColourDetector, draw_boxes
 from robotcore.geometry import Pose
 from robotcore.hal.robot import Robot, Role
 
@@ -26,12 +26,13 @@ class BallTracker:
 
     hue: the ball's hue, by name or in degrees.
     radius: the ball's radius in metres.
+    tolerance: the greatest difference between a pixel's hue and ``hue``, in degrees, see `ColourDetector`.
 
     >>> BallTracker("green", radius=0.1)
     BallTracker(radius=0.1, place=None, lost_for=0)
     """
 
-    def __init__(self, hue: str | float, radius: float) -> None:
+    def __init__(self, hue: str | float, radius: float, tolerance: float = DEFAULT_TOLERANCE) -> None:
         self.radius = radius
         self.place: Point | None = None
         """The ball's last measured position (x, y) in the odometry's frame, in metres; None without a measurement."""
@@ -41,7 +42,7 @@ class BallTracker:
         """Whether the ball's blob in the newest picture has at least `SEEN_PX` pixels."""
         self._seen_at = 0.0
         self._past = PoseHistory()
-        self._detector = ColourDetector(hue, min_area=KEPT_PX)
+        self._detector = ColourDetector(hue, tolerance=tolerance, min_area=KEPT_PX)
 
     def __repr__(self) -> str:
         return f"BallTracker(radius={self.radius:g}, place={self.place}, lost_for={self.lost_for:g})"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -19,7 +18,8 @@ from robotcore.autonomy.vision.hue_segmentation import (
     measure_region,
     pixels_in,
 )
-from robotcore.errors import UnknownNameError, UsageError
+from robotcore.autonomy.vision.hues import hue_of, limit_tolerance
+from robotcore.errors import UsageError
 from robotcore.hal.devices import Image
 from robotcore.optics import Intrinsics
 
@@ -45,37 +45,8 @@ class Blob:
         return max(self.box[2], self.box[3]) / 2
 
 
-HUES = {
-    "red": 0.0,
-    "orange": 28.0,
-    "yellow": 53.0,
-    "green": 128.0,
-    "cyan": 184.0,
-    "blue": 225.0,
-    "purple": 273.0,
-    "magenta": 316.0,
-}
-"""Hues by name, in degrees on the colour circle."""
-
-
-def hue_of(hue: str | float) -> float:
-    """Return a hue in degrees, in [0, 360). The argument is a name in `HUES` or any number of degrees.
-
-    Raises UnknownNameError for an unknown name, and UsageError for a number that is not finite.
-
-    >>> hue_of("green"), hue_of(-10)
-    (128.0, 350.0)
-    """
-    try:
-        degrees = float(hue)
-    except ValueError:
-        if hue not in HUES:
-            raise UnknownNameError("hue", str(hue), list(HUES)) from None
-        return HUES[str(hue)]
-    if not math.isfinite(degrees):
-        raise UsageError(f"the hue is {hue}; take a name or degrees from 0 to 360", kind="no-hue", hue=hue)
-    return degrees % 360
-
+DEFAULT_TOLERANCE = 30.0
+"""The default of ``tolerance``, in degrees: the greatest difference between a pixel's hue and that of the ball."""
 
 CAST_FACTOR, MAX_MIN_SATURATION = 0.6, 0.38
 """A candidate needs more saturation if light tinges the whole picture with the hue.
@@ -103,7 +74,8 @@ class ColourDetector:
     near each candidate by hue in the full picture. It omits a blob whose centroid is in the box of a larger blob.
 
     hue: a name in `HUES`, or degrees.
-    tolerance: the greatest difference between a pixel's hue and ``hue``, in degrees, more than 0 and less than 90.
+    tolerance: the greatest difference between a pixel's hue and ``hue``, in degrees, more than 0 and less than 90. If
+        ``hue`` is a name, the range also ends where the range of the next name begins, see `HUE_RANGES`.
     min_saturation: the least saturation of a candidate, 0 to 1. In a picture that is tinged with the hue it is higher.
     min_chroma: the least chroma of a candidate above that of ``min_saturation``, in grey levels.
     min_area: the least area of a blob, in pixels.
@@ -114,14 +86,14 @@ class ColourDetector:
     >>> [(blob.box, blob.area) for blob in ColourDetector("green").find(picture, Intrinsics(320, 240, 1.0))]
     [((50, 100, 30, 20), 600)]
     >>> ColourDetector("green")
-    ColourDetector(hue=128, tolerance=30, min_area=12)
+    ColourDetector(hue=128, below=30, above=30, min_area=12)
     """
 
     def __init__(
         self,
         hue: str | float = "green",
         *,
-        tolerance: float = 30.0,
+        tolerance: float = DEFAULT_TOLERANCE,
         min_saturation: float = 0.22,
         min_chroma: float = 8.0,
         min_area: int = 12,
@@ -133,8 +105,8 @@ class ColourDetector:
             text = f"min_area is {min_area} pixels; take 1 or more"
             raise UsageError(text, kind="area-too-small", min_area=min_area)
         self.hue = hue_of(hue)
-        self._tolerance = tolerance
-        self._hue_classifier = HueClassifier(self.hue, tolerance)
+        self._tolerances = limit_tolerance(hue, tolerance)
+        self._hue_classifier = HueClassifier(self.hue, *self._tolerances)
         self._min_saturation = min_saturation
         self._min_chroma = min_chroma
         self._min_area = min_area
@@ -157,7 +129,8 @@ class ColourDetector:
         return [_make_blob(region, intrinsics) for region in separate]
 
     def __repr__(self) -> str:
-        return f"ColourDetector(hue={self.hue:g}, tolerance={self._tolerance:g}, min_area={self._min_area})"
+        below, above = self._tolerances
+        return f"ColourDetector(hue={self.hue:g}, below={below:g}, above={above:g}, min_area={self._min_area})"
 
     def _find_regions(self, image: Image) -> Iterator[Region]:
         height, width = image.shape[:2]

@@ -22,7 +22,7 @@ STEEPNESS = 16.0
 """The slope of a test: how many output levels its value rises per grey level. From 32 on, OpenCV is slow."""
 
 WEDGE_RATIO = 2.0
-"""The tangent of the half angle of the wedge in `of_saturation`, divided by the tangent of the hue tolerance."""
+"""The tangent of each half angle of the wedge in `of_saturation`, divided by the tangent of the hue tolerance."""
 
 WHITE = np.array((0, 0, 0, 255), np.float32)
 PACKED_WHITE = 0xFFFF
@@ -37,24 +37,25 @@ class HueClassifier:
     The directions in the plane differ from the hues of HSV by at most 1.2 degrees.
 
     hue: the hue in degrees.
-    tolerance: the greatest difference between a colour's hue and ``hue``, in degrees.
+    below: the greatest difference of a smaller hue from ``hue``, in degrees.
+    above: the greatest difference of a larger hue from ``hue``, in degrees.
 
-    >>> green = HueClassifier(120.0, tolerance=30.0)
+    >>> green = HueClassifier(120.0, below=30.0, above=30.0)
     >>> round(green.chroma((20, 200, 20))), round(green.saturation((20, 200, 20)), 2)
     (180, 0.9)
     """
 
-    def __init__(self, hue: float, tolerance: float) -> None:
+    def __init__(self, hue: float, below: float, above: float) -> None:
         self._chroma, self._value = _direction(hue), _value(hue)
         along, across, value = (np.array(row) for row in (self._chroma, _direction(hue + 90), self._value))
-        narrow = math.radians(tolerance)
+        narrow = np.radians((above, below))
         self._narrow = _make_tests(_sides(along, across, narrow), along) + WHITE
         self._per_chroma = _make_tests(np.zeros((2, 3)), np.zeros(3), (0.0, 0.0, 1.0))
-        wide = math.atan(WEDGE_RATIO * math.tan(narrow))
-        sine = math.sin(wide)
+        wide = np.arctan(WEDGE_RATIO * np.tan(narrow))
+        sines = np.sin(wide)
         self._wide = _make_tests(_sides(along, across, wide), along) + WHITE
-        self._per_saturation = _make_tests(np.array((sine * value, sine * value)), value)
-        self._per_distance = _make_tests(np.zeros((2, 3)), np.zeros(3), (sine, sine, 1.0))
+        self._per_saturation = _make_tests(np.outer(sines, value), value)
+        self._per_distance = _make_tests(np.zeros((2, 3)), np.zeros(3), (*sines, 1.0))
 
     def chroma(self, bgr: tuple[float, ...]) -> float:
         """Return how strongly a colour shows this hue, in grey levels. It is negative for the opposite hues."""
@@ -91,10 +92,13 @@ def find_hue(image: Image, tests: Tests) -> Mask:
     return mask
 
 
-def _sides(along: Rows, across: Rows, half_angle: float) -> Rows:
-    """Return the tests of the two sides of a wedge, one a row. ``half_angle`` is in radians."""
-    sine, cosine = math.sin(half_angle), math.cos(half_angle)
-    return np.array((sine * along - cosine * across, sine * along + cosine * across))
+def _sides(along: Rows, across: Rows, half_angles: Rows) -> Rows:
+    """Return the tests of the two sides of a wedge, one a row.
+
+    half_angles: the angles between the middle and each side, in radians. The first side is the one towards ``across``.
+    """
+    sides: Rows = np.outer(np.sin(half_angles), along) + np.outer((-1, 1) * np.cos(half_angles), across)
+    return sides
 
 
 def _make_tests(sides: Rows, outwards: Rows, offsets: Row = (0.0, 0.0, 0.0)) -> Tests:

@@ -7,38 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robotcore.autonomy.vision import HUES, Blob, ColourDetector, hue_of
-from robotcore.description import COLOURS, hue_degrees
-from robotcore.errors import UnknownNameError, UsageError
+from robotcore.autonomy.vision import Blob, ColourDetector
+from robotcore.errors import UsageError
 from robotcore.hal.devices import Image
 from robotcore.optics import Intrinsics
 from tests.robotcore.autonomy.vision.pictures import INTRINSICS, bgr, draw_rectangles, draw_round_patch
 from tests.texts import Raises
-
-
-@pytest.mark.parametrize(
-    "hue, degrees", [("green", 128.0), ("red", 0.0), (90, 90.0), ("90", 90.0), (-30, 330.0), (720.5, 0.5)]
-)
-def test_hue_is_a_name_or_degrees(hue: str | float, degrees: float) -> None:
-    assert hue_of(hue) == degrees
-
-
-def test_unknown_name_suggests_the_nearest_name(raises: Raises) -> None:
-    with raises(UnknownNameError, "unknown-hue"):
-        ColourDetector("gren")
-
-
-@pytest.mark.parametrize("hue", ["nan", math.inf])
-def test_hue_that_is_not_finite_is_refused(raises: Raises, hue: str | float) -> None:
-    with raises(UsageError, "no-hue", hue=hue):
-        hue_of(hue)
-
-
-def test_a_named_hue_is_that_of_the_colour_of_that_name_in_a_world() -> None:
-    for name, hue in HUES.items():
-        away = (hue_degrees(COLOURS[name]) - hue + 180) % 360 - 180
-        assert abs(away) < 5, name
-
 
 GREEN, RED = bgr(128), bgr(0)
 PLACE = st.tuples(st.integers(1, 50), st.integers(1, 35), st.integers(4, 12), st.integers(3, 12))

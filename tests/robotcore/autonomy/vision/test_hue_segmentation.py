@@ -24,7 +24,7 @@ def passes(colour: tuple[int, int, int], tests: regions.Tests) -> bool:
 @given(HUE, PART, PART)
 def test_chroma_and_saturation_of_the_hue_itself_are_those_of_hsv(hue: float, saturation: float, value: float) -> None:
     red, green, blue = colorsys.hsv_to_rgb(hue / 360, saturation, value)
-    found, colour = HueClassifier(hue, 30), (255 * blue, 255 * green, 255 * red)
+    found, colour = HueClassifier(hue, 30, 30), (255 * blue, 255 * green, 255 * red)
     assert found.chroma(colour) == pytest.approx(255 * saturation * value, rel=0.14)
     assert found.saturation(colour) == pytest.approx(saturation, rel=0.14)
 
@@ -32,40 +32,48 @@ def test_chroma_and_saturation_of_the_hue_itself_are_those_of_hsv(hue: float, sa
 @given(HUE, PART, st.floats(0.2, 0.7), st.floats(0.2, 1))
 def test_saturation_stays_in_the_shadow(hue: float, saturation: float, value: float, light: float) -> None:
     lit, dim = (255 * np.array(colorsys.hsv_to_rgb(hue / 360, saturation, part)) for part in (value, value * light))
-    found = HueClassifier(hue, 30)
+    found = HueClassifier(hue, 30, 30)
     assert found.saturation(tuple(dim[::-1])) == pytest.approx(found.saturation(tuple(lit[::-1])), abs=0.02)
 
 
-@given(HUE, st.floats(5, 80), st.sampled_from((-1, 1)))
-def test_hues_pass_within_the_tolerance_only(hue: float, tolerance: float, side: int) -> None:
-    tests = HueClassifier(hue, tolerance).of_chroma(0.0)
-    assert passes(bgr(hue + side * (tolerance - 3)), tests)
-    assert not passes(bgr(hue + side * (tolerance + 3)), tests)
-    assert not passes(bgr(hue + 180), tests)
+@given(HUE, st.floats(5, 80), st.floats(5, 80))
+def test_hues_pass_within_the_tolerance_only(hue: float, below: float, above: float) -> None:
+    tests = HueClassifier(hue, below, above).of_chroma(0.0)
+    for inside in (3 - below, above - 3):
+        assert passes(bgr(hue + inside), tests)
+    for outside in (-3 - below, above + 3, 180):
+        assert not passes(bgr(hue + outside), tests)
 
 
 @given(HUE, st.floats(0.2, 0.8))
 def test_colours_pass_from_the_least_saturation_on(hue: float, least: float) -> None:
-    tests = HueClassifier(hue, 30).of_saturation(least, 0.0)
+    tests = HueClassifier(hue, 30, 30).of_saturation(least, 0.0)
     assert passes(bgr(hue, min(1.0, least + 0.15)), tests)
     assert not passes(bgr(hue, least - 0.1), tests)
 
 
 @given(HUE, st.sampled_from((-1, 1)))
 def test_dull_colours_must_be_nearer_to_the_hue(hue: float, side: int) -> None:
-    tests, aside = HueClassifier(hue, 30).of_saturation(0.25, 0.0), hue + 25 * side
+    tests, aside = HueClassifier(hue, 30, 30).of_saturation(0.25, 0.0), hue + 25 * side
     assert passes(bgr(aside, 0.9), tests)
     assert not passes(bgr(aside, 0.35), tests)
     assert passes(bgr(hue, 0.45), tests)
 
 
+@given(HUE)
+def test_dull_colours_have_a_range_on_each_side_of_the_hue(hue: float) -> None:
+    tests = HueClassifier(hue, 12, 40).of_saturation(0.25, 0.0)
+    assert passes(bgr(hue + 22, 0.5), tests)
+    assert not passes(bgr(hue - 22, 0.5), tests)
+
+
 @given(HUE, st.integers(0, 255))
 def test_grey_never_passes_with_a_distance(hue: float, grey: int) -> None:
-    assert not passes((grey, grey, grey), HueClassifier(hue, 30).of_saturation(0.0, 2.0))
+    assert not passes((grey, grey, grey), HueClassifier(hue, 30, 30).of_saturation(0.0, 2.0))
 
 
 def test_dark_colours_need_more_saturation() -> None:
-    tests = HueClassifier(120, 30).of_saturation(0.3, 10.0)
+    tests = HueClassifier(120, 30, 30).of_saturation(0.3, 10.0)
     assert passes(bgr(120, 0.5, 0.9), tests)
     assert not passes(bgr(120, 0.5, 0.1), tests)
 
