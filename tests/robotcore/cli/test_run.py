@@ -75,35 +75,6 @@ def test_timeout_is_a_failure(cli: Cli) -> None:
     assert (answer.status, answer.json["outcome"], answer.json["ticks"]) == (1, "timeout", 5)
 
 
-@pytest.mark.parametrize(
-    "arguments, kind",
-    [
-        (["green-serch"], "unknown-app"),
-        (["green-search", "--backend", "kinematik"], "unknown-backend"),
-        (["green-search", "--robot", "rovr"], "unknown-robot"),
-        (["green-search", "--world", "arenna"], "unknown-world"),
-        (["green-search", "--robot", "lookout"], "unmet-need"),
-        (["green-search", "--set", "sped_m_s=1"], "unknown-setting"),
-        (["green-search", "--set", "speed_m_s"], "usage"),
-        (["green-search", "--set", "speed_m_s=fast"], "setting-invalid"),
-        (["green-search", "--option", "color=red"], "unknown-option"),
-        (["green-search", "--rate", "often"], "usage"),
-        (["green-search", "--rate", "nan"], "rate-out-of-range"),
-        (["green-search", "--timeout", "-1"], "not-positive"),
-        ([], "usage"),
-    ],
-)
-def test_a_wrong_run_is_reported_on_stderr_and_in_json(
-    cli: Cli, arguments: list[str], kind: str, check_text: CheckText
-) -> None:
-    answer = cli("run", *arguments, "--json")
-    assert answer.status == answer.json["exit_status"] == 2
-    assert (answer.json["outcome"], answer.json["kind"]) == ("error", kind)
-    assert answer.json["app"] == "".join(arguments[:1])
-    check_text(answer.err)
-    assert len(answer.err.splitlines()) <= 2
-
-
 def test_an_app_that_raises_shows_its_own_part_of_the_traceback(
     cli: Cli, app_file: AppFile, tmp_path: Path, check_text: CheckText
 ) -> None:
