@@ -22,6 +22,7 @@ import sys
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
+from functools import partial
 from hashlib import sha256
 from itertools import cycle
 from pathlib import Path
@@ -31,7 +32,7 @@ from typing import Any
 from mcap.exceptions import McapError
 from mcap.reader import make_reader
 
-from benchmarks.report import at_least_one, machine, print_table
+from benchmarks.report import parse_whole, print_machine, print_table
 
 SIMULATORS = ("kinematic", "mujoco", "pybullet", "virtualpi")
 WORLDS = ("arena", "clutter", "occluded", "open")
@@ -83,7 +84,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("action", choices=("record", "compare"))
     parser.add_argument("folder", type=Path, help="the folder of the digests and the recordings")
-    parser.add_argument("--jobs", type=at_least_one, default=2, help="the number of commands that run at a time")
+    parser.add_argument("--jobs", type=partial(parse_whole, 1), default=2, help="the number of parallel commands")
     parser.add_argument("--quick", action="store_true", help="only a twentieth of the commands")
     parser.add_argument(
         "--only", metavar="WORDS", default="", help="only the commands that contain these words in this order"
@@ -99,7 +100,7 @@ def main() -> int:
     ]
     if not commands:
         parser.error(f"no command contains the words {options.only!r}")
-    print(machine())
+    print_machine()
     with ThreadPoolExecutor(options.jobs) as pool:
         if known:
             chosen = {key: digest for key, digest in known.items() if _get_command(key) in commands}

@@ -10,7 +10,6 @@ time is that of the last motor. The exit status is 1 if a motor was not stopped.
 
 from __future__ import annotations
 
-import argparse
 import statistics
 import subprocess
 import sys
@@ -20,7 +19,7 @@ from random import Random
 from tempfile import TemporaryDirectory
 from time import monotonic, sleep
 
-from benchmarks.report import at_least_one, machine, print_table
+from benchmarks.report import parse_options, print_table
 from robotcore.description import load_robot
 from robotcore.runtime.plan import RunRequest
 from robotcore.safety.deadman import LOCK_TIMEOUT_S, MIN_LEASE_S
@@ -33,15 +32,11 @@ MOMENTS_S = 0.3
 
 def main() -> int:
     """Execute the trials, and print the results."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--trials", type=at_least_one, default=50)
-    parser.add_argument("--seed", type=int, default=1)
-    options = parser.parse_args()
+    options = parse_options(__doc__, trials=50, seed=1)
     with TemporaryDirectory() as folder:
         killed = [_kill_run(Path(folder) / str(seed), Random(options.seed + seed)) for seed in range(options.trials)]
         held = list(_hold_lock(Path(folder) / "held", options.trials, options.seed))
     commanded = f"the last command; the lease is {_compute_lease_ms():.0f} ms"
-    print(machine())
     print_table(
         (f"{options.trials} trials each", "stopped", "median", "worst", "counted from"),
         [
@@ -73,7 +68,8 @@ def _hold_lock(diary: Path, holds: int, seed: int) -> Iterator[float | None]:
 
     For each hold, yield the seconds from the last command until all motors were stopped; None if one was not.
     """
-    subprocess.run([sys.executable, "-m", "benchmarks.lock_holding_run", str(diary), str(holds), str(seed)], check=True)  # noqa: S603
+    module = "tests.robotcore.safety.guardian.lock_holding_run"
+    subprocess.run([sys.executable, "-m", module, str(diary), str(holds), str(seed)], check=True)  # noqa: S603  our own
     entries = notes(diary)
     begins, ends = ([note.time for note in entries if note.action == what] for what in ("hold", "let go"))
     for begin, end in zip(begins, ends, strict=True):

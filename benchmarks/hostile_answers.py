@@ -10,7 +10,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from benchmarks.deploy_injection import CANARY, TOUCH
+CANARY = "pwned"
+TOUCH = f"touch {CANARY}"
+"""A shell command. If the file that it creates exists, a shell has executed it."""
 
 RELEASE = "2026-11-21T22-40-03Z"
 RECORDING = f"{RELEASE}.mcap"

@@ -2,7 +2,7 @@
 
     python -m benchmarks.hostile_recordings
 
-The files of `benchmarks.hostile_files.files` go through `robotcore info` with all its outputs, `replay`,
+The files of `tests.robotcore.recording.hostile_files.files` go through `robotcore info` with all its outputs, `replay`,
 `replay --set` and `compare`, each in its own process. Then files with random changes go through `info --csv`, 500 in
 a process. Every tenth file goes through `replay` and `info --picture --video` too. Memory is the largest resident size
 of a process with its interpreter and libraries, less the size of the file. Time is processor time.
@@ -13,8 +13,6 @@ recording names.
 
 from __future__ import annotations
 
-import argparse
-import json
 import os
 import re
 import resource
@@ -23,19 +21,21 @@ import subprocess
 import sys
 import tempfile
 import traceback
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
 from contextlib import redirect_stderr, redirect_stdout
 from io import StringIO
 from itertools import islice
+from multiprocessing import get_context
 from pathlib import Path
 from random import Random
 from time import monotonic, process_time, sleep
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
-from benchmarks.hostile_files.files import PROOF, name_files
-from benchmarks.hostile_files.mutations import SourceRecording, mutate
-from benchmarks.report import machine, print_table
+from benchmarks.report import parse_options, print_table
 from robotcore.cli.main import execute
+from tests.robotcore.recording.hostile_files.files import PROOF, name_files
+from tests.robotcore.recording.hostile_files.mutations import SourceRecording, mutate
 
 MEMORY_BOUND_MB, TIME_BOUND_S = 300.0, 5.0
 HANGS_S = 120.0
@@ -44,6 +44,8 @@ STATUSES = (0, 1, 2, 3, 4)
 """The exit statuses of a command: a result, a difference, a named error, a damaged sample, an old sample."""
 _CONTROL = re.compile(r"[\x00-\x09\x0b-\x1f\x7f-\x9f]")
 _COMMAND = "from robotcore.cli.main import main; main()"
+
+ResultT = TypeVar("ResultT")
 
 
 class Cost(NamedTuple):
@@ -58,22 +60,7 @@ class Cost(NamedTuple):
 
 def main() -> int:
     """Measure the catalogue and the random changes, and print the results."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--files", type=int, default=10_000, help="the number of files with random changes")
-    parser.add_argument("--kinds", type=int, metavar="N", help="the number of files of the catalogue. Default: all")
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--small", action="store_true", help="use bombs that unpack to less data")
-    parser.add_argument("--batch", nargs=3, metavar=("FILE", "FROM", "TO"), help=argparse.SUPPRESS)
-    parser.add_argument("--make", nargs=3, metavar=("NAME", "BASE", "FILE"), help=argparse.SUPPRESS)
-    options = parser.parse_args()
-    if options.make:
-        name, base, file = options.make
-        name_files(is_small=options.small)[name](Path(base), Path(file))
-        return 0
-    if options.batch:
-        base, begin, end = options.batch
-        return _run_batch(Path(base), options.seed, range(int(begin), int(end)))
-    print(machine())
+    options = parse_options(__doc__, files=10_000, kinds=1000, seed=1, small=False)
     with tempfile.TemporaryDirectory() as folder:
         base = Path(folder) / "base.mcap"
         _record(base)
@@ -91,23 +78,27 @@ def _record(file: Path) -> None:
         assert execute(options) == 1
 
 
-def _measure_catalogue(base: Path, kinds: int | None, *, is_small: bool) -> Iterator[Cost]:
+def _measure_catalogue(base: Path, kinds: int, *, is_small: bool) -> Iterator[Cost]:
     work = base.with_name("work")
     work.mkdir()
     yield from _measure("whole", base, base, work)
     for name in islice(name_files(), kinds):
         file = base.with_name(f"{name}.mcap")
-        _make_apart(name, base, file, is_small=is_small)
+        _call_apart(_make_file, name, base, file, is_small)
         yield from _measure(name, base, file, work)
         if base.with_name(PROOF).exists():
             yield Cost(name, "replay", 0.0, 0.0, "its app was run")
         file.rmdir() if file.is_dir() else file.unlink()
 
 
-def _make_apart(name: str, base: Path, file: Path, *, is_small: bool) -> None:
-    """Make a file in another process, because the size of this process counts in its children's memory."""
-    options = ["--make", name, str(base), str(file), *(["--small"] if is_small else [])]
-    subprocess.run([sys.executable, "-m", "benchmarks.hostile_recordings", *options], check=True)  # noqa: S603  this module itself
+def _call_apart(function: Callable[..., ResultT], *arguments: object) -> ResultT:
+    """Call a function in a new process, because the size of this process counts in its children's memory."""
+    with ProcessPoolExecutor(1, get_context("spawn")) as pool:
+        return pool.submit(function, *arguments).result()
+
+
+def _make_file(name: str, base: Path, file: Path, is_small: bool) -> None:  # noqa: FBT001  `submit` passes it
+    name_files(is_small=is_small)[name](base, file)
 
 
 def _measure(name: str, base: Path, file: Path, work: Path) -> Iterator[Cost]:
@@ -153,18 +144,14 @@ def _judge(name: str, command: str, megabytes: float, seconds: float, status: in
 
 def _measure_fuzzed(base: Path, seed: int, count: int) -> Iterator[Cost]:
     for begin in range(0, count, BATCH):
-        options = ["--seed", str(seed), "--batch", str(base), str(begin), str(min(begin + BATCH, count))]
-        command = [sys.executable, "-m", "benchmarks.hostile_recordings", *options]
-        ended = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603  this module itself
-        if ended.returncode:
-            fault = ended.stderr.strip()[-200:] or f"status {ended.returncode}"
-            yield Cost(f"random {begin}", "batch", 0.0, 0.0, fault)
-        else:
-            yield from (Cost(*each) for each in json.loads(ended.stdout.splitlines()[-1]))
+        try:
+            yield from _call_apart(_run_batch, base, seed, range(begin, min(begin + BATCH, count)))
+        except Exception as error:  # noqa: BLE001, PERF203  each is a finding
+            yield Cost(f"random {begin}", "batch", 0.0, 0.0, repr(error))
 
 
-def _run_batch(base: Path, seed: int, numbers: range) -> int:
-    """Print the costs of files with random changes as a line of JSON. The memory is the peak of the process so far."""
+def _run_batch(base: Path, seed: int, numbers: range) -> list[Cost]:
+    """Return the costs of files with random changes. The memory is the peak of the process so far."""
     original, costs = SourceRecording.of(base), []
     signal.signal(signal.SIGALRM, _give_up)
     with tempfile.TemporaryDirectory() as folder:
@@ -176,8 +163,7 @@ def _run_batch(base: Path, seed: int, numbers: range) -> int:
                 drawn = ["--picture", f"{folder}/a.png", "--video", f"{folder}/a.mp4"]
                 commands += [["replay", str(file)], ["info", str(file), *drawn]]
             costs += [_run_here(f"random {number}", command, file.stat().st_size) for command in commands]
-    print(json.dumps(costs))
-    return 0
+    return costs
 
 
 def _run_here(name: str, command: list[str], size: int) -> Cost:
@@ -200,12 +186,13 @@ def _give_up(*_: object) -> None:
 
 
 def _print(costs: list[Cost], files: int) -> None:
+    whole, catalogue, fuzzed = list[Cost](), list[Cost](), list[Cost]()
+    for each in costs:
+        (whole if each.file == "whole" else fuzzed if each.file.startswith("random ") else catalogue).append(each)
     groups = {
-        "a whole recording": [each for each in costs if each.file == "whole"],
-        f"{len({each.file for each in costs if not _is_random(each)}) - 1} hostile files": [
-            each for each in costs if not _is_random(each) and each.file != "whole"
-        ],
-        f"{files} files changed at random": [each for each in costs if _is_random(each)],
+        "a whole recording": whole,
+        f"{len({each.file for each in catalogue})} hostile files": catalogue,
+        f"{files} files changed at random": fuzzed,
     }
     rows = [(name, *_build_row(group)) for name, group in groups.items() if group]
     print_table(("read", "commands", "most memory, MB", "of", "most time, s", "of", "broken"), rows)
@@ -215,19 +202,11 @@ def _print(costs: list[Cost], files: int) -> None:
             print(f"broken: {each.command} of {each.file}: {each.fault}")
 
 
-def _is_random(cost: Cost) -> bool:
-    return cost.file.startswith("random ")
-
-
 def _build_row(costs: list[Cost]) -> tuple[str, ...]:
     largest, slowest = max(costs, key=lambda each: each.megabytes), max(costs, key=lambda each: each.seconds)
-    broken = sum(bool(each.fault) for each in costs)
-    memory, time = f"{largest.megabytes:.0f}", f"{slowest.seconds:.2f}"
-    return str(len(costs)), memory, _format_source(largest), time, _format_source(slowest), str(broken)
-
-
-def _format_source(cost: Cost) -> str:
-    return f"{cost.command}, {cost.file}"
+    memory = f"{largest.megabytes:.0f}", f"{largest.command}, {largest.file}"
+    time = f"{slowest.seconds:.2f}", f"{slowest.command}, {slowest.file}"
+    return str(len(costs)), *memory, *time, str(sum(bool(each.fault) for each in costs))
 
 
 if __name__ == "__main__":

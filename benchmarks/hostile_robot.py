@@ -1,7 +1,7 @@
 """Run `robotcore deploy` against hostile robots. They may not run, write or break anything at the client.
 
     python -m benchmarks.hostile_robot
-    python -m benchmarks.hostile_robot --kinds 12
+    python -m benchmarks.hostile_robot --kinds 12 --verbose
 
 Each kind is a robot that answers one command of `robotcore deploy`. The command runs in another process, over a real
 sshd on loopback. The benchmark counts:
@@ -17,7 +17,6 @@ The exit status is 1 if any is not 0. It needs sshd, ssh and rsync.
 
 from __future__ import annotations
 
-import argparse
 import hashlib
 import os
 import shutil
@@ -31,9 +30,8 @@ from statistics import median
 from tempfile import TemporaryDirectory
 from time import perf_counter
 
-from benchmarks.deploy_injection import CANARY
-from benchmarks.hostile_answers import ENDLESS, RECORDING, RELEASE, HostileRobot, build_hostile_robots
-from benchmarks.report import machine, print_table
+from benchmarks.hostile_answers import CANARY, ENDLESS, RECORDING, RELEASE, HostileRobot, build_hostile_robots
+from benchmarks.report import parse_options, print_table
 from robotcore.deploy.fetch import PARTIAL
 from tests.robotcore.deploy.sshd import Sshd, serving
 
@@ -105,14 +103,13 @@ class RobotResult:
 
 def main() -> bool:
     """Print the results of each command. Return whether no robot did harm."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--kinds", type=int, metavar="N", help="the number of robots. Default: all")
-    parser.add_argument("--verbose", action="store_true", help="print what each command writes")
-    options = parser.parse_args()
+    options = parse_options(__doc__, kinds=1000, verbose=False)
     robots = build_hostile_robots()[: options.kinds]
-    print(machine())
     with TemporaryDirectory(prefix="hostile-robot-") as folder:
-        results = [_run_robot(Path(folder, str(number)), robot, options) for number, robot in enumerate(robots)]
+        results = [
+            _run_robot(Path(folder, str(number)), robot, is_verbose=options.verbose)
+            for number, robot in enumerate(robots)
+        ]
     commands = sorted({result.command for result in results})
     print_table(
         ("command", "kinds", *FAILURES, "median s", "worst s"),
@@ -128,7 +125,7 @@ def _row(name: str, results: Sequence[RobotResult]) -> list[str]:
     return [name, *map(str, (len(results), *counts)), f"{median(seconds):.1f}", f"{max(seconds):.1f}"]
 
 
-def _run_robot(folder: Path, robot: HostileRobot, options: argparse.Namespace) -> RobotResult:
+def _run_robot(folder: Path, robot: HostileRobot, *, is_verbose: bool) -> RobotResult:
     folder.mkdir()
     desk = _make_desk(folder, robot)
     script = folder / "robot.py"
@@ -143,7 +140,7 @@ def _run_robot(folder: Path, robot: HostileRobot, options: argparse.Namespace) -
         if dict(_list_digests(desk)) != before:
             failures.append("written")
     shutil.rmtree(folder)
-    if failures or options.verbose:
+    if failures or is_verbose:
         print(f"{robot.name}: {', '.join(failures) or 'harmless'}, status {status}, {seconds:.1f} s: {written[:300]!a}")
     return RobotResult(robot.command[0], seconds, tuple(failures))
 
@@ -174,17 +171,8 @@ def _furnish(server: Sshd, robot: HostileRobot) -> None:
 def _run_command(server: Sshd, desk: Path, robot: HostileRobot) -> tuple[str, int | None, float]:
     """Execute the command at the client. Return its output, its exit status (None if it hangs), and its seconds."""
     name, *options = robot.command
-    command = (
-        sys.executable,
-        "-m",
-        "robotcore",
-        "deploy",
-        name,
-        server.host,
-        "--ssh-config",
-        str(server.config),
-        *options,
-    )
+    target = [server.host, "--ssh-config", str(server.config)]
+    command = [sys.executable, "-m", "robotcore", "deploy", name, *target, *options]
     own = {"HOME": str(desk / "home"), "TMPDIR": str(desk / "tmp"), "PYTHONDONTWRITEBYTECODE": "1"}
     begun = perf_counter()
     with (desk.parent / "out").open("wb+") as out:

@@ -11,19 +11,16 @@ is timed in pairs. The exit status is 1 if a bound is broken.
 
 from __future__ import annotations
 
-import argparse
 import math
 import sys
 from collections.abc import Callable
 from itertools import count
 from time import perf_counter
-from typing import NamedTuple
 
 import cv2
 
 from benchmarks.baseline_loop import BASELINES, RATE_HZ, WHEEL_RAD_S, Block
-from benchmarks.pairs import paired_ratios
-from benchmarks.report import at_least_one, machine, print_table
+from benchmarks.report import measure_ratio, parse_options, print_table
 from robotcore.autonomy.vision import ColourDetector
 from robotcore.description import RobotDescription, WorldDescription, draw_world, load_robot, load_world
 from robotcore.hal.backend import Setup, load_backend
@@ -34,8 +31,11 @@ from robotcore.runtime.loop import Loop
 from robotcore.runtime.plan import RunRequest
 from robotcore.runtime.session import run
 
-SEED, SEARCH_S = 1, 8.0
+SEED = 1
 RAW_BOUND, KINEMATIC_BOUND, OTHER_BOUND = 0.98, 5.0, 3.0
+
+Timer = Callable[[], float]
+"""A function that returns a duration in seconds."""
 
 
 class LookRound(Behaviour):
@@ -58,32 +58,31 @@ class LookRound(Behaviour):
 
 def main() -> int:
     """Time the loops in pairs, and print the ratios."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--backends", default="pybullet,mujoco")
-    parser.add_argument("--pairs", type=at_least_one, default=30)
-    parser.add_argument("--ticks", type=at_least_one, default=20, help="ticks in a block")
-    options = parser.parse_args()
+    options = parse_options(__doc__, backends="pybullet,mujoco", pairs=30, ticks=20, search=8.0)
     cv2.setNumThreads(1)
     robot = load_robot("rover")
     world = draw_world(load_world("clutter"), robot, SEED)
     first, *others = backends = options.backends.split(",")
     timers = {backend: _make_timer(_make_framework_block(backend, robot, world), options.ticks) for backend in backends}
-    rows = []
+    cases: list[tuple[str, Timer, Timer, float]] = []
     for backend in backends:
         by_hand = _make_timer(BASELINES[backend](robot, world), options.ticks)
-        raw = paired_ratios(by_hand, timers[backend], options.pairs)
-        rows.append(_build_row(f"a loop on {backend}, compared with the same loop by hand", raw, RAW_BOUND))
-    for other in others:
-        faster = paired_ratios(timers[first], timers[other], options.pairs)
-        rows.append(_build_row(f"the loop on {other}, compared with {first}", faster, OTHER_BOUND))
-    saved = paired_ratios(_make_search_timer(first), _make_search_timer("kinematic"), options.pairs)
-    rows.append(_build_row(f"green-search on the kinematic simulator, compared with {first}", saved, KINEMATIC_BOUND))
-    print(machine())
-    print_table((f"speed, {options.pairs} pairs", "median", "95 % interval of it", "bound"), [row[:-1] for row in rows])
-    return int(not all(row[-1] for row in rows))
+        cases.append((f"a loop on {backend}, compared with the same by hand", by_hand, timers[backend], RAW_BOUND))
+    cases += [
+        (f"the loop on {each}, compared with {first}", timers[first], timers[each], OTHER_BOUND) for each in others
+    ]
+    slow, fast = (_make_search_timer(each, options.search) for each in (first, "kinematic"))
+    cases.append((f"green-search on the kinematic simulator, compared with {first}", slow, fast, KINEMATIC_BOUND))
+    rows, is_met = [], True
+    for claim, slower, faster, bound in cases:
+        ratio = measure_ratio(slower, faster, options.pairs)
+        rows.append((claim, *ratio.format_cells(".3f"), f"≥ {bound:g}"))
+        is_met &= ratio.median >= bound
+    print_table((f"speed, {options.pairs} pairs", "median", "95 % interval of it", "bound"), rows)
+    return int(not is_met)
 
 
-def _make_timer(block: Block, ticks: int) -> Callable[[], float]:
+def _make_timer(block: Block, ticks: int) -> Timer:
     def timed() -> float:
         start = perf_counter()
         block(ticks)
@@ -92,29 +91,14 @@ def _make_timer(block: Block, ticks: int) -> Callable[[], float]:
     return timed
 
 
-def _make_search_timer(backend: str) -> Callable[[], float]:
+def _make_search_timer(backend: str, search_s: float) -> Timer:
     seeds = count(SEED)
 
     def search() -> float:
-        result = run(RunRequest("green-search", backend, world="clutter", seed=next(seeds), timeout_s=SEARCH_S))
+        result = run(RunRequest("green-search", backend, world="clutter", seed=next(seeds), timeout_s=search_s))
         return result.wall_time_s / result.sim_time_s
 
     return search
-
-
-class Row(NamedTuple):
-    """A row of the table, and whether its bound is met."""
-
-    claim: str
-    median: str
-    interval: str
-    bound: str
-    holds: bool
-
-
-def _build_row(claim: str, measured: tuple[float, float, float], bound: float) -> Row:
-    median, low, high = measured
-    return Row(claim, f"{median:.3f}", f"{low:.3f} to {high:.3f}", f"≥ {bound:g}", median >= bound)
 
 
 def _make_framework_block(backend: str, robot: RobotDescription, world: WorldDescription) -> Block:

@@ -10,7 +10,6 @@ status is 1 if a bound is broken.
 
 from __future__ import annotations
 
-import argparse
 import random
 import signal
 import statistics
@@ -23,15 +22,13 @@ from pathlib import Path
 from time import perf_counter, thread_time
 from typing import NamedTuple
 
-from benchmarks.pairs import median_with_interval, paired_ratios
-from benchmarks.report import at_least_one, machine, print_table
+from benchmarks.report import compute_median, measure_ratio, parse_options, print_table
 from robotcore.errors import RecordingError
 from robotcore.recording import read
 from robotcore.recording.recorder import Recorder
 from robotcore.runtime.session import Run, RunRequest, RunResult, run
 from robotcore.runtime.trace import TickRecord
 
-WATCHED_S = 4.0
 COST_BOUND, LOST_BOUND_S = 1.15, 1.0
 KILLED = "tests.robotcore.recording.recording_run"
 
@@ -72,53 +69,48 @@ class Cost(NamedTuple):
 
 def main() -> int:
     """Measure the cost of recorded ticks, of recorded searches and of kills, and print them."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--pairs", type=at_least_one, default=16)
-    parser.add_argument("--kills", type=at_least_one, default=50)
-    parser.add_argument("--seed", type=int, default=1)
-    options = parser.parse_args()
-    print(machine())
+    options = parse_options(__doc__, pairs=16, kills=50, seed=1, seconds=4.0, search=120.0)
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "run.mcap"
-        ratio = _print_cost(file, options.pairs)
+        ratio = _print_cost(file, options.pairs, options.seconds, options.search)
         lost_s = _print_kills(file, options.kills, random.Random(options.seed))
     return int(ratio > COST_BOUND or lost_s > LOST_BOUND_S)
 
 
-def _print_cost(file: Path, pairs: int) -> float:
+def _print_cost(file: Path, pairs: int, seconds: float, search: float) -> float:
     """Print the cost of a recording. Return the ratio between the times of a tick with and without a recording."""
-    costs = [_compare_pair(file, pair) for pair in range(pairs)]
-    ratio = paired_ratios(lambda: _time_search_s(file), lambda: _time_search_s(None), pairs)
+    costs = [_compare_pair(file, pair, seconds) for pair in range(pairs)]
+    ratio = measure_ratio(lambda: _time_search_s(file, search), lambda: _time_search_s(None, search), pairs)
     size = file.stat().st_size
     rows = [
         ("a tick without a recording, ms", *_format_cells([cost.bare for cost in costs]), ""),
         ("a tick with one takes longer by, ms", *_format_cells([cost.more for cost in costs]), ""),
         ("a tick with one ÷ a tick without", *_format_cells([cost.ratio for cost in costs]), f"≤ {COST_BOUND:g}"),
         ("of that the control thread's own work, ms", *_format_cells([cost.more_work for cost in costs]), ""),
-        ("a whole simulated search, with ÷ without", f"{ratio[0]:.3f}", f"{ratio[1]:.3f} to {ratio[2]:.3f}", ""),
+        ("a whole simulated search, with ÷ without", *ratio.format_cells(".3f"), ""),
         ("the file of that search, KB a simulated second", f"{size / 1e3 / _read_duration_s(file):.0f}", "", ""),
     ]
     print_table((f"recording, {pairs} pairs", "median", "95 % interval of it", "bound"), rows)
     return statistics.median(cost.ratio for cost in costs)
 
 
-def _compare_pair(file: Path, pair: int) -> Cost:
+def _compare_pair(file: Path, pair: int, seconds: float) -> Cost:
     order = (file, None) if pair % 2 else (None, file)
-    ticks = {where: _time_ticks_ms(where) for where in order}
+    ticks = {where: _time_ticks_ms(where, seconds) for where in order}
     pairs = list(zip(ticks[None], ticks[file], strict=True))
     more = (statistics.median(with_it[of] - bare[of] for bare, with_it in pairs) for of in (0, 1))
     return Cost(statistics.median(wall for wall, _ in ticks[None]), *more)
 
 
-def _time_ticks_ms(file: Path | None) -> list[tuple[float, float]]:
+def _time_ticks_ms(file: Path | None, seconds: float) -> list[tuple[float, float]]:
     watch = Stopwatch()
-    _run(file, RunRequest("green-search", world="clutter", seed=1, timeout_s=WATCHED_S, realtime=True), watch)
+    _run(file, RunRequest("green-search", world="clutter", seed=1, timeout_s=seconds, realtime=True), watch)
     return watch.ticks[5:]
 
 
-def _time_search_s(file: Path | None) -> float:
+def _time_search_s(file: Path | None, search: float) -> float:
     start = perf_counter()
-    _run(file, RunRequest("green-search", world="clutter", seed=1))
+    _run(file, RunRequest("green-search", world="clutter", seed=1, timeout_s=search))
     return perf_counter() - start
 
 
@@ -133,8 +125,7 @@ def _read_duration_s(file: Path) -> float:
 
 
 def _format_cells(values: list[float]) -> tuple[str, str]:
-    median, low, high = median_with_interval(values)
-    return f"{median:.3f}", f"{low:.3f} to {high:.3f}"
+    return compute_median(values).format_cells(".3f")
 
 
 def _print_kills(file: Path, kills: int, moments: random.Random) -> float:
@@ -142,11 +133,7 @@ def _print_kills(file: Path, kills: int, moments: random.Random) -> float:
     missing = list(_measure_missing_s(file, kills, moments))
     opened = [each for each in missing if each is not None]
     rows = [
-        (
-            "files that open, and can be replayed up to where they end",
-            f"{len(opened)} of {kills}",
-            f"{kills} of {kills}",
-        ),
+        ("files that open, and can be replayed to their end", f"{len(opened)} of {kills}", f"{kills} of {kills}"),
         ("missing at the end, median, s", f"{statistics.median(opened):.2f}", ""),
         ("missing at the end, worst, s", f"{max(opened):.2f}", f"≤ {LOST_BOUND_S:g}"),
     ]

@@ -8,31 +8,30 @@ and replayed. The benchmark prints each deviation with its run. The exit status 
 
 from __future__ import annotations
 
-import argparse
 import random
 import sys
 from collections import defaultdict
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from benchmarks.replayed.disturbances import (
-    Disturbance,
-    EmergencyStopBetween,
-    EmergencyStopInTick,
-    SignalBetween,
-    SignalInTick,
-)
-from benchmarks.report import at_least_one, machine, print_table
+from benchmarks.report import parse_options, print_table
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.recording import read
 from robotcore.recording.recorder import Recorder
 from robotcore.recording.replay import ReplayResult, replay
 from robotcore.runtime.plan import RunRequest
 from robotcore.runtime.session import run
+from tests.robotcore.recording.replay.disturbances import (
+    Disturbance,
+    EmergencyStopBetween,
+    EmergencyStopInTick,
+    SignalBetween,
+    SignalInTick,
+)
 
-CLUMSY = str(Path(__file__).parent / "replayed" / "clumsy_search.py")
+CLUMSY = str(Path(__file__).with_name("clumsy_search.py"))
 FAULTS = (
     "camera drop=0.3",
     "camera delay=0.2",
@@ -75,16 +74,11 @@ class Case:
 
 def main() -> int:
     """Record and replay every run, and print the number of equal replays."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--runs", type=at_least_one, default=100)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--backends", default="kinematic,pybullet")
-    options = parser.parse_args()
+    options = parse_options(__doc__, runs=100, seed=1, backends="kinematic,pybullet")
     draw = random.Random(options.seed)
     with TemporaryDirectory() as folder:
         file = Path(folder) / "run.mcap"
         cases = [_run_case(*_draw_run(draw, options.backends.split(",")), file) for _ in range(options.runs)]
-    print(machine())
     print_table(("backend", "ended by", "runs", "faults", "interventions", "ticks", "bit-equal"), _build_rows(cases))
     equal = sum(case.is_bit_equal for case in cases)
     pace = sum(case.recording_s for case in cases) / sum(case.replay_s for case in cases)
@@ -106,17 +100,8 @@ def _draw_run(draw: random.Random, backends: list[str]) -> tuple[RunRequest, Dis
     disturbance = draw.choice(DISTURBANCES)(draw.randrange(5, 80)) if draw.random() < 0.3 else None
     world = draw.choice(("arena", "clutter", "occluded"))
     is_randomised = draw.random() < 0.3
-    request = RunRequest(
-        app,
-        backend,
-        world=world,
-        seed=seed,
-        timeout_s=timeout_s,
-        settings=settings,
-        randomise=is_randomised,
-        faults=faults,
-    )
-    return request, disturbance
+    request = RunRequest(app, backend, world=world, seed=seed, timeout_s=timeout_s, settings=settings, faults=faults)
+    return replace(request, randomise=is_randomised), disturbance
 
 
 def _run_case(request: RunRequest, disturbance: Disturbance | None, file: Path) -> Case:

@@ -7,14 +7,11 @@ Both are started in turn, so that other load on the machine affects both. The ex
 
 from __future__ import annotations
 
-import argparse
-import math
-import statistics
 import subprocess
 import sys
 from time import perf_counter
 
-from benchmarks.report import at_least_one, machine, print_table
+from benchmarks.report import compute_median, measure_ratio, parse_options, print_table
 
 BOUND = 2.0
 NUMPY = ("-c", "import numpy")
@@ -23,37 +20,25 @@ HELP = ("-m", "robotcore", "--help")
 
 def main() -> int:
     """Measure the pairs of starts, and print their medians."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--pairs", type=at_least_one, default=40)
-    count = parser.parse_args().pairs
+    options = parse_options(__doc__, pairs=40)
+    numpy, ours = list[float](), list[float]()
     for arguments in (NUMPY, HELP):
-        _milliseconds(*arguments)
-    pairs = [(_milliseconds(*NUMPY), _milliseconds(*HELP)) for _ in range(count)]
-    ratios = [ours / numpy for numpy, ours in pairs]
-    print(machine())
-    print_table(
-        ("command", f"median of {count}", "95 % interval"),
-        [
-            ("python -c 'import numpy'", *_format_cells([numpy for numpy, _ in pairs], "{:.1f} ms")),
-            ("python -m robotcore --help", *_format_cells([ours for _, ours in pairs], "{:.1f} ms")),
-            (f"ratio within a pair, at most {BOUND:g}", *_format_cells(ratios, "{:.2f}")),
-        ],
-    )
-    return int(statistics.median(ratios) > BOUND)
+        _time_ms(arguments, [])
+    ratio = measure_ratio(lambda: _time_ms(HELP, ours), lambda: _time_ms(NUMPY, numpy), options.pairs)
+    rows = [
+        ("python -c 'import numpy', ms", *compute_median(numpy).format_cells(".1f")),
+        ("python -m robotcore --help, ms", *compute_median(ours).format_cells(".1f")),
+        (f"ratio within a pair, at most {BOUND:g}", *ratio.format_cells(".2f")),
+    ]
+    print_table((f"{options.pairs} pairs", "median", "95 % interval"), rows)
+    return int(ratio.median > BOUND)
 
 
-def _milliseconds(*arguments: str) -> float:
+def _time_ms(arguments: tuple[str, ...], times: list[float]) -> float:
     start = perf_counter()
-    subprocess.run([sys.executable, *arguments], check=True, stdout=subprocess.DEVNULL)  # noqa: S603
-    return 1000 * (perf_counter() - start)
-
-
-def _format_cells(values: list[float], form: str) -> tuple[str, str]:
-    ordered = sorted(values)
-    reach = 0.98 * math.sqrt(len(ordered))
-    low = max(math.floor(len(ordered) / 2 - reach), 0)
-    high = min(math.ceil(len(ordered) / 2 + reach), len(ordered) - 1)
-    return form.format(statistics.median(ordered)), f"{form.format(ordered[low])} to {form.format(ordered[high])}"
+    subprocess.run([sys.executable, *arguments], check=True, stdout=subprocess.DEVNULL)  # noqa: S603  our own
+    times.append(1000 * (perf_counter() - start))
+    return times[-1]
 
 
 if __name__ == "__main__":

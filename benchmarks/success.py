@@ -3,18 +3,16 @@
     python -m benchmarks.success --seeds 1-200 --worlds arena,clutter,occluded --backends kinematic,pybullet
 
 Every failing run is listed with its cause. `--randomise` draws light, colours, textures, sensors and wheels too. The
-first seeds run twice, and have to give the same digests. A stopped benchmark resumes if it is started again. The exit
-status is 1 if a bound is broken.
+first seeds (`--twice`) run twice, and have to give the same digests. The exit status is 1 if a bound is broken.
 """
 
 from __future__ import annotations
 
-import argparse
 import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from benchmarks.report import machine, print_table
+from benchmarks.report import parse_options, print_table
 from robotcore.runtime.plan import RunRequest
 from robotcore.sweep import LocalEngine, Record, Sweep, run_sweep
 from robotcore.sweep.local import count_cores
@@ -29,14 +27,15 @@ VERIFIED, RANDOMISED, AGREEING = 0.98, 0.95, 0.97
 
 def main() -> int:
     """Execute the sweep, and print the results."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", default="1-20")
-    parser.add_argument("--worlds", default="arena,clutter,occluded")
-    parser.add_argument("--backends", default="kinematic,pybullet")
-    parser.add_argument("--randomise", action="store_true")
-    parser.add_argument("--jobs", type=int, default=count_cores())
-    parser.add_argument("--twice", type=int, default=3, help="the number of seeds whose runs are repeated")
-    options = parser.parse_args()
+    options = parse_options(
+        __doc__,
+        seeds="1-20",
+        worlds="arena,clutter,occluded",
+        backends="kinematic,pybullet",
+        randomise=False,
+        jobs=count_cores(),
+        twice=3,
+    )
     sweep = Sweep(
         RunRequest("green-search", randomise=options.randomise),
         tuple(options.backends.split(",")),
@@ -45,7 +44,6 @@ def main() -> int:
     )
     records = list(run_sweep(sweep, LocalEngine(options.jobs)).records())
     groups = group_records(records)
-    print(machine())
     print_table(
         ("backend", "world", "verified", "95 % interval", "contacts", "median", "slowest"), map(_build_row, groups)
     )
@@ -87,8 +85,6 @@ def _is_agreed(records: list[Record]) -> bool:
 
 
 def _is_repeatable(sweep: Sweep, records: list[Record], twice: int, jobs: int) -> bool:
-    if not twice:
-        return True
     known = {record.command: record.result.trace_sha256 for record in records}
     few = Sweep(sweep.request, sweep.backends, sweep.worlds, sweep.seeds[:twice])
     with TemporaryDirectory() as folder:

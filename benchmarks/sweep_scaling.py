@@ -10,7 +10,6 @@ two idle cores. The exit status is 1 if a bound is broken.
 
 from __future__ import annotations
 
-import argparse
 import statistics
 import sys
 import tempfile
@@ -19,8 +18,7 @@ from time import perf_counter
 
 import cv2
 
-from benchmarks.pairs import paired_ratios
-from benchmarks.report import at_least_one, machine, print_table
+from benchmarks.report import measure_ratio, parse_options, print_table
 from robotcore import RunRequest, run
 from robotcore.sweep import LocalEngine, Sweep, run_sweep
 from robotcore.sweep.spec import parse_seeds
@@ -30,41 +28,24 @@ MIN_SPEED_UP, MAX_OVERHEAD = 1.8, 3.0
 
 def main() -> int:
     """Measure the pairs of sweeps, and print the ratios."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--backend", default="kinematic")
-    parser.add_argument("--world", default="clutter")
-    parser.add_argument("--seeds", default="1-40")
-    parser.add_argument("--runs", type=at_least_one, default=100, help="the number of short runs, for the overhead")
-    parser.add_argument("--timeout", type=float, default=10.0)
-    parser.add_argument("--pairs", type=at_least_one, default=30)
-    options = parser.parse_args()
+    options = parse_options(__doc__, seeds="1-40", runs=100, timeout=10.0, pairs=30)
     request = RunRequest("green-search", timeout_s=options.timeout)
-    sweep = Sweep(request, (options.backend,), (options.world,), parse_seeds(options.seeds))
+    sweep = Sweep(request, ("kinematic",), ("clutter",), parse_seeds(options.seeds))
     cv2.setNumThreads(1)
-    speed_up = paired_ratios(lambda: _time_sweep(sweep, 1), lambda: _time_sweep(sweep, 2), options.pairs)
+    speed_up = measure_ratio(lambda: _time_sweep(sweep, 1), lambda: _time_sweep(sweep, 2), options.pairs)
     short = RunRequest("avoid-obstacles", settings={"duration_s": 2.0})
-    shorts = Sweep(short, (options.backend,), (options.world,), tuple(range(options.runs)))
+    shorts = Sweep(short, sweep.backends, sweep.worlds, tuple(range(options.runs)))
     _time_runs(shorts)
     alone = list[float]()
-    overhead = paired_ratios(lambda: _time_sweep(shorts, 1), lambda: _append(_time_runs(shorts), alone), options.pairs)
+    overhead = measure_ratio(lambda: _time_sweep(shorts, 1), lambda: _append(_time_runs(shorts), alone), options.pairs)
     run_ms = 1000 * statistics.median(alone) / len(shorts)
-    print(machine())
-    print_table(
-        (f"{options.pairs} pairs", "median", "95 % interval", "bound"),
-        [
-            (
-                f"speed-up of two processes, {len(sweep)} runs",
-                *_format_range(speed_up, "{:.2f}"),
-                f"at least {MIN_SPEED_UP:g}",
-            ),
-            (
-                f"{len(shorts)} short runs in a sweep ÷ alone, {run_ms:.0f} ms each",
-                *_format_range(overhead, "{:.2f}"),
-                f"at most {MAX_OVERHEAD:g}",
-            ),
-        ],
-    )
-    return int(speed_up[0] < MIN_SPEED_UP or overhead[0] > MAX_OVERHEAD)
+    short_runs = f"{len(shorts)} short runs in a sweep ÷ alone, {run_ms:.0f} ms each"
+    rows = [
+        (f"speed-up of two processes, {len(sweep)} runs", *speed_up.format_cells(".2f"), f"at least {MIN_SPEED_UP:g}"),
+        (short_runs, *overhead.format_cells(".2f"), f"at most {MAX_OVERHEAD:g}"),
+    ]
+    print_table((f"{options.pairs} pairs", "median", "95 % interval", "bound"), rows)
+    return int(speed_up.median < MIN_SPEED_UP or overhead.median > MAX_OVERHEAD)
 
 
 def _append(seconds: float, noted: list[float]) -> float:
@@ -84,11 +65,6 @@ def _time_runs(sweep: Sweep) -> float:
     for request in sweep.requests():
         run(request)
     return perf_counter() - start
-
-
-def _format_range(measured: tuple[float, float, float], form: str) -> tuple[str, str]:
-    median, low, high = (form.format(value) for value in measured)
-    return median, f"{low} to {high}"
 
 
 if __name__ == "__main__":

@@ -9,15 +9,13 @@ the ratio exceeds the bound. A ratio does not depend on the speed of the machine
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Callable
 from time import process_time
 
 import numpy as np
 
-from benchmarks.pairs import median_with_interval, paired_ratios
-from benchmarks.report import at_least_one, machine, print_table
+from benchmarks.report import compute_median, measure_ratio, parse_options, print_table
 from robotcore.description import load_robot
 from robotcore.hal.clock import Clock, SteppedClock
 from robotcore.hal.devices import Camera, Frame, Motor, Range, RangeSensor
@@ -74,24 +72,20 @@ class Trivial(Behaviour):
 
 def main() -> int:
     """Measure both loops in turn. Print their medians, and the ratio of each pair."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--repeats", type=at_least_one, default=60)
-    parser.add_argument("--ticks", type=at_least_one, default=2000)
-    options = parser.parse_args()
+    options = parse_options(__doc__, repeats=60, ticks=2000)
     framework, bare = list[float](), list[float]()
-    ratio = paired_ratios(
+    ratio = measure_ratio(
         lambda: _time_tick_us(_make_framework_loop(options.ticks), options.ticks, framework),
         lambda: _time_tick_us(_make_bare_loop(options.ticks), options.ticks, bare),
         options.repeats,
     )
     rows = [
-        ("the devices, called without the framework, µs", *_format_cells(median_with_interval(bare), 1)),
-        ("a tick of the loop, µs", *_format_cells(median_with_interval(framework), 1)),
-        (f"ratio within a pair, at most {BOUND:g}", *_format_cells(ratio, 2)),
+        ("the devices, called without the framework, µs", *compute_median(bare).format_cells(".1f")),
+        ("a tick of the loop, µs", *compute_median(framework).format_cells(".1f")),
+        (f"ratio within a pair, at most {BOUND:g}", *ratio.format_cells(".2f")),
     ]
-    print(machine())
     print_table((f"{options.repeats} × {options.ticks} ticks", "median", "95 % interval of it"), rows)
-    return int(ratio[0] > BOUND)
+    return int(ratio.median > BOUND)
 
 
 def _time_tick_us(work: Callable[[], object], ticks: int, noted: list[float]) -> float:
@@ -131,11 +125,6 @@ def _make_framework_loop(ticks: int) -> Callable[[], object]:
         assert loop.trace.ticks == ticks
 
     return work
-
-
-def _format_cells(measured: tuple[float, float, float], digits: int) -> tuple[str, str]:
-    median, low, high = (f"{value:.{digits}f}" for value in measured)
-    return median, f"{low} to {high}"
 
 
 if __name__ == "__main__":

@@ -1,4 +1,7 @@
-"""The labelled frames. Each frame is drawn from a seed and a number, and is not stored."""
+"""The labelled frames. Each frame is drawn from a seed and a number, and is not stored.
+
+The painted camera of the kinematic backend and PyBullet's renderer render them in turns.
+"""
 
 from __future__ import annotations
 
@@ -7,13 +10,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.eyes.conditions import Conditions
-from benchmarks.eyes.optics import add_texture, apply_camera_effects
-from benchmarks.eyes.palette import draw_grass_colour
-from benchmarks.eyes.rendering import Mask, render_with_bullet, render_with_painter
-from benchmarks.eyes.scenes import draw_scene
+from benchmarks.eyes.effects import Conditions, Mask, add_texture, apply_camera_effects
+from benchmarks.eyes.scenes import Scene, draw_grass_colour, draw_scene
+from drivers.pybullet.sensors import BulletCamera
 from robotcore.autonomy.vision import HUES
+from robotcore.description import load_robot
+from robotcore.hal.backend import Setup, load_backend
 from robotcore.hal.devices import Image
+from robotcore.simulation.painter import Painter
 
 MIN_VISIBLE_PX = 12
 """The minimum number of visible pixels of a ball. A frame whose ball has fewer is drawn again."""
@@ -58,7 +62,7 @@ def draw_frame(seed: int, number: int) -> LabelledFrame:
     hue, has_ball = HUES[draw.choice(GREENS + OTHERS)], draw.random() > ABSENT
     while True:
         scene = draw_scene(hue, 0.5 if is_hard else 0.1, draw, has_ball=has_ball)
-        image, ball, floor = (render_with_painter if number % 4 < 2 else render_with_bullet)(scene)
+        image, ball, floor = (_render_with_painter if number % 4 < 2 else _render_with_bullet)(scene)
         if not has_ball or ball.sum() >= MIN_VISIBLE_PX:
             break
     if is_hard and draw.random() < 0.3:
@@ -67,3 +71,31 @@ def draw_frame(seed: int, number: int) -> LabelledFrame:
     image = apply_camera_effects(image, ball, how, draw)
     image.flags.writeable = False
     return LabelledFrame(image, hue, ball, is_hard)
+
+
+class _Rendering(NamedTuple):
+    """A picture, (height, width, 3), BGR, and the masks of the ball and the floor, (height, width)."""
+
+    image: Image
+    ball: Mask
+    floor: Mask
+
+
+def _render_with_painter(scene: Scene) -> _Rendering:
+    """Render a scene with the painted camera of the kinematic backend."""
+    painter = Painter(scene.world)
+    image, labels = painter.picture(scene.view), painter.labels(scene.view)
+    is_sky = (image == scene.world.light.sky_colour[::-1]).all(axis=2)
+    ball = labels == painter.things.index("ball") + 1 if scene.world.targets else np.zeros(labels.shape, bool)
+    return _Rendering(image, ball, (labels == 0) & ~is_sky)
+
+
+def _render_with_bullet(scene: Scene) -> _Rendering:
+    """Render a scene with PyBullet's software renderer."""
+    with load_backend("pybullet").open(Setup(load_robot("rover"), scene.world, frozenset({"eye"}))) as opened:
+        camera = opened.camera
+        assert isinstance(camera, BulletCamera)
+        image, numbers = camera.picture(scene.view), camera.segmentation(scene.view)
+        things = list(camera.things.values())
+        ball = numbers == camera.things.get("ball", len(things) + 99)
+        return _Rendering(image, ball, (numbers >= 0) & ~np.isin(numbers, things))

@@ -1,14 +1,18 @@
-"""Draw scenes: a random world with a ball of random size, which may be partly hidden or absent."""
+"""Draw scenes: a random world with a ball of random size, which may be partly hidden or absent.
+
+Some objects around the ball have similar colours.
+"""
 
 from __future__ import annotations
 
+import colorsys
 import math
 from random import Random
 from typing import NamedTuple
 
-from benchmarks.eyes.palette import draw_ball_colour, recolour
 from drivers.kinematic.clearance import Clearance
 from robotcore.description import (
+    COLOURS,
     Ball,
     Box,
     CameraDescription,
@@ -16,15 +20,22 @@ from robotcore.description import (
     RobotDescription,
     WorldDescription,
     draw_world,
+    hue_degrees,
     load_robot,
     load_world,
 )
 from robotcore.description.generation.clearance import gap_between
+from robotcore.description.world import Cylinder
 from robotcore.geometry import Pose
 from robotcore.optics import CameraView
 
+Rgb = tuple[int, int, int]
+
 WORLDS = ("arena", "clutter", "occluded")
 DIAMETERS_PX = 4.0, 420.0
+APART_DEGREES = 45.0
+"""The minimum distance between the hues of the ball and of other objects, in degrees."""
+
 HIDING = 0.3
 """The share of scenes in which a screen hides a part of the ball."""
 
@@ -45,7 +56,7 @@ def draw_scene(hue: float, likeness: float, draw: Random, *, has_ball: bool) -> 
     """
     robot = load_robot("rover")
     world = draw_world(load_world(draw.choice(WORLDS)), robot, draw.randrange(1_000_000))
-    world = recolour(world, hue, likeness, draw)
+    world = _recolour(world, hue, likeness, draw)
     pose = _draw_free_pose(world, robot, draw)
     eye = robot.first_of(CameraDescription)
     assert eye, "the robot has a camera"
@@ -54,7 +65,7 @@ def draw_scene(hue: float, likeness: float, draw: Random, *, has_ball: bool) -> 
     looking = pose.compose(Pose(mount.x_m, mount.y_m, 0.0))
     if not has_ball:
         return Scene(world.model_copy(update={"targets": ()}), view, 0.0)
-    ball, diameter = _draw_ball(view, looking, draw_ball_colour(hue, draw), draw)
+    ball, diameter = _draw_ball(view, looking, _draw_ball_colour(hue, draw), draw)
     world = world.model_copy(update={"targets": (ball,)})
     if draw.random() < HIDING:
         world = _add_screen(world, ball, looking, draw)
@@ -72,7 +83,7 @@ def _draw_free_pose(world: WorldDescription, robot: RobotDescription, draw: Rand
             return pose
 
 
-def _draw_ball(view: CameraView, eye: Pose, colour: tuple[int, int, int], draw: Random) -> tuple[Ball, float]:
+def _draw_ball(view: CameraView, eye: Pose, colour: Rgb, draw: Random) -> tuple[Ball, float]:
     low, high = map(math.log, DIAMETERS_PX)
     diameter = math.exp(draw.uniform(low, high))
     focal = view.intrinsics.focal_length
@@ -103,3 +114,50 @@ def _add_screen(world: WorldDescription, ball: Ball, eye: Pose, draw: Random) ->
     )
     is_apart = all(gap_between(screen.outline, thing.outline) > 0.005 for thing in (*world.prisms, ball))
     return world.model_copy(update={"obstacles": (*world.obstacles, screen)}) if is_apart else world
+
+
+def _make_colour(hue: float, saturation: float, value: float) -> Rgb:
+    """Return a colour as red, green and blue. The hue is in degrees, saturation and value are from 0 to 1."""
+    red, green, blue = (round(255 * part) for part in colorsys.hsv_to_rgb(hue % 360 / 360, saturation, value))
+    return red, green, blue
+
+
+def _draw_ball_colour(hue: float, draw: Random) -> Rgb:
+    """Draw the colour of a ball: saturated, and near the given hue."""
+    return _make_colour(hue + draw.uniform(-8, 8), draw.uniform(0.65, 0.95), draw.uniform(0.5, 0.9))
+
+
+def _draw_similar_colour(hue: float, draw: Random) -> Rgb:
+    """Draw a colour that is similar to a hue. For green: yellow-green, cyan, olive, or the colour of a pale wall."""
+    neighbour = _make_colour(
+        hue + draw.choice((-1, 1)) * draw.uniform(48, 75), draw.uniform(0.5, 0.95), draw.uniform(0.35, 0.95)
+    )
+    olive = _make_colour(hue - draw.uniform(45, 65), draw.uniform(0.4, 0.8), draw.uniform(0.25, 0.5))
+    pale = _make_colour(hue + draw.uniform(-20, 20), draw.uniform(0.08, 0.22), draw.uniform(0.5, 0.9))
+    return draw.choice((neighbour, neighbour, olive, pale))
+
+
+def draw_grass_colour(hue: float, draw: Random) -> Rgb:
+    """Draw the mean colour of a lawn, which is duller and yellower than a green ball."""
+    return _make_colour(hue - draw.uniform(22, 42), draw.uniform(0.25, 0.5), draw.uniform(0.3, 0.65))
+
+
+def _recolour(world: WorldDescription, hue: float, likeness: float, draw: Random) -> WorldDescription:
+    """Return the world with new colours of obstacles, so that only the ball has the hue.
+
+    likeness: the share of obstacles, from 0 to 1, whose colour is similar to the hue.
+    """
+
+    def paint(obstacle: Box | Cylinder) -> Box | Cylinder:
+        if draw.random() < likeness:
+            return obstacle.model_copy(update={"colour": _draw_similar_colour(hue, draw)})
+        if _are_alike(obstacle.colour, hue):
+            return obstacle.model_copy(update={"colour": COLOURS["grey"]})
+        return obstacle
+
+    return world.model_copy(update={"obstacles": tuple(paint(obstacle) for obstacle in world.obstacles)})
+
+
+def _are_alike(colour: Rgb, hue: float) -> bool:
+    is_coloured = max(colour) - min(colour) > 0.25 * max(colour)
+    return is_coloured and abs((hue_degrees(colour) - hue + 180) % 360 - 180) < APART_DEGREES

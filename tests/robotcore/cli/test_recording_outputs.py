@@ -9,9 +9,9 @@ from pathlib import Path
 import cv2
 import pytest
 
-from benchmarks.hostile_files.files import ESCAPES, name_files
-from benchmarks.hostile_files.mcap_builder import change_json
 from tests.robotcore.cli.conftest import Cli, RecordedRun
+from tests.robotcore.recording.hostile_files.files import ESCAPES, name_files
+from tests.robotcore.recording.hostile_files.mcap_builder import change_json
 from tests.texts import CheckText
 
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.hostile_files.mcap_builder import change_json
 from tests.robotcore.cli.conftest import AppFile, Cli
+from tests.robotcore.recording.hostile_files.mcap_builder import change_json
 from tests.texts import CheckText
 
 CHOOSING = """

@@ -19,9 +19,6 @@ from hypothesis import strategies as st
 from mcap.opcode import Opcode
 from pydantic import ValidationError
 
-from benchmarks.hostile_files.files import ESCAPES, name_files
-from benchmarks.hostile_files.mcap_builder import build_chunk, build_file, build_record, change_json, join_raw, read_raw
-from benchmarks.hostile_files.mutations import SourceRecording, mutate
 from robotcore.errors import RecordingError, RobotcoreError, WatchdogError
 from robotcore.recording import RecordedError, Recording, SampleKey, read
 from robotcore.recording.chunks import ChunkedFile
@@ -31,6 +28,16 @@ from robotcore.recording.summary import build_odometry_path, build_true_path, su
 from robotcore.recording.validation import parse_tick
 from robotcore.view.text import format_contents
 from tests.robotcore.recording.conftest import record
+from tests.robotcore.recording.hostile_files.files import ESCAPES, name_files
+from tests.robotcore.recording.hostile_files.mcap_builder import (
+    build_chunk,
+    build_file,
+    build_record,
+    change_json,
+    join_raw,
+    read_raw,
+)
+from tests.robotcore.recording.hostile_files.mutations import SourceRecording, mutate
 
 FILES = name_files(is_small=True)
 REFUSED = {

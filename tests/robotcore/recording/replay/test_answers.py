@@ -9,7 +9,6 @@ from typing import Any
 
 import pytest
 
-from benchmarks.replayed.disturbances import Disturbance, EmergencyStopBetween
 from drivers.kinematic.backend import KinematicBackend
 from robotcore.errors import DeviceError
 from robotcore.hal.backend import Setup
@@ -21,6 +20,7 @@ from robotcore.runtime.layers.base import Reader, Show, Tap
 from robotcore.runtime.result import Outcome
 from robotcore.runtime.trace import TickRecord
 from tests.robotcore.fakes import NullMotor
+from tests.robotcore.recording.replay.disturbances import Disturbance, EmergencyStopBetween
 from tests.robotcore.recording.replay.memory import change_tick, record_run
 from tests.robotcore.recording.replay.test_verification import require_equal
 

@@ -11,13 +11,6 @@ from typing import Any
 
 import pytest
 
-from benchmarks.replayed.disturbances import (
-    Disturbance,
-    EmergencyStopBetween,
-    EmergencyStopInTick,
-    SignalBetween,
-    SignalInTick,
-)
 from robotcore.errors import EmergencyStopError, Interrupted, RecordingError
 from robotcore.geometry import Wheels
 from robotcore.recording import RecordedError, Recording, Tick
@@ -25,6 +18,13 @@ from robotcore.recording.replay import replay
 from robotcore.runtime.result import Outcome, RunResult
 from robotcore.runtime.trace import TickRecord, Trace
 from robotcore.safety import Intervention
+from tests.robotcore.recording.replay.disturbances import (
+    Disturbance,
+    EmergencyStopBetween,
+    EmergencyStopInTick,
+    SignalBetween,
+    SignalInTick,
+)
 from tests.robotcore.recording.replay.memory import change_tick, record_run
 from tests.texts import Raises
 

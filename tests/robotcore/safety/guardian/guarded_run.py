@@ -185,6 +185,11 @@ def limit_address_space(bytes_left: int) -> None:
 def use_up_threads() -> None:
     """Start threads until the system has no room for another stack."""
     limit_address_space(64 << 20)
+    leak_threads()
+
+
+def leak_threads() -> None:
+    """Start threads until the system refuses one."""
     with suppress(RuntimeError):
         while True:
             threading.Thread(target=threading.Event().wait, daemon=True).start()
@@ -193,10 +198,17 @@ def use_up_threads() -> None:
 def use_up_memory() -> None:
     """Allocate smaller and smaller blocks until none is left."""
     limit_address_space(64 << 20)
+    leak_memory()
+
+
+def leak_memory() -> None:
+    """Allocate smaller and smaller blocks until the system refuses one."""
     for size in (1 << 20, 1 << 14, 1 << 8, 1):
-        with suppress(MemoryError):
+        try:  # no `suppress`: making one takes memory
             while True:
                 HOARD.append(bytearray(size))
+        except MemoryError:  # noqa: PERF203
+            continue
 
 
 def run_on(backend: Backend, app: Behaviour, observer: Observer, timeout_s: float = 60.0) -> RunResult:

@@ -8,7 +8,7 @@ from pathlib import Path
 from random import Random
 from typing import NamedTuple
 
-from benchmarks.hostile_files.mcap_builder import Raw, build_chunk, build_file, build_record, read_raw
+from tests.robotcore.recording.hostile_files.mcap_builder import Raw, build_chunk, build_file, build_record, read_raw
 
 _LENGTHS = (0, 1, 100, 2**16, 2**31, 2**62, 2**64 - 1)
 _VALUES = (

@@ -12,7 +12,7 @@ from typing import Any
 import lz4.frame  # type: ignore[import-untyped]
 import zstandard
 
-from benchmarks.hostile_files.mcap_builder import (
+from tests.robotcore.recording.hostile_files.mcap_builder import (
     CHUNK,
     Raw,
     build_channel,

@@ -1,1 +1,0 @@
-"""The disturbances of runs that are recorded and replayed."""

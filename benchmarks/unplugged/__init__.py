@@ -1,1 +1,0 @@
-"""The parts of `benchmarks.serial_unplugged`: the boards, and the app that drives them."""
