@@ -259,7 +259,19 @@ def test_next_transfer_resumes_an_incomplete_recording(
 
 
 def test_only_recordings_are_received(link: RobotLink, tmp_path: Path) -> None:
-    for name in [*NAMES, "", ".", "..", "../a.mcap", "/etc/a.mcap", "a\0.mcap", f"{'a' * 96}.mcap", "ü.mcap"]:
+    for name in [
+        *NAMES,
+        "",
+        "a.mcap\n",
+        "a.mcap x",
+        ".",
+        "..",
+        "../a.mcap",
+        "/etc/a.mcap",
+        "a\0.mcap",
+        f"{'a' * 96}.mcap",
+        "ü.mcap",
+    ]:
         with pytest.raises(ValueError, match=re.escape(repr(name))):
             pytest.fail(f"{name!r} is received: {link.receive([name], tmp_path)}")
 
