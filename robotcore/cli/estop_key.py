@@ -7,10 +7,12 @@ import signal
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from functools import partial
 from select import select
 from threading import Event, RLock, Thread, main_thread
 from typing import Any
 
+from robotcore.cli.app_terminal import AppTerminal
 from robotcore.runtime.observer import Run
 from robotcore.runtime.result import RunResult
 from robotcore.runtime.trace import TickRecord
@@ -37,13 +39,14 @@ def can_listen() -> bool:
 class EmergencyStopKey:
     """An observer that makes the space bar the e-stop of a run. It restores the terminal at the end.
 
-    During the run the terminal is in ``cbreak`` mode, in which a key is read at once and not shown. The terminal
-    returns to its former mode while the process is in the background or suspended, and while Python's debugger reads a
-    command. An app can still read from standard input.
+    During the run the terminal is in ``cbreak`` mode, in which a key is read at once. The terminal returns to its
+    former mode while the process is in the background or suspended. An `AppTerminal` stands in for standard input, and
+    passes on every other key to an app that reads. While Python's debugger is active, it passes on the space bar too.
     """
 
     def __init__(self) -> None:
-        self._terminal = sys.stdin.fileno()
+        self._stdin = self._terminal = sys.stdin.fileno()
+        self._app: AppTerminal | None = None
         self._saved_mode: list[Any] | None = None
         self._lock = RLock()
         self._run: Run | None = None
@@ -56,9 +59,18 @@ class EmergencyStopKey:
         return HINT if self._saved_mode is not None and _is_in_foreground(self._terminal) else ""
 
     def begin(self, run: Run) -> None:
+        import termios
+
         self._run = run
+        try:
+            keys = _open_non_blocking(self._terminal)
+            self._app = AppTerminal(self._stdin, self._saved_mode or termios.tcgetattr(self._terminal))
+        except (OSError, termios.error):  # the terminal has vanished, or has no name here
+            self.close()
+            return
+        self._terminal = self._app.real
         self._set_cbreak_mode()
-        self._thread = start_thread(self._listen, "space bar")
+        self._thread = start_thread(partial(self._listen, keys, self._app), "space bar")
 
     def tick(self, record: TickRecord) -> None:
         """Do nothing: a thread reads the keys."""
@@ -72,6 +84,9 @@ class EmergencyStopKey:
         self.pause()
         if self._thread:
             self._thread.join(CLOSING_S)
+        self._terminal = self._stdin
+        if self._app:
+            self._app.close()
 
     def pause(self) -> None:
         """Restore the terminal until `resume` is called."""
@@ -88,26 +103,30 @@ class EmergencyStopKey:
         self._is_paused = self._has_ended.is_set()
         self._set_cbreak_mode()
 
-    def _listen(self) -> None:
-        with (
-            suppress(OSError),
-            _block_job_signals(),
-            _open_non_blocking(self._terminal) as keys,
-        ):  # the terminal may vanish
+    def _listen(self, terminal: int, app: AppTerminal) -> None:
+        with suppress(OSError), _block_job_signals():  # the terminal may vanish
             while not self._has_ended.is_set():
-                if KEY in self._read_keys(keys) and self._run:
-                    self._run.emergency.press(PRESSED)
+                self._handle_keys(self._read_keys(terminal, app.output), app)
+                _show(app.read_echo(), terminal)
+        os.close(terminal)
 
-    def _read_keys(self, keys: int) -> bytes:
+    def _handle_keys(self, keys: bytes, app: AppTerminal) -> None:
+        if not keys:
+            return
+        if not _is_debugger_active():
+            if KEY in keys and self._run:
+                self._run.emergency.press(PRESSED)
+            keys = keys.replace(KEY, b"")
+        app.pass_on(keys)
+
+    def _read_keys(self, terminal: int, echo: int) -> bytes:
+        """Return the keys that were typed. Return early if there is an echo to show."""
         if not _is_in_foreground(self._terminal):
             self._has_ended.wait(POLL_S)
             return b""
-        if _is_debugger_active():
-            self._restore_for_debugger()
-            return b""
         self._set_cbreak_mode()
-        ready, _, _ = select([keys], [], [], POLL_S)
-        return _read_available(keys) if ready and not self._has_ended.is_set() else b""
+        ready, _, _ = select([terminal, echo], [], [], POLL_S)
+        return _read_available(terminal) if terminal in ready and not self._has_ended.is_set() else b""
 
     def _set_cbreak_mode(self) -> None:
         """Set ``cbreak`` mode, unless the process is in the background or the key is paused."""
@@ -119,30 +138,23 @@ class EmergencyStopKey:
                 self._saved_mode = termios.tcgetattr(self._terminal)
                 tty.setcbreak(self._terminal, termios.TCSANOW)
 
-    def _restore_for_debugger(self) -> None:
-        was_paused = self._is_paused
-        self.pause()
-        while _is_debugger_active() and not self._has_ended.wait(POLL_S):
-            pass
-        if not was_paused:
-            self.resume()
+
+def _open_non_blocking(terminal: int) -> int:
+    """Open the terminal a second time, in non-blocking mode. The descriptor of stdin stays in blocking mode."""
+    return os.open(os.ttyname(terminal), os.O_RDWR | os.O_NONBLOCK | os.O_NOCTTY)
 
 
-@contextmanager
-def _open_non_blocking(terminal: int) -> Iterator[int]:
-    """Open the terminal a second time, in non-blocking mode. The app's own descriptor stays in blocking mode."""
-    keys = os.open(os.ttyname(terminal), os.O_RDONLY | os.O_NONBLOCK | os.O_NOCTTY)
-    try:
-        yield keys
-    finally:
-        os.close(keys)
-
-
-def _read_available(keys: int) -> bytes:
-    """Return the keys that can be read without waiting. It is empty if the app has read them first."""
+def _read_available(terminal: int) -> bytes:
+    """Return the keys that can be read without waiting. It is empty if another process has read them first."""
     with suppress(OSError):
-        return os.read(keys, BUFFER)
+        return os.read(terminal, BUFFER)
     return b""
+
+
+def _show(echo: bytes, terminal: int) -> None:
+    """Write the echo on the terminal. It is lost if the terminal accepts no output now."""
+    with suppress(OSError):
+        os.write(terminal, echo)
 
 
 def _is_debugger_active() -> bool:

@@ -61,12 +61,14 @@ _FIRST_SIMULATOR = "pybullet"
 )
 @click.option("--gui", is_flag=True, help="Open the simulator's window, and run in real time.")
 @click.option("--realtime", is_flag=True, help="Slow simulated time down to real time.")
+@click.option("--no-estop-key", is_flag=True, help="Leave the terminal to the app: the space bar is no e-stop.")
 @click.option("--json", "as_json", is_flag=True, help="Print one line of JSON at the end, and nothing else.")
 def command(
     picture: Path | None,
     record: Path | None,
     *,
     is_forced: bool,
+    no_estop_key: bool,
     record_jpeg: bool,
     record_limit: int | None,
     as_json: bool,
@@ -90,7 +92,9 @@ def command(
         on_forced_exit = _make_forced_exit_handler(recorder, notifier, as_json=as_json)
         prepare_result(as_json=as_json)
         with redirect_prints(as_json=as_json):
-            result = _run(values, drawer, recorder, notifier, interrupts, on_forced_exit)
+            result = _run(
+                values, drawer, recorder, notifier, interrupts, on_forced_exit, has_estop_key=not no_estop_key
+            )
         interrupts.mask()
         written = []
         if picture and drawer:
@@ -145,13 +149,15 @@ def _run(
     notifier: Notifier | None,
     interrupts: SignalGuard,
     on_forced_exit: Callable[[RunResult], None],
+    *,
+    has_estop_key: bool,
 ) -> RunResult:
     from robotcore.cli.estop_key import EmergencyStopKey, can_listen
     from robotcore.runtime.session import RunRequest, run
 
     with ExitStack() as stack:
         in_terminal: list[EmergencyStopKey | ProgressLine] = []
-        estop_key = stack.enter_context(closing(EmergencyStopKey())) if can_listen() else None
+        estop_key = stack.enter_context(closing(EmergencyStopKey())) if has_estop_key and can_listen() else None
         if estop_key:
             in_terminal.append(estop_key)
         if sys.stderr and sys.stderr.isatty():

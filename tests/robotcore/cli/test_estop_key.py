@@ -51,6 +51,46 @@ class Reading(Behaviour):
         return Status.RUNNING
 """
 
+COUNTING = """
+import os, select, sys, tty
+from robotcore import Behaviour, Role, Status
+
+class Counting(Behaviour):
+    needs = frozenset({Role.DRIVE})
+
+    keys = None
+
+    def step(self, robot):
+        if self.keys is None:
+            tty.setcbreak(sys.stdin)
+            self.keys = ""
+            print("ready", flush=True)
+        if select.select([sys.stdin], [], [], 0)[0]:
+            self.keys += os.read(sys.stdin.fileno(), 1).decode()
+        if len(self.keys) == 20:
+            print("keys:", self.keys, flush=True)
+            return Status.SUCCESS
+        return Status.RUNNING
+"""
+"""An app that reads single keys, and ends after 20."""
+
+HOLDING = """
+from robotcore import Behaviour, Role, Status
+import sys
+
+class Holding(Behaviour):
+    needs = frozenset({Role.DRIVE})
+
+    def step(self, robot):
+        if robot.clock.now() > 0.5:
+            print("at end:", repr(sys.stdin.read()), flush=True)
+            return Status.SUCCESS
+        return Status.RUNNING
+"""
+"""An app that reads until the end of its input."""
+
+TWENTY = b"abcdefghijklmnopqrst"
+
 DEBUGGED = READING.replace('print("line read:", repr(input("go on? ")), flush=True)', "breakpoint()")
 
 JUST_BEHIND = """
@@ -140,12 +180,6 @@ def wait_for(condition: Callable[[], bool]) -> None:
     pytest.fail(f"the condition was not met within {LIMIT_S:g} s")
 
 
-def type_line(terminal: Terminal) -> bool:
-    """Type a line, and return whether the app has read a line. The key's thread may have read an earlier line."""
-    terminal.type(b"\n")
-    return b"line read:" in terminal.output
-
-
 def read_end(terminal: Terminal) -> tuple[dict[str, Any], str]:
     """Return the job's JSON, and the line with its exit status."""
     return json.loads(terminal.read_line()), terminal.read_line()
@@ -190,10 +224,64 @@ def test_an_app_can_read_from_the_terminal(terminal: Terminal, tmp_path: Path) -
     app.write_text(READING)
     terminal.run(str(app))
     wait_for(lambda: b"go on?" in terminal.output)
-    wait_for(lambda: type_line(terminal))
+    terminal.type(b"yess\x7f\n")
     answer, exited = read_end(terminal)
     assert (answer["outcome"], exited) == ("success", "exited 0")
+    assert b"line read: 'yes'" in terminal.output
+    assert b"yess" in terminal.output  # the echo
     assert terminal.is_restored
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("options", [(), ("--no-estop-key",)])
+def test_an_app_gets_each_key_at_once(terminal: Terminal, tmp_path: Path, options: tuple[str, ...]) -> None:
+    app = tmp_path / "counting.py"
+    app.write_text(COUNTING)
+    terminal.run(str(app), "--realtime", *options)
+    wait_for(lambda: b"ready" in terminal.output)
+    for key in TWENTY:
+        terminal.type(bytes([key]))
+    answer, exited = read_end(terminal)
+    assert (answer["outcome"], exited) == ("success", "exited 0")
+    assert b"keys: " + TWENTY in terminal.output
+
+
+@pytest.mark.slow
+def test_the_space_bar_stops_a_run_whose_app_reads_the_keys(terminal: Terminal, tmp_path: Path) -> None:
+    app = tmp_path / "counting.py"
+    app.write_text(COUNTING)
+    terminal.run(str(app), "--realtime")
+    wait_for(lambda: b"ready" in terminal.output)
+    terminal.type(b"abc def")
+    answer, exited = read_end(terminal)
+    assert (answer["kind"], exited) == ("emergency-stop", "exited 4")
+    assert terminal.is_restored
+
+
+@pytest.mark.slow
+def test_ctrl_d_ends_the_input_of_an_app(terminal: Terminal, tmp_path: Path) -> None:
+    app = tmp_path / "holding.py"
+    app.write_text(HOLDING)
+    terminal.run(str(app), "--realtime")
+    wait_for(lambda: terminal.is_raw)
+    terminal.type(b"yes\n\x04")
+    answer, exited = read_end(terminal)
+    assert (answer["outcome"], exited) == ("success", "exited 0")
+    assert rb"at end: 'yes\n'" in terminal.output
+
+
+@pytest.mark.slow
+def test_without_the_key_the_terminal_is_left_as_it_is(terminal: Terminal, tmp_path: Path) -> None:
+    app = tmp_path / "reading.py"
+    app.write_text(READING)
+    terminal.run(str(app), "--no-estop-key")
+    wait_for(lambda: b"go on?" in terminal.output)
+    assert terminal.is_restored
+    terminal.type(b"  \n")
+    answer, exited = read_end(terminal)
+    assert (answer["outcome"], exited) == ("success", "exited 0")
+    assert b"line read: '  '" in terminal.output
+    assert b"space: stop" not in terminal.output
 
 
 @pytest.mark.slow
@@ -202,7 +290,6 @@ def test_a_debugger_can_use_the_terminal(terminal: Terminal, tmp_path: Path) -> 
     app.write_text(DEBUGGED)
     terminal.run(str(app))
     wait_for(lambda: b"(Pdb)" in terminal.output)
-    wait_for(lambda: terminal.is_restored)
     terminal.type(b"p 6 * 7\n")
     wait_for(lambda: b"42" in terminal.output)
     terminal.type(b"continue\n")
@@ -256,8 +343,7 @@ def bar(terminal: Terminal, monkeypatch: pytest.MonkeyPatch) -> Iterator[keys.Em
 def test_a_paused_key_does_not_change_the_terminal(terminal: Terminal, bar: keys.EmergencyStopKey) -> None:
     terminal.type(b" ")  # so that the read does not wait
     bar.pause()
-    with keys._open_non_blocking(terminal.slave) as there:
-        bar._read_keys(there)
+    bar._read_keys(terminal.slave, terminal.slave)
     assert terminal.is_restored
     bar.resume()
     assert terminal.is_raw
@@ -317,3 +403,16 @@ def test_without_a_terminal_there_is_no_key(monkeypatch: pytest.MonkeyPatch) -> 
     assert not keys.can_listen()
     monkeypatch.setattr(sys, "stdin", None)
     assert not keys.can_listen()
+
+
+def test_a_terminal_that_cannot_be_opened_is_left_to_the_app(
+    terminal: Terminal, bar: keys.EmergencyStopKey, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(_: int) -> str:
+        raise OSError
+
+    monkeypatch.setattr(os, "ttyname", fail)
+    bar.begin(None)  # type: ignore[arg-type]
+    bar.resume()
+    assert terminal.is_restored
+    assert not bar.get_hint()
