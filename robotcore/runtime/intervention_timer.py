@@ -34,6 +34,8 @@ class InterventionTimer:
 
     def add(self, record: TickRecord) -> None:
         """Add the record of the next tick."""
+        if not (record.interventions or self._active):
+            return  # Nearly every tick ends here.
         for cause in self._active:
             self._seconds[cause] += record.time - self._time
         self._time = record.time
