@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from functools import partial
 from select import select
@@ -64,11 +64,12 @@ class EmergencyStopKey:
         self._run = run
         try:
             keys = _open_non_blocking(self._terminal)
-            self._app = AppTerminal(self._stdin, self._saved_mode or termios.tcgetattr(self._terminal))
-        except (OSError, termios.error):  # the terminal has vanished, or has no name here
+        except OSError:  # the terminal has vanished, or has no name here
             self.close()
             return
-        self._terminal = self._app.real
+        with suppress(OSError, termios.error):  # without a pseudo-terminal the e-stop key must still work
+            self._app = AppTerminal(self._stdin, self._saved_mode or termios.tcgetattr(self._terminal))
+            self._terminal = self._app.real
         self._set_cbreak_mode()
         self._thread = start_thread(partial(self._listen, keys, self._app), "space bar")
 
@@ -103,29 +104,32 @@ class EmergencyStopKey:
         self._is_paused = self._has_ended.is_set()
         self._set_cbreak_mode()
 
-    def _listen(self, terminal: int, app: AppTerminal) -> None:
+    def _listen(self, terminal: int, app: AppTerminal | None) -> None:
+        sources = [terminal, app.output] if app else [terminal]
         with suppress(OSError), _block_job_signals():  # the terminal may vanish
             while not self._has_ended.is_set():
-                self._handle_keys(self._read_keys(terminal, app.output), app)
-                _show(app.read_echo(), terminal)
+                self._handle_keys(self._read_keys(terminal, sources), app)
+                if app:
+                    _show(app.read_echo(), terminal)
         os.close(terminal)
 
-    def _handle_keys(self, keys: bytes, app: AppTerminal) -> None:
+    def _handle_keys(self, keys: bytes, app: AppTerminal | None) -> None:
         if not keys:
             return
         if not _is_debugger_active():
             if KEY in keys and self._run:
                 self._run.emergency.press(PRESSED)
             keys = keys.replace(KEY, b"")
-        app.pass_on(keys)
+        if app:
+            app.pass_on(keys)
 
-    def _read_keys(self, terminal: int, echo: int) -> bytes:
+    def _read_keys(self, terminal: int, sources: Sequence[int]) -> bytes:
         """Return the keys that were typed. Return early if there is an echo to show."""
         if not _is_in_foreground(self._terminal):
             self._has_ended.wait(POLL_S)
             return b""
         self._set_cbreak_mode()
-        ready, _, _ = select([terminal, echo], [], [], POLL_S)
+        ready, _, _ = select(sources, [], [], POLL_S)
         return _read_available(terminal) if terminal in ready and not self._has_ended.is_set() else b""
 
     def _set_cbreak_mode(self) -> None:

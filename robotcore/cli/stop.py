@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from robotcore.cli.options import connection_options, merge_options
 from robotcore.cli.output import write_line
-from robotcore.errors import UsageError
+from robotcore.errors import BackendError, UsageError
 
 if TYPE_CHECKING:
     from robotcore.hal.backend import Backend, Setup
@@ -27,8 +26,8 @@ END_S = 5.0
 def command(name: str | None, robot: str | None, port: str | None, options: tuple[tuple[str, str], ...]) -> int:
     """Stop every motor of a robot, even during a run.
 
-    Without --backend, ends the runs that drive a robot on this machine, and stops its motors. If there is no run, stops
-    the robot that the pyproject.toml in this folder names.
+    Without --backend, ends your runs that drive a robot on this machine, and stops the motors. A run that does not end
+    within 5 s is killed. If there is no run, stops the robot that the pyproject.toml in this folder names.
 
     With --backend, uses only the outputs that stop the motors, and ends no program. If another program blocks such an
     output, prints its name and exits with status 3. In a simulator there is nothing to stop.
@@ -51,11 +50,21 @@ def command(name: str | None, robot: str | None, port: str | None, options: tupl
 
 def _end_runs(runs: list[ActiveRun]) -> int:
     """End runs, and stop the motors of their robots. A failure for one robot does not prevent the stop of another."""
-    with ExitStack() as stops:
-        for run in runs:
-            state = "has ended" if run.end(END_S) else f"has not ended within {END_S:g} s"
+    from robotcore.runtime.active_runs import end_runs
+
+    killed = end_runs(runs, END_S)
+    failures: list[Exception] = []
+    for run in runs:
+        state = f"was killed, because it had not ended within {END_S:g} s" if run in killed else "has ended"
+        try:
+            _stop(run.backend, run.robot, run.options)
             write_line(f"process {run.process}: its run of {run.robot} on {run.backend} {state}")
-            stops.callback(_stop, run.backend, run.robot, run.options)
+        except Exception as failure:  # noqa: BLE001  the other robots must be stopped too
+            failures.append(failure)
+    if len(failures) > 1:
+        raise BackendError("\n".join(map(str, failures)), kind="motors-not-stopped") from failures[0]
+    if failures:
+        raise failures[0]
     return 0
 
 
@@ -69,17 +78,18 @@ def _stop_robot_of_project() -> int:
     table = read_tables(folder).robotcore
     if table is None or table.robot is None:
         raise UsageError(
-            f"no run of robotcore drives a robot on this machine, and no {FILE} in this folder names a robot. Name "
+            f"you have no run that drives a robot on this machine, and no {FILE} in this folder names a robot. Name "
             "the robot: robotcore stop --backend raspberrypi --robot FILE.toml. To stop a robot that you deployed to: "
             "robotcore deploy stop HOST",
             kind="nothing-runs",
         )
     name = table.deploy.backend
+    status = _stop(name, str(folder / table.robot) if is_own(table.robot) else table.robot, table.deploy.options)
     write_line(
-        f"no run of robotcore drives a robot on this machine. Stopping the robot of {FILE}: {table.robot} on {name}. "
-        "To stop a robot that you deployed to: robotcore deploy stop HOST"
+        f"You have no run that drives a robot on this machine, so the robot of {FILE} was stopped: {table.robot} on "
+        f"{name}. To stop a robot that you deployed to: robotcore deploy stop HOST"
     )
-    return _stop(name, str(folder / table.robot) if is_own(table.robot) else table.robot, table.deploy.options)
+    return status
 
 
 def _stop(name: str, robot: str, options: Mapping[str, Any]) -> int:
@@ -100,7 +110,6 @@ def _build_motor_setup(backend: Backend, robot: str, options: Mapping[str, Any])
 
 
 def _stop_motors(backend: Backend, setup: Setup) -> int:
-    from robotcore.errors import BackendError
     from robotcore.safety.guardian.process import stop_once
 
     cutoffs = backend.cutoffs(setup)

@@ -11,7 +11,7 @@ import os
 import signal
 import stat
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,6 +23,9 @@ from robotcore.processes import find_holders
 
 FOLDER = "robotcore-runs"
 """The name of the folder of the files, in the user's runtime folder or in the temporary folder."""
+
+KILL_S = 2.0
+"""The longest wait for the end of a killed process, in s."""
 
 _POLL_S = 0.02
 
@@ -41,18 +44,43 @@ class ActiveRun:
     file: Path
     """The file of the run, which exists until the robot is closed."""
 
-    def end(self, limit_s: float) -> bool:
-        """Send SIGTERM to the run, so that it stops its motors and closes the robot. Return whether it has done so.
+    @property
+    def is_running(self) -> bool:
+        """Whether the run's process still has the file of the run open."""
+        return self.process in find_holders(str(self.file))
 
-        limit_s: the longest wait for the end of the run, in s.
-        """
-        with suppress(OSError):  # the process has just ended
-            os.kill(self.process, signal.SIGTERM)
-            os.kill(self.process, signal.SIGCONT)  # a suspended process does not handle SIGTERM before it continues
-        clock = MonotonicClock()
-        while self.file.exists() and clock.now() < limit_s:
-            clock.sleep_until(clock.now() + _POLL_S)
-        return not self.file.exists()
+    def send(self, *signals: signal.Signals) -> None:
+        """Send signals to the run's process. A process that has ended is ignored."""
+        with suppress(OSError):
+            for each in signals:
+                os.kill(self.process, each)
+
+
+def end_runs(runs: Sequence[ActiveRun], limit_s: float) -> list[ActiveRun]:
+    """End runs: send SIGTERM to all of them at once, so that each stops its motors and closes its robot.
+
+    A run that has not ended within the limit is killed. Its guardian, if it has one, then stops the motors.
+
+    limit_s: the longest wait for the ends of all runs, in s.
+
+    Returns the runs that had to be killed.
+    """
+    for run in runs:
+        # A suspended process does not handle SIGTERM before it continues.
+        run.send(signal.SIGTERM, signal.SIGCONT)
+    killed = _wait_for_ends(runs, limit_s)
+    for run in killed:
+        run.send(signal.SIGKILL)
+    _wait_for_ends(killed, KILL_S)
+    return killed
+
+
+def _wait_for_ends(runs: Sequence[ActiveRun], limit_s: float) -> list[ActiveRun]:
+    """Wait until no run is active. Return the runs that are still active after the limit, in s."""
+    clock = MonotonicClock()
+    while (active := [run for run in runs if run.is_running]) and clock.now() < limit_s:
+        clock.sleep_until(clock.now() + _POLL_S)
+    return active
 
 
 @contextmanager

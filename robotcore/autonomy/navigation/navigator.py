@@ -74,7 +74,7 @@ class Navigator:
         self._begin_map(pose, self.map.ground.reach)
 
     def is_blocked(self, robot: Robot, pose: Pose, command: Twist) -> bool:
-        """Return whether the robot has not moved for a second although the app commands a motion.
+        """Return whether the robot has not moved for 0.8 s although the app commands a motion.
 
         The map is then wrong, so a new one is started. `retreat` moves the robot away. Call it once in each tick.
 

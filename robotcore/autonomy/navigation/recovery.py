@@ -12,6 +12,9 @@ BLOCKED_S = 0.8
 It is shorter than the time after which the safety rules report a wheel that does not follow its command.
 """
 
+MAX_TICK_S = 0.25
+"""The longest time that counts for one tick. A loop that was suspended is no blockage."""
+
 PROGRESS_M, PROGRESS_RAD = 0.02, 0.1
 """The least distance and the least angle that count as progress."""
 
@@ -32,13 +35,13 @@ class BlockageDetector:
 
     >>> detector = BlockageDetector()
     >>> here, forward = Pose(0.0, 0.0, 0.0), Twist(0.2, 0.0)
-    >>> [detector.observe(second / 2, here, forward) for second in range(4)]
-    [False, False, True, False]
+    >>> [detector.observe(tick / 4, here, forward) for tick in range(6)]
+    [False, False, False, False, True, False]
     """
 
     def __init__(self) -> None:
         self._blockages = 0
-        self._since = self._last = 0.0
+        self._last = self._elapsed_s = 0.0
         self._start, self._direction = Pose(0.0, 0.0, 0.0), (0.0, 0.0)
         self._commanded_m = self._commanded_rad = 0.0
 
@@ -64,20 +67,21 @@ class BlockageDetector:
         return pose.distance_to(self._start.x, self._start.y) > PROGRESS_M
 
     def _is_blocked(self, now: float, command: Twist) -> bool:
-        passed, self._last = now - self._last, now
+        passed, self._last = min(now - self._last, MAX_TICK_S), now
+        self._elapsed_s += passed
         self._commanded_m += abs(command.linear) * passed
         self._commanded_rad += abs(command.angular) * passed
         is_commanded = self._commanded_m > COMMANDED_M or (not command.linear and self._commanded_rad > COMMANDED_RAD)
-        if now - self._since < BLOCKED_S or not is_commanded or self._blockages >= ATTEMPTS:
+        if self._elapsed_s < BLOCKED_S or not is_commanded or self._blockages >= ATTEMPTS:
             return False
         self._blockages += 1
-        self._since, self._commanded_m, self._commanded_rad = now, 0.0, 0.0
+        self._elapsed_s = self._commanded_m = self._commanded_rad = 0.0
         return True
 
     def _begin(self, now: float, pose: Pose, direction: tuple[float, float]) -> None:
-        self._since = self._last = now
+        self._last = now
         self._start, self._direction = pose, direction
-        self._commanded_m = self._commanded_rad = 0.0
+        self._elapsed_s = self._commanded_m = self._commanded_rad = 0.0
 
 
 def _direction(command: Twist) -> tuple[float, float]:

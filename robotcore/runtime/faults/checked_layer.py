@@ -119,10 +119,10 @@ class CheckedLayer(Layer):
     def _stop(self, changed: MotorOutput, inner: MotorOutput) -> None:
         try:
             changed.stop()
-        except (Exception, SystemExit) as error:
-            if can_end_run(error):
-                raise
+        except BaseException as error:
             inner.stop()
+            if not isinstance(error, (Exception, SystemExit)) or can_end_run(error):
+                raise
             raise self._code.translate(error, inner.name) from error
 
 

@@ -48,7 +48,6 @@ def test_without_a_guardian_a_killed_program_leaves_its_motor_on(lines: Lines) -
     assert lines.level(17) == 60
 
 
-@pytest.mark.slow
 def test_the_lines_of_a_killed_program_go_low(start: Start, lines: Lines, check_text: CheckText) -> None:
     program = start("MotorLines", "drive")
     assert lines.level(FORWARD) == DUTY

@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import pytest
 
@@ -185,7 +186,6 @@ def read_end(terminal: Terminal) -> tuple[dict[str, Any], str]:
     return json.loads(terminal.read_line()), terminal.read_line()
 
 
-@pytest.mark.slow
 def test_the_space_bar_stops_the_run(terminal: Terminal) -> None:
     terminal.run(*DRIVE)
     wait_for(lambda: terminal.is_raw)
@@ -343,7 +343,7 @@ def bar(terminal: Terminal, monkeypatch: pytest.MonkeyPatch) -> Iterator[keys.Em
 def test_a_paused_key_does_not_change_the_terminal(terminal: Terminal, bar: keys.EmergencyStopKey) -> None:
     terminal.type(b" ")  # so that the read does not wait
     bar.pause()
-    bar._read_keys(terminal.slave, terminal.slave)
+    bar._read_keys(terminal.slave, [terminal.slave])
     assert terminal.is_restored
     bar.resume()
     assert terminal.is_raw
@@ -403,6 +403,21 @@ def test_without_a_terminal_there_is_no_key(monkeypatch: pytest.MonkeyPatch) -> 
     assert not keys.can_listen()
     monkeypatch.setattr(sys, "stdin", None)
     assert not keys.can_listen()
+
+
+@pytest.mark.parametrize("failure", [None, OSError("out of pseudo-terminals")])
+def test_the_space_bar_presses_the_emergency_stop_even_without_a_pseudo_terminal(
+    terminal: Terminal, bar: keys.EmergencyStopKey, monkeypatch: pytest.MonkeyPatch, failure: OSError | None
+) -> None:
+    if failure:
+        monkeypatch.setattr(keys, "AppTerminal", Mock(side_effect=failure))
+    run = Mock()
+    bar.begin(run)
+    terminal.type(b" ")
+    wait_for(lambda: run.emergency.press.called)
+    assert bar.get_hint()
+    bar.close()
+    assert terminal.is_restored
 
 
 def test_a_terminal_that_cannot_be_opened_is_left_to_the_app(

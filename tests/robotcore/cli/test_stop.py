@@ -126,10 +126,10 @@ def test_without_a_backend_the_active_run_is_ended_and_its_robot_is_stopped(
 
 
 def install_runs(monkeypatch: pytest.MonkeyPatch, *robots: str) -> None:
-    """Simulate active runs of these robots that do not end."""
+    """Simulate active runs of these robots that must be killed."""
     runs = [ActiveRun(os.getpid(), "recording", robot, {}, Path(robot)) for robot in robots]
     monkeypatch.setattr("robotcore.runtime.active_runs.list_active_runs", lambda: runs)
-    monkeypatch.setattr("robotcore.runtime.active_runs.ActiveRun.end", lambda *_: False)
+    monkeypatch.setattr("robotcore.runtime.active_runs.end_runs", lambda runs, _: runs)
 
 
 def test_the_robot_of_a_run_that_does_not_end_is_stopped_too(
@@ -146,10 +146,24 @@ def test_a_robot_that_cannot_be_stopped_does_not_prevent_the_stop_of_another(
     cli: Cli, diary: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     backend = install(monkeypatch, CutoffBackend(diary, failing="right_motor"))
-    install_runs(monkeypatch, "gone", "rover")
+    install_runs(monkeypatch, "gone", "rover", "lost")
     answer = cli("stop")
-    assert answer.status == 2
+    assert answer.status == 3
+    assert all(name in answer.err for name in ("gone", "right_motor", "lost"))
     assert [setup.robot.name for setup in backend.asked] == ["rover"]
+
+
+def test_output_that_cannot_be_written_does_not_prevent_the_stop_of_another_robot(
+    cli: Cli, diary: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(text: str) -> None:
+        raise OSError(28, "No space left on device")
+
+    backend = install(monkeypatch, CutoffBackend(diary))
+    install_runs(monkeypatch, "rover", "rover")
+    monkeypatch.setattr("robotcore.cli.stop.write_line", refuse)
+    assert cli("stop").status != 0
+    assert len(backend.asked) == 2
 
 
 @pytest.mark.parametrize("robot", ["rover", "mine.toml"])

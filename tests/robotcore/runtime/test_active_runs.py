@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from robotcore.runtime.active_runs import FOLDER, list_active_runs, register_run
+from robotcore.runtime.active_runs import FOLDER, end_runs, list_active_runs, register_run
 from robotcore.runtime.behaviour import Status
 from robotcore.runtime.result import Outcome
 from tests.robotcore.fakes import FunctionApp
@@ -34,10 +34,11 @@ def find_files(runtime: Path) -> list[Path]:
     return sorted((runtime / FOLDER).glob("*"))
 
 
-def register_in_other_process(*, robot: str = "rover") -> int:
+def register_in_other_process(*, robot: str = "rover", ignores_sigterm: bool = False) -> int:
     """Fork a process that registers a run and then waits for a signal. Return its PID."""
     reader, writer = os.pipe()
     if (process := os.fork()) == 0:
+        signal.signal(signal.SIGTERM, signal.SIG_IGN if ignores_sigterm else signal.SIG_DFL)
         with register_run("raspberrypi", robot, {"port": Path("/dev/null")}):
             os.write(writer, b"\n")
             signal.pause()
@@ -127,8 +128,7 @@ def test_a_symbolic_link_to_a_folder_is_not_used(runtime: Path, tmp_path: Path) 
 
 def test_the_end_of_a_run_waits_until_its_robot_is_closed(runtime: Path, start: Start) -> None:
     running = start("drives")
-    (run,) = list_active_runs()
-    assert run.end(60.0)
+    assert end_runs(list_active_runs(), 60.0) == []
     assert running.actions[-1].startswith("close")
     assert running.read_result()["reason"] == "interrupted by SIGTERM"
     assert find_files(runtime) == []
@@ -137,17 +137,21 @@ def test_the_end_of_a_run_waits_until_its_robot_is_closed(runtime: Path, start: 
 def test_a_suspended_run_is_ended(start: Start) -> None:
     running = start("drives")
     running.process.send_signal(signal.SIGSTOP)
-    (run,) = list_active_runs()
-    assert run.end(60.0)
+    assert end_runs(list_active_runs(), 60.0) == []
     running.end()
 
 
-def test_a_run_that_does_not_end_is_reported() -> None:
+def test_a_process_that_sigterm_kills_has_ended() -> None:
     process = register_in_other_process()
-    (run,) = list_active_runs()
-    os.kill(process, signal.SIGKILL)  # the file of a killed process stays
-    assert not run.end(0.05)
-    os.waitpid(process, 0)
+    assert end_runs(list_active_runs(), 60.0) == []
+    assert os.WTERMSIG(os.waitpid(process, 0)[1]) == signal.SIGTERM
+
+
+def test_runs_that_ignore_sigterm_are_killed_after_one_limit_for_all() -> None:
+    processes = [register_in_other_process(ignores_sigterm=True) for _ in range(2)]
+    runs = list_active_runs()
+    assert end_runs(runs, 0.2) == runs
+    assert [os.WTERMSIG(os.waitpid(process, 0)[1]) for process in processes] == [signal.SIGKILL] * 2
 
 
 @pytest.mark.parametrize("manner, count", [("good", 1), (UNGUARDED, 0)])

@@ -64,7 +64,6 @@ def bench(tmp_path: Path) -> Iterator[Bench]:
         bench.close()
 
 
-@pytest.mark.slow
 def test_the_guardian_stops_the_board_of_a_killed_program(bench: Bench, check_text: CheckText) -> None:
     bench.wait_for_frame(TURN)
     bench.wait_for_frame(STOP, bench.program.kill)

@@ -50,6 +50,12 @@ class TestBlockageDetector:
         commands = [FORWARD, LEFT] * 40
         assert not any(detector.observe(index * 0.5, START, command) for index, command in enumerate(commands))
 
+    def test_a_pause_of_the_loop_is_no_blockage(self) -> None:
+        detector = BlockageDetector()
+        assert not detector.observe(0.0, START, FORWARD)
+        assert not detector.observe(TICK_S, START, FORWARD)
+        assert not detector.observe(60.0, START, FORWARD)
+
 
 def drive(retreat: Retreat) -> list[Pose]:
     """Follow a retreat to its end with exact motion."""
