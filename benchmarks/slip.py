@@ -22,6 +22,7 @@ from robotcore.runtime.observer import Run
 from robotcore.runtime.result import Outcome, RunResult
 from robotcore.runtime.trace import TickRecord
 from robotcore.sweep.local import count_cores
+from robotcore.sweep.statistics import wilson
 
 GOAL = 0.98
 PUSHING_S = 3.0
@@ -49,7 +50,7 @@ class HeldTime:
 
 
 @dataclass(frozen=True)
-class Trial:
+class RunEnd:
     """The end of one run."""
 
     request: RunRequest
@@ -70,12 +71,12 @@ def draw_requests(count: int, worlds: list[str], backend: str, seed: int) -> lis
     return requests
 
 
-def try_request(request: RunRequest) -> Trial:
+def try_request(request: RunRequest) -> RunEnd:
     """Run a request and measure how long the range guard held the robot."""
     held = HeldTime()
     result = run(request, [held])
     is_verified = result.verified is True and result.outcome is Outcome.SUCCESS
-    return Trial(request, is_verified, held.longest_s, f"{result.outcome.value} after {result.sim_time_s:.1f} s")
+    return RunEnd(request, is_verified, held.longest_s, f"{result.outcome.value} after {result.sim_time_s:.1f} s")
 
 
 def main() -> int:
@@ -86,20 +87,24 @@ def main() -> int:
     parser.add_argument("--backend", default="kinematic")
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
+    if options.runs < 1:
+        parser.error("--runs must be at least 1")
     requests = draw_requests(options.runs, options.worlds.split(","), options.backend, options.seed)
     with ProcessPoolExecutor(count_cores()) as pool:
-        outcomes = list(pool.map(try_request, requests))
-    for outcome in outcomes:
-        if not outcome.is_verified or outcome.longest_held_s > PUSHING_S:
-            request = outcome.request
+        ends = list(pool.map(try_request, requests))
+    for end in ends:
+        if not end.is_verified or end.longest_held_s > PUSHING_S:
+            request = end.request
             print(
-                f"{request.world} seed {request.seed} --fault '{request.faults[0]}': {outcome.headline}, "
-                f"verified {outcome.is_verified}, held {outcome.longest_held_s:.1f} s"
+                f"{request.world} seed {request.seed} --fault '{request.faults[0]}': {end.headline}, "
+                f"verified {end.is_verified}, held {end.longest_held_s:.1f} s"
             )
-    verified = sum(outcome.is_verified for outcome in outcomes)
-    longest = max(outcome.longest_held_s for outcome in outcomes)
-    print(f"{options.backend}: {verified} of {len(outcomes)} verified; longest time against the guard {longest:.1f} s")
-    return 0 if verified >= GOAL * len(outcomes) and longest <= PUSHING_S else 1
+    verified = sum(end.is_verified for end in ends)
+    longest = max(end.longest_held_s for end in ends)
+    low, high = wilson(verified, len(ends))
+    print(f"{options.backend}: {verified} of {len(ends)} verified, 95 % interval {low:.3f} to {high:.3f}")
+    print(f"longest time against the guard: {longest:.1f} s")
+    return 0 if verified >= GOAL * len(ends) and longest <= PUSHING_S else 1
 
 
 if __name__ == "__main__":

@@ -27,6 +27,7 @@ class RunRequest:
 
     app: Annotated[str | type[Behaviour] | Behaviour, GetPydanticSchema(lambda *_: str_schema())]
     """The app's name, its ``.py`` file, its class, or an instance. An instance is run as it is, without settings.
+    Its state remains after the run, so create one for each run.
 
     A recording stores the name of a class, so a replay of it needs ``--app FILE.py``.
     """
@@ -63,6 +64,8 @@ class RunRequest:
         for name, (types, expected) in _TYPES.items():
             if not isinstance(value := getattr(self, name), types):
                 raise _build_type_error(name, value, expected)
+        if self.seed is not None:
+            object.__setattr__(self, "seed", int(self.seed))  # NumPy's integers seed no `random.Random`
         if not all(isinstance(fault, str) for fault in self.faults):
             raise _build_type_error("faults", self.faults, _TYPES["faults"][1])
 

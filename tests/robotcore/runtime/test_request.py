@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from robotcore.errors import UnknownNameError, UsageError
@@ -35,6 +36,12 @@ class Waiter(Behaviour):
 def test_a_class_is_run_with_its_settings() -> None:
     result = run(RunRequest(Waiter, settings={"wait_ticks": "5"}))
     assert (result.app, result.ticks) == ("Waiter", 5)
+
+
+def test_a_numpy_integer_is_a_seed() -> None:
+    plain = run(RunRequest("green-search", seed=3, timeout_s=0.2))
+    numpy = run(RunRequest("green-search", seed=np.int64(3), timeout_s=0.2))  # type: ignore[arg-type]
+    assert (numpy.seed, numpy.trace_sha256) == (3, plain.trace_sha256)
 
 
 def test_an_instance_is_run_as_it_is() -> None:
