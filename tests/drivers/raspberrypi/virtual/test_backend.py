@@ -14,8 +14,7 @@ import pytest
 from drivers.kinematic.backend import KinematicBackend
 from drivers.raspberrypi.encoders import PinEncoder
 from drivers.raspberrypi.motors.boards import HBridge
-from drivers.raspberrypi.ranging.ultrasonic_driver import Ultrasonic
-from drivers.raspberrypi.ranging.ultrasonic_sensor import Sonar
+from drivers.raspberrypi.ranging.ultrasonic_driver import Sonar, Ultrasonic
 from drivers.raspberrypi.virtual.backend import VirtualPiBackend
 from drivers.raspberrypi.virtual.models import MODELLED, SIMULATED, VirtualPins
 from robotcore import RunRequest
