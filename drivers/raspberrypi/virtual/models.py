@@ -9,7 +9,7 @@ from typing import Any
 
 from gpiozero.pins.mock import MockFactory, MockPWMPin
 
-from drivers.raspberrypi.cameras.source import CameraSettings
+from drivers.raspberrypi.cameras.capture import CameraSettings
 from drivers.raspberrypi.encoders import EncoderSettings, PulsesSettings, QuadratureSettings
 from drivers.raspberrypi.motors.boards import HBridgeSettings, PhaseEnableSettings
 from drivers.raspberrypi.ranging.time_of_flight_driver import TimeOfFlightSettings
