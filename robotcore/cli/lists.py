@@ -11,6 +11,7 @@ from robotcore.cli.output import as_json, write_json, write_lines, write_table
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
+    from robotcore.runtime.faults.spec import Parameter
     from robotcore.runtime.settings import Setting
 
 _COMMON_PARAMETERS = """\
@@ -160,9 +161,18 @@ def _fault_row(name: str) -> dict[str, Any]:
     return {
         "name": effect,
         "on": [role for kind, role in ROLES.items() if kind in fault.on],
-        "parameters": [each._asdict() for each in parameters_of(effect, fault)],
+        "parameters": [_parameter_row(each) for each in parameters_of(effect, fault)],
         "example": fault.example,
         "summary": (fault.__doc__ or "").strip().partition("\n")[0],
+    }
+
+
+def _parameter_row(parameter: Parameter) -> dict[str, Any]:
+    return {
+        "name": parameter.name,
+        "unit": parameter.unit,
+        "limits": parameter.limits,
+        "required": parameter.is_required,
     }
 
 

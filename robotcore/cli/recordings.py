@@ -75,7 +75,7 @@ def compare(first: Path, second: Path, picture: Path | None, *, as_json: bool) -
     from robotcore.recording import read
     from robotcore.recording.run_comparison import Comparison, RunSummary
     from robotcore.view.comparison_view import format_comparison
-    from robotcore.view.picture import require_writable
+    from robotcore.view.page import require_writable
 
     require_distinct("--picture", picture, first, second)
     if picture:
@@ -87,7 +87,7 @@ def compare(first: Path, second: Path, picture: Path | None, *, as_json: bool) -
         write(format_comparison(comparison))
     if picture:
         from robotcore.view.comparison_view import draw_comparison
-        from robotcore.view.picture import encode_png, save_png
+        from robotcore.view.page import encode_png, save_png
 
         save_png(encode_png(draw_comparison(comparison)), picture)
         write_line(f"The picture: {picture}", is_error=as_json)
@@ -120,7 +120,7 @@ def replay(
     the exit status of `robotcore run`.
     """
     from robotcore.recording import read
-    from robotcore.view.picture import require_writable
+    from robotcore.view.page import require_writable
 
     require_distinct("--picture", picture, file)
     if picture:
@@ -147,7 +147,8 @@ def _require_valid_outputs(file: Path, picture: Path | None, table: Path | None,
 
 
 def _draw_recording(recording: Recording, picture: Path) -> None:
-    from robotcore.view.picture import build_figure, draw_png, require_writable, save_png
+    from robotcore.view.page import require_writable, save_png
+    from robotcore.view.picture import build_figure, draw_png
 
     require_writable(picture)
     save_png(draw_png(build_figure(recording)), picture)
@@ -188,7 +189,8 @@ def _write_replay(result: ReplayResult | Evaluation) -> None:
 
 def _draw_replay(recording: Recording, result: ReplayResult | Evaluation, picture: Path) -> None:
     from robotcore.recording.replay import Evaluation
-    from robotcore.view.picture import build_figure, draw_png, save_png
+    from robotcore.view.page import save_png
+    from robotcore.view.picture import build_figure, draw_png
 
     is_evaluation = isinstance(result, Evaluation)
     save_png(draw_png(build_figure(recording, result.states, result.result, is_evaluation=is_evaluation)), picture)

@@ -136,7 +136,8 @@ def _save_picture(result: RunResult, drawer: PictureRecorder, picture: Path) -> 
 def _make_picture_recorder(picture: Path | None) -> PictureRecorder | None:
     if picture is None:
         return None
-    from robotcore.view.picture import PictureRecorder, require_writable
+    from robotcore.view.page import require_writable
+    from robotcore.view.picture import PictureRecorder
 
     require_writable(picture)
     return PictureRecorder()

@@ -133,6 +133,12 @@ class RecordedStage:
     def __init__(self, buffer: TickBuffer, inner: CommandFilter) -> None:
         self._buffer, self._inner = buffer, inner
 
+    @property
+    def asked(self) -> Wheels:
+        standing = self._inner.asked
+        self._buffer.events.standing.append(standing)
+        return standing
+
     def ask(self, wheels: Wheels) -> Wheels:
         try:
             with self._buffer.set_reader(GUARD):

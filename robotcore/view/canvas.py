@@ -6,7 +6,9 @@ so that edges are smooth.
 
 from __future__ import annotations
 
+from bisect import bisect
 from collections.abc import Iterable, Sequence
+from hashlib import sha256
 
 import cv2
 import numpy as np
@@ -50,7 +52,6 @@ class Canvas:
         return np.asarray(small, np.uint8)
 
     def fill_polygon(self, corners: Sequence[Point], colour: Colour) -> None:
-        """Fill a polygon with a colour."""
         cv2.fillPoly(self._sheet, [_to_fixed_point(corners)], colour[::-1], cv2.LINE_AA, _SHIFT)
 
     def draw_line(self, points: Sequence[Point], colour: Colour, width: float, *, closed: bool = False) -> None:
@@ -59,15 +60,9 @@ class Canvas:
         cv2.polylines(self._sheet, [_to_fixed_point(points)], closed, colour[::-1], thickness, cv2.LINE_AA, _SHIFT)
 
     def fill_circle(self, centre: Point, radius: float, colour: Colour) -> None:
-        """Fill a circle with a colour."""
         x, y = _to_fixed_point([centre])[0]
         reach = round(radius * SUPERSAMPLING * 2**_SHIFT)
         cv2.circle(self._sheet, (int(x), int(y)), reach, colour[::-1], cv2.FILLED, cv2.LINE_AA, _SHIFT)
-
-    def fill_translucent(self, corners: Sequence[Point], colour: Colour, opacity: float) -> None:
-        """Fill a polygon with a translucent colour."""
-        mask = self._mask([corners])
-        self._blend(mask, colour, opacity)
 
     def draw_shadow(self, shapes: Iterable[Sequence[Point]], opacity: float, softness: float) -> None:
         """Darken the inside of polygons. Their edges are blurred by ``softness`` pixels."""
@@ -113,6 +108,18 @@ def measure_text(words: str, height: float, *, bold: bool = False) -> float:
     return float(width) / SUPERSAMPLING
 
 
+def shorten_text(words: str, width: float, height: float, *, bold: bool = False) -> str:
+    """Return a text that is at most ``width`` pixels wide. In a longer text, ``...`` replaces the middle."""
+    if measure_text(words, height, bold=bold) <= width:
+        return words
+    fits = bisect(range(len(words)), width, key=lambda kept: measure_text(_cut_middle(words, kept), height, bold=bold))
+    return _cut_middle(words, max(0, fits - 1))
+
+
+def _cut_middle(words: str, kept: int) -> str:
+    return words[: kept - kept // 2] + "..." + words[len(words) - kept // 2 :]
+
+
 def _compute_font_size(height: float, *, bold: bool) -> tuple[float, int]:
     fine = height * SUPERSAMPLING
     stroke = max(1, round(fine / (10 if bold else 14)))
@@ -133,7 +140,7 @@ GOOD: Colour = (30, 132, 73)
 FAIR: Colour = (190, 120, 20)
 BAD: Colour = (190, 45, 40)
 
-_STATE_COLOURS: tuple[Colour, ...] = (
+SERIES: tuple[Colour, ...] = (
     (36, 99, 235),
     (235, 94, 20),
     (168, 30, 175),
@@ -143,12 +150,30 @@ _STATE_COLOURS: tuple[Colour, ...] = (
     (130, 70, 10),
     (85, 88, 100),
 )
-"""The colours of states, without green. They are distinct for people with the common kinds of colour blindness."""
+"""Colours for things that are shown together, without green.
+
+They are distinct for people with the common kinds of colour blindness.
+"""
+
+_SALT = b"73"
+"""The bytes before a state's name in its digest. With them, the states of each app of robotcore have own colours."""
 
 
-def assign_state_colours(states: Iterable[str]) -> dict[str, Colour]:
-    """Return a colour for each state. There are eight colours, which repeat if there are more states."""
-    return {state: _STATE_COLOURS[index % len(_STATE_COLOURS)] for index, state in enumerate(states)}
+def choose_state_colours(states: Iterable[str]) -> dict[str, Colour]:
+    """Return a colour for each state. A state's name decides its colour, so it is the same in every picture.
+
+    If states of a picture have the same colour by their names, one of them keeps it, and the others get free colours.
+    The colours repeat if there are more than eight states.
+    """
+    names = sorted(set(states))
+    chosen: dict[str, Colour] = {}
+    for name in names:
+        digest = sha256(_SALT + name.encode(errors="replace")).digest()
+        if (colour := SERIES[digest[0] % len(SERIES)]) not in chosen.values():
+            chosen[name] = colour
+    free = [colour for colour in SERIES if colour not in chosen.values()] or SERIES
+    rest = (name for name in names if name not in chosen)
+    return {**chosen, **{name: free[index % len(free)] for index, name in enumerate(rest)}}
 
 
 def darken(colour: Colour, share: float) -> Colour:

@@ -15,21 +15,18 @@ from robotcore.hal.devices import Image
 from robotcore.recording.run_comparison import Comparison, RunSummary
 from robotcore.recording.summary import PosePath, measure_path
 from robotcore.text import escape, pluralize
-from robotcore.view import overhead
-from robotcore.view.canvas import BAD, FADED, GOOD, INK, PAPER, RULE, Canvas, Colour, measure_text
-from robotcore.view.overhead import Track
+from robotcore.view.canvas import BAD, FADED, GOOD, INK, RULE, Canvas, Colour, measure_text, shorten_text
+from robotcore.view.overhead import MapPath, draw_map
+from robotcore.view.page import EDGE, MAP, SIDE, TOP, WIDTH, begin_page, finish_page, join_titles
 from robotcore.view.picture import build_figure, build_world
 from robotcore.view.text import format_heading
 
-WIDTH, HEIGHT = 1600, 1000
 FIRST: Colour = (36, 99, 235)
 SECOND: Colour = (235, 94, 20)
-_EDGE, _GAP, _TOP = 44, 40, 136
-_MAP = HEIGHT - _TOP - _EDGE
-_SIDE = _EDGE + _MAP + _GAP
-_COLUMNS = (_SIDE, _SIDE + 176, _SIDE + 420)
+_COLUMNS = (SIDE, SIDE + 176, SIDE + 420)
 _COLUMN_WIDTH = 230
 _LINE, _ROW = 22, 16
+_TEXT_PX = 13
 
 
 def draw_comparison(comparison: Comparison) -> Image:
@@ -37,51 +34,33 @@ def draw_comparison(comparison: Comparison) -> Image:
 
     It shows the paths of both recordings in the world of the first one.
     """
-    canvas = Canvas(WIDTH, HEIGHT, PAPER)
     verdict, colour = ("alike", GOOD) if comparison.is_alike else ("differ", BAD)
-    canvas.write_text((_EDGE, 66), "  and  ".join(build_titles(comparison)), INK, 25, bold=True)
-    width = canvas.write_text((_EDGE, 108), verdict, colour, 17, bold=True)
-    if comparison.has_other_room:
-        canvas.write_text(
-            (_EDGE + width + 18, 108), "the rooms differ: the map shows the room of the first run", FADED, 17
-        )
+    words = "the rooms differ: the map shows the room of the first run" if comparison.has_other_room else ""
+    canvas = begin_page(join_titles(*build_titles(comparison)), verdict, colour, words)
     _draw_table(canvas, comparison)
-    image = canvas.render()
-    image[_TOP : _TOP + _MAP, _EDGE : _EDGE + _MAP] = _draw_map(comparison)
-    return image
-
-
-def _draw_map(comparison: Comparison) -> Image:
-    canvas = Canvas(_MAP, _MAP, PAPER)
     figures = [build_figure(summary.recording) for summary in (comparison.first, comparison.second)]
-    both = Track()
-    both.points = [step for figure in figures for step in figure.track.points]
-    world = build_world(comparison.first.recording, both)
-    transform = overhead.MapTransform.fit(world, both, _MAP)
-    overhead.draw_world(canvas, transform, world)
-    for figure, colour in zip(figures, (FIRST, SECOND), strict=True):
-        if steps := figure.track.points:
-            overhead.draw_start(canvas, transform, figure.robot, steps[0].pose)
-            overhead.draw_track(canvas, transform, figure.track, dict.fromkeys(figure.track.states, colour))
-            overhead.draw_robot(canvas, transform, figure.robot, steps[-1].pose)
-            places = figure.track.find_milestone_poses(figure.result.milestones)
-            overhead.draw_milestones(canvas, transform, places, dict.fromkeys(places, colour))
-    return canvas.render()
+    paths = [
+        MapPath(figure.robot, figure.track, figure.result.milestones, dict.fromkeys(figure.track.states, colour))
+        for figure, colour in zip(figures, (FIRST, SECOND), strict=True)
+    ]
+    points = [step for figure in figures for step in figure.track.points]
+    return finish_page(canvas, draw_map(build_world(comparison.first.recording, points), paths, MAP))
 
 
 def _draw_table(canvas: Canvas, comparison: Comparison) -> None:
-    y = _TOP + 20.0
-    for title, colour, x in zip(build_titles(comparison), (FIRST, SECOND), _COLUMNS[1:], strict=True):
+    y = TOP + 20.0
+    for name, colour, x in zip(build_titles(comparison), (FIRST, SECOND), _COLUMNS[1:], strict=True):
         canvas.draw_line([(x, y - 6), (x + 40, y - 6)], colour, 7)
-        canvas.write_text((x + 52, y), _truncate(title, _COLUMN_WIDTH - 52, bold=True), INK, 13, bold=True)
-    canvas.draw_line([(_SIDE, y + 14), (WIDTH - _EDGE, y + 14)], RULE, 1)
+        title = shorten_text(name, _COLUMN_WIDTH - 52, _TEXT_PX, bold=True)
+        canvas.write_text((x + 52, y), title, INK, _TEXT_PX, bold=True)
+    canvas.draw_line([(SIDE, y + 14), (WIDTH - EDGE, y + 14)], RULE, 1)
     y += _LINE + _ROW
     for name, *texts in build_rows(comparison):
-        canvas.write_text((_COLUMNS[0], y), name, FADED, 13)
+        canvas.write_text((_COLUMNS[0], y), name, FADED, _TEXT_PX)
         cells = [_wrap_to_column(words.replace("–", "-")) for words in texts]
         for lines, x in zip(cells, _COLUMNS[1:], strict=True):
             for index, line in enumerate(lines):
-                canvas.write_text((x, y + index * _LINE), line, INK, 13)
+                canvas.write_text((x, y + index * _LINE), line, INK, _TEXT_PX)
         y += max(map(len, cells)) * _LINE + _ROW
 
 
@@ -89,17 +68,11 @@ def _wrap_to_column(words: str) -> list[str]:
     lines: list[str] = []
     for word in words.split():
         longer = f"{lines[-1]} {word}" if lines else word
-        if lines and measure_text(longer, 13) <= _COLUMN_WIDTH:
+        if lines and measure_text(longer, _TEXT_PX) <= _COLUMN_WIDTH:
             lines[-1] = longer
         else:
-            lines.append(_truncate(word, _COLUMN_WIDTH))
+            lines.append(shorten_text(word, _COLUMN_WIDTH, _TEXT_PX))
     return lines
-
-
-def _truncate(words: str, width: float, *, bold: bool = False) -> str:
-    while measure_text(words, 13, bold=bold) > width:
-        words = words[:-4] + "..."
-    return words
 
 
 NOTHING = "–"

@@ -14,20 +14,16 @@ import numpy as np
 from robotcore.description import Ball, Light, RobotDescription, WorldDescription
 from robotcore.description.world import Prism
 from robotcore.geometry import Pose
+from robotcore.hal.devices import Image
 from robotcore.view.canvas import INK, PAPER, Canvas, Colour, Point, darken, lighten
 
 
 class TrackPoint(NamedTuple):
-    """The robot's pose and the app's state in one tick."""
+    """The robot's pose and the app's state in one tick. The time is in seconds."""
 
     time: float
-    """The time of the tick, in seconds."""
-
     state: str
-    """The state of the app."""
-
     pose: Pose
-    """The pose of the robot."""
 
 
 class Track:
@@ -104,14 +100,14 @@ class MapTransform:
     """The pixel at which the world's origin is drawn."""
 
     @classmethod
-    def fit(cls, world: WorldDescription, track: Track, size: float) -> MapTransform:
-        """Return the transform for a square canvas that shows the floor, its walls and the whole track.
+    def fit(cls, world: WorldDescription, points: Sequence[TrackPoint], size: float) -> MapTransform:
+        """Return the transform for a square canvas that shows the floor, its walls and all points.
 
         size: the side of the canvas, in pixels.
         """
         wall = world.walls.thickness_m if world.walls else 0.0
         edge = max(world.floor.length_m, world.floor.width_m) / 2 + wall
-        farthest = max((max(abs(step.pose.x), abs(step.pose.y)) for step in track.points), default=0.0)
+        farthest = max((max(abs(step.pose.x), abs(step.pose.y)) for step in points), default=0.0)
         reach = max(edge, farthest + ROBOT_MARGIN_M) + MARGIN_M
         return cls(size / 2 / reach, (size / 2, size / 2))
 
@@ -124,7 +120,42 @@ class MapTransform:
         return [self.to_pixel(x, y) for x, y in points]
 
 
-def draw_world(canvas: Canvas, transform: MapTransform, world: WorldDescription) -> None:
+class MapPath(NamedTuple):
+    """The path of a robot on a map."""
+
+    robot: RobotDescription
+    track: Track
+    milestones: Mapping[str, float]
+    """The time of each milestone, in seconds."""
+    colours: Mapping[str, Colour]
+    """The colour of each state."""
+
+
+def draw_map(world: WorldDescription, paths: Sequence[MapPath], size: int) -> Image:
+    """Return the map of a world with the paths of robots: a BGR image, ``size`` pixels wide and high.
+
+    A path is narrower than the path before it, so that paths at the same place do not hide each other.
+    """
+    canvas = Canvas(size, size, PAPER)
+    transform = MapTransform.fit(world, [step for path in paths for step in path.track.points], size)
+    _draw_world(canvas, transform, world)
+    paths = [path for path in paths if path.track.points]
+    width = max(2.0, 0.028 * transform.scale)
+    widths = [width * 2.2**narrower for narrower in reversed(range(len(paths)))]
+    for path in paths:
+        _draw_start(canvas, transform, path.robot, path.track.points[0].pose)
+    for path in paths:
+        _draw_line(canvas, transform, path.track.points, PAPER, widths[0] + 4)
+    for path, path_width in zip(paths, widths, strict=True):
+        for state, steps in path.track.list_segments():
+            _draw_line(canvas, transform, steps, path.colours[state], path_width)
+    for path in paths:
+        _draw_robot(canvas, transform, path.robot, path.track.points[-1].pose)
+    _draw_milestones(canvas, transform, paths)
+    return canvas.render()
+
+
+def _draw_world(canvas: Canvas, transform: MapTransform, world: WorldDescription) -> None:
     """Draw the floor with a grid line for each metre, the obstacles with their shadows, and the targets."""
     _draw_floor(canvas, transform, world)
     shadows = [_compute_shadow_outline(prism, world) for prism in world.prisms]
@@ -137,27 +168,23 @@ def draw_world(canvas: Canvas, transform: MapTransform, world: WorldDescription)
         _draw_ball(canvas, transform, ball, world.light)
 
 
-def draw_track(canvas: Canvas, transform: MapTransform, track: Track, colours: Mapping[str, Colour]) -> None:
-    """Draw the path of the robot. Each segment has the colour of its state."""
-    width = max(2.0, 0.028 * transform.scale)
-    points = [transform.to_pixel(step.pose.x, step.pose.y) for step in track.points]
-    canvas.draw_line(points, PAPER, width + 4)
-    for state, steps in track.list_segments():
-        canvas.draw_line([transform.to_pixel(step.pose.x, step.pose.y) for step in steps], colours[state], width)
-
-
-def draw_milestones(
-    canvas: Canvas, transform: MapTransform, places: Mapping[str, Pose], colours: Mapping[str, Colour]
+def _draw_line(
+    canvas: Canvas, transform: MapTransform, steps: Sequence[TrackPoint], colour: Colour, width: float
 ) -> None:
+    canvas.draw_line(transform.to_pixels([(step.pose.x, step.pose.y) for step in steps]), colour, width)
+
+
+def _draw_milestones(canvas: Canvas, transform: MapTransform, paths: Sequence[MapPath]) -> None:
     """Draw a ring at each milestone's pose. A ring that would hide another one is moved to the right."""
     radius = 0.045 * transform.scale
     rings: list[Point] = []
-    for name, place in places.items():
-        x, y = transform.to_pixel(place.x, place.y)
-        while any(math.dist((x, y), ring) < 1.6 * radius for ring in rings):
-            x += 1.6 * radius
-        rings.append((x, y))
-        draw_ring(canvas, (x, y), radius, colours[name])
+    for path in paths:
+        for name, place in path.track.find_milestone_poses(path.milestones).items():
+            x, y = transform.to_pixel(place.x, place.y)
+            while any(math.dist((x, y), ring) < 1.6 * radius for ring in rings):
+                x += 1.6 * radius
+            rings.append((x, y))
+            draw_ring(canvas, (x, y), radius, path.colours[name])
 
 
 def draw_ring(canvas: Canvas, centre: Point, radius: float, colour: Colour) -> None:
@@ -166,14 +193,12 @@ def draw_ring(canvas: Canvas, centre: Point, radius: float, colour: Colour) -> N
         canvas.fill_circle(centre, radius * share, filling)
 
 
-def draw_start(canvas: Canvas, transform: MapTransform, robot: RobotDescription, pose: Pose) -> None:
-    """Draw the outline of the robot at its first pose."""
+def _draw_start(canvas: Canvas, transform: MapTransform, robot: RobotDescription, pose: Pose) -> None:
     canvas.draw_line(_place_shape(transform, pose, robot.body.footprint), INK, 1.5, closed=True)
     canvas.draw_line(_place_shape(transform, pose, _build_arrow(robot)), INK, 1.5)
 
 
-def draw_robot(canvas: Canvas, transform: MapTransform, robot: RobotDescription, pose: Pose) -> None:
-    """Draw the robot's body, its wheels and an arrow that points forward."""
+def _draw_robot(canvas: Canvas, transform: MapTransform, robot: RobotDescription, pose: Pose) -> None:
     footprint = _place_shape(transform, pose, robot.body.footprint)
     canvas.draw_shadow([footprint], 0.4, 0.02 * transform.scale)
     canvas.fill_polygon(footprint, robot.body.colour)
@@ -185,17 +210,14 @@ def draw_robot(canvas: Canvas, transform: MapTransform, robot: RobotDescription,
 
 def _draw_floor(canvas: Canvas, transform: MapTransform, world: WorldDescription) -> None:
     x, y = world.floor.length_m / 2, world.floor.width_m / 2
-    canvas.fill_polygon(_list_corners(canvas), lighten(world.floor.colour, 0.4))
+    width, height = canvas.width, canvas.height
+    canvas.fill_polygon([(0, 0), (width, 0), (width, height), (0, height)], lighten(world.floor.colour, 0.4))
     canvas.fill_polygon(transform.to_pixels([(x, y), (-x, y), (-x, -y), (x, -y)]), world.floor.colour)
     line = lighten(world.floor.colour, 0.25)
     for metre in range(-int(x), int(x) + 1):
         canvas.draw_line(transform.to_pixels([(metre, -y), (metre, y)]), line, 1)
     for metre in range(-int(y), int(y) + 1):
         canvas.draw_line(transform.to_pixels([(-x, metre), (x, metre)]), line, 1)
-
-
-def _list_corners(canvas: Canvas) -> list[Point]:
-    return [(0, 0), (canvas.width, 0), (canvas.width, canvas.height), (0, canvas.height)]
 
 
 def _draw_ball(canvas: Canvas, transform: MapTransform, ball: Ball, light: Light) -> None:

@@ -10,8 +10,6 @@ import cv2
 import numpy as np
 
 from robotcore.description import Floor, RobotDescription, WorldDescription
-from robotcore.errors import UsageError
-from robotcore.files import replace_file, require_replaceable
 from robotcore.hal.devices import Frame, Image
 from robotcore.hal.robot import Robot
 from robotcore.recording import Recording, SampleKey, Tick
@@ -20,29 +18,23 @@ from robotcore.runtime.layers.devices import AppDisplay, AppSensor
 from robotcore.runtime.result import Outcome, RunResult
 from robotcore.runtime.session import Run
 from robotcore.runtime.trace import TickRecord
-from robotcore.view import overhead
 from robotcore.view.canvas import (
     BAD,
     FADED,
     FAIR,
     GOOD,
     INK,
-    PAPER,
     RULE,
     Canvas,
     Colour,
-    assign_state_colours,
+    choose_state_colours,
     measure_text,
+    shorten_text,
 )
-from robotcore.view.overhead import Track, TrackPoint
+from robotcore.view.overhead import MapPath, Track, TrackPoint, draw_map, draw_ring
+from robotcore.view.page import EDGE, HEIGHT, MAP, SIDE, SIDE_WIDTH, TOP, begin_page, encode_png, finish_page, save_png
 from robotcore.view.text import format_evaluation_heading, format_heading, list_interventions, list_measures
 
-WIDTH, HEIGHT = 1600, 1000
-_EDGE, _GAP = 44, 40
-_TOP = 136
-_MAP = HEIGHT - _TOP - _EDGE
-_SIDE = _EDGE + _MAP + _GAP
-_SIDE_WIDTH = WIDTH - _EDGE - _SIDE
 _SIDE_HEIGHT = 560
 _LEGEND_ROW = 36
 
@@ -78,15 +70,11 @@ class RunFigure:
 
 def draw_figure(figure: RunFigure) -> Image:
     """Return the picture of a run as a BGR image, 1600 pixels wide and 1000 high."""
-    colours = assign_state_colours(figure.track.states)
+    colours = choose_state_colours(figure.track.states)
     side_image = _draw_side_image(figure.last_image)
-    canvas = Canvas(WIDTH, HEIGHT, PAPER)
-    _draw_title(canvas, *_format_title(figure))
-    _draw_legend(canvas, _TOP + len(side_image), figure, colours)
-    image = canvas.render()
-    _paste_below_title(image, _draw_map(figure, colours), _EDGE)
-    _paste_below_title(image, side_image, _SIDE)
-    return image
+    canvas = begin_page(*_format_title(figure))
+    _draw_legend(canvas, TOP + len(side_image), figure, colours)
+    return finish_page(canvas, _draw_map(figure, colours), side_image)
 
 
 def _format_title(figure: RunFigure) -> tuple[str, str, Colour, str]:
@@ -98,41 +86,20 @@ def _format_title(figure: RunFigure) -> tuple[str, str, Colour, str]:
     return format_heading(result), result.headline, colour, ", ".join(list_measures(result))
 
 
-def _draw_title(canvas: Canvas, heading: str, word: str, colour: Colour, words: str) -> None:
-    canvas.write_text((_EDGE, 66), heading, INK, 25, bold=True)
-    width = canvas.write_text((_EDGE, 108), word, colour, 17, bold=True)
-    canvas.write_text((_EDGE + width + 18, 108), words, FADED, 17)
-
-
 def _draw_map(figure: RunFigure, colours: dict[str, Colour]) -> Image:
     if figure.world is None:
-        return _draw_blank(_MAP, _MAP, "no description of a world")
-    canvas = Canvas(_MAP, _MAP, PAPER)
-    transform = overhead.MapTransform.fit(figure.world, figure.track, _MAP)
-    overhead.draw_world(canvas, transform, figure.world)
-    if steps := figure.track.points:
-        overhead.draw_start(canvas, transform, figure.robot, steps[0].pose)
-        overhead.draw_track(canvas, transform, figure.track, colours)
-        overhead.draw_robot(canvas, transform, figure.robot, steps[-1].pose)
-        overhead.draw_milestones(
-            canvas, transform, figure.track.find_milestone_poses(figure.result.milestones), colours
-        )
-    return canvas.render()
+        return _draw_blank(MAP, MAP, "no description of a world")
+    return draw_map(figure.world, [MapPath(figure.robot, figure.track, figure.result.milestones, colours)], MAP)
 
 
 def _draw_side_image(image: Image | None) -> Image:
     if image is None:
-        return _draw_blank(_SIDE_WIDTH, _SIDE_WIDTH * 3 // 4, "the app read no camera")
+        return _draw_blank(SIDE_WIDTH, SIDE_WIDTH * 3 // 4, "the app read no camera")
     height, width = image.shape[:2]
-    scale = min(_SIDE_WIDTH / width, _SIDE_HEIGHT / height)
+    scale = min(SIDE_WIDTH / width, _SIDE_HEIGHT / height)
     size = (max(1, round(width * scale)), max(1, round(height * scale)))
     colour = image if image.ndim == 3 else cv2.cvtColor(image, cv2.COLOR_GRAY2BGR)
     return np.asarray(cv2.resize(colour, size, interpolation=cv2.INTER_CUBIC), np.uint8)
-
-
-def _paste_below_title(image: Image, part: Image, left: int) -> None:
-    height, width = part.shape[:2]
-    image[_TOP : _TOP + height, left : left + width] = part
 
 
 def _draw_blank(width: int, height: int, words: str) -> Image:
@@ -142,21 +109,22 @@ def _draw_blank(width: int, height: int, words: str) -> Image:
 
 
 def _draw_legend(canvas: Canvas, top: int, figure: RunFigure, colours: dict[str, Colour]) -> None:
-    columns = (_SIDE + 84.0, _SIDE + _SIDE_WIDTH - 230.0, _SIDE + _SIDE_WIDTH - 80.0)
+    columns = (SIDE + 84.0, SIDE + SIDE_WIDTH - 230.0, SIDE + SIDE_WIDTH - 80.0)
     y = top + 44.0
     for x, words in zip(columns, ("state", "reached", "lasted"), strict=True):
         canvas.write_text((x, y), words, FADED, 13)
-    canvas.draw_line([(_SIDE, y + 14), (_SIDE + _SIDE_WIDTH, y + 14)], RULE, 1)
+    canvas.draw_line([(SIDE, y + 14), (SIDE + SIDE_WIDTH, y + 14)], RULE, 1)
     y += 8
     held = list(list_interventions(figure.result.intervention_s))
     for state, reached, lasted in figure.track.list_state_durations():
-        if y + _LEGEND_ROW * (1 + len(held)) > HEIGHT - _EDGE:
+        if y + _LEGEND_ROW * (1 + len(held)) > HEIGHT - EDGE:
             break
         y += _LEGEND_ROW
-        canvas.draw_line([(_SIDE + 6, y - 7), (_SIDE + 58, y - 7)], colours[state], 7)
+        canvas.draw_line([(SIDE + 6, y - 7), (SIDE + 58, y - 7)], colours[state], 7)
         if state in figure.result.milestones:
-            overhead.draw_ring(canvas, (_SIDE + 32, y - 7), 11, colours[state])
-        for x, words in zip(columns, (state, f"{reached:.1f} s", f"{lasted:.1f} s"), strict=True):
+            draw_ring(canvas, (SIDE + 32, y - 7), 11, colours[state])
+        name = shorten_text(state, columns[1] - columns[0] - 12, 15)
+        for x, words in zip(columns, (name, f"{reached:.1f} s", f"{lasted:.1f} s"), strict=True):
             canvas.write_text((x, y), words, INK, 15)
     for index, words in enumerate(held, 1):
         canvas.write_text((columns[0], y + _LEGEND_ROW * index), words, INK, 15)
@@ -193,7 +161,13 @@ def build_figure(
     recorded = build_result(recording)
     ended = replace(result, world=recorded.world) if result else recorded
     return RunFigure(
-        *(about.description, build_world(recording, track), track, find_last_recorded_image(recording, ticks), ended),
+        *(
+            about.description,
+            build_world(recording, track.points),
+            track,
+            find_last_recorded_image(recording, ticks),
+            ended,
+        ),
         recorded=recorded if is_evaluation else None,
     )
 
@@ -213,11 +187,11 @@ def _read_frame(recording: Recording, key: SampleKey | None) -> Frame | None:
     return sample if isinstance(sample, Frame) else None
 
 
-def build_world(recording: Recording, track: Track) -> WorldDescription:
-    """Return the recorded world. If there is none, return a world whose floor is as large as the track."""
+def build_world(recording: Recording, points: Sequence[TrackPoint]) -> WorldDescription:
+    """Return the recorded world. If there is none, return a world whose floor is large enough for the points."""
     if world := recording.metadata.world:
         return world
-    reach = max((max(abs(step.pose.x), abs(step.pose.y)) for step in track.points), default=0.0)
+    reach = max((max(abs(step.pose.x), abs(step.pose.y)) for step in points), default=0.0)
     side = min(2 * (reach + _PATH_MARGIN_M), _LARGEST_FLOOR_M)
     return WorldDescription(name="floor", floor=Floor(length_m=side, width_m=side))
 
@@ -275,39 +249,9 @@ def draw_png(figure: RunFigure) -> bytes:
     return encode_png(draw_figure(figure))
 
 
-def encode_png(image: Image) -> bytes:
-    """Return a picture as PNG."""
-    _, png = cv2.imencode(".png", image)
-    return png.tobytes()
-
-
-def save_png(content: bytes, file: Path) -> None:
-    """Replace a file by a PNG. If the PNG cannot be written, keep the old file and raise UsageError."""
-    try:
-        with replace_file(file) as part:
-            part.write_bytes(content)
-    except OSError as error:
-        raise _build_unwritable_error(file, error) from error
-
-
 def find_last_image(robot: Robot) -> Image | None:
     """Return the last image that a display showed, else the last camera image, else None. This reads no device."""
     devices = robot.devices.values()
     shown = [each.latest for each in devices if isinstance(each, AppDisplay)]
     read = [each.latest.image for each in devices if isinstance(each, AppSensor) and isinstance(each.latest, Frame)]
     return next((image for image in (*shown, *read) if image is not None), None)
-
-
-def require_writable(file: Path) -> None:
-    """Raise UsageError if a file's suffix is not .png or it cannot be replaced. The check does not change the file."""
-    if file.suffix.lower() != ".png":
-        raise UsageError(f"--picture {file}: not a .png file. Name a .png file", kind="file-ending")
-    try:
-        require_replaceable(file)
-    except OSError as error:
-        raise _build_unwritable_error(file, error) from error
-
-
-def _build_unwritable_error(file: Path, error: OSError) -> UsageError:
-    text = f"--picture {file}: {error.strerror}. Name a file that you can write, on a disk with free space"
-    return UsageError(text, kind="file-not-writable", file=str(file))

@@ -197,7 +197,7 @@ def _format_verdict(replayed: ReplayResult) -> tuple[str, str]:
 
 def _list_findings(replayed: ReplayResult) -> Iterator[str]:
     if deviation := replayed.deviation:
-        yield from deviation.lines()
+        yield from deviation.lines
         yield _format_equal_ticks(replayed)
     else:
         yield f"{pluralize(replayed.ticks, 'tick')}, {replayed.recording.ticks[-1].time:.2f} s"
@@ -247,7 +247,7 @@ def _list_differences(evaluation: Evaluation) -> Iterator[str]:
     if first := evaluation.first_difference:
         yield f"first difference in tick {first.tick}, at {first.time:g} s: {first.subject}"
         yield f"  recorded: {first.recorded}"
-        yield f"  {_name_app(evaluation)}: {first.evaluated}"
+        yield f"  {_name_app(evaluation)}: {first.replayed}"
         verb = "differs" if evaluation.differing == 1 else "differ"
         yield f"{evaluation.differing} of {pluralize(evaluation.ticks, 'tick')} {verb}"
     else:

@@ -1,7 +1,7 @@
 """Replay a recording: verify the decisions of its app, or evaluate another app on its samples."""
 
 from robotcore.recording.replay.app_permission import is_recorded_file
-from robotcore.recording.replay.cursor import Deviation
+from robotcore.recording.replay.differences import Deviation
 from robotcore.recording.replay.evaluation import Evaluation, evaluate
 from robotcore.recording.replay.verification import ReplayResult, replay
 

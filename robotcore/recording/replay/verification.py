@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -20,12 +20,12 @@ from robotcore.errors import (
 from robotcore.recording import RecordedError, Recording
 from robotcore.recording.recording import read_platform
 from robotcore.recording.replay.app_permission import has_app_changed, require_recorded_app
-from robotcore.recording.replay.command_comparison import PLATFORM_TOLERANCE, CommandComparator, ReplayTap
-from robotcore.recording.replay.cursor import Deviation, ReplayCursor, TickReader
+from robotcore.recording.replay.app_run import BACKEND, require_ticks, run_app
+from robotcore.recording.replay.differences import PLATFORM_TOLERANCE, CommandComparator, Deviation
+from robotcore.recording.replay.tick_reader import TickReader
+from robotcore.recording.replay.verifier import Verifier
 from robotcore.recording.summary import explain_missing_end
-from robotcore.runtime.plan import RunRequest
 from robotcore.runtime.result import Outcome, RunResult
-from robotcore.runtime.session import Observer, run
 from robotcore.runtime.versions import libraries
 
 DIFFERS = 1
@@ -88,6 +88,9 @@ class ReplayResult:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the JSON fields."""
+        deviation = asdict(self.deviation) if self.deviation else None
+        if deviation:
+            deviation["time_s"] = deviation.pop("time")
         return {
             "app": self.result.app,
             "equal": self.is_equal,
@@ -100,24 +103,18 @@ class ReplayResult:
             "ended_by": self.ended_by or None,
             "platform": list(self.platform),
             "app_changed": self.has_app_changed,
-            "deviation": self.deviation.to_dict() if self.deviation else None,
+            "deviation": deviation,
             "exit_status": self.exit_status,
         }
 
 
-BACKEND = "replay"
-
-
-def replay(
-    recording: Recording, file: Path | str = "", observers: Sequence[Observer] = (), *, app: str | None = None
-) -> ReplayResult:
+def replay(recording: Recording, file: Path | str = "", *, app: str | None = None) -> ReplayResult:
     """Run the recorded app on the recorded samples, and compare each decision with the recorded one.
 
     Raises RecordingError if an input of the app is missing in the recording, or if the recorded app must not run, see
     `require_recorded_app`.
 
     file: the name of the recording in error messages.
-    observers: observers of the replayed run.
     app: the file of another app to run; None for the recorded app.
     """
     require_ticks(recording, file)
@@ -131,79 +128,28 @@ def replay(
         )
     if app is None:
         require_recorded_app(recording, file)
-    platform = compare_platforms(recording.metadata.platform, BACKEND)
-    comparator = CommandComparator(PLATFORM_TOLERANCE if platform else 0.0)
-    replayer = ReplayTap(recording, comparator)
-    request = build_request(recording, is_held=True)
-    request = replace(request, app=app or request.app_reference)
-    result = run(request, [replayer, *observers], [replayer])
-    if result.error and not isinstance(result.error, Interrupted) and not result.ticks:
-        raise result.error
-    if not isinstance(result.error, Interrupted):
-        check_end(replayer.cursor, result)
-    result = replace(result, backend=recording.metadata.request.backend)
-    return _build_result(
-        replayer, comparator, result, platform, has_changed=has_app_changed(recording, request.app_reference)
-    )
-
-
-def require_ticks(recording: Recording, file: Path | str) -> None:
-    """Raise RecordingError if a recording has no tick."""
-    if not recording.ticks:
-        raise RecordingError(
-            file or "the recording",
-            "no tick was recorded",
-            "Record another run",
-            kind="recording-without-tick",
-        )
-
-
-def build_request(recording: Recording, *, is_held: bool = False) -> RunRequest:
-    """Return the request that runs the recorded app with its recorded settings on its recording.
-
-    is_held: whether the replay backend keeps the safety rules of the recorded run, see `ReplayOptions`.
-    """
     recorded = recording.metadata.request
-    return RunRequest(
-        app=recorded.app,
-        backend=BACKEND,
-        seed=recorded.seed,
-        rate_hz=recorded.rate_hz,
-        timeout_s=recorded.timeout_s,
-        settings=recorded.settings,
-        options={"recording": recording, "is_held": is_held},
-    )
-
-
-def _build_result(
-    replayer: ReplayTap,
-    comparator: CommandComparator,
-    result: RunResult,
-    platform: Sequence[str],
-    *,
-    has_changed: bool | None,
-) -> ReplayResult:
-    cursor = replayer.cursor
+    platform = compare_platforms(recording.metadata.platform)
+    comparator = CommandComparator(PLATFORM_TOLERANCE if platform else 0.0)
+    verifier = Verifier(recording, comparator)
+    result = run_app(verifier, app, recorded.settings, is_held=True)
+    if not isinstance(result.error, Interrupted):
+        with suppress(DeviationError):
+            _compare_end(verifier, result)
     return ReplayResult(
-        recording=cursor.recording,
-        result=result,
-        ticks=cursor.equal_ticks,
-        deviation=cursor.deviation,
+        recording=recording,
+        result=replace(result, backend=recorded.backend),
+        ticks=verifier.trace.ticks,
+        deviation=verifier.deviation,
         is_exact=comparator.is_exact,
         largest_difference=comparator.largest,
-        trace_sha256=cursor.trace.sha256,
+        trace_sha256=verifier.trace.sha256,
         platform=tuple(platform),
-        has_app_changed=has_changed,
+        has_app_changed=has_app_changed(recording, app or recorded.app_reference),
     )
 
 
 _GOES_ON = "the app goes on"
-
-
-def check_end(cursor: ReplayCursor, result: RunResult) -> None:
-    """Store a difference in the cursor if the end of the replay differs from that of the recorded run."""
-    with suppress(DeviationError, RecordingEndedError):
-        _compare_end(cursor, result)
 
 
 def explain_external_end(recording: Recording) -> str:
@@ -219,18 +165,19 @@ def explain_external_end(recording: Recording) -> str:
     return "" if is_of_the_last_tick or is_of_the_app else result.reason
 
 
-def _compare_end(cursor: ReplayCursor, result: RunResult) -> None:
-    if cursor.deviation or cursor.is_at_end:
+def _compare_end(verifier: Verifier, result: RunResult) -> None:
+    """Report a difference if the end of the replay differs from that of the recorded run."""
+    if verifier.deviation or verifier.is_at_end:
         return
-    recording = cursor.recording
-    left = len(recording.ticks) - cursor.equal_ticks
+    recording = verifier.recording
+    left = len(recording.ticks) - verifier.trace.ticks
     if isinstance(result.error, RecordingEndedError):
         if not explain_external_end(recording):
-            cursor.report_difference("the end", _format_recorded_end(recording), _GOES_ON)
-    elif left and not cursor.current.is_cut_short:
-        cursor.report_difference("the end", _GOES_ON, _format_end(result.outcome, result.reason))
+            verifier.report_difference("the end", _format_recorded_end(recording), _GOES_ON)
+    elif left and not verifier.current.is_cut_short:
+        verifier.report_difference("the end", _GOES_ON, _format_end(result.outcome, result.reason))
     elif not explain_external_end(recording) and not _is_same_end(recording, result):
-        cursor.report_difference("the end", _format_recorded_end(recording), _format_replayed_end(result))
+        verifier.report_difference("the end", _format_recorded_end(recording), _format_replayed_end(result))
 
 
 def _is_same_end(recording: Recording, result: RunResult) -> bool:
@@ -268,17 +215,14 @@ def _format_end(outcome: Outcome, reason: str) -> str:
     return f"{outcome.value}: {same}" if same else outcome.value
 
 
-_MACHINE = ("machine", "system", "libc")
-
-
-def compare_platforms(recorded: Mapping[str, str], backend: str) -> list[str]:
+def compare_platforms(recorded: Mapping[str, str]) -> list[str]:
     """Return a text for each difference between the recorded platform and this one.
 
     A platform is the machine, the system and the versions of libraries, without the simulator.
     """
-    here = read_platform(backend)
+    here = read_platform(BACKEND)
     return [
         f"{name} {recorded.get(name, 'unknown')} recorded, {here[name]} here"
-        for name in (*_MACHINE, *libraries([]))
+        for name in ("machine", "system", "libc", *libraries([]))
         if recorded.get(name) != here[name]
     ]

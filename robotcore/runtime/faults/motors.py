@@ -15,57 +15,49 @@ from robotcore.safety.deadman import TimedLock
 
 Gain = Annotated[float, Field(ge=0, le=1, description="gain")]
 
-
-class MotorFault(Fault):
-    """The base class of the faults of motors. ``gain`` multiplies the commanded velocities."""
-
-    on = frozenset({TargetKind.MOTOR})
-
-    @property
-    def gain(self) -> float:
-        """The factor of the commanded velocities."""
-        return 0.0
-
-    def layer(self, context: FaultContext) -> MotorGainLayer:
-        return MotorGainLayer(self, context.clock)
+_MOTORS = frozenset({TargetKind.MOTOR})
 
 
-class Dead(MotorFault):
+class Dead(Fault):
     """A motor does not turn."""
 
+    on = _MOTORS
     example = "right_motor dead after=10"
 
+    def layer(self, context: FaultContext) -> MotorGainLayer:
+        return MotorGainLayer(self, context.clock, 0.0)
 
-class Weak(MotorFault):
+
+class Weak(Fault):
     """A motor turns at the given share of the commanded velocity."""
 
+    on = _MOTORS
     example = "left_motor weak=0.6"
 
     value: Gain
 
-    @property
-    def gain(self) -> float:
-        return self.value
+    def layer(self, context: FaultContext) -> MotorGainLayer:
+        return MotorGainLayer(self, context.clock, self.value)
 
 
-class Reversed(MotorFault):
+class Reversed(Fault):
     """A motor turns in the wrong direction, as if its wires were swapped."""
 
+    on = _MOTORS
     example = "left_motor reversed"
 
-    @property
-    def gain(self) -> float:
-        return -1.0
+    def layer(self, context: FaultContext) -> MotorGainLayer:
+        return MotorGainLayer(self, context.clock, -1.0)
 
 
 class MotorGainLayer(Layer):
-    """Multiplies the commanded velocities of motors by the gain of ``fault`` while it is active.
+    """Multiplies the commanded velocities of motors by ``gain`` while ``fault`` is active.
 
     If the fault begins or ends while a motor turns, the layer sends the last command again at the end of the tick.
     """
 
-    def __init__(self, fault: MotorFault, clock: Clock) -> None:
-        self._fault, self._clock = fault, clock
+    def __init__(self, fault: Fault, clock: Clock, gain: float) -> None:
+        self._fault, self._clock, self._gain = fault, clock, gain
         self._motors: list[FaultyMotor] = []
 
     def motor(self, motor: MotorOutput) -> MotorOutput:
@@ -77,7 +69,7 @@ class MotorGainLayer(Layer):
         return TickEndClock(clock, self._end_tick)
 
     def _gain_now(self) -> float:
-        return self._fault.gain if self._fault.is_on(self._clock.now()) else 1.0
+        return self._gain if self._fault.is_on(self._clock.now()) else 1.0
 
     def _end_tick(self) -> None:
         for motor in self._motors:

@@ -16,22 +16,17 @@ from robotcore.errors import UsageError
 from robotcore.hal.devices import Frame, Image
 from robotcore.runtime.layers.devices import AppDisplay, AppSensor
 from robotcore.runtime.session import Run
-from robotcore.view import picture
-from robotcore.view.canvas import BAD, FAIR, GOOD, Canvas, assign_state_colours
+from robotcore.view import page
+from robotcore.view.canvas import BAD, FAIR, GOOD, Canvas, choose_state_colours
 from robotcore.view.overhead import MapTransform, Track
+from robotcore.view.page import EDGE, HEIGHT, MAP, SIDE, TOP, begin_page, join_titles, require_writable
 from robotcore.view.picture import (
-    _EDGE,
-    _MAP,
-    _SIDE,
-    _TOP,
-    HEIGHT,
     PictureRecorder,
     RunFigure,
     _format_title,
     build_figure,
     draw_figure,
     find_last_image,
-    require_writable,
 )
 from robotcore.view.text import list_interventions
 from tests.robotcore.recording.replay.memory import record_run
@@ -50,8 +45,8 @@ def list_colours_near(image: Image, x: float, y: float, reach: int = 2) -> list[
 def find_pixel(figure: RunFigure, x: float, y: float) -> tuple[float, float]:
     """Return the pixel of the picture that shows a point of the world."""
     assert figure.world
-    column, row = MapTransform.fit(figure.world, figure.track, _MAP).to_pixel(x, y)
-    return column + _EDGE, row + _TOP
+    column, row = MapTransform.fit(figure.world, figure.track.points, MAP).to_pixel(x, y)
+    return column + EDGE, row + TOP
 
 
 def test_the_ball_is_drawn_in_its_colour(figure: RunFigure) -> None:
@@ -80,7 +75,7 @@ def test_north_is_up_and_east_is_right(figure: RunFigure) -> None:
 
 def test_the_path_has_the_colour_of_its_state(figure: RunFigure) -> None:
     image = draw_figure(figure)
-    colours = assign_state_colours(figure.track.states)
+    colours = choose_state_colours(figure.track.states)
     for step in figure.track.points[16:34:4]:
         assert colours[step.state] in list_colours_near(image, *find_pixel(figure, step.pose.x, step.pose.y), reach=4)
 
@@ -96,21 +91,21 @@ def test_milestones_at_one_pose_do_not_hide_each_other(figure: RunFigure) -> Non
     image = draw_figure(figure)
     x, y = find_pixel(figure, *figure.track.points[0].pose[:2])
     row = {tuple(int(part) for part in pixel) for pixel in image[round(y), round(x) : round(x) + 90, ::-1]}
-    assert set(assign_state_colours(figure.track.states).values()) <= row
+    assert set(choose_state_colours(figure.track.states).values()) <= row
 
 
 def test_the_map_shows_a_robot_that_left_the_floor(figure: RunFigure) -> None:
     far = figure.track.points[-1].pose._replace(x=5.0, y=-0.3)
     figure.track.points.append(figure.track.points[-1]._replace(pose=far))
     x, _ = find_pixel(figure, far.x + figure.robot.body.reach_m, far.y)
-    assert x < _EDGE + _MAP
+    assert x < EDGE + MAP
 
 
 @pytest.mark.parametrize("shape", [(240, 320, 3), (240, 320), (480, 320, 3)])
 def test_the_last_picture_is_beside_the_map_in_colour_or_grey(figure: RunFigure, shape: tuple[int, ...]) -> None:
     seen = np.full(shape, 77, np.uint8)
     image = draw_figure(dataclasses.replace(figure, last_image=seen))
-    assert list_colours_near(image, _SIDE + 40, _TOP + 40) == [(77, 77, 77)] * 25
+    assert list_colours_near(image, SIDE + 40, TOP + 40) == [(77, 77, 77)] * 25
 
 
 @pytest.mark.parametrize("verified, is_green", [(True, True), (None, True), (False, False)])
@@ -118,7 +113,7 @@ def test_a_success_is_green_unless_the_simulator_disputes_it(
     figure: RunFigure, *, verified: bool | None, is_green: bool
 ) -> None:
     title = draw_figure(dataclasses.replace(figure, result=dataclasses.replace(figure.result, verified=verified)))[
-        80:_TOP
+        80:TOP
     ]
     assert ((title[..., ::-1] == GOOD).all(axis=2).any(), (title[..., ::-1] == BAD).all(axis=2).any()) == (
         is_green,
@@ -144,7 +139,7 @@ def test_the_legend_has_a_line_for_each_named_intervention(
             lines[words] = place[1]
             return super().write_text(place, words, *style, **more)
 
-    monkeypatch.setattr(picture, "Canvas", RecordedCanvas)
+    monkeypatch.setattr(page, "Canvas", RecordedCanvas)
     figure.track.points = [
         step._replace(state=f"state {at * states // 40}") for at, step in enumerate(figure.track.points)
     ]
@@ -154,11 +149,11 @@ def test_the_legend_has_a_line_for_each_named_intervention(
     assert causes == list(list_interventions(held))
     heights = [lines[words] for words in lines if words in causes or words.startswith("state ")]
     assert heights == sorted(set(heights))
-    assert heights[-1] <= HEIGHT - _EDGE
+    assert heights[-1] <= HEIGHT - EDGE
 
 
 def test_an_evaluation_has_the_colour_of_neither_success_nor_failure(figure: RunFigure) -> None:
-    title = draw_figure(dataclasses.replace(figure, recorded=figure.result))[:_TOP, :, ::-1]
+    title = draw_figure(dataclasses.replace(figure, recorded=figure.result))[:TOP, :, ::-1]
     assert [(title == colour).all(axis=2).any() for colour in (GOOD, BAD, FAIR)] == [False, False, True]
 
 
@@ -172,10 +167,28 @@ def test_every_shipped_world_can_be_drawn(figure: RunFigure, world: str) -> None
     assert draw_figure(dataclasses.replace(figure, world=load_world(world))).std() > 20
 
 
+def test_a_state_has_the_same_colour_in_every_picture() -> None:
+    states = ["search", "seen", "explore", "approach", "survey", "avoid", "retreat", "arrived"]
+    colours = choose_state_colours(states)
+    assert len(set(colours.values())) == len(states)
+    assert all(
+        choose_state_colours(part) == {name: colours[name] for name in part} for part in (["seen"], states[:2:-1])
+    )
+
+
 def test_colours_repeat_if_there_are_many_states() -> None:
-    colours = assign_state_colours([str(number) for number in range(20)])
+    colours = choose_state_colours([str(number) for number in range(20)])
     assert len(colours) == 20
-    assert len(set(list(colours.values())[:8])) == 8
+    assert len(set(colours.values())) == 8
+
+
+@pytest.mark.parametrize("words", ["", "w" * 300])
+def test_a_long_title_is_shortened_to_the_width_of_the_page(words: str) -> None:
+    for heading in ("h" * 300, join_titles(*["h" * 200] * 2)):
+        title = begin_page(heading, "differ", BAD, words).render()[:TOP]
+        assert (title[:, -EDGE:] == title[0, 0]).all()
+        assert (title[:, -4 * EDGE : -EDGE] != title[0, 0]).any()
+    assert join_titles("a", "b") == "a  and  b"
 
 
 def test_a_replay_that_ends_early_has_the_last_image_before_its_end() -> None:

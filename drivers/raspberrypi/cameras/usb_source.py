@@ -1,0 +1,186 @@
+"""The source of a USB camera's pictures, by OpenCV and V4L2, the kernel's camera interface."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from drivers.raspberrypi.cameras.source import ExposureState, Shot, Source, TimestampConverter, UsbCameraSettings
+from robotcore.description import CameraDescription
+from robotcore.errors import DeviceError, DeviceLostError
+from robotcore.hal.clock import Clock
+
+FILES = Path("/dev")
+NODES = Path("/sys/class/video4linux")
+"""The folder with the kernel's data on each /dev/video file: its name, its index within the camera, and a link to the
+camera. Source: https://www.kernel.org/doc/html/latest/driver-api/media/v4l2-dev.html."""
+
+
+def explain_unusable(path: Path, *, was_there: bool) -> str:
+    """Return why this process cannot use a camera's file, and the remedy; an empty text if it can.
+
+    was_there: whether the camera was open before. Then a missing file means that the camera was unplugged.
+    """
+    if not path.exists():
+        return f"{path} is gone; plug it in again" if was_there else f"there is no {path}. {_list_cameras()}"
+    if not os.access(path, os.R_OK | os.W_OK):
+        return f"no permission for {path}. Run sudo usermod -aG video $USER, then log out and in again"
+    return ""
+
+
+def usb_cameras() -> list[str]:
+    """Return the file and the name of each camera on USB, such as ``/dev/video0 (HD Webcam)``.
+
+    Files that deliver no pictures are left out: a camera's further files, and those of the Pi's video codecs.
+    """
+    nodes = sorted(NODES.glob("video*"), key=lambda node: int(node.name.removeprefix("video")))
+    return [f"{FILES / node.name} ({_read_attribute(node, 'name')})" for node in nodes if _is_usb_camera(node)]
+
+
+def _is_usb_camera(node: Path) -> bool:
+    return "/usb" in str((node / "device").resolve()) and _read_attribute(node, "index") == "0"
+
+
+def _read_attribute(node: Path, attribute: str) -> str:
+    return (node / attribute).read_text().strip()
+
+
+def _list_cameras() -> str:
+    cameras = usb_cameras()
+    return f"There are: {', '.join(cameras)}" if cameras else "There is no camera on USB: plug it in, and check lsusb"
+
+
+BUFFERS = 2
+"""The number of picture buffers. The camera fills one while the other waits to be read. More buffers delay pictures."""
+
+BROKEN_IN_A_ROW = 5
+"""The camera has failed after this many broken pictures in a row. Cheap cables and starting cameras cause a few."""
+
+
+class UsbSource(Source):
+    """Takes pictures from a USB camera by OpenCV.
+
+    The time of a picture is the kernel's timestamp of the arrival of its first bytes, right after the exposure. It is
+    accurate to a millisecond.
+
+    After the camera was open once, every failure raises DeviceLostError, because the camera may be unplugged. The state
+    of its file does not show this: the file may still exist right after unplugging, and belongs to root right after
+    plugging in.
+    """
+
+    def __init__(self, description: CameraDescription, settings: UsbCameraSettings, clock: Clock) -> None:
+        super().__init__(description.name)
+        self._description, self._settings, self._clock = description, settings, clock
+        self._capture: cv2.VideoCapture | None = None
+        self._was_there = False
+
+    def open(self) -> list[str]:
+        path = self._settings.path
+        if problem := explain_unusable(path, was_there=self._was_there):
+            raise self._build_error(problem)
+        if cv2.CAP_V4L2 not in cv2.videoio_registry.getCameraBackends():
+            raise DeviceError(
+                self.name, "this OpenCV is built without V4L2. Run pip install opencv-python-headless", kind="no-v4l2"
+            )
+        self._capture = capture = cv2.VideoCapture(str(path), cv2.CAP_V4L2)
+        if not capture.isOpened():
+            raise self._build_error(
+                f"{path} cannot be opened as a camera. End any other program that uses it (fuser {path}). "
+                "List cameras: v4l2-ctl --list-devices"
+            )
+        self._was_there = True
+        self._stamps = TimestampConverter(self._clock)
+        self._request_format(capture)
+        return UsbControls(capture).apply(self._settings)
+
+    def shoot(self) -> Shot:
+        assert self._capture is not None, "the camera is not open"
+        for _ in range(BROKEN_IN_A_ROW):
+            if not self._capture.grab():
+                break
+            time = self._stamps.time_of(self._capture.get(cv2.CAP_PROP_POS_MSEC) / 1000)
+            is_whole, image = self._capture.retrieve()
+            if is_whole:
+                return Shot(np.asarray(image, dtype=np.uint8), time)
+        path = self._settings.path
+        problem = explain_unusable(path, was_there=True)
+        raise self._build_error(problem or f"{path} gives no more pictures. Check its plug and its cable")
+
+    def read_exposure(self, shot: Shot) -> ExposureState:
+        return ExposureState(cv2.mean(shot.image)[:3])
+
+    def lock_exposure(self, shot: Shot) -> list[str]:
+        assert self._capture is not None, "the camera is not open"
+        return UsbControls(self._capture).lock_exposure()
+
+    def close(self) -> None:
+        capture, self._capture = self._capture, None
+        if capture is not None:
+            capture.release()
+
+    def _build_error(self, message: str) -> DeviceError:
+        return (DeviceLostError if self._was_there else DeviceError)(self.name, message)
+
+    def _request_format(self, capture: cv2.VideoCapture) -> None:
+        # V4L2 sets the nearest format, size and frame rate that the camera supports.
+        if self._settings.pixel_format:
+            capture.set(cv2.CAP_PROP_FOURCC, cv2.VideoWriter.fourcc(*self._settings.pixel_format))
+        capture.set(cv2.CAP_PROP_FRAME_WIDTH, self._description.width_px)
+        capture.set(cv2.CAP_PROP_FRAME_HEIGHT, self._description.height_px)
+        capture.set(cv2.CAP_PROP_FPS, self._settings.fps)
+        capture.set(cv2.CAP_PROP_BUFFERSIZE, BUFFERS)
+
+
+AUTO, MANUAL, APERTURE_PRIORITY = 0, 1, 3
+"""Values of the control V4L2_CID_EXPOSURE_AUTO. A webcam's automatic mode is aperture priority, because its aperture is
+fixed."""
+
+EXPOSURE_UNIT_S = 100e-6
+"""The unit of the control V4L2_CID_EXPOSURE_ABSOLUTE, in seconds."""
+
+
+class UsbControls:
+    """Sets exposure, gain and white balance of an open camera. A webcam keeps these settings until it is unplugged."""
+
+    def __init__(self, capture: cv2.VideoCapture) -> None:
+        self._capture = capture
+
+    def apply(self, settings: UsbCameraSettings) -> list[str]:
+        """Fix the controls that have a setting, and make the others automatic.
+
+        Return the names of the settings that the camera refuses.
+        """
+        accepted = {}
+        if settings.exposure_s is None:
+            self._set(cv2.CAP_PROP_AUTO_EXPOSURE, APERTURE_PRIORITY) or self._set(cv2.CAP_PROP_AUTO_EXPOSURE, AUTO)
+        else:
+            accepted["exposure_s"] = self._set_exposure(max(1, round(settings.exposure_s / EXPOSURE_UNIT_S)))
+        if settings.white_balance_k is None:
+            self._set(cv2.CAP_PROP_AUTO_WB, 1)
+        else:
+            accepted["white_balance_k"] = self._set_white_balance(settings.white_balance_k)
+        if settings.gain is not None:
+            accepted["gain"] = self._set(cv2.CAP_PROP_GAIN, settings.gain)
+        return [name for name, is_accepted in accepted.items() if not is_accepted]
+
+    def lock_exposure(self) -> list[str]:
+        """Lock exposure and white balance at the present values; return the names of what the camera cannot lock."""
+        exposure = self._capture.get(cv2.CAP_PROP_EXPOSURE)
+        kelvin = self._capture.get(cv2.CAP_PROP_WB_TEMPERATURE)
+        held = {
+            "exposure": exposure > 0 and self._set_exposure(exposure),
+            "white balance": kelvin > 0 and self._set_white_balance(kelvin),
+        }
+        return [name for name, is_held in held.items() if not is_held]
+
+    def _set_exposure(self, units: float) -> bool:
+        return self._set(cv2.CAP_PROP_AUTO_EXPOSURE, MANUAL) and self._set(cv2.CAP_PROP_EXPOSURE, units)
+
+    def _set_white_balance(self, kelvin: float) -> bool:
+        return self._set(cv2.CAP_PROP_AUTO_WB, 0) and self._set(cv2.CAP_PROP_WB_TEMPERATURE, kelvin)
+
+    def _set(self, control: int, value: float) -> bool:
+        return self._capture.set(control, value)

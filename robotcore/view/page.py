@@ -1,0 +1,84 @@
+"""The page of a picture: its size, its title, the places of its parts, and its PNG file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+
+from robotcore.errors import UsageError
+from robotcore.files import replace_file, require_replaceable
+from robotcore.hal.devices import Image
+from robotcore.view.canvas import FADED, INK, PAPER, Canvas, Colour, shorten_text
+
+WIDTH, HEIGHT = 1600, 1000
+EDGE, TOP = 44, 136
+"""The margin of the page, and the height of its title, in pixels."""
+MAP = HEIGHT - TOP - EDGE
+"""The width and the height of the map, in pixels."""
+SIDE = EDGE + MAP + 40
+"""The left end of the column beside the map, in pixels."""
+SIDE_WIDTH = WIDTH - EDGE - SIDE
+
+_TITLE_WIDTH = WIDTH - 2 * EDGE
+_TITLE_PX, _SUBTITLE_PX = 25, 17
+
+
+def begin_page(heading: str, verdict: str, colour: Colour, words: str) -> Canvas:
+    """Return a page with a title: a heading, and below it a verdict in its colour and other words.
+
+    A text that is longer than the page is wide is shortened.
+    """
+    canvas = Canvas(WIDTH, HEIGHT, PAPER)
+    heading = shorten_text(heading, _TITLE_WIDTH, _TITLE_PX, bold=True)
+    canvas.write_text((EDGE, 66), heading, INK, _TITLE_PX, bold=True)
+    used = canvas.write_text((EDGE, 108), verdict, colour, _SUBTITLE_PX, bold=True) + 18
+    canvas.write_text((EDGE + used, 108), shorten_text(words, _TITLE_WIDTH - used, _SUBTITLE_PX), FADED, _SUBTITLE_PX)
+    return canvas
+
+
+def join_titles(*titles: str) -> str:
+    """Return the heading of a page about several files. A long title is shortened, so that each is on the page."""
+    joint = "  and  "
+    width = (_TITLE_WIDTH - 160 * (len(titles) - 1)) / len(titles)
+    return joint.join(shorten_text(title, width, _TITLE_PX, bold=True) for title in titles)
+
+
+def finish_page(canvas: Canvas, world_map: Image, side_image: Image | None = None) -> Image:
+    """Return the picture of a page with its map, and with an image beside the map."""
+    page = canvas.render()
+    for part, left in ((world_map, EDGE), (side_image, SIDE)):
+        if part is not None:
+            height, width = part.shape[:2]
+            page[TOP : TOP + height, left : left + width] = part
+    return page
+
+
+def encode_png(image: Image) -> bytes:
+    """Return a picture as PNG."""
+    _, png = cv2.imencode(".png", image)
+    return png.tobytes()
+
+
+def save_png(content: bytes, file: Path) -> None:
+    """Replace a file by a PNG. If the PNG cannot be written, keep the old file and raise UsageError."""
+    try:
+        with replace_file(file) as part:
+            part.write_bytes(content)
+    except OSError as error:
+        raise _build_unwritable_error(file, error) from error
+
+
+def require_writable(file: Path) -> None:
+    """Raise UsageError if a file's suffix is not .png or it cannot be replaced. The check does not change the file."""
+    if file.suffix.lower() != ".png":
+        raise UsageError(f"--picture {file}: not a .png file. Name a .png file", kind="file-ending")
+    try:
+        require_replaceable(file)
+    except OSError as error:
+        raise _build_unwritable_error(file, error) from error
+
+
+def _build_unwritable_error(file: Path, error: OSError) -> UsageError:
+    text = f"--picture {file}: {error.strerror}. Name a file that you can write, on a disk with free space"
+    return UsageError(text, kind="file-not-writable", file=str(file))
