@@ -142,6 +142,9 @@ PULLED_UP = range(9)
 
 Source: BCM2835 ARM Peripherals, 6.2, the column Pull; the same on a Pi 5."""
 
+HEADER_BUS = 1
+"""The number of the I2C bus on GPIO 2 and 3 of every board since 2012."""
+
 HELD_UP = (2, 3)
 """The GPIOs of the I2C bus, which have a resistor of 1.8 kΩ to 3.3 V on the board."""
 

@@ -93,10 +93,6 @@ class Line:
         self._polling: PeriodicTask | None = None
         self._waker: Waker | None = None
 
-    def __repr__(self) -> str:
-        state = f"lost: {self._loss}" if self._loss else "ready" if self._protocol.is_ready else "not ready"
-        return f"Line({self.place!r}, {state})"
-
     @property
     def place(self) -> str:
         """The port in the robot's file: a path or a USB id."""
@@ -121,7 +117,7 @@ class Line:
         period = PERIOD_S if self._clock.is_lockstep else 0.0
         self._polling = self._clock.every(period, self._exchange, f"line {self.place}")
         try:
-            self._wait_until(lambda: self._protocol.is_ready, device, answer_s, self._explain_silence, "board-silent")
+            self.wait_until(lambda: self._protocol.is_ready, device, answer_s, self._explain_silence, "board-silent")
         except BaseException:  # Ctrl-C too: a board may take seconds to answer
             self.close()
             raise
@@ -141,9 +137,8 @@ class Line:
             raise DeviceLostError(device, self._with_timeout_notice(loss), kind="port-lost", place=self.place)
         if not self._protocol.is_ready:
             kind = "program-suspended" if self._was_suspended else "board-silent"
-            raise DeviceLostError(
-                device, self._with_timeout_notice(self._explain_silence(self.place)), kind=kind, place=self.place
-            )
+            problem = self._with_timeout_notice(self._explain_silence())
+            raise DeviceLostError(device, problem, kind=kind, place=self.place)
 
     def require_since_lost(self, device: str, sample_time: float) -> None:
         """Raise DeviceLostError like `require`, and also if a sample is older than the last loss of the line.
@@ -159,39 +154,39 @@ class Line:
                 place=self.place,
             )
 
-    def _explain_silence(self, place: str) -> str:
+    def _explain_silence(self) -> str:
         if self._was_suspended:
             return (
                 f"this program was suspended, or had no processor, for {self._suspended_s:.1f} s, and waits for the "
-                f"board on {place} again. Find out what stopped the program"
+                f"board on {self.place} again. Find out what stopped the program"
             )
-        return self._protocol.explain_silence(place, has_received=self._has_received)
+        return self._protocol.explain_silence(self.place, has_received=self._has_received)
 
     @property
     def _was_suspended(self) -> bool:
         return self._suspended_s > SUSPENDED_S and self._clock.now() < self._lost_at + RECOVERY_S
 
     def wait_until(
-        self, condition: Callable[[], bool], device: str, within_s: float, problem: str, kind: str = "no-sample-yet"
+        self,
+        condition: Callable[[], bool],
+        device: str,
+        within_s: float,
+        explain: Callable[[], str],
+        kind: str = "no-sample-yet",
     ) -> None:
         """Wait until ``condition`` returns true; raise DeviceError after ``within_s`` seconds.
 
         device: the name of the device, for the error.
-        problem: the text of the error.
+        explain: returns the text of the error.
         kind: the kind of the error, as in `RobotcoreError.kind`.
         """
-        self._wait_until(condition, device, within_s, lambda _place: problem, kind)
-
-    def _wait_until(
-        self, condition: Callable[[], bool], device: str, within_s: float, explain: Callable[[str], str], kind: str
-    ) -> None:
         deadline = self._clock.now() + within_s
         while not condition():
             self._require_no_defect(device)
             if self._clock.now() >= deadline:
                 if self._loss:
                     raise DeviceError(device, self._loss, kind="port-lost", place=self.place)
-                raise DeviceError(device, explain(self.place), kind=kind, place=self.place)
+                raise DeviceError(device, explain(), kind=kind, place=self.place)
             self._clock.sleep_until(self._clock.now() + POLL_S)
 
     def settle(self, device: str) -> None:
@@ -205,7 +200,7 @@ class Line:
             return self._protocol.is_settled
 
         text = f"the board on {self.place} has not acknowledged the last command. Check that its motors have stopped"
-        self.wait_until(is_settled, device, CLOSING_S, self._with_timeout_notice(text), "not-acknowledged")
+        self.wait_until(is_settled, device, CLOSING_S, lambda: self._with_timeout_notice(text), "not-acknowledged")
 
     def close(self) -> None:
         """Send the last data, such as a stop, and close the port. It takes `CLOSING_S` at most.
@@ -272,19 +267,19 @@ class Line:
 
     def _wait_until_transmitted(self) -> None:
         end = self._clock.now() + CLOSING_S
-        while not self._clock.is_lockstep and self._clock.now() < min(end, self._transmitted_at()):
-            self._clock.sleep_until(self._clock.now() + POLL_S)
-
-    def _transmitted_at(self) -> float:
-        return math.inf if self._port.unsent else self._free_at
+        while not self._clock.is_lockstep and (now := self._clock.now()) < end:
+            if now >= self._free_at and not self._port.unsent:
+                break
+            self._clock.sleep_until(now + POLL_S)
 
     def _require_no_defect(self, device: str) -> None:
         if self._defect:
             what = f"{type(self._defect).__name__}: {self._defect}"
-            problem = f"internal error in the protocol on {self.place}: {what}. The port is closed. Please report it"
-            raise DeviceError(
-                device, self._with_timeout_notice(problem), kind="protocol-defect", place=self.place
-            ) from self._defect
+            problem = self._with_timeout_notice(
+                f"internal error in the protocol on {self.place}: {what}. The port is closed. Please report it"
+            )
+            raise DeviceError(device, problem, kind="protocol-defect", place=self.place) from self._defect
 
     def _with_timeout_notice(self, problem: str) -> str:
-        return f"{problem}. {self._protocol.timeout_notice}" if self._protocol.timeout_notice else problem
+        notice = self._protocol.timeout_notice
+        return f"{problem}. {notice}" if notice else problem

@@ -36,7 +36,14 @@ def find_path(place: str) -> str:
         if not Path(place).exists():
             raise PortMissingError(f"there is no {place}; {describe_ports()}")
         return place
-    found = _find_usb_ports(int(usb["vendor"], 16), int(usb["product"], 16), usb["serial"])
+    from serial.tools.list_ports import comports
+
+    vendor, product, serial = int(usb["vendor"], 16), int(usb["product"], 16), usb["serial"]
+    found = sorted(
+        str(port.device)
+        for port in comports()
+        if (port.vid, port.pid) == (vendor, product) and serial in (None, port.serial_number)
+    )
     if not found:
         raise PortMissingError(f"{place} is not plugged in; {describe_ports()}")
     if len(found) > 1:
@@ -50,7 +57,7 @@ def describe_ports() -> str:
     """Return a text with all serial ports of this computer, each with its USB id if it has one."""
     from serial.tools.list_ports import comports
 
-    words = [f"{port.device} ({_usb_id(port.vid, port.pid)})" if port.vid else port.device for port in comports()]
+    words = [f"{port.device} (usb:{port.vid:04x}:{port.pid:04x})" if port.vid else port.device for port in comports()]
     return f"there is {', '.join(sorted(words))}" if words else "this computer has no serial port"
 
 
@@ -68,21 +75,8 @@ def find_other_users(place: str) -> tuple[str, str] | None:
     return None
 
 
-def _find_usb_ports(vendor: int, product: int, serial: str | None) -> list[str]:
-    from serial.tools.list_ports import comports
-
-    return sorted(
-        str(port.device)
-        for port in comports()
-        if (port.vid, port.pid) == (vendor, product) and serial in (None, port.serial_number)
-    )
-
-
-def _usb_id(vendor: int, product: int) -> str:
-    return f"usb:{vendor:04x}:{product:04x}"
-
-
 CHUNK = 4096
+"""The largest number of bytes in one read."""
 
 FAILURES = (OSError, termios.error, TypeError, ValueError)
 """The errors that pyserial raises: its own are OSErrors, and the use of a closed port is a TypeError. The others are
@@ -103,9 +97,6 @@ class Port:
     def __init__(self, place: str, baud: int) -> None:
         self.place, self.baud = place, baud
         self._serial: Serial | None = None
-
-    def __repr__(self) -> str:
-        return f"Port({self.place!r}, {self.baud}, {'open' if self._serial else 'closed'})"
 
     def open(self) -> None:
         """Open the port and lock it, so that other programs cannot open it; raises PortError."""
@@ -176,15 +167,6 @@ class Port:
         return PortError(f"{self.place} is lost: it was unplugged, or the board has no power{reader}. Plug it in again")
 
 
-_BUSY_ERRORS = {errno.EAGAIN, errno.EBUSY}
-_PERMISSION_ERRORS = {errno.EACCES, errno.EPERM}
-
-ROOT = 0
-"""The number of the group ``root``. A remedy must not tell a user to join it."""
-
-GROUP_ACCESS = stat.S_IRGRP | stat.S_IWGRP
-
-
 def explain_failure(place: str, path: str, baud: int, error: Exception) -> str:
     """Return the message for an error of opening a port: the reason and the remedy.
 
@@ -198,10 +180,10 @@ def explain_failure(place: str, path: str, baud: int, error: Exception) -> str:
             "robot's file or by --port"
         )
     number = getattr(error, "errno", None)
-    if number in _BUSY_ERRORS:
+    if number in (errno.EAGAIN, errno.EBUSY):
         holders = describe_holders(path) or "this program, by another path, or by a program of another user"
         return f"{place} is held by {holders}. End that program first"
-    if number in _PERMISSION_ERRORS:
+    if number in (errno.EACCES, errno.EPERM):
         return f"no permission for {place}. {_permission_remedy(path)}"
     if isinstance(error, ValueError):
         return f"{place} cannot be set to {baud} baud ({error}). Correct baud in the robot's file, or use another port"
@@ -212,7 +194,8 @@ def _permission_remedy(path: str) -> str:
     group = "dialout"  # or uucp: the group of the ports on most systems
     with suppress(OSError, KeyError):
         status = os.stat(path)  # noqa: PTH116  as it is given
-        if status.st_gid == ROOT or status.st_mode & GROUP_ACCESS != GROUP_ACCESS:
+        group_may_use = status.st_mode & stat.S_IRGRP and status.st_mode & stat.S_IWGRP
+        if status.st_gid == 0 or not group_may_use:  # a remedy must not tell a user to join the group root
             return f"Only its owner may use it. Give it to a group: sudo chgrp {group} {path} && sudo chmod g+rw {path}"
         group = grp.getgrgid(status.st_gid).gr_name
     return f"sudo usermod -aG {group} $USER, then log out and in again"

@@ -26,7 +26,7 @@ class Protocol(ABC):
 
     @property
     def timeout_notice(self) -> str:
-        """A sentence for error messages that describes the board's time-out; empty if the board has no time-out."""
+        """A sentence for error messages, without full stop, about the board's time-out; empty without a time-out."""
         return ""
 
     @abstractmethod

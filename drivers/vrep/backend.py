@@ -101,14 +101,11 @@ def _choose_answer_s(options: VrepOptions, setup: Setup) -> float:
 
 
 def _connect(options: VrepOptions, answer_s: float) -> Scene:
-    if options.is_stepped:
-        from drivers.vrep.connection import LockstepConnection
-        from drivers.vrep.stepped import SteppedScene
+    from drivers.vrep.connection import Connection
+    from drivers.vrep.scene import SteppedScene, StreamedScene
 
-        return SteppedScene(LockstepConnection.open(options.host, options.port, answer_s))
-    from drivers.vrep.streaming import StreamedScene, StreamReader
-
-    return StreamedScene(StreamReader.open(options.host, options.port, answer_s), answer_s)
+    connection = Connection.open(options.host, options.port, answer_s)
+    return SteppedScene(connection) if options.is_stepped else StreamedScene(connection)
 
 
 def _list_cutoffs(options: VrepOptions, joints: Mapping[str, int]) -> Iterator[CutoffSpec]:

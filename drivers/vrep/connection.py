@@ -1,219 +1,181 @@
-"""A connection for lockstep, in which the simulator waits for a trigger before each time step."""
+"""A connection to a server: calls, commands, streamed values, and time steps in lockstep."""
 
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import suppress
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from functools import partial
 from types import TracebackType
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
+from drivers.vrep.message_pump import MessagePump
 from drivers.vrep.wire import requests
-from drivers.vrep.wire.codec import NOTHING_DONE, Header, Piece
-from drivers.vrep.wire.errors import RemoteApiError, ServerLostError, ServerTimeoutError, SimulationHaltedError
-from drivers.vrep.wire.message_socket import CONNECT_TIMEOUT_S, RETRY_S, TIMEOUT_S, MessageSocket
-from drivers.vrep.wire.requests import Identity, Request
+from drivers.vrep.wire.codec import Header, Piece
+from drivers.vrep.wire.errors import ServerTimeoutError, SimulationHaltedError
+from drivers.vrep.wire.message_socket import MessageSocket
+from drivers.vrep.wire.requests import BLOCKING, ONESHOT, STREAMING, Identity, Request
 from robotcore.hal.wall_clock import MonotonicClock
-
-
-class PendingRequests:
-    """Requests that read values, and the answers that the server has sent so far.
-
-    reads: the requests.
-    trigger: the number of the message that triggered a time step; None if the values are read without a step.
-
-    After a trigger, an answer counts only if the server has read the value after the time step. Otherwise the request
-    is sent again.
-    """
-
-    def __init__(self, reads: Sequence[Request[Any]], trigger: int | None = None) -> None:
-        self._reads = {read.identity: read for read in reads}
-        self._trigger = trigger
-        self._step_start_ms = None if trigger is not None else -1
-        self._sent: dict[Identity, int] = {}
-        self._replies: dict[Identity, Piece] = {}
-
-    @property
-    def is_complete(self) -> bool:
-        return len(self._replies) == len(self._reads)
-
-    def __getitem__(self, read: Request[Any]) -> Piece:
-        return self._replies[read.identity]
-
-    def take_unsent(self, number: int) -> list[Request[Any]]:
-        """Return the requests that the next message must contain.
-
-        number: the number of this message.
-        """
-        unsent = {key: read for key, read in self._reads.items() if key not in self._replies and key not in self._sent}
-        self._sent.update(dict.fromkeys(unsent, number))
-        return list(unsent.values())
-
-    def receive(self, server: Header, pieces: Iterable[Piece]) -> None:
-        """Add the answers of a reply. Raises SimulationHaltedError if the simulation cannot advance.
-
-        server: the header of the reply.
-        pieces: the answers.
-        """
-        for piece in pieces:
-            if (piece.command, piece.key) == requests.TRIGGER.identity:
-                self._start_step(server, piece)
-            else:
-                self._receive_piece(server, piece)
-        if self._trigger is not None and server.message >= self._trigger:
-            self._check_state(server)
-
-    def _start_step(self, server: Header, piece: Piece) -> None:
-        if self._trigger is not None and server.message >= self._trigger:
-            if piece.is_failed:
-                raise SimulationHaltedError(
-                    "the simulator cannot advance the simulation. It is stopped, or does not wait for triggers. Run "
-                    "again",
-                    kind="trigger-refused",
-                )
-            self._step_start_ms = piece.time_ms
-
-    def _receive_piece(self, server: Header, piece: Piece) -> None:
-        identity = piece.command, piece.key
-        if server.message < self._sent.get(identity, server.message + 1):
-            return
-        del self._sent[identity]
-        if self._step_start_ms is not None and piece.time_ms > self._step_start_ms:
-            self._replies[identity] = piece
-
-    def _check_state(self, server: Header) -> None:
-        if self.is_complete:
-            return
-        if not server.is_running:
-            raise SimulationHaltedError(
-                "the simulation was stopped, so its time does not advance. Run again to restart it",
-                kind="simulation-stopped",
-            )
-        if server.is_paused:
-            raise SimulationHaltedError(
-                "the simulation is paused, so its time does not advance. Resume it, and run again",
-                kind="simulation-paused",
-            )
-
 
 T = TypeVar("T")
 
-_SHORTEST_PAUSE_S, _LONGEST_PAUSE_S = 0.0005, 0.004
-"""The shortest and the longest pause between two messages to a busy simulator, in seconds."""
+TIMEOUT_S = 1.5
+"""The default time limit of a request, in seconds.
+
+It is so short that an app stops within two seconds after a server has failed.
+"""
+
+CONNECT_TIMEOUT_S = 1.2
+"""The default time limit of connecting, in seconds.
+
+It is longer than the half second for which a server does not listen after a client has disconnected.
+"""
+
+PERIOD_S = 0.005
+"""The period of messages, in seconds. V-REP's own tutorials use this period."""
+
+_MARGIN_S = 0.3
+"""The time by which the time limit of a request exceeds that of a message, in seconds.
+
+If the server fails, the time-out of the message comes first. Its error has more details.
+"""
+
+_HALTING_S, _NAP_S = 0.3, 0.002
+"""Time limit until a simulation that is about to stop has stopped, and the time between two reads, in seconds."""
 
 
-@dataclass(frozen=True)
-class Step:
-    """The result of a time step."""
+class TimedValue(NamedTuple):
+    """A value, and the simulation's time at which the server has read it."""
 
+    value: Any
     time_s: float
-    """The simulation's time after the time step, in seconds."""
-    values: tuple[Any, ...]
-    """The values after the time step, in the order of the requests."""
+    """The time in seconds, rounded to milliseconds."""
 
 
-class LockstepConnection:
-    """A connection that exchanges messages only while one of its methods runs. Calls from several threads take turns.
+class Connection:
+    """A connection to a server. Any thread may call the methods.
 
-    socket: the TCP connection.
+    pump: exchanges messages with the server in its own thread.
     timeout_s: time limit of a request, in seconds.
 
-    The server replies to a message at once, with the answers that are new since its previous reply. The main thread of
-    the simulator executes the requests of a message later, between two time steps. So a value takes two round trips,
-    one for the request and one for the answer. A time step takes three:
+    Once the connection is lost, each call raises the error that has ended it. If the server refuses a posted command,
+    a later call raises RefusedError.
 
-    1. Send all commands and the trigger.
-    2. Receive the confirmation that the step has begun, and request the values after the step.
-    3. Receive these values.
-
-    While the simulator is busy, the connection sends empty messages with growing pauses.
+    The main thread of the simulator executes the requests of a message later than the server replies to the message. So
+    a value takes two round trips, and a time step with any number of values takes three.
     """
 
-    def __init__(self, socket: MessageSocket, timeout_s: float) -> None:
-        self._socket, self._timeout_s = socket, timeout_s
+    def __init__(self, pump: MessagePump, timeout_s: float) -> None:
+        self._pump, self._timeout_s = pump, timeout_s
         self._clock = MonotonicClock()
-        self._number = 0
         self._lock = threading.RLock()
-        self._queue_lock = threading.Lock()
-        self._queued: dict[Identity, Request[None]] = {}
-        self._unconfirmed: dict[Identity, Request[None]] = {}
-        self._time_ms = 0
-        self.server: Header
-        self._exchange(())
+        self._posted: dict[Identity, Request[None]] = {}
+        self._streams: set[Identity] = set()
+        self._is_stuck = False
 
     @classmethod
     def open(
         cls, host: str, port: int, timeout_s: float = TIMEOUT_S, connect_timeout_s: float = CONNECT_TIMEOUT_S
-    ) -> LockstepConnection:
+    ) -> Connection:
         """Connect to a server.
 
         timeout_s: time limit of a request, in seconds.
         connect_timeout_s: the time during which to try again, in seconds. For a short time after another program has
             disconnected, a server may not listen, or may close a new connection at once.
         """
-        clock = MonotonicClock()
-        while True:
-            socket = MessageSocket.open(host, port, timeout_s, connect_timeout_s - clock.now())
-            try:
-                return cls(socket, timeout_s)
-            except ServerLostError:
-                socket.close()
-                if clock.now() + RETRY_S > connect_timeout_s:
-                    raise
-            except BaseException:
-                socket.close()
-                raise
-            clock.sleep_until(clock.now() + RETRY_S)
+        connect = partial(MessageSocket.open, host, port, timeout_s)
+        pump = MessagePump(connect, PERIOD_S, connect_timeout_s, reconnects=False)
+        connection = cls(pump, timeout_s)
+        try:
+            pump.wait_connected(connect_timeout_s + timeout_s)
+            connection.call(requests.CLOCK)
+        except BaseException:  # a signal too
+            connection.close()
+            raise
+        return connection
 
     def __repr__(self) -> str:
-        return f"<LockstepConnection, {'lost' if self.is_lost else 'open'}, {self.round_trips} round trips>"
+        return f"<Connection, {'connected' if self._pump.is_connected else 'disconnected'}>"
+
+    @property
+    def is_lost(self) -> bool:
+        return self._pump.failure is not None
+
+    @property
+    def server(self) -> Header:
+        """The header of the newest reply."""
+        self._check()
+        if (server := self._pump.server) is None:
+            raise self._timeout_error()
+        return server
 
     @property
     def time_s(self) -> float:
         """The simulation's time in the newest answer, in seconds, rounded to milliseconds. It is 0 after a stop."""
-        return self._time_ms / 1000
-
-    @property
-    def is_lost(self) -> bool:
-        """Whether the connection is broken or closed."""
-        return self._socket.is_closed
-
-    @property
-    def round_trips(self) -> int:
-        """The number of replies that the server has sent."""
-        return self._socket.exchanges
+        return self._pump.time_ms / 1000
 
     def post(self, request: Request[None]) -> None:
         """Queue a command for the next message. It replaces a queued command with the same number and key.
 
-        This method never waits, not even for a time step in another thread. So wheels can always be stopped. If the
-        server refuses the command, the later call that receives the answer raises RefusedError.
+        This method never waits, not even for a time step in another thread. So wheels can always be stopped.
         """
-        with self._queue_lock:
-            self._queued[request.identity] = request
+        self._check()
+        self._posted[request.identity] = request
+        self._pump.post(request, ONESHOT)
 
     def call(self, request: Request[T]) -> T:
-        """Send the queued commands and a request, and return the value of the answer.
-
-        Raises RefusedError if the server refuses the request or a command.
-        """
+        """Send a request, and return the value of its answer. If the server streams the value, this does not wait."""
+        if request.identity in self._streams:
+            value: T = self.read_newest(request).value
+            return value
         with self._lock:
-            self._send_queued()
-            return request.read(self._fetch(PendingRequests([request]))[request])
+            value = request.read(self._fetch(request, BLOCKING))
+            self._pump.take(request)
+        self._check()
+        return value
 
-    def step(self, *reads: Request[Any]) -> Step:
-        """Send the queued commands, trigger one time step, and return the values after it.
+    def read_newest(self, request: Request[Any]) -> TimedValue:
+        """Return the newest streamed value. Only the first call waits, because it makes the server stream the value.
+
+        Raises ServerTimeoutError if the simulator has executed no command and streamed no value for ``timeout_s``.
+        """
+        if request.identity not in self._streams:
+            self._fetch(request, STREAMING)
+            self._streams.add(request.identity)
+        self._check()
+        if self._pump.silence_s > self._timeout_s:
+            raise self._timeout_error()
+        if (answer := self._pump.newest(request)) is None:
+            raise ServerTimeoutError(
+                f"the simulator no longer answers the request to {request.action}. Restart the simulator",
+                kind="stream-lost",
+            )
+        return TimedValue(request.read(answer), answer.time_ms / 1000)
+
+    def step(self, *reads: Request[Any]) -> tuple[Any, ...]:
+        """Trigger one time step, and return the values after it.
 
         reads: the requests that read the values.
 
-        The simulation must wait for triggers (see `wait_for_triggers`), and its time step must be at least 1 ms. Raises
-        SimulationHaltedError if the simulation is stopped or paused.
+        The simulation must wait for triggers, and its time step must be at least 1 ms. Raises SimulationHaltedError if
+        the simulation is stopped or paused.
         """
-        with self._lock:
-            number = self._send_queued(requests.TRIGGER)
-            pending = self._fetch(PendingRequests(reads or (requests.CLOCK,), number))
-            return Step(self.time_s, tuple(read.read(pending[read]) for read in reads))
+        trigger = self._fetch(requests.TRIGGER, ONESHOT)
+        self._check()
+        if trigger.is_failed:
+            self._await_halt()
+            raise SimulationHaltedError(
+                "the simulator cannot advance the simulation. It is stopped, or does not wait for triggers. Run again",
+                kind="trigger-refused",
+            )
+        deadline = self._clock.now() + self._timeout_s
+        wanted = reads or (requests.CLOCK,)
+        answers = self._fetch_all(wanted)
+        while any(answer.time_ms <= trigger.time_ms for answer in answers):  # read before the step
+            self.require_running()
+            if self._clock.now() > deadline:
+                raise self._timeout_error()
+            answers = self._fetch_all(wanted)
+        return tuple(read.read(answer) for read, answer in zip(reads, answers, strict=False))
 
     def wait_for_triggers(self, *, wait: bool) -> None:
         """Set whether the simulation waits for a trigger before each time step."""
@@ -222,75 +184,81 @@ class LockstepConnection:
     def start(self) -> None:
         """Start or resume the simulation, and return when it runs."""
         self.call(requests.START)
-        self._await_state("started", lambda server: server.is_running and not server.is_paused)
+        self.await_condition(lambda: self.server.is_running and not self.server.is_paused)
 
     def stop(self) -> None:
         """Stop the simulation, and return when it has stopped."""
         self.call(requests.STOP)
-        self._await_state("stopped", lambda server: not server.is_running)
+        self.await_condition(lambda: not self.server.is_running)
+
+    def await_condition(self, condition: Callable[[], bool]) -> None:
+        """Send requests until a condition is true. Raises ServerTimeoutError after the time limit of a request."""
+        deadline = self._clock.now() + self._timeout_s
+        while not condition():
+            if self._clock.now() > deadline:
+                raise self._timeout_error()
+            self.call(requests.CLOCK)
+            self._clock.sleep_until(self._clock.now() + _NAP_S)
 
     def close(self) -> None:
-        """Wait until the server has executed the queued commands, and disconnect."""
-        with self._lock:
-            with suppress(RemoteApiError):
-                if self._queued or self._unconfirmed:
-                    self.call(requests.CLOCK)
-            self._socket.close()
+        """Disconnect. If the server still answers, wait first until it has executed the posted commands."""
+        self._pump.close(self._timeout_s, finish=not self._is_stuck)
 
-    def __enter__(self) -> LockstepConnection:
+    def __enter__(self) -> Connection:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
         self.close()
 
-    def _send_queued(self, *more: Request[None]) -> int:
-        with self._queue_lock:
-            queued, self._queued = self._queued, {}
-        self._unconfirmed |= queued
-        return self._exchange([*queued.values(), *more]) if queued or more else self._number
+    def _fetch(self, request: Request[Any], mode: int) -> Piece:
+        (answer,) = self._fetch_all([request], mode)
+        return answer
 
-    def _fetch(self, pending: PendingRequests) -> PendingRequests:
-        deadline = self._clock.now() + self._timeout_s
-        for pause_s in _iterate_pauses():
-            self._exchange(pending.take_unsent(self._number), pending)
-            if pending.is_complete:
-                break
-            if self._clock.now() > deadline:
-                raise self._timeout_error("executed the request")
-            if self.server.message == NOTHING_DONE:
-                self._clock.sleep_until(self._clock.now() + pause_s)
-        return pending
+    def _fetch_all(self, wanted: Sequence[Request[Any]], mode: int = ONESHOT) -> list[Piece]:
+        number = max(self._pump.post(request, mode) for request in wanted)
+        is_executed = self._pump.wait(number, self._timeout_s + _MARGIN_S)
+        answers = [answer for request in wanted if (answer := self._pump.newest(request))]
+        if not is_executed or len(answers) < len(wanted):
+            raise self._pump.failure or self._timeout_error()
+        return answers
 
-    def _await_state(self, participle: str, is_reached: Callable[[Header], bool]) -> None:
-        deadline = self._clock.now() + self._timeout_s
-        while not is_reached(self.server):
-            if self._clock.now() > deadline:
-                raise self._timeout_error(f"{participle} the simulation")
+    def _check(self) -> None:
+        if failure := self._pump.failure:
+            raise failure
+        for identity, request in list(self._posted.items()):
+            if answer := self._pump.take(request):
+                self._posted.pop(identity, None)
+                request.read(answer)
+
+    def _await_halt(self) -> None:
+        """Raise SimulationHaltedError once the simulation is stopped or paused. It may be about to stop."""
+        deadline = self._clock.now() + _HALTING_S
+        while self._clock.now() < deadline:
+            self.require_running()
             self.call(requests.CLOCK)
+            self._clock.sleep_until(self._clock.now() + _NAP_S)
 
-    def _timeout_error(self, action: str) -> ServerTimeoutError:
+    def require_running(self) -> None:
+        """Raise SimulationHaltedError if the newest reply says that the simulation is stopped or paused."""
+        if not self.server.is_running or self.server.is_paused:
+            raise build_halted_error("paused" if self.server.is_paused else "stopped")
+
+    def _timeout_error(self) -> ServerTimeoutError:
+        self._is_stuck = True
         return ServerTimeoutError(
-            f"the simulator answers, but has not {action} within {self._timeout_s:g} s. "
-            "Check whether it shows a dialogue, or waits for a trigger of another program",
+            f"the simulator answers, but has executed no command for {self._timeout_s:g} s. Check whether it shows a "
+            "dialogue, or waits for a trigger of another program",
             kind="simulator-busy",
             timeout_s=self._timeout_s,
         )
 
-    def _exchange(self, outgoing: Iterable[Request[Any]], pending: PendingRequests | None = None) -> int:
-        number, self._number = self._number, self._number + 1
-        self.server, pieces = self._socket.exchange(number, [request.encode() for request in outgoing])
-        if pieces:
-            self._time_ms = pieces[-1].time_ms
-        for piece in pieces:
-            if request := self._unconfirmed.pop((piece.command, piece.key), None):
-                request.read(piece)
-        if pending:
-            pending.receive(self.server, pieces)
-        return number
 
+def build_halted_error(state: str) -> SimulationHaltedError:
+    """Return the error for a simulation that was stopped or paused.
 
-def _iterate_pauses() -> Iterator[float]:
-    pause_s = _SHORTEST_PAUSE_S
-    while True:
-        yield pause_s
-        pause_s = min(2 * pause_s, _LONGEST_PAUSE_S)
+    state: ``stopped`` or ``paused``.
+    """
+    return SimulationHaltedError(
+        f"the simulation was {state}, so its time does not advance. Run again, and do not stop or pause the simulation",
+        kind=f"simulation-{state}",
+    )

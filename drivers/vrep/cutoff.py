@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from drivers.vrep.connection import LockstepConnection
+from drivers.vrep.connection import Connection
 from drivers.vrep.wire import requests
-from drivers.vrep.wire.errors import NoServerError, RemoteApiError, ServerTimeoutError
-from drivers.vrep.wire.message_socket import RETRY_S
+from drivers.vrep.wire.errors import NoServerError, RemoteApiError
 from robotcore.hal.cutoff import Cutoff, Unconfirmed
-from robotcore.hal.wall_clock import MonotonicClock
 
 SHORT_S = 0.2
 """Time limit of a request, in seconds. An idle server answers in milliseconds."""
@@ -39,29 +37,18 @@ class StopJoints(Cutoff):
         """Do nothing, because the port still serves the app."""
 
     def stop(self) -> str | None:
-        clock = MonotonicClock()
-        while True:
-            try:
-                self._stop_joints()
-            except RemoteApiError as failure:
-                if isinstance(failure, ServerTimeoutError) or clock.now() + RETRY_S > RETRY_FOR_S:
-                    return self._unconfirmed(failure)
-            else:
-                return None
-            clock.sleep_until(clock.now() + RETRY_S)
-
-    def close(self) -> None:
-        """Do nothing, because `stop` has closed its connection."""
-
-    def _stop_joints(self) -> None:
-        with LockstepConnection.open(self._host, self._port, SHORT_S, connect_timeout_s=0.0) as connection:
-            for joint in self._joints:
-                connection.post(requests.joint_target_velocity(joint, 0.0))
-            connection.call(requests.CLOCK)  # its answer proves that the server has executed the earlier commands
-
-    def _unconfirmed(self, failure: RemoteApiError) -> Unconfirmed:
-        if isinstance(failure, NoServerError):
+        try:
+            with Connection.open(self._host, self._port, SHORT_S, RETRY_FOR_S) as connection:
+                for joint in self._joints:
+                    connection.post(requests.joint_target_velocity(joint, 0.0))
+                connection.call(requests.CLOCK)  # its answer proves that the server has executed the commands
+        except NoServerError:
             return Unconfirmed(
                 f"no server listens at {self._host}:{self._port}. If the simulator has ended, no wheel turns"
             )
-        return Unconfirmed(f"simulated wheels may still turn: {failure}")
+        except RemoteApiError as failure:
+            return Unconfirmed(f"simulated wheels may still turn: {failure}")
+        return None
+
+    def close(self) -> None:
+        """Do nothing, because `stop` has closed its connection."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from contextlib import closing
 
 from drivers.vrep.wire.codec import NOTHING_DONE, Header, Piece
 from drivers.vrep.wire.errors import NoServerError, RemoteApiError, ServerLostError
@@ -12,8 +13,8 @@ from drivers.vrep.wire.requests import DISCONTINUE, Identity, Request
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.threads import start_thread
 
-_WAITING_PERIOD_S = 0.0005
-"""The period of messages while a call waits for an answer, in seconds."""
+_SHORTEST_PERIOD_S, _LONGEST_PERIOD_S = 0.0005, 0.004
+"""The first and the longest period of messages while a call waits for an answer, in seconds."""
 
 
 class MessagePump:
@@ -43,9 +44,13 @@ class MessagePump:
         self._socket: MessageSocket | None = None
         self._clock = MonotonicClock()
         self._last_progress_s = 0.0
+        self._waiting_period_s = _SHORTEST_PERIOD_S
         self.connections = 0
         """The number of connections so far on which the server has replied."""
         self.server: Header | None = None
+        """The header of the newest reply after which the server had executed a message; None without a reply."""
+        self.time_ms = 0
+        """The simulation's time in the newest answer, in ms."""
         self.failure: RemoteApiError | None = None
         self._thread = start_thread(self._run, "remote api")
 
@@ -83,7 +88,7 @@ class MessagePump:
         """
         with self._changed:
             self._waiters += 1
-            self._is_urgent = True
+            self._is_urgent, self._waiting_period_s = True, _SHORTEST_PERIOD_S
             self._changed.notify_all()
             try:
                 self._changed.wait_for(lambda: self._has_done(number) or self._is_over, timeout_s)
@@ -102,10 +107,10 @@ class MessagePump:
         with self._changed:
             return self._newest.get(request.identity)
 
-    def discard(self, request: Request[object]) -> bool:
-        """Drop the stored answer to a request, and return whether there was one."""
+    def take(self, request: Request[object]) -> Piece | None:
+        """Remove the newest stored answer to a request, and return it; None if there is none."""
         with self._changed:
-            return self._newest.pop(request.identity, None) is not None
+            return self._newest.pop(request.identity, None)
 
     def set_paused(self, *, is_paused: bool) -> None:
         """Pause or resume the exchange of messages. After a pause, one message sends all queued commands."""
@@ -140,7 +145,7 @@ class MessagePump:
     def _run(self) -> None:
         while not self._is_closing:
             try:
-                with self._connect() as socket:
+                with closing(self._connect()) as socket:
                     self._exchange_messages(socket)
             except RemoteApiError as failure:
                 if not (self._reconnects or self._is_retryable(failure)):
@@ -169,13 +174,11 @@ class MessagePump:
 
     def _wait_for_turn(self) -> bool:
         with self._changed:
-            self._changed.wait_for(lambda: self._is_closing or self._is_urgent, self._pause_s)
+            pause_s = min(self._period_s, self._waiting_period_s) if self._waiters else self._period_s
+            self._changed.wait_for(lambda: self._is_closing or self._is_urgent, pause_s)
             self._changed.wait_for(lambda: self._is_closing or not self._is_paused)
+            self._waiting_period_s = min(2 * self._waiting_period_s, _LONGEST_PERIOD_S)
             return not self._is_closing
-
-    @property
-    def _pause_s(self) -> float:
-        return min(self._period_s, _WAITING_PERIOD_S) if self._waiters else self._period_s
 
     def _take_message(self) -> tuple[int, list[bytes]]:
         with self._changed:
@@ -193,6 +196,7 @@ class MessagePump:
                 self.connections += 1
             for answer in answers:
                 identity = answer.command, answer.key
+                self.time_ms = answer.time_ms
                 if answer.mode == DISCONTINUE:
                     self._newest.pop(identity, None)
                 else:

@@ -1,16 +1,18 @@
-"""The base class of the scenes over the legacy remote API, with and without lockstep."""
+"""The scenes over the legacy remote API, in lockstep and without lockstep."""
 
 from __future__ import annotations
 
-import struct
 from abc import abstractmethod
+from collections.abc import Sequence
 from functools import cached_property
-from typing import Any, NamedTuple, TypeVar
+from threading import Lock
+from typing import Any, TypeVar
 
+from drivers.vrep.connection import Connection, TimedValue, build_halted_error
 from drivers.vrep.wire import requests
-from drivers.vrep.wire.codec import Header, read_float, read_int
-from drivers.vrep.wire.errors import RefusedError
-from drivers.vrep.wire.requests import Request, pair_request
+from drivers.vrep.wire.errors import RefusedError, RemoteApiError, ServerTimeoutError, SimulationHaltedError
+from drivers.vrep.wire.requests import Identity, Request
+from robotcore.errors import BackendError
 from robotcore.simulation.remote_scene import (
     CameraOptics,
     ObjectKind,
@@ -24,9 +26,6 @@ from robotcore.simulation.remote_scene import (
 
 T = TypeVar("T")
 
-TIME_STEP = 1
-"""The number of ``sim_floatparam_simulation_time_step``."""
-
 STARTS = 3
 """The number of attempts to start a simulation. On some servers, the time advances only after the second start."""
 
@@ -34,51 +33,65 @@ KINDS = {0: ObjectKind.SHAPE, 1: ObjectKind.JOINT, 5: ObjectKind.PROXIMITY_SENSO
 
 
 class LegacyScene(Scene):
-    """A scene over the legacy remote API. A subclass sends the requests, and receives the answers."""
+    """A scene over the legacy remote API. The subclasses differ in how time advances, and how values are read."""
+
+    def __init__(self, connection: Connection) -> None:
+        self._connection = connection
 
     @abstractmethod
-    def _execute(self, request: Request[T]) -> T:
-        """Send a request, and return the value of its answer. Raises RefusedError if the server refuses it."""
+    def _try_start(self) -> None:
+        """Start the simulation. Raises ServerTimeoutError or SimulationHaltedError if its time does not advance."""
 
     @abstractmethod
     def _read_newest(self, request: Request[T]) -> T:
-        """Return the newest answer to a request. V-REP streams the answers to such requests."""
+        """Return the newest value of a request that the app reads repeatedly."""
 
-    @abstractmethod
-    def _send_command(self, request: Request[None]) -> None:
-        """Send a command without waiting for its answer."""
+    def start(self) -> None:
+        """Start the simulation, and check that its time advances. If not, stop it and start it again."""
+        self._start(STARTS)
 
-    @property
-    @abstractmethod
-    def _header(self) -> Header:
-        """The header of the newest reply."""
+    def _start(self, attempts: int) -> None:
+        try:
+            self._try_start()
+        except (ServerTimeoutError, SimulationHaltedError):
+            if attempts == 1 or self._connection.is_lost:
+                raise
+            self.stop()
+            self._start(attempts - 1)
+
+    def stop(self) -> None:
+        self._connection.stop()
+
+    def close(self) -> None:
+        self._connection.close()
 
     def find(self, path: str) -> SceneObject | None:
         try:
-            handle = self._execute(requests.object_handle(path))
+            handle = self._connection.call(requests.object_handle(path))
         except RefusedError:
             return None
         return SceneObject(handle, path, self._kinds.get(handle, ObjectKind.OTHER))
 
     def list_objects(self) -> list[SceneObject]:
         """Return all objects with their names, because this API reports no paths."""
-        group = self._execute(NAMES)
+        group = self._connection.call(requests.OBJECT_NAMES)
         return [
             SceneObject(handle, name, self._kinds.get(handle, ObjectKind.OTHER))
             for handle, name in zip(group.handles, group.texts, strict=False)
         ]
 
     def read_state(self) -> State:
-        self._execute(requests.CLOCK)
-        if not self._header.is_running:
+        self._connection.call(requests.CLOCK)
+        server = self._connection.server
+        if not server.is_running:
             return State.STOPPED
-        return State.PAUSED if self._header.is_paused else State.RUNNING
+        return State.PAUSED if server.is_paused else State.RUNNING
 
     def read_time_step(self) -> float:
-        return self._execute(requests.float_parameter(TIME_STEP))
+        return self._connection.call(requests.TIME_STEP)
 
     def set_joint_velocity(self, joint: int, rad_s: float) -> None:
-        self._send_command(requests.joint_target_velocity(joint, rad_s))
+        self._connection.post(requests.joint_target_velocity(joint, rad_s))
 
     def read_joint_position(self, joint: int) -> float:
         return self._read_newest(requests.joint_position(joint))
@@ -88,92 +101,145 @@ class LegacyScene(Scene):
         return _to_point(reading.point) if reading.is_detected else None
 
     def read_optics(self, sensor: int) -> CameraOptics:
-        width, height = self._execute(picture_width(sensor)), self._execute(picture_height(sensor))
-        return CameraOptics(width, height, compute_horizontal_fov(self._execute(view_angle(sensor)), width, height))
+        call = self._connection.call
+        width, height = call(requests.picture_width(sensor)), call(requests.picture_height(sensor))
+        angle = call(requests.view_angle(sensor))
+        return CameraOptics(width, height, compute_horizontal_fov(angle, width, height))
 
     def read_picture(self, sensor: int) -> RawPicture:
         pixels = self._read_newest(requests.colour_image(sensor))
         return RawPicture(pixels.data, pixels.shape[1], pixels.shape[0])
 
     def show(self, sensor: int, picture: RawPicture) -> None:
-        self._send_command(requests.set_colour_image(sensor, bytes(picture.pixels)))
+        self._connection.post(requests.set_colour_image(sensor, bytes(picture.pixels)))
 
     def read_position(self, handle: int) -> Point:
         return _to_point(self._read_newest(requests.object_position(handle)))
 
     @cached_property
     def _kinds(self) -> dict[int, ObjectKind]:
-        types = self._execute(TYPES)
+        types = self._connection.call(requests.OBJECT_TYPES)
         return {
             handle: KINDS.get(number, ObjectKind.OTHER)
             for handle, number in zip(types.handles, types.numbers, strict=False)
         }
 
 
-def compute_velocity(before: Point, after: Point, seconds: float) -> Point:
-    """Return the mean velocity between two positions, in m/s."""
+class SteppedScene(LegacyScene):
+    """A scene in lockstep.
+
+    `advance` triggers the time step, and requests again all values that the app has read since the previous step. So
+    the app's next reads need no further round trips. Once the app has read a position, each later step requests it,
+    because velocities are computed from positions.
+    """
+
+    def __init__(self, connection: Connection) -> None:
+        super().__init__(connection)
+        self._values: dict[Identity, Any] = {}
+        self._requested: dict[Identity, Request[Any]] = {}
+        self._positions: dict[int, Point] = {}
+        self._step_s = 0.0
+
+    def start(self) -> None:
+        super().start()
+        self._step_s = self.read_time_step()
+
+    def read_time(self) -> float:
+        return self._connection.time_s
+
+    def advance(self, steps: int) -> None:
+        for left in range(steps - 1, -1, -1):
+            positions = {handle: requests.object_position(handle) for handle in self._positions}
+            self._positions.update({handle: self.read_position(handle) for handle in positions})
+            reads = {read.identity: read for read in positions.values()}
+            if left == 0:
+                reads |= self._requested
+                self._requested = {}
+            values = self._connection.step(*reads.values())
+            self._values = dict(zip(reads, values, strict=True))
+
+    def read_position(self, handle: int) -> Point:
+        position = super().read_position(handle)
+        self._positions.setdefault(handle, position)
+        return position
+
+    def read_velocity(self, handle: int) -> Point:
+        return _compute_velocity(self._positions[handle], self.read_position(handle), self._step_s)
+
+    def close(self) -> None:
+        """End lockstep, so that the simulation runs without triggers, and disconnect."""
+        try:
+            self._connection.wait_for_triggers(wait=False)
+        except RemoteApiError:
+            pass  # the server has ended, or the connection is closed
+        finally:
+            super().close()
+
+    def _try_start(self) -> None:
+        self._connection.wait_for_triggers(wait=True)
+        self._connection.start()
+        self._connection.step()
+
+    def _read_newest(self, request: Request[T]) -> T:
+        self._requested[request.identity] = request
+        if request.identity not in self._values:
+            self._values[request.identity] = self._connection.call(request)
+        value: T = self._values[request.identity]
+        return value
+
+
+class StreamedScene(LegacyScene):
+    """A scene without lockstep. The server streams values after each time step, so reads do not wait."""
+
+    def __init__(self, connection: Connection) -> None:
+        super().__init__(connection)
+        self._time_lock, self._last_time_s = Lock(), 0.0
+
+    def stop(self) -> None:
+        super().stop()
+        self._last_time_s = 0.0
+
+    def read_time(self) -> float:
+        """Return the newest time of the simulation in seconds.
+
+        Raises SimulationHaltedError if the simulation is paused or stopped, or was restarted since the previous read.
+        """
+        self._connection.require_running()
+        with self._time_lock:
+            time_s = self._connection.read_newest(requests.CLOCK).time_s
+            if time_s < self._last_time_s:
+                raise build_halted_error("stopped")
+            self._last_time_s = time_s
+        return time_s
+
+    def advance(self, steps: int) -> None:
+        """Raise BackendError, because only a simulation in lockstep can be advanced."""
+        raise BackendError("a simulation without lockstep cannot be advanced by steps", kind="not-stepped")
+
+    def read_velocity(self, handle: int) -> Point:
+        """Return the mean velocity between the newest position and the next one, in m/s."""
+        before, after = self._await_next(requests.object_position(handle))
+        return _compute_velocity(before.value, after.value, after.time_s - before.time_s)
+
+    def _try_start(self) -> None:
+        self._connection.call(requests.START)
+        self._await_next(requests.CLOCK)
+
+    def _await_next(self, request: Request[Any]) -> tuple[TimedValue, TimedValue]:
+        """Return the newest value of a request, and the value after the next time step."""
+        before = self._connection.read_newest(request)
+        self._connection.await_condition(lambda: self._connection.read_newest(request).time_s != before.time_s)
+        return before, self._connection.read_newest(request)
+
+    def _read_newest(self, request: Request[T]) -> T:
+        value: T = self._connection.read_newest(request).value
+        return value
+
+
+def _compute_velocity(before: Sequence[float], after: Sequence[float], seconds: float) -> Point:
     return _to_point([(end - start) / seconds for start, end in zip(before, after, strict=True)])
 
 
-def _to_point(values: list[float] | tuple[float, ...]) -> Point:
+def _to_point(values: Sequence[float]) -> Point:
     x, y, z = values
     return x, y, z
-
-
-ALL_OBJECTS = 109
-"""The number of the group of all objects of a scene, ``sim_appobj_object_type``."""
-
-NAME_DATA, TYPE_DATA = 0, 1
-"""The numbers that select the data of a group: names or types."""
-
-RESOLUTION_X, RESOLUTION_Y, VIEW_ANGLE = 1002, 1003, 1004
-
-
-class GroupData(NamedTuple):
-    """The data of a group of objects: the handle of each object, and either an integer or a text for each object."""
-
-    handles: tuple[int, ...]
-    numbers: tuple[int, ...]
-    """An integer for each object, such as its type; empty if texts were read."""
-    texts: tuple[str, ...]
-    """A text for each object, such as its name; empty if integers were read."""
-
-
-def read_group(data: memoryview) -> GroupData:
-    """Decode the data of a group of objects.
-
-    The data has four counts, and then the counted handles, integers, floats and texts. The floats are ignored. The
-    source of the layout is ``simxGetObjectGroupData`` in extApi.c of the simulator's maker.
-    """
-    handles, numbers, floats, texts = struct.unpack_from("<4i", data)
-    if min(handles, numbers, floats, texts) < 0:
-        raise ValueError("a negative count")
-    whole = struct.unpack_from(f"<{handles + numbers}i", data, 16)
-    rest = bytes(data[16 + 4 * (handles + numbers + floats) :])
-    decoded = tuple(part.decode("utf-8", "replace") for part in rest.split(b"\0")[:texts])
-    return GroupData(whole[:handles], whole[handles:], decoded)
-
-
-NAMES: Request[GroupData] = pair_request("name the objects of the scene", 0x200C, ALL_OBJECTS, NAME_DATA, read_group)
-TYPES: Request[GroupData] = pair_request(
-    "read the types of the scene's objects", 0x200C, ALL_OBJECTS, TYPE_DATA, read_group
-)
-
-
-def picture_width(sensor: int) -> Request[int]:
-    """Return a request that reads the width of a vision sensor's picture, in pixels."""
-    return _parameter_request(sensor, 0x2008, RESOLUTION_X, read_int)
-
-
-def picture_height(sensor: int) -> Request[int]:
-    """Return a request that reads the height of a vision sensor's picture, in pixels."""
-    return _parameter_request(sensor, 0x2008, RESOLUTION_Y, read_int)
-
-
-def view_angle(sensor: int) -> Request[float]:
-    """Return a request that reads the angle across the longer side of a vision sensor's picture, in rad."""
-    return _parameter_request(sensor, 0x2007, VIEW_ANGLE, read_float)
-
-
-def _parameter_request(sensor: int, command: int, number: int, decode: Any) -> Request[Any]:
-    return pair_request("read a parameter of vision sensor", command, sensor, number, decode)

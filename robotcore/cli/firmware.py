@@ -4,15 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING
 
 import click
 
 from robotcore.cli.output import write_line
-
-if TYPE_CHECKING:
-    from robotcore.hardware.firmware.board import BoardType
-    from robotcore.hardware.firmware.toolchain import FirmwareImage
 
 _BOARDS = ("uno", "nano", "nano-old")
 
@@ -60,10 +55,10 @@ def copy(into: Path) -> None:
     help="The folder for the compiled program.",
 )
 def build(name: str, folder: Path | None, into: Path) -> None:
-    """Compile the sketch with arduino-cli, or with avr-gcc and Debian's Arduino core."""
-    from robotcore.hardware.firmware.board import BOARDS, find_sketch
+    """Compile the sketch with arduino-cli."""
+    from robotcore.hardware.firmware.board import find_sketch
 
-    write_line(str(_build(find_sketch(folder), BOARDS[name], into).image))
+    write_line(str(_build(find_sketch(folder), name, into)))
 
 
 @command.command("flash")
@@ -72,30 +67,23 @@ def build(name: str, folder: Path | None, into: Path) -> None:
 @click.option("--port", help="The board's port, such as /dev/ttyUSB0. Not needed if only one board is plugged in.")
 def flash(name: str, folder: Path | None, port: str | None) -> None:
     """Compile the sketch, flash the board, and ask the board for its version."""
-    from robotcore.hardware.firmware.board import (
-        BOARDS,
-        find_only_port,
-        find_sketch,
-        read_baud,
-        read_version,
-        require_free,
-    )
+    from robotcore.hardware.firmware.board import find_only_port, find_sketch, read_baud, read_version, require_free
     from robotcore.hardware.firmware.toolchain import flash as write_image
 
     port = port or find_only_port()
     require_free(port)
-    board, folder = BOARDS[name], find_sketch(folder)
+    folder = find_sketch(folder)
     with TemporaryDirectory(prefix="robotcore-firmware-") as scratch:
-        built = _build(folder, board, Path(scratch))
+        image = _build(folder, name, Path(scratch))
         write_line(f"flashing the {name} at {port} ...")
-        tool = write_image(built.image, board, port)
-    write_line(f"flashed and verified with {tool}")
+        write_image(image, name, port)
+    write_line("flashed and verified")
     write_line(f"{port} answers: {read_version(port, read_baud(folder))}")
 
 
-def _build(folder: Path, board: BoardType, into: Path) -> FirmwareImage:
-    from robotcore.hardware.firmware import toolchain
+def _build(folder: Path, board: str, into: Path) -> Path:
+    from robotcore.hardware.firmware.toolchain import build
 
-    built = toolchain.build(folder, board, into.absolute())
-    write_line(f"built {built.image.name} with {built.tool}: {built.size_bytes} of {board.flash_bytes} bytes")
-    return built
+    image, output = build(folder, board, into.absolute())
+    write_line(output.strip())
+    return image

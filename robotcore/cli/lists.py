@@ -11,7 +11,6 @@ from robotcore.cli.output import as_json, write_json, write_lines, write_table
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
-    from robotcore.runtime.faults.spec import Parameter
     from robotcore.runtime.settings import Setting
 
 _COMMON_PARAMETERS = """\
@@ -161,18 +160,9 @@ def _fault_row(name: str) -> dict[str, Any]:
     return {
         "name": effect,
         "on": [role for kind, role in ROLES.items() if kind in fault.on],
-        "parameters": [_parameter_row(each) for each in parameters_of(effect, fault)],
+        "parameters": [each._asdict() for each in parameters_of(effect, fault)],
         "example": fault.example,
         "summary": (fault.__doc__ or "").strip().partition("\n")[0],
-    }
-
-
-def _parameter_row(parameter: Parameter) -> dict[str, Any]:
-    return {
-        "name": parameter.name,
-        "unit": parameter.unit,
-        "limits": parameter.limits,
-        "required": parameter.is_required,
     }
 
 

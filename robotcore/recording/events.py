@@ -155,7 +155,7 @@ class Tick:
     motor_asks: Events[MotorCommand] = ()
     turned: Events[WheelAngles] = ()
     standing: Events[Wheels] = ()
-    """The drive's current command, each time it was read to command a single wheel."""
+    """In recordings of earlier versions, the drive's command, each time it was read to command a single wheel."""
     pose: Pose | None = None
     """The pose by odometry, relative to the start; None without a drive."""
     asked: Wheels | None = None

@@ -33,7 +33,6 @@ class TickEvents:
     asks: list[DriveCommand] = field(default_factory=list)
     motor_asks: list[MotorCommand] = field(default_factory=list)
     turned: list[WheelAngles] = field(default_factory=list)
-    standing: list[Wheels] = field(default_factory=list)
     shown: list[ShownPicture] = field(default_factory=list)
     samples: list[tuple[SampleKey, Sample]] = field(default_factory=list)
     """The new samples, and copies of the displayed pictures."""
@@ -132,12 +131,6 @@ class RecordedStage:
 
     def __init__(self, buffer: TickBuffer, inner: CommandFilter) -> None:
         self._buffer, self._inner = buffer, inner
-
-    @property
-    def asked(self) -> Wheels:
-        standing = self._inner.asked
-        self._buffer.events.standing.append(standing)
-        return standing
 
     def ask(self, wheels: Wheels) -> Wheels:
         try:

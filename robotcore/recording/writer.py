@@ -181,7 +181,6 @@ class TickBuilder:
             asks=tuple(events.asks),
             motor_asks=tuple(events.motor_asks),
             turned=tuple(events.turned),
-            standing=tuple(events.standing),
             pose=self._odometry.advance(events.turned) if self._odometry and events.turned else None,
             asked=record.asked,
             sent=record.sent,

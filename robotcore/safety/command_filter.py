@@ -34,8 +34,6 @@ class Commit(NamedTuple):
 class CommandFilter(Protocol):
     """The interface for the commands to a drive. The safety filter and the taps around it implement it."""
 
-    @property
-    def asked(self) -> Wheels: ...
     def ask(self, wheels: Wheels) -> Wheels: ...
     def stop(self) -> None: ...
     def commit(self) -> Commit: ...
@@ -124,11 +122,6 @@ class SafetyFilter:
                 self._stop_interventions.append(Intervention(now, cause, self._sent, STOPPED))
             self._stop_motors(now)
             self._deadman.end_lease()
-
-    @property
-    def asked(self) -> Wheels:
-        """The app's command of this tick in rad/s. Before it, the velocities that were sent last."""
-        return self._asked or self._sent
 
     def commit(self) -> Commit:
         """Send the command of this tick, and begin a new lease.

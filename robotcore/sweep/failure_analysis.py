@@ -3,26 +3,38 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from bisect import bisect_left
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import NamedTuple
 
-import numpy as np
-
-from robotcore.sweep.permutation_test import Floats, Split, Splits, Value, find_best_side, shuffle_failing
 from robotcore.sweep.record import GroupKey, Record
 
 SIGNIFICANCE = 0.05
 """The largest corrected p-value of a significant split."""
 
-_SEED = 0
-_ROUNDING = 1e-9
-"""The tolerance for comparing logarithms of p-values. Two computations of the same p-value differ by less."""
+PARTS = 10
+"""The thresholds of a number divide the runs into at most so many parts. More thresholds weaken each test."""
+
+_ROUNDING = 1e-7
+"""The tolerance for comparing logarithms of probabilities. Two computations of the same one differ by less."""
+
+
+class Share(NamedTuple):
+    """The number of runs on one side of a split, and how many of them failed."""
+
+    failing: int
+    runs: int
+
+    def __str__(self) -> str:
+        return f"{self.failing} of {self.runs}"
 
 
 @dataclass(frozen=True)
-class SignificantSplit:
-    """A condition under which significantly more runs fail, for one backend in one world."""
+class Split:
+    """A split of the runs of one backend in one world by one condition."""
 
     group: GroupKey
     """The backend and the world of the runs."""
@@ -30,26 +42,40 @@ class SignificantSplit:
     condition: str
     """The name of the condition."""
 
-    split: Split
-    """The condition's split with the least p-value of Fisher's exact test."""
+    sign: str
+    """The comparison that is true on the side with more failing runs: ``<``, ``≥``, ``=`` or ``≠``."""
+
+    value: float | str
+    """The value that the condition is compared with: a threshold or a word."""
+
+    inside: Share
+    """The runs for which the comparison is true."""
+
+    outside: Share
+    """The runs for which the comparison is false."""
 
     p: float
-    """The p-value of the permutation test. It takes into account how many splits were tried."""
+    """The p-value of Fisher's exact test. `explain` returns it corrected for the number of tests."""
 
     @property
     def side(self) -> str:
         """The values of the condition with which more runs fail, such as ``light_brightness < 0.34``."""
-        return self.split.format_comparison(self.condition)
+        return f"{self.condition} {self.sign} {str(self.value).removesuffix('.0')}"
+
+    @property
+    def shares(self) -> str:
+        """How many runs fail on both sides, such as ``7 of 12, else 3 of 188``."""
+        return f"{self.inside}, else {self.outside}"
 
     def __str__(self) -> str:
-        return f"more runs fail {self.group} if {self.side}: {self.split.shares}"
+        return f"more runs fail {self.group} if {self.side}: {self.shares}"
 
 
 @dataclass(frozen=True)
 class Explanation:
     """The result of a failure analysis: the significant splits, or the reason why there are none."""
 
-    splits: tuple[SignificantSplit, ...]
+    splits: tuple[Split, ...]
     """The significant splits, the one with the least p-value first. A condition has at most one for each group."""
 
     reason: str
@@ -64,16 +90,11 @@ class Explanation:
 def explain(records: Iterable[Record]) -> Explanation:
     """Return the conditions under which more runs fail. Records without conditions are ignored.
 
-    Even if no condition matters, the best of many splits looks good by chance. So the test shuffles which runs of a
-    group failed, `SHUFFLES` times. The ``p`` of a split is the fraction of permutations in which the best split of any
-    condition is at least as good. The observed runs count as one permutation. The result has each split whose ``p`` is
-    at most `SIGNIFICANCE`.
+    Fisher's exact test compares both sides of each split. A number is split at up to nine thresholds, and each word is
+    split from all others. The p-values are corrected for the number of tests by Holm's method. So if no condition
+    matters, the result has a split in at most one of twenty sweeps.
 
-    The result does not depend on the order of the records, because the shuffles have a fixed seed.
-
-    Method: the single-step min-P test of P. H. Westfall and S. S. Young, Resampling-Based Multiple Testing (1993).
-    Counting the observed runs: B. Phipson and G. K. Smyth, Permutation p-values should never be zero, Statistical
-    Applications in Genetics and Molecular Biology 9 (2010), article 39.
+    S. Holm, A simple sequentially rejective multiple test procedure, Scandinavian Journal of Statistics 6 (1979).
 
     >>> from robotcore import Outcome, RunResult
     >>> def run(light: float, outcome: Outcome) -> Record:
@@ -82,124 +103,134 @@ def explain(records: Iterable[Record]) -> Explanation:
     >>> dark = [run(0.2, Outcome.FAILURE) for _ in range(8)]
     >>> bright = [run(0.8, Outcome.SUCCESS) for _ in range(20)]
     >>> explain(dark + bright).lines
-    ['more runs fail in arena on kinematic if light < 0.5: 8 of 8, else 0 of 20 (p = 0.001)']
+    ['more runs fail in arena on kinematic if light < 0.5: 8 of 8, else 0 of 20 (p < 0.001)']
     """
-    strata = make_strata(records)
-    random = np.random.RandomState(_SEED)
-    ranked = _compute_p_values([test for each in strata if each.is_mixed for test in each.test_conditions(random)])
-    splits = tuple(SignificantSplit(*test[:3], p) for p, test in ranked if p <= SIGNIFICANCE)
-    return Explanation(splits, "" if splits else _find_reason(strata, ranked))
+    strata = _make_strata(records)
+    ranked = _correct(each for stratum in strata for each in _split_runs(*stratum))
+    best: dict[tuple[GroupKey, str], Split] = {}
+    for split in ranked:
+        best.setdefault((split.group, split.condition), split)
+    significant = [split for split in best.values() if split.p <= SIGNIFICANCE]
+    return Explanation(tuple(significant), "" if significant else _find_reason(strata, ranked))
 
 
 def format_p(p: float) -> str:
-    """Return a p-value as text, such as ``p = 0.003``."""
-    return f"p = {p:.2g}"
+    """Return a p-value as text, such as ``p = 0.003`` or ``p < 0.001``."""
+    return "p < 0.001" if p < 0.001 else f"p = {p:.2g}"
 
 
-def _compute_p_values(tests: Sequence[ConditionTest]) -> list[tuple[float, ConditionTest]]:
-    """Return each test with its corrected p-value, the least first. The correction covers all splits of all tests."""
-    least = np.min([test.log_p for test in tests], axis=0) if tests else np.empty(0)
-    ordered = sorted(tests, key=lambda test: float(test.log_p[0]))
-    return [(float(np.mean(least <= test.log_p[0] + _ROUNDING)), test) for test in ordered]
+def compute_fisher_p(inside: Share, outside: Share) -> float:
+    """Return the two-sided p-value of Fisher's exact test for the difference of two shares.
+
+    It is the sum of the probabilities of all tables that are at most as probable as the observed one.
+
+    R. A. Fisher, Statistical Methods for Research Workers, 5th ed. (1934), section 21.02.
+
+    >>> round(compute_fisher_p(Share(3, 4), Share(1, 4)), 4)  # the lady tasting tea
+    0.4857
+    """
+    failing, passing = inside.failing + outside.failing, inside.runs - inside.failing + outside.runs - outside.failing
+
+    def log_ways(count: int) -> float:
+        return _log_choose(failing, count) + _log_choose(passing, inside.runs - count)
+
+    counts = range(max(0, inside.runs - passing), min(failing, inside.runs) + 1)
+    observed, total = log_ways(inside.failing), _log_choose(failing + passing, inside.runs)
+    return min(1.0, sum(math.exp(ways - total) for ways in map(log_ways, counts) if ways <= observed + _ROUNDING))
 
 
-def _find_reason(strata: Sequence[Stratum], ranked: Sequence[tuple[float, ConditionTest]]) -> str:
-    runs, failing = sum(len(each.cases) for each in strata), sum(each.failing for each in strata)
+def _log_choose(n: int, k: int) -> float:
+    return math.lgamma(n + 1) - math.lgamma(k + 1) - math.lgamma(n - k + 1)
+
+
+def _make_strata(records: Iterable[Record]) -> list[tuple[GroupKey, list[Record]]]:
+    """Return the runs that have conditions, grouped by backend, world and the names of the conditions.
+
+    Worlds differ in their share of failing runs and in the conditions that are drawn, so a world could look like a
+    cause.
+    """
+    strata: dict[tuple[GroupKey, tuple[str, ...]], list[Record]] = {}
+    for record in records:
+        if record.result.conditions:
+            strata.setdefault((GroupKey.of(record), tuple(sorted(record.result.conditions))), []).append(record)
+    return [(key, runs) for (key, _), runs in sorted(strata.items(), key=lambda item: item[0])]
+
+
+def _split_runs(group: GroupKey, records: Sequence[Record]) -> Iterator[Split]:
+    """Yield all splits of comparable runs by their conditions, with the p-value of each."""
+    if not _is_mixed(records):
+        return
+    failing = [record.result.conditions for record in records if record.is_failure]
+    for name in sorted(records[0].result.conditions):
+        values, failing_values = (
+            [record.result.conditions[name] for record in records],
+            [each[name] for each in failing],
+        )
+        for sign, value, inside in _list_sides(values, failing_values):
+            outside = Share(len(failing) - inside.failing, len(records) - inside.runs)
+            p = compute_fisher_p(inside, outside)
+            if inside.failing * outside.runs >= outside.failing * inside.runs:
+                yield Split(group, name, sign, value, inside, outside, p)
+            else:
+                yield Split(group, name, {"<": "≥", "=": "≠"}[sign], value, outside, inside, p)
+
+
+def _list_sides(
+    values: Sequence[float | str], failing: Sequence[float | str]
+) -> Iterator[tuple[str, float | str, Share]]:
+    """Yield a sign, a value and the runs on this side, for each split of a condition.
+
+    values: the values of all runs. If any value is a word, all are treated as words.
+    failing: the values of the failing runs.
+    """
+    numbers = sorted(value for value in values if not isinstance(value, str))
+    if len(numbers) == len(values):
+        failing_numbers = sorted(value for value in failing if not isinstance(value, str))
+        for threshold in _choose_thresholds(numbers):
+            yield "<", threshold, Share(bisect_left(failing_numbers, threshold), bisect_left(numbers, threshold))
+        return
+    words, failing_words = Counter(map(str, values)), Counter(map(str, failing))
+    for word in sorted(words) if len(words) > 1 else ():
+        yield "=", word, Share(failing_words[word], words[word])
+
+
+def _choose_thresholds(numbers: Sequence[float]) -> list[float]:
+    gaps = list(pairwise(sorted(set(numbers))))
+    if len(gaps) >= PARTS:
+        gaps = [gaps[len(gaps) * part // PARTS] for part in range(1, PARTS)]
+    return [_find_short_number_between(*gap) for gap in gaps]
+
+
+def _find_short_number_between(below: float, above: float) -> float:
+    """Return the number with the fewest digits that is greater than ``below`` and not greater than ``above``."""
+    middle = (below + above) / 2
+    short = (float(f"{middle:.{digits}g}") for digits in range(1, 18))
+    return next((number for number in short if below < number <= above), above)
+
+
+def _correct(splits: Iterable[Split]) -> list[Split]:
+    """Return the splits with p-values corrected by Holm's method, the least first."""
+    ordered = sorted(splits, key=lambda split: split.p)
+    corrected, least = [], 0.0
+    for rank, split in enumerate(ordered):
+        least = max(least, min(1.0, split.p * (len(ordered) - rank)))
+        corrected.append(replace(split, p=least))
+    return corrected
+
+
+def _is_mixed(records: Sequence[Record]) -> bool:
+    return len({record.is_failure for record in records}) == 2
+
+
+def _find_reason(strata: Sequence[tuple[GroupKey, Sequence[Record]]], ranked: Sequence[Split]) -> str:
+    runs, failing = sum(len(each) for _, each in strata), sum(run.is_failure for _, each in strata for run in each)
     counts = f"({runs} runs, {failing} failing)"
-    mixed = [each for each in strata if each.is_mixed]
     if not failing:
         return ""
-    if not mixed:
+    if not any(_is_mixed(each) for _, each in strata):
         which = "every run" if failing == runs else "in each world on each backend, every run or none"
         return f"{which} failed, so there is nothing to compare {counts}"
     if not ranked:
         return f"every condition has the same value in all runs {counts}"
-    if max(each.permutations for each in mixed) < 1 / SIGNIFICANCE:
-        return f"too few runs for a significant split {counts}"
-    p, best = ranked[0]
-    side, shares = best.split.format_comparison(best.condition), best.split.shares
-    return f"no split is significant {counts}; the best: {side} {best.group}, {shares} ({format_p(p)})"
-
-
-class Case(NamedTuple):
-    """The seed, the outcome and the conditions of a run."""
-
-    seed: int
-    """The seed; -1 for a run without a seed."""
-
-    is_failure: bool
-    """Whether the run failed."""
-
-    conditions: Mapping[str, Value]
-    """The values of the conditions by name."""
-
-
-class ConditionTest(NamedTuple):
-    """The permutation test of one condition, for one backend in one world."""
-
-    group: GroupKey
-    """The backend and the world."""
-
-    condition: str
-    """The name of the condition."""
-
-    split: Split
-    """The split with the least p-value of Fisher's exact test."""
-
-    log_p: Floats
-    """The logarithm of the least p-value in each permutation. The first entry is of the observed runs."""
-
-
-@dataclass(frozen=True)
-class Stratum:
-    """Comparable runs: those of one backend in one world that recorded the same conditions."""
-
-    group: GroupKey
-    """The backend and the world."""
-
-    cases: Sequence[Case]
-    """The runs, in the order of their seeds."""
-
-    @property
-    def failing(self) -> int:
-        """The number of failing runs."""
-        return sum(case.is_failure for case in self.cases)
-
-    @property
-    def is_mixed(self) -> bool:
-        """Whether some runs failed and some passed."""
-        return 0 < self.failing < len(self.cases)
-
-    @property
-    def permutations(self) -> int:
-        """The number of ways in which as many runs of this stratum could fail."""
-        return math.comb(len(self.cases), self.failing)
-
-    def test_conditions(self, random: np.random.RandomState) -> Iterator[ConditionTest]:
-        """Yield the test of each condition whose value is not the same in all runs.
-
-        random: the random generator of the shuffles.
-        """
-        failing = np.flatnonzero([case.is_failure for case in self.cases])
-        rows = shuffle_failing(len(self.cases), failing, random)
-        for name in self.cases[0].conditions:
-            splits = Splits.of([case.conditions[name] for case in self.cases])
-            if splits.sides:
-                side, least = find_best_side(splits, rows)
-                yield ConditionTest(self.group, name, splits.build_split(side, failing), least)
-
-
-def make_strata(records: Iterable[Record]) -> list[Stratum]:
-    """Return the runs that have conditions, grouped by backend, world and the names of the conditions.
-
-    Runs of different backends are not independent, because a seed draws the same conditions for each backend. Worlds
-    differ in their share of failing runs and in the conditions that are drawn, so a world could look like a cause.
-    """
-    cases_by_group: dict[tuple[GroupKey, tuple[str, ...]], list[Case]] = {}
-    for record in records:
-        result = record.result
-        if result.conditions:
-            case = Case(-1 if result.seed is None else result.seed, record.is_failure, result.conditions)
-            cases_by_group.setdefault((GroupKey.of(record), tuple(sorted(result.conditions))), []).append(case)
-    ordered = sorted(cases_by_group.items(), key=lambda item: item[0])
-    return [Stratum(group, sorted(cases, key=lambda case: case.seed)) for (group, _), cases in ordered]
+    best = ranked[0]
+    return f"no split is significant {counts}; the best: {best.side} {best.group}, {best.shares} ({format_p(best.p)})"

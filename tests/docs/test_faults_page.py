@@ -18,7 +18,7 @@ from robotcore.errors import DeviceLostError
 from robotcore.plugins import fault_names
 from robotcore.runtime.faults import TargetKind, plan_faults
 from robotcore.runtime.faults.planning import ROLES, load_fault
-from robotcore.runtime.faults.spec import parameters_of, read_specs
+from robotcore.runtime.faults.spec import forms_of, read_specs
 from tests.docs.listings import ConsoleCommand, find_code, list_commands, list_listings, read_rows
 from tests.robotcore.fakes import picture
 from tests.robotcore.runtime.faults.rigs import build_rig
@@ -113,6 +113,5 @@ def _list_entry_points(pyproject: str) -> dict[str, EntryPoint]:
 
 def _build_row(name: str) -> tuple[str, tuple[str, ...]]:
     effect, fault = name.partition(".")[0], load_fault(name)
-    (first, *_) = parameters_of(effect, fault)
     roles = tuple(ROLES[kind] for kind in TargetKind if kind in fault.on)
-    return first.form if first.name == effect else effect, roles
+    return forms_of(effect, fault)[0], roles

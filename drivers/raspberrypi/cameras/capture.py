@@ -5,18 +5,131 @@ from __future__ import annotations
 import logging
 import math
 import threading
+from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
+from pydantic import Field
 
-from drivers.raspberrypi.cameras.source import CameraSettings, ExposureState, Shot, Source
-from robotcore.description import CameraDescription
+from robotcore.description import CameraDescription, StrictModel
 from robotcore.errors import DeviceError, ResourceError
 from robotcore.hal.clock import Clock
 from robotcore.hal.devices import Camera, Frame, Image
 from robotcore.hardware import LatestSample
 from robotcore.threads import start_thread
+
+Seconds = Annotated[float, Field(gt=0, le=1)]
+
+
+class CameraSettings(StrictModel):
+    """The mounting, the exposure and the white balance of a camera."""
+
+    fps: Annotated[float, Field(ge=1, le=240)] = 30.0
+    """The number of pictures a second."""
+
+    lock: bool = True
+    """Whether exposure and white balance are locked when they have settled. Programs miss targets if colours drift."""
+
+    settle_s: Annotated[float, Field(gt=0, le=30)] = 2.0
+    """The longest wait for exposure and white balance to settle, in seconds. After this time they are locked anyway."""
+
+    exposure_s: Seconds | None = None
+    """A fixed exposure time in seconds; None means automatic."""
+
+    rotate_180: bool = False
+    """Whether the camera is mounted upside down."""
+
+    flip_horizontal: bool = False
+    flip_vertical: bool = False
+
+
+class Shot(NamedTuple):
+    """A picture from a camera."""
+
+    image: Image
+    """The pixels (blue, green, red) with the camera's own size and orientation."""
+
+    time: float
+    """The time of capture on the robot's clock, in seconds."""
+
+    metadata: Mapping[str, Any] = {}
+    """The camera's data about this picture, such as picamera2's metadata."""
+
+
+class ExposureState(NamedTuple):
+    """The exposure and the white balance of a picture."""
+
+    values: tuple[float, ...]
+    """Numbers such as the product of exposure and gain, or colour gains. They are constant when exposure and white
+    balance have settled."""
+
+    is_settled: bool | None = None
+    """Whether the camera reports that the exposure has settled; None if the camera does not report it."""
+
+
+class Source(ABC):
+    """The interface to the library of a camera. Only one thread at a time may use a source.
+
+    Every method except `close` may raise DeviceError. ``name`` is the camera's name, for errors.
+    """
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+    @abstractmethod
+    def open(self) -> list[str]:
+        """Start the camera; return the names of the settings that the camera does not accept.
+
+        Exposure and white balance are automatic unless the settings fix them.
+        """
+
+    @abstractmethod
+    def shoot(self) -> Shot:
+        """Wait for the next picture and return it; raises DeviceError after a time limit.
+
+        Later pictures do not overwrite its pixels.
+        """
+
+    @abstractmethod
+    def read_exposure(self, shot: Shot) -> ExposureState:
+        """Return the exposure and the white balance of a picture."""
+
+    @abstractmethod
+    def lock_exposure(self, shot: Shot) -> list[str]:
+        """Lock exposure and white balance at the values of a picture; return the names of what the camera cannot lock.
+
+        The names are ``exposure``, ``gain`` and ``white balance``.
+        """
+
+    @abstractmethod
+    def close(self) -> None:
+        """Close the camera. May be called in any state, and again. Never raises."""
+
+
+MAX_FIRST_AGE_S = 1.0
+"""If a camera's first timestamp is older than this many seconds, the camera does not use CLOCK_MONOTONIC."""
+
+
+class TimestampConverter:
+    """Converts a camera's timestamps on CLOCK_MONOTONIC, in seconds, to times on the robot's clock.
+
+    If the first timestamp is older than `MAX_FIRST_AGE_S`, the camera uses another clock. Then its timestamps are
+    ignored, and each picture gets the time of its arrival, up to two frame periods after the capture.
+    """
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self._is_trusted: bool | None = None
+
+    def time_of(self, monotonic_s: float) -> float:
+        """Return a timestamp in seconds on the robot's clock. The result is never in the future."""
+        now, stamped = self._clock.now(), self._clock.time_of(monotonic_s)
+        if self._is_trusted is None:
+            self._is_trusted = now - stamped < MAX_FIRST_AGE_S
+        return stamped if self._is_trusted else now
+
 
 STEADY_SHOTS = 10
 """Exposure has settled if it is constant in this many pictures in a row. Cameras react faster to a change of light."""
@@ -53,9 +166,7 @@ class ExposureLock:
         if rejected := self._source.open():
             self._warn(f"does not accept {', '.join(rejected)}; remove it from the robot's file")
         shot = self._source.shoot()
-        if not self._settings.lock:
-            return shot
-        return self._lock(self._settle(shot))
+        return self._lock(self._settle(shot)) if self._settings.lock else shot
 
     def _settle(self, shot: Shot) -> Shot:
         until = self._clock.now() + self._settings.settle_s
@@ -152,24 +263,19 @@ class CapturingCamera(Camera):
             if self._is_closed or (not self._is_running and self._clock.now() < self._retry_at):
                 return
             try:
-                self._frames.put(self._shoot() if self._is_running else self._open_source())
+                frame = self._converter.convert(self._source.shoot()) if self._is_running else self._open_source()
+                self._frames.put(frame)
             except Exception as failure:  # noqa: BLE001  `read` raises every error of the library
                 self._frames.fail(failure)
-                self._schedule_retry()
+                self._source.close()
+                self._is_running = False
+                self._retry_at = self._clock.now() + self._retry_s
+                self._retry_s = min(2 * self._retry_s, LONGEST_RETRY_S)
 
     def _open_source(self) -> Frame:
         frame = self._converter.convert(self._exposure_lock.begin())
         self._is_running, self._retry_s = True, RETRY_S
         return frame
-
-    def _shoot(self) -> Frame:
-        return self._converter.convert(self._source.shoot())
-
-    def _schedule_retry(self) -> None:
-        self._source.close()
-        self._is_running = False
-        self._retry_at = self._clock.now() + self._retry_s
-        self._retry_s = min(2 * self._retry_s, LONGEST_RETRY_S)
 
 
 class FrameConverter:
@@ -177,12 +283,13 @@ class FrameConverter:
 
     def __init__(self, description: CameraDescription, settings: CameraSettings) -> None:
         self._description = description
-        self._flip = _flip_code(settings)
+        self._rows = slice(None, None, -1 if settings.flip_vertical != settings.rotate_180 else 1)
+        self._columns = slice(None, None, -1 if settings.flip_horizontal != settings.rotate_180 else 1)
         self._count = 0
 
     def convert(self, shot: Shot) -> Frame:
         """Return a picture as the next frame; raises DeviceError if its aspect ratio differs from the description's."""
-        image = np.ascontiguousarray(self._flip_image(self._resize(shot.image)))
+        image = np.ascontiguousarray(self._resize(shot.image)[self._rows, self._columns])
         image.flags.writeable = False
         frame = Frame(image, shot.time, self._count)
         self._count += 1
@@ -204,17 +311,3 @@ class FrameConverter:
 
         size = (description.width_px, description.height_px)
         return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
-
-    def _flip_image(self, image: Image) -> Image:
-        if self._flip is None:
-            return image
-        import cv2
-
-        return np.asarray(cv2.flip(image, self._flip), dtype=np.uint8)
-
-
-def _flip_code(settings: CameraSettings) -> int | None:
-    # cv2.flip: 1 swaps left and right, 0 swaps top and bottom, -1 does both.
-    is_mirrored = settings.flip_horizontal != settings.rotate_180
-    is_upside_down = settings.flip_vertical != settings.rotate_180
-    return {(True, True): -1, (True, False): 1, (False, True): 0}.get((is_mirrored, is_upside_down))

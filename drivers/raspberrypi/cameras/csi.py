@@ -6,14 +6,22 @@ Source of the controls: https://libcamera.org/api-html/namespacelibcamera_1_1con
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from concurrent.futures import TimeoutError as TimedOutError
 from contextlib import suppress
-from types import ModuleType
-from typing import Any
+from typing import Annotated, Any
 
-from drivers.raspberrypi.cameras.capture import CapturingCamera
-from drivers.raspberrypi.cameras.source import ExposureState, PiCameraSettings, Shot, Source, TimestampConverter
+from pydantic import Field
+
+from drivers.raspberrypi.cameras.capture import (
+    CameraSettings,
+    CapturingCamera,
+    ExposureState,
+    Shot,
+    Source,
+    TimestampConverter,
+)
 from robotcore.description import CameraDescription
 from robotcore.errors import DeviceError
 from robotcore.hal.clock import Clock
@@ -44,6 +52,23 @@ LOCKING_CONTROLS = {"ExposureTime": "exposure", "AnalogueGain": "gain", "ColourG
 the same keys."""
 
 
+Gain = Annotated[float, Field(gt=0, le=32)]
+Gains = Annotated[tuple[Gain, Gain], Field(description="[red, blue]")]
+
+
+class PiCameraSettings(CameraSettings):
+    """The settings of a camera on the Pi's connector."""
+
+    camera: Annotated[int, Field(ge=0, le=7)] = 0
+    """The number of the camera in the list of ``rpicam-hello --list-cameras``."""
+
+    gain: Annotated[float, Field(ge=1, le=64)] | None = None
+    """A fixed gain of the sensor; None means automatic."""
+
+    colour_gains: Gains | None = None
+    """The gains of red and blue, for a fixed white balance. None means automatic."""
+
+
 class CsiSource(Source):
     """Takes pictures from a camera on the Pi's connector by picamera2.
 
@@ -58,13 +83,20 @@ class CsiSource(Source):
 
     def open(self) -> list[str]:
         library, number = import_picamera2(self.name), self._settings.camera
-        require_camera(self.name, library, number)
+        self._require_camera(library.Picamera2.global_camera_info())
         self._stamps = TimestampConverter(self._clock)
         requested = _build_controls(self._settings)
         try:
             self._camera = library.Picamera2(number)
             known = self._select_known(requested)
-            self._camera.configure(self._build_configuration(known))
+            mode = choose_mode(self._camera.sensor_modes, self._settings.fps)
+            configuration = self._camera.create_video_configuration(
+                main={"format": BGR, "size": (self._description.width_px, self._description.height_px)},
+                raw=None,
+                sensor={"output_size": mode["size"], "bit_depth": mode["bit_depth"]} if mode else {},
+                controls=known,
+            )
+            self._camera.configure(configuration)
             self._camera.start()
         except (RuntimeError, OSError) as error:
             message = f"camera {number} cannot be opened ({error}). End any other program that uses it"
@@ -109,13 +141,16 @@ class CsiSource(Source):
         # picamera2 raises an error for a control that the camera does not have.
         return {name: value for name, value in controls.items() if name in self._camera.camera_controls}
 
-    def _build_configuration(self, controls: Mapping[str, Any]) -> Any:
-        mode = choose_mode(self._camera.sensor_modes, self._settings.fps)
-        return self._camera.create_video_configuration(
-            main={"format": BGR, "size": (self._description.width_px, self._description.height_px)},
-            raw=None,
-            sensor={"output_size": mode["size"], "bit_depth": mode["bit_depth"]} if mode else {},
-            controls=controls,
+    def _require_camera(self, found: Sequence[Mapping[str, Any]]) -> None:
+        number = self._settings.camera
+        if number < len(found):
+            return
+        cameras = ", ".join(f"{index} ({camera['Model']})" for index, camera in enumerate(found))
+        offer = f"It has: {cameras}" if cameras else "It has none. Switch the power off, and check the ribbon cable"
+        raise DeviceError(
+            self.name,
+            f"the Pi has no camera {number}. {offer}. List cameras: rpicam-hello --list-cameras",
+            kind="camera-missing",
         )
 
 
@@ -158,24 +193,6 @@ def import_picamera2(camera: str) -> Any:
     return picamera2
 
 
-def require_camera(camera: str, library: ModuleType, number: int) -> None:
-    """Raise DeviceError if the Pi has no camera with the number ``number``.
-
-    camera: the camera's name, for the error.
-    library: the module picamera2.
-    """
-    found = library.Picamera2.global_camera_info()
-    if number < len(found):
-        return
-    cameras = ", ".join(f"{index} ({camera['Model']})" for index, camera in enumerate(found))
-    offer = f"It has: {cameras}" if cameras else "It has none. Switch the power off, and check the ribbon cable"
-    raise DeviceError(
-        camera,
-        f"the Pi has no camera {number}. {offer}. List cameras: rpicam-hello --list-cameras",
-        kind="camera-missing",
-    )
-
-
 Mode = Mapping[str, Any]
 """A mode of the sensor, from picamera2: ``size``, ``bit_depth``, highest ``fps`` and ``crop_limits`` (x, y, w, h)."""
 
@@ -190,19 +207,11 @@ def choose_mode(modes: Sequence[Mode], fps: float) -> Mode | None:
     middle of the sensor, which halves the field of view.
     """
     usable = [mode for mode in modes if "crop_limits" in mode]
-    if not usable:
-        return None
-    widest = max(_area(mode["crop_limits"][2:]) for mode in usable)
-    wide = [mode for mode in usable if _area(mode["crop_limits"][2:]) == widest]
-    quick = [mode for mode in wide if mode["fps"] >= fps]
-    if not quick:
-        return max(wide, key=lambda mode: mode["fps"])
-    return min(quick, key=lambda mode: (_area(mode["size"]), -mode["bit_depth"]))
-
-
-def _area(size: Sequence[int]) -> int:
-    width, height = size
-    return width * height
+    widest = max((math.prod(mode["crop_limits"][2:]) for mode in usable), default=0)
+    wide = [mode for mode in usable if math.prod(mode["crop_limits"][2:]) == widest]
+    if quick := [mode for mode in wide if mode["fps"] >= fps]:
+        return min(quick, key=lambda mode: (math.prod(mode["size"]), -mode["bit_depth"]))
+    return max(wide, key=lambda mode: mode["fps"], default=None)
 
 
 class PiCamera(DeviceDriver[CameraDescription, PiCameraSettings]):

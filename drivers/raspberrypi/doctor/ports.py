@@ -10,7 +10,7 @@ from pathlib import Path
 
 from drivers.raspberrypi.cameras.csi import OTHER_NUMPY
 from drivers.raspberrypi.doctor.board import read_model, read_text
-from drivers.raspberrypi.header import HEADER_PORTS
+from drivers.raspberrypi.header import HEADER_BUS, HEADER_PORTS
 from robotcore.hal.check_finding import Finding
 from robotcore.hardware import DeviceBinding
 
@@ -82,9 +82,6 @@ def _groups_of_this_process(root: Path) -> list[str]:
 
 
 I2C = "I2C"
-HEADER_BUS = 1
-"""The number of the I2C bus on GPIO 2 and 3 of every board since 2012."""
-
 HEADER_ON = "sudo raspi-config nonint do_i2c 0, or dtparam=i2c_arm=on in /boot/firmware/config.txt, and restart"
 OTHER_ON = (
     "Add dtoverlay=i2c{bus} to /boot/firmware/config.txt and restart; /boot/firmware/overlays/README lists its pins"

@@ -2,29 +2,165 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from abc import abstractmethod
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
-from typing import TYPE_CHECKING
+from functools import partial
+from typing import Annotated, Generic, TypeVar
 
-from drivers.raspberrypi.header import Gpio, gpio
-from drivers.raspberrypi.motors.driver import (
-    Bridge,
-    MotorDriver,
-    MotorSettings,
-    open_digital_output,
-    open_pwm_output,
-    set_low,
+from pydantic import Field
+
+from drivers.raspberrypi.header import HELD_UP, PULLED_UP, Gpio, gpio
+from drivers.raspberrypi.motors.bridge import Bridge, open_output
+from robotcore.description import MotorDescription, RobotDescription, StrictModel
+from robotcore.hal.cutoff import CutoffSpec
+from robotcore.hal.devices import Motor
+from robotcore.hardware import Connection, DeviceDriver, Host
+from robotcore.hardware.motor_control import Control, open_motor, require_drivable
+from robotcore.hardware.motor_model import Model
+
+BATTERY = (
+    "The motors need a battery of their own. A pad of the header gives too little current, and the motors disturb it. "
+    "Join the grounds of the battery, the motor board and the Pi."
 )
-from robotcore.description import MotorDescription
-from robotcore.hardware import Connection, Host
+PULLED_DOWN = (
+    "A resistor of 10 kΩ from GPIO {line} (standby) to ground keeps the motors off while the Pi starts, and if no "
+    "program drives that line. Remove a pull-up of that line on the motor board."
+)
+UNGUARDED = (
+    "There is no standby line. If the kernel keeps the levels of outputs (see robotcore doctor), motors may continue "
+    "to turn after the program and its guardian were killed. STBY, nSLEEP, or an L298N's joined ENA and ENB (jumpers "
+    "off) can be the standby line: set standby = GPIO in place of enable."
+)
+RISING = (
+    "GPIO 0 to 8 are pulled up from power-on until a program uses them, and {lines} may turn this motor during that "
+    "time. Use GPIO 9 to 27, resistors of 10 kΩ to ground, or a standby line."
+)
+"""The warning that `robotcore wiring` prints for a motor on GPIO 0 to 8."""
 
-if TYPE_CHECKING:
-    from gpiozero import DigitalOutputDevice, PWMOutputDevice
+MAX_SILENCE_S = 0.25
+"""The time for which the guardian does not kill a silent app, in seconds. The app may be swapping, collecting garbage,
+or waiting for a slow SD card."""
+
+
+class MotorSettings(StrictModel):
+    """The settings that all motors on pins share."""
+
+    standby: Gpio | None = None
+    """The GPIO of the board's standby input (TB6612: STBY, DRV8833: nSLEEP). Several motors may share it.
+
+    The guardian's process claims this GPIO, and holds it high during a run. So the motors also stop if the guardian
+    ends.
+    """
+
+    frequency_hz: Annotated[int, Field(ge=10, le=10_000)] = 100
+    """The frequency of the PWM in Hz."""
+
+    model: Model
+    """The velocity of the wheel at each duty."""
+
+    control: Control | None = None
+    """The settings of velocity control by the wheel's encoder. If it is None, the model alone gives the duty."""
+
+
+SettingsT = TypeVar("SettingsT", bound=MotorSettings)
+
+
+class MotorDriver(DeviceDriver[MotorDescription, SettingsT], Generic[SettingsT]):
+    """The base class of the drivers of motors on GPIOs. A subclass defines the lines and their levels.
+
+    A new duty takes effect with the next cycle of lgpio's software PWM, up to ``1 / frequency_hz`` seconds later. A
+    stop takes effect at once.
+    """
+
+    described = MotorDescription
+    modules = ("gpiozero",)
+    supply = ("ground",)
+    remedy = "pip install 'robotcore[pi]'"
+    reports_direction = True
+
+    @abstractmethod
+    def wires(self, settings: SettingsT) -> Sequence[Connection]:
+        """Return the connections to the motor's own GPIOs, without standby. The motor stands if all of them are low."""
+
+    @abstractmethod
+    def levels(self, settings: SettingsT, duty: float) -> Mapping[int, float]:
+        """Return the level of each GPIO at a duty from -1 to 1, without enable. The GPIOs with PWM are the last ones.
+
+        If the level of all GPIOs with PWM is 0, the motor stands.
+        """
+
+    @abstractmethod
+    def find_pwm_lines(self, settings: SettingsT) -> tuple[int, ...]:
+        """Return the GPIOs with PWM."""
+
+    def find_enable_line(self, settings: SettingsT) -> int | None:
+        """Return the GPIO that is high while the motor is open; None if there is none."""
+        return None
+
+    def connections(self, settings: SettingsT) -> Sequence[Connection]:
+        wires = self.wires(settings)
+        return wires if settings.standby is None else (*wires, gpio("standby", settings.standby, is_shared=True))
+
+    def notes(self, description: MotorDescription, settings: SettingsT) -> Sequence[str]:
+        return (BATTERY, UNGUARDED if settings.standby is None else PULLED_DOWN.format(line=settings.standby))
+
+    def warnings(self, settings: SettingsT) -> Sequence[str]:
+        lines = [line for line in self._find_turning_lines(settings) if line in PULLED_UP]
+        return (RISING.format(lines=f"GPIO {', '.join(map(str, lines))}"),) if lines else ()
+
+    def check(self, description: MotorDescription, settings: SettingsT, robot: RobotDescription) -> None:
+        if held := [line for line in self._find_turning_lines(settings) if line in HELD_UP]:
+            raise ValueError(
+                f"GPIO {held[0]} is held high by a resistor on the Pi, so {description.name} may turn while no program "
+                "runs; use another GPIO, best of 9 to 27"
+            )
+        require_drivable(description, settings.model, settings.control, robot)
+        if settings.control and settings.control.period_s * settings.frequency_hz < 1:
+            raise ValueError(
+                f"control.period_s {settings.control.period_s:g} is shorter than a cycle of {settings.frequency_hz} "
+                "Hz; lengthen it, or raise frequency_hz"
+            )
+
+    def open(self, description: MotorDescription, settings: SettingsT, host: Host) -> Motor:
+        bridge = partial(self._open_bridge, description.name, settings, host)
+        return open_motor(description, settings.model, settings.control, bridge, host)
+
+    def cutoffs(self, description: MotorDescription, settings: SettingsT, host: Host) -> Sequence[CutoffSpec]:
+        from gpiozero.pins.mock import MockFactory
+
+        if isinstance(host.pins, MockFactory):  # no other process sees these pins
+            return ()
+        if settings.standby is not None:
+            return (CutoffSpec(description.name, "drivers.raspberrypi.cutoff:StandbyLine", {"line": settings.standby}),)
+        lines = {"lines": [int(wire.where) for wire in self.wires(settings)], "owner": host.owner}
+        return (CutoffSpec(description.name, "drivers.raspberrypi.cutoff:MotorLines", lines, MAX_SILENCE_S),)
+
+    def _open_bridge(self, name: str, settings: SettingsT, host: Host) -> Bridge:
+        with_pwm, enable = self.find_pwm_lines(settings), self.find_enable_line(settings)
+        with ExitStack() as opened:
+            outputs = {
+                line: open_output(
+                    name, line, host.pins, opened, frequency_hz=settings.frequency_hz if line in with_pwm else None
+                )
+                for line in self.levels(settings, 0.0)
+            }
+            if enable is not None:
+                open_output(name, enable, host.pins, opened, is_high=True)
+            return Bridge(name, outputs, partial(self.levels, settings), opened.pop_all())
+
+    def _find_turning_lines(self, settings: SettingsT) -> tuple[int, ...]:
+        """Return the GPIOs that may turn the motor if they are high."""
+        if settings.standby is not None:
+            return (settings.standby,)
+        enable = self.find_enable_line(settings)
+        return (*self.find_pwm_lines(settings), *(() if enable is None else (enable,)))
 
 
 INPUTS = (
-    "The inputs of boards. TB6612: forward AIN1 and BIN1, backward AIN2 and BIN2, standby STBY, and PWMA and PWMB to "
-    "3.3 V. DRV8833: the same four, standby nSLEEP. L298N: forward IN1 and IN3, backward IN2 and IN4."
+    "The inputs of boards. TB6612: forward AIN1 and BIN1, backward AIN2 and BIN2, standby STBY, pwm PWMA and PWMB, or "
+    "these two to 3.3 V. DRV8833: forward AIN1 and BIN1, backward AIN2 and BIN2, standby nSLEEP. L298N: forward IN1 "
+    "and IN3, backward IN2 and IN4, pwm ENA and ENB, or the jumpers on these two."
 )
 """The note that `robotcore wiring` prints for a motor on an H-bridge."""
 
@@ -38,6 +174,12 @@ class HBridgeSettings(MotorSettings):
     backward: Gpio
     """The GPIO of the input that is high if the motor turns backward."""
 
+    pwm: Gpio | None = None
+    """The GPIO of the motor's PWM input (TB6612: PWMA or PWMB, L298N: ENA or ENB), which then has the PWM.
+
+    Without it, the inputs ``forward`` and ``backward`` have the PWM.
+    """
+
     enable: Gpio | None = None
     """The GPIO of the board's enable input, which is high while the motor is open."""
 
@@ -45,7 +187,8 @@ class HBridgeSettings(MotorSettings):
 class HBridge(MotorDriver[HBridgeSettings]):
     """Opens motors on an H-bridge with two inputs.
 
-    The input of the commanded direction has the PWM, and the other input is low.
+    The input of the commanded direction is high, and the other input is low. The input ``pwm`` has the PWM. A board
+    without it has the PWM at the input of the commanded direction.
     """
 
     name = "h-bridge"
@@ -54,58 +197,27 @@ class HBridge(MotorDriver[HBridgeSettings]):
     aliases = ("l298", "tb6612", "drv8833", "l9110", "mx1508")
 
     def wires(self, settings: HBridgeSettings) -> Sequence[Connection]:
-        inputs = gpio("forward", settings.forward), gpio("backward", settings.backward)
-        if settings.enable is None:
-            return inputs
-        return (
-            *inputs,
-            gpio(
-                "enable",
-                settings.enable,
-                remedy="use the key 'standby' in place of 'enable', because motors may share a standby line",
-            ),
-        )
+        remedy = "use the key 'standby' in place of 'enable', because motors may share a standby line"
+        wires = [gpio("forward", settings.forward), gpio("backward", settings.backward)]
+        if settings.pwm is not None:
+            wires.append(gpio("pwm", settings.pwm))
+        if settings.enable is not None:
+            wires.append(gpio("enable", settings.enable, remedy=remedy))
+        return wires
+
+    def levels(self, settings: HBridgeSettings, duty: float) -> Mapping[int, float]:
+        if settings.pwm is None:
+            return {settings.forward: max(duty, 0), settings.backward: max(-duty, 0)}
+        return {settings.forward: duty > 0, settings.backward: duty < 0, settings.pwm: abs(duty)}
+
+    def find_pwm_lines(self, settings: HBridgeSettings) -> tuple[int, ...]:
+        return (settings.forward, settings.backward) if settings.pwm is None else (settings.pwm,)
+
+    def find_enable_line(self, settings: HBridgeSettings) -> int | None:
+        return settings.enable
 
     def notes(self, description: MotorDescription, settings: HBridgeSettings) -> Sequence[str]:
         return (*super().notes(description, settings), INPUTS)
-
-    def open_bridge(self, name: str, settings: HBridgeSettings, host: Host) -> Bridge:
-        with ExitStack() as opened:
-            forward, backward = (
-                open_pwm_output(name, number, settings.frequency_hz, host.pins, opened)
-                for number in (settings.forward, settings.backward)
-            )
-            if settings.enable is not None:
-                open_digital_output(name, settings.enable, host.pins, opened, is_high=True)
-            return TwoInputs(name, forward, backward, (settings.forward, settings.backward), opened.pop_all())
-
-
-class TwoInputs(Bridge):
-    """The two PWM inputs of an H-bridge."""
-
-    def __init__(
-        self,
-        motor: str,
-        forward: PWMOutputDevice,
-        backward: PWMOutputDevice,
-        gpios: Sequence[int],
-        opened: ExitStack,
-    ) -> None:
-        super().__init__(motor, gpios, opened)
-        self._forward, self._backward = forward, backward
-
-    def set_duty(self, duty: float) -> None:
-        if duty > 0:  # set one input low before the other gets high
-            set_low(self._backward)
-            self._forward.value = duty
-        elif duty < 0:
-            set_low(self._forward)
-            self._backward.value = -duty
-        else:
-            try:
-                set_low(self._forward)
-            finally:
-                set_low(self._backward)
 
 
 class PhaseEnableSettings(MotorSettings):
@@ -132,41 +244,8 @@ class PhaseEnable(MotorDriver[PhaseEnableSettings]):
     def wires(self, settings: PhaseEnableSettings) -> Sequence[Connection]:
         return gpio("enable", settings.enable), gpio("phase", settings.phase)
 
-    def find_turning_lines(self, settings: PhaseEnableSettings) -> tuple[int, ...]:
+    def levels(self, settings: PhaseEnableSettings, duty: float) -> Mapping[int, float]:
+        return {settings.phase: duty < 0, settings.enable: abs(duty)}
+
+    def find_pwm_lines(self, settings: PhaseEnableSettings) -> tuple[int, ...]:
         return (settings.enable,)
-
-    def open_bridge(self, name: str, settings: PhaseEnableSettings, host: Host) -> Bridge:
-        with ExitStack() as opened:
-            phase = open_digital_output(name, settings.phase, host.pins, opened, is_high=False)
-            enable = open_pwm_output(name, settings.enable, settings.frequency_hz, host.pins, opened)
-            return PhaseAndEnable(name, phase, enable, (settings.phase, settings.enable), opened.pop_all())
-
-
-class PhaseAndEnable(Bridge):
-    """The direction input and the PWM input of a board.
-
-    The duty is set to 0 only if the direction changes. gpiozero's PhaseEnableMotor sets it to 0 at every
-    command, and then loses a PWM cycle that begins at that moment.
-    """
-
-    def __init__(
-        self,
-        motor: str,
-        phase: DigitalOutputDevice,
-        enable: PWMOutputDevice,
-        gpios: Sequence[int],
-        opened: ExitStack,
-    ) -> None:
-        super().__init__(motor, gpios, opened)
-        self._phase, self._enable = phase, enable
-        self._is_backward = False
-
-    def set_duty(self, duty: float) -> None:
-        if duty == 0:
-            set_low(self._enable)
-            return
-        if (is_backward := duty < 0) != self._is_backward:
-            set_low(self._enable)
-            self._is_backward = is_backward
-        self._phase.value = is_backward
-        self._enable.value = abs(duty)

@@ -6,17 +6,19 @@ Such a module answers a trigger with a pulse whose length is the time until the 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+import threading
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from typing import Annotated, Any
 
 from pydantic import Field
 
 from drivers.raspberrypi.header import Gpio, gpio
+from drivers.raspberrypi.pins import stop_edge_detection, translate_pin_errors
 from drivers.raspberrypi.ranging.echo_timer import EchoTimer
-from drivers.raspberrypi.ranging.ultrasonic_sensor import EchoPins, Sonar, TriggerScheduler
 from robotcore.description import RangeSensorDescription, RobotDescription, StrictModel
-from robotcore.hal.devices import RangeSensor
+from robotcore.hal.clock import Clock, PeriodicTask
+from robotcore.hal.devices import Range, RangeSensor
 from robotcore.hardware import Connection, DeviceDriver, Host
 from robotcore.hardware.polled_samples import RangeSampler, require_timely
 
@@ -95,15 +97,10 @@ class Ultrasonic(DeviceDriver[RangeSensorDescription, UltrasonicSettings]):
         return (LEVEL.format(echo=settings.echo),)
 
     def open(self, description: RangeSensorDescription, settings: UltrasonicSettings, host: Host) -> RangeSensor:
-        sampler = RangeSampler(description, settings.echo_free_cycles)
-        speed = speed_of_sound(settings.air_temperature_c)
-        timer = EchoTimer(description.name, sampler, speed, settings.cycle_s, host.pins.ticks_diff)
-        pins = EchoPins(description.name, settings.trigger, settings.echo, host.pins)
         with ExitStack() as undo:
-            scheduler = host.shared.take(TriggerScheduler, None, lambda: TriggerScheduler(host.clock))
-            sonar = Sonar(description, sampler, timer, pins, host.clock, scheduler, settings.cycle_s)
+            sonar = Sonar(description, settings, host)
             undo.callback(sonar.close)
-            sonar.start(_CYCLES_WITHOUT_ECHO * max(settings.echo_free_cycles, 10))
+            sonar.start()
             undo.pop_all()
         return sonar
 
@@ -118,3 +115,122 @@ def speed_of_sound(temperature_c: float) -> float:
     343.4
     """
     return 331.45 * math.sqrt(1 + temperature_c / 273.15)
+
+
+TRIGGER_S = 10e-6
+"""The length of the trigger pulse in seconds, the shortest that the data sheet allows. Source: HC-SR04 data sheet,
+ElecFreaks."""
+
+
+class Sonar(RangeSensor):
+    """An ultrasonic sensor. The scheduler triggers its module, and the length of the echo pulse gives the distance."""
+
+    def __init__(self, description: RangeSensorDescription, settings: UltrasonicSettings, host: Host) -> None:
+        super().__init__(
+            description.name,
+            min_range=description.min_range_m,
+            max_range=description.max_range_m,
+            cone=description.cone_rad,
+        )
+        self._settings, self._host, self._stopping = settings, host, ExitStack()
+        self._sampler = RangeSampler(description, settings.echo_free_cycles)
+        speed = speed_of_sound(settings.air_temperature_c)
+        self._timer = EchoTimer(description.name, self._sampler, speed, settings.cycle_s, host.pins.ticks_diff)
+
+    def start(self) -> None:
+        """Claim the pins, take the first sample, and then measure in the background; raises DeviceError."""
+        from gpiozero import InputDevice, OutputDevice
+
+        settings, host, stopping = self._settings, self._host, self._stopping
+        with translate_pin_errors(self.name, (settings.trigger,)):
+            self._trigger = stopping.enter_context(OutputDevice(settings.trigger, pin_factory=host.pins))
+        with translate_pin_errors(self.name, (settings.echo,)):
+            self._echo = stopping.enter_context(InputDevice(settings.echo, pin_factory=host.pins))
+        stopping.callback(stop_edge_detection, self._echo.pin)
+        stopping.callback(self._timer.stop)
+        self._echo.pin.when_changed = self._timer.on_edge
+        scheduler = host.shared.take(TriggerScheduler, None, lambda: TriggerScheduler(host.clock))
+        scheduler.pause()
+        for _ in range(_CYCLES_WITHOUT_ECHO * max(settings.echo_free_cycles, 10)):
+            self._cycle()
+            self._timer.ended.wait(settings.cycle_s)
+            if self._sampler.has_result:
+                break
+        self._newest()
+        stopping.callback(scheduler.leave, self._cycle)
+        scheduler.join(self._cycle, settings.cycle_s)
+
+    def _cycle(self) -> None:
+        try:
+            self._send_trigger()
+        except Exception as error:  # noqa: BLE001  `read` raises it
+            self._timer.fail(error)
+
+    def _send_trigger(self) -> None:
+        if self._echo.is_active:
+            self._timer.skip_cycle()
+            return
+        self._timer.begin(self._host.clock.now(), self._host.pins.ticks())
+        self._trigger.on()
+        threading.Event().wait(TRIGGER_S)
+        self._trigger.off()
+
+    def _newest(self) -> Range:
+        return self._sampler.newest.get()
+
+    def _release(self) -> None:
+        self._stopping.close()
+
+
+Cycle = Callable[[], object]
+"""A function that triggers one module."""
+
+
+class TriggerScheduler:
+    """Triggers several modules in turn, so that a module does not receive the burst of another module.
+
+    It triggers one module in each period, which is the longest period of all modules. The methods are not thread-safe.
+    They are called only when a robot opens or closes modules.
+    """
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self._modules: list[tuple[Cycle, float]] = []
+        self._polling: PeriodicTask | None = None
+        self._at = 0
+
+    def pause(self) -> None:
+        """Stop all triggers until `join`, so that a module receives only its own echo during its opening."""
+        if self._polling:
+            self._polling.stop()
+            self._polling = None
+
+    def join(self, cycle: Cycle, period: float) -> None:
+        """Add a module, and start or resume triggering.
+
+        cycle: triggers the module.
+        period: the module's shortest time between two triggers, in seconds.
+        """
+        self.pause()
+        self._modules.append((cycle, period))
+        self._resume()
+
+    def leave(self, cycle: Cycle) -> None:
+        """Remove the module that ``cycle`` triggers. The other modules continue."""
+        self.pause()
+        self._modules = [each for each in self._modules if each[0] != cycle]
+        self._resume()
+
+    def close(self) -> None:
+        """Stop triggering."""
+        self.pause()
+
+    def _resume(self) -> None:
+        if self._modules:
+            period = max(period for _, period in self._modules)
+            self._polling = self._clock.every(period, self._run_next, "ultrasonic")
+
+    def _run_next(self) -> None:
+        self._at = (self._at + 1) % len(self._modules)
+        cycle, _ = self._modules[self._at]
+        cycle()

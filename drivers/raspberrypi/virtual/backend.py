@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import replace
 from typing import Annotated, Any
@@ -11,7 +11,7 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from drivers.raspberrypi.backend import SECTION, RaspberryPiBackend
-from robotcore.description import AnyDevice, RobotDescription, StrictModel
+from robotcore.description import RobotDescription, StrictModel
 from robotcore.errors import UsageError
 from robotcore.hal.backend import Backend, Capability, Setup, load_backend
 from robotcore.hal.check_finding import Finding
@@ -59,7 +59,7 @@ class VirtualPiBackend(RaspberryPiBackend):
         return frozenset()
 
     def notes(self, setup: Setup) -> list[str]:
-        from drivers.raspberrypi.virtual.wiring import SIMULATED, find_unmodelled
+        from drivers.raspberrypi.virtual.models import SIMULATED, find_unmodelled
 
         bindings = find_unmodelled(self.bind(setup.robot, setup.devices))
         return [
@@ -71,7 +71,7 @@ class VirtualPiBackend(RaspberryPiBackend):
 
     def examine(self, robot: RobotDescription | None) -> Iterator[Finding]:
         """Yield a finding that lists the devices that the simulator's own devices replace, if there are any."""
-        from drivers.raspberrypi.virtual.wiring import find_unmodelled
+        from drivers.raspberrypi.virtual.models import find_unmodelled
 
         bindings = find_unmodelled(self.bind(robot)) if robot else ()
         if names := [f"{binding.name} ({binding.driver.name})" for binding in bindings]:
@@ -83,18 +83,20 @@ class VirtualPiBackend(RaspberryPiBackend):
         return ()
 
     def open(self, setup: Setup) -> Robot:
-        from drivers.raspberrypi.virtual.models import VirtualPins
-        from drivers.raspberrypi.virtual.wiring import VirtualWiring, describe_hardware
+        from drivers.raspberrypi.virtual.models import VirtualPins, connect_pins, describe_hardware
 
         options, setup = setup.options_as(VirtualPiOptions), setup.without_batteries()
         simulator = self._load_simulator(options.simulator)
         bindings = self.bind(setup.robot, setup.devices)
-        built = _replace_devices(setup.robot, map(describe_hardware, bindings))
+        hardware = {binding.name: describe_hardware(binding) for binding in bindings}
+        built = setup.robot.model_copy(
+            update={"devices": tuple(hardware.get(device.name, device) for device in setup.robot.devices)}
+        )
+        is_lost = self._is_lost or _build_echo_loss(options.lost_echoes, setup.seed)
         with ExitStack() as undo:
             simulated = undo.enter_context(simulator.open(replace(setup, robot=built, options={})))
             pins = undo.enter_context(VirtualPins(simulated.clock))
-            wiring = VirtualWiring(simulated, pins, self._is_lost or _build_echo_loss(options.lost_echoes, setup.seed))
-            on_pins = {binding.name for binding in bindings if wiring.connect(binding)}
+            on_pins = {each.name for each in bindings if connect_pins(each, simulated, pins, is_lost)}
             release = undo.pop_all().close
         own = {name: device for name, device in simulated.devices.items() if name not in on_pins}
         return open_robot(
@@ -111,11 +113,6 @@ class VirtualPiBackend(RaspberryPiBackend):
             )
         simulator.require_installed()
         return simulator
-
-
-def _replace_devices(robot: RobotDescription, devices: Iterable[AnyDevice]) -> RobotDescription:
-    new = {device.name: device for device in devices}
-    return robot.model_copy(update={"devices": tuple(new.get(device.name, device) for device in robot.devices)})
 
 
 def _build_echo_loss(share: float, seed: int) -> Callable[[], bool]:

@@ -1,17 +1,24 @@
-"""Virtual pins in simulated time, and models of the hardware on these pins."""
+"""Virtual pins in simulated time, and models of the hardware that connect them to the devices of a simulator."""
 
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from typing import Any
 
 from gpiozero.pins.mock import MockFactory, MockPWMPin
 
-from robotcore.hal.clock import Clock
+from drivers.raspberrypi.cameras.capture import CameraSettings
+from drivers.raspberrypi.encoders import EncoderSettings, PulsesSettings, QuadratureSettings
+from drivers.raspberrypi.motors.boards import HBridgeSettings, PhaseEnableSettings
+from drivers.raspberrypi.ranging.time_of_flight_driver import TimeOfFlightSettings
+from drivers.raspberrypi.ranging.ultrasonic_driver import UltrasonicSettings, speed_of_sound
+from robotcore.description import AnyDevice, BatteryDescription, EncoderDescription
+from robotcore.hal.clock import MIN_PHYSICS_RATE_HZ, Clock, SteppedClock
 from robotcore.hal.devices import Encoder, Motor, RangeSensor
+from robotcore.hal.robot import Robot
+from robotcore.hardware import DeviceBinding
 
 PI_4B = "c03115"
 """The revision code of the simulated board, a Raspberry Pi 4B.
@@ -99,55 +106,37 @@ class VirtualPins(MockFactory):  # type: ignore[misc]  # gpiozero has no types
 QUADRATURE = ((1, 1), (0, 1), (0, 0), (1, 0))
 """The levels of the channels (a, b) after each edge of a forward turn, on which channel a leads."""
 
+SLOTS = ((0,), (1,))
+"""The levels of the only channel of a slotted disc, which does not show the direction."""
 
-class Disc(ABC):
+
+class Disc:
     """An encoder disc that turns with a wheel, and sets the encoder's pins.
 
     encoder: the simulator's encoder, which gives the angle of the wheel.
     radians: the angle between two edges.
+    levels: the levels of the pins after each edge of a forward turn.
     """
 
-    def __init__(self, encoder: Encoder, radians: float) -> None:
+    def __init__(
+        self, encoder: Encoder, radians: float, levels: Sequence[Sequence[int]], pins: Sequence[VirtualPin]
+    ) -> None:
         self._encoder, self._radians = encoder, radians
-        self._at = 0
+        self._levels, self._pins = levels, pins
+        self._edge = 0
+        self._show()
 
     def update(self) -> None:
-        """Set the pins once for each edge that the wheel has passed since the last call."""
+        """Show all edges since the last update."""
         target = round(self._encoder.read().angle / self._radians)
-        step = 1 if target > self._at else -1
-        while self._at != target:
-            self._at += step
-            self._show(self._at)
+        step = 1 if target > self._edge else -1
+        while self._edge != target:
+            self._edge += step
+            self._show()
 
-    @abstractmethod
-    def _show(self, edge: int) -> None:
-        """Set the pins to their levels after ``edge`` edges since the start. Backward edges count as negative."""
-
-
-class QuadratureDisc(Disc):
-    """An encoder disc with two channels, a quarter of a cycle apart, which show the direction."""
-
-    def __init__(self, encoder: Encoder, radians: float, a: VirtualPin, b: VirtualPin) -> None:
-        super().__init__(encoder, radians)
-        self._a, self._b = a, b
-        self._show(0)
-
-    def _show(self, edge: int) -> None:
-        a, b = QUADRATURE[edge % len(QUADRATURE)]
-        self._a.drive(a)
-        self._b.drive(b)
-
-
-class SlottedDisc(Disc):
-    """An encoder disc with one channel, which does not show the direction."""
-
-    def __init__(self, encoder: Encoder, radians: float, pin: VirtualPin) -> None:
-        super().__init__(encoder, radians)
-        self._pin = pin
-        self._show(0)
-
-    def _show(self, edge: int) -> None:
-        self._pin.drive(edge % 2)
+    def _show(self) -> None:
+        for pin, level in zip(self._pins, self._levels[self._edge % len(self._levels)], strict=True):
+            pin.drive(level)
 
 
 BURST_S = 450e-6
@@ -212,18 +201,19 @@ Velocity = Callable[[float], float]
 
 
 def wire_two_inputs(
-    motor: Motor, velocity: Velocity, forward: VirtualPin, backward: VirtualPin, enable: VirtualPin | None = None
+    motor: Motor, velocity: Velocity, forward: VirtualPin, backward: VirtualPin, gates: Sequence[VirtualPin] = ()
 ) -> None:
     """Connect a motor to pins by an H-bridge with an input for each direction. Equal inputs brake the motor.
 
     velocity: the motor's velocity at each duty.
-    enable: the pin that enables the H-bridge; None if it is always enabled.
+    gates: the pins of the inputs that enable the H-bridge, such as PWMA. Their duties scale the motor's duty.
     """
-
-    def duty() -> float:
-        return float(forward.state) - float(backward.state) if enable is None or enable.state else 0.0
-
-    _turn_on_change(duty, motor, velocity, *(pin for pin in (forward, backward, enable) if pin is not None))
+    _turn_on_change(
+        lambda: (forward.state - backward.state) * math.prod(gate.state for gate in gates),
+        motor,
+        velocity,
+        (forward, backward, *gates),
+    )
 
 
 def wire_phase_and_enable(motor: Motor, velocity: Velocity, phase: VirtualPin, enable: VirtualPin) -> None:
@@ -233,9 +223,68 @@ def wire_phase_and_enable(motor: Motor, velocity: Velocity, phase: VirtualPin, e
     phase: the pin that is high to turn backward.
     enable: the pin with the duty.
     """
-    _turn_on_change(lambda: float(-enable.state if phase.state else enable.state), motor, velocity, phase, enable)
+    _turn_on_change(lambda: -enable.state if phase.state else enable.state, motor, velocity, (phase, enable))
 
 
-def _turn_on_change(duty: Callable[[], float], motor: Motor, velocity: Velocity, *pins: VirtualPin) -> None:
+def _turn_on_change(duty: Callable[[], float], motor: Motor, velocity: Velocity, pins: Iterable[VirtualPin]) -> None:
     for pin in pins:
-        pin.on_change(lambda: motor.set_velocity(velocity(duty())))
+        pin.on_change(lambda: motor.set_velocity(velocity(float(duty()))))
+
+
+MODELLED = (HBridgeSettings, PhaseEnableSettings, QuadratureSettings, PulsesSettings, UltrasonicSettings)
+"""The settings of the devices that have a model."""
+
+SIMULATED = (CameraSettings, TimeOfFlightSettings)
+"""The settings of devices that are not on pins. The simulator's own devices replace these devices."""
+
+MAX_ECHO_M = 4.3
+"""The distance of the farthest wall whose echo an HC-SR04 receives, in metres."""
+
+
+def connect_pins(binding: DeviceBinding, simulated: Robot, pins: VirtualPins, is_lost: Callable[[], bool]) -> bool:
+    """Connect a device's pins by a model to the simulator's device; return whether there is a model of the device.
+
+    is_lost: called for each ultrasonic echo; returns whether the echo is lost.
+    """
+    pin, clock = pins.pin, simulated.clock
+    match binding.settings, binding.description, simulated.devices[binding.name]:
+        case HBridgeSettings() as on, _, Motor() as motor:
+            gates = [pin(number) for number in (on.pwm, on.enable) if number is not None]
+            wire_two_inputs(motor, on.model.velocity, pin(on.forward), pin(on.backward), gates)
+        case PhaseEnableSettings() as on, _, Motor() as motor:
+            wire_phase_and_enable(motor, on.model.velocity, pin(on.phase), pin(on.enable))
+        case QuadratureSettings() | PulsesSettings() as on, EncoderDescription() as description, Encoder() as encoder:
+            numbers, levels = ((on.a, on.b), QUADRATURE) if isinstance(on, QuadratureSettings) else ((on.gpio,), SLOTS)
+            disc = Disc(encoder, math.tau / on.edges_per_turn(description), levels, [pin(each) for each in numbers])
+            step = clock.step if isinstance(clock, SteppedClock) else 1 / MIN_PHYSICS_RATE_HZ
+            clock.every(step, disc.update, "disc")
+        case UltrasonicSettings() as on, _, RangeSensor() as sensor:
+            VirtualEcho(clock, sensor, pin(on.trigger), pin(on.echo), speed_of_sound(on.air_temperature_c), is_lost)
+        case _:
+            return False
+    return True
+
+
+def find_unmodelled(bindings: Iterable[DeviceBinding]) -> list[DeviceBinding]:
+    """Return the devices without a model, which the simulator's own devices replace.
+
+    The result has no batteries, because simulators have none.
+    """
+    return [
+        binding
+        for binding in bindings
+        if not isinstance(binding.settings, MODELLED) and not isinstance(binding.description, BatteryDescription)
+    ]
+
+
+def describe_hardware(binding: DeviceBinding) -> AnyDevice:
+    """Return the description of a device's hardware, for the simulator.
+
+    An encoder's counts are all of its edges. An ultrasonic module also measures walls beyond its ``max_range_m``.
+    """
+    match binding.settings, binding.description:
+        case EncoderSettings() as settings, EncoderDescription() as description:
+            return description.model_copy(update={"counts_per_turn": settings.edges_per_turn(description)})
+        case UltrasonicSettings(), description:
+            return description.model_copy(update={"max_range_m": MAX_ECHO_M})
+    return binding.description

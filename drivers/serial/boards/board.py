@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import ClassVar, Generic, TypeVar
 
 from drivers.serial.boards.command import CommandBuffer
+from drivers.serial.boards.devices import CountAccumulator
+from drivers.serial.driver import PortSettings, Side
 from drivers.serial.line import Line
 from drivers.serial.protocol import Protocol
 from robotcore.errors import DeviceError
+from robotcore.hal.devices import Voltage
 from robotcore.hardware import Host
 
 
@@ -23,6 +26,12 @@ class BoardProtocol(Protocol):
 
     default_timeout_s: ClassVar[float]
     """The board stops its motors after this many seconds without a command, unless `limit` sets a shorter time."""
+
+    counters: Mapping[Side, CountAccumulator]
+    """The counters of both wheels."""
+
+    voltage: Voltage | None = None
+    """The newest voltage of the battery; None before the first one."""
 
     def __init__(self, baud: int) -> None:
         self.baud, self.is_ready = baud, False
@@ -69,27 +78,26 @@ class BoardProtocol(Protocol):
         self.command.clear()  # no motor turns before a new command
         self.is_ready = True
 
+    def _set_voltage(self, volts: float, now: float) -> None:
+        self.voltage = Voltage(volts, now, self.voltage.sequence + 1 if self.voltage else 0)
+
 
 def describe_timeout(timeout_s: float) -> str:
-    """Return the sentence for messages and notes that describes the time-out of a board.
-
-    >>> describe_timeout(0.5)
-    'The board stops its motors by itself 0.5 s after the last command that it received.'
-    """
-    return f"The board stops its motors by itself {timeout_s:g} s after the last command that it received."
+    """Return the sentence for error messages, without full stop, that describes the time-out of a board."""
+    return f"The board stops its motors by itself {timeout_s:g} s after the last command that it received"
 
 
+ProtocolT_co = TypeVar("ProtocolT_co", bound=Protocol, covariant=True)
 ProtocolT = TypeVar("ProtocolT", bound=Protocol)
 
 
-class Board(Generic[ProtocolT]):
-    """An open board: its line and its protocol, which all its devices share."""
+class Board(Generic[ProtocolT_co]):
+    """A board that several devices share."""
 
-    def __init__(self, line: Line, protocol: ProtocolT) -> None:
-        self.line, self.protocol = line, protocol
-
-    def __repr__(self) -> str:
-        return f"Board({self.line!r}, {type(self.protocol).__name__})"
+    def __init__(self, opener: str, line: Line, protocol: ProtocolT_co) -> None:
+        self.opener, self.line, self.protocol = opener, line, protocol
+        self.failure: DeviceError | None = None
+        """The error of opening the board, so that its other devices fail without a second wait."""
 
     def close(self) -> None:
         self.line.close()
@@ -104,19 +112,8 @@ class SharedBoardError(DeviceError):
     kind = "shared-board"
 
 
-class _OpeningResult(Generic[ProtocolT]):
-    """The result of opening a board. With it, further devices of a dead board fail without a second wait."""
-
-    def __init__(self, device: str, board: Board[ProtocolT] | None, failure: DeviceError | None = None) -> None:
-        self.device, self.board, self.failure = device, board, failure
-
-    def close(self) -> None:
-        if self.board:
-            self.board.close()
-
-
 def open_board(
-    device: str, place: str, kind: type[ProtocolT], make: Callable[[], ProtocolT], host: Host, answer_s: float
+    device: str, settings: PortSettings, make: Callable[[int], ProtocolT], host: Host, answer_s: float
 ) -> Board[ProtocolT]:
     """Return the board on a port; open the port if this device is the first one of the board.
 
@@ -124,24 +121,24 @@ def open_board(
     get a SharedBoardError.
 
     device: the name of the device, for errors.
-    place: the port in the robot's file.
-    kind: the class of the board's protocol.
-    make: returns a new protocol.
+    make: the class of the board's protocol, whose argument is the speed of the line in baud.
     answer_s: the longest wait for the board's first data, in seconds.
     """
 
-    def open_once() -> _OpeningResult[ProtocolT]:
-        protocol = make()
-        line = Line(place, protocol, host.clock)
+    def open_once() -> Board[ProtocolT]:
+        protocol = make(settings.speed)
+        board = Board(device, Line(settings.port, protocol, host.clock), protocol)
         try:
-            line.open(device, answer_s)
+            board.line.open(device, answer_s)
         except DeviceError as failure:
-            return _OpeningResult(device, None, failure)
-        return _OpeningResult(device, Board(line, protocol))
+            board.failure = failure
+        return board
 
-    result = host.shared.take(_OpeningResult, (kind, place), open_once)
-    if result.board:
-        return result.board
-    if result.failure and result.device == device:
-        raise result.failure
-    raise SharedBoardError(device, f"its board on {place} could not be opened; see the error of {result.device}")
+    board: Board[ProtocolT] = host.shared.take(Board, (make, settings.port), open_once)
+    if board.failure and board.opener == device:
+        raise board.failure
+    if board.failure:
+        raise SharedBoardError(
+            device, f"its board on {settings.port} could not be opened; see the error of {board.opener}"
+        )
+    return board

@@ -49,7 +49,6 @@ class CommandBuffer:
     """
 
     def __init__(self) -> None:
-        """Create a buffer with the value 0 for both motors, and without a command to send."""
         self._lock = Lock()
         self._newest = WheelCommand()
         self._set_at: dict[Side, float] = {}
@@ -57,16 +56,10 @@ class CommandBuffer:
         self._due = math.inf
         self._sent_at = -math.inf
 
-    def __repr__(self) -> str:
-        state = "sent" if math.isinf(self._due) else f"due at {self._due:g}"
-        return f"CommandBuffer(left={self._newest.left:g}, right={self._newest.right:g}, {state})"
-
     def set(self, side: Side, value: float, now: float) -> None:
         """Set the command of one motor. The command of the other motor does not change."""
         with self._lock:
-            self._newest = (
-                WheelCommand(value, self._newest.right) if side == "left" else WheelCommand(self._newest.left, value)
-            )
+            self._newest = self._newest._replace(**{side: value})
             self._set_at[side] = now
             self._fresh.add(side)
             is_complete = self._newest.is_stop or len(self._fresh) > 1
@@ -121,9 +114,6 @@ class CommandBuffer:
         return self._sent_at + STOP_REPEAT_S if self._newest.is_stop else math.inf
 
     def _value_unless_old(self, side: Side, now: float, timeout_s: float) -> float:
-        is_turning = any(self._value(fresh) for fresh in self._fresh)
+        is_turning = any(getattr(self._newest, fresh) for fresh in self._fresh)
         max_age_s = timeout_s if is_turning and side not in self._fresh else MAX_AGE_S
-        return 0.0 if now - self._set_at.get(side, -math.inf) > max_age_s else self._value(side)
-
-    def _value(self, side: Side) -> float:
-        return self._newest.left if side == "left" else self._newest.right
+        return 0.0 if now - self._set_at.get(side, -math.inf) > max_age_s else getattr(self._newest, side)

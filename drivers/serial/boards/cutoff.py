@@ -14,7 +14,7 @@ from select import poll, select
 from threading import RLock
 from typing import TYPE_CHECKING
 
-from drivers.serial.port import FAILURES, PortMissingError, explain_failure, find_path
+from drivers.serial.port import CHUNK, FAILURES, PortMissingError, explain_failure, find_path
 from robotcore.errors import BackendError, ResourceError
 from robotcore.hal.cutoff import Cutoff, CutoffSpec, Unconfirmed
 from robotcore.hal.wall_clock import MonotonicClock
@@ -24,6 +24,7 @@ from robotcore.threads import start_thread
 if TYPE_CHECKING:
     from serial import Serial
 
+    from drivers.serial.driver import PortSettings
     from robotcore.hardware import Host
 
 WRITE_TIMEOUT_S = 0.2
@@ -33,8 +34,6 @@ ANSWER_TIMEOUT_S, REPEAT_S = 4.0, 0.25
 """The longest wait for the board's answer, and the period of repeating the frame during this wait, in seconds.
 
 Opening the port resets an Arduino, and its boot loader takes up to two seconds."""
-
-CHUNK = 4096
 
 HANG_UP_POLL_S = 0.1
 """The period in which the hang-up thread checks whether the port was closed, in seconds."""
@@ -98,7 +97,9 @@ class StopFrame(Cutoff):
                 self._write()
             except Exception:  # noqa: BLE001  pyserial's errors have no common base; a second failure is raised
                 self.close()
-                if not self._is_plugged_in():
+                try:
+                    find_path(self._place)
+                except PortMissingError:
                     return Unconfirmed(f"{self._place} is unplugged: the board stops its motors by itself")
                 self._write()
             return None if self._has_owner else self._confirm()
@@ -149,13 +150,6 @@ class StopFrame(Cutoff):
                     if self._serial is serial:
                         self.close()
 
-    def _is_plugged_in(self) -> bool:
-        try:
-            find_path(self._place)
-        except PortMissingError:
-            return False
-        return True
-
     def _write(self) -> None:
         if self._serial is None:
             self.open()
@@ -166,13 +160,18 @@ class StopFrame(Cutoff):
             select([], [], [], pause_s)
 
 
-def stop_frame(device: str, place: str, baud: int, frame: bytes, answer: str | None, host: Host) -> CutoffSpec:
+def stop_frame(device: str, settings: PortSettings, frame: bytes, answer: str | None, host: Host) -> CutoffSpec:
     """Return the specification of a `StopFrame`, for the guardian and for `robotcore stop`.
 
     Both merge the equal cutoffs of several devices on one port, so they send the frame of a board only once.
 
     answer: a regular expression for the board's answer; None if the board never answers.
     """
-    has_owner = host.owner is not None
-    parameters = {"place": place, "baud": baud, "frame": frame.hex(), "answer": answer, "has_owner": has_owner}
+    parameters = {
+        "place": settings.port,
+        "baud": settings.speed,
+        "frame": frame.hex(),
+        "answer": answer,
+        "has_owner": host.owner is not None,
+    }
     return CutoffSpec(device, "drivers.serial.boards.cutoff:StopFrame", parameters)

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
-from typing import Generic
 
 from drivers.serial.boards.command import CommandBuffer
 from drivers.serial.driver import Side
 from drivers.serial.line import Line
 from robotcore.description import MotorDescription
-from robotcore.errors import DeviceError
 from robotcore.hal.devices import Angle, Battery, Encoder, Motor, SampleT, Sensor, Voltage
 from robotcore.hardware.motor_model import Output
 
@@ -37,10 +34,6 @@ class CountAccumulator:
         self._last: float | None = None
         self._newest: tuple[float, float, int] | None = None
 
-    def __repr__(self) -> str:
-        total, time, sequence = self._newest or (0.0, -math.inf, -1)
-        return f"CountAccumulator(total={total:g}, time={time:g}, sequence={sequence})"
-
     def add(self, count: float, time: float) -> None:
         """Add the change since the last count to the total.
 
@@ -66,25 +59,27 @@ class CountAccumulator:
     def _difference(self, count: float) -> float:
         if self._last is None:
             return 0.0
-        turned = count - self._last
-        if self._wraps_at:
-            turned = (turned + self._wraps_at / 2) % self._wraps_at - self._wraps_at / 2
-        return turned
+        return wrap_difference(count - self._last, self._wraps_at) if self._wraps_at else count - self._last
+
+
+def wrap_difference(difference: float, wraps_at: float) -> float:
+    """Return the difference of two values of a counter that wraps around at ``wraps_at``, from the shorter way."""
+    return (difference + wraps_at / 2) % wraps_at - wraps_at / 2
 
 
 class BoardOutput(Output):
-    """Sends commands to one motor of a board, in the board's own unit."""
+    """Sends commands to one motor of a board.
 
-    def __init__(self, device: str, line: Line, command: CommandBuffer, side: Side) -> None:
-        self._device, self._line, self._command, self._side = device, line, command, side
+    unit: the board's command value for 1, which is a duty, or a velocity in rad/s.
+    """
+
+    def __init__(self, device: str, line: Line, command: CommandBuffer, side: Side, unit: float = 1.0) -> None:
+        self._device, self._line, self._command, self._side, self._unit = device, line, command, side, unit
 
     def turn(self, duty: float) -> None:
-        """Set the command of the motor; raises DeviceLostError if the line is lost.
-
-        duty: the value in the unit of the board's commands; a duty only if the board takes duties.
-        """
+        """Set the command of the motor, a duty or a velocity in rad/s; raises DeviceLostError if the line is lost."""
         self._line.require(self._device)
-        self._command.set(self._side, duty, self._line.now())
+        self._command.set(self._side, duty * self._unit, self._line.now())
         self._line.wake()
 
     def close(self) -> None:
@@ -96,58 +91,46 @@ class BoardOutput(Output):
 
 
 class BoardMotor(Motor):
-    """A motor whose velocity its board controls."""
+    """A motor whose velocity its board controls. Its output takes velocities in rad/s."""
 
-    def __init__(self, description: MotorDescription, output: BoardOutput, unit_per_rad_s: float) -> None:
-        """Create the motor.
-
-        unit_per_rad_s: the board's command value for 1 rad/s.
-        """
+    def __init__(self, description: MotorDescription, output: BoardOutput) -> None:
         super().__init__(description.name, description.max_velocity_rad_s)
-        self._output, self._unit_per_rad_s = output, unit_per_rad_s
+        self._output = output
 
     def _apply(self, rad_s: float) -> None:
-        self._output.turn(rad_s * self._unit_per_rad_s)
+        self._output.turn(rad_s)
 
     def _release(self) -> None:
         self._output.close()
 
 
-class BoardSensor(Sensor[SampleT], Generic[SampleT]):
+class BoardSensor(Sensor[SampleT]):
     """A sensor of a board. The thread of the line receives its samples.
 
     After a loss of the line, reading raises DeviceLostError until a new sample arrives.
     """
 
-    def __init__(self, name: str, line: Line, read_latest: Callable[[], SampleT | None]) -> None:
-        """Create the sensor.
+    def __init__(self, name: str, line: Line, read_latest: Callable[[], SampleT | None], first_s: float) -> None:
+        """Create the sensor, and wait for its first sample; raises DeviceError if there is none.
 
         read_latest: returns the newest sample; None before the first one.
+        first_s: the longest wait in seconds.
         """
         super().__init__(name)
         self._line, self._read_latest = line, read_latest
-
-    def await_first(self, within_s: float) -> None:
-        """Wait up to ``within_s`` seconds for the first sample; raises DeviceError if there is none."""
-        self._line.wait_until(lambda: self._read_latest() is not None, self.name, within_s, self._no_sample_yet)
+        problem = f"the board on {line.place} has not sent a value of this device"
+        line.wait_until(lambda: read_latest() is not None, name, first_s, lambda: problem)
 
     def _newest(self) -> SampleT:
         self._line.require(self.name)
-        if (sample := self._read_latest()) is None:
-            raise DeviceError(self.name, self._no_sample_yet, kind="no-sample-yet")
+        sample = self._read_latest()
+        assert sample, "the constructor has waited for the first sample"
         self._line.require_since_lost(self.name, sample.time)
         return sample
 
-    @property
-    def _no_sample_yet(self) -> str:
-        return f"the board on {self._line.place} has not sent a value of this device"
-
 
 class BoardEncoder(BoardSensor[Angle], Encoder):
-    """An encoder on a board. ``rad_per_unit`` is the wheel's angle in rad for one unit of the board's counter."""
-
-    def __init__(self, name: str, line: Line, counter: CountAccumulator, rad_per_unit: float) -> None:
-        super().__init__(name, line, lambda: counter.angle(rad_per_unit))
+    """An encoder on a board."""
 
 
 class BoardBattery(BoardSensor[Voltage], Battery):

@@ -13,10 +13,11 @@ from drivers.serial.driver import PortSettings, SerialDriver
 from drivers.serial.line import Line
 from drivers.serial.protocol import Protocol
 from drivers.serial.ranging.protocol import Detection, Parser, Reading
+from drivers.serial.ranging.sensor import LineRangeSensor
 from robotcore.description import RangeSensorDescription, RobotDescription
-from robotcore.hal.devices import Range, RangeSensor
+from robotcore.hal.devices import RangeSensor
 from robotcore.hardware import Connection, Host
-from robotcore.hardware.polled_samples import NOTHING_YET, RangeSampler, require_timely
+from robotcore.hardware.polled_samples import RangeSampler, require_timely
 
 _FULL = 4000
 """If a read returns this many bytes or more, the kernel's buffer was full and has dropped data.
@@ -152,33 +153,14 @@ class TFmini(SerialDriver[RangeSensorDescription, TFminiSettings]):
         sensor = LightSensor(description, sampler, line)
         with ExitStack() as undo:
             undo.callback(sensor.close)
-            sensor.start(settings.cycle_s * (settings.echo_free_cycles + _EXTRA_CYCLES))
+            line.open(description.name, _FIRST_FRAMES_S)
+            sensor.await_first(settings.cycle_s * (settings.echo_free_cycles + _EXTRA_CYCLES))
             undo.pop_all()
         return sensor
 
 
-class LightSensor(RangeSensor):
-    """An optical range sensor on a serial line. Reading it raises DeviceLostError while the line is lost."""
-
-    def __init__(self, description: RangeSensorDescription, sampler: RangeSampler, line: Line) -> None:
-        super().__init__(
-            description.name,
-            min_range=description.min_range_m,
-            max_range=description.max_range_m,
-            cone=description.cone_rad,
-        )
-        self._sampler, self._line = sampler, line
-
-    def start(self, first_sample_s: float) -> None:
-        """Open the line, and wait up to ``first_sample_s`` seconds for the first sample; raises DeviceError."""
-        self._line.open(self.name, _FIRST_FRAMES_S)
-        self._line.wait_until(lambda: self._sampler.has_result, self.name, first_sample_s, NOTHING_YET)
-
-    def _newest(self) -> Range:
-        self._line.require(self.name)
-        newest = self._sampler.newest.get()
-        self._line.require_since_lost(self.name, newest.time)
-        return newest
+class LightSensor(LineRangeSensor):
+    """An optical range sensor, alone on its line."""
 
     def _release(self) -> None:
         self._line.close()

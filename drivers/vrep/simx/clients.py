@@ -65,7 +65,7 @@ class Client:
         if operation_mode & ~0x7FFFF:
             return c.simx_return_illegal_opmode_flag, None
         if mode == REMOVE:
-            return (c.simx_return_ok if self.pump.discard(request) else c.simx_return_novalue_flag), None
+            return (c.simx_return_ok if self.pump.take(request) else c.simx_return_novalue_flag), None
         code = c.simx_return_ok
         if mode != BUFFER:
             number = self.pump.post(request, mode, delay)
@@ -73,7 +73,7 @@ class Client:
                 code |= c.simx_return_timeout_flag
         answer = self.pump.newest(request)
         if mode == BLOCKING:
-            self.pump.discard(request)
+            self.pump.take(request)
         return code | self._to_return_code(answer), answer
 
     def finish(self) -> None:
@@ -280,7 +280,7 @@ def simxLoadScene(clientID: int, scenePathAndName: str | bytes, options: int, op
     """
     if options & 1:
         return c.simx_return_local_error_flag
-    return send(clientID, requests.named_request("load", 0x3002, scenePathAndName, read_nothing), operationMode)
+    return send(clientID, requests.build_request("load", 0x3002, read_nothing, scenePathAndName), operationMode)
 
 
 def _list_header_fields(server: Header) -> dict[int, int]:

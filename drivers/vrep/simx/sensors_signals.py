@@ -22,7 +22,7 @@ from drivers.vrep.wire.codec import (
     pack_ints,
     read_depth,
 )
-from drivers.vrep.wire.requests import Request, named_request, object_request
+from drivers.vrep.wire.requests import Request, build_request
 
 GREY = 1
 _SIGNED = np.arange(256).astype(np.int8).astype(object)
@@ -33,7 +33,7 @@ _NOTHING = Proximity(is_detected=False, point=(0.0, 0.0, 0.0), handle=0, normal=
 
 def simxGetObjectVelocity(clientID: int, objectHandle: int, operationMode: int) -> tuple[int, list[float], list[float]]:
     """Return the return code, the linear velocity in m/s, and the angular velocity in rad/s, in the world."""
-    request = object_request("read the velocity of object", 0x1036, objectHandle, floats_reader(6))
+    request = build_request("read the velocity of object", 0x1036, floats_reader(6), objectHandle)
     code, values = read(clientID, request, operationMode, [0.0] * 6)
     return code, values[:3], values[3:]
 
@@ -78,14 +78,14 @@ def simxGetVisionSensorDepthBuffer(
 
     A depth of 0 is at the near clipping plane, and 1 at the far clipping plane.
     """
-    request = object_request("read the depth of vision sensor", 0x1017, sensorHandle, read_depth)
+    request = build_request("read the depth of vision sensor", 0x1017, read_depth, sensorHandle)
     code, depth = read(clientID, request, operationMode, None)
     return (code, [], []) if depth is None else (code, _get_resolution(depth), depth.ravel().tolist())
 
 
 def simxReadVisionSensor(clientID: int, sensorHandle: int, operationMode: int) -> tuple[int, bool, list[list[float]]]:
     """Return the return code, whether a filter of the sensor has detected an object, and the numbers of each filter."""
-    request = object_request("read vision sensor", 0x1011, sensorHandle, _read_packets)
+    request = build_request("read vision sensor", 0x1011, _read_packets, sensorHandle)
     code, (detect, packets) = read(clientID, request, operationMode, (False, []))
     return code, detect, packets
 
@@ -97,7 +97,7 @@ def simxReadForceSensor(
 
     Bit 0 of the state is set if the sensor has values, and bit 1 if the sensor is broken.
     """
-    request = object_request("read force sensor", 0x100F, forceSensorHandle, _read_force)
+    request = build_request("read force sensor", 0x100F, _read_force, forceSensorHandle)
     code, (state, force, torque) = read(clientID, request, operationMode, (0, [0.0] * 3, [0.0] * 3))
     return code, state, force, torque
 
@@ -145,7 +145,7 @@ Results = tuple[list[int], list[float], list[str], bytearray]
 
 def simxGetStringSignal(clientID: int, signalName: str | bytes, operationMode: int) -> tuple[int, bytearray]:
     """Return the return code and the value of a signal."""
-    return read(clientID, named_request("read signal", 0x3012, signalName, bytearray), operationMode, bytearray())
+    return read(clientID, build_request("read signal", 0x3012, bytearray, signalName), operationMode, bytearray())
 
 
 def simxGetAndClearStringSignal(clientID: int, signalName: str | bytes, operationMode: int) -> tuple[int, bytearray]:
@@ -153,7 +153,7 @@ def simxGetAndClearStringSignal(clientID: int, signalName: str | bytes, operatio
 
     In streaming mode, the server ends the stream after the first value.
     """
-    request = named_request("read and clear signal", 0x3017, signalName, bytearray)
+    request = build_request("read and clear signal", 0x3017, bytearray, signalName)
     answer = read(clientID, request, operationMode, bytearray())
     if answer[0] == c.simx_return_ok and operationMode == c.simx_opmode_buffer:
         read(clientID, request, c.simx_opmode_remove, bytearray())
@@ -167,7 +167,7 @@ def simxReadStringStream(clientID: int, signalName: str | bytes, operationMode: 
     """
     if operationMode == c.simx_opmode_blocking and CLIENTS.get(clientID):
         return c.simx_return_illegal_opmode_flag, bytearray()
-    request = named_request("read stream", 0x3018, signalName, bytearray)
+    request = build_request("read stream", 0x3018, bytearray, signalName)
     answer = read(clientID, request, operationMode, bytearray())
     if answer[0] == c.simx_return_ok:
         read(clientID, request, c.simx_opmode_remove, bytearray())

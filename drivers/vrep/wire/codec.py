@@ -17,6 +17,7 @@ import struct
 from binascii import crc_hqx
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -106,6 +107,25 @@ def read_ints(data: memoryview) -> list[int]:
     return list(struct.unpack_from(f"<{max(read_int(data), 0)}i", data, 4))
 
 
+class Group(NamedTuple):
+    """The data of a group of objects: the handle of each object, and either an integer or a text for each object."""
+
+    handles: tuple[int, ...]
+    numbers: tuple[int, ...]
+    texts: tuple[str, ...]
+
+
+def read_group(data: memoryview) -> Group:
+    """Decode the data of a group of objects: four counts, the handles, integers, ignored floats, and texts."""
+    handles, numbers, floats, texts = struct.unpack_from("<4i", data)
+    if min(handles, numbers, floats, texts) < 0:
+        raise ValueError("a negative count")
+    whole = struct.unpack_from(f"<{handles + numbers}i", data, 16)
+    rest = bytes(data[16 + 4 * (handles + numbers + floats) :])
+    decoded = tuple(part.decode("utf-8", "replace") for part in rest.split(b"\0")[:texts])
+    return Group(whole[:handles], whole[handles:], decoded)
+
+
 def pack_floats(*values: float) -> bytes:
     """Encode numbers of any type as 32-bit floats."""
     return struct.pack(f"<{len(values)}f", *values)
@@ -114,6 +134,12 @@ def pack_floats(*values: float) -> bytes:
 def pack_ints(*values: int) -> bytes:
     """Encode numbers of any type as 32-bit integers."""
     return struct.pack(f"<{len(values)}i", *values)
+
+
+def pack_text(text: str | bytes) -> bytes:
+    """Encode a text, which ends at its first zero byte."""
+    raw = text.encode() if isinstance(text, str) else bytes(text)
+    return raw.split(b"\0")[0] + b"\0"
 
 
 def read_text(data: memoryview) -> str:

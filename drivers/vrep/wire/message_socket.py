@@ -2,35 +2,24 @@
 
 from __future__ import annotations
 
+import io
 import socket
 import struct
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from dataclasses import replace
-from types import TracebackType
+from typing import Any
 
 from drivers.vrep.wire.codec import Header, Piece, decode_message, encode_message
 from drivers.vrep.wire.errors import NoServerError, ProtocolError, ServerLostError, ServerTimeoutError
 from drivers.vrep.wire.requests import Identity
 from robotcore.hal.wall_clock import MonotonicClock
 
-TIMEOUT_S = 1.5
-"""The default time limit of an exchange, in seconds.
-
-It is so short that an app stops within two seconds after a server has failed.
-"""
-
-CONNECT_TIMEOUT_S = 1.2
-"""The default time limit of connecting, in seconds.
-
-It is longer than the half second for which a server does not listen after a client has disconnected.
-"""
-
 RETRY_S = 0.1
 _QUICKACK: int | None = getattr(socket, "TCP_QUICKACK", None)
 """The number of a socket option of Linux; None on other systems."""
 
-_CHUNK_BYTES = 1 << 18
+_BUFFER_BYTES = 1 << 18
 _CLIENT_TIME_MASK = 0x03FFFFFF
 
 
@@ -47,28 +36,19 @@ class MessageSocket:
     def __init__(self, connection: socket.socket, name: str, timeout_s: float) -> None:
         self._socket, self._name, self._timeout_s = connection, name, timeout_s
         self._clock = MonotonicClock()
-        self._chunk = bytearray(_CHUNK_BYTES)
+        self._incoming = _Incoming(connection)
+        self._reader = io.BufferedReader(self._incoming, _BUFFER_BYTES)
         self._assembler = AnswerAssembler()
         self.exchanges = 0
         """The number of replies that the server has sent."""
 
     @classmethod
-    def open(cls, host: str, port: int, timeout_s: float = TIMEOUT_S, connect_timeout_s: float = 0.0) -> MessageSocket:
-        """Connect to a server.
+    def open(cls, host: str, port: int, timeout_s: float) -> MessageSocket:
+        """Connect to a server. Raises NoServerError if no server listens.
 
         timeout_s: time limit of an exchange, in seconds.
-        connect_timeout_s: the time during which to try again if no server listens, in seconds.
-
-        Raises NoServerError if no server listens.
         """
-        clock = MonotonicClock()
-        while True:
-            try:
-                return cls(_open_socket(host, port, timeout_s), f"the simulator at {host}:{port}", timeout_s)
-            except NoServerError:
-                if clock.now() + RETRY_S > connect_timeout_s:
-                    raise
-            clock.sleep_until(clock.now() + RETRY_S)
+        return cls(_open_socket(host, port, timeout_s), f"the simulator at {host}:{port}", timeout_s)
 
     def exchange(self, number: int, commands: Iterable[bytes]) -> tuple[Header, list[Piece]]:
         """Send a message, receive the reply, and return its header and the complete answers.
@@ -89,10 +69,6 @@ class MessageSocket:
         self.exchanges += 1
         return header, [answer for piece in pieces if (answer := self._assembler.add(piece))]
 
-    @property
-    def is_closed(self) -> bool:
-        return self._socket.fileno() == -1
-
     def close(self) -> None:
         """Disconnect. In a thread that waits for a reply, `exchange` then raises an error.
 
@@ -103,43 +79,17 @@ class MessageSocket:
             self._socket.shutdown(socket.SHUT_RDWR)
         self._socket.close()
 
-    def __enter__(self) -> MessageSocket:
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
-        self.close()
-
     def _exchange_message(self, message: bytes) -> bytes:
         deadline = self._clock.now() + self._timeout_s
         try:
             self._socket.settimeout(self._timeout_s)
             self._socket.sendall(encode_packets(message))
-            return self._receive(deadline)
+            self._incoming.deadline = deadline
+            return read_packets(self._reader.read)
         except TimeoutError as error:
             raise self._timeout_error() from error
         except OSError as error:
             raise self._lost_error(error) from error
-
-    def _receive(self, deadline: float) -> bytes:
-        unpacker, view = Unpacker(), memoryview(self._chunk)
-        while (left := deadline - self._clock.now()) > 0:
-            self._socket.settimeout(left)
-            self._enable_quick_ack()
-            size = self._socket.recv_into(view)
-            if size == 0:
-                raise ConnectionResetError("end of data")
-            if (message := unpacker.feed(view[:size])) is not None:
-                return message
-        raise TimeoutError
-
-    def _enable_quick_ack(self) -> None:
-        """Make the operating system acknowledge received packets at once. The system may reset this option at any time.
-
-        A server delays each small packet until the previous one is acknowledged (Nagle's algorithm). Without this
-        option, every second packet of an image would take 40 ms.
-        """
-        if _QUICKACK is not None:
-            self._socket.setsockopt(socket.IPPROTO_TCP, _QUICKACK, 1)
 
     def _client_time_ms(self) -> int:
         return int(self._clock.now() * 1000) & _CLIENT_TIME_MASK
@@ -181,6 +131,28 @@ def _open_socket(host: str, port: int, timeout_s: float) -> socket.socket:
         ) from error
     connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     return connection
+
+
+class _Incoming(io.RawIOBase):
+    """The bytes that a socket receives. A read after ``deadline`` raises TimeoutError."""
+
+    def __init__(self, connection: socket.socket) -> None:
+        self._socket = connection
+        self._clock = MonotonicClock()
+        self.deadline = 0.0
+
+    def readable(self) -> bool:
+        return True
+
+    def readinto(self, buffer: Any) -> int:
+        if (left := self.deadline - self._clock.now()) <= 0:
+            raise TimeoutError
+        self._socket.settimeout(left)
+        if _QUICKACK is not None:
+            # A server delays each small packet until the previous one is acknowledged (Nagle's algorithm). Without
+            # this option, every second packet of an image would take 40 ms. The system may reset it at any time.
+            self._socket.setsockopt(socket.IPPROTO_TCP, _QUICKACK, 1)
+        return self._socket.recv_into(buffer)
 
 
 class AnswerAssembler:
@@ -226,48 +198,32 @@ def encode_packets(message: bytes) -> bytes:
     return b"".join(parts)
 
 
-class Unpacker:
-    """Decodes the packets of one message from received chunks of any size.
+def read_packets(read: Callable[[int], bytes]) -> bytes:
+    """Read the packets of one message, and return the message.
 
-    >>> packets, unpacker = encode_packets(b"hello"), Unpacker()
-    >>> unpacker.feed(packets[:8]), unpacker.feed(packets[8:])
-    (None, b'hello')
+    read: reads a number of bytes. It returns fewer bytes at the end of the data.
+
+    Raises ProtocolError if a packet is invalid, and ConnectionResetError if the data ends before the message.
+
+    >>> read_packets(io.BytesIO(encode_packets(b"hello")).read)
+    b'hello'
     """
+    message, packets_left = bytearray(), -1
+    while packets_left:
+        header = _read_exactly(read, _PACKET_HEADER.size)
+        order, size, next_left = _PACKET_HEADER.unpack(header)
+        if order != _BYTE_ORDER or size == 0 or packets_left not in (-1, next_left + 1):
+            raise ProtocolError(_describe_header(header))
+        message += _read_exactly(read, size)
+        packets_left = next_left
+    return bytes(message)
 
-    def __init__(self) -> None:
-        self._received = bytearray()
-        self._message = bytearray()
-        self._left: int | None = None
 
-    def feed(self, chunk: bytes | memoryview) -> bytes | None:
-        """Add received bytes. Return the message if it is complete, otherwise None.
-
-        Raises ProtocolError if bytes follow the message, because a server sends one reply to each message.
-        """
-        self._received += chunk
-        consumed = 0
-        while self._left != 0 and (payload := self._find_payload(consumed)):
-            self._message += memoryview(self._received)[payload]
-            consumed = payload.stop
-        del self._received[:consumed]
-        if self._left != 0:
-            return None
-        if self._received:
-            raise ProtocolError(f"{len(self._received)} bytes follow the end of the reply")
-        return bytes(self._message)
-
-    def _find_payload(self, start: int) -> slice | None:
-        """Return the position of the payload of the packet that begins at ``start``; None if it is incomplete."""
-        first = start + _PACKET_HEADER.size
-        if len(self._received) < first:
-            return None
-        order, size, left = _PACKET_HEADER.unpack_from(self._received, start)
-        if order != _BYTE_ORDER or size == 0 or (self._left is not None and left != self._left - 1):
-            raise ProtocolError(_describe_header(bytes(self._received[start:first])))
-        if len(self._received) < first + size:
-            return None
-        self._left = left
-        return slice(first, first + size)
+def _read_exactly(read: Callable[[int], bytes], size: int) -> bytes:
+    data = read(size)
+    if len(data) < size:
+        raise ConnectionResetError("end of data")
+    return data
 
 
 def _describe_header(header: bytes) -> str:

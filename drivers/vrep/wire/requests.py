@@ -15,10 +15,12 @@ from drivers.vrep.wire.codec import (
     floats_reader,
     pack_floats,
     pack_ints,
+    pack_text,
     read_colour,
     read_errors,
     read_float,
     read_grey,
+    read_group,
     read_int,
     read_nothing,
     read_proximity,
@@ -82,62 +84,41 @@ class Request(Generic[T_co]):
 
 T = TypeVar("T")
 
-PROGRAM_VERSION = 1
-"""The number of ``sim_intparam_program_version``. This parameter can be read even while the simulation is stopped."""
 
-
-def simulator_request(action: str, command: int, decode: Callable[[memoryview], T], data: bytes = b"") -> Request[T]:
-    """Return a request to the simulator as a whole.
-
-    action, command, decode, data: see `Request`.
-    """
-    return Request(action, command, b"", data, decode)
-
-
-def object_request(
-    action: str, command: int, handle: int, decode: Callable[[memoryview], T], data: bytes = b""
+def build_request(
+    action: str, command: int, decode: Callable[[memoryview], T], *key: int | str | bytes, data: bytes = b""
 ) -> Request[T]:
-    """Return a request about one object, or about one parameter of the simulator.
+    """Return a request.
 
-    action, command, decode, data: see `Request`. The handle is appended to ``action``.
-    handle: the handle of the object, or the number of the parameter.
+    action, command, decode, data: see `Request`. The first part of the key is appended to ``action``.
+    key: the handles, parameter numbers or names that the command is about.
     """
-    return Request(f"{action} {handle}", command, pack_ints(handle), data, decode)
+    subjects = [repr(part) if isinstance(part, (str, bytes)) else str(part) for part in key[:1]]
+    encoded = [pack_text(part) if isinstance(part, (str, bytes)) else pack_ints(part) for part in key]
+    return Request(" ".join([action, *subjects]), command, b"".join(encoded), data, decode)
 
 
-def pair_request(
-    action: str, command: int, handle: int, other: int, decode: Callable[[memoryview], T], data: bytes = b""
-) -> Request[T]:
-    """Return a request about two objects, or about a parameter of an object.
-
-    action, command, decode, data: see `Request`. The handle is appended to ``action``.
-    handle: the handle of the first object.
-    other: the handle of the second object, or the number of the parameter.
-    """
-    return Request(f"{action} {handle}", command, pack_ints(handle, other), data, decode)
-
-
-def named_request(
-    action: str, command: int, name: str | bytes, decode: Callable[[memoryview], T], data: bytes = b""
-) -> Request[T]:
-    """Return a request with a text, such as the name of an object or of a signal.
-
-    action, command, decode, data: see `Request`. The text is appended to ``action``.
-    name: the text, which ends at its first zero byte.
-    """
-    raw = name.encode() if isinstance(name, str) else name
-    return Request(f"{action} {name!r}", command, raw.split(b"\0")[0] + b"\0", data, decode)
-
-
-SYNCHRONOUS_ON = simulator_request("wait for a trigger before each step", 0x0001, read_nothing)
-SYNCHRONOUS_OFF = simulator_request("run without triggers", 0x0002, read_nothing)
-TRIGGER = simulator_request("do one step", 0x0003, read_nothing)
-LAST_ERRORS = simulator_request("read its last errors", 0x0004, read_errors)
+SYNCHRONOUS_ON = build_request("wait for a trigger before each step", 0x0001, read_nothing)
+SYNCHRONOUS_OFF = build_request("run without triggers", 0x0002, read_nothing)
+TRIGGER = build_request("do one step", 0x0003, read_nothing)
+LAST_ERRORS = build_request("read its last errors", 0x0004, read_errors)
 START = Request("start the simulation", 0x1007, pack_ints(0), b"", read_nothing)
 PAUSE = Request("pause the simulation", 0x1007, pack_ints(1), b"", read_nothing)
 STOP = Request("stop the simulation", 0x1007, pack_ints(2), b"", read_nothing)
-CLOCK = object_request("read parameter", 0x1021, PROGRAM_VERSION, read_int)
-"""A request whose answer is ignored. It is sent because each answer contains the simulation's time."""
+CLOCK = build_request("read parameter", 0x1021, read_int, 1)
+"""A request for the program's version, whose answer is ignored. Each answer contains the simulation's time.
+
+This parameter can be read even while the simulation is stopped.
+"""
+
+TIME_STEP = build_request("read parameter", 0x1023, read_float, 1)
+"""A request for the simulation's time step, in seconds (``sim_floatparam_simulation_time_step``)."""
+
+_ALL_OBJECTS = 109
+"""The number of the group of all objects of a scene, ``sim_appobj_object_type``."""
+
+OBJECT_NAMES = build_request("name the objects of group", 0x200C, read_group, _ALL_OBJECTS, 0)
+OBJECT_TYPES = build_request("read the types of the objects of group", 0x200C, read_group, _ALL_OBJECTS, 1)
 
 
 def object_handle(name: str | bytes) -> Request[int]:
@@ -145,32 +126,32 @@ def object_handle(name: str | bytes) -> Request[int]:
 
     From CoppeliaSim 4.3 on, ``name`` may also be the path of the object.
     """
-    return named_request("find", 0x3001, name, read_int)
+    return build_request("find", 0x3001, read_int, name)
 
 
 def joint_position(joint: int) -> Request[float]:
     """Return a request that reads the position of a joint, in rad, or in m for a prismatic joint."""
-    return object_request("read the position of joint", 0x1001, joint, read_float)
+    return build_request("read the position of joint", 0x1001, read_float, joint)
 
 
 def joint_target_velocity(joint: int, velocity: float) -> Request[None]:
     """Return a request that sets the target velocity of a joint, in rad/s, or in m/s for a prismatic joint."""
-    return object_request("drive joint", 0x1008, joint, read_nothing, pack_floats(velocity))
+    return build_request("drive joint", 0x1008, read_nothing, joint, data=pack_floats(velocity))
 
 
 def proximity(sensor: int) -> Request[Proximity]:
     """Return a request that reads the detection of a proximity sensor in the last time step."""
-    return object_request("read proximity sensor", 0x1009, sensor, read_proximity)
+    return build_request("read proximity sensor", 0x1009, read_proximity, sensor)
 
 
 def colour_image(sensor: int) -> Request[Pixels]:
     """Return a request that reads the colour image of a vision sensor from the last time step."""
-    return object_request("read the image of vision sensor", 0x1004, sensor, read_colour)
+    return build_request("read the image of vision sensor", 0x1004, read_colour, sensor)
 
 
 def grey_image(sensor: int) -> Request[Pixels]:
     """Return a request that reads the grey image of a vision sensor, which is the mean of red, green and blue."""
-    return object_request("read the grey image of vision sensor", 0x1003, sensor, read_grey)
+    return build_request("read the grey image of vision sensor", 0x1003, read_grey, sensor)
 
 
 def set_colour_image(sensor: int, pixels: bytes) -> Request[None]:
@@ -178,7 +159,7 @@ def set_colour_image(sensor: int, pixels: bytes) -> Request[None]:
 
     pixels: RGB in the resolution of the sensor, the lowest row first.
     """
-    return object_request("show an image on vision sensor", 0x1006, sensor, read_nothing, pixels)
+    return build_request("show an image on vision sensor", 0x1006, read_nothing, sensor, data=pixels)
 
 
 def set_grey_image(sensor: int, pixels: bytes) -> Request[None]:
@@ -186,20 +167,24 @@ def set_grey_image(sensor: int, pixels: bytes) -> Request[None]:
 
     pixels: one byte a pixel in the resolution of the sensor, the lowest row first.
     """
-    return object_request("show a grey image on vision sensor", 0x1005, sensor, read_nothing, pixels)
+    return build_request("show a grey image on vision sensor", 0x1005, read_nothing, sensor, data=pixels)
 
 
-def object_position(handle: int, relative_to: int = -1) -> Request[list[float]]:
-    """Return a request that reads the position of an object: x, y, z in m.
-
-    relative_to: the handle of the object whose frame is used; -1 means the world.
-    """
-    return pair_request("read the position of object", 0x200E, handle, relative_to, floats_reader(3))
+def object_position(handle: int) -> Request[list[float]]:
+    """Return a request that reads the position of an object in the world: x, y, z in m."""
+    return build_request("read the position of object", 0x200E, floats_reader(3), handle, -1)
 
 
-def float_parameter(number: int) -> Request[float]:
-    """Return a request that reads a parameter of the simulator.
+def picture_width(sensor: int) -> Request[int]:
+    """Return a request that reads the width of a vision sensor's picture, in pixels."""
+    return build_request("read the width of vision sensor", 0x2008, read_int, sensor, 1002)
 
-    number: the value of ``sim_floatparam_…``.
-    """
-    return object_request("read parameter", 0x1023, number, read_float)
+
+def picture_height(sensor: int) -> Request[int]:
+    """Return a request that reads the height of a vision sensor's picture, in pixels."""
+    return build_request("read the height of vision sensor", 0x2008, read_int, sensor, 1003)
+
+
+def view_angle(sensor: int) -> Request[float]:
+    """Return a request that reads the angle across the longer side of a vision sensor's picture, in rad."""
+    return build_request("read the field of view of vision sensor", 0x2007, read_float, sensor, 1004)

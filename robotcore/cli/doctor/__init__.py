@@ -112,6 +112,8 @@ def _diagnose_backend(name: str, robot: RobotDescription | None, *, is_chosen: b
         return
     is_missing = is_chosen and not backend.is_installed
     for finding in findings_of([(name, lambda: diagnose(backend, robot))]):
+        if finding.kind == "no-section" and not is_chosen:
+            continue  # the robot is one for another backend
         yield replace(finding, level=Level.ERROR) if is_missing and finding.subject == name else finding
 
 

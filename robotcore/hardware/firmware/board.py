@@ -8,55 +8,25 @@ import select
 import shutil
 import termios
 import tty
-from collections.abc import Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass
 from errno import EINVAL, EIO
 from pathlib import Path
 
 from robotcore.errors import FirmwareError, UsageError
-from robotcore.hal.clock import Clock
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.processes import describe_holders
 
-
-@dataclass(frozen=True)
-class BoardType:
-    """A type of microcontroller board. The values are those of boards.txt in the Arduino core."""
-
-    name: str
-    fqbn: str
-    """The fully qualified board name for arduino-cli."""
-    variant: str
-    """The folder of the Arduino core with the pin layout of the board."""
-    macro: str
-    """The preprocessor macro by which sources recognise the board."""
-    upload_baud: int
-    """The baud rate of the board's bootloader."""
-    flash_bytes: int
-    """The size of the flash memory for a program, in bytes."""
-
-
-BOARDS = {
-    board.name: board
-    for board in (
-        BoardType("uno", "arduino:avr:uno", "standard", "ARDUINO_AVR_UNO", 115200, 32256),
-        BoardType("nano", "arduino:avr:nano", "eightanaloginputs", "ARDUINO_AVR_NANO", 115200, 30720),
-        BoardType(
-            "nano-old", "arduino:avr:nano:cpu=atmega328old", "eightanaloginputs", "ARDUINO_AVR_NANO", 57600, 30720
-        ),
-    )
-}
+BOARDS = {"uno": "arduino:avr:uno", "nano": "arduino:avr:nano", "nano-old": "arduino:avr:nano:cpu=atmega328old"}
+"""The types of boards, and the fully qualified board name of each for arduino-cli."""
 
 
 SKETCH = "robotcore_bridge"
-SKETCH_FOLDERS = (Path(__file__).parent / SKETCH, Path(__file__).parents[3] / "firmware" / SKETCH)
+_SKETCH_FOLDERS = (Path(__file__).parent / SKETCH, Path(__file__).parents[3] / "firmware" / SKETCH)
 """The folders in which the sketch may be: the first in an installed robotcore, the second in a clone of the project."""
 
 
 def shipped_sketch() -> Path:
     """Return the folder of the sketch that is shipped with robotcore."""
-    return next(place for place in SKETCH_FOLDERS if (place / f"{SKETCH}.ino").is_file())
+    return next(place for place in _SKETCH_FOLDERS if (place / f"{SKETCH}.ino").is_file())
 
 
 def find_sketch(folder: Path | None) -> Path:
@@ -108,14 +78,9 @@ def copy_sketch(into: Path) -> Path:
     return target
 
 
-DEVICE_FOLDER = Path("/dev")
-PORT_PATTERNS = ("ttyACM*", "ttyUSB*")
-"""The patterns of the port names of an Uno and of a Nano."""
-
-
-def find_only_port(devices: Path = DEVICE_FOLDER) -> str:
+def find_only_port(devices: Path = Path("/dev")) -> str:
     """Return the only USB serial port. Raises UsageError if there is none or more than one."""
-    ports = sorted(str(port) for pattern in PORT_PATTERNS for port in devices.glob(pattern))
+    ports = sorted(str(port) for pattern in ("ttyACM*", "ttyUSB*") for port in devices.glob(pattern))
     if len(ports) == 1:
         return ports[0]
     if ports:
@@ -168,11 +133,8 @@ def read_version(port: str, baud: int) -> str:
 
     Raises FirmwareError if the port cannot be opened, or if the firmware does not answer in time.
     """
-    clock = MonotonicClock()
     try:
-        with _open_port(port, baud) as port_file:
-            clock.sleep_until(BOOT_S)
-            received = b"".join(_read_answers(port_file, clock))
+        received = _ask_for_version(port, baud)
     except (OSError, termios.error) as error:
         raise FirmwareError(
             f"{port}: the version of the firmware cannot be read: {error}", kind="port-unusable", port=port
@@ -190,10 +152,10 @@ def read_version(port: str, baud: int) -> str:
     )
 
 
-@contextmanager
-def _open_port(port: str, baud: int) -> Iterator[int]:
+def _ask_for_version(port: str, baud: int) -> bytes:
     if (speed := getattr(termios, f"B{baud}", None)) is None:
         raise OSError(EINVAL, f"a terminal cannot be set to {baud} baud")
+    clock, received = MonotonicClock(), b""
     line = os.open(port, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
     try:
         tty.setraw(line)
@@ -201,20 +163,16 @@ def _open_port(port: str, baud: int) -> Iterator[int]:
         settings[2] |= termios.CLOCAL
         settings[4] = settings[5] = speed
         termios.tcsetattr(line, termios.TCSANOW, settings)
-        yield line
+        clock.sleep_until(BOOT_S)
+        for _ in range(MAX_QUESTIONS):
+            os.write(line, QUESTION)
+            end = clock.now() + QUESTION_PERIOD_S
+            while (left := end - clock.now()) > 0 and select.select([line], [], [], left)[0]:
+                if not (some := os.read(line, 256)):
+                    raise OSError(EIO, "the port is lost")
+                received += some
+                if ANSWER in received and received.endswith(b"\n"):
+                    return received
+        return received
     finally:
         os.close(line)
-
-
-def _read_answers(line: int, clock: Clock) -> Iterator[bytes]:
-    received = b""
-    for _ in range(MAX_QUESTIONS):
-        os.write(line, QUESTION)
-        end = clock.now() + QUESTION_PERIOD_S
-        while (left := end - clock.now()) > 0 and select.select([line], [], [], left)[0]:
-            if not (some := os.read(line, 256)):
-                raise OSError(EIO, "the port is lost")
-            received += some
-            yield some
-            if ANSWER in received and received.endswith(b"\n"):
-                return

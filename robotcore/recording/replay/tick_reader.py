@@ -3,14 +3,9 @@
 from __future__ import annotations
 
 from collections import defaultdict, deque
-from typing import TypeVar
 
 from robotcore.errors import EmergencyStopError, Interrupted, RobotcoreError, WatchdogError
-from robotcore.geometry import Wheels
 from robotcore.recording.events import Read, Tick, WheelAngles
-from robotcore.safety.velocity_limits import STOPPED
-
-EventT = TypeVar("EventT")
 
 
 class TickReader:
@@ -22,7 +17,7 @@ class TickReader:
         """The commands to the drive that the replay has not given yet."""
         self.motor_commands = deque(tick.motor_asks)
         """The commands to motors outside the drive that the replay has not given yet."""
-        self._angles, self._held_commands = deque(tick.turned), deque(tick.standing)
+        self._angles = deque(tick.turned)
         self._reads: dict[str, deque[Read]] = defaultdict(deque)
         for read in tick.reads:
             self._reads[read.device].append(read)
@@ -69,14 +64,4 @@ class TickReader:
 
     def next_angles(self) -> WheelAngles | None:
         """Return the next recorded wheel angles; after the last ones, these again. None if none were recorded."""
-        return _take(self._angles)
-
-    def next_held_command(self) -> Wheels:
-        """Return the next recorded value of the drive's current command. After the last value, return it again."""
-        return _take(self._held_commands) or STOPPED
-
-
-def _take(left: deque[EventT]) -> EventT | None:
-    if len(left) > 1:
-        return left.popleft()
-    return left[0] if left else None
+        return self._angles.popleft() if len(self._angles) > 1 else next(iter(self._angles), None)

@@ -203,10 +203,6 @@ class ReplayedStage:
         if not self.is_in_tick:
             self._asked, self.is_in_tick, self.is_committed = None, True, False
 
-    @property
-    def asked(self) -> Wheels:
-        return self._verifier.current.next_held_command()
-
     def ask(self, wheels: Wheels) -> Wheels:
         given = self._verifier.answer(self._verifier.current.commands, DriveCommand(wheels)).given
         self._asked = wheels

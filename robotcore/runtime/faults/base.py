@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from enum import Enum
 from math import inf
 from random import Random
-from typing import Annotated, Any, ClassVar, Generic
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
@@ -57,10 +57,10 @@ MAX_TIME_S = 1e5
 
 
 class TargetKind(str, Enum):
-    """A kind of target: one kind of device, the loop, or the connection to all devices."""
+    """A kind of target: the ``kind`` of a device's description, the loop, or the connection to all devices."""
 
     CAMERA = "camera"
-    RANGE = "range sensor"
+    RANGE = "range_sensor"
     ENCODER = "encoder"
     BATTERY = "battery"
     MOTOR = "motor"
@@ -114,63 +114,30 @@ class TickEndClock(ClockWrapper):
         return super().sleep_until(deadline)
 
 
-class StallingClock(ClockWrapper):
-    """A clock that stalls the loop: at certain times, a sleep lasts at least ``stall`` seconds.
-
-    The first stall begins at the time ``first``, and another one every ``every`` seconds. No stall begins at ``end`` or
-    later. The callbacks of `call_at` are called during a stall too. All times are in seconds.
-    """
-
-    def __init__(self, source: Clock, stall: float, first: float, every: float, end: float) -> None:
-        super().__init__(source)
-        self._stall, self._due, self._every, self._end = stall, first, every, end
-
-    def sleep_until(self, deadline: float) -> bool:
-        now = self.now() + ROUNDING_S
-        if not self._due <= now < self._end:
-            return super().sleep_until(deadline)
-        while self._due <= now:
-            self._due += self._every
-        awake = now - ROUNDING_S + self._stall
-        return super().sleep_until(max(deadline, awake)) and awake <= deadline
-
-
 class PollingLayer(Layer):
     """A layer that reads its sensors in every tick. It reads a sensor at the end of a tick if the app did not."""
 
     def __init__(self) -> None:
-        self._polled: list[PolledReader[Any]] = []
+        self._readers: list[Reader[Any]] = []
+        self._unread: list[Reader[Any]] = []
 
     def poll(self, read: Reader[SampleT]) -> Reader[SampleT]:
         """Return a function that calls ``read``. If nothing calls it in a tick, the layer calls it at the end."""
-        polled = PolledReader(read)
-        self._polled.append(polled)
+
+        def polled() -> SampleT:
+            if read in self._unread:
+                self._unread.remove(read)
+            return read()
+
+        self._readers.append(read)
+        self._unread.append(read)
         return polled
 
     def clock(self, clock: Clock) -> Clock:
         return TickEndClock(clock, self._end_tick)
 
     def _end_tick(self) -> None:
-        for polled in self._polled:
-            polled.end_tick()
-
-
-class PolledReader(Generic[SampleT]):
-    """Reads a sensor when it is called.
-
-    If nothing has called it in a tick, `end_tick` reads the sensor, and ignores a DeviceError.
-    """
-
-    def __init__(self, read: Reader[SampleT]) -> None:
-        self._read = read
-        self._was_read = False
-
-    def __call__(self) -> SampleT:
-        self._was_read = True
-        return self._read()
-
-    def end_tick(self) -> None:
-        if not self._was_read:
+        for read in self._unread:
             with suppress(DeviceError):
-                self._read()
-        self._was_read = False
+                read()
+        self._unread = list(self._readers)

@@ -15,49 +15,57 @@ from robotcore.safety.deadman import TimedLock
 
 Gain = Annotated[float, Field(ge=0, le=1, description="gain")]
 
-_MOTORS = frozenset({TargetKind.MOTOR})
 
+class MotorFault(Fault):
+    """The base class of the faults of motors. ``gain`` multiplies the commanded velocities."""
 
-class Dead(Fault):
-    """A motor does not turn."""
+    on = frozenset({TargetKind.MOTOR})
 
-    on = _MOTORS
-    example = "right_motor dead after=10"
+    @property
+    def gain(self) -> float:
+        """The factor of the commanded velocities."""
+        return 0.0
 
     def layer(self, context: FaultContext) -> MotorGainLayer:
-        return MotorGainLayer(self, context.clock, 0.0)
+        return MotorGainLayer(self, context.clock)
 
 
-class Weak(Fault):
+class Dead(MotorFault):
+    """A motor does not turn."""
+
+    example = "right_motor dead after=10"
+
+
+class Weak(MotorFault):
     """A motor turns at the given share of the commanded velocity."""
 
-    on = _MOTORS
     example = "left_motor weak=0.6"
 
     value: Gain
 
-    def layer(self, context: FaultContext) -> MotorGainLayer:
-        return MotorGainLayer(self, context.clock, self.value)
+    @property
+    def gain(self) -> float:
+        return self.value
 
 
-class Reversed(Fault):
+class Reversed(MotorFault):
     """A motor turns in the wrong direction, as if its wires were swapped."""
 
-    on = _MOTORS
     example = "left_motor reversed"
 
-    def layer(self, context: FaultContext) -> MotorGainLayer:
-        return MotorGainLayer(self, context.clock, -1.0)
+    @property
+    def gain(self) -> float:
+        return -1.0
 
 
 class MotorGainLayer(Layer):
-    """Multiplies the commanded velocities of motors by ``gain`` while ``fault`` is active.
+    """Multiplies the commanded velocities of motors by the gain of ``fault`` while it is active.
 
     If the fault begins or ends while a motor turns, the layer sends the last command again at the end of the tick.
     """
 
-    def __init__(self, fault: Fault, clock: Clock, gain: float) -> None:
-        self._fault, self._clock, self._gain = fault, clock, gain
+    def __init__(self, fault: MotorFault, clock: Clock) -> None:
+        self._fault, self._clock = fault, clock
         self._motors: list[FaultyMotor] = []
 
     def motor(self, motor: MotorOutput) -> MotorOutput:
@@ -69,7 +77,7 @@ class MotorGainLayer(Layer):
         return TickEndClock(clock, self._end_tick)
 
     def _gain_now(self) -> float:
-        return self._gain if self._fault.is_on(self._clock.now()) else 1.0
+        return self._fault.gain if self._fault.is_on(self._clock.now()) else 1.0
 
     def _end_tick(self) -> None:
         for motor in self._motors:

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from math import floor, inf
-from typing import Annotated
+from typing import Annotated, ParamSpec, TypeVar
 
 from pydantic import Field, model_validator
 
 from robotcore.errors import DeviceLostError
-from robotcore.hal.clock import Clock
-from robotcore.hal.devices import Display, Image, SampleT, Sensor
-from robotcore.runtime.faults.base import ROUNDING_S, Duration, Fault, FaultContext, StallingClock, TargetKind
+from robotcore.hal.clock import Clock, ClockWrapper
+from robotcore.hal.devices import Display, SampleT, Sensor
+from robotcore.runtime.faults.base import ROUNDING_S, Duration, Fault, FaultContext, TargetKind
 from robotcore.runtime.layers.base import Layer, MotorOutput, Reader, Show
 
+P = ParamSpec("P")
+T = TypeVar("T")
 Pause = Annotated[float, Field(ge=0.001, le=60, description="seconds")]
 
 
@@ -77,42 +80,55 @@ class StalledLoop(Layer):
         self._fault = fault
 
     def clock(self, clock: Clock) -> Clock:
-        fault = self._fault
-        return StallingClock(clock, fault.value, fault.after, fault.every or inf, fault.after + (fault.lasts or inf))
+        return StallingClock(clock, self._fault)
+
+
+class StallingClock(ClockWrapper):
+    """A clock that stalls the loop: the first sleep in each outage of ``fault`` lasts at least as long as the outage.
+
+    The callbacks of `call_at` are called during a stall too.
+    """
+
+    def __init__(self, source: Clock, fault: Stall) -> None:
+        super().__init__(source)
+        self._stall, self._due, self._every = fault.value, fault.after, fault.every or inf
+        self._end = fault.after + (fault.lasts or inf)
+
+    def sleep_until(self, deadline: float) -> bool:
+        now = self.now() + ROUNDING_S
+        if not self._due <= now < self._end:
+            return super().sleep_until(deadline)
+        while self._due <= now:
+            self._due += self._every
+        awake = now - ROUNDING_S + self._stall
+        return super().sleep_until(max(deadline, awake)) and awake <= deadline
 
 
 class ConnectionLoss(Layer):
-    """Raises DeviceLostError in the calls of sensors, motors and displays while the fault is active."""
+    """Raises DeviceLostError in the calls of sensors, motors and displays while the fault is active.
+
+    A stop still reaches the driver.
+    """
 
     def __init__(self, fault: Lost, context: FaultContext) -> None:
         self._fault, self._context = fault, context
 
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
-        def reached() -> SampleT:
-            self.require(sensor.name)
-            return read()
-
-        return reached
+        return self._fail_while_lost(sensor.name, read)
 
     def motor(self, motor: MotorOutput) -> MotorOutput:
-        def set_velocity(rad_s: float) -> float:
-            self.require(motor.name)
-            motor.set_velocity(rad_s)
-            return rad_s
-
-        return replace(motor, set_velocity=set_velocity)
+        return replace(motor, set_velocity=self._fail_while_lost(motor.name, motor.set_velocity))
 
     def display(self, display: Display, show: Show) -> Show:
-        def show_picture(image: Image) -> None:
-            self.require(display.name)
-            show(image)
+        return self._fail_while_lost(display.name, show)
 
-        return show_picture
+    def _fail_while_lost(self, device: str, function: Callable[P, T]) -> Callable[P, T]:
+        written = self._context.spec
 
-    def require(self, device: str) -> None:
-        """Raise DeviceLostError for a device if the fault is active now."""
-        if self._fault.is_on(self._context.clock.now()):
-            written = self._context.spec
-            raise DeviceLostError(
-                device, f'is disconnected by the fault "{written}"', kind="injected-loss", fault=written
-            )
+        def call(*args: P.args, **kwargs: P.kwargs) -> T:
+            if self._fault.is_on(self._context.clock.now()):
+                text = f'is disconnected by the fault "{written}"'
+                raise DeviceLostError(device, text, kind="injected-loss", fault=written)
+            return function(*args, **kwargs)
+
+        return call

@@ -12,30 +12,11 @@ from pydantic import ValidationError
 from robotcore.description import RobotDescription, first_mistake
 from robotcore.errors import BackendMissingError, UnknownNameError, UsageError, suggestion
 from robotcore.hal.clock import Clock
-from robotcore.hal.devices import Display, SampleT, Sensor
 from robotcore.plugins import FAULTS, fault_names, load_registered
 from robotcore.runtime.faults.base import Fault, FaultContext, TargetKind
 from robotcore.runtime.faults.checked_layer import CheckedLayer, FaultCode
-from robotcore.runtime.faults.spec import VALUE, Spec, form_of, quote_text
-from robotcore.runtime.layers.base import Layer, MotorOutput, Reader, Show
-
-_KINDS = {
-    "camera": TargetKind.CAMERA,
-    "range_sensor": TargetKind.RANGE,
-    "encoder": TargetKind.ENCODER,
-    "battery": TargetKind.BATTERY,
-    "motor": TargetKind.MOTOR,
-    "display": TargetKind.DISPLAY,
-}
-"""The kind of target for each ``kind`` in a device's description."""
-
-_FIRST_OF = {
-    "camera": TargetKind.CAMERA,
-    "range": TargetKind.RANGE,
-    "battery": TargetKind.BATTERY,
-    "display": TargetKind.DISPLAY,
-}
-"""The kind of target for each role that one device fills."""
+from robotcore.runtime.faults.spec import VALUE, Spec, forms_of, quote_text
+from robotcore.runtime.layers.base import Layer
 
 ROLES = {
     TargetKind.CAMERA: "camera",
@@ -48,6 +29,9 @@ ROLES = {
     TargetKind.CONNECTION: "connection",
 }
 """For each kind, the name of a target that exists on every robot with such a device."""
+
+_FIRST_OF = (TargetKind.CAMERA, TargetKind.RANGE, TargetKind.BATTERY, TargetKind.DISPLAY)
+"""The kinds of which the first device fills the role."""
 
 
 class Target(NamedTuple):
@@ -80,25 +64,19 @@ def targets_of(description: RobotDescription, opened: Collection[str]) -> dict[s
 
     opened: the names of the devices that the run opens.
     """
-    devices = {each.name: _KINDS[each.kind] for each in description.devices if each.name in opened}
+    kinds = {each.name: TargetKind(each.kind) for each in description.devices if each.name in opened}
+    roles: dict[str, Sequence[str | None]] = {
+        ROLES[kind]: [name for name in kinds if kinds[name] is kind][:1] for kind in _FIRST_OF
+    }
+    if drive := description.drive:
+        roles |= {"drive": (drive.left, drive.right), "encoders": (drive.left_encoder, drive.right_encoder)}
+    open_roles = {role: [name for name in names if name in kinds] for role, names in roles.items()}
     return {
         "loop": Target(TargetKind.LOOP, frozenset()),
-        "connection": Target(TargetKind.CONNECTION, frozenset(devices)),
-        **_roles(description, devices),
-        **{name: Target(kind, frozenset({name})) for name, kind in devices.items()},
+        "connection": Target(TargetKind.CONNECTION, frozenset(kinds)),
+        **{role: Target(kinds[names[0]], frozenset(names)) for role, names in open_roles.items() if names},
+        **{name: Target(kind, frozenset({name})) for name, kind in kinds.items()},
     }
-
-
-def _roles(description: RobotDescription, devices: dict[str, TargetKind]) -> dict[str, Target]:
-    filled = {role: [name for name in devices if devices[name] is kind][:1] for role, kind in _FIRST_OF.items()}
-    if drive := description.drive:
-        filled["drive"] = _open((drive.left, drive.right), devices)
-        filled["encoders"] = _open((drive.left_encoder, drive.right_encoder), devices)
-    return {role: Target(devices[names[0]], frozenset(names)) for role, names in filled.items() if names}
-
-
-def _open(names: Iterable[str | None], devices: dict[str, TargetKind]) -> list[str]:
-    return [name for name in names if name in devices]
 
 
 def effects() -> list[str]:
@@ -140,7 +118,11 @@ def find_faults(effect: str) -> list[type[Fault]]:
 
 def effects_on(kind: TargetKind) -> list[str]:
     """Return the names of the effects on a kind of target. Faults that cannot be loaded are left out."""
-    return sorted({effect_of(name) for name in fault_names() if kind in _kinds_of(name)})
+    found = set()
+    for name in fault_names():
+        with suppress(BackendMissingError):
+            found |= {effect_of(name)} if kind in load_fault(name).on else set()
+    return sorted(found)
 
 
 def modules_of(specs: Iterable[str]) -> list[str]:
@@ -150,31 +132,6 @@ def modules_of(specs: Iterable[str]) -> list[str]:
     """
     names = {word.partition("=")[0].replace("-", "_") for spec in specs for word in spec.split()[1:2]}
     return sorted(load_fault(name).__module__ for name in fault_names() if effect_of(name) in names)
-
-
-def _kinds_of(name: str) -> frozenset[TargetKind]:
-    with suppress(BackendMissingError):
-        return load_fault(name).on
-    return frozenset()
-
-
-class DeviceFilter(Layer):
-    """Applies ``layer`` to the clock and to the devices with these names, and to no other device."""
-
-    def __init__(self, layer: Layer, names: Collection[str]) -> None:
-        self._layer, self._names = layer, names
-
-    def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
-        return self._layer.sensor(sensor, read) if sensor.name in self._names else read
-
-    def motor(self, motor: MotorOutput) -> MotorOutput:
-        return self._layer.motor(motor) if motor.name in self._names else motor
-
-    def display(self, display: Display, show: Show) -> Show:
-        return self._layer.display(display, show) if display.name in self._names else show
-
-    def clock(self, clock: Clock) -> Clock:
-        return self._layer.clock(clock)
 
 
 @dataclass(frozen=True)
@@ -197,17 +154,12 @@ class PlannedFault:
     def layer(self, clock: Clock, seed: int) -> Layer:
         """Return the layer that makes the devices of the target fail in one run."""
         code = FaultCode(str(self))
-        layer = code.call("", self.fault.layer, FaultContext(clock, seed, self.position, str(self)))
-        if not isinstance(layer, Layer):
-            raise code.build_error(f"{type(self.fault).__name__}.layer returned {layer!r:.100} in place of a Layer")
-        return DeviceFilter(CheckedLayer(layer, code), self.target.devices)
+        layer = code.get("", self.fault.layer, FaultContext(clock, seed, self.position, str(self)))
+        return CheckedLayer(layer, code, self.target.devices)
 
     def is_on(self, time: float) -> bool:
         """Return whether the fault is active at ``time``, in seconds on the robot's clock."""
-        try:
-            return self.fault.is_on(time)
-        except (Exception, SystemExit) as error:
-            raise FaultCode(str(self)).translate(error) from error
+        return FaultCode(str(self)).call("", self.fault.is_on, time)
 
 
 def plan_faults(
@@ -240,8 +192,8 @@ def _build_kind_error(spec: Spec, kind: TargetKind, candidates: Sequence[type[Fa
     fitting = [role for each, role in ROLES.items() if any(each in fault.on for fault in candidates)]
     return _build_error(
         spec,
-        f"{spec.effect} is for {' or '.join(fitting)}. Effects on a {kind.value}: {', '.join(effects_on(kind))}\n"
-        f'Write it like "{candidates[0].example}"; robotcore faults lists all effects',
+        f"{spec.effect} is for {' or '.join(fitting)}. Effects on a {kind.value.replace('_', ' ')}: "
+        f'{", ".join(effects_on(kind))}\nWrite it like "{candidates[0].example}"; robotcore faults lists all effects',
         "fault-not-on-this-kind",
     )
 
@@ -254,7 +206,7 @@ def _build_fault(spec: Spec, fault: type[Fault]) -> Fault:
         except ValidationError as error:
             key, reason = first_mistake(error)
             mistake = f"{spec.effect if key == VALUE else key} {reason}".strip()
-    form = form_of(spec.target, spec.effect, fault)
+    form = " ".join([spec.target, *forms_of(spec.effect, fault)])
     raise _build_error(spec, f'{mistake}\nWrite it as "{form}"', "fault-parameter")
 
 
@@ -263,13 +215,10 @@ def _find_mistake(spec: Spec, fault: type[Fault]) -> str:
     for key, _ in spec.parameters:
         if key not in known:
             return f"unknown parameter {key!r}. {suggestion(key, known)}"
+    value = fault.model_fields.get(VALUE)
     if spec.value is None:
-        return f"{spec.effect} needs a value" if _needs_value(fault) else ""
-    return "" if VALUE in fault.model_fields else f"{spec.effect} takes no value"
-
-
-def _needs_value(fault: type[Fault]) -> bool:
-    return VALUE in fault.model_fields and fault.model_fields[VALUE].is_required()
+        return f"{spec.effect} needs a value" if value and value.is_required() else ""
+    return "" if value else f"{spec.effect} takes no value"
 
 
 def _build_error(spec: Spec, reason: str, kind: str) -> UsageError:

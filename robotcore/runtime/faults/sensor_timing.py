@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
 from math import inf
-from typing import Annotated, Generic
+from typing import Annotated
 
 from pydantic import Field
 
@@ -66,7 +65,7 @@ class Delay(Fault):
     value: Latency
 
     def layer(self, context: FaultContext) -> LateSamples:
-        return LateSamples(self, self.value, context.clock)
+        return LateSamples(self, context.clock)
 
 
 class LostSamples(PollingLayer):
@@ -80,51 +79,41 @@ class LostSamples(PollingLayer):
         self._fault, self._context, self._probability = fault, context, probability
 
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
-        return self.poll(_LossyReader(read, lambda time: self._is_lost(sensor.name, time)))
+        last: SampleT | None = None
+
+        def lossy() -> SampleT:
+            nonlocal last
+            newest = read()
+            if last is None or not self._is_lost(sensor.name, newest.time):
+                last = newest
+            return last
+
+        return self.poll(lossy)
 
     def _is_lost(self, device: str, time: float) -> bool:
         return self._fault.is_on(time) and self._context.random_at(device, time).random() < self._probability
 
 
-class _LossyReader(Generic[SampleT]):
-    def __init__(self, read: Reader[SampleT], is_lost: Callable[[float], bool]) -> None:
-        self._read, self._is_lost = read, is_lost
-        self._last: SampleT | None = None
-
-    def __call__(self) -> SampleT:
-        newest = self._read()
-        if self._last is None or not self._is_lost(newest.time):
-            self._last = newest
-        return self._last
-
-
 class LateSamples(PollingLayer):
-    """Delays the samples of sensors by ``latency`` seconds while ``fault`` is active."""
+    """Delays the samples of sensors while ``fault`` is active. The first sample arrives without a delay."""
 
-    def __init__(self, fault: Fault, latency: float, clock: Clock) -> None:
+    def __init__(self, fault: Delay, clock: Clock) -> None:
         super().__init__()
-        self._fault, self._latency, self._clock = fault, latency, clock
+        self._fault, self._clock = fault, clock
 
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
-        return self.poll(_DelayedReader(read, self._last_due))
+        coming: deque[SampleT] = deque()
+
+        def delayed() -> SampleT:
+            coming.append(read())
+            last_due = self._last_due()
+            while len(coming) > 1 and coming[1].time <= last_due:
+                coming.popleft()
+            return coming[0]
+
+        return self.poll(delayed)
 
     def _last_due(self) -> float:
         """Return the capture time, in seconds, of the newest sample that has arrived by now."""
         now = self._clock.now()
-        return now - self._latency + ROUNDING_S if self._fault.is_on(now) else inf
-
-
-class _DelayedReader(Generic[SampleT]):
-    """Returns the newest sample that has arrived. The first sample of a sensor arrives without a delay."""
-
-    def __init__(self, read: Reader[SampleT], last_due: Callable[[], float]) -> None:
-        self._read, self._last_due = read, last_due
-        self._coming: deque[SampleT] = deque()
-
-    def __call__(self) -> SampleT:
-        coming = self._coming
-        coming.append(self._read())
-        last_due = self._last_due()
-        while len(coming) > 1 and coming[1].time <= last_due:
-            coming.popleft()
-        return coming[0]
+        return now - self._fault.value + ROUNDING_S if self._fault.is_on(now) else inf

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from abc import abstractmethod
 from dataclasses import replace
 from typing import Annotated, Any
 
@@ -17,71 +17,73 @@ Deviation = Annotated[float, Field(gt=0, le=1, description="metres")]
 Distance = Annotated[float, Field(gt=0, le=100, description="metres")]
 
 
-class RangeNoise(Fault):
-    """Distances have normal noise with the given standard deviation."""
+class RangeFault(Fault):
+    """The base class of faults that change the readings of a range sensor."""
 
     on = frozenset({TargetKind.RANGE})
+
+    @abstractmethod
+    def distort(self, context: FaultContext, sensor: RangeSensor, reading: Range) -> Range:
+        """Return the changed reading."""
+
+    def layer(self, context: FaultContext) -> RangeDistortion:
+        return RangeDistortion(self, context)
+
+
+class RangeNoise(RangeFault):
+    """Distances have normal noise with the given standard deviation."""
+
     example = "range noise=0.05"
 
     value: Deviation
 
-    def layer(self, context: FaultContext) -> RangeDistortion:
-        def noisy(sensor: RangeSensor, reading: Range) -> Range:
-            error = context.noise(sensor.name, self.value).draw_number(reading.time)
-            return limit_reading(sensor, reading, reading.distance + error)
-
-        return RangeDistortion(self, noisy)
+    def distort(self, context: FaultContext, sensor: RangeSensor, reading: Range) -> Range:
+        error = context.noise(sensor.name, self.value).draw_number(reading.time)
+        return limit_reading(sensor, reading, reading.distance + error)
 
 
-class Stuck(Fault):
+class Stuck(RangeFault):
     """A range sensor always returns the given distance. The times of capture advance as without the fault.
 
     A distance beyond the sensor's range becomes ``inf``.
     """
 
-    on = frozenset({TargetKind.RANGE})
     example = "range stuck=1.5 after=5"
 
     value: Distance
 
-    def layer(self, context: FaultContext) -> RangeDistortion:
-        return RangeDistortion(self, lambda sensor, reading: _replace_distance(sensor, reading, self.value))
+    def distort(self, context: FaultContext, sensor: RangeSensor, reading: Range) -> Range:
+        return limit_reading(sensor, replace(reading, point=None), self.value)
 
 
-class Spikes(Fault):
+class Spikes(RangeFault):
     """Distances become random distances within the sensor's range, each with the given probability."""
 
-    on = frozenset({TargetKind.RANGE})
     example = "range spikes=0.1"
 
     value: Probability
 
-    def layer(self, context: FaultContext) -> RangeDistortion:
-        def spiky(sensor: RangeSensor, reading: Range) -> Range:
-            random = context.random_at(sensor.name, reading.time)
-            if random.random() >= self.value:
-                return reading
-            return _replace_distance(sensor, reading, random.uniform(sensor.min_range, sensor.max_range))
-
-        return RangeDistortion(self, spiky)
+    def distort(self, context: FaultContext, sensor: RangeSensor, reading: Range) -> Range:
+        random = context.random_at(sensor.name, reading.time)
+        if random.random() >= self.value:
+            return reading
+        distance = random.uniform(sensor.min_range, sensor.max_range)
+        return limit_reading(sensor, replace(reading, point=None), distance)
 
 
 class RangeDistortion(Layer):
-    """Replaces each reading of a range sensor by the result of ``misread`` while ``fault`` is active."""
+    """Changes each reading of a range sensor while ``fault`` is active."""
 
-    def __init__(self, fault: Fault, misread: Callable[[RangeSensor, Range], Range]) -> None:
-        self._fault, self._misread = fault, misread
+    def __init__(self, fault: RangeFault, context: FaultContext) -> None:
+        self._fault, self._context = fault, context
 
     def sensor(self, sensor: Any, read: Reader[Any]) -> Reader[Any]:
-        def misread() -> Range:
+        def distorted() -> Range:
             reading: Range = read()
-            return self._misread(sensor, reading) if self._fault.is_on(reading.time) else reading
+            is_on = self._fault.is_on(reading.time)
+            return self._fault.distort(self._context, sensor, reading) if is_on else reading
 
-        return misread
-
-
-def _replace_distance(sensor: RangeSensor, reading: Range, distance: float) -> Range:
-    return limit_reading(sensor, replace(reading, point=None), distance)
+        return distorted
 
 
 GreyLevels = Annotated[float, Field(gt=0, le=64, description="grey levels")]
@@ -96,17 +98,17 @@ class CameraNoise(Fault):
     value: GreyLevels
 
     def layer(self, context: FaultContext) -> NoisyPictures:
-        return NoisyPictures(self, self.value, context)
+        return NoisyPictures(self, context)
 
 
 class NoisyPictures(Layer):
     """Adds noise to the pictures that are captured while ``fault`` is active."""
 
-    def __init__(self, fault: Fault, sigma: float, context: FaultContext) -> None:
-        self._fault, self._sigma, self._context = fault, sigma, context
+    def __init__(self, fault: CameraNoise, context: FaultContext) -> None:
+        self._fault, self._context = fault, context
 
     def sensor(self, sensor: Sensor[Any], read: Reader[Any]) -> Reader[Any]:
-        noisy = build_noise_effect(self._context.noise(sensor.name, self._sigma))
+        noisy = build_noise_effect(self._context.noise(sensor.name, self._fault.value))
 
         def effect(image: Image, time: float) -> Image:
             return noisy(image, time) if self._fault.is_on(time) else image
@@ -126,31 +128,25 @@ class Slip(Fault):
     value: Share
 
     def layer(self, context: FaultContext) -> SlipLayer:
-        return SlipLayer(self, self.value)
+        return SlipLayer(self)
 
 
 class SlipLayer(PollingLayer):
-    """Subtracts a ``share`` of each wheel's rotation from its encoder's angle while ``fault`` is active."""
+    """Subtracts a share of each rotation between two samples if ``fault`` was active at the first of them."""
 
-    def __init__(self, fault: Fault, share: float) -> None:
+    def __init__(self, fault: Slip) -> None:
         super().__init__()
-        self._fault, self._share = fault, share
+        self._fault = fault
 
     def sensor(self, sensor: Sensor[Any], read: Reader[Any]) -> Reader[Any]:
-        return self.poll(_SlippingEncoder(read, self._fault, self._share))
+        last, missed = Angle(0.0, 0.0, 0), 0.0
 
+        def slipping() -> Angle:
+            nonlocal last, missed
+            sample: Angle = read()
+            if self._fault.is_on(last.time):
+                missed += self._fault.value * (sample.angle - last.angle)
+            last = sample
+            return replace(sample, angle=sample.angle - missed)
 
-class _SlippingEncoder:
-    """Subtracts a share of each rotation between two samples if the fault was active at the first of them."""
-
-    def __init__(self, read: Reader[Angle], fault: Fault, share: float) -> None:
-        self._read, self._fault, self._share = read, fault, share
-        self._last = Angle(0.0, 0.0, 0)
-        self._missed = 0.0
-
-    def __call__(self) -> Angle:
-        sample, last = self._read(), self._last
-        if self._fault.is_on(last.time):
-            self._missed += self._share * (sample.angle - last.angle)
-        self._last = sample
-        return replace(sample, angle=sample.angle - self._missed)
+        return self.poll(slipping)

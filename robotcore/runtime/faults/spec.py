@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 from pydantic import BeforeValidator, Field, ValidationError
 
@@ -72,10 +72,6 @@ def _build_form_error(text: str, mistake: str) -> UsageError:
     return UsageError(f'{quote_text(text)}: {mistake}. Write {GRAMMAR}, such as "{EXAMPLE}"', kind="fault-form")
 
 
-def _format_number(number: float) -> str:
-    return repr(number).removesuffix(".0")
-
-
 def _split_word(text: str, word: str) -> tuple[str, str | None]:
     key, sign, value = word.partition("=")
     if sign and not value:
@@ -93,11 +89,10 @@ def _canonical(text: str, value: str) -> str:
     if not value.isprintable():
         raise _build_form_error(text, f"{quote_text(value)} cannot be printed")
     with suppress(ValueError):
-        return _format_number(float(value))
+        return repr(float(value)).removesuffix(".0")
     return value
 
 
-SUFFIX = ".toml"
 LARGEST = 1e300
 
 MAX_INJECTED_FAULTS = 100
@@ -105,13 +100,10 @@ MAX_INJECTED_FAULTS = 100
 
 
 def _read_word(value: Any) -> str:
-    match value:
-        case str():
-            return value
-        case bool():
-            pass
-        case int() | float() if abs(value) < LARGEST:
-            return repr(float(value))
+    if isinstance(value, str):
+        return value
+    if isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < LARGEST:
+        return repr(float(value))
     raise ValueError("is neither a number nor a text; write a number, or a text in quotes")
 
 
@@ -129,7 +121,10 @@ def read_specs(texts: Iterable[str]) -> tuple[str, ...]:
 
     Raises UsageError if the form of a specification is wrong. `plan_faults` checks whether it fits the robot.
     """
-    specs = [str(spec) for text in texts for spec in (_read(text) if _is_file(text) else [Spec.parse(text)])]
+    specs: list[str] = []
+    for text in texts:
+        is_file = text.endswith(".toml") and "=" not in text
+        specs += map(str, _read(text) if is_file else [Spec.parse(text)])
     if len(specs) > MAX_INJECTED_FAULTS:
         raise UsageError(
             f"a run can have at most {MAX_INJECTED_FAULTS} faults, got {len(specs)}. Leave some out",
@@ -137,10 +132,6 @@ def read_specs(texts: Iterable[str]) -> tuple[str, ...]:
             count=len(specs),
         )
     return tuple(specs)
-
-
-def _is_file(text: str) -> bool:
-    return text.endswith(SUFFIX) and "=" not in text
 
 
 def _read(file: str) -> list[Spec]:
@@ -168,8 +159,7 @@ VALUE = "value"
 """The name of the field in a `Fault` that contains the effect's value, such as 0.2 in ``drop=0.2``."""
 
 
-@dataclass(frozen=True)
-class Parameter:
+class Parameter(NamedTuple):
     """One parameter of a fault."""
 
     name: str
@@ -178,39 +168,31 @@ class Parameter:
     """The unit of the value, such as ``seconds``."""
     limits: str
     """The limits of the value, such as ``from 0 to 1``. Empty if there are none."""
-    is_required: bool
+    required: bool
     """Whether a specification must contain the parameter."""
-
-    @property
-    def form(self) -> str:
-        """The form of the parameter in a specification, such as ``drop=PROBABILITY``.
-
-        An optional parameter is in brackets: ``[after=SECONDS]``.
-        """
-        written = f"{self.name}={self.unit.upper().replace(' ', '_')}"
-        return written if self.is_required else f"[{written}]"
 
 
 def parameters_of(effect: str, fault: type[Fault]) -> list[Parameter]:
     """Return the parameters of a fault. The first one is the value of the effect, with the effect's name."""
-    fields = fault.model_json_schema().get("properties", {})
-    order = sorted(fields, key=lambda name: (name != VALUE, not fault.model_fields[name].is_required(), name))
-    return [_parameter(effect if name == VALUE else name, fields[name], fault, name) for name in order]
+    parameters = []
+    for name, schema in fault.model_json_schema().get("properties", {}).items():
+        number = schema.get("anyOf", [schema])[0]
+        unit = schema.get("description") or number.get("description") or VALUE
+        limits = " ".join(f"{word} {number[key]:g}" for word, key in _BOUNDS.items() if key in number)
+        is_required = fault.model_fields[name].is_required()
+        parameters.append(Parameter(effect if name == VALUE else name, unit, limits, is_required))
+    return sorted(parameters, key=lambda each: (each.name != effect, not each.required, each.name))
 
 
-def form_of(target: str, effect: str, fault: type[Fault]) -> str:
-    """Return the form of a fault's specification: ``camera drop=PROBABILITY [after=SECONDS] [lasts=SECONDS]``."""
-    parameters = [parameter.form for parameter in parameters_of(effect, fault)]
-    bare = [] if VALUE in fault.model_fields else [effect]
-    return " ".join([target, *bare, *parameters])
+_BOUNDS = {"from": "minimum", "above": "exclusiveMinimum", "to": "maximum", "below": "exclusiveMaximum"}
 
 
-def _parameter(name: str, schema: dict[str, Any], fault: type[Fault], field: str) -> Parameter:
-    number = schema.get("anyOf", [schema])[0]
-    unit = schema.get("description") or number.get("description") or VALUE
-    return Parameter(name, unit, _limits(number), fault.model_fields[field].is_required())
+def forms_of(effect: str, fault: type[Fault]) -> list[str]:
+    """Return the form of each part of a fault's specification: ``drop=PROBABILITY``, ``[after=SECONDS]``, ...
 
-
-def _limits(number: dict[str, Any]) -> str:
-    bounds = {"from": "minimum", "above": "exclusiveMinimum", "to": "maximum", "below": "exclusiveMaximum"}
-    return " ".join(f"{word} {number[key]:g}" for word, key in bounds.items() if key in number)
+    The first part is the effect. Optional parameters are in brackets.
+    """
+    parameters = parameters_of(effect, fault)
+    written = [f"{each.name}={each.unit.upper().replace(' ', '_')}" for each in parameters]
+    forms = [form if each.required else f"[{form}]" for form, each in zip(written, parameters, strict=True)]
+    return forms if VALUE in fault.model_fields else [effect, *forms]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
-from functools import reduce
+from functools import partial, reduce
 from typing import Any
 
 from robotcore.description import (
@@ -24,52 +24,14 @@ from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.runtime.layers.base import Layer, MotorOutput, Reader, Show, Tap
 from robotcore.runtime.layers.checks import CallMonitorLayer, MaxAgeLayer
 from robotcore.runtime.layers.devices import AppDisplay, AppMotor, wrap_sensor
-from robotcore.runtime.layers.drive import GuardedDrive
+from robotcore.runtime.layers.drive import build_drive
 from robotcore.runtime.layers.guardian import GuardianLayer
 from robotcore.runtime.layers.imperfections import PERFECT, ImperfectionLayer
 from robotcore.runtime.layers.standalone_motor import StandaloneGuard
 from robotcore.safety import ActivityMonitor, CommandFilter, Latch, StopGroup
 from robotcore.safety.thread_reserve import Reserve
 
-
-@dataclass(frozen=True)
-class Stack:
-    """The layers of a run in their order from the driver to the app, and the clock of the loop."""
-
-    clock: TickClock
-    layers: tuple[Layer, ...]
-
-    @property
-    def taps(self) -> tuple[Tap, ...]:
-        """The layers that also get the calls between the app and the safety stage."""
-        return tuple(layer for layer in self.layers if isinstance(layer, Tap))
-
-    def wrap_motor(self, motor: Motor) -> MotorOutput:
-        """Return the output that sends commands through the layers to a driver's motor."""
-        return reduce(lambda output, layer: layer.motor(output), self.layers, MotorOutput.of(motor))
-
-    def wrap_device(self, device: Device) -> Device:
-        """Return the app's version of a driver's sensor or display. Its calls pass through the layers."""
-        if isinstance(device, Sensor):
-            read: Reader[Any] = device.read
-            for layer in self.layers:
-                read = layer.sensor(device, read)
-            return wrap_sensor(device, self.clock, read)
-        if isinstance(device, Display):
-            show: Show = device.show
-            for layer in self.layers:
-                show = layer.display(device, show)
-            return AppDisplay(device, show)
-        return device
-
-
-def wrap_clock(clock: Clock, layers: Iterable[Layer]) -> Clock:
-    """Return the clock of the loop: the backend's clock, wrapped by each layer."""
-    return reduce(lambda wrapped, layer: layer.clock(wrapped), layers, clock)
-
-
 _KINDS = {Role.CAMERA: "camera", Role.RANGE: "range_sensor", Role.DISPLAY: "display"}
-_MOUNTED = (CameraDescription, RangeSensorDescription)
 
 
 @dataclass(frozen=True)
@@ -157,7 +119,10 @@ def assemble(
     for tap in taps:
         tap.latch(latch)
     watched = CallMonitorLayer(activity, safety.answer_s, raw.name)
-    ticks = TickClock(wrap_clock(clock or raw.clock, (watched, *faults)))
+    clock = clock or raw.clock
+    for layer in (watched, *faults):
+        clock = layer.clock(clock)
+    ticks = TickClock(clock)
     # This tuple is the order of all layers, from the driver up to the app. The safety stage lies between the
     # layers' motor outputs and the taps' command hooks.
     layers: tuple[Layer, ...] = (
@@ -168,47 +133,71 @@ def assemble(
         *taps,
         MaxAgeLayer(ticks, safety.max_age_s, latch),
     )
-    stack = Stack(ticks, layers)
-    motors = {motor.name: stack.wrap_motor(motor) for motor in raw.motors.values()}
-    devices = {device.name: stack.wrap_device(device) for device in raw.devices.values()}
-    _set_mounts(devices, description)
-    _set_voltage_limits(devices, description)
+    taps = [layer for layer in layers if isinstance(layer, Tap)]
+    motors = {motor.name: _wrap_motor(motor, layers) for motor in raw.motors.values()}
+    devices = {device.name: _wrap_device(device, ticks, layers) for device in raw.devices.values()}
+    _set_properties(devices, description)
     motor_stops = StopGroup.create(*motors.values(), reserve=reserve)
     latch.add_stop(motor_stops.apply_apart)
     drive, guarded = description.drive, None
-    outputs: dict[str, MotorOutput] = {}
+    suspend_functions: list[Callable[[str], None]] = []
     if drive and drive.left in motors and drive.right in motors:
-        take_stops = guard.take_stops if guard else lambda: 0
-        left, right = raw.motors[drive.left], raw.motors[drive.right]
-        guarded = GuardedDrive.build(
+        wheels = motors[drive.left], motors[drive.right]
+        guarded = build_drive(
             devices,
-            (motors[drive.left], motors[drive.right]),
-            min(left.max_velocity, right.max_velocity),
+            wheels,
+            min(raw.motors[wheel.name].max_velocity for wheel in wheels),
             description,
             drive,
             ticks,
             latch,
             rate_hz,
-            stack.taps,
+            taps,
             motor_stops,
-            take_stops,
+            guard.take_stops if guard else lambda: 0,
         )
-        outputs |= guarded.outputs
-    lease = safety.lease_ticks / rate_hz
-    lone = [
-        StandaloneGuard(motor, raw.motors[name].max_velocity, ticks, lease, latch, motor_stops.select(motor))
-        for name, motor in motors.items()
-        if name not in outputs
-    ]
-    for each in lone:
-        output = reduce(lambda output, tap: tap.standalone_motor(output), stack.taps, each.output)
-        outputs[output.name] = output
-    devices |= {name: AppMotor(raw.motors[name], output) for name, output in outputs.items()}
-    app_clock = AppClock(ticks)
-    robot = Robot(raw.name, app_clock, devices.values(), drive=guarded.drive if guarded else None, release=raw.close)
-    suspend_functions = (*([guarded.suspend] if guarded else []), *(motor.suspend for motor in lone))
-    return Assembled(
-        robot, ticks, latch, guarded.command_filter if guarded else None, motor_stops, activity, suspend_functions
+        suspend_functions.append(guarded.suspend)
+    for name, motor in raw.motors.items():
+        if guarded and drive and name in (drive.left, drive.right):
+            output = MotorOutput(name, partial(_refuse_command, name), guarded.command_filter.stop)
+        else:
+            lease = safety.lease_ticks / rate_hz
+            stops = motor_stops.select(motors[name])
+            lone = StandaloneGuard(motors[name], motor.max_velocity, ticks, lease, latch, stops)
+            output = reduce(lambda output, tap: tap.standalone_motor(output), taps, lone.output)
+            suspend_functions.append(lone.suspend)
+        devices[name] = AppMotor(motor, output)
+    robot = Robot(
+        raw.name, AppClock(ticks), devices.values(), drive=guarded.drive if guarded else None, release=raw.close
+    )
+    command_filter = guarded.command_filter if guarded else None
+    return Assembled(robot, ticks, latch, command_filter, motor_stops, activity, tuple(suspend_functions))
+
+
+def _wrap_motor(motor: Motor, layers: Sequence[Layer]) -> MotorOutput:
+    return reduce(lambda output, layer: layer.motor(output), layers, MotorOutput.of(motor))
+
+
+def _wrap_device(device: Device, clock: TickClock, layers: Sequence[Layer]) -> Device:
+    """Return the app's version of a driver's sensor or display. Its calls pass through the layers."""
+    if isinstance(device, Sensor):
+        read: Reader[Any] = device.read
+        for layer in layers:
+            read = layer.sensor(device, read)
+        return wrap_sensor(device, clock, read)
+    if isinstance(device, Display):
+        show: Show = device.show
+        for layer in layers:
+            show = layer.display(device, show)
+        return AppDisplay(device, show)
+    return device
+
+
+def _refuse_command(wheel: str, _rad_s: float) -> float:
+    raise UsageError(
+        f"{wheel} is a wheel of the drive. Command both wheels: robot.drive.set_wheels(left, right)",
+        kind="wheel-of-the-drive",
+        device=wheel,
     )
 
 
@@ -233,15 +222,11 @@ def _names_for(description: RobotDescription, role: Role) -> set[str]:
     return {name for name in wheels if name} | {sensor.name for sensor in description.range_sensors_ahead}
 
 
-def _set_mounts(devices: Mapping[str, Device], description: RobotDescription) -> None:
-    for sensor in description.devices:
-        device = devices.get(sensor.name)
-        if isinstance(sensor, _MOUNTED) and isinstance(device, (Camera, RangeSensor)):
-            device.mount = Pose(sensor.mount.x_m, sensor.mount.y_m, sensor.mount.yaw_rad)
-
-
-def _set_voltage_limits(devices: Mapping[str, Device], description: RobotDescription) -> None:
-    for battery in description.all_of(BatteryDescription):
-        device = devices.get(battery.name)
-        if isinstance(device, Battery):
-            device.warn_below = battery.warn_below_v
+def _set_properties(devices: Mapping[str, Device], description: RobotDescription) -> None:
+    """Set the mounts of sensors and the voltage limits of batteries by the description."""
+    for each in description.devices:
+        match each, devices.get(each.name):
+            case (CameraDescription() | RangeSensorDescription(), Camera() | RangeSensor() as sensor):
+                sensor.mount = Pose(each.mount.x_m, each.mount.y_m, each.mount.yaw_rad)
+            case (BatteryDescription(), Battery() as battery):
+                battery.warn_below = each.warn_below_v

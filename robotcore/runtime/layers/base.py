@@ -35,26 +35,12 @@ class MotorOutput:
         return cls(motor.name, motor.set_velocity, motor.stop)
 
 
-_REMOVED_HOOKS = {
-    **dict.fromkeys(("camera", "range_sensor", "encoder", "battery"), "sensor(self, sensor, read)"),
-    "stage": "command_filter(self, inner)",
-    "lone_motor": "standalone_motor(self, motor)",
-}
-"""The methods of layers in earlier versions, and the methods that replace them."""
-
-
 class Layer:
     """The base class of layers, which lie between a driver's devices and the safety stage.
 
     Each method gets a function or a clock that leads to the driver. It returns one that leads through this layer. By
     default it returns its argument, so that the layer changes nothing.
     """
-
-    def __init_subclass__(cls) -> None:
-        super().__init_subclass__()
-        for name, successor in _REMOVED_HOOKS.items():
-            if name in vars(cls):
-                raise TypeError(f"{cls.__name__}.{name} is never called. Define {successor} instead")
 
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
         """Return the function that reads ``sensor`` through this layer. It may call ``read``."""

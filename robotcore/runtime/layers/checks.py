@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import partial
 from types import FrameType
-from typing import Generic
 
 from robotcore.errors import BackendError, DeviceError, RobotcoreError, StaleSampleError
 from robotcore.hal.clock import Clock, ClockWrapper, TickClock
@@ -26,21 +25,16 @@ class MaxAgeLayer(Layer):
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
         if isinstance(sensor, Battery):
             return read
-        return MaxAgeReader(sensor.name, self._clock, self._limit, self._latch, read)
+        clock, limit = self._clock, self._limit
 
+        def read_checked() -> SampleT:
+            sample = read()
+            age = clock.now() - sample.time
+            if age > limit:
+                self._latch.trip(StaleSampleError(sensor.name, age, limit))
+            return sample
 
-class MaxAgeReader(Generic[SampleT]):
-    """Reads one sensor, and trips the latch if its newest sample is too old."""
-
-    def __init__(self, device: str, clock: TickClock, limit: float, latch: Latch, read: Reader[SampleT]) -> None:
-        self._device, self._clock, self._limit, self._latch, self._read = device, clock, limit, latch, read
-
-    def __call__(self) -> SampleT:
-        sample = self._read()
-        age = self._clock.now() - sample.time
-        if age > self._limit:
-            self._latch.trip(StaleSampleError(self._device, age, self._limit))
-        return sample
+        return read_checked
 
 
 GRACE_S = 0.3

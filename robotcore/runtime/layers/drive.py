@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from functools import reduce
-from typing import cast
+from typing import NamedTuple
 
 from robotcore.description import Drive, EncoderDescription, RobotDescription
 from robotcore.geometry import Wheels
@@ -29,25 +27,7 @@ from robotcore.safety import (
 )
 
 
-def wheel_output(name: str, command_filter: CommandFilter, *, is_left: bool) -> MotorOutput:
-    """Return the output with which an app commands one wheel of a drive.
-
-    The filter always gets the commands of both wheels. A later command for the other wheel in the same tick may scale
-    both velocities. So the result of ``set_velocity`` is preliminary. ``stop`` stops both wheels, because one wheel
-    alone would turn the robot.
-    """
-
-    def set_velocity(rad_s: float) -> float:
-        asked = command_filter.asked
-        if is_left:
-            return command_filter.ask(Wheels(rad_s, asked.right)).left
-        return command_filter.ask(Wheels(asked.left, rad_s)).right
-
-    return MotorOutput(name, set_velocity, command_filter.stop)
-
-
-@dataclass(frozen=True)
-class GuardedDrive:
+class GuardedDrive(NamedTuple):
     """A drive, and the command filter that limits its commands."""
 
     drive: DifferentialDrive
@@ -55,74 +35,60 @@ class GuardedDrive:
     """The safety filter, wrapped by the taps. The drive sends the app's commands to it."""
     suspend: Callable[[str], None]
     """Stops the drive between two ticks. The argument is the cause of the intervention."""
-    outputs: dict[str, MotorOutput]
-    """The outputs with which the app commands the wheels, by the motor's name."""
 
-    @classmethod
-    def build(
-        cls,
-        devices: Mapping[str, Device],
-        wheels: tuple[MotorOutput, MotorOutput],
-        limit: float,
-        description: RobotDescription,
-        drive: Drive,
-        clock: Clock,
-        latch: Latch,
-        rate_hz: float,
-        taps: Sequence[Tap],
-        motor_stops: StopGroup,
-        take_guardian_stops: Callable[[], int],
-    ) -> GuardedDrive:
-        """Build the drive and its command filter.
 
-        devices: the app's devices. The drive uses their encoders and range sensors.
-        wheels: the outputs of the left and the right motor.
-        limit: the largest velocity of each wheel, in rad/s.
-        description: the robot's description, with the safety limits.
-        drive: the description of the drive.
-        taps: the taps that get the drive's commands and the wheel angles.
-        motor_stops: stops the robot's motors.
-        take_guardian_stops: a function that returns the number of stops by the guardian since its last call.
-        """
-        left, right = wheels
-        commanded = CommandIntegrator(clock)
-        encoders = _encoders(devices, drive)
-        counted = _read_encoders(*encoders) if encoders else None
-        ahead = _sensors_ahead(devices, description)
-        checks: list[Rule] = []
-        if counted:
-            checks.append(_build_tracking_check(description, drive, clock, latch, commanded.angles, counted))
-            checks.append(
-                StuckRangeCheck(latch, ahead, Odometry(drive.geometry, counted).pose, description.safety.stuck_m)
-            )
-        safety_filter = SafetyFilter(
-            clock,
-            left,
-            right,
-            (*checks, *_rules(ahead, clock, description, drive, limit, rate_hz)),
-            description.safety.lease_ticks / rate_hz,
-            latch,
-            commanded.turn_at,
-            motor_stops.select(left, right),
-            take_guardian_stops,
-        )
-        command_filter = reduce(
-            lambda inner, tap: tap.command_filter(inner), taps, cast("CommandFilter", safety_filter)
-        )
-        measured = _read_present_angles(*encoders, commanded) if encoders else commanded.angles
-        angles = reduce(lambda read, tap: tap.angles(read), taps, measured)
-        odometry = Odometry(drive.geometry, angles)
-        outputs = {
-            left.name: wheel_output(left.name, command_filter, is_left=True),
-            right.name: wheel_output(right.name, command_filter, is_left=False),
-        }
-        reach = description.body.reach_m
-        return cls(
-            DifferentialDrive(drive.geometry, command_filter, odometry, limit, reach),
-            command_filter,
-            safety_filter.suspend,
-            outputs,
-        )
+def build_drive(
+    devices: Mapping[str, Device],
+    wheels: tuple[MotorOutput, MotorOutput],
+    limit: float,
+    description: RobotDescription,
+    drive: Drive,
+    clock: Clock,
+    latch: Latch,
+    rate_hz: float,
+    taps: Sequence[Tap],
+    motor_stops: StopGroup,
+    take_guardian_stops: Callable[[], int],
+) -> GuardedDrive:
+    """Build the drive and its command filter.
+
+    devices: the app's devices. The drive uses their encoders and range sensors.
+    wheels: the outputs of the left and the right motor.
+    limit: the largest velocity of each wheel, in rad/s.
+    description: the robot's description, with the safety limits.
+    drive: the description of the drive.
+    taps: the taps that get the drive's commands and the wheel angles.
+    motor_stops: stops the robot's motors.
+    take_guardian_stops: a function that returns the number of stops by the guardian since its last call.
+    """
+    left, right = wheels
+    commanded = CommandIntegrator(clock)
+    encoders = _encoders(devices, drive)
+    ahead = _sensors_ahead(devices, description)
+    checks: list[Rule] = []
+    measured: Callable[[], Wheels] = commanded.angles
+    if encoders:
+        counted = _read_encoders(*encoders)
+        measured = _read_present_angles(*encoders, commanded)
+        checks.append(_build_tracking_check(description, drive, clock, latch, commanded.angles, counted))
+        checks.append(StuckRangeCheck(latch, ahead, Odometry(drive.geometry, counted).pose, description.safety.stuck_m))
+    safety_filter = SafetyFilter(
+        clock,
+        left,
+        right,
+        (*checks, *_rules(ahead, clock, description, drive, limit, rate_hz)),
+        description.safety.lease_ticks / rate_hz,
+        latch,
+        commanded.turn_at,
+        motor_stops.select(left, right),
+        take_guardian_stops,
+    )
+    command_filter: CommandFilter = safety_filter
+    for tap in taps:
+        command_filter, measured = tap.command_filter(command_filter), tap.angles(measured)
+    odometry = Odometry(drive.geometry, measured)
+    guarded = DifferentialDrive(drive.geometry, command_filter, odometry, limit, description.body.reach_m)
+    return GuardedDrive(guarded, command_filter, safety_filter.suspend)
 
 
 def _rules(

@@ -39,7 +39,7 @@ class Noise:
 
         The method is that of Box and Muller (1958).
         """
-        random = self._random_at(time)
+        random = random_at(self._key, time)
         radius = math.sqrt(-2 * math.log(1 - random.random()))
         return self._sigma * radius * math.cos(math.tau * random.random())
 
@@ -52,16 +52,13 @@ class Noise:
         size = math.prod(shape)
         if len(self._strip) < STRIP_POSITIONS + size:
             self._strip = self._draw_strip(STRIP_POSITIONS + size)
-        start = int(STRIP_POSITIONS * self._random_at(time).random())
+        start = int(STRIP_POSITIONS * random_at(self._key, time).random())
         return self._strip[start : start + size].reshape(shape)
 
     def _draw_strip(self, length: int) -> NDArray[np.int16]:
         # NumPy guarantees the same numbers in every version only for RandomState.
         generator = np.random.RandomState(Random(self._key).getrandbits(32))
         return np.rint(_deviation_before_rounding(self._sigma) * generator.standard_normal(length)).astype(np.int16)
-
-    def _random_at(self, time: float) -> Random:
-        return random_at(self._key, time)
 
 
 def random_at(key: str, time: float) -> Random:
@@ -113,7 +110,13 @@ class ImperfectionLayer(Layer):
             return ProcessedFrames(read, effects) if effects else read
         bias, sigma = self._conditions.range_bias_m, self._conditions.range_noise_m
         if isinstance(sensor, RangeSensor) and (bias or sigma):
-            return NoisyRange(sensor, read, bias, Noise(self._seed, sensor.name, sigma))
+            noise = Noise(self._seed, sensor.name, sigma)
+
+            def read_noisily() -> Range:
+                reading: Range = read()
+                return limit_reading(sensor, reading, reading.distance + bias + noise.draw_number(reading.time))
+
+            return read_noisily
         return read
 
     def motor(self, motor: MotorOutput) -> MotorOutput:
@@ -145,22 +148,6 @@ class ProcessedFrames:
             image = effect(image, frame.time)
         image.flags.writeable = False
         return Frame(image, frame.time, frame.sequence)
-
-
-class NoisyRange:
-    """Reads a range sensor, and adds ``bias`` metres and noise to each distance.
-
-    The result is limited to the sensor's range as by `limit_reading`.
-    """
-
-    def __init__(self, sensor: RangeSensor, read: Reader[Range], bias: float, noise: Noise) -> None:
-        self._sensor, self._read, self._bias, self._noise = sensor, read, bias, noise
-
-    def __call__(self) -> Range:
-        reading = self._read()
-        return limit_reading(
-            self._sensor, reading, reading.distance + self._bias + self._noise.draw_number(reading.time)
-        )
 
 
 def _effects(conditions: Conditions, noise: Noise) -> Iterator[Effect]:

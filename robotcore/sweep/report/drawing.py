@@ -1,14 +1,11 @@
-"""Parts of charts: SVG elements, axes, labels and colours."""
+"""Parts of charts: SVG elements, axes and labels."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import NamedTuple
 from xml.etree.ElementTree import Element, tostring
-
-from robotcore.view.canvas import SERIES, Colour, lighten
 
 Attribute = str | float
 Point = tuple[float, float]
@@ -17,9 +14,6 @@ MAX_LABEL = 28
 """The maximum length of a label, in characters."""
 
 _LETTER, _GAP, _TICK_ROOM = 8.4, 12, 60
-
-_WHITE_SHARE = 0.42
-"""The share of white, from 0 to 1, that is mixed into a colour for a dark page."""
 
 
 def element(tag: str, *children: Element | str, **attributes: Attribute) -> Element:
@@ -32,9 +26,8 @@ def element(tag: str, *children: Element | str, **attributes: Attribute) -> Elem
     >>> tostring(element("line", x1=0.25, class_="axis", stroke_width=2.0))
     b'<line x1="0.2" class="axis" stroke-width="2" />'
     """
-    made = Element(
-        tag, {name.rstrip("_").replace("_", "-"): _format_value(value) for name, value in attributes.items()}
-    )
+    names = {name.rstrip("_").replace("_", "-"): _format_value(value) for name, value in attributes.items()}
+    made = Element(tag, names)
     for child in children:
         if isinstance(child, str):
             made.text = child
@@ -51,9 +44,8 @@ def render_svg(
     description: the text that a screen reader reads in place of the drawing.
     """
     box = {"viewBox": f"0 0 {_format_value(width)} {_format_value(height)}"}
-    return tostring(
-        element("svg", *children, role="img", aria_label=description, **box, **attributes), encoding="unicode"
-    )
+    drawing = element("svg", *children, role="img", aria_label=description, **box, **attributes)
+    return tostring(drawing, encoding="unicode")
 
 
 def group(children: Iterable[Element], **attributes: Attribute) -> Element:
@@ -78,11 +70,8 @@ def dot(centre: Point, radius: float, **attributes: Attribute) -> Element:
 
 def polyline(points: Iterable[Point], **attributes: Attribute) -> Element:
     """Return an SVG element for an open line through points."""
-    (x, y), *rest = points
-    way = f"M{_format_value(x)} {_format_value(y)}" + "".join(
-        f"L{_format_value(x)} {_format_value(y)}" for x, y in rest
-    )
-    return element("path", d=way, **attributes)
+    way = "L".join(f"{_format_value(x)} {_format_value(y)}" for x, y in points)
+    return element("path", d=f"M{way}", **attributes)
 
 
 def _format_value(value: Attribute) -> str:
@@ -127,50 +116,25 @@ class Axis:
         first, last = math.ceil(self.low / step - 1e-9), math.floor(self.high / step + 1e-9)
         return [index * step for index in range(first, last + 1)]
 
+    def draw_grid(self, top: float, bottom: float, format_tick: Callable[[float], str]) -> Element:
+        """Return the grid of a horizontal axis: vertical lines from ``top`` to ``bottom`` with a number below each."""
+        ticks = [
+            (self.at(value), value) for value in self.list_ticks(max(2, int((self.end - self.start) / _TICK_ROOM)))
+        ]
+        lines = [line((x, top), (x, bottom)) for x, _ in ticks]
+        numbers = [text((x, bottom + 16), format_tick(value), text_anchor="middle") for x, value in ticks]
+        return group([*lines, *numbers], class_="axis")
+
+    def draw_label(self, y: float, words: str) -> Element:
+        """Return an SVG element for a label left of the axis, centred vertically at ``y``."""
+        return text((self.start - _GAP, y + 4), shorten_label(words), text_anchor="end")
+
 
 def measure_labels(labels: Iterable[str]) -> float:
     """Return the width of the longest label, plus the gap between label and chart."""
-    longest = max((len(shorten_label(label)) for label in labels), default=0)
-    return _GAP + _LETTER * longest
+    return _GAP + _LETTER * max((len(shorten_label(label)) for label in labels), default=0)
 
 
 def shorten_label(label: str) -> str:
     """Return a label shortened to at most `MAX_LABEL` characters."""
     return label if len(label) <= MAX_LABEL else f"{label[: MAX_LABEL - 1]}…"
-
-
-def draw_label(axis: Axis, y: float, words: str) -> Element:
-    """Return an SVG element for a label left of an axis, centred vertically at ``y``."""
-    return text((axis.start - _GAP, y + 4), shorten_label(words), text_anchor="end")
-
-
-def draw_axis(axis: Axis, top: float, bottom: float, format_tick: Callable[[float], str]) -> Element:
-    """Return the grid of a horizontal axis: vertical lines from ``top`` to ``bottom`` with a number below each."""
-    return group(_draw_grid(axis, top, bottom, format_tick), class_="axis")
-
-
-def _draw_grid(axis: Axis, top: float, bottom: float, format_tick: Callable[[float], str]) -> Iterator[Element]:
-    for value in axis.list_ticks(max(2, int((axis.end - axis.start) / _TICK_ROOM))):
-        x = axis.at(value)
-        yield line((x, top), (x, bottom))
-        yield text((x, bottom + 16), format_tick(value), text_anchor="middle")
-
-
-class Shades(NamedTuple):
-    """A colour in CSS, such as ``#2463eb``, for a light page and for a dark page."""
-
-    light: str
-    """The colour on a light page."""
-
-    dark: str
-    """The colour on a dark page."""
-
-
-def compute_shades(names: Sequence[str]) -> list[Shades]:
-    """Return a colour for each name. People with the common kinds of colour blindness can distinguish the colours."""
-    colours = (SERIES[index % len(SERIES)] for index in range(len(names)))
-    return [Shades(_css(colour), _css(lighten(colour, _WHITE_SHARE))) for colour in colours]
-
-
-def _css(colour: Colour) -> str:
-    return "#{:02x}{:02x}{:02x}".format(*colour)

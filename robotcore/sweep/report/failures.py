@@ -1,23 +1,20 @@
-"""The failing runs in the report: their endings, conditions and pictures."""
+"""The failing runs in the report: their endings, facts, conditions and pictures."""
 
 from __future__ import annotations
 
 from base64 import b64encode
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
 from itertools import groupby
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
 
-from robotcore.hal.devices import Image
-from robotcore.runtime.result import RunResult
-from robotcore.sweep.failure_analysis import SignificantSplit
-from robotcore.sweep.record import GroupKey, Record, classify_failure, format_ending, format_failure
+from robotcore.sweep.failure_analysis import Split
+from robotcore.sweep.record import GroupKey, Record, classify_failure, format_ending
 from robotcore.sweep.report.series import Series
 from robotcore.sweep.statistics import subsample
 
@@ -37,124 +34,41 @@ QUALITY = 80
 """The JPEG quality of a picture, from 0 to 100. A PNG would be larger, because it would keep the camera's noise."""
 
 
-class Condition(NamedTuple):
-    """A condition of a failing run, as text for the report."""
+def choose_failures(records: Sequence[Record]) -> dict[str, Any]:
+    """Return which failing runs the report shows, as variables of the template ``failures.html.j2``.
 
-    name: str
-    """The name of the condition."""
+    The result has a list ``(name of the group, number of its failing runs, runs to show in full)`` for each backend in
+    each world, the runs to list in one line, and the number of the other failing runs.
 
-    value: str
-    """The value of the condition in this run."""
-
-    failing_side: str
-    """The values with which more runs fail, such as ``light < 0.34``. Empty without a significant split."""
-
-
-@dataclass(frozen=True)
-class Failure:
-    """A failing run, as texts for the report."""
-
-    group: str
-    """The world and the backend."""
-
-    title: str
-    """The world, the backend and the seed."""
-
-    cause: str
-    """Why the run counts as failing: its outcome, its reason and its contacts."""
-
-    facts: tuple[str, ...]
-    """A text about the last milestone, and one about the distance to the target. Both may be missing."""
-
-    command: str
-    """The shell command that repeats the run."""
-
-    conditions: tuple[Condition, ...] = ()
-    """The conditions of the run, those with a significant split first."""
-
-    picture: str = ""
-    """The picture as a ``data:`` URI; empty if there is none."""
-
-    file: str = ""
-    """The file of the picture, relative to the sweep's folder; empty if there is none."""
-
-    @classmethod
-    def build_brief(cls, record: Record) -> Failure:
-        """Return a failing run without conditions and picture, for the list of runs."""
-        result = record.result
-        group = _format_group(record)
-        title = group if result.seed is None else f"{group} · seed {result.seed}"
-        return cls(group, title, format_failure(record), tuple(_list_facts(result)), record.command)
-
-    @classmethod
-    def build_full(cls, record: Record, folder: Path, splits: Sequence[SignificantSplit]) -> Failure:
-        """Return a failing run with the conditions that the seed drew for it, and with its picture.
-
-        folder: the folder of the sweep, which has the picture.
-        splits: the significant splits of all groups. The run's conditions that belong to one are marked.
-        """
-        brief = cls.build_brief(record)
-        sides = {each.condition: each.side for each in splits if each.group == GroupKey.of(record)}
-        full = replace(brief, conditions=_sort_conditions(record.result.conditions, sides))
-        picture = embed_picture(folder / record.picture) if record.picture else ""
-        return replace(full, picture=picture, file=record.picture) if picture and record.picture else full
+    records: all records of the sweep, sorted by world and backend.
+    """
+    failing = [record for record in records if record.is_failure]
+    chosen = set(subsample(range(len(failing)), MAX_DETAILED))
+    others = [record for at, record in enumerate(failing) if at not in chosen]
+    runs = Counter(map(format_group, failing))
+    detailed = groupby((failing[at] for at in sorted(chosen)), format_group)
+    return {
+        "failing": len(failing),
+        "detailed": [(name, runs[name], list(group)) for name, group in detailed],
+        "listed": others[:MAX_LISTED],
+        "unlisted": len(others[MAX_LISTED:]),
+    }
 
 
-class FailureGroup(NamedTuple):
-    """The failing runs of one backend in one world, for the report."""
-
-    name: str
-    """The world and the backend."""
-
-    runs: int
-    """The number of failing runs of the group."""
-
-    detailed: tuple[Failure, ...]
-    """The failing runs of the group that the report shows with picture and conditions."""
-
-
-@dataclass(frozen=True)
-class Failures:
-    """All failing runs of a sweep, for the report."""
-
-    runs: int
-    """The number of failing runs."""
-
-    groups: tuple[FailureGroup, ...]
-    """The runs that the report shows with picture and conditions, a group for each backend in each world."""
-
-    listed: tuple[Failure, ...]
-    """The runs that the report lists without picture and conditions."""
-
-    unlisted: int
-    """The number of failing runs that are in neither `groups` nor `listed`."""
-
-    @classmethod
-    def of(cls, records: Sequence[Record], folder: Path, splits: Sequence[SignificantSplit]) -> Failures:
-        """Return the failing runs of a sweep.
-
-        records: all records of the sweep, sorted by world and backend.
-        folder: the folder of the sweep, which has the pictures.
-        splits: the significant splits of the failure analysis.
-        """
-        failing = [record for record in records if record.is_failure]
-        chosen = set(subsample(range(len(failing)), MAX_DETAILED))
-        full = [Failure.build_full(failing[at], folder, splits) for at in sorted(chosen)]
-        others = [record for at, record in enumerate(failing) if at not in chosen]
-        runs = Counter(map(_format_group, failing))
-        groups = tuple(
-            FailureGroup(name, runs[name], tuple(detailed))
-            for name, detailed in groupby(full, key=lambda each: each.group)
-        )
-        listed = tuple(map(Failure.build_brief, others[:MAX_LISTED]))
-        return cls(len(failing), groups, listed, len(others) - len(listed))
-
-
-def _format_group(record: Record) -> str:
+def format_group(record: Record) -> str:
+    """Return the world and the backend of a run as one text."""
     return " · ".join(part for part in (record.result.world, record.result.backend) if part)
 
 
-def _list_facts(result: RunResult) -> Iterator[str]:
+def format_title(record: Record) -> str:
+    """Return the world, the backend and the seed of a run as one text."""
+    seed = record.result.seed
+    return format_group(record) if seed is None else f"{format_group(record)} · seed {seed}"
+
+
+def list_facts(record: Record) -> Iterator[str]:
+    """Yield a text about the last milestone of a run, and one about its distance to the target, if they are known."""
+    result = record.result
     if result.milestones:
         name, time = list(result.milestones.items())[-1]
         yield f"last milestone {name}, at {time:.1f} s"
@@ -162,10 +76,15 @@ def _list_facts(result: RunResult) -> Iterator[str]:
         yield f"ended {result.distance_to_target_m:.2f} m from the target"
 
 
-def _sort_conditions(values: Mapping[str, float | str], sides: Mapping[str, str]) -> tuple[Condition, ...]:
-    first = [name for name in sides if name in values]
-    order = dict.fromkeys([*first, *values])
-    return tuple(Condition(name, _format_value(values[name]), sides.get(name, "")) for name in order)
+def list_conditions(record: Record, splits: Sequence[Split]) -> list[tuple[str, str, str]]:
+    """Return the name and the value of each condition of a run, and the side of its significant split if it has one.
+
+    splits: the significant splits of all groups. The conditions that have one come first.
+    """
+    values = record.result.conditions
+    sides = {each.condition: each.side for each in splits if each.group == GroupKey.of(record)}
+    names = dict.fromkeys([*filter(values.__contains__, sides), *values])
+    return [(name, _format_value(values[name]), sides.get(name, "")) for name in names]
 
 
 def _format_value(value: float | str) -> str:
@@ -173,13 +92,10 @@ def _format_value(value: float | str) -> str:
 
 
 class Ending(NamedTuple):
-    """An ending that failing runs have in common, and the number of these runs."""
+    """An ending that failing runs have in common."""
 
     text: str
     """The outcome and its reason, such as ``timeout, not done after 20 s``."""
-
-    runs: int
-    """The number of runs with this ending."""
 
     counts: tuple[int, ...]
     """The number of runs with this ending in each series."""
@@ -191,12 +107,13 @@ def count_endings(series: Sequence[Series]) -> list[Ending]:
     If there are more than `MAX_ENDINGS`, a last element counts the runs with any other ending.
     """
     tallies = [Counter(_describe_ending(record) for record in each.records if record.is_failure) for each in series]
-    total: Counter[str] = sum(tallies, Counter())
-    common = [text for text, _ in total.most_common(MAX_ENDINGS)]
-    rows = [Ending(text, total[text], tuple(tally[text] for tally in tallies)) for text in common]
-    rest = tuple(sum(tally.values()) - sum(tally[text] for text in common) for tally in tallies)
-    ways = len(total) - len(common)
-    return [*rows, Ending(f"in {ways} other way{'s' * (ways > 1)}", sum(rest), rest)] if ways else rows
+    ordered = [text for text, _ in sum(tallies, Counter[str]()).most_common()]
+    common, rare = ordered[:MAX_ENDINGS], ordered[MAX_ENDINGS:]
+    rows = [Ending(text, tuple(tally[text] for tally in tallies)) for text in common]
+    if rare:
+        text = f"in {len(rare)} other way{'s' * (len(rare) > 1)}"
+        rows.append(Ending(text, tuple(sum(tally[each] for each in rare) for tally in tallies)))
+    return rows
 
 
 def _describe_ending(record: Record) -> str:
@@ -210,18 +127,8 @@ def embed_picture(file: Path) -> str:
     with suppress(OSError, cv2.error):
         image = cv2.imdecode(np.frombuffer(file.read_bytes(), np.uint8), cv2.IMREAD_COLOR)
         if image is not None:
-            return _encode_jpeg(_narrow(np.asarray(image, np.uint8)))
+            scale = min(1.0, MAX_WIDTH / image.shape[1])
+            small = cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+            _, encoded = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, QUALITY])
+            return f"data:image/jpeg;base64,{b64encode(encoded.tobytes()).decode()}"
     return ""
-
-
-def _encode_jpeg(image: Image) -> str:
-    _, encoded = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, QUALITY])
-    return f"data:image/jpeg;base64,{b64encode(encoded.tobytes()).decode()}"
-
-
-def _narrow(image: Image) -> Image:
-    height, width = image.shape[:2]
-    if width <= MAX_WIDTH:
-        return image
-    size = MAX_WIDTH, round(height * MAX_WIDTH / width)
-    return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), np.uint8)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import chain
+from typing import NamedTuple
 from xml.etree.ElementTree import Element
 
 from robotcore.description import WorldDescription
@@ -24,11 +24,8 @@ _MARGIN_CM = 12.0
 _STEP_M = 0.03
 """The minimum distance between two successive points of a drawn path, in metres."""
 
-_GRID_M = 1.0
 
-
-@dataclass(frozen=True)
-class WorldMap:
+class WorldMap(NamedTuple):
     """The map of one world with the paths of its runs."""
 
     world: str
@@ -41,15 +38,11 @@ class WorldMap:
     """The numbers of passing and failing runs, as text."""
 
 
-@dataclass(frozen=True)
-class MapScale:
+class _Chart(NamedTuple):
     """The transform from metres in a world to centimetres in its map, whose y axis points down."""
 
     half_width: float
-    """The x coordinate of the world's origin in the map, in centimetres. It is half the width of the map."""
-
     half_height: float
-    """The y coordinate of the world's origin in the map, in centimetres. It is half the height of the map."""
 
     def at(self, x: float, y: float) -> Point:
         """Return the point of the map, in centimetres, for a point of the world, in metres."""
@@ -73,93 +66,68 @@ def _has_path(record: Record) -> bool:
 
 
 def _draw_map(name: str, records: Sequence[Record], world: WorldDescription | None) -> WorldMap:
-    passing = [record for record in records if not record.is_failure]
-    failing = [record for record in records if record.is_failure]
-    caption = f"passing runs: {_format_count(passing)}, failing: {_format_count(failing)}"
-    passing, failing = subsample(passing, MAX_PATHS), subsample(failing, MAX_PATHS)
-    chart = _make_scale([*passing, *failing], world)
+    paths: dict[bool, list[TruePath]] = {False: [], True: []}
+    for record in records:
+        paths[record.is_failure].append(record.path or ())
+    caption = f"passing runs: {_format_count(paths[False])}, failing: {_format_count(paths[True])}"
+    passing, failing = subsample(paths[False], MAX_PATHS), subsample(paths[True], MAX_PATHS)
+    chart = _make_chart([*passing, *failing], world)
     is_unseeded = all(record.result.seed is None for record in records)
     parts = [
         *(_draw_ground(chart, world) if world else ()),
         *(_draw_objects(chart, world) if world and is_unseeded else ()),
-        group((_draw_path(chart, record) for record in passing), class_="paths passing"),
-        group((_draw_path(chart, record) for record in failing), class_="paths failing"),
-        group((_draw_end(chart, record) for record in passing), class_="ends passing"),
-        group((_draw_cross(chart, record) for record in failing), class_="ends failing"),
+        group((_draw_path(chart, path) for path in passing), class_="paths passing"),
+        group((_draw_path(chart, path) for path in failing), class_="paths failing"),
+        group((dot(chart.at(*path[-1][1:]), 4) for path in passing), class_="ends passing"),
+        group((_draw_cross(*chart.at(*path[-1][1:])) for path in failing), class_="ends failing"),
     ]
     words = f"Paths in {name or 'no world'}, from above: {caption}"
     return WorldMap(name, render_svg(2 * chart.half_width, 2 * chart.half_height, words, parts, class_="map"), caption)
 
 
-def _format_count(records: Sequence[Record]) -> str:
-    return str(len(records)) if len(records) <= MAX_PATHS else f"{MAX_PATHS} of {len(records)}"
+def _format_count(paths: Sequence[TruePath]) -> str:
+    return str(len(paths)) if len(paths) <= MAX_PATHS else f"{MAX_PATHS} of {len(paths)}"
 
 
-def _make_scale(records: Sequence[Record], world: WorldDescription | None) -> MapScale:
-    wall = world.walls.thickness_m if world and world.walls else 0.0
-    points = [(x, y) for record in records for _, x, y in record.path or ()]
-    reach_x = max(abs(x) for x, _ in points)
-    reach_y = max(abs(y) for _, y in points)
+def _make_chart(paths: Sequence[TruePath], world: WorldDescription | None) -> _Chart:
+    points = [(abs(x), abs(y)) for path in paths for _, x, y in path]
     if world:
-        reach_x = max(reach_x, world.floor.length_m / 2 + wall)
-        reach_y = max(reach_y, world.floor.width_m / 2 + wall)
-    return MapScale(math.ceil(reach_x * CM + _MARGIN_CM), math.ceil(reach_y * CM + _MARGIN_CM))
+        wall = world.walls.thickness_m if world.walls else 0.0
+        points.append((world.floor.length_m / 2 + wall, world.floor.width_m / 2 + wall))
+    return _Chart(*(math.ceil(max(reach) * CM + _MARGIN_CM) for reach in zip(*points, strict=True)))
 
 
-def _draw_ground(chart: MapScale, world: WorldDescription) -> Iterator[Element]:
+def _draw_ground(chart: _Chart, world: WorldDescription) -> Iterator[Element]:
     x, y = world.floor.length_m / 2, world.floor.width_m / 2
     if world.walls:
         yield _draw_rectangle(chart, x + world.walls.thickness_m, y + world.walls.thickness_m, "wall")
     yield _draw_rectangle(chart, x, y, "floor")
-    yield group(_draw_grid(chart, x, y), class_="grid")
+    columns = [line(chart.at(metre, y), chart.at(metre, -y)) for metre in range(-math.floor(x), math.floor(x) + 1)]
+    rows = [line(chart.at(-x, metre), chart.at(x, metre)) for metre in range(-math.floor(y), math.floor(y) + 1)]
+    yield group([*columns, *rows], class_="grid")
 
 
-def _draw_rectangle(chart: MapScale, x: float, y: float, kind: str) -> Element:
+def _draw_rectangle(chart: _Chart, x: float, y: float, kind: str) -> Element:
     left, top = chart.at(-x, y)
     return element("rect", x=left, y=top, width=2 * x * CM, height=2 * y * CM, class_=kind)
 
 
-def _draw_grid(chart: MapScale, x: float, y: float) -> Iterator[Element]:
-    for metre in range(-math.floor(x / _GRID_M), math.floor(x / _GRID_M) + 1):
-        yield line(chart.at(metre, y), chart.at(metre, -y))
-    for metre in range(-math.floor(y / _GRID_M), math.floor(y / _GRID_M) + 1):
-        yield line(chart.at(-x, metre), chart.at(x, metre))
+def _draw_objects(chart: _Chart, world: WorldDescription) -> Iterator[Element]:
+    outlines = [("obstacle", each.outline) for each in world.obstacles]
+    outlines += [("target", each.outline) for each in world.targets]
+    for kind, corners in outlines:
+        points = (chart.at(x, y) for x, y in corners)
+        yield element("polygon", points=" ".join(f"{x:g},{y:g}" for x, y in points), class_=kind)
 
 
-def _draw_objects(chart: MapScale, world: WorldDescription) -> Iterator[Element]:
-    for obstacle in world.obstacles:
-        yield _draw_outline(chart, obstacle.outline, "obstacle")
-    for ball in world.targets:
-        yield _draw_outline(chart, ball.outline, "target")
-
-
-def _draw_outline(chart: MapScale, corners: Sequence[Point], kind: str) -> Element:
-    points = (chart.at(x, y) for x, y in corners)
-    return element("polygon", points=" ".join(f"{x:g},{y:g}" for x, y in points), class_=kind)
-
-
-def _draw_path(chart: MapScale, record: Record) -> Element:
-    return polyline(chart.at(x, y) for x, y in _simplify(record.path or ()))
-
-
-def _simplify(path: TruePath) -> Iterator[Point]:
-    """Yield those points of a path that are at least `_STEP_M` away from the previously yielded point."""
-    last: Point | None = None
+def _draw_path(chart: _Chart, path: TruePath) -> Element:
+    """Draw those points of a path that are at least `_STEP_M` away from the previously drawn point."""
+    points: list[Point] = []
     for _, x, y in path:
-        if last is None or math.dist(last, (x, y)) >= _STEP_M:
-            last = x, y
-            yield last
+        if not points or math.dist(points[-1], (x, y)) >= _STEP_M:
+            points.append((x, y))
+    return polyline(chart.at(x, y) for x, y in points)
 
 
-def _draw_end(chart: MapScale, record: Record) -> Element:
-    return dot(chart.at(*_last_point(record)), 4)
-
-
-def _draw_cross(chart: MapScale, record: Record) -> Element:
-    x, y = chart.at(*_last_point(record))
+def _draw_cross(x: float, y: float) -> Element:
     return element("path", d=f"M{x - 5:g} {y - 5:g}l10 10m0 -10l-10 10")
-
-
-def _last_point(record: Record) -> Point:
-    _, x, y = (record.path or ())[-1]
-    return x, y

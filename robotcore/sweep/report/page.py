@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
 from datetime import datetime, timezone
 from importlib.metadata import version
+from itertools import cycle, islice
 from pathlib import Path
 from typing import Any
 
@@ -15,21 +15,24 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from robotcore.description import WorldDescription, load_world, world_names
 from robotcore.runtime.result import RunResult
 from robotcore.sweep.failure_analysis import explain, format_p
-from robotcore.sweep.record import Record, classify_failure
+from robotcore.sweep.record import Record, classify_failure, format_failure
+from robotcore.sweep.report import failures
 from robotcore.sweep.report.charts import plot_arrivals, plot_condition, plot_milestones, plot_success
-from robotcore.sweep.report.drawing import compute_shades
-from robotcore.sweep.report.failures import Failures, count_endings
 from robotcore.sweep.report.maps import draw_maps
-from robotcore.sweep.report.series import Series, Spread, find_goal, list_milestones, make_series
+from robotcore.sweep.report.series import Series, find_goal, list_milestones, make_series
 from robotcore.sweep.spec import format_seeds
-from robotcore.sweep.statistics import Requirement, compare_backends, list_missed_requirements
+from robotcore.sweep.statistics import Group, Requirement, compare_backends, list_missed_requirements
 from robotcore.sweep.tables import COLUMNS, format_judge
+from robotcore.view.canvas import SERIES, Colour, lighten
 
 MAX_DIFFERING = 30
 """The maximum number of differing runs in the table of two backends."""
 
 MAX_OPEN = 8
 """The maximum number of failing runs whose groups are unfolded when the page opens."""
+
+_WHITE_SHARE = 0.42
+"""The share of white, from 0 to 1, that is mixed into a colour for a dark page."""
 
 
 def render_page(
@@ -47,18 +50,24 @@ def render_page(
     environment = Environment(
         loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    environment.globals |= {
-        "spread": Spread.of,
-        "max_differing": MAX_DIFFERING,
-        "few": MAX_OPEN,
-        "columns": COLUMNS,
-        "format_p": format_p,
-    }
+    functions = (
+        format_failure,
+        format_p,
+        failures.format_title,
+        failures.list_facts,
+        failures.list_conditions,
+        failures.embed_picture,
+    )
+    environment.globals |= {function.__name__: function for function in functions}
+    environment.globals |= {"max_differing": MAX_DIFFERING, "few": MAX_OPEN, "columns": COLUMNS}
     records = sorted(records, key=_sort_key)
     series = make_series(records)
     groups = [each.group for each in series]
+    explanation = explain(records)
     return environment.get_template("page.html.j2").render(
-        head=Head.of(records, command, folder, format_judge(records[0].result.judge, groups) if records else ""),
+        head=_describe_head(records, groups, folder),
+        command_line=command,
+        folder=folder,
         groups=groups,
         series=series,
         success=plot_success(groups),
@@ -67,8 +76,12 @@ def render_page(
         agreements=compare_backends(records),
         maps=draw_maps(series, _load_worlds(series, worlds)),
         colours=compute_shades(["passing", "failing", *dict.fromkeys(each.style for each in series)]),
-        **_render_times(series),
-        **_render_failing(records, series, folder),
+        endings=failures.count_endings(series),
+        splits=explanation.splits,
+        split_charts=[plot_condition(each, records) for each in explanation.splits],
+        no_split=explanation.reason,
+        failures=failures.choose_failures(records),
+        **_plot_times(series),
     )
 
 
@@ -77,7 +90,7 @@ def _sort_key(record: Record) -> tuple[str, str, int]:
     return result.world or "", result.backend, -1 if result.seed is None else result.seed
 
 
-def _render_times(series: Sequence[Series]) -> dict[str, Any]:
+def _plot_times(series: Sequence[Series]) -> dict[str, Any]:
     milestones = list_milestones(series)
     goal = find_goal(series, milestones)
     return {
@@ -88,76 +101,43 @@ def _render_times(series: Sequence[Series]) -> dict[str, Any]:
     }
 
 
-def _render_failing(records: Sequence[Record], series: Sequence[Series], folder: Path) -> dict[str, Any]:
-    explanation = explain(records)
-    return {
-        "endings": count_endings(series),
-        "splits": [(each, plot_condition(each, records)) for each in explanation.splits],
-        "no_split": explanation.reason,
-        "failures": Failures.of(records, folder, explanation.splits),
-    }
-
-
 def _load_worlds(series: Sequence[Series], worlds: Sequence[WorldDescription]) -> dict[str, WorldDescription]:
     shipped = set(world_names()) & {each.group.world for each in series}
     return {name: load_world(name) for name in shipped} | {world.name: world for world in worlds}
 
 
-@dataclass(frozen=True)
-class Head:
-    """The head of the page: the apps, the command, the facts, and the numbers of failing runs."""
+def compute_shades(names: Sequence[str]) -> list[dict[str, str]]:
+    """Return a colour in CSS, such as ``#2463eb``, for each name: ``light`` on a light page, ``dark`` on a dark page.
 
-    apps: str
-    """The names of the apps, separated by commas."""
-
-    runs: int
-    """The number of runs."""
-
-    failing: int
-    """The number of failing runs."""
-
-    unverified: int
-    """The number of passing runs that could not be verified."""
-
-    causes: tuple[tuple[str, int], ...]
-    """The classes of failing runs, as `classify_failure` returns them, and the number of runs in each class."""
-
-    facts: tuple[tuple[str, str], ...]
-    """Terms with their texts, such as ``Robot`` with the name of the robot."""
-
-    command: str
-    """The command line of the sweep."""
-
-    @classmethod
-    def of(cls, records: Sequence[Record], command: str, folder: Path, judge: str = "") -> Head:
-        """Return the head of a page.
-
-        records: the records of the sweep.
-        command: the command line of the sweep.
-        folder: the folder of the results.
-        judge: who judged the runs, as `format_judge` returns it.
-        """
-        results = [record.result for record in records]
-        failing = [record.result for record in records if record.is_failure]
-        unverified = sum(record.result.verified is None and not record.is_failure for record in records)
-        causes = tuple(Counter(map(classify_failure, failing)).most_common())
-        facts = tuple(
-            (term, text)
-            for term, text in [("Judge", judge), *_list_facts(results), ("Results in", str(folder))]
-            if text
-        )
-        return cls(
-            _format_names(results, lambda each: each.app),
-            len(records),
-            len(failing),
-            unverified,
-            causes,
-            facts,
-            command,
-        )
+    People with the common kinds of colour blindness can distinguish the colours.
+    """
+    return [
+        {"light": _css(colour), "dark": _css(lighten(colour, _WHITE_SHARE))}
+        for colour in islice(cycle(SERIES), len(names))
+    ]
 
 
-def _list_facts(results: Sequence[RunResult]) -> Iterable[tuple[str, str]]:
+def _css(colour: Colour) -> str:
+    return "#{:02x}{:02x}{:02x}".format(*colour)
+
+
+def _describe_head(records: Sequence[Record], groups: Sequence[Group], folder: Path) -> dict[str, Any]:
+    """Return the variables of the head of the page: names, numbers of runs, and terms with their texts."""
+    results = [record.result for record in records]
+    failing = [record.result for record in records if record.is_failure]
+    judge = format_judge(results[0].judge, groups) if results else ""
+    facts = [("Judge", judge), *_list_facts(results), ("Results in", str(folder))]
+    return {
+        "apps": _format_names(results, lambda each: each.app) or "A sweep",
+        "runs": len(records),
+        "failing": len(failing),
+        "unverified": sum(record.result.verified is None and not record.is_failure for record in records),
+        "causes": Counter(map(classify_failure, failing)).most_common(),
+        "facts": [(term, text) for term, text in facts if text],
+    }
+
+
+def _list_facts(results: Sequence[RunResult]) -> Iterator[tuple[str, str]]:
     yield "Robot", _format_names(results, lambda each: each.robot)
     yield "Backends", _format_names(results, lambda each: each.backend)
     yield "Worlds", _format_names(results, lambda each: each.world)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robotcore.sweep.record import GroupKey, Record
-from robotcore.sweep.statistics import Group, Tally
+from robotcore.sweep.statistics import Group, group_records
 
 
 @dataclass(frozen=True)
@@ -30,29 +30,10 @@ class Series:
         times = (record.result.milestones.get(milestone) for record in self.records)
         return sorted(time for time in times if time is not None)
 
-
-@dataclass(frozen=True)
-class Spread:
-    """Three quantiles of times, in seconds."""
-
-    fast: float
-    """The 10 % quantile."""
-
-    median: float
-    """The median."""
-
-    slow: float
-    """The 90 % quantile."""
-
-    @classmethod
-    def of(cls, times: Iterable[float]) -> Spread | None:
-        """Return the quantiles of times; None without times.
-
-        >>> Spread.of([1.0, 2.0, 3.0])
-        Spread(fast=1.2, median=2.0, slow=2.8)
-        """
-        some = list(times)
-        return cls(*map(float, np.quantile(some, (0.1, 0.5, 0.9)))) if some else None
+    def compute_quantiles(self, milestone: str) -> list[float]:
+        """Return the 10 %, 50 % and 90 % quantile of `list_times`; an empty list if no run reached the milestone."""
+        times = self.list_times(milestone)
+        return [float(time) for time in np.quantile(times, (0.1, 0.5, 0.9))] if times else []
 
 
 def make_series(records: Iterable[Record]) -> list[Series]:
@@ -66,19 +47,12 @@ def make_series(records: Iterable[Record]) -> list[Series]:
         gathered.setdefault(GroupKey.of(record), []).append(record)
     backends, worlds = (list(dict.fromkeys(names)) for names in zip(*gathered, strict=True)) if gathered else ([], [])
     return [
-        Series(_make_group(key, gathered[key]), tuple(gathered[key]), f"c{hue} d{dashes}")
+        Series(group_records(gathered[key])[0], tuple(gathered[key]), f"c{hue} d{dashes}")
         for row, world in enumerate(worlds)
         for dashes, backend in enumerate(backends)
         for hue in [row if len(worlds) > 1 else dashes]
         if (key := GroupKey(backend, world)) in gathered
     ]
-
-
-def _make_group(key: GroupKey, records: Iterable[Record]) -> Group:
-    tally = Tally()
-    for record in records:
-        tally.add(record)
-    return tally.build_group(key)
 
 
 def list_milestones(series: Sequence[Series]) -> list[str]:

@@ -148,7 +148,7 @@ class TestDoctor:
     def test_a_silent_board_is_one_error_for_all_of_its_devices(
         self, pty: Pty, monkeypatch: pytest.MonkeyPatch, said: bytes, check_text: CheckText
     ) -> None:
-        monkeypatch.setattr("drivers.serial.boards.rosarduino.drivers.ANSWER_S", 0.3)
+        monkeypatch.setattr("drivers.serial.boards.rosarduino.drivers.ArduinoDriver.answer_s", 0.3)
         clock = MonotonicClock()
         talking = clock.every(0.02, lambda: pty.send(said), "talking")
         *_, port, board = self.examine(connect_devices(load_robot("rover"), WHEELS, pty.path))

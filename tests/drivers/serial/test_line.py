@@ -230,12 +230,14 @@ class TestByAThread:
         line.open("wheel", 5.0)
         protocol.set_word(b"go")
         line.wake()
-        line.wait_until(lambda: protocol.is_settled, "wheel", 5.0, "was never heard")
+        line.wait_until(lambda: protocol.is_settled, "wheel", 5.0, lambda: "was never heard")
         pty.unplug()
         with pytest.raises(DeviceLostError):
             _require_often(line, clock)
         pty.plug_in()
-        line.wait_until(lambda: board.received == b"?go?" and protocol.is_ready, "wheel", 5.0, "never came back")
+        line.wait_until(
+            lambda: board.received == b"?go?" and protocol.is_ready, "wheel", 5.0, lambda: "never came back"
+        )
         protocol.set_word(b"stop")
         line.close()
         powered.off()
@@ -276,7 +278,7 @@ class TestByAThread:
             patient.setattr(line_module, "MAX_WAIT_S", 1000.0)
             protocol.set_word(b"go", at=clock.now() + 0.05)
             line.wake()
-            line.wait_until(lambda: protocol.is_settled, "wheel", 5.0, "was never heard")
+            line.wait_until(lambda: protocol.is_settled, "wheel", 5.0, lambda: "was never heard")
         line.wake()
         line.close()
         powered.off()

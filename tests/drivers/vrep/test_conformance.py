@@ -39,7 +39,7 @@ class TestFreeRunningVrep(LegacyBench, LifecycleRules, ClockRules, MotorRules, R
     lacks: ClassVar = {
         TestSupport.LOST_ECHO: EVERY_ECHO,
         TestSupport.SLOW_HARDWARE: NO_HARDWARE,
-        TestSupport.MOTION: "time advances during measurements; see test_streaming",
+        TestSupport.MOTION: "time advances during measurements; see test_connection",
     }
 
     @pytest.fixture(autouse=True)

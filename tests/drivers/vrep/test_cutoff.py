@@ -6,7 +6,7 @@ import threading
 
 import pytest
 
-from drivers.vrep.connection import LockstepConnection
+from drivers.vrep.connection import Connection
 from drivers.vrep.cutoff import RETRY_FOR_S, SHORT_S, StopJoints
 from robotcore.safety.guardian.process import STOPPING_S
 from tests.doubles.coppeliasim.legacy.faults import DropConnection
@@ -49,7 +49,7 @@ def test_report_if_the_simulator_does_nothing(
 def test_report_if_the_server_still_serves_the_app(
     cutoff: StopJoints, server: LegacyServer, check_text: CheckText
 ) -> None:
-    with LockstepConnection.open(HOST, server.port):
+    with Connection.open(HOST, server.port):
         check_text(cutoff.stop(), hide=[server.port])
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from robotcore.hardware.firmware import board, toolchain
+from robotcore.hardware.firmware import board
 from tests.doubles.serial.pty import Pty
 from tests.robotcore.cli.conftest import Cli
 from tests.robotcore.hardware.firmware.tools import COMPILES, LISTS_CORE, Tools
@@ -45,7 +45,6 @@ def pty(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Pty]:
 
 @pytest.fixture
 def tools(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Tools:
-    monkeypatch.setattr(toolchain, "AVR_CORE", tmp_path / "nowhere")
     tools = Tools(tmp_path, monkeypatch)
     tools.put("arduino-cli", LISTS_CORE + COMPILES)
     return tools
@@ -55,7 +54,6 @@ def tools(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Tools:
 def test_flashed_board_is_asked_for_its_version(
     cli: Cli, tools: Tools, pty: Pty, deaf_lines: int, check_text: CheckText
 ) -> None:
-    tools.put("avrdude")
     board = AnsweringBoard(pty, b"\xf0noise\r\nrobotcore-bridge 1\r\n", deaf_lines)
     try:
         answer = cli("firmware", "flash", "--board", "nano-old", "--port", str(pty.path))
@@ -64,15 +62,15 @@ def test_flashed_board_is_asked_for_its_version(
     assert (answer.status, answer.err) == (0, "")
     check_text(answer.out)
     flashed = tools.calls[-1]
-    assert flashed.startswith(f"avrdude -q -p m328p -c arduino -P {pty.path} -b 57600 -D -U flash:w:/")
-    assert flashed.endswith("/robotcore_bridge.ino.hex:i")
+    target = f"--fqbn arduino:avr:nano:cpu=atmega328old --port {pty.path}"
+    assert flashed.startswith(f"arduino-cli upload {target} --verify --input-file /")
+    assert flashed.endswith("/robotcore_bridge.ino.hex")
 
 
 @pytest.mark.parametrize("reply", [b"", b"Invalid Command\r\n"])
 def test_a_board_that_does_not_report_its_version_is_a_failure(
     cli: Cli, tools: Tools, pty: Pty, reply: bytes, check_text: CheckText
 ) -> None:
-    tools.put("avrdude")
     board = AnsweringBoard(pty, reply)
     try:
         answer = cli("firmware", "flash", "--port", str(pty.path))
@@ -82,30 +80,13 @@ def test_a_board_that_does_not_report_its_version_is_a_failure(
     check_text(answer.err)
 
 
-def test_avrdude_that_fails_is_quoted_and_the_board_is_not_asked(
+def test_an_upload_that_fails_is_quoted_and_the_board_is_not_asked(
     cli: Cli, tools: Tools, pty: Pty, check_text: CheckText
 ) -> None:
-    tools.put("avrdude", "echo 'avrdude: stk500_recv(): programmer is not responding' >&2; exit 1")
+    fails = 'upload*) echo "avrdude: stk500_recv(): programmer is not responding" >&2; exit 1;; '
+    tools.put("arduino-cli", LISTS_CORE + fails + COMPILES)
     answer = cli("firmware", "flash", "--port", str(pty.path))
     assert (answer.status, pty.read()) == (3, b"")
-    check_text(answer.err)
-
-
-def test_without_avrdude_arduino_cli_uploads(cli: Cli, tools: Tools, pty: Pty, check_text: CheckText) -> None:
-    board = AnsweringBoard(pty, b"robotcore-bridge 1\r\n")
-    try:
-        answer = cli("firmware", "flash", "--board", "nano", "--port", str(pty.path))
-    finally:
-        board.close()
-    check_text(answer.out)
-    called = tools.calls[-1]
-    assert called.startswith(f"arduino-cli upload --fqbn arduino:avr:nano --port {pty.path} --verify --input-file /")
-
-
-def test_missing_tools_are_named(cli: Cli, tools: Tools, pty: Pty, check_text: CheckText) -> None:
-    (pty.path.parent / "bin" / "arduino-cli").unlink()
-    answer = cli("firmware", "flash", "--port", str(pty.path))
-    assert (answer.status, answer.out) == (3, "")
     check_text(answer.err)
 
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 from robotcore import Behaviour, Robot, Role, Status
 from robotcore.errors import DeviceError
-from robotcore.hal.devices import Motor
 
 
 @dataclass
@@ -29,9 +28,7 @@ class IrregularApp(Behaviour):
         robot.drive.set_velocity(0.3, 0.1)
         if self.ticks % 3 == 0:
             robot.drive.stop()
-        left = robot["left_motor"]
-        assert isinstance(left, Motor)
-        left.set_velocity(-0.1)
+        robot.drive.set_wheels(-0.1, robot.drive.max_angular)
         return self._end(robot) if self.ticks == 0 else Status.RUNNING
 
     def _end(self, robot: Robot) -> Status:

@@ -18,7 +18,6 @@ from robotcore.errors import (
     Interrupted,
     WatchdogError,
 )
-from robotcore.hal.devices import Motor
 from robotcore.hal.robot import Robot
 from robotcore.runtime.behaviour import Status
 from robotcore.runtime.layers import Assembled, assemble
@@ -152,13 +151,9 @@ def test_threads_of_an_app_move_nothing_after_the_run(perform: Runner, backend: 
     refused: list[str] = []
 
     def command(robot: Robot) -> None:
-        motor = robot["left_motor"]
-        assert isinstance(motor, Motor)
         for drive in (robot.drive.set_velocity, robot.drive.set_wheels):
             with pytest.raises(DeviceClosedError):
                 drive(-0.1, -0.1)
-        with pytest.raises(DeviceClosedError):
-            motor.set_velocity(-1.0)
         refused.append("all")
 
     def end(robot: Robot) -> Status:

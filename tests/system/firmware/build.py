@@ -2,20 +2,36 @@
 
 from __future__ import annotations
 
-import os
 import re
 import shutil
 import subprocess
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 
-from robotcore.hardware.firmware import toolchain
-from robotcore.hardware.firmware.board import BOARDS, shipped_sketch
+from robotcore.hardware.firmware.board import shipped_sketch
+from robotcore.hardware.firmware.toolchain import run_tool
 from tests.system import needs
 from tests.system.firmware.config import ROVER
 
 STRICT = ("-Wall", "-Wextra", "-Werror")
 """The compiler's options for robotcore_bridge, which has no warnings."""
+
+
+AVR = Path("/usr/share/arduino/hardware/arduino/avr")
+"""The Arduino core of Debian's package arduino-core-avr. arduino-cli is not in Debian."""
+
+CORE = AVR / "cores" / "arduino"
+MCU = "-mmcu=atmega328p"
+COMMON = (
+    *("-c", "-g", "-Os", MCU, "-ffunction-sections", "-fdata-sections"),
+    *("-DF_CPU=16000000L", "-DARDUINO=10819", "-DARDUINO_ARCH_AVR", "-DARDUINO_AVR_UNO"),
+    "-DDECIMAL_DIG=10",  # avr-gcc before version 7 does not define it
+    *(f"-I{CORE}", f"-I{AVR / 'variants' / 'standard'}"),
+)
+CPP = ("-std=gnu++11", "-fno-exceptions", "-fno-threadsafe-statics")
+"""The options of the core's platform.txt without link-time optimisation."""
 
 
 def build(folder: Path, config: Mapping[str, object] | None = None, sketch: Path | None = None) -> Path:
@@ -30,8 +46,38 @@ def build(folder: Path, config: Mapping[str, object] | None = None, sketch: Path
     shutil.copytree(source, copy)
     for name, value in (config or {}).items():
         _define(copy / "config.h", name, value)
-    image = toolchain.build_with_avr_gcc(copy, BOARDS["uno"], folder / "objects", flags=[] if sketch else STRICT)
-    return image.with_suffix(".elf")
+    (objects := folder / "objects").mkdir(exist_ok=True)
+    joined = objects / f"{copy.name}.ino.cpp"
+    joined.write_text(
+        "#include <Arduino.h>\n"
+        + "".join(map(_read_sketch, sorted(copy.glob("*.ino"), key=lambda path: path.stem != copy.name)))
+    )
+    own = [joined, *sorted(copy.glob("*.cpp"))]
+    core = [path for path in sorted(CORE.iterdir()) if path.suffix in {".c", ".cpp", ".S"}]
+    flags = () if sketch else STRICT
+    with ThreadPoolExecutor() as pool:
+        compiled = [
+            *pool.map(partial(_compile, objects, (*flags, f"-I{copy}")), own),
+            *pool.map(partial(_compile, objects, ("-w",)), core),
+        ]
+    elf = folder / f"{copy.name}.elf"
+    run_tool(["avr-gcc", MCU, "-Os", "-Wl,--gc-sections", *compiled, "-lm", "-o", elf], f"linking {elf.name}")
+    return elf
+
+
+def _read_sketch(source: Path) -> str:
+    # Errors of the compiler then name the original file.
+    return f'#line 1 "{source}"\n{source.read_text()}\n'
+
+
+def _compile(folder: Path, flags: Sequence[str], source: Path) -> Path:
+    target = folder / f"{source.name}.o"
+    is_cpp = source.suffix == ".cpp"
+    command = ["avr-g++" if is_cpp else "avr-gcc", *COMMON, *(CPP if is_cpp else ()), *flags, source, "-o", target]
+    if source.suffix == ".S":
+        command[1:1] = ["-x", "assembler-with-cpp"]
+    run_tool(command, f"compiling {source.name}")
+    return target
 
 
 def _define(header: Path, name: str, value: object) -> None:
@@ -44,10 +90,7 @@ def _define(header: Path, name: str, value: object) -> None:
 SOURCES = Path(__file__).with_name("avr")
 FLAGS = ("-O2", "-std=gnu11", "-Wall", "-Wextra", "-Wno-unused-parameter", "-Werror")
 PACKAGES = ("gcc", "libc6-dev", "libsimavr-dev", "gcc-avr", "avr-libc", "arduino-core-avr")
-NEEDED = (
-    Path("/usr/include/simavr/sim_avr.h"),
-    Path("/usr/share/arduino/hardware/arduino/avr/cores/arduino/Arduino.h"),
-)
+SIMAVR = Path("/usr/include/simavr/sim_avr.h")
 ENTRY = "[robotcore.backends]\nsimavr = tests.system.firmware.backend:SimavrBackend\n"
 METADATA = "Metadata-Version: 2.1\nName: robotcore-simavr\nVersion: 0\n"
 
@@ -75,5 +118,10 @@ def build_simulator(folder: Path) -> Path:
     return program
 
 
+def has_avr_gcc() -> bool:
+    """Return whether avr-gcc and the Arduino core are installed."""
+    return shutil.which("avr-g++") is not None and (CORE / "Arduino.h").is_file()
+
+
 def _has_tools() -> bool:
-    return all(map(shutil.which, ("gcc", "avr-g++"))) and all(map(os.path.exists, NEEDED))
+    return has_avr_gcc() and shutil.which("gcc") is not None and SIMAVR.exists()

@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from drivers.raspberrypi.cameras.source import UsbCameraSettings
-from drivers.raspberrypi.cameras.v4l2 import UsbCamera
+from drivers.raspberrypi.cameras.v4l2 import UsbCamera, UsbCameraSettings
 from robotcore.description import CameraDescription, load_robot
 from robotcore.errors import DeviceError, DeviceLostError
 from robotcore.hal.devices import Camera

@@ -6,10 +6,9 @@ import math
 from collections.abc import Sequence
 
 from drivers.serial.boards.board import BoardProtocol
-from drivers.serial.boards.command import WheelCommand
 from drivers.serial.boards.devices import CountAccumulator
 from drivers.serial.boards.hoverboard.protocol import CoefficientMixer, Feedback, Mixer, Parser, command
-from robotcore.hal.devices import Voltage
+from drivers.serial.driver import Side
 
 PAUSE_S = 0.005
 """The pause between two commands, in seconds. The board detects the end of a command by a pause. It ignores two
@@ -34,11 +33,10 @@ class HoverboardProtocol(BoardProtocol):
     def __init__(self, baud: int) -> None:
         super().__init__(baud)
         self.mixer: Mixer = CoefficientMixer()
-        self.left, self.right = CountAccumulator(), CountAccumulator()
+        self.counters = {"left": CountAccumulator(), "right": CountAccumulator()}
         """The turns of each motor, in sixtieths of a turn (rpm times seconds). The right motor is mounted the other way
         round, so it counts down if the robot drives forward."""
-        self.voltage: Voltage | None = None
-        self._turned = WheelCommand()
+        self._turned: dict[Side, float] = {"left": 0.0, "right": 0.0}
         self._parser = Parser()
         self._last: Feedback | None = None
         self._sent_at = self._free_at = -math.inf
@@ -60,8 +58,10 @@ class HoverboardProtocol(BoardProtocol):
             self.command.clear()  # a silent board may still receive, and gets a stop
         if now < self._free_at:
             return b""
-        wheels = self.command.take(now, self.timeout_s) or self.command.repeat_stop(now)
-        return self._command_frame(wheels, now) if wheels else b""
+        if not (wheels := self.command.take(now, self.timeout_s) or self.command.repeat_stop(now)):
+            return b""
+        self._sent_at, self._free_at = now, now + PAUSE_S
+        return command(*self.mixer.steering(*wheels))
 
     def next_due(self, now: float) -> float:
         return max(self._free_at, min(self.command.next_due, self.command.repeat_due))
@@ -72,27 +72,14 @@ class HoverboardProtocol(BoardProtocol):
         is_confirmed = self._last is not None and self._last.is_stopped and self._received_at > self._sent_at
         return super().is_settled and (is_confirmed or not self.command.newest.is_stop)
 
-    def _command_frame(self, wheels: WheelCommand, now: float) -> bytes:
-        frame = command(*self.mixer.steering(*wheels))
-        self._sent_at, self._free_at = now, now + PAUSE_S
-        return frame
-
     def _integrate(self, received: Sequence[Feedback], now: float) -> None:
         each_s = (now - self._received_at) / len(received)
         before = self._last
         for feedback in received:
             if before and each_s <= SILENCE_S:
-                self._turned = WheelCommand(
-                    self._turned.left + (_centre_rpm(before.left_rpm) + _centre_rpm(feedback.left_rpm)) / 2 * each_s,
-                    self._turned.right + (_centre_rpm(before.right_rpm) + _centre_rpm(feedback.right_rpm)) / 2 * each_s,
-                )
+                for side in self._turned:
+                    self._turned[side] += (before.centre_rpm(side) + feedback.centre_rpm(side)) / 2 * each_s
             before = feedback
-        self.left.add(self._turned.left, now)
-        self.right.add(self._turned.right, now)
-        self.voltage = Voltage(received[-1].battery_v, now, self.voltage.sequence + 1 if self.voltage else 0)
-
-
-def _centre_rpm(measured: int) -> float:
-    # The board rounds a speed down to whole rpm. If the robot drives forward, the motors have speeds of opposite signs.
-    # So rounding makes one amount smaller and the other one larger, and a straight drive would look like a turn.
-    return measured + 0.5 if measured else 0.0
+        for side, counter in self.counters.items():
+            counter.add(self._turned[side], now)
+        self._set_voltage(received[-1].battery_v, now)

@@ -4,22 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import partial
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
-from drivers.serial.boards.board import Board, open_board
-from drivers.serial.boards.command import CommandBuffer
-from drivers.serial.boards.cutoff import stop_frame
-from drivers.serial.boards.devices import BoardBattery, BoardEncoder, BoardMotor, BoardOutput
+from drivers.serial.boards.devices import BoardMotor
+from drivers.serial.boards.drivers import BatteryDriver, BoardDriver, EncoderDriver, MotorDriver
 from drivers.serial.boards.hoverboard.board import HoverboardProtocol
 from drivers.serial.boards.hoverboard.protocol import LIMIT, STANDING, STOP, CoefficientMixer, Mixer, TankMixer
-from drivers.serial.driver import PortSettings, SerialDriver, Side, SideSettings
-from drivers.serial.line import Line
-from robotcore.description import BatteryDescription, EncoderDescription, MotorDescription, RobotDescription
-from robotcore.hal.cutoff import CutoffSpec
-from robotcore.hal.devices import Battery, Encoder, Motor
+from drivers.serial.driver import PortSettings, SideSettings
+from robotcore.description import EncoderDescription, MotorDescription, RobotDescription
+from robotcore.hal.devices import Motor
 from robotcore.hardware import Connection, Host
 from robotcore.hardware.motor_control import Control, open_motor, require_drivable
 from robotcore.hardware.motor_model import Model
@@ -82,31 +77,6 @@ class HoverboardMotorSettings(WheelSettings):
             "firmware", "config.h of the board at", self.port, is_shared=True, remedy=remedy, protocol=settings
         )
 
-    def check(self, description: MotorDescription, robot: RobotDescription) -> None:
-        """Raise ValueError if the board cannot reach the maximum velocity, or if a setting contradicts the mode."""
-        if self.mode == "duty":
-            self._check_duty(description, robot)
-        elif self.model or self.control:
-            raise ValueError("in mode speed the board controls the velocity; remove model and control")
-        elif description.max_velocity_rad_s > (reach := self.mixer.straight / abs(self.unit_per_rad_s)):
-            raise ValueError(
-                f"the board turns a wheel at {reach:.3g} rad/s at most, but max_velocity_rad_s of {description.name} "
-                f"is {description.max_velocity_rad_s:g}; lower it, or correct max_rpm or speed_coefficient"
-            )
-
-    def _check_duty(self, description: MotorDescription, robot: RobotDescription) -> None:
-        if self.model is None:
-            raise ValueError("mode duty needs the model of the wheel; add a model, or build the firmware with SPD_MODE")
-        if self.model.max_duty > (straight := self.mixer.straight / LIMIT):
-            raise ValueError(
-                f"the board's mixer reaches a duty of {straight:g} at most, but model.max_duty is "
-                f"{self.model.max_duty:g}; lower model.max_duty, or correct speed_coefficient"
-            )
-        require_drivable(description, self.model, self.control, robot)
-
-
-ANSWER_S = 1.0
-"""The longest wait for the first feedback, in seconds. A board sends feedback a hundred times a second."""
 
 WIRING = (
     "Use the cable of one of the hoverboard's sensor boards. Connect its RX, TX (3.3 V) and ground to the adapter, but "
@@ -121,18 +91,32 @@ TURNING = (
 )
 
 
-class HoverboardMotor(SerialDriver[MotorDescription, HoverboardMotorSettings]):
+class HoverboardDriver(BoardDriver[Any, Any]):
+    """The base class of the drivers of a hoverboard's devices."""
+
+    protocol = HoverboardProtocol
+    answer_s = 1.0  # a board sends feedback a hundred times a second
+    stop, standing = STOP, STANDING
+
+
+class HoverboardMotor(HoverboardDriver, MotorDriver[HoverboardMotorSettings]):
     """Opens motors. In mode "speed" the board controls the velocity. In mode "duty" the model gives the duty."""
 
     name = "hoverboard-motor"
     summary = "a wheel of a hoverboard with the FOC firmware"
-    described = MotorDescription
-    part = "motor"
     settings = HoverboardMotorSettings
     aliases = ("hoverboard", "eferu")
 
     def check(self, description: MotorDescription, settings: HoverboardMotorSettings, robot: RobotDescription) -> None:
-        settings.check(description, robot)
+        if settings.mode == "duty":
+            _check_duty(description, settings, robot)
+        elif settings.model or settings.control:
+            raise ValueError("in mode speed the board controls the velocity; remove model and control")
+        elif description.max_velocity_rad_s > (reach := settings.mixer.straight / abs(settings.unit_per_rad_s)):
+            raise ValueError(
+                f"the board turns a wheel at {reach:.3g} rad/s at most, but max_velocity_rad_s of {description.name} "
+                f"is {description.max_velocity_rad_s:g}; lower it, or correct max_rpm or speed_coefficient"
+            )
 
     def connections(self, settings: HoverboardMotorSettings) -> Sequence[Connection]:
         return (*super().connections(settings), settings.firmware())
@@ -142,68 +126,40 @@ class HoverboardMotor(SerialDriver[MotorDescription, HoverboardMotorSettings]):
         scale = settings.mixer.turning / LIMIT
         return (WIRING, mode, SLEEPING, *((TURNING.format(scale=scale),) if scale < 1 else ()))
 
-    def cutoffs(
-        self, description: MotorDescription, settings: HoverboardMotorSettings, host: Host
-    ) -> Sequence[CutoffSpec]:
-        return (stop_frame(description.name, settings.port, settings.speed, STOP, STANDING, host),)
-
     def open(self, description: MotorDescription, settings: HoverboardMotorSettings, host: Host) -> Motor:
-        board = _open_board(description.name, settings, host)
-        board.protocol.mixer = settings.mixer
+        self.open_board(description.name, settings, host).protocol.mixer = settings.mixer
         if settings.model is None:
-            output = BoardOutput(description.name, board.line, board.protocol.command, settings.side)
-            return BoardMotor(description, output, settings.unit_per_rad_s)
-        duties = DutyOutput(description.name, board.line, board.protocol.command, settings.side, settings.sign * LIMIT)
-        return open_motor(description, settings.model, settings.control, lambda: duties, host)
+            return BoardMotor(description, self.open_output(description, settings, host, settings.unit_per_rad_s))
+        output = self.open_output(description, settings, host, settings.sign * LIMIT)
+        return open_motor(description, settings.model, settings.control, lambda: output, host)
 
 
-class DutyOutput(BoardOutput):
-    """The output to one motor of a board in mode "duty". ``unit`` is the board's command value for the duty 1."""
+def _check_duty(description: MotorDescription, settings: HoverboardMotorSettings, robot: RobotDescription) -> None:
+    if settings.model is None:
+        raise ValueError("mode duty needs the model of the wheel; add a model, or build the firmware with SPD_MODE")
+    if settings.model.max_duty > (straight := settings.mixer.straight / LIMIT):
+        raise ValueError(
+            f"the board's mixer reaches a duty of {straight:g} at most, but model.max_duty is "
+            f"{settings.model.max_duty:g}; lower model.max_duty, or correct speed_coefficient"
+        )
+    require_drivable(description, settings.model, settings.control, robot)
 
-    def __init__(self, device: str, line: Line, command: CommandBuffer, side: Side, unit: int) -> None:
-        super().__init__(device, line, command, side)
-        self._unit = unit
 
-    def turn(self, duty: float) -> None:
-        super().turn(duty * self._unit)
-
-
-class HoverboardEncoder(SerialDriver[EncoderDescription, WheelSettings]):
+class HoverboardEncoder(HoverboardDriver, EncoderDriver[WheelSettings]):
     """Opens encoders. The angle is the integral of the measured speed, because the board sends no angle."""
 
     name = "hoverboard-encoder"
     summary = "the angle of a hoverboard's wheel, integrated from its measured speed"
-    described = EncoderDescription
-    part = "encoder"
     settings = WheelSettings
 
-    def open(self, description: EncoderDescription, settings: WheelSettings, host: Host) -> Encoder:
-        board = _open_board(description.name, settings, host)
-        is_left = settings.side == "left"
-        forward = 1 if is_left else -1  # the right motor is mounted the other way round
-        counter = board.protocol.left if is_left else board.protocol.right
-        encoder = BoardEncoder(description.name, board.line, counter, forward * settings.sign * math.tau / 60)
-        encoder.await_first(ANSWER_S)
-        return encoder
+    def rad_per_unit(self, description: EncoderDescription, settings: WheelSettings, robot: RobotDescription) -> float:
+        forward = 1 if settings.side == "left" else -1  # the right motor is mounted the other way round
+        return forward * settings.sign * math.tau / 60
 
 
-class HoverboardBattery(SerialDriver[BatteryDescription, HoverboardSettings]):
+class HoverboardBattery(HoverboardDriver, BatteryDriver[HoverboardSettings]):
     """Opens the battery, whose voltage the board measures with a resolution of 0.01 V."""
 
     name = "hoverboard-battery"
     summary = "the battery of a hoverboard"
-    described = BatteryDescription
-    part = "battery"
     settings = HoverboardSettings
-
-    def open(self, description: BatteryDescription, settings: HoverboardSettings, host: Host) -> Battery:
-        board = _open_board(description.name, settings, host)
-        battery = BoardBattery(description.name, board.line, lambda: board.protocol.voltage)
-        battery.await_first(ANSWER_S)
-        return battery
-
-
-def _open_board(device: str, settings: HoverboardSettings, host: Host) -> Board[HoverboardProtocol]:
-    return open_board(
-        device, settings.port, HoverboardProtocol, partial(HoverboardProtocol, settings.speed), host, ANSWER_S
-    )

@@ -17,6 +17,8 @@ from itertools import product
 from operator import xor
 from typing import NamedTuple
 
+from drivers.serial.driver import Side
+
 START = 0xABCD
 """The first word of each frame in both directions (SERIAL_START_FRAME)."""
 
@@ -80,6 +82,15 @@ class Feedback:
     def is_stopped(self) -> bool:
         """Whether the board's present command is a stop, received or set by the board's time-out."""
         return self.steer == self.speed == 0
+
+    def centre_rpm(self, side: Side) -> float:
+        """Return a motor's measured speed in rpm, without the bias of the board, which rounds down to whole rpm.
+
+        If the robot drives forward, the motors have speeds of opposite signs. So rounding makes one amount smaller and
+        the other one larger, and a straight drive would look like a turn.
+        """
+        measured = self.left_rpm if side == "left" else self.right_rpm
+        return measured + 0.5 if measured else 0.0
 
 
 class Parser:

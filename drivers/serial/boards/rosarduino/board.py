@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from drivers.serial.boards.board import BoardProtocol
 from drivers.serial.boards.command import WheelCommand
-from drivers.serial.boards.rosarduino.devices import Counts
+from drivers.serial.boards.rosarduino.devices import WheelCounter
 from drivers.serial.boards.rosarduino.protocol import (
+    BATTERY,
     COUNTS,
     GREETING_S,
     STOP,
@@ -17,7 +18,7 @@ from drivers.serial.boards.rosarduino.protocol import (
     presence_request,
     speeds,
 )
-from drivers.serial.boards.rosarduino.requests import UNKNOWN, FirmwareProbe, Poll, PollSchedule, RequestQueue
+from drivers.serial.boards.rosarduino.requests import UNKNOWN, Poll, ReplyHandler, RequestQueue, detect_firmware
 from drivers.serial.driver import Side
 
 SILENCE_S = 0.4
@@ -34,6 +35,9 @@ connected."""
 MAX_REFUSALS = 2
 """After this many refusals in a row, the protocol detects the firmware again. ROSArduinoBridge refuses no valid
 command. So the board probably runs robotcore_bridge, which refuses commands without checksums."""
+
+BATTERY_S = 0.5
+"""The period of requesting the battery's voltage, in seconds."""
 
 FULL_DUTY = 255
 
@@ -53,18 +57,20 @@ class ArduinoProtocol(BoardProtocol):
         super().__init__(baud)
         self.firmware = UNKNOWN
         self.is_duty_mode: bool | None = None
-        self.counts: dict[Side, Counts] = {"left": Counts(), "right": Counts()}
+        self.counters: dict[Side, WheelCounter] = {"left": WheelCounter(), "right": WheelCounter()}
+        self.has_battery = True
+        """Whether the newest reply to the request for the battery's voltage was a voltage."""
         self._requests = RequestQueue()
-        self._firmware_probe = FirmwareProbe(baud)
-        self._counting = Poll(COUNTS, IDLE_S, self._count)
-        self._polls = PollSchedule(self._counting)
+        self._probe = detect_firmware(baud)
+        self._next_probe: Request | None = None
+        self._polls: tuple[Poll, ...] = (Poll(COUNTS, IDLE_S, self._count),)
         self._board_timeout_s: float | None = None
         self._unacknowledged: WheelCommand | None = None
         self._refusals = 0
 
     @property
     def silence_s(self) -> float:
-        return SILENCE_S + self._polls.slowest_s
+        return SILENCE_S + self._slowest_poll_s
 
     @property
     def timeout_s(self) -> float:
@@ -77,11 +83,15 @@ class ArduinoProtocol(BoardProtocol):
 
     def count_every(self, period_s: float) -> None:
         """Set the period of requesting encoder counts, in seconds. On a slow line the actual period is longer."""
-        self._counting.period_s = period_s
+        self._polls[0].period_s = period_s
 
-    def poll(self, poll: Poll) -> None:
-        """Add a request that is sent periodically."""
-        self._polls.add(poll)
+    def poll(self, request: Request, period_s: float, on_reply: ReplyHandler) -> None:
+        """Add a request that is sent every ``period_s`` seconds. Another thread may send requests meanwhile."""
+        self._polls = (*self._polls, Poll(request, period_s, on_reply))
+
+    def measure_voltage(self) -> None:
+        """Request the battery's voltage periodically. Only robotcore_bridge has a request for it."""
+        self.poll(BATTERY, BATTERY_S, self._take_voltage)
 
     def begin(self, now: float) -> None:
         self._requests = RequestQueue()
@@ -97,7 +107,7 @@ class ArduinoProtocol(BoardProtocol):
         if self._requests.is_pending:
             return self._interrupt_for_stop(now)
         if not self.is_ready:
-            return self._requests.ask(self._firmware_probe.next_request(), self._identify, now)
+            return self._ask_for_firmware(now)
         if not self._requests.is_synchronized:
             return self._resynchronize(now)
         return self._next_frame(now)
@@ -105,28 +115,41 @@ class ArduinoProtocol(BoardProtocol):
     def next_due(self, now: float) -> float:
         if (times_out_at := self._requests.times_out_at) is not None:
             return times_out_at
-        return min(self.command.next_due, self._polls.next_due)
+        return min(self.command.next_due, *(poll.due for poll in self._polls))
 
     def _lose(self, now: float) -> None:
         super()._lose(now)
-        self._firmware_probe = FirmwareProbe(self.baud)
+        self._next_probe = None
         self._unacknowledged, self._refusals = None, 0
         self._requests.drop()
         self._requests.is_summed = None
         self._board_timeout_s = None
-        for counts in self.counts.values():
-            counts.restart()
+        for counter in self.counters.values():
+            counter.restart()
+
+    @property
+    def _slowest_poll_s(self) -> float:
+        return max(poll.request.timeout_s for poll in self._polls)
+
+    def _ask_for_firmware(self, now: float) -> bytes:
+        if self._next_probe is None:  # the first request, or the last request got no reply
+            self._probe = detect_firmware(self.baud)
+            self._next_probe = next(self._probe)
+        request, self._next_probe = self._next_probe, None
+        return self._requests.ask(request, self._identify, now)
 
     def _identify(self, reply: Reply, _: float) -> None:
-        if firmware := self._firmware_probe.take(reply):
-            self.firmware = firmware
-            self._requests.is_summed = firmware.is_robotcore_bridge
+        try:
+            self._next_probe = self._probe.send(reply)
+        except StopIteration as end:
+            self.firmware = end.value
+            self._requests.is_summed = self.firmware.is_robotcore_bridge
             self._unacknowledged = WheelCommand()
             self._set_ready()
 
     def _resynchronize(self, now: float) -> bytes:
         self._board_timeout_s = None  # the board may have been reset
-        timeout_s = max(GREETING_S, self._polls.slowest_s)
+        timeout_s = max(GREETING_S, self._slowest_poll_s)
         request = presence_request(self.baud, timeout_s, is_summed=self.firmware.is_robotcore_bridge)
         return self._requests.ask(request, _ignore, now)
 
@@ -143,9 +166,11 @@ class ArduinoProtocol(BoardProtocol):
             return self._set_timeout(now)
         if wheels := self._next_command(now):
             return self._requests.ask(self._drive_request(wheels), self._acknowledge, now)
-        if poll := self._polls.take(now):
-            return self._requests.ask(poll.request, poll.on_reply, now)
-        return b""
+        poll = min(self._polls, key=lambda poll: poll.due)  # so frequent polls do not block rare ones
+        if now < poll.due:
+            return b""
+        poll.due = now + poll.period_s
+        return self._requests.ask(poll.request, poll.on_reply, now)
 
     def _is_stop_due(self, now: float) -> bool:
         return self.command.next_due <= now and self.command.newest.is_stop
@@ -188,8 +213,14 @@ class ArduinoProtocol(BoardProtocol):
     def _count(self, reply: Reply, now: float) -> None:
         if not reply.is_refusal:
             left, right = reply.numbers
-            self.counts["left"].take(left, now)
-            self.counts["right"].take(right, now)
+            self.counters["left"].take(left, now)
+            self.counters["right"].take(right, now)
+
+    def _take_voltage(self, reply: Reply, now: float) -> None:
+        if not reply.is_refusal:
+            self.has_battery = (millivolts := reply.numbers[0]) >= 0
+            if self.has_battery:
+                self._set_voltage(millivolts / 1000, now)
 
 
 def _ignore(reply: Reply, now: float) -> None:

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import partial
-from typing import ClassVar, TypeVar
+from typing import Any, ClassVar
 
-from drivers.serial.boards.board import Board, open_board
-from drivers.serial.boards.cutoff import stop_frame
-from drivers.serial.boards.devices import BoardBattery, BoardEncoder, BoardOutput
+from drivers.serial.boards.board import Board
+from drivers.serial.boards.devices import BoardBattery
+from drivers.serial.boards.drivers import BatteryDriver, BoardDriver, EncoderDriver, MotorDriver
 from drivers.serial.boards.rosarduino.board import ArduinoProtocol
-from drivers.serial.boards.rosarduino.devices import MUTE_PINGS, CountingMotor, Pings, Ranges, Sonar, Voltages
-from drivers.serial.boards.rosarduino.protocol import BATTERY, PING_S, RANGE, STOP_CONFIRMED, STOP_NOW, ping
-from drivers.serial.boards.rosarduino.requests import Poll
+from drivers.serial.boards.rosarduino.devices import MUTE_PINGS, CountingMotor, Pings, Ranges
+from drivers.serial.boards.rosarduino.protocol import PING_S, RANGE, STOP_CONFIRMED, STOP_NOW, ping
+from drivers.serial.boards.rosarduino.requests import VERSION
 from drivers.serial.boards.rosarduino.settings import (
     BOARD,
     COUNTING,
@@ -29,53 +28,85 @@ from drivers.serial.boards.rosarduino.settings import (
     counts_per_turn,
     edges_per_turn,
     require_countable,
-    require_known_version,
-    require_robotcore_bridge,
-    require_wheels,
-    set_duty_mode,
 )
-from drivers.serial.driver import SerialDriver
+from drivers.serial.ranging.sensor import LineRangeSensor
 from robotcore.description import (
     BatteryDescription,
     EncoderDescription,
     MotorDescription,
     RangeSensorDescription,
     RobotDescription,
-    StrictModel,
 )
-from robotcore.hal.cutoff import CutoffSpec
-from robotcore.hal.devices import Battery, Encoder, Motor, RangeSensor
+from robotcore.errors import DeviceError
+from robotcore.hal.devices import Battery, Encoder, Motor, RangeSensor, Voltage
 from robotcore.hardware import Connection, Host
 from robotcore.hardware.motor_control import open_motor, require_drivable
 from robotcore.hardware.polled_samples import RangeSampler, require_timely
 
-ANSWER_S = 4.0
-"""The longest wait for the board's first reply, in seconds. Opening the port resets an Arduino. Its boot loader then
-waits up to two seconds for a new sketch."""
-
-FIRST_S = 1.0
-"""The longest wait for the first sample of a device after the first reply of its board, in seconds."""
-
 COUNT_S = 0.005
 """The period of requesting encoder counts, in seconds; equal to the shortest period of velocity control."""
 
-RANGE_S, BATTERY_S = 0.03, 0.5
-"""The periods of requesting the range and the battery's voltage from robotcore_bridge, in seconds."""
+RANGE_S = 0.03
+"""The period of requesting the range from robotcore_bridge, in seconds."""
 
-DescriptionT = TypeVar("DescriptionT", bound=StrictModel)
-SettingsT = TypeVar("SettingsT", bound=ArduinoSettings)
+FLASH = "flash robotcore_bridge: robotcore firmware flash"
+
+NOT_WIRED = (
+    "the board's firmware was built without a battery; set BATTERY_PIN in config.h to the pin of its divider, and "
+    "flash it again"
+)
 
 
-class ArduinoDriver(SerialDriver[DescriptionT, SettingsT]):
+class ArduinoDriver(BoardDriver[Any, Any]):
     """The base class of the drivers of an Arduino's devices."""
 
     aliases: ClassVar[tuple[str, ...]] = ("arduino", "uno", "nano", "robotcore-bridge", "rosarduinobridge")
+    protocol = ArduinoProtocol
+    answer_s = 4.0  # opening the port resets an Arduino, and its boot loader waits up to two seconds for a new sketch
+    stop, standing = STOP_NOW, STOP_CONFIRMED
 
-    def notes(self, description: DescriptionT, settings: SettingsT) -> Sequence[str]:
+    def notes(self, description: Any, settings: Any) -> Sequence[str]:
         return (BOARD,)
 
+    def open_board(self, device: str, settings: ArduinoSettings, host: Host) -> Board[ArduinoProtocol]:
+        board: Board[ArduinoProtocol] = super().open_board(device, settings, host)
+        if (version := board.protocol.firmware.version) != VERSION:
+            problem = f"its firmware has version {version} of the protocol, and this robotcore supports {VERSION}"
+            remedy = "flash the firmware of this robotcore: robotcore firmware flash"
+            place = board.line.place
+            raise DeviceError(
+                device,
+                f"the board on {place} is not supported: {problem}; {remedy}",
+                kind="firmware-version",
+                place=place,
+            )
+        return board
 
-class ArduinoMotor(ArduinoDriver[MotorDescription, ArduinoMotorSettings]):
+    def open_board_with_wheels(self, device: str, settings: ArduinoSettings, host: Host) -> Board[ArduinoProtocol]:
+        """Return the board of a motor or an encoder; raises DeviceError if its firmware was built without wheels."""
+        board = self.open_board(device, settings, host)
+        if not board.protocol.firmware.has_wheels:
+            place = board.line.place
+            problem = f"the ROSArduinoBridge on {place} was built without wheels"
+            remedy = f"Define USE_BASE and flash it again, or {FLASH}"
+            raise DeviceError(device, f"{problem}. {remedy}", kind="board-without-wheels", place=place)
+        return board
+
+
+def require_robotcore_bridge(board: Board[ArduinoProtocol], device: str, lacks: str, instead: str = "") -> None:
+    """Raise DeviceError if the board does not run robotcore_bridge.
+
+    lacks: the missing ability of ROSArduinoBridge, for the message, such as ``measures no battery``.
+    instead: a remedy other than flashing robotcore_bridge; empty if there is none.
+    """
+    if not board.protocol.firmware.is_robotcore_bridge:
+        place = board.line.place
+        remedy = f"{instead}, or {FLASH}" if instead else FLASH
+        text = f"the board on {place} runs ROSArduinoBridge, which {lacks}. {remedy[0].upper()}{remedy[1:]}"
+        raise DeviceError(device, text, kind="firmware-lacks", place=place, lacks=lacks)
+
+
+class ArduinoMotor(ArduinoDriver, MotorDriver[ArduinoMotorSettings]):
     """Opens motors on an Arduino. A motor with a model gets duties; without a model, the board controls its velocity.
 
     The driver sets the time-out of robotcore_bridge. The time-out of ROSArduinoBridge is always 2 s.
@@ -83,8 +114,6 @@ class ArduinoMotor(ArduinoDriver[MotorDescription, ArduinoMotorSettings]):
 
     name = "ros-arduino-motor"
     summary = "a motor on an Arduino with ROSArduinoBridge or robotcore_bridge, on a serial line"
-    described = MotorDescription
-    part = "motor"
     settings = ArduinoMotorSettings
     reports_direction = True
 
@@ -100,29 +129,33 @@ class ArduinoMotor(ArduinoDriver[MotorDescription, ArduinoMotorSettings]):
         require_countable(description, counts_per_turn(description.name, settings, robot))
 
     def open(self, description: MotorDescription, settings: ArduinoMotorSettings, host: Host) -> Motor:
-        board = _open_supported_board(description.name, settings, host)
-        require_wheels(board, description.name)
-        set_duty_mode(board, description.name, is_duty_mode=settings.model is not None)
+        board = self.open_board_with_wheels(description.name, settings, host)
+        _set_duty_mode(board, description.name, is_duty_mode=settings.model is not None)
         board.protocol.limit(settings.board_timeout_s)
-        output = BoardOutput(description.name, board.line, board.protocol.command, settings.side)
         if settings.model:
+            output = self.open_output(description, settings, host)
             return open_motor(description, settings.model, settings.control, lambda: output, host)
         counts = counts_per_turn(description.name, settings, host.robot)
-        return CountingMotor(description, output, counts / math.tau * board.protocol.firmware.control_period_s)
-
-    def cutoffs(
-        self, description: MotorDescription, settings: ArduinoMotorSettings, host: Host
-    ) -> Sequence[CutoffSpec]:
-        return (stop_frame(description.name, settings.port, settings.speed, STOP_NOW, STOP_CONFIRMED, host),)
+        unit = counts / math.tau * board.protocol.firmware.control_period_s
+        return CountingMotor(description, self.open_output(description, settings, host, unit), unit)
 
 
-class ArduinoEncoder(ArduinoDriver[EncoderDescription, ArduinoEncoderSettings]):
+def _set_duty_mode(board: Board[ArduinoProtocol], motor: str, *, is_duty_mode: bool) -> None:
+    if is_duty_mode and not board.protocol.firmware.takes_duties:
+        require_robotcore_bridge(board, motor, "takes no duties", "remove model from both motors")
+    if board.protocol.is_duty_mode not in (None, is_duty_mode):
+        problem = f"one motor on {board.line.place} has a model, and the other has none"
+        raise DeviceError(
+            motor, f"{problem}. Give both motors a model, or neither", kind="motors-differ", place=board.line.place
+        )
+    board.protocol.is_duty_mode = is_duty_mode
+
+
+class ArduinoEncoder(ArduinoDriver, EncoderDriver[ArduinoEncoderSettings]):
     """Opens encoders on an Arduino. One reply of the board has the counts of both encoders."""
 
     name = ENCODER
     summary = "a wheel's encoder on an Arduino with ROSArduinoBridge or robotcore_bridge, on a serial line"
-    described = EncoderDescription
-    part = "encoder"
     settings = ArduinoEncoderSettings
 
     def notes(self, description: EncoderDescription, settings: ArduinoEncoderSettings) -> Sequence[str]:
@@ -130,18 +163,16 @@ class ArduinoEncoder(ArduinoDriver[EncoderDescription, ArduinoEncoderSettings]):
         return BOARD, EDGES.format(edges=edges, counts_per_turn=description.counts_per_turn, counts=settings.counts)
 
     def open(self, description: EncoderDescription, settings: ArduinoEncoderSettings, host: Host) -> Encoder:
-        board = _open_supported_board(description.name, settings, host)
-        require_wheels(board, description.name)
-        board.protocol.count_every(COUNT_S)
-        counter = board.protocol.counts[settings.side].counter
-        encoder = BoardEncoder(
-            description.name, board.line, counter, math.tau / edges_per_turn(description, settings.counts)
-        )
-        encoder.await_first(FIRST_S)
-        return encoder
+        self.open_board_with_wheels(description.name, settings, host).protocol.count_every(COUNT_S)
+        return super().open(description, settings, host)
+
+    def rad_per_unit(
+        self, description: EncoderDescription, settings: ArduinoEncoderSettings, robot: RobotDescription
+    ) -> float:
+        return math.tau / edges_per_turn(description, settings.counts)
 
 
-class ArduinoSonar(ArduinoDriver[RangeSensorDescription, ArduinoSonarSettings]):
+class ArduinoSonar(ArduinoDriver):
     """Opens ultrasonic modules on an Arduino.
 
     robotcore_bridge measures periodically. ROSArduinoBridge measures on request, and processes no other request until
@@ -151,7 +182,6 @@ class ArduinoSonar(ArduinoDriver[RangeSensorDescription, ArduinoSonarSettings]):
     name = "ros-arduino-sonar"
     summary = "an ultrasonic module on an Arduino with ROSArduinoBridge or robotcore_bridge, on a serial line"
     described = RangeSensorDescription
-    part = "sonar"
     settings = ArduinoSonarSettings
     aliases: ClassVar[tuple[str, ...]] = ("arduino", "sonar", "ultrasonic", "hc-sr04")
 
@@ -167,50 +197,36 @@ class ArduinoSonar(ArduinoDriver[RangeSensorDescription, ArduinoSonarSettings]):
         require_timely(settings.cycles, settings.cycle, robot)
 
     def open(self, description: RangeSensorDescription, settings: ArduinoSonarSettings, host: Host) -> RangeSensor:
-        board = _open_supported_board(description.name, settings, host)
+        board = self.open_board(description.name, settings, host)
         sampler = RangeSampler(description, settings.cycles)
-        board.protocol.poll(_sonar_poll(board, description, settings, sampler))
-        sonar = Sonar(description, board.line, sampler)
-        sonar.await_first(FIRST_S + (PING_S * MUTE_PINGS if settings.pin else 0))
+        if settings.pin is None:
+            instead = f"set the module's pin in the robot's file, such as pin = 4 in [serial.{description.name}]"
+            require_robotcore_bridge(board, description.name, "needs the module's pin in each request", instead)
+        if board.protocol.firmware.is_robotcore_bridge:
+            board.protocol.poll(RANGE, RANGE_S, Ranges(description.name, sampler).take)
+        else:
+            assert settings.pin
+            board.protocol.poll(ping(settings.pin), settings.cycle_s, Pings(description, sampler).take)
+        sonar = LineRangeSensor(description, sampler, board.line)
+        sonar.await_first(self.first_s + (PING_S * MUTE_PINGS if settings.pin else 0))
         return sonar
 
 
-class ArduinoBattery(ArduinoDriver[BatteryDescription, ArduinoSettings]):
+class ArduinoBattery(ArduinoDriver, BatteryDriver[ArduinoSettings]):
     """Opens the battery that robotcore_bridge measures with a voltage divider. ROSArduinoBridge cannot measure one."""
 
     name = "ros-arduino-battery"
     summary = "the battery of an Arduino with robotcore_bridge, on a serial line"
-    described = BatteryDescription
-    part = "battery"
     settings = ArduinoSettings
 
     def open(self, description: BatteryDescription, settings: ArduinoSettings, host: Host) -> Battery:
-        board = _open_supported_board(description.name, settings, host)
+        board = self.open_board(description.name, settings, host)
         require_robotcore_bridge(board, description.name, "measures no battery")
-        voltages = Voltages(description.name)
-        board.protocol.poll(Poll(BATTERY, BATTERY_S, voltages.take))
-        battery = BoardBattery(description.name, board.line, voltages.newest)
-        battery.await_first(FIRST_S)
-        return battery
+        board.protocol.measure_voltage()
 
+        def read_voltage() -> Voltage | None:
+            if not board.protocol.has_battery:
+                raise DeviceError(description.name, NOT_WIRED, kind="battery-not-wired")
+            return board.protocol.voltage
 
-def _open_supported_board(device: str, settings: ArduinoSettings, host: Host) -> Board[ArduinoProtocol]:
-    make = partial(ArduinoProtocol, settings.speed)
-    board = open_board(device, settings.port, ArduinoProtocol, make, host, ANSWER_S)
-    require_known_version(board, device)
-    return board
-
-
-def _sonar_poll(
-    board: Board[ArduinoProtocol],
-    description: RangeSensorDescription,
-    settings: ArduinoSonarSettings,
-    sampler: RangeSampler,
-) -> Poll:
-    if settings.pin is None:
-        instead = f"set the module's pin in the robot's file, such as pin = 4 in [serial.{description.name}]"
-        require_robotcore_bridge(board, description.name, "needs the module's pin in each request", instead)
-    if board.protocol.firmware.is_robotcore_bridge:
-        return Poll(RANGE, RANGE_S, Ranges(description.name, sampler).take)
-    assert settings.pin
-    return Poll(ping(settings.pin), settings.cycle_s, Pings(description, sampler).take)
+        return BoardBattery(description.name, board.line, read_voltage, self.first_s)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Generator
 from dataclasses import dataclass
-from typing import TypeAlias, cast
 
 from drivers.serial.boards.rosarduino.protocol import (
     GREETING_S,
@@ -109,35 +108,6 @@ class Poll:
     """The time at which the request is sent next, in seconds."""
 
 
-class PollSchedule:
-    """Selects the poll that was due first, so that frequent polls do not block rare ones."""
-
-    def __init__(self, *polls: Poll) -> None:
-        self._polls = polls
-
-    def add(self, poll: Poll) -> None:
-        """Add a poll. Another thread may call `take` at the same time."""
-        self._polls = (*self._polls, poll)
-
-    def take(self, now: float) -> Poll | None:
-        """Return the poll whose request is sent now; None if no poll is due."""
-        poll = min(self._polls, key=lambda poll: poll.due)
-        if now < poll.due:
-            return None
-        poll.due = now + poll.period_s
-        return poll
-
-    @property
-    def next_due(self) -> float:
-        """The time from which `take` returns a poll, in seconds."""
-        return min(poll.due for poll in self._polls)
-
-    @property
-    def slowest_s(self) -> float:
-        """The longest time-out among the requests of all polls, in seconds."""
-        return max(poll.request.timeout_s for poll in self._polls)
-
-
 VERSION = 1
 """The version of robotcore_bridge's protocol that this driver supports."""
 
@@ -152,50 +122,22 @@ class Firmware:
     """The period of the firmware's velocity control in seconds. Speeds are encoder counts in this period."""
     has_wheels: bool = True
     takes_duties: bool = True
-    problem: str = ""
-    """Why this driver does not support the firmware, and the remedy; empty if the driver supports it."""
+    version: int = VERSION
+    """The version of robotcore_bridge's protocol."""
 
 
 UNKNOWN = Firmware(is_robotcore_bridge=False, control_period_s=1 / 30, has_wheels=False, takes_duties=False)
 """The value for a board whose firmware is not known yet."""
 
-_Probe: TypeAlias = Generator[Request, Reply, Firmware]
-"""A generator that yields requests, receives the reply to each, and returns the firmware."""
 
-
-class FirmwareProbe:
-    """Detects the firmware of a board by several requests. The first request stops the motors."""
-
-    def __init__(self, baud: int) -> None:
-        self._baud = baud
-        self._probe: _Probe | None = None
-        self._next: Request | None = None
-
-    def next_request(self) -> Request:
-        """Return the next request. If the last request got no reply, return the first request again."""
-        request, self._next = self._next, None
-        if request is None:
-            self._probe = _detect(self._baud)
-            request = next(self._probe)
-        return request
-
-    def take(self, reply: Reply) -> Firmware | None:
-        """Process the reply to the last request; return the firmware, or None if more requests are necessary."""
-        assert self._probe
-        try:
-            self._next = self._probe.send(reply)
-        except StopIteration as end:
-            return cast("Firmware", end.value)
-        return None
-
-
-def _detect(baud: int) -> _Probe:
+def detect_firmware(baud: int) -> Generator[Request, Reply, Firmware]:
+    """Yield requests, take the reply to each, and return the firmware. The first request stops the motors."""
     # robotcore_bridge replies with its version, ROSArduinoBridge with its baud rate. One baud rate is no proof of
     # ROSArduinoBridge, because noise may have destroyed the half of the request that asks for the version.
     for _ in range(2):
         number = (yield identity_request(baud)).numbers[0]
         if number != baud:
-            return _describe_robotcore_bridge(number)
+            return Firmware(is_robotcore_bridge=True, control_period_s=1 / 30, version=number)
     has_wheels = yield from _is_accepted(STOP)
     takes_duties = has_wheels and (yield from _is_accepted(duties(0, 0)))
     # The control period of the firmware has a whole number of milliseconds, 33.
@@ -207,13 +149,3 @@ def _is_accepted(command: Request) -> Generator[Request, Reply, bool]:
         if not (yield command).is_refusal:
             return True
     return False
-
-
-def _describe_robotcore_bridge(version: int) -> Firmware:
-    problem = (
-        ""
-        if version == VERSION
-        else f"its firmware has version {version} of the protocol, and this robotcore supports {VERSION}; flash the "
-        "firmware of this robotcore: robotcore firmware flash"
-    )
-    return Firmware(is_robotcore_bridge=True, control_period_s=1 / 30, problem=problem)

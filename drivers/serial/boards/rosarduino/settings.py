@@ -7,12 +7,9 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from drivers.serial.boards.board import Board
-from drivers.serial.boards.rosarduino.board import ArduinoProtocol
 from drivers.serial.boards.rosarduino.protocol import FASTEST
 from drivers.serial.driver import PortSettings, SideSettings, TimeoutSettings
 from robotcore.description import EncoderDescription, MotorDescription, RobotDescription
-from robotcore.errors import DeviceError
 from robotcore.hardware import encoder_of
 from robotcore.hardware.motor_control import Control
 from robotcore.hardware.motor_model import Model
@@ -116,8 +113,7 @@ ENCODER = "ros-arduino-encoder"
 """The name of the driver of encoders on an Arduino."""
 
 CONTROL_RATE_HZ = 30
-
-FLASH_REMEDY = "flash robotcore_bridge: robotcore firmware flash"
+"""The rate of the board's velocity control. It takes counts in a period of it."""
 
 
 def counts_per_turn(motor: str, settings: ArduinoMotorSettings, robot: RobotDescription) -> int:
@@ -161,59 +157,3 @@ def require_countable(description: MotorDescription, counts: int) -> None:
             f"the board takes {FASTEST} at most; "
             f"lower it to {math.floor(description.max_velocity_rad_s * FASTEST / fastest)}"
         )
-
-
-def require_known_version(board: Board[ArduinoProtocol], device: str) -> None:
-    """Raise DeviceError if the driver does not support the version of the firmware."""
-    if problem := board.protocol.firmware.problem:
-        raise DeviceError(
-            device,
-            f"the board on {board.line.place} is not supported: {problem}",
-            kind="firmware-version",
-            place=board.line.place,
-        )
-
-
-def require_wheels(board: Board[ArduinoProtocol], device: str) -> None:
-    """Raise DeviceError if the firmware was built without motors and encoders."""
-    if not board.protocol.firmware.has_wheels:
-        problem = f"the ROSArduinoBridge on {board.line.place} was built without wheels"
-        raise DeviceError(
-            device,
-            f"{problem}. Define USE_BASE and flash it again, or {FLASH_REMEDY}",
-            kind="board-without-wheels",
-            place=board.line.place,
-        )
-
-
-def require_robotcore_bridge(board: Board[ArduinoProtocol], device: str, lacks: str, instead: str = "") -> None:
-    """Raise DeviceError if the board does not run robotcore_bridge.
-
-    lacks: the missing ability of ROSArduinoBridge, for the message, such as ``measures no battery``.
-    instead: a remedy other than flashing robotcore_bridge; empty if there is none.
-    """
-    if not board.protocol.firmware.is_robotcore_bridge:
-        problem = f"the board on {board.line.place} runs ROSArduinoBridge, which {lacks}"
-        remedy = f"{instead}, or {FLASH_REMEDY}" if instead else FLASH_REMEDY
-        raise DeviceError(
-            device,
-            f"{problem}. {remedy[0].upper()}{remedy[1:]}",
-            kind="firmware-lacks",
-            place=board.line.place,
-            lacks=lacks,
-        )
-
-
-def set_duty_mode(board: Board[ArduinoProtocol], motor: str, *, is_duty_mode: bool) -> None:
-    """Set whether both motors of a board get duties or counts per control period.
-
-    Raises DeviceError if the firmware has no command for duties, or if only one motor of the board has a model.
-    """
-    if is_duty_mode and not board.protocol.firmware.takes_duties:
-        require_robotcore_bridge(board, motor, "takes no duties", "remove model from both motors")
-    if board.protocol.is_duty_mode not in (None, is_duty_mode):
-        problem = f"one motor on {board.line.place} has a model, and the other has none"
-        raise DeviceError(
-            motor, f"{problem}. Give both motors a model, or neither", kind="motors-differ", place=board.line.place
-        )
-    board.protocol.is_duty_mode = is_duty_mode

@@ -87,11 +87,10 @@ class SabertoothMotor(SerialDriver[MotorDescription, SabertoothSettings]):
         return WIRING, UNHEARD, SWITCHING_ON
 
     def cutoffs(self, description: MotorDescription, settings: SabertoothSettings, host: Host) -> Sequence[CutoffSpec]:
-        return (stop_frame(description.name, settings.port, settings.speed, stop(settings.address), None, host),)
+        return (stop_frame(description.name, settings, stop(settings.address), None, host),)
 
     def open(self, description: MotorDescription, settings: SabertoothSettings, host: Host) -> Motor:
-        make = partial(SabertoothProtocol, settings.speed)
-        board = open_board(description.name, settings.port, SabertoothProtocol, make, host, 2 * SETTLING_S)
+        board = open_board(description.name, settings, SabertoothProtocol, host, 2 * SETTLING_S)
         command = board.protocol.board(settings.address, settings.board_timeout_s).command
         output = partial(BoardOutput, description.name, board.line, command, SIDES[settings.motor])
         return open_motor(description, settings.model, settings.control, output, host)

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 from drivers.serial.boards.board import BoardProtocol
 from drivers.serial.boards.devices import CountAccumulator
 from drivers.serial.boards.waveshare.protocol import Feedback, Parser, Track, greeting, heartbeat, speeds
 from drivers.serial.driver import Side
-from robotcore.hal.devices import Voltage
 
 JITTER_S = 0.1
 """The largest difference between the delays of two lines from the board, in seconds."""
@@ -18,32 +16,26 @@ FASTEST_M_S = 3.0
 """The highest possible speed of a track, also downhill, in m/s. Feedback of a faster track is noise."""
 
 
-class Odometer:
-    """Estimates the position of a track from the board's odometer, in whole centimetres, and from the measured speed.
+class Odometer(CountAccumulator):
+    """The distance of a track in metres, from the board's odometer in whole centimetres and from the measured speed.
 
     The estimate is always within the centimetre that the board sends. So its error is below 1 cm, and does not grow.
 
     >>> odometer = Odometer()
     >>> for time, centimetres in ((0.0, 0), (0.05, 0), (0.1, 2)):
     ...     odometer.move(Track(centimetres, 0.1), time)
-    ...     print(f"{odometer.counter.angle(1.0).angle:g} m")
+    ...     print(f"{odometer.angle(1.0).angle:g} m")
     0 m
     0.005 m
     0.02 m
     """
 
-    def __init__(self) -> None:
-        self.counter = CountAccumulator()
-        """The distance of the track since the first feedback, in metres."""
-        self._last: _Position | None = None
-
-    def __repr__(self) -> str:
-        return f"Odometer({self.counter!r})"
+    _position: tuple[float, float, float] | None = None
+    """The position in metres, the speed in m/s and the time of the newest feedback."""
 
     def restart(self) -> None:
-        """Drop the last position after a reset of the board. The distance does not change."""
-        self.counter.restart()
-        self._last = None
+        super().restart()
+        self._position = None
 
     def is_plausible(self, track: Track, time: float) -> bool:
         """Return whether the track can have moved to this distance since the last feedback.
@@ -51,30 +43,22 @@ class Odometer:
         track: the distance and the speed in new feedback. A wrong digit makes the distance impossible.
         time: the time of arrival of the feedback, in seconds.
         """
-        if self._last is None:
+        if self._position is None:
             return True
+        metres, _, last_time = self._position
         low, high = _centimetre_bounds(track.centimetres)
-        farthest = FASTEST_M_S * (time - self._last.time + JITTER_S)
-        return low - farthest <= self._last.metres <= high + farthest
+        farthest = FASTEST_M_S * (time - last_time + JITTER_S)
+        return low - farthest <= metres <= high + farthest
 
     def move(self, track: Track, time: float) -> None:
-        """Update the position by new feedback.
-
-        track: the distance and the speed in the feedback.
-        time: the time of arrival of the feedback, in seconds.
-        """
+        """Add the distance of new feedback, which arrived at ``time`` in seconds."""
         low, high = _centimetre_bounds(track.centimetres)
         guess = (low + high) / 2
-        if last := self._last:
-            guess = last.metres + (last.speed + track.speed) / 2 * (time - last.time)
-        self._last = _Position(min(max(guess, low), high), track.speed, time)
-        self.counter.add(self._last.metres, time)
-
-
-class _Position(NamedTuple):
-    metres: float
-    speed: float
-    time: float
+        if self._position:
+            metres, speed, last_time = self._position
+            guess = metres + (speed + track.speed) / 2 * (time - last_time)
+        self._position = min(max(guess, low), high), track.speed, time
+        self.add(self._position[0], time)
 
 
 def _centimetre_bounds(centimetres: int) -> tuple[float, float]:
@@ -105,8 +89,7 @@ class WaveshareProtocol(BoardProtocol):
 
     def __init__(self, baud: int) -> None:
         super().__init__(baud)
-        self.odometers: dict[Side, Odometer] = {"left": Odometer(), "right": Odometer()}
-        self.voltage: Voltage | None = None
+        self.counters: dict[Side, Odometer] = {"left": Odometer(), "right": Odometer()}
         self.parser = Parser()
         self._is_greeted = False
         self._greet_at = -math.inf
@@ -122,7 +105,13 @@ class WaveshareProtocol(BoardProtocol):
 
     def data_to_send(self, now: float) -> bytes:
         self._lose_if_silent(now)
-        return self._command_lines(now) if self.is_ready else self._greeting(now)
+        if self.is_ready:
+            wheels = self.command.take(now, self.timeout_s) or self.command.repeat_stop(now)
+            return heartbeat(self.timeout_s) + speeds(*wheels) if wheels else b""
+        if now < self._greet_at:
+            return b""
+        self._greet_at, self._is_greeted = now + GREETING_S, True
+        return greeting(self.timeout_s)
 
     def next_due(self, now: float) -> float:
         if not self.is_ready:
@@ -141,26 +130,17 @@ class WaveshareProtocol(BoardProtocol):
         super()._lose(now)
         self._is_greeted, self._greet_at = False, now
 
-    def _greeting(self, now: float) -> bytes:
-        if now < self._greet_at:
-            return b""
-        self._greet_at, self._is_greeted = now + GREETING_S, True
-        return greeting(self.timeout_s)
-
-    def _command_lines(self, now: float) -> bytes:
-        wheels = self.command.take(now, self.timeout_s) or self.command.repeat_stop(now)
-        return heartbeat(self.timeout_s) + speeds(*wheels) if wheels else b""
-
     def _take_feedback(self, feedback: Feedback, now: float) -> None:
+        tracks = [(odometer, feedback.track(side)) for side, odometer in self.counters.items()]
         if not self.is_ready:
-            for odometer in self.odometers.values():
+            for odometer, _ in tracks:
                 odometer.restart()
-        elif not all(odometer.is_plausible(feedback.track(side), now) for side, odometer in self.odometers.items()):
+        elif not all(odometer.is_plausible(track, now) for odometer, track in tracks):
             self.parser.dropped += 1
             return
-        for side, odometer in self.odometers.items():
-            odometer.move(feedback.track(side), now)
-        self.voltage = Voltage(feedback.centivolts / 100, now, self.voltage.sequence + 1 if self.voltage else 0)
+        for odometer, track in tracks:
+            odometer.move(track, now)
+        self._set_voltage(feedback.centivolts / 100, now)
         self._received_at = now
         if not self.is_ready:
             self._set_ready()

@@ -3,28 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import ClassVar, TypeVar
+from typing import Any, ClassVar
 
-from drivers.serial.boards.board import Board, open_board
-from drivers.serial.boards.cutoff import stop_frame
-from drivers.serial.boards.devices import BoardBattery, BoardEncoder, BoardMotor, BoardOutput
+from drivers.serial.boards.devices import BoardMotor
+from drivers.serial.boards.drivers import BatteryDriver, BoardDriver, EncoderDriver, MotorDriver
 from drivers.serial.boards.waveshare.board import WaveshareProtocol
 from drivers.serial.boards.waveshare.protocol import BAUD, FASTEST_M_S, STANDING, STOP
-from drivers.serial.driver import PortSettings, SerialDriver, SideSettings, TimeoutSettings
-from robotcore.description import (
-    BatteryDescription,
-    EncoderDescription,
-    MotorDescription,
-    RobotDescription,
-    StrictModel,
-)
-from robotcore.hal.cutoff import CutoffSpec
-from robotcore.hal.devices import Battery, Encoder, Motor
+from drivers.serial.driver import PortSettings, SideSettings, TimeoutSettings
+from robotcore.description import EncoderDescription, MotorDescription, RobotDescription
+from robotcore.hal.devices import Motor
 from robotcore.hardware import Host
-
-ANSWER_S = 20.0
-"""The longest wait for the board's first feedback, in seconds. After power-on the board searches for a Wi-Fi network
-for 15 s, and sends nothing."""
 
 FIRMWARE = (
     "The board must run Waveshare's ugv_base_ros. Set the rover once: send "
@@ -36,9 +24,6 @@ WIFI = (
     "while this program stops the motors. Switch the Wi-Fi off for good: send "
     '{"T":401,"cmd":0} to the board, and restart it.'
 )
-
-DescriptionT = TypeVar("DescriptionT", bound=StrictModel)
-SettingsT = TypeVar("SettingsT", bound="WaveshareSettings")
 
 
 class WaveshareSettings(PortSettings):
@@ -59,22 +44,23 @@ class WaveshareEncoderSettings(SideSettings, WaveshareSettings):
     """The settings of an encoder on a Waveshare board."""
 
 
-class WaveshareDriver(SerialDriver[DescriptionT, SettingsT]):
+class WaveshareDriver(BoardDriver[Any, Any]):
     """The base class of the drivers of a Waveshare board's devices."""
 
     aliases = ("ugv", "rasprover", "beast", "general driver")
+    protocol = WaveshareProtocol
+    answer_s = 20.0  # after power-on the board searches for a Wi-Fi network for 15 s, and sends nothing
+    stop, standing = STOP, STANDING
 
-    def notes(self, description: DescriptionT, settings: SettingsT) -> Sequence[str]:
+    def notes(self, description: Any, settings: Any) -> Sequence[str]:
         return (FIRMWARE, WIFI)
 
 
-class WaveshareMotor(WaveshareDriver[MotorDescription, WaveshareMotorSettings]):
+class WaveshareMotor(WaveshareDriver, MotorDriver[WaveshareMotorSettings]):
     """Opens motors. The board controls their velocities by its own encoders."""
 
     name = "waveshare-motor"
     summary = "a motor of a Waveshare UGV board on a serial line; the board controls its velocity"
-    described = MotorDescription
-    part = "motor"
     settings = WaveshareMotorSettings
 
     def check(self, description: MotorDescription, settings: WaveshareMotorSettings, robot: RobotDescription) -> None:
@@ -86,24 +72,15 @@ class WaveshareMotor(WaveshareDriver[MotorDescription, WaveshareMotorSettings]):
             )
 
     def open(self, description: MotorDescription, settings: WaveshareMotorSettings, host: Host) -> Motor:
-        board = _open_board(description.name, settings, host)
-        board.protocol.limit(settings.board_timeout_s)
-        output = BoardOutput(description.name, board.line, board.protocol.command, settings.side)
-        return BoardMotor(description, output, _wheel_radius_m(host.robot))
-
-    def cutoffs(
-        self, description: MotorDescription, settings: WaveshareMotorSettings, host: Host
-    ) -> Sequence[CutoffSpec]:
-        return (stop_frame(description.name, settings.port, settings.speed, STOP, STANDING, host),)
+        self.open_board(description.name, settings, host).protocol.limit(settings.board_timeout_s)
+        return BoardMotor(description, self.open_output(description, settings, host, _wheel_radius_m(host.robot)))
 
 
-class WaveshareEncoder(WaveshareDriver[EncoderDescription, WaveshareEncoderSettings]):
+class WaveshareEncoder(WaveshareDriver, EncoderDriver[WaveshareEncoderSettings]):
     """Opens encoders, whose angle is the distance of an `Odometer` divided by the wheel's radius."""
 
     name = "waveshare-encoder"
     summary = "a wheel's encoder on a Waveshare UGV board on a serial line"
-    described = EncoderDescription
-    part = "encoder"
     settings = WaveshareEncoderSettings
 
     def check(
@@ -111,34 +88,18 @@ class WaveshareEncoder(WaveshareDriver[EncoderDescription, WaveshareEncoderSetti
     ) -> None:
         _wheel_radius_m(robot)
 
-    def open(self, description: EncoderDescription, settings: WaveshareEncoderSettings, host: Host) -> Encoder:
-        board = _open_board(description.name, settings, host)
-        return BoardEncoder(
-            description.name,
-            board.line,
-            board.protocol.odometers[settings.side].counter,
-            1 / _wheel_radius_m(host.robot),
-        )
+    def rad_per_unit(
+        self, description: EncoderDescription, settings: WaveshareEncoderSettings, robot: RobotDescription
+    ) -> float:
+        return 1 / _wheel_radius_m(robot)
 
 
-class WaveshareBattery(WaveshareDriver[BatteryDescription, WaveshareSettings]):
+class WaveshareBattery(WaveshareDriver, BatteryDriver[WaveshareSettings]):
     """Opens the battery, whose voltage the board measures every 10 s."""
 
     name = "waveshare-battery"
     summary = "the battery of a Waveshare UGV board on a serial line"
-    described = BatteryDescription
-    part = "battery"
     settings = WaveshareSettings
-
-    def open(self, description: BatteryDescription, settings: WaveshareSettings, host: Host) -> Battery:
-        board = _open_board(description.name, settings, host)
-        return BoardBattery(description.name, board.line, lambda: board.protocol.voltage)
-
-
-def _open_board(device: str, settings: WaveshareSettings, host: Host) -> Board[WaveshareProtocol]:
-    return open_board(
-        device, settings.port, WaveshareProtocol, lambda: WaveshareProtocol(settings.speed), host, ANSWER_S
-    )
 
 
 def _wheel_radius_m(robot: RobotDescription) -> float:

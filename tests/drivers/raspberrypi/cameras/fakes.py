@@ -9,8 +9,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from drivers.raspberrypi.cameras.capture import CapturingCamera
-from drivers.raspberrypi.cameras.source import CameraSettings, ExposureState, Shot, Source
+from drivers.raspberrypi.cameras.capture import CameraSettings, CapturingCamera, ExposureState, Shot, Source
 from robotcore.description import CameraDescription, load_robot
 from robotcore.errors import DeviceError
 from robotcore.hal.clock import Clock, SteppedClock

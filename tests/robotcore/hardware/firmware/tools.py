@@ -28,10 +28,7 @@ class Tools:
         return self._log.read_text().splitlines()
 
 
-HEX = ":04000000DEADBEEFC4\\n:00000001FF\\n"
-"""A program of four bytes in Intel's hexadecimal format."""
-
 _LIST = "ID          Installed Latest Name\\narduino:avr 1.8.6     1.8.6  Arduino AVR Boards\\n"
 LISTS_CORE = f'case "$*" in "core list") printf "{_LIST}";; '
 LISTS_NONE = 'case "$*" in "core list") echo "No platforms installed.";; '
-COMPILES = f'compile*) shift 4; printf "{HEX}" > "$1/$(basename "$2").ino.hex";; esac'
+COMPILES = 'compile*) touch "$5/$(basename "$6").ino.hex"; echo "Sketch uses 4 bytes.";; esac'

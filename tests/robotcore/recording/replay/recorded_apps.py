@@ -84,9 +84,7 @@ class FinalActionApp(Behaviour):
         return Status.SUCCESS if self.count == 20 else Status.RUNNING
 
     def command_one_wheel(self, robot: Robot) -> Status:
-        left = robot["left_motor"]
-        assert isinstance(left, Motor)
-        left.set_velocity(self.count / 3)
+        robot.drive.set_wheels(self.count / 3, 0.0)
         self.state += f" {robot.drive.pose.heading!r}"
         return Status.SUCCESS if self.count == 20 else Status.RUNNING
 

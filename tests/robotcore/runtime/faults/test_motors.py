@@ -1,11 +1,9 @@
 from __future__ import annotations
 
-import math
 from threading import Thread
 
 import pytest
 
-from robotcore.errors import DeviceClosedError, DeviceError, InvalidCommandError
 from robotcore.runtime.faults.motors import FaultyMotor
 from robotcore.runtime.layers.base import MotorOutput
 from robotcore.safety.deadman import LOCK_TIMEOUT_S
@@ -58,35 +56,6 @@ def test_deadman_stops_a_faulty_motor(effect: str) -> None:
     rig.commit()
     rig.sleep(0.2)
     assert rig.wheels == (0.0, 0.0)
-
-
-def test_velocity_that_is_nan_stops_a_faulty_motor() -> None:
-    motor = NullMotor("left_motor")
-    with pytest.raises(InvalidCommandError):
-        FaultyMotor(MotorOutput.of(motor), lambda: 0.5).set_velocity(math.nan)
-    assert motor.sent == [0.0]
-
-
-def test_close_stops_and_closes_the_motor_once() -> None:
-    rig = build_rig("left_motor weak=0.5")
-    rig.robot.drive.set_wheels(4.0, 4.0)
-    rig.commit()
-    left = rig.robot.motors["left_motor"]
-    left.close()
-    left.close()
-    left.stop()
-    assert (rig.left.sent[-1], rig.left.releases) == (0.0, 1)
-    with pytest.raises(DeviceClosedError):
-        left.set_velocity(1.0)
-
-
-def test_error_of_a_motor_at_the_begin_of_its_fault_is_raised() -> None:
-    rig = build_rig("left_motor weak=0.5 after=0.05")
-    rig.robot.drive.set_wheels(4.0, 4.0)
-    rig.commit()
-    rig.left.is_broken = True
-    with pytest.raises(DeviceError):
-        rig.sleep(TICK_S)
 
 
 def test_stop_during_a_call_that_hangs_is_repeated_after_the_call() -> None:

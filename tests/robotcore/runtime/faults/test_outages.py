@@ -9,14 +9,11 @@ from robotcore.hal.clock import SteppedClock
 from robotcore.hal.robot import Robot
 from robotcore.hal.wall_clock import MonotonicClock, PacedClock
 from robotcore.runtime.behaviour import Status
-from robotcore.runtime.faults.base import StallingClock
-from robotcore.runtime.faults.outages import Lost
+from robotcore.runtime.faults.outages import Lost, Stall, StallingClock
 from robotcore.runtime.loop import Loop
 from tests.robotcore.fakes import FunctionApp, picture
 from tests.robotcore.runtime.faults.rigs import TICK_S, build_rig
 from tests.texts import Raises
-
-NEVER = float("inf")
 
 
 class TestStall:
@@ -29,14 +26,6 @@ class TestStall:
 
     def test_stall_between_two_ticks_is_not_missed(self) -> None:
         assert _tick_times("loop stall=0.1 after=0.06", 4) == pytest.approx([0.0, 0.05, 0.1, 0.2])
-
-    def test_stall_shorter_than_a_tick_loses_no_tick(self) -> None:
-        assert _tick_times("loop stall=0.03 after=0.1", 4) == pytest.approx([0.0, 0.05, 0.1, 0.15])
-
-    def test_stall_counts_as_one_overrun(self) -> None:
-        loop = _loop("loop stall=0.3 after=0.1", 1.0)
-        loop.run()
-        assert loop.overruns == 1
 
     def test_deadman_stops_the_motors_at_its_expiry_during_a_stall(self) -> None:
         rig = build_rig("loop stall=0.3 after=0.05")
@@ -52,13 +41,13 @@ class TestStall:
     def test_stall_adds_no_delay_to_a_paced_clock(self, monkeypatch: pytest.MonkeyPatch) -> None:
         paced = PacedClock(SteppedClock(20, lambda _: None))
         monkeypatch.setattr(paced, "_wall", SteppedClock(20, lambda _: None))
-        clock = StallingClock(paced, stall=0.02, first=0.0, every=NEVER, end=NEVER)
+        clock = StallingClock(paced, Stall(value=0.02))
         assert not clock.sleep_until(0.01)
         assert clock.now() == pytest.approx(0.02, abs=0.005)
         assert paced._delay == 0.0
 
     def test_stall_in_real_time_makes_the_loop_late(self) -> None:
-        clock = StallingClock(MonotonicClock(), stall=0.02, first=0.0, every=NEVER, end=NEVER)
+        clock = StallingClock(MonotonicClock(), Stall(value=0.02))
         assert not clock.sleep_until(0.005)
         assert clock.now() >= 0.02
 
@@ -117,23 +106,6 @@ class TestLost:
         on = [tick for tick in range(3000) if fault.is_on(tick / 20)]
         begun = [round(20 * (after + turn * every)) for turn in range(times)]
         assert on == [tick for first in begun for tick in (first, first + 1)]
-
-    def test_single_device_can_be_disconnected(self, raises: Raises) -> None:
-        robot = build_rig("camera lost=1").robot
-        with raises(DeviceLostError, "injected-loss", device="eye", fault="camera lost=1"):
-            robot.camera.read()
-        assert robot.range.read()
-
-    def test_lost_sensor_with_a_polling_fault_works_again(self) -> None:
-        rig = build_rig("connection lost=0.1 after=0.05", "range drop=0")
-        for _ in range(3):
-            rig.sleep(TICK_S)
-        assert rig.robot.range.read().time == pytest.approx(0.15)
-
-
-def _loop(spec: str, timeout: float) -> Loop:
-    rig = build_rig(spec)
-    return Loop(rig.assembled, FunctionApp(lambda _: Status.RUNNING), 20, timeout)
 
 
 def _tick_times(spec: str, ticks: int) -> list[float]:

@@ -4,7 +4,6 @@ import math
 
 import pytest
 
-from robotcore.errors import DeviceError, StaleSampleError
 from robotcore.hal.devices import Range
 from tests.robotcore.fakes import Rig
 from tests.robotcore.runtime.faults.rigs import TICK_S, build_rig
@@ -30,15 +29,6 @@ class TestDrop:
         assert samples[1] is samples[2] is samples[3]
         assert [round(sample.time / TICK_S) for sample in samples] == [0, 1, 1, 1, 4, 5]
 
-    def test_read_fails_once_the_last_sample_is_stale(self) -> None:
-        rig = build_rig("range drop=1")
-        rig.robot.range.read()
-        rig.sleep(1.0)
-        assert rig.robot.range.read().time == 0.0
-        rig.sleep(TICK_S)
-        with pytest.raises(StaleSampleError):
-            rig.robot.range.read()
-
     @pytest.mark.parametrize("probability", [0.0, 0.2, 0.7])
     def test_share_of_dropped_samples_is_the_probability(self, probability: float) -> None:
         found = times(build_rig(f"range drop={probability}"), 1000)
@@ -59,15 +49,6 @@ class TestDrop:
         assert times(build_rig("range drop=0.5", seed=2), 30) != base
         assert times(build_rig("eye drop=0.5", "range drop=0.5"), 30) != base
 
-    def test_two_faults_on_one_device_read_it_once_a_tick(self) -> None:
-        rig = build_rig("range delay=0.1", "range drop=0.5")
-        for ticks in range(1, 6):
-            rig.robot.range.read()
-            rig.sleep(TICK_S)
-            assert rig.nose.reads == ticks
-        rig.sleep(TICK_S)
-        assert rig.nose.reads == 6
-
 
 class TestReadsInEachTick:
     def test_only_a_device_with_a_fault_is_read_in_each_tick(self) -> None:
@@ -76,13 +57,6 @@ class TestReadsInEachTick:
             each.sleep(TICK_S)
             each.sleep(TICK_S)
         assert (rig.nose.reads, other.nose.reads) == (2, 0)
-
-    def test_error_of_a_device_is_raised_by_the_apps_read(self) -> None:
-        rig = build_rig("range drop=0.5")
-        rig.nose._newest = _raise_device_error  # type: ignore[method-assign]
-        rig.sleep(TICK_S)
-        with pytest.raises(DeviceError):
-            rig.robot.range.read()
 
 
 class TestFreeze:
@@ -117,7 +91,3 @@ class TestDelay:
         rig = build_rig("range delay=0.1")
         rig.nose._newest = lambda: Range(1.0, 0.1 * (rig.clock.now() // 0.0999), 0)  # type: ignore[method-assign]
         assert times(rig, 8) == [0, 0, 0, 0, 2, 2, 4, 4]
-
-
-def _raise_device_error() -> Range:
-    raise DeviceError("nose", "no echo board")

@@ -20,7 +20,7 @@ from robotcore.hal.robot import Robot, Role
 from robotcore.hal.wall_clock import PacedClock
 from robotcore.runtime.faults import plan_faults
 from robotcore.runtime.layers import assemble, needed_devices
-from robotcore.runtime.layers.base import Layer, MotorOutput, Reader, Show, Tap
+from robotcore.runtime.layers.base import MotorOutput, Reader, Show, Tap
 from robotcore.safety import CommandFilter
 from tests.robotcore.fakes import ROVER, UNHURRIED, NullEncoder, NullMotor, Rig, picture
 from tests.texts import Raises
@@ -41,9 +41,6 @@ class TestNeededDevices:
     def test_roles_need_their_devices_and_a_drive_its_range_sensor(self, role: Role, names: set[str]) -> None:
         assert needed_devices(ROVER, {role}) == names
 
-    def test_app_without_needs_opens_no_device(self) -> None:
-        assert needed_devices(ROVER, ()) == frozenset()
-
     def test_unmet_need_is_refused(self) -> None:
         with pytest.raises(UnmetNeedError):
             needed_devices(load_robot("lookout"), {Role.CAMERA, Role.DRIVE})
@@ -62,12 +59,6 @@ def test_devices_of_an_app_show_their_kind_and_name() -> None:
     assert repr(robot.display) == "<Display 'screen'>"
 
 
-def test_closed_motor_of_an_app_is_shown_as_closed() -> None:
-    motor = Rig().robot.motors["left_motor"]
-    motor.close()
-    assert repr(motor) == "<Motor 'left_motor', closed>"
-
-
 class TestSensors:
     def test_device_returns_one_sample_in_a_tick(self) -> None:
         rig = Rig()
@@ -76,12 +67,6 @@ class TestSensors:
         assert rig.nose.reads == 1
         rig.sleep(0.05)
         assert rig.robot.range.read() is not first
-
-    def test_range_guard_and_app_get_the_same_sample_in_a_tick(self) -> None:
-        rig = Rig()
-        rig.robot.drive.set_velocity(0.1, 0.0)
-        rig.robot.range.read()
-        assert rig.nose.reads == 1
 
     def test_device_that_the_app_does_not_read_is_not_read(self) -> None:
         rig = Rig()
@@ -105,19 +90,8 @@ class TestSensors:
         assert (sensor.min_range, sensor.max_range, sensor.cone) == (0.02, 2.0, 0.5)
         assert rig.robot.camera.intrinsics is rig.eye.intrinsics
 
-    def test_camera_is_read_through_the_layers(self) -> None:
-        rig = Rig()
-        assert rig.robot.camera.read() is rig.robot.camera.read()
-
 
 class TestConditions:
-    def test_readings_are_unchanged_without_imperfections(self) -> None:
-        rig = Rig()
-        assert rig.robot.camera.read().image is rig.eye.image
-        rig.robot.drive.set_wheels(2.0, 2.0)
-        rig.commit()
-        assert rig.wheels == (2.0, 2.0)
-
     def test_range_guard_uses_readings_with_imperfections(self) -> None:
         rig = Rig(description=UNHURRIED)
         rig.nose.distance = 1.0
@@ -157,11 +131,6 @@ class TestDrive:
         assert rig.assembled.command_filter is None
         assert not rig.robot.has(Role.DRIVE)
 
-    def test_range_guard_removes_forward_motion(self) -> None:
-        rig = Rig(description=UNHURRIED)
-        rig.nose.distance = 0.11
-        assert rig.robot.drive.set_velocity(0.2, 0.5) == pytest.approx((0.0, 0.5))
-
     def test_drive_without_a_range_sensor_has_no_range_guard(self) -> None:
         rig = Rig(names=("left_motor", "right_motor"))
         assert rig.robot.drive.set_velocity(0.05, 0.0).linear == pytest.approx(0.05)
@@ -175,12 +144,6 @@ class TestDrive:
         assert rig.wheels != (0.0, 0.0)
         rig.sleep(0.02)
         assert rig.wheels == (0.0, 0.0)
-
-    def test_acceleration_limit_applies_to_each_tick(self) -> None:
-        rig = Rig()
-        assert rig.robot.drive.set_wheels(12.0, 6.0) == (3.0, 1.5)
-        rig.commit()
-        assert rig.robot.drive.set_wheels(12.0, 6.0) == (6.0, 3.0)
 
     def test_slower_motor_limits_both_wheels(self) -> None:
         rig = Rig(description=UNHURRIED)
@@ -247,14 +210,6 @@ class TestClosing:
         assert rig.right.sent[-1] == 0.0
         assert all(_is_closed(device) for device in rig.devices)
 
-    def test_close_releases_the_backend(self) -> None:
-        rig, released = Rig(), list[str]()
-        raw = Robot("rig", rig.clock, rig.devices, release=lambda: released.append("once"))
-        robot = assemble(raw, ROVER, 20).robot
-        robot.close()
-        robot.close()
-        assert released == ["once"]
-
     def test_closed_robot_refuses_every_call(self) -> None:
         robot = Rig().robot
         robot.close()
@@ -316,18 +271,8 @@ class TestTaps:
         assert robot.drive.pose == pytest.approx((0.065, 0.0, 0.0))
 
 
-def test_app_does_not_get_the_truth() -> None:
-    assert Rig().robot.truth is None
-
-
 def _is_closed(device: Device) -> bool:
     return device._is_closed
-
-
-@pytest.mark.parametrize("hook", ["camera", "range_sensor", "encoder", "battery", "stage", "lone_motor"])
-def test_layer_with_a_hook_that_is_never_called_is_refused(hook: str) -> None:
-    with pytest.raises(TypeError):
-        type("Fog", (Layer,), {hook: lambda self, sensor, read: read})
 
 
 class Broken(Tap):

@@ -8,7 +8,7 @@ from robotcore.errors import BackendError, DeviceError, RobotcoreError, StaleSam
 from robotcore.hal.clock import SteppedClock, TickClock
 from robotcore.hal.devices import Range
 from robotcore.runtime.layers.base import MotorOutput
-from robotcore.runtime.layers.checks import CallMonitorLayer, MaxAgeReader
+from robotcore.runtime.layers.checks import CallMonitorLayer, MaxAgeLayer
 from robotcore.runtime.layers.devices import AppSensor, wrap_sensor
 from robotcore.safety import ActivityMonitor, Latch, TimeLimit
 from tests.robotcore.fakes import NullMotor, NullRange
@@ -31,28 +31,6 @@ def wrap(clock: TickClock, read: Callable[[], Range]) -> AppSensor[Range]:
     return sensor
 
 
-def test_reads_within_a_tick_return_the_same_sample(clock: TickClock) -> None:
-    read = wrap(clock, build_counter())
-    assert read.read() is read.read()
-    clock.sleep_until(0.05)
-    assert read.read().sequence == 1
-
-
-def test_tick_without_a_read_takes_no_sample(clock: TickClock) -> None:
-    read = wrap(clock, build_counter())
-    for tick in range(1, 5):
-        clock.sleep_until(tick / 20)
-    assert read.read().sequence == 0
-
-
-def test_latest_returns_the_last_sample_without_a_read(clock: TickClock) -> None:
-    read = wrap(clock, build_counter())
-    assert read.latest is None
-    sample = read.read()
-    clock.sleep_until(0.05)
-    assert read.latest is sample
-
-
 def test_failed_read_is_repeated(clock: TickClock) -> None:
     outcomes: list[DeviceError | Range] = [DeviceError("nose", "no echo"), Range(1.0, 0.0, 0)]
 
@@ -68,25 +46,23 @@ def test_failed_read_is_repeated(clock: TickClock) -> None:
     assert once.read().distance == 1.0
 
 
+def read_checked(clock: TickClock, latch: Latch) -> Range:
+    """Read a sample that was captured at 0 s. The age limit is 0.5 s."""
+    return MaxAgeLayer(clock, 0.5, latch).sensor(NullRange(clock), lambda: Range(1.0, 0.0, 0))()
+
+
 def test_sample_exactly_at_the_age_limit_is_accepted(clock: TickClock) -> None:
     clock.sleep_until(0.5)
-    assert MaxAgeReader("nose", clock, 0.5, Latch(), lambda: Range(1.0, 0.0, 0))().sequence == 0
-
-
-def test_error_of_an_older_sample_has_its_device_and_age(clock: TickClock) -> None:
-    clock.sleep_until(0.55)
-    with pytest.raises(StaleSampleError) as raised:
-        MaxAgeReader("nose", clock, 0.5, Latch(), lambda: Range(1.0, 0.0, 0))()
-    assert raised.value.age == pytest.approx(0.55)
-    assert raised.value.limit == 0.5
+    assert read_checked(clock, Latch()).sequence == 0
 
 
 def test_older_sample_ends_the_run_even_if_the_app_catches_the_error(clock: TickClock) -> None:
     clock.sleep_until(0.55)
     latch = Latch()
     latch.check()
-    with pytest.raises(StaleSampleError):
-        MaxAgeReader("nose", clock, 0.5, latch, lambda: Range(1.0, 0.0, 0))()
+    with pytest.raises(StaleSampleError) as raised:
+        read_checked(clock, latch)
+    assert [raised.value.age, raised.value.limit] == pytest.approx([0.55, 0.5])
     with pytest.raises(StaleSampleError):
         latch.check()
 
@@ -162,21 +138,3 @@ def test_broken_connection_during_a_sleep_is_a_backend_error(bench: Bench, error
 
     with raises(BackendError, "connection-broken"):
         bench.layer.clock(SteppedClock(20, fail)).sleep_until(1.0)
-
-
-def test_device_error_during_a_sleep_is_raised_unchanged(bench: Bench) -> None:
-    def fail(steps: int) -> None:
-        raise DeviceError("left_motor", "no current")
-
-    with pytest.raises(DeviceError):
-        bench.layer.clock(SteppedClock(20, fail)).sleep_until(1.0)
-
-
-def test_monitored_clock_forwards_call_at(bench: Bench) -> None:
-    called: list[float] = []
-    inner = SteppedClock(20, lambda _: None)
-    call: Callable[[], None] = lambda: called.append(inner.now())  # noqa: E731
-    clock = bench.layer.clock(inner)
-    clock.call_at(0.1, call)
-    clock.sleep_until(1.0)
-    assert called == [pytest.approx(0.1)]

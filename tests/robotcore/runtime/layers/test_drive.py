@@ -1,3 +1,5 @@
+"""The motors of an app: the wheels of the drive, and a gripper that belongs to no drive."""
+
 from __future__ import annotations
 
 import math
@@ -6,77 +8,138 @@ from typing import Any
 import numpy as np
 import pytest
 
-from robotcore.errors import DeviceClosedError, InvalidCommandError
-from tests.robotcore.fakes import UNHURRIED, Rig
+from robotcore.description import MotorDescription
+from robotcore.errors import DeviceClosedError, EmergencyStopError, InvalidCommandError, UsageError
+from robotcore.hal.clock import SteppedClock
+from robotcore.hal.devices import Motor
+from robotcore.hal.robot import Robot
+from robotcore.runtime.layers import Assembled, assemble
+from robotcore.safety import EmergencyStop
+from tests.robotcore.fakes import ROVER, UNHURRIED, NullMotor, Rig
+from tests.texts import Raises
 
 
-@pytest.fixture
-def rig() -> Rig:
-    return Rig(description=UNHURRIED)
-
-
-def test_commands_of_single_motors_are_sent_together(rig: Rig) -> None:
-    left, right = rig.robot.motors.values()
-    assert left.set_velocity(1.0) == 1.0
-    assert right.set_velocity(2.0) == 2.0
+def test_command_for_one_wheel_of_the_drive_is_refused(raises: Raises) -> None:
+    rig = Rig(description=UNHURRIED)
+    with raises(UsageError, "wheel-of-the-drive", device="left_motor"):
+        rig.robot.motors["left_motor"].set_velocity(1.0)
+    rig.commit()
     assert rig.left.sent == []
-    rig.commit()
-    assert rig.wheels == (1.0, 2.0)
 
 
-def test_later_change_of_an_array_does_not_change_a_command(rig: Rig) -> None:
-    speeds: Any = np.array([1.0, 2.0])
-    left, right = rig.robot.motors.values()
-    left.set_velocity(speeds[0, ...])
-    right.set_velocity(speeds[1, ...])
-    speeds *= 500
-    rig.commit()
-    assert rig.wheels == (1.0, 2.0)
-
-
-def test_wheel_without_a_command_keeps_its_velocity(rig: Rig) -> None:
-    rig.robot.drive.set_wheels(1.0, 2.0)
-    rig.commit()
-    rig.robot.motors["left_motor"].set_velocity(3.0)
-    rig.commit()
-    assert rig.wheels == (3.0, 2.0)
-
-
-def test_limit_of_one_wheel_slows_the_other_in_proportion(rig: Rig) -> None:
-    left, right = rig.robot.motors.values()
-    left.set_velocity(6.0)
-    assert right.set_velocity(24.0) == 12.0
-    rig.commit()
-    assert rig.wheels == (3.0, 12.0)
-
-
-def test_stop_of_one_wheel_stops_the_robot_at_once(rig: Rig) -> None:
+def test_stop_of_one_wheel_stops_the_robot_at_once() -> None:
+    rig = Rig(description=UNHURRIED)
     rig.robot.drive.set_wheels(1.0, 2.0)
     rig.commit()
     rig.robot.motors["left_motor"].stop()
     assert rig.wheels == (0.0, 0.0)
 
 
-def test_range_guard_limits_commands_of_single_motors(rig: Rig) -> None:
-    rig.nose.distance = 0.05
-    left, right = rig.robot.motors.values()
-    left.set_velocity(2.0)
-    right.set_velocity(2.0)
-    rig.commit()
-    assert rig.wheels == (0.0, 0.0)
+GRIPPER = MotorDescription(kind="motor", name="gripper", max_velocity_rad_s=3.0)
+HANDY = ROVER.model_copy(update={"devices": (*ROVER.devices, GRIPPER)})
 
 
-def test_velocity_that_is_nan_stops_the_robot(rig: Rig) -> None:
-    rig.robot.drive.set_wheels(1.0, 2.0)
-    rig.commit()
+class Bench:
+    """A rover with a gripper, a motor that belongs to no drive."""
+
+    def __init__(self) -> None:
+        self.inner, self.wheel = NullMotor("gripper", 3.0), NullMotor("left_motor")
+        self.raw_clock = SteppedClock(20, lambda _: None)
+        self.assembled: Assembled = assemble(
+            Robot("rover", self.raw_clock, [self.inner, self.wheel, NullMotor("right_motor")]), HANDY, 20
+        )
+        gripper = self.assembled.robot["gripper"]
+        assert isinstance(gripper, Motor)
+        self.gripper = gripper
+
+    def sleep(self, seconds: float) -> None:
+        clock = self.assembled.clock
+        clock.sleep_until(clock.now() + seconds)
+
+
+@pytest.fixture
+def bench() -> Bench:
+    return Bench()
+
+
+def test_command_is_sent_at_once_and_limited(bench: Bench) -> None:
+    assert bench.gripper.set_velocity(2.0) == 2.0
+    assert bench.gripper.set_velocity(9.0) == 3.0
+    assert bench.inner.sent == [2.0, 3.0]
+
+
+def test_command_expires_after_one_lease_unless_it_is_renewed(bench: Bench) -> None:
+    for _ in range(10):
+        bench.gripper.set_velocity(2.0)
+        bench.sleep(0.05)
+    assert 0.0 not in bench.inner.sent
+    bench.sleep(0.07)
+    assert 0.0 not in bench.inner.sent
+    bench.sleep(0.02)
+    assert bench.inner.sent[-1] == 0.0
+
+
+@pytest.mark.parametrize("velocity", [math.nan, math.inf])
+def test_velocity_that_is_nan_stops_every_motor_until_the_end(bench: Bench, velocity: float) -> None:
     with pytest.raises(InvalidCommandError):
-        rig.robot.motors["left_motor"].set_velocity(math.nan)
-    assert rig.wheels == (0.0, 0.0)
+        bench.gripper.set_velocity(velocity)
+    assert bench.wheel.sent[-1] == bench.inner.sent[-1] == 0.0
+    with pytest.raises(InvalidCommandError):
+        bench.gripper.set_velocity(1.0)
+    assert set(bench.inner.sent) == {0.0}
 
 
-def test_closed_motor_refuses_commands_and_accepts_stops(rig: Rig) -> None:
-    motor = rig.robot.motors["left_motor"]
-    motor.close()
-    motor.stop()
+def test_e_stop_stops_the_motor_until_the_end(bench: Bench) -> None:
+    bench.gripper.set_velocity(2.0)
+    EmergencyStop(bench.assembled.latch).press("the button")
+    assert bench.inner.sent[-1] == 0.0
+    with pytest.raises(EmergencyStopError):
+        bench.gripper.set_velocity(1.0)
+
+
+def test_e_stop_during_a_command_stops_the_motor(bench: Bench) -> None:
+    stop = EmergencyStop(bench.assembled.latch)
+    bench.inner.on_command = lambda rad_s: stop.press("the button") if rad_s else None
+    assert bench.gripper.set_velocity(2.0) == 0.0
+    assert bench.inner.sent[-1] == 0.0
+
+
+def test_e_stop_between_the_check_and_the_command_stops_the_motor(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    latch = bench.assembled.latch
+    monkeypatch.setattr(latch, "check", lambda: EmergencyStop(latch).press("the button"))
+    assert bench.gripper.set_velocity(2.0) == 0.0
+    assert bench.inner.sent[-1] == 0.0
+
+
+def test_command_after_the_lease_in_the_same_tick_is_not_sent(bench: Bench) -> None:
+    bench.gripper.set_velocity(2.0)
+    bench.raw_clock.sleep_until(0.5)  # a step that hangs: the tick's own time stands still
+    assert bench.gripper.set_velocity(2.0) == 0.0
+    assert bench.inner.sent == [2.0, 0.0, 0.0]
+    bench.sleep(1.0)
+    assert bench.gripper.set_velocity(2.0) == 2.0
+
+
+def test_later_change_of_an_array_does_not_change_a_command(bench: Bench) -> None:
+    speeds: Any = np.array([2.0])
+    bench.gripper.set_velocity(speeds[0, ...])
+    speeds *= 500
+    assert bench.inner.sent == [2.0]
+    assert type(bench.inner.sent[0]) is float
+
+
+def test_zero_is_a_stop(bench: Bench) -> None:
+    bench.gripper.set_velocity(2.0)
+    assert bench.gripper.set_velocity(0.0) == 0.0
+    bench.sleep(1.0)
+    assert bench.inner.sent == [2.0, 0.0]
+
+
+def test_closed_motor_refuses_commands_and_accepts_stops(bench: Bench) -> None:
+    bench.assembled.robot.close()
+    bench.gripper.stop()
     with pytest.raises(DeviceClosedError):
-        motor.set_velocity(1.0)
+        bench.gripper.set_velocity(1.0)
+    assert bench.inner.releases == 1

@@ -90,18 +90,6 @@ def test_lease_continues_if_a_motor_does_not_stop() -> None:
     assert "resting" not in guarded.log
 
 
-def test_lease_begins_even_if_the_command_fails() -> None:
-    guarded = GuardedMotors()
-    left, _ = guarded.outputs
-    guarded.left.is_broken = True
-    with pytest.raises(DeviceError):
-        left.set_velocity(1.0)
-    guarded.left.is_broken = False
-    assert guarded.log == ["driving", "left 1"]
-    left.stop()
-    assert guarded.log == ["left 0", "resting"]
-
-
 def test_stop_during_a_command_does_not_end_the_lease() -> None:
     guarded = GuardedMotors()
     left, _ = guarded.outputs

@@ -46,7 +46,7 @@ class ScriptedBoard:
         self.protocol.command.set("right", right, self.now)
 
     def angles(self) -> tuple[float, float]:
-        left, right = self.protocol.left.angle(RPM), self.protocol.right.angle(-RPM)
+        left, right = self.protocol.counters["left"].angle(RPM), self.protocol.counters["right"].angle(-RPM)
         assert left
         assert right
         return left.angle, right.angle

@@ -133,6 +133,6 @@ class ScriptedBoard:
     @property
     def angle(self) -> float:
         """The angle of the left wheel in counts."""
-        sample = self.protocol.counts["left"].counter.angle(1.0)
+        sample = self.protocol.counters["left"].angle(1.0)
         assert sample
         return sample.angle

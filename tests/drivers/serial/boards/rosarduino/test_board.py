@@ -3,7 +3,6 @@ from __future__ import annotations
 import pytest
 
 from drivers.serial.boards.rosarduino.protocol import ping
-from drivers.serial.boards.rosarduino.requests import Poll
 from tests.doubles.serial.rosarduino import RosArduinoBridgeDouble
 from tests.drivers.serial.boards.rosarduino.rig import (
     PROBE,
@@ -89,7 +88,7 @@ def test_a_ros_arduino_bridge_without_wheels_is_reported() -> None:
 def test_another_version_of_robotcore_bridge_is_reported() -> None:
     board = ScriptedBoard()
     board.exchange((PROBE, b"OK\r\n" + encode_reply("robotcore-bridge 2")))
-    assert board.protocol.firmware.problem
+    assert board.protocol.firmware.version == 2
 
 
 def test_the_time_out_is_sent_before_a_motor_turns(robotcore_bridge: ScriptedBoard, check_text: CheckText) -> None:
@@ -243,7 +242,7 @@ def test_a_board_whose_replies_are_lost_is_stopped_while_the_app_drives_on(
 ) -> None:
     board, lost_at = RosArduinoBridgeDouble(), ros_arduino_bridge.now
     if has_sonar:
-        ros_arduino_bridge.protocol.poll(Poll(ping(7), 0.1, lambda _answer, _now: None))
+        ros_arduino_bridge.protocol.poll(ping(7), 0.1, lambda _reply, _now: None)
     while ros_arduino_bridge.now - lost_at < within_s:
         if ros_arduino_bridge.protocol.is_ready:
             ros_arduino_bridge.set(20, 20)

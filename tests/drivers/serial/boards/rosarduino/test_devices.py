@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from drivers.serial.boards.rosarduino.devices import Counts, Pings, Ranges
+from drivers.serial.boards.rosarduino.devices import Pings, Ranges, WheelCounter
 from drivers.serial.boards.rosarduino.protocol import Reply
 from robotcore.description import RangeSensorDescription, load_robot
 from robotcore.errors import DeviceError
@@ -18,10 +18,10 @@ assert NOSE
 
 def sum_counts(*counts: tuple[float, int]) -> float | None:
     """Return the total after these counts at their times."""
-    wheel = Counts()
+    wheel = WheelCounter()
     for time, count in counts:
         wheel.take(count, time)
-    angle = wheel.counter.angle(1.0)
+    angle = wheel.angle(1.0)
     return angle.angle if angle else None
 
 
@@ -42,10 +42,10 @@ def test_counts_are_added_up() -> None:
 
 
 def test_an_implausible_count_makes_no_sample() -> None:
-    wheel = Counts()
+    wheel = WheelCounter()
     wheel.take(1234, 0.0)
     wheel.take(134, 0.005)
-    angle = wheel.counter.angle(1.0)
+    angle = wheel.angle(1.0)
     assert angle is not None
     assert (angle.time, angle.sequence) == (0.0, 0)
 

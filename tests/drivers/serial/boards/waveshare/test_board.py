@@ -11,8 +11,8 @@ from typing import ClassVar
 import pytest
 
 from drivers.serial.backend import SerialBackend
-from drivers.serial.boards.waveshare import drivers
 from drivers.serial.boards.waveshare.board import SILENCE_S, Odometer, WaveshareProtocol
+from drivers.serial.boards.waveshare.drivers import WaveshareDriver
 from drivers.serial.boards.waveshare.protocol import Track, speeds
 from robotcore.description import BatteryDescription
 from robotcore.errors import DescriptionError, DeviceError, DeviceGroupError, DeviceLostError
@@ -30,7 +30,7 @@ def _metres(*feedback: tuple[int, float], every: float = 0.05) -> float:
     odometer = Odometer()
     for nth, (centimetres, speed) in enumerate(feedback):
         odometer.move(Track(centimetres, speed), nth * every)
-    angle = odometer.counter.angle(1.0)
+    angle = odometer.angle(1.0)
     assert angle
     return angle.angle
 
@@ -62,7 +62,7 @@ def test_the_odometer_continues_after_a_restart() -> None:
         if centimetres in (-1, 700):
             odometer.restart()
         odometer.move(Track(centimetres, 0.0), nth)
-    angle = odometer.counter.angle(1.0)
+    angle = odometer.angle(1.0)
     assert angle
     assert angle.angle == pytest.approx(0.4, abs=0.011)
 
@@ -217,7 +217,7 @@ def test_noise_between_lines_changes_nothing(rig: Rig) -> None:
 
 
 def test_a_board_with_the_older_firmware_is_refused(rig: Rig, monkeypatch: pytest.MonkeyPatch, raises: Raises) -> None:
-    monkeypatch.setattr(drivers, "ANSWER_S", 0.5)
+    monkeypatch.setattr(WaveshareDriver, "answer_s", 0.5)
     monkeypatch.setattr(WaveshareBoard, "feedback", lambda _board: OLDER)
     with raises(DeviceGroupError):
         rig.open()

@@ -1,3 +1,5 @@
+"""Charts, maps and figures of the report."""
+
 from __future__ import annotations
 
 import math
@@ -9,10 +11,11 @@ import pytest
 from robotcore.description import load_world
 from robotcore.sweep.failure_analysis import explain
 from robotcore.sweep.report.charts import MAX_STEPS, plot_arrivals, plot_condition, plot_milestones, plot_success
-from robotcore.sweep.report.drawing import MAX_LABEL, Axis, compute_shades, shorten_label
+from robotcore.sweep.report.drawing import MAX_LABEL, Axis, shorten_label
+from robotcore.sweep.report.failures import MAX_ENDINGS, Ending, count_endings
 from robotcore.sweep.report.maps import draw_maps
-from robotcore.sweep.report.series import make_series
-from robotcore.sweep.statistics import group_records
+from robotcore.sweep.report.series import find_goal, list_milestones, make_series
+from robotcore.sweep.statistics import compare_backends, group_records
 from tests.robotcore.sweep.report.samples import PATH, make_fail, make_many, make_pass
 
 ARENA = {"arena": load_world("arena")}
@@ -29,11 +32,6 @@ ARENA = {"arena": load_world("arena")}
 )
 def test_an_axis_has_round_numbers(low: float, high: float, ticks: list[float]) -> None:
     assert Axis(low, high, 0, 1).list_ticks(count=5) == pytest.approx(ticks)
-
-
-def test_an_axis_maps_values_to_coordinates() -> None:
-    axis = Axis(0, 100, 200, 20)
-    assert (axis.at(0), axis.at(50), axis.at(100)) == (200, 110, 20)
 
 
 def test_a_long_label_is_shortened() -> None:
@@ -121,12 +119,9 @@ def test_a_path_that_leaves_the_floor_stays_in_the_drawing() -> None:
     assert all(0 < x < width and 0 < y < height for x, y in _find_lines(chart.drawing, "paths passing")[0])
 
 
-def test_runs_without_a_known_path_have_no_map() -> None:
-    assert draw_maps(make_series([make_pass(path=None)]), ARENA) == []
-
-
-def test_a_path_with_nan_is_left_out() -> None:
-    (chart,) = draw_maps(make_series([make_pass(), make_fail(path=((0.0, math.nan, 0.0),))]), ARENA)
+def test_a_path_with_nan_and_a_run_without_a_path_are_left_out() -> None:
+    nan = make_fail(path=((0.0, math.nan, 0.0),))
+    (chart,) = draw_maps(make_series([make_pass(), nan, make_pass(world="open", path=None)]), ARENA)
     assert chart.caption == "passing runs: 1, failing: 0"
 
 
@@ -135,20 +130,11 @@ def test_the_side_on_which_runs_fail_is_marked(is_dark: bool, start: float, end:
     dark, bright = (make_fail, make_pass) if is_dark else (make_pass, make_fail)
     records = [make(conditions={"light": light}) for make, light in ((dark, 0.0), (bright, 1.0)) for _ in range(9)]
     (split,) = explain(records).splits
-    root = _parse(plot_condition(split, records))
+    root = _parse(plot_condition(split, [*records, make_fail(backend="pybullet", conditions={"light": 0.5})]))
     (side,) = root.iter("rect")
     left, width = float(side.attrib["x"]), float(side.attrib["width"])
     assert (left, left + width) == (start, end)
     assert len(root.findall(".//g[@class='rug failing']/line")) == 9
-
-
-def test_the_chart_of_a_condition_has_the_runs_of_one_backend_only() -> None:
-    records = [
-        make(conditions={"light": light}) for make, light in ((make_fail, 0.0), (make_pass, 1.0)) for _ in range(9)
-    ]
-    (split,) = explain(records).splits
-    other = [make_pass(backend="pybullet", conditions={"light": 0.0})]
-    assert plot_condition(split, records + other) == plot_condition(split, records)
 
 
 def test_a_condition_that_is_a_word_is_not_drawn() -> None:
@@ -161,9 +147,69 @@ def test_a_condition_that_is_a_word_is_not_drawn() -> None:
     assert plot_condition(split, records) == ""
 
 
-def test_a_dark_page_has_lighter_colours() -> None:
-    for light, dark in compute_shades(["passing", "failing", "c0 d0"]):
-        assert all(int(dark[at : at + 2], 16) > int(light[at : at + 2], 16) for at in (1, 3, 5))
+def test_runs_are_grouped_by_world_then_backend() -> None:
+    records = [make_pass(), make_pass(world="clutter"), make_pass(backend="pybullet"), make_pass()]
+    series = make_series(records)
+    assert [(each.group.name, each.group.runs) for each in series] == [
+        ("arena · kinematic", 2),
+        ("arena · pybullet", 1),
+        ("clutter · kinematic", 1),
+    ]
+
+
+def test_a_world_has_a_colour_and_a_backend_its_dashes() -> None:
+    records = [make_pass(world=world, backend=backend) for world in ("arena", "open") for backend in ("a", "b")]
+    assert [each.style for each in make_series(records)] == ["c0 d0", "c0 d1", "c1 d0", "c1 d1"]
+    assert [each.style for each in make_series(records[:2])] == ["c0 d0", "c1 d1"]
+
+
+def test_milestones_come_in_the_order_of_their_times() -> None:
+    records = [make_pass(milestones={"c": 9.0, "a": 0.0}), make_pass(milestones={"a": 0.0, "b": 4.0})]
+    assert list_milestones(make_series(records)) == ["a", "b", "c"]
+
+
+def test_the_goal_is_the_last_milestone_of_passing_runs() -> None:
+    series = make_series([make_pass(), make_pass(), make_fail(milestones={"lost": 90.0})])
+    assert find_goal(series, ["search", "seen", "arrived", "lost"]) == "arrived"
+    lost = make_series([make_fail(milestones={"search": 0.0, "seen": 3.0})])
+    assert find_goal(lost, ["search", "seen"]) == "seen"
+    assert find_goal(make_series([make_fail(milestones={"search": 0.0})]), ["search"]) is None
+    assert find_goal([], []) is None
+
+
+def test_backends_are_compared_by_the_runs_that_both_have() -> None:
+    records = [
+        make_pass(seed=1),
+        make_pass(seed=2),
+        make_pass(seed=3),
+        make_pass(seed=4),
+        make_pass(seed=1, backend="pybullet"),
+        make_fail(seed=2, backend="pybullet"),
+        make_pass(seed=3, backend="pybullet", milestones={"seen": 1.0, "search": 2.0, "arrived": 9.0}),
+        make_pass(seed=4, backend="pybullet", world="clutter"),
+        make_pass(seed=9, backend="mujoco"),
+    ]
+    (agreement,) = compare_backends(records)
+    assert (len(agreement.pairs), agreement.same_outcome, agreement.same_milestones) == (3, 2, 1)
+    assert [first.seed for first, _ in agreement.differing] == [2, 3]
+
+
+def test_endings_are_counted_by_group() -> None:
+    records = [
+        *(make_fail(reason="late", seed=seed) for seed in (1, 2)),
+        make_fail(reason="late", world="clutter"),
+        make_pass(contacts=1),
+        make_pass(contacts=7),
+        make_pass(),
+    ]
+    assert count_endings(make_series(records)) == [Ending("timeout, late", (2, 1)), Ending("contact", (2, 0))]
+
+
+def test_rare_endings_are_one_row() -> None:
+    records = [make_fail(reason=f"lost at {at} m") for at in range(20)] + [make_fail(reason="late")] * 2
+    endings = count_endings(make_series(records))
+    assert endings[0] == Ending("timeout, late", (2,))
+    assert endings[MAX_ENDINGS:] == [Ending("in 9 other ways", (9,))]
 
 
 def _parse(drawing: str) -> ET.Element:

@@ -1,0 +1,361 @@
+"""Motor boards on mock pins and on simulated lines: levels, opening and closing, failures, cutoffs, and mistakes."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+from gpiozero import OutputDevice
+from gpiozero.exc import PinInvalidState
+from gpiozero.pins.mock import MockFactory, MockPWMPin
+from hypothesis import given
+from hypothesis import strategies as st
+
+from drivers.raspberrypi.backend import RaspberryPiBackend
+from drivers.raspberrypi.motors.bridge import open_output, round_to_percent
+from drivers.raspberrypi.pins import open_pins
+from robotcore.description import RobotDescription, load_robot
+from robotcore.errors import DescriptionError, DeviceError
+from robotcore.hal.devices import Motor
+from robotcore.hardware import Host, bind_devices, static_cutoffs
+from tests.drivers.raspberrypi.lines import Lines
+from tests.drivers.raspberrypi.lines import lgpio as ours
+from tests.drivers.raspberrypi.motors.rig import BACKWARD, FORWARD, H_BRIDGE, MODEL, Rig, rover
+from tests.texts import CheckText, Raises
+
+PWM, ENABLE, STANDBY = 13, 12, 22
+WITH_PWM = {**H_BRIDGE, "pwm": PWM}
+PHASE_ENABLE = {"driver": "phase-enable", "phase": BACKWARD, "enable": FORWARD, "model": dict(MODEL)}
+
+Board = Mapping[str, Any]
+BOARDS = pytest.mark.parametrize("board", [H_BRIDGE, WITH_PWM, PHASE_ENABLE], ids=["two inputs", "pwm", "phase"])
+
+
+class TestedPin(MockPWMPin):  # type: ignore[misc]  # gpiozero has no types
+    """A pin that records its writes in its factory, and raises an error if it is broken."""
+
+    __test__ = False
+    is_broken = False
+
+    def _set_state(self, value: float) -> None:
+        if self.is_broken:
+            raise PinInvalidState("not today")
+        super()._set_state(value)
+        if hasattr(self.factory, "sent"):
+            self.factory.sent.append((int(self.info.name.removeprefix("GPIO")), round(float(value), 2)))
+
+
+def lines_of(board: Board) -> list[int]:
+    return [board[key] for key in ("forward", "backward", "pwm", "phase", "enable") if key in board]
+
+
+def levels(rig: Rig, board: Board) -> dict[int, float]:
+    """Return the levels of all lines that are not low."""
+    found = {number: round(float(rig.pins.pin(number).state), 6) for number in lines_of(board)}
+    return {number: level for number, level in found.items() if level}
+
+
+@pytest.mark.parametrize(
+    "board, velocity, high",
+    [
+        (H_BRIDGE, 7.0, {FORWARD: 0.55}),
+        (H_BRIDGE, -7.0, {BACKWARD: 0.55}),
+        (H_BRIDGE, 0.001, {FORWARD: 0.1}),
+        (H_BRIDGE, 100.0, {FORWARD: 0.87}),
+        (WITH_PWM, 7.0, {FORWARD: 1.0, PWM: 0.55}),
+        (WITH_PWM, -7.0, {BACKWARD: 1.0, PWM: 0.55}),
+        (PHASE_ENABLE, 7.0, {FORWARD: 0.55}),
+        (PHASE_ENABLE, -7.0, {BACKWARD: 1.0, FORWARD: 0.55}),
+    ],
+)
+def test_a_velocity_is_a_duty_and_a_direction_and_a_stop_is_low(
+    board: Board, velocity: float, high: dict[int, float]
+) -> None:
+    rig = Rig(board)
+    assert levels(rig, board) == {}
+    rig.motor.set_velocity(velocity)
+    assert levels(rig, board) == high
+    rig.motor.stop()
+    assert levels(rig, board) == {}
+
+
+@pytest.mark.parametrize(
+    "board, stopping, turning",
+    [
+        (H_BRIDGE, [(BACKWARD, 0), (FORWARD, 0)], [(FORWARD, 0), (BACKWARD, 0.55)]),
+        (WITH_PWM, [(PWM, 0), (BACKWARD, 0), (FORWARD, 0)], [(FORWARD, 0), (BACKWARD, 1), (PWM, 0.55)]),
+        (PHASE_ENABLE, [(FORWARD, 0), (BACKWARD, 0)], [(BACKWARD, 1), (FORWARD, 0.55)]),
+    ],
+)
+def test_every_line_is_low_before_the_direction_changes_and_a_like_command_has_no_gap(
+    board: Board, stopping: list[Any], turning: list[Any]
+) -> None:
+    rig = Rig(board, pin_class=TestedPin)
+    rig.motor.set_velocity(7.0)
+    sent = rig.pins.sent = []
+    rig.motor.set_velocity(-7.0)
+    assert sent == stopping + turning
+    sent.clear()
+    rig.motor.set_velocity(-7.0)
+    assert sent == turning
+
+
+@BOARDS
+@pytest.mark.parametrize("velocity", [7.0, -7.0, 0.0])
+def test_a_command_like_the_last_corrects_a_line_that_another_process_has_changed(
+    board: Board, velocity: float
+) -> None:
+    rig = Rig(board)
+    rig.motor.set_velocity(velocity)
+    sent = levels(rig, board)
+    for number in lines_of(board):
+        rig.pins.pin(number).state = 0.33
+    rig.motor.set_velocity(velocity)
+    assert levels(rig, board) == sent
+
+
+def test_only_lines_with_pwm_have_the_frequency_of_the_settings() -> None:
+    rig = Rig({**WITH_PWM, "frequency_hz": 1000})
+    assert [rig.pins.pin(number).frequency for number in (FORWARD, BACKWARD, PWM)] == [None, None, 1000]
+
+
+def test_an_enable_line_is_high_while_the_motor_is_open() -> None:
+    rig = Rig({**H_BRIDGE, "enable": ENABLE})
+    pin = rig.pins.pin(ENABLE)
+    rig.motor.stop()
+    assert (pin.function, pin.state) == ("output", 1)
+    rig.close()
+    assert (pin.function, pin.state) == ("input", 0)
+
+
+def test_the_standby_line_is_left_to_the_guardian() -> None:
+    rig = Rig({**H_BRIDGE, "standby": STANDBY})
+    OutputDevice(STANDBY, pin_factory=rig.pins).close()
+
+
+@BOARDS
+def test_closing_stops_the_motor_and_frees_every_line_with_a_pull_down(board: Board) -> None:
+    board = {**board, "enable": board.get("enable", ENABLE)}
+    rig = Rig(board)
+    rig.motor.set_velocity(-7.0)
+    rig.close()
+    assert levels(rig, board) == {}
+    for number in lines_of(board):
+        assert rig.pins.pin(number).pull == "down"
+        OutputDevice(number, pin_factory=rig.pins).close()
+
+
+def test_a_line_with_a_fixed_pull_up_can_be_closed() -> None:
+    from contextlib import ExitStack
+
+    pins = MockFactory(pin_class=MockPWMPin)
+    with ExitStack() as opened:
+        open_output("left_motor", 2, pins, opened)
+    OutputDevice(2, pin_factory=pins).close()
+
+
+@BOARDS
+@pytest.mark.parametrize("leave", [Motor.stop, Motor.close])
+def test_a_line_that_fails_does_not_keep_another_high(board: Board, leave: Any, raises: Raises) -> None:
+    for velocity in (7.0, -7.0):
+        for broken in lines_of(board):
+            rig = Rig(board, pin_class=TestedPin)
+            rig.motor.set_velocity(velocity)
+            rig.pins.pin(broken).is_broken = True
+            with pytest.raises(DeviceError) as raised:
+                leave(rig.motor)
+            assert raised.value.kind == "gpio-failed"
+            assert set(levels(rig, board)) <= {broken}
+
+
+def test_a_stop_that_fails_leaves_no_line_without_its_pwm(raises: Raises) -> None:
+    rig = Rig(pin_class=TestedPin)
+    rig.motor.set_velocity(7.0)
+    rig.pins.pin(FORWARD).is_broken = True
+    with raises(DeviceError, "gpio-failed") as raised:
+        rig.motor.stop()
+    assert isinstance(raised.value.__cause__, PinInvalidState)
+    assert rig.pins.pin(FORWARD).frequency == 100
+
+
+def test_a_line_that_cannot_be_pulled_down_is_reported_and_the_other_is_pulled_down(raises: Raises) -> None:
+    class Unpullable(MockPWMPin):  # type: ignore[misc]  # gpiozero has no types
+        def _set_pull(self, value: str) -> None:
+            if value == "down" and self.info.name == f"GPIO{BACKWARD}":
+                raise OSError("bad handle")
+            super()._set_pull(value)
+
+    rig = Rig(pin_class=Unpullable)
+    with raises(DeviceError, "gpio-failed"):
+        rig.motor.close()
+    assert rig.pins.pin(FORWARD).pull == "down"
+
+
+@pytest.mark.parametrize("board", [{**WITH_PWM, "enable": ENABLE}, PHASE_ENABLE], ids=["h-bridge", "phase"])
+def test_a_line_in_use_is_reported_and_the_others_are_freed(board: Board) -> None:
+    for taken in lines_of(board):
+        pins = MockFactory(pin_class=MockPWMPin)
+        with OutputDevice(taken, pin_factory=pins):
+            with pytest.raises(DeviceError) as raised:
+                Rig(board, pins=pins)
+            assert (raised.value.kind, raised.value.fields["gpios"]) == ("gpio-in-use", (taken,))
+            for number in set(lines_of(board)) - {taken}:
+                OutputDevice(number, pin_factory=pins).close()
+
+
+@pytest.fixture
+def lines(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Lines:
+    monkeypatch.setenv("FAKE_DEV", str(tmp_path))
+    monkeypatch.setitem(sys.modules, "lgpio", ours)
+    monkeypatch.delitem(sys.modules, "gpiozero.pins.lgpio", raising=False)
+    monkeypatch.setattr("gpiozero.pins.local.get_pi_revision", lambda: 0xA02082)
+    return Lines(tmp_path)
+
+
+@pytest.fixture
+def pins(lines: Lines) -> Iterator[Any]:
+    made = open_pins()
+    yield made
+    made.close()
+
+
+@BOARDS
+def test_on_lgpio_a_stop_is_low_at_once_and_the_next_command_turns_again(board: Board, lines: Lines, pins: Any) -> None:
+    """In the double of lgpio, a line never falls after the duty 0, as in a process that is suspended then."""
+    motor = Rig(board, pins=pins, names=("left_motor",)).motor
+    for velocity in (7.0, 7.0, -7.0):
+        motor.set_velocity(velocity)
+        assert 55 in {lines.level(number) for number in lines_of(board)}
+        motor.stop()
+        assert {lines.level(number) for number in lines_of(board)} == {0}
+    motor.close()
+
+
+def test_on_lgpio_turning_the_other_way_never_has_both_inputs_high(lines: Lines, pins: Any) -> None:
+    motor = Rig(pins=pins, names=("left_motor",)).motor
+    motor.set_velocity(7.0)
+    motor.set_velocity(-7.0)
+    assert (lines.level(FORWARD), lines.level(BACKWARD)) == (0, 55)
+    motor.close()
+
+
+def test_lgpio_sends_exactly_the_whole_percent() -> None:
+    for percent in range(-100, 101):
+        duty = round_to_percent(percent / 100)
+        assert int(duty * 100) == percent
+        assert duty == pytest.approx(percent / 100), percent
+        assert abs(duty) <= 1, percent
+
+
+@given(st.floats(-1, 1))
+def test_a_duty_is_rounded_to_the_nearest_percent(duty: float) -> None:
+    assert abs(round_to_percent(duty) - duty) <= 0.005 + 1e-12
+
+
+@pytest.mark.parametrize(
+    "board, cutoff, parameters",
+    [
+        ({**WITH_PWM, "standby": STANDBY}, "StandbyLine", {"line": STANDBY}),
+        ({**H_BRIDGE, "enable": ENABLE}, "MotorLines", {"lines": [FORWARD, BACKWARD, ENABLE]}),
+        (WITH_PWM, "MotorLines", {"lines": [FORWARD, BACKWARD, PWM]}),
+        (PHASE_ENABLE, "MotorLines", {"lines": [FORWARD, BACKWARD]}),
+    ],
+)
+def test_the_cutoff_is_the_standby_line_or_all_lines_and_without_a_run_it_kills_no_process(
+    board: Board, cutoff: str, parameters: dict[str, Any]
+) -> None:
+    robot = rover({"left_motor": board})
+    (binding,) = bindings = bind_devices(robot, "raspberrypi", ["left_motor"])
+    (opened,) = binding.cutoffs(Host(robot, Rig().clock, pins=object()))
+    (static,) = static_cutoffs(robot, bindings)
+    for spec, owner in ((opened, os.getpid()), (static, None)):
+        assert (spec.device, spec.cutoff) == ("left_motor", f"drivers.raspberrypi.cutoff:{cutoff}")
+        assert spec.parameters == parameters | ({"owner": owner} if "lines" in parameters else {})
+        spec.make()
+
+
+def test_mock_pins_have_no_cutoffs() -> None:
+    rig = Rig({**H_BRIDGE, "standby": STANDBY})
+    assert rig.bindings["left_motor"].cutoffs(rig.host) == ()
+
+
+@pytest.mark.parametrize(
+    "board, wires",
+    [
+        ({**WITH_PWM, "enable": ENABLE, "standby": STANDBY}, "forward 17, backward 27, pwm 13, enable 12, standby 22"),
+        ({**PHASE_ENABLE, "standby": STANDBY}, "enable 17, phase 27, standby 22"),
+    ],
+)
+def test_every_wire_has_its_gpio_and_only_standby_may_be_shared(board: Board, wires: str) -> None:
+    (binding,) = bind_devices(rover({"left_motor": board}), "raspberrypi", ["left_motor"])
+    assert ", ".join(f"{wire.signal} {wire.where}" for wire in binding.connections) == wires
+    assert [wire.signal for wire in binding.connections if wire.is_shared] == ["standby"]
+
+
+def bind(**sections: Board) -> RobotDescription:
+    """Bind the rover with these tables, and return it."""
+    shipped = load_robot("rover")
+    robot = shipped.model_copy(update={"backends": {"raspberrypi": {**shipped.backends["raspberrypi"], **sections}}})
+    bind_devices(robot, "raspberrypi")
+    return robot
+
+
+@pytest.mark.parametrize(
+    "board, is_warned",
+    [
+        ({**H_BRIDGE, "forward": 9}, False),
+        ({**H_BRIDGE, "forward": 8}, True),
+        ({**H_BRIDGE, "standby": 4}, True),
+        ({**H_BRIDGE, "forward": 8, "standby": 22}, False),
+        ({**WITH_PWM, "forward": 8}, False),
+        ({**WITH_PWM, "pwm": 8}, True),
+        ({**PHASE_ENABLE, "phase": 2}, False),
+    ],
+)
+def test_a_line_that_is_pulled_up_and_turns_the_motor_while_the_pi_starts_has_a_warning(
+    board: Board, is_warned: bool
+) -> None:
+    robot = rover({"left_motor": board})
+    (binding,) = bind_devices(robot, "raspberrypi", ["left_motor"])
+    assert any("are pulled up" in note for note in binding.notes) is is_warned
+    assert bool(binding.warnings) is is_warned
+
+
+def test_a_check_warns_of_a_line_that_is_pulled_up_while_the_pi_starts(check_text: CheckText) -> None:
+    backend = RaspberryPiBackend()
+    (warning,) = backend.warnings(bind(left_motor={**H_BRIDGE, "forward": 8}))
+    check_text(warning)
+    assert backend.warnings(load_robot("rover")) == []
+
+
+@pytest.mark.parametrize(
+    "board, key, kind",
+    [
+        ({**H_BRIDGE, "forward": 2}, "", ""),
+        ({**H_BRIDGE, "enable": 2}, "", ""),
+        ({**H_BRIDGE, "standby": 3}, "", ""),
+        ({**WITH_PWM, "pwm": 3}, "", ""),
+        ({**PHASE_ENABLE, "enable": 2}, "", ""),
+        ({**H_BRIDGE, "model": {**MODEL, "forward_rad_s": 11.0}}, "", ""),
+        ({**H_BRIDGE, "model": {**MODEL, "max_duty": 0.5}}, "", ""),
+        ({**H_BRIDGE, "frequency_hz": 50, "control": {"period_s": 0.01}}, "", ""),
+        ({**H_BRIDGE, "model": {**MODEL, "dead_bnd": 0.1}}, ".model.dead_bnd", "unknown-key"),
+        ({"driver": "h-bridge", "forward": 17, "backward": 27}, ".model", "missing-key"),
+        ({**WITH_PWM, "pwm": FORWARD}, ".pwm", ""),
+    ],
+)
+def test_a_mistake_in_a_motor_s_table_is_reported_with_its_key(
+    board: Board, key: str, kind: str, raises: Raises
+) -> None:
+    with raises(DescriptionError, kind, key=f"raspberrypi.left_motor{key}"):
+        bind(left_motor=board)
+
+
+def test_an_enable_line_of_two_motors_may_be_their_standby(raises: Raises) -> None:
+    left = {**H_BRIDGE, "enable": 22}
+    with raises(DescriptionError, key="raspberrypi.right_motor.enable"):
+        bind(left_motor=left, right_motor={**left, "forward": 23, "backward": 24})
