@@ -26,15 +26,7 @@ SECTION = "raspberrypi"
 
 
 class RaspberryPiOptions(StrictModel):
-    """The options of the backend `raspberrypi`.
-
-    >>> RaspberryPiOptions(pin_factory="lgpio").pin_factory
-    'lgpio'
-    """
-
-    pin_factory: str | None = None
-    """The name of gpiozero's pin library. None means the value of the environment variable GPIOZERO_PIN_FACTORY, or
-    else lgpio. Only lgpio is supported."""
+    """The options of the backend. It has none."""
 
 
 class RaspberryPiBackend(Backend):
@@ -87,7 +79,7 @@ class RaspberryPiBackend(Backend):
         return static_cutoffs(setup.robot, self.bind(setup.robot, setup.devices))
 
     def open(self, setup: Setup) -> Robot:
-        options = setup.options_as(RaspberryPiOptions)
+        setup.options_as(RaspberryPiOptions)
         self.bind(setup.robot, setup.devices)  # a mistake in the file raises before any device is opened
-        pins = open_pins(options.pin_factory)
+        pins = open_pins()
         return open_robot(setup, SECTION, MonotonicClock(), pins=pins, release=pins.close)

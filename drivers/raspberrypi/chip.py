@@ -90,29 +90,27 @@ def find_holder(gpio: int, root: Path = _ROOT) -> str:
     any GPIO line open, after the word ``perhaps``. If a kernel driver holds the line, the result has the line's label.
     Only root can find the processes of other users.
     """
-    chip = (
-        (root / f"dev/gpiochip{find_chip_number(root)}").resolve().name
-    )  # gpiochip4 of a Pi 5 may be a link to gpiochip0
+    chip = (root / f"dev/gpiochip{find_chip_number(root)}").resolve().name  # a Pi 5's gpiochip4 may be a link
     handles = list(_list_handles(root / "proc"))
-    if holders := _join(process for process, info in handles if _holds_line(info, chip, gpio)):
+    line = f"{_CHIP_KEY} {chip}", f"{_LINE_KEY} {gpio}"
+    if holders := _join(process for process, info in handles if {*line} <= set(info)):
         return holders
     this = f"process {os.getpid()} ("
-    suspects = _join(process for process, info in handles if _LINE_KEY not in info and not process.startswith(this))
+    suspects = _join(
+        process
+        for process, info in handles
+        if not any(line.startswith(_LINE_KEY) for line in info) and not process.startswith(this)
+    )
     holder = f"perhaps {suspects}" if suspects else "an unknown holder"
     return ", as ".join(filter(None, [holder, _read_label(root / "dev" / chip, gpio)]))
 
 
-def _list_handles(proc: Path) -> Iterator[tuple[str, str]]:
+def _list_handles(proc: Path) -> Iterator[tuple[str, list[str]]]:
     for file in list_open_files(proc):
         if file.link.startswith(LINE):
             with suppress(OSError):  # the process may have closed the handle
                 info = (proc / f"{file.process}/fdinfo/{file.number}").read_text()
-                yield describe_process(file.process, proc), info
-
-
-def _holds_line(info: str, chip: str, gpio: int) -> bool:
-    lines = {" ".join(line.split()) for line in info.splitlines()}
-    return f"{_LINE_KEY} {gpio}" in lines and f"{_CHIP_KEY} {chip}" in lines
+                yield describe_process(file.process, proc), [" ".join(line.split()) for line in info.splitlines()]
 
 
 def _join(processes: Iterator[str]) -> str:

@@ -3,24 +3,24 @@
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from threading import Lock
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Protocol
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Generic, Literal, TypeVar
 
 from pydantic import Field
 
 from drivers.raspberrypi.header import Gpio, gpio
 from drivers.raspberrypi.pins import stop_edge_detection, translate_pin_errors
 from robotcore.description import EncoderDescription, RobotDescription, StrictModel
-from robotcore.errors import DeviceError
 from robotcore.hal.clock import Clock
 from robotcore.hal.devices import Angle, Device, Encoder
 from robotcore.hardware import Connection, DeviceDriver, Host, motor_of
 from robotcore.simulation.sampling import SampleCache
 
 if TYPE_CHECKING:
-    from gpiozero import Factory, Pin
+    from gpiozero import Factory, InputDevice
 
 
 LEVELS = (
@@ -53,12 +53,11 @@ class EncoderSettings(StrictModel):
         return description.counts_per_turn * (self.edges_per_cycle if self.counts == "cycles" else 1)
 
 
-class Counter(Protocol):
-    """The interface of a counter of edges. It counts up if the wheel turns forward, and down if it turns backward."""
+class EdgeCounter:
+    """Counts the edges of an encoder: up if the wheel turns forward, and down if it turns backward."""
 
-    @property
-    def edges(self) -> int:
-        """The number of forward edges minus the number of backward edges."""
+    edges: int = 0
+    """The number of forward edges minus the number of backward edges."""
 
 
 class PinEncoder(Encoder):
@@ -67,7 +66,7 @@ class PinEncoder(Encoder):
     An unplugged encoder has no edges, so it cannot be distinguished from a wheel at rest.
     """
 
-    def __init__(self, name: str, clock: Clock, counter: Counter, edges_per_turn: int, opened: ExitStack) -> None:
+    def __init__(self, name: str, clock: Clock, counter: EdgeCounter, edges_per_turn: int, opened: ExitStack) -> None:
         super().__init__(name)
         self._counter, self._opened = counter, opened
         self._edge_rad = math.tau / edges_per_turn
@@ -85,8 +84,43 @@ class PinEncoder(Encoder):
         self._opened.close()
 
 
-def open_input(device: str, number: int, settings: EncoderSettings, pins: Factory, opened: ExitStack) -> Pin:
-    """Open a GPIO as an input, and return its pin; raises DeviceError.
+SettingsT = TypeVar("SettingsT", bound=EncoderSettings)
+OnEdge = Callable[[float, int], None]
+"""A function that receives the tick and the level, 0 or 1, of each edge."""
+
+
+class EncoderDriver(DeviceDriver[EncoderDescription, SettingsT], Generic[SettingsT]):
+    """The base class of the drivers of encoders on GPIOs."""
+
+    described = EncoderDescription
+    modules = ("gpiozero",)
+    supply = ("3.3 V", "ground")
+    remedy = "pip install 'robotcore[pi]'"
+
+    def notes(self, description: EncoderDescription, settings: SettingsT) -> Sequence[str]:
+        return (LEVELS,)
+
+    def open(self, description: EncoderDescription, settings: SettingsT, host: Host) -> Encoder:
+        numbers = [int(wire.where) for wire in self.connections(settings)]
+        with ExitStack() as opened:
+            inputs = [open_input(description.name, number, settings, host.pins, opened) for number in numbers]
+            counter, callbacks = self.build_counter(description, inputs, host)
+            for number, line, on_edge in zip(numbers, inputs, callbacks, strict=True):
+                with translate_pin_errors(description.name, (number,)):
+                    opened.callback(stop_edge_detection, line.pin)
+                    line.pin.when_changed = on_edge  # gpiozero has only a weak reference to the counter
+            edges_per_turn = settings.edges_per_turn(description)
+            return PinEncoder(description.name, host.clock, counter, edges_per_turn, opened.pop_all())
+
+    @abstractmethod
+    def build_counter(
+        self, description: EncoderDescription, inputs: Sequence[InputDevice], host: Host
+    ) -> tuple[EdgeCounter, Sequence[OnEdge]]:
+        """Return a counter, and its functions for the edges of each input."""
+
+
+def open_input(device: str, number: int, settings: EncoderSettings, pins: Factory, opened: ExitStack) -> InputDevice:
+    """Open a GPIO as an input, and return it; raises DeviceError.
 
     device: the encoder's name, for errors.
     number: the GPIO.
@@ -99,17 +133,7 @@ def open_input(device: str, number: int, settings: EncoderSettings, pins: Factor
         line = opened.enter_context(InputDevice(number, pin_factory=pins, **pull))
         line.pin.bounce = settings.bounce_s
         line.pin.edges = "both"
-    return line.pin
-
-
-def detect_edges(device: str, pin: Pin, on_edge: Callable[[float, int], None], opened: ExitStack) -> None:
-    """Call ``on_edge`` with the tick and the level (0 or 1) of every edge of a pin, until ``opened`` is closed.
-
-    The caller must keep the object of the method ``on_edge`` alive, because gpiozero has only a weak reference.
-    """
-    with translate_pin_errors(device, (int(pin.info.name.removeprefix("GPIO")),)):
-        opened.callback(stop_edge_detection, pin)
-        pin.when_changed = on_edge
+    return line
 
 
 class QuadratureSettings(EncoderSettings):
@@ -123,7 +147,7 @@ class QuadratureSettings(EncoderSettings):
     b: Gpio
 
 
-class Quadrature(DeviceDriver[EncoderDescription, QuadratureSettings]):
+class Quadrature(EncoderDriver[QuadratureSettings]):
     """Opens encoders with two channels. All four edges of a cycle are counted.
 
     It does not use gpiozero's RotaryEncoder, which is made for knobs with detents and counts only whole cycles. The
@@ -132,31 +156,20 @@ class Quadrature(DeviceDriver[EncoderDescription, QuadratureSettings]):
 
     name = "quadrature"
     summary = "a wheel's encoder with two channels on GPIOs"
-    described = EncoderDescription
     settings = QuadratureSettings
-    modules = ("gpiozero",)
-    supply = ("3.3 V", "ground")
-    remedy = "pip install 'robotcore[pi]'"
 
     def connections(self, settings: QuadratureSettings) -> Sequence[Connection]:
         return gpio("a", settings.a), gpio("b", settings.b)
 
-    def notes(self, description: EncoderDescription, settings: QuadratureSettings) -> Sequence[str]:
-        return (LEVELS,)
-
-    def open(self, description: EncoderDescription, settings: QuadratureSettings, host: Host) -> Encoder:
-        with ExitStack() as opened:
-            a = open_input(description.name, settings.a, settings, host.pins, opened)
-            b = open_input(description.name, settings.b, settings, host.pins, opened)
-            decoder = QuadratureDecoder(a=bool(a.state), b=bool(b.state))
-            detect_edges(description.name, a, decoder.on_edge_a, opened)
-            detect_edges(description.name, b, decoder.on_edge_b, opened)
-            return PinEncoder(
-                description.name, host.clock, decoder, settings.edges_per_turn(description), opened.pop_all()
-            )
+    def build_counter(
+        self, description: EncoderDescription, inputs: Sequence[InputDevice], host: Host
+    ) -> tuple[QuadratureDecoder, Sequence[OnEdge]]:
+        a, b = (bool(line.pin.state) for line in inputs)
+        decoder = QuadratureDecoder(a=a, b=b)
+        return decoder, (decoder.on_edge_a, decoder.on_edge_b)
 
 
-class QuadratureDecoder:
+class QuadratureDecoder(EdgeCounter):
     """Counts the edges of two channels: up if ``a`` leads, down if ``b`` leads.
 
     It compares the levels before and after each edge. So the error after a missed edge is at most one cycle, and later
@@ -170,7 +183,6 @@ class QuadratureDecoder:
     """
 
     def __init__(self, *, a: bool, b: bool) -> None:
-        self.edges = 0
         self._phase = a << 1 | b
 
     def on_edge_a(self, _tick: float, level: int) -> None:
@@ -201,7 +213,7 @@ class PulsesSettings(EncoderSettings):
     """The GPIO of the channel, whose rising and falling edges are counted."""
 
 
-class Pulses(DeviceDriver[EncoderDescription, PulsesSettings]):
+class Pulses(EncoderDriver[PulsesSettings]):
     """Opens encoders with one channel, which count in the direction of the last command to the wheel's motor.
 
     The count is right while the motor turns the wheel, and while the wheel coasts after a stop. The count is wrong if
@@ -211,18 +223,11 @@ class Pulses(DeviceDriver[EncoderDescription, PulsesSettings]):
 
     name = "pulses"
     summary = "a wheel's encoder with one channel on a GPIO; the motor's command gives the direction"
-    described = EncoderDescription
     settings = PulsesSettings
     aliases = ("slotted", "light-barrier")
-    modules = ("gpiozero",)
-    supply = ("3.3 V", "ground")
-    remedy = "pip install 'robotcore[pi]'"
 
     def connections(self, settings: PulsesSettings) -> Sequence[Connection]:
         return (gpio("gpio", settings.gpio),)
-
-    def notes(self, description: EncoderDescription, settings: PulsesSettings) -> Sequence[str]:
-        return (LEVELS,)
 
     def check(self, description: EncoderDescription, settings: PulsesSettings, robot: RobotDescription) -> None:
         if motor_of(description.name, robot) is None:
@@ -245,43 +250,26 @@ class Pulses(DeviceDriver[EncoderDescription, PulsesSettings]):
                 f"{description.name} needs one; use a quadrature encoder for that wheel"
             )
 
-    def open(self, description: EncoderDescription, settings: PulsesSettings, host: Host) -> Encoder:
-        counter = PulseCounter(description.name, motor_of(description.name, host.robot) or "", host.opened)
-        with ExitStack() as opened:
-            pin = open_input(description.name, settings.gpio, settings, host.pins, opened)
-            detect_edges(description.name, pin, counter.on_edge, opened)
-            return PinEncoder(
-                description.name, host.clock, counter, settings.edges_per_turn(description), opened.pop_all()
-            )
+    def build_counter(
+        self, description: EncoderDescription, inputs: Sequence[InputDevice], host: Host
+    ) -> tuple[PulseCounter, Sequence[OnEdge]]:
+        counter = PulseCounter(motor_of(description.name, host.robot) or "", host.opened)
+        return counter, (counter.on_edge,)
 
 
-class PulseCounter:
+class PulseCounter(EdgeCounter):
     """Counts the edges of one channel in the direction of a motor.
 
     Motors are opened after encoders. So the motor is looked up at each edge, and edges before its opening count as
     forward.
 
-    encoder: the name of the encoder, for errors.
     motor: the name of the motor.
     opened: the open devices of the robot by name.
     """
 
-    def __init__(self, encoder: str, motor: str, opened: Mapping[str, Device]) -> None:
-        self._encoder, self._motor, self._opened = encoder, motor, opened
-        self._edges = 0
-
-    @property
-    def edges(self) -> int:
-        """The number of counted edges; raises DeviceError if the motor reports no direction."""
-        motor = self._opened.get(self._motor)
-        if motor and not hasattr(motor, "direction"):
-            raise DeviceError(
-                self._encoder,
-                f"the driver of {self._motor} reports no direction. Use a quadrature encoder for its wheel",
-                kind="no-direction",
-            )
-        return self._edges
+    def __init__(self, motor: str, opened: Mapping[str, Device]) -> None:
+        self._motor, self._opened = motor, opened
 
     def on_edge(self, _tick: float, _level: int) -> None:
         """Count an edge in the motor's present direction."""
-        self._edges += getattr(self._opened.get(self._motor), "direction", 1)
+        self.edges += getattr(self._opened.get(self._motor), "direction", 1)

@@ -31,7 +31,6 @@ LINE = "anon_inode:gpio-line"
 """The beginning of the link target in /proc/PID/fd of a handle of GPIO lines. Source: Linux,
 drivers/gpio/gpiolib-cdev.c."""
 
-_FILES = Path("/proc/self/fd")
 _LOADING = Lock()
 """Lets only one thread at a time import lgpio. The guardian opens each cutoff in a thread, which imports lgpio."""
 
@@ -61,7 +60,16 @@ def find_chip_number(root: Path = _ROOT) -> int:
     """
     numbers = {driver: number for number, driver in list_chips(root)}
     driver = find_header_driver(root)
-    return _chip_by_rule() if driver is None else numbers[driver]
+    if driver is not None:
+        return numbers[driver]
+    from gpiozero.exc import PinUnknownPi
+    from gpiozero.pins.local import get_pi_revision
+
+    try:
+        is_pi_5 = (get_pi_revision() >> 4) & 0xFF == _PI_5
+    except PinUnknownPi:
+        is_pi_5 = False
+    return 4 if is_pi_5 and Path("/dev/gpiochip4").exists() else 0
 
 
 def find_header_driver(root: Path = _ROOT) -> str | None:
@@ -74,17 +82,6 @@ def list_chips(root: Path) -> Iterator[tuple[int, str]]:
     """Yield the number and the kernel driver of each GPIO chip."""
     for chip in sorted(root.glob("sys/bus/gpio/devices/gpiochip*")):
         yield int(chip.name.removeprefix("gpiochip")), (chip.resolve().parent / "driver").resolve().name
-
-
-def _chip_by_rule() -> int:
-    from gpiozero.exc import PinUnknownPi
-    from gpiozero.pins.local import get_pi_revision
-
-    try:
-        is_pi_5 = (get_pi_revision() >> 4) & 0xFF == _PI_5
-    except PinUnknownPi:
-        is_pi_5 = False
-    return 4 if is_pi_5 and Path("/dev/gpiochip4").exists() else 0
 
 
 @contextmanager
@@ -112,7 +109,7 @@ def release_lines() -> None:
     use that file as its handle.
     """
     nothing = os.open(os.devnull, os.O_RDWR)
-    for file in tuple(_FILES.iterdir()):
+    for file in tuple(Path("/proc/self/fd").iterdir()):
         with suppress(OSError):  # `iterdir` has closed its own handle, which it listed too
             if str(file.readlink()).startswith(LINE):
                 os.dup2(nothing, int(file.name), inheritable=False)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from threading import Event
@@ -10,53 +9,23 @@ from typing import TYPE_CHECKING
 
 from drivers.raspberrypi.chip import AT_THE_DESK, explain_closed_chip, find_holder
 from drivers.raspberrypi.lg import find_chip_number, load
-from robotcore.errors import (
-    BackendError,
-    BackendMissingError,
-    DeviceError,
-    RobotcoreError,
-    UnknownNameError,
-    UsageError,
-)
+from robotcore.errors import BackendError, BackendMissingError, DeviceError, RobotcoreError
 
 if TYPE_CHECKING:
     from gpiozero import Factory, Pin
 
 
-LGPIO = "lgpio"
-OTHERS = ("rpigpio", "pigpio", "native", "mock")
-"""The names of gpiozero's other pin libraries. The first three bypass the kernel, so the kernel cannot report which
-process holds a line. The last one simulates pins."""
-
-_SETTING = "GPIOZERO_PIN_FACTORY"
+_REMEDY = f"On the Pi: sudo apt install python3-lgpio, and a venv made with --system-site-packages. {AT_THE_DESK}"
 
 
-def open_pins(library: str | None = None) -> Factory:
+def open_pins() -> Factory:
     """Return gpiozero's pin factory on lgpio. Its ``close`` frees every line.
 
-    Raises UsageError for any other library, because then the guardian could not stop the motors of an app that hangs.
+    Only lgpio is used, whatever GPIOZERO_PIN_FACTORY says, because lines of other libraries are not the kernel's. Then
+    the guardian could not stop the motors of an app that hangs.
+
     Raises BackendMissingError if lgpio is not installed, and BackendError if this user cannot open the pins.
-
-    library: the name of the library; by default the value of GPIOZERO_PIN_FACTORY, else lgpio.
     """
-    name = library or os.environ.get(_SETTING) or LGPIO
-    if name in OTHERS:
-        raise UsageError(
-            f"pin factory {name!r}: the guardian could not stop the motors if this program hangs. Use lgpio: "
-            f"--option pin_factory=lgpio, or unset {_SETTING}. {AT_THE_DESK}",
-            kind="pin-factory-unsafe",
-            pin_factory=name,
-        )
-    if name != LGPIO:
-        raise UnknownNameError("pin factory", name, [LGPIO])
-    _require_board()
-    try:
-        return _on_lgpio()
-    except ImportError as error:
-        raise BackendMissingError(f"lgpio cannot be used: {error}. {_REMEDY}", kind="lgpio-missing") from error
-
-
-def _require_board() -> None:
     from gpiozero.exc import PinUnknownPi
     from gpiozero.pins.local import get_pi_revision
 
@@ -64,19 +33,16 @@ def _require_board() -> None:
         get_pi_revision()
     except PinUnknownPi as error:
         raise BackendError(f"this is no Raspberry Pi ({error}). {AT_THE_DESK}", kind="no-raspberry-pi") from error
-
-
-def _on_lgpio() -> Factory:
-    lgpio = load()
-    from gpiozero.pins.lgpio import LGPIOFactory
-
     try:
-        return LGPIOFactory(find_chip_number())  # the guardian uses the same number
+        lgpio = load()
+        from gpiozero.pins.lgpio import LGPIOFactory
+    except ImportError as error:
+        raise BackendMissingError(f"lgpio cannot be used: {error}. {_REMEDY}", kind="lgpio-missing") from error
+    number = find_chip_number()
+    try:
+        return LGPIOFactory(number)  # the guardian uses the same number
     except lgpio.error as error:
-        raise BackendError(explain_closed_chip(find_chip_number()), kind="gpio-chip-closed") from error
-
-
-_REMEDY = f"On the Pi: sudo apt install python3-lgpio, and a venv made with --system-site-packages. {AT_THE_DESK}"
+        raise BackendError(explain_closed_chip(number), kind="gpio-chip-closed") from error
 
 
 @contextmanager
@@ -107,22 +73,16 @@ def build_pin_error(device: str, gpios: Sequence[int], error: Exception) -> Devi
 
     where = "GPIO " + ", ".join(map(str, gpios))
     if isinstance(error, GPIOPinInUse):
-        return DeviceError(
-            device,
-            f"{where} is already in use in this program. Close the device that uses it first",
-            kind="gpio-in-use",
-            gpios=tuple(gpios),
-        )
-    if "busy" in str(error).lower():
+        kind = "gpio-in-use"
+        problem = f"{where} is already in use in this program. Close the device that uses it first"
+    elif "busy" in str(error).lower():
+        kind = "gpio-held"
         held = ", ".join(f"GPIO {gpio} is held by {find_holder(gpio)}" for gpio in gpios)
-        return DeviceError(device, f"{held}. End that program first", kind="gpio-held", gpios=tuple(gpios))
-    cause = f"{type(error).__name__}: {error}".removesuffix(": ")
-    return DeviceError(
-        device,
-        f"{where} failed ({cause}). Check the wiring in the robot's file, and run robotcore doctor",
-        kind="gpio-failed",
-        gpios=tuple(gpios),
-    )
+        problem = f"{held}. End that program first"
+    else:
+        kind, cause = "gpio-failed", f"{type(error).__name__}: {error}".removesuffix(": ")
+        problem = f"{where} failed ({cause}). Check the wiring in the robot's file, and run robotcore doctor"
+    return DeviceError(device, problem, kind=kind, gpios=tuple(gpios))
 
 
 _STOP_ATTEMPTS = 100
@@ -136,17 +96,12 @@ def stop_edge_detection(pin: Pin) -> None:
     from its wait for edges. So it is tried several times.
     """
     for _ in range(_STOP_ATTEMPTS):
-        if _try_stop(pin):
+        try:
+            pin.when_changed = None
+        except Exception as error:  # noqa: PERF203  the claim is tried again
+            if "busy" not in str(error).lower():
+                raise
+            Event().wait(_STOP_PAUSE_S)
+        else:
             return
-        Event().wait(_STOP_PAUSE_S)
     pin.when_changed = None
-
-
-def _try_stop(pin: Pin) -> bool:
-    try:
-        pin.when_changed = None
-    except Exception as error:
-        if "busy" not in str(error).lower():
-            raise
-        return False
-    return True

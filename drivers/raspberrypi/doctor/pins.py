@@ -9,7 +9,7 @@ from pathlib import Path
 from drivers.raspberrypi.doctor.board import read_text
 from drivers.raspberrypi.lg import find_header_driver
 from drivers.raspberrypi.pins import open_pins
-from robotcore.errors import BackendError, UsageError
+from robotcore.errors import BackendError
 from robotcore.hal.check_finding import Finding
 from robotcore.hardware import Connection, DeviceBinding
 
@@ -79,7 +79,7 @@ def check_library() -> Iterator[Finding]:
         )
     try:
         open_pins().close()
-    except (BackendError, UsageError) as error:
+    except BackendError as error:
         problem, _, remedy = str(error).partition(". ")
         yield Finding.error(PIN_FACTORY, problem, remedy, kind="pin-factory-fails")
     else:

@@ -47,6 +47,7 @@ def test_the_process_with_a_handle_of_the_line_is_named(processes: Processes) ->
     processes.add(77, "gpioset", handle(4))
     processes.add(1234, "python3", handle(27), handle(16, 17))
     assert find_holder(17, processes.root) == "process 1234 (python3)"
+    assert find_holder(7, processes.root) == "an unknown holder"
 
 
 def test_the_same_line_of_another_chip_is_another_line(processes: Processes) -> None:
@@ -62,11 +63,6 @@ def test_a_chip_with_two_names_is_found_by_its_own(processes: Processes, monkeyp
     monkeypatch.setattr(holders, "find_chip_number", lambda _: 4)
     processes.add(77, "gpioset", handle(17))
     assert find_holder(17, processes.root) == "process 77 (gpioset)"
-
-
-def test_line_17_is_not_line_7(processes: Processes) -> None:
-    processes.add(77, "gpioset", handle(17))
-    assert find_holder(7, processes.root) == "an unknown holder"
 
 
 def test_all_forks_that_share_a_line_are_named(processes: Processes) -> None:
@@ -114,12 +110,6 @@ def test_a_holder_in_the_kernel_has_a_label(processes: Processes, monkeypatch: p
 
     monkeypatch.setattr("fcntl.ioctl", ioctl)
     assert find_holder(8, processes.root) == "an unknown holder, as 'spi0 CS0'"
-
-
-def test_a_file_that_is_no_chip_has_no_holder(processes: Processes) -> None:
-    (processes.root / "dev").mkdir()
-    (processes.root / "dev" / "gpiochip0").touch()
-    assert find_holder(8, processes.root) == "an unknown holder"
 
 
 def test_a_real_process_with_a_handle_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

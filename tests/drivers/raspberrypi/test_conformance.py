@@ -37,7 +37,7 @@ class TestRaspberryPi(ConformanceSuite):
     @pytest.fixture(autouse=True)
     def _use_mock_pins(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.gate = Gate()
-        monkeypatch.setattr(backend, "open_pins", lambda _library: ModulePins(self.gate))
+        monkeypatch.setattr(backend, "open_pins", lambda: ModulePins(self.gate))
 
     def open_gated(self, setup: Setup, gate: Gate) -> Robot:
         self.gate = gate

@@ -13,7 +13,7 @@ from drivers.raspberrypi.header import HEADER, Gpio, build_wiring, find_pads, gp
 from drivers.raspberrypi.motors.boards import HBridge, PhaseEnable
 from drivers.raspberrypi.ranging.ultrasonic_driver import Ultrasonic
 from robotcore.description import StrictModel
-from robotcore.hal.wiring import PadKind, Wire
+from robotcore.hal.wiring import Wire
 from robotcore.hardware import Connection, DeviceDriver
 from tests.drivers.raspberrypi.doctor.trees import SuppliedDriver, binding
 from tests.texts import CheckText
@@ -28,21 +28,6 @@ def test_the_header_equals_gpiozero_s() -> None:
     for pad in HEADER:
         name = theirs.pins[pad.number].name
         assert pad.name == plain.get(name, name.replace("GPIO", "GPIO "))
-
-
-def test_pads_of_power_and_ground_have_their_kinds() -> None:
-    assert find_pads("3.3 V") == (1, 17)
-    assert find_pads("5 V") == (2, 4)
-    assert [pad.number for pad in HEADER if pad.kind is PadKind.GROUND] == [6, 9, 14, 20, 25, 30, 34, 39]
-    assert [pad.name for pad in HEADER if pad.kind is PadKind.RESERVED] == ["ID_SD", "ID_SC"]
-
-
-def test_signals_go_to_the_pads_of_their_gpios() -> None:
-    wiring = build_wiring([binding("nose", gpio("trigger", 16), gpio("echo", 26))])
-    assert [(wire.signal, wire.where, wire.pads) for wire in wiring.wires] == [
-        ("trigger", "GPIO 16", (36,)),
-        ("echo", "GPIO 26", (37,)),
-    ]
 
 
 def test_a_plug_and_an_address_have_no_pad() -> None:
@@ -65,11 +50,6 @@ def test_a_serial_port_on_the_header_uses_two_pins_and_another_port_none(check_t
     check_text("\n".join(f"{name}: {note}" for name, note in wiring.notes))
 
 
-def test_a_reserved_gpio_has_a_pad() -> None:
-    (wire,) = build_wiring([binding("nose", gpio("trigger", 0))]).wires
-    assert (wire.where, wire.pads) == ("GPIO 0", (27,))
-
-
 def test_supply_wires_go_to_the_nearest_free_pads() -> None:
     first = binding("left_encoder", gpio("a", 5), kind=SuppliedDriver)
     second = binding("right_encoder", gpio("a", 6), kind=SuppliedDriver)
@@ -81,11 +61,6 @@ def test_supply_wires_go_to_the_nearest_free_pads() -> None:
     assert wires[5].pads[0] != 30
 
 
-def test_notes_go_with_their_device() -> None:
-    wiring = build_wiring([binding("nose", notes=("mind the voltage", "hold it level")), binding("eye")])
-    assert wiring.notes == (("nose", "mind the voltage"), ("nose", "hold it level"))
-
-
 def test_more_devices_than_pads_share_them() -> None:
     names = ("left_motor", "right_motor", "left_encoder", "right_encoder")
     wires = build_wiring([binding(name, kind=SuppliedDriver) for name in names]).wires
@@ -93,27 +68,20 @@ def test_more_devices_than_pads_share_them() -> None:
     assert sorted(taken) == sorted(2 * find_pads("3.3 V"))
 
 
-@pytest.mark.parametrize("number", [0, 1, 14, 15])
-def test_a_gpio_that_the_pi_itself_uses_has_a_note(number: int, check_text: CheckText) -> None:
-    ((name, note),) = build_wiring([binding("nose", gpio("trigger", number))]).notes
-    assert name == "nose"
+@pytest.mark.parametrize("number, pad", [(0, 27), (15, 10)])
+def test_a_gpio_that_the_pi_itself_uses_has_a_pad_and_a_note(number: int, pad: int, check_text: CheckText) -> None:
+    wiring = build_wiring([binding("nose", gpio("trigger", number), notes=("hold it level",))])
+    assert [wire.pads for wire in wiring.wires] == [(pad,)]
+    own, (name, note) = wiring.notes
+    assert (own, name) == (("nose", "hold it level"), "nose")
     check_text(note)
-
-
-def test_an_ordinary_gpio_has_no_note() -> None:
-    assert build_wiring([binding("nose", gpio("trigger", 16), Connection("address", "I2C", "0"))]).notes == ()
 
 
 class Settings(StrictModel):
     echo: Gpio
 
 
-@pytest.mark.parametrize("number", [0, 27])
-def test_numbers_are_those_of_the_chip(number: int) -> None:
-    assert Settings(echo=number).echo == number
-
-
-@pytest.mark.parametrize("number", [40, 34, 41, -1])
+@pytest.mark.parametrize("number", [40, -1])
 def test_the_number_of_a_pad_in_place_of_a_gpio_is_explained(number: int, check_text: CheckText) -> None:
     with pytest.raises(ValidationError) as raised:
         Settings(echo=number)
@@ -123,37 +91,20 @@ def test_the_number_of_a_pad_in_place_of_a_gpio_is_explained(number: int, check_
 MODEL = {"dead_band": 0.1, "forward_rad_s": 14.0, "backward_rad_s": 14.0}
 
 
-def notes(driver: DeviceDriver[Any, Any], **settings: object) -> str:
-    return " ".join(driver.notes(None, driver.settings.model_validate(settings)))
-
-
-def test_the_note_of_an_ultrasonic_module_protects_the_gpio_of_its_echo(check_text: CheckText) -> None:
-    check_text(notes(Ultrasonic(), trigger=16, echo=26))
-
-
 @pytest.mark.parametrize(
-    "driver, lines",
-    [(HBridge(), {"forward": 17, "backward": 27}), (PhaseEnable(), {"phase": 17, "enable": 27})],
+    "driver, supply, settings",
+    [
+        (Ultrasonic(), ("5 V", "ground"), {"trigger": 16, "echo": 26}),
+        (HBridge(), ("ground",), {"forward": 17, "backward": 27, "model": MODEL, "standby": 22}),
+        (PhaseEnable(), ("ground",), {"phase": 17, "enable": 27, "model": MODEL}),
+        (Quadrature(), ("3.3 V", "ground"), {"a": 5, "b": 6}),
+        (Pulses(), ("3.3 V", "ground"), {"gpio": 5}),
+    ],
+    ids=lambda value: value.name if isinstance(value, DeviceDriver) else "",
 )
-def test_motors_are_never_supplied_by_the_header(
-    driver: DeviceDriver[Any, Any], lines: dict[str, int], check_text: CheckText
+def test_the_notes_and_the_supply_of_a_driver_protect_the_gpios(
+    driver: DeviceDriver[Any, Any], supply: tuple[str, ...], settings: dict[str, Any], check_text: CheckText
 ) -> None:
-    assert driver.supply == ("ground",)
-    check_text(notes(driver, model=MODEL, **lines))
-
-
-def test_a_standby_line_needs_a_pull_down(check_text: CheckText) -> None:
-    check_text(notes(HBridge(), forward=17, backward=27, model=MODEL, standby=22))
-
-
-@pytest.mark.parametrize("driver, lines", [(Quadrature(), {"a": 5, "b": 6}), (Pulses(), {"gpio": 5})])
-def test_encoders_are_supplied_with_the_voltage_of_the_pins(
-    driver: DeviceDriver[Any, Any], lines: dict[str, int], check_text: CheckText
-) -> None:
-    assert driver.supply == ("3.3 V", "ground")
-    check_text(notes(driver, **lines))
-
-
-@pytest.mark.parametrize("driver", [HBridge(), PhaseEnable(), Ultrasonic(), Quadrature(), Pulses()])
-def test_every_supply_is_on_the_header(driver: DeviceDriver[Any, Any]) -> None:
+    assert driver.supply == supply
     assert all(find_pads(name) for name in driver.supply)
+    check_text(" ".join(driver.notes(None, driver.settings.model_validate(settings))))

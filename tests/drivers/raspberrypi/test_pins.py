@@ -18,10 +18,7 @@ from robotcore.errors import (
     BackendMissingError,
     DeviceClosedError,
     DeviceError,
-    UnknownNameError,
-    UsageError,
 )
-from robotcore.hal.backend import load_backend
 from tests.drivers.raspberrypi.lines import Lines
 from tests.drivers.raspberrypi.lines import lgpio as ours
 from tests.texts import CheckText, Raises
@@ -34,7 +31,7 @@ def _import_lgpio_double(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let gpiozero import the double of lgpio in each test, as on a Pi."""
     monkeypatch.setitem(sys.modules, "lgpio", ours)
     monkeypatch.delitem(sys.modules, "gpiozero.pins.lgpio", raising=False)
-    monkeypatch.delenv("GPIOZERO_PIN_FACTORY", raising=False)
+    monkeypatch.setenv("GPIOZERO_PIN_FACTORY", "pigpio")
     monkeypatch.setattr("gpiozero.pins.local.get_pi_revision", lambda: PI_3)
 
 
@@ -59,7 +56,9 @@ def pins(lines: Lines) -> Iterator[Any]:
     made.close()
 
 
-def test_closing_frees_every_line(lines: Lines, pins: Any, other: Chip) -> None:
+def test_the_pins_are_lgpio_s_whatever_gpiozero_s_variable_says_and_closing_frees_every_line(
+    lines: Lines, pins: Any, other: Chip
+) -> None:
     from gpiozero import PWMLED
 
     lamp = PWMLED(17, pin_factory=pins)
@@ -93,20 +92,6 @@ def test_a_line_that_two_devices_of_a_program_use_is_reported(pins: Any, raises:
         LED(17, pin_factory=pins)
 
 
-@pytest.mark.parametrize("name", ["rpigpio", "pigpio", "native", "mock"])
-def test_a_library_whose_lines_no_other_process_could_take_is_refused(
-    name: str, monkeypatch: pytest.MonkeyPatch, raises: Raises
-) -> None:
-    monkeypatch.setenv("GPIOZERO_PIN_FACTORY", name)
-    with raises(UsageError, "pin-factory-unsafe"):
-        open_pins()
-
-
-def test_the_option_overrides_gpiozero_s_setting(lines: Lines, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("GPIOZERO_PIN_FACTORY", "pigpio")
-    open_pins("lgpio").close()
-
-
 def test_the_pins_are_on_the_same_chip_as_the_guardian_s_lines(lines: Lines, monkeypatch: pytest.MonkeyPatch) -> None:
     """Without the number, gpiozero may choose another chip."""
     for module in ("pins", "chip"):
@@ -120,24 +105,15 @@ def test_the_pins_are_on_the_same_chip_as_the_guardian_s_lines(lines: Lines, mon
     pins.close()
 
 
-def test_an_unknown_library_is_reported(raises: Raises) -> None:
-    with raises(UnknownNameError, "unknown-pin-factory"):
-        open_pins("lgpoi")
-
-
-def test_a_missing_lgpio_is_reported_with_the_command_that_installs_it(
-    monkeypatch: pytest.MonkeyPatch, raises: Raises
+@pytest.mark.parametrize("is_missing", [True, False])
+def test_a_missing_or_empty_lgpio_is_reported_with_the_command_that_installs_it(
+    *, is_missing: bool, monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:
-    monkeypatch.delitem(sys.modules, "lgpio")
-    monkeypatch.setattr(sys, "path", [])
-    with raises(BackendMissingError, "lgpio-missing"):
-        open_pins()
-
-
-def test_an_empty_lgpio_is_reported_with_the_command_that_replaces_it(
-    monkeypatch: pytest.MonkeyPatch, raises: Raises
-) -> None:
-    monkeypatch.setitem(sys.modules, "lgpio", ModuleType("lgpio"))
+    if is_missing:
+        monkeypatch.delitem(sys.modules, "lgpio")
+        monkeypatch.setattr(sys, "path", [])
+    else:
+        monkeypatch.setitem(sys.modules, "lgpio", ModuleType("lgpio"))
     with raises(BackendMissingError, "lgpio-missing"):
         open_pins()
 
@@ -167,17 +143,6 @@ def test_a_chip_that_cannot_be_opened_is_reported_with_a_remedy(
     monkeypatch.setattr("os.access", lambda *_: is_allowed)
     with raises(BackendError, "gpio-chip-closed"):
         open_pins()
-
-
-def test_the_remedy_of_a_missing_backend_names_virtualpi(check_text: CheckText) -> None:
-    check_text(load_backend("raspberrypi").remedy)
-
-
-def test_a_busy_gpio_is_reported_with_its_holder(monkeypatch: pytest.MonkeyPatch, raises: Raises) -> None:
-    monkeypatch.setattr("drivers.raspberrypi.pins.find_holder", lambda gpio: f"process {1000 + gpio} (python3)")
-    with raises(DeviceError, "gpio-held", gpios=(17,)) as raised, translate_pin_errors("left_motor", (17,)):
-        raise LgpioError("GPIO busy")
-    assert isinstance(raised.value.__cause__, LgpioError)
 
 
 def test_any_other_failure_is_reported_with_the_gpios_the_cause_and_a_remedy(check_text: CheckText) -> None:

@@ -29,6 +29,6 @@ def chip() -> Iterator[Chip]:
 def pins(chip: Chip) -> Iterator[Any]:
     from drivers.raspberrypi.pins import open_pins
 
-    factory = open_pins("lgpio")
+    factory = open_pins()
     yield factory
     factory.close()

@@ -8,7 +8,6 @@ import pytest
 
 from drivers.raspberrypi.doctor import pins as module
 from drivers.raspberrypi.doctor.pins import check_library, find_version
-from drivers.raspberrypi.pins import open_pins
 from robotcore.errors import BackendMissingError
 from robotcore.hal.check_finding import Level
 from tests.drivers.raspberrypi.doctor.conftest import CheckFindings
@@ -47,16 +46,6 @@ def test_the_library_is_reported_with_its_version_and_closed(versions: Versions,
 def test_the_empty_lgpio_of_pip_is_an_error(versions: Versions, check_findings: CheckFindings) -> None:
     versions(lgpio="0.0.0.2", gpiozero="2.0.1")
     check_findings(check_library(), "lgpio-stub")
-
-
-@pytest.mark.parametrize("name", ["mock", "rpigpio"])
-def test_a_library_that_no_run_would_take_is_an_error(
-    versions: Versions, monkeypatch: pytest.MonkeyPatch, name: str, check_findings: CheckFindings
-) -> None:
-    versions(gpiozero="2.0.1")
-    monkeypatch.setattr(module, "open_pins", open_pins)
-    monkeypatch.setenv("GPIOZERO_PIN_FACTORY", name)
-    check_findings(check_library(), "pin-factory-fails")
 
 
 def test_a_library_that_is_missing_is_an_error_with_its_remedy(

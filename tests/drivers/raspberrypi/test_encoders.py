@@ -1,0 +1,256 @@
+"""Encoders on mock pins: with two channels, and with one."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Mapping
+from contextlib import ExitStack
+from typing import Any
+
+import pytest
+from gpiozero import InputDevice, OutputDevice
+from gpiozero.exc import PinEdgeDetectUnsupported
+from gpiozero.pins.mock import MockFactory, MockPWMPin
+from hypothesis import given
+from hypothesis import strategies as st
+
+from drivers.raspberrypi.encoders import EdgeCounter, PinEncoder, QuadratureDecoder
+from robotcore.errors import DescriptionError, DeviceClosedError, DeviceError
+from robotcore.hal.clock import SteppedClock
+from robotcore.hal.devices import Angle, Device, Encoder
+from robotcore.hal.wall_clock import MonotonicClock
+from robotcore.hardware import Host, bind_devices, open_devices
+from tests.drivers.raspberrypi.motors.rig import Rig, rover
+from tests.texts import Raises
+
+A, B = 5, 6
+QUADRATURE = {"driver": "quadrature", "a": A, "b": B}
+PULSES = {"driver": "pulses", "gpio": A}
+PHASES = ((0, 0), (1, 0), (1, 1), (0, 1))
+"""The levels of a and b after each forward edge."""
+
+TURN = 24
+"""The described counts in a turn."""
+
+EDGE = math.tau / TURN / 4
+
+
+class Wires:
+    """The left encoder of a rover, open on mock pins, which a test turns edge by edge."""
+
+    def __init__(
+        self, section: Mapping[str, Any] = QUADRATURE, pins: Any = None, opened: dict[str, Device] | None = None
+    ) -> None:
+        self.pins = pins or MockFactory(pin_class=MockPWMPin)
+        self.clock = SteppedClock(50.0, lambda steps: None)
+        self.opened = {} if opened is None else opened
+        robot = rover({"left_encoder": section}, TURN)
+        open_devices(
+            bind_devices(robot, "raspberrypi", ["left_encoder"]),
+            Host(robot, self.clock, self.pins, self.opened),
+            self.opened,
+        )
+
+    @property
+    def encoder(self) -> Encoder:
+        encoder = self.opened["left_encoder"]
+        assert isinstance(encoder, Encoder)
+        return encoder
+
+    def angle(self) -> float:
+        """Return the angle at the next instant, in rad."""
+        self.clock.sleep_until(self.clock.now() + self.clock.step)
+        return self.encoder.read().angle
+
+    def set(self, number: int, is_high: int) -> None:
+        pin = self.pins.pin(number)
+        pin.drive_high() if is_high else pin.drive_low()
+
+    def turn(self, edges: int, start: int = 2) -> None:
+        """Turn by this many edges of two channels, by default from the position with both channels high."""
+        sign = 1 if edges > 0 else -1
+        for edge in range(start + sign, start + edges + sign, sign):
+            for number, level in zip((A, B), PHASES[edge % 4], strict=True):
+                self.set(number, level)
+
+    def pulse(self, cycles: int) -> None:
+        """Turn by this many cycles of one channel."""
+        for _ in range(cycles):
+            self.set(A, 0)
+            self.set(A, 1)
+
+
+@pytest.mark.parametrize(
+    "changed, edges, angle",
+    [
+        ({}, 4 * TURN, math.tau),
+        ({}, -4 * TURN, -math.tau),
+        ({"counts": "edges"}, TURN, math.tau),
+        ({"a": B, "b": A}, 4 * TURN, -math.tau),
+        *(({}, edges, edges * EDGE) for edges in (1, 2, 3, 5)),
+    ],
+)
+def test_every_edge_of_two_channels_counts_with_its_direction(
+    changed: dict[str, Any], edges: int, angle: float
+) -> None:
+    wires = Wires({**QUADRATURE, **changed})
+    wires.turn(edges)
+    assert wires.angle() == pytest.approx(angle)
+
+
+@pytest.mark.parametrize("start", range(4))
+def test_the_angle_begins_at_zero_at_every_position_of_the_wheel(start: int) -> None:
+    pins = MockFactory(pin_class=MockPWMPin)
+    for number, level in zip((A, B), PHASES[start], strict=True):
+        pins.pin(number).drive_high() if level else pins.pin(number).drive_low()
+    wires = Wires({**QUADRATURE, "pull_up": False}, pins)
+    assert wires.angle() == 0
+    wires.turn(1, start)
+    assert wires.angle() == pytest.approx(EDGE)
+
+
+def test_a_wheel_that_trembles_at_an_edge_does_not_drift() -> None:
+    wires = Wires()
+    for _ in range(10):
+        wires.set(A, 0)
+        wires.set(A, 1)
+    assert wires.angle() == 0
+
+
+@given(st.lists(st.sampled_from([1, -1]), max_size=200))
+def test_the_count_is_the_sum_of_all_steps(steps: list[int]) -> None:
+    decoder, phase = QuadratureDecoder(a=False, b=False), 0
+    for step in steps:
+        phase += step
+        decoder.on_edge_a(0.0, PHASES[phase % 4][0])
+        decoder.on_edge_b(0.0, PHASES[phase % 4][1])
+    assert decoder.edges == sum(steps)
+
+
+@given(st.integers(0, 40))
+def test_a_missed_edge_costs_at_most_a_cycle(missed: int) -> None:
+    decoder = QuadratureDecoder(a=False, b=False)
+    for edge in range(1, 101):
+        a, b = PHASES[edge % 4]
+        if edge != missed:
+            decoder.on_edge_a(0.0, a) if edge % 2 else decoder.on_edge_b(0.0, b)
+        if edge == missed + 4:
+            since = decoder.edges
+    assert abs(decoder.edges - 100) <= 4
+    assert decoder.edges - since == 100 - missed - 4
+
+
+def test_a_sample_is_made_by_reading_and_once_at_each_time() -> None:
+    wires = Wires()
+    first = wires.encoder.read()
+    wires.turn(1)
+    assert wires.encoder.read() is first
+    wires.clock.sleep_until(0.5)
+    second = wires.encoder.read()
+    assert (second.time, second.sequence) == (0.5, 1)
+    assert second.angle > first.angle == 0
+
+
+@pytest.mark.parametrize("pull_up, pull", [(True, "up"), (False, "floating")])
+def test_the_pull_up_and_the_debounce_time_follow_the_settings(pull_up: bool, pull: str) -> None:
+    wires = Wires({**QUADRATURE, "pull_up": pull_up, "bounce_s": 0.002})
+    pins = [wires.pins.pin(number) for number in (A, B)]
+    assert [(pin.pull, pin.bounce) for pin in pins] == [(pull, 0.002)] * 2
+
+
+class LateEdgePin(MockPWMPin):  # type: ignore[misc]  # gpiozero has no types
+    """A pin that reports edges after its closing, as lgpio's does, unless edge detection is stopped."""
+
+    def close(self) -> None:
+        self.function = "input"
+
+
+def test_closing_frees_the_pins_and_stops_counting() -> None:
+    wires = Wires(QUADRATURE, MockFactory(pin_class=LateEdgePin))
+    wires.encoder.close()
+    for number in (A, B):
+        assert wires.pins.pin(number).when_changed is None
+        InputDevice(number, pin_factory=wires.pins).close()
+    with pytest.raises(DeviceClosedError):
+        wires.encoder.read()
+
+
+@pytest.mark.parametrize("taken, other", [(A, B), (B, A)])
+def test_a_pin_in_use_is_reported_and_the_other_is_freed(taken: int, other: int, raises: Raises) -> None:
+    pins = MockFactory(pin_class=MockPWMPin)
+    with OutputDevice(taken, pin_factory=pins):
+        with raises(DeviceError, "gpio-in-use"):
+            Wires(QUADRATURE, pins)
+        InputDevice(other, pin_factory=pins).close()
+
+
+class PinWithoutEdgeDetection(MockPWMPin):  # type: ignore[misc]  # gpiozero has no types
+    def _enable_event_detect(self) -> None:
+        raise PinEdgeDetectUnsupported("no edges here")
+
+
+def test_a_pin_without_edge_detection_is_reported_and_both_are_freed(raises: Raises) -> None:
+    pins = MockFactory(pin_class=PinWithoutEdgeDetection)
+    with raises(DeviceError, "gpio-failed"):
+        Wires(QUADRATURE, pins)
+    for number in (A, B):
+        InputDevice(number, pin_factory=pins).close()
+
+
+def test_a_pull_that_a_pin_cannot_have_is_reported_with_a_remedy(raises: Raises) -> None:
+    with raises(DeviceError, "gpio-failed"):
+        Wires({**QUADRATURE, "a": 2, "pull_up": False})
+
+
+class SlowCounter(EdgeCounter):
+    """A counter whose first reading blocks."""
+
+    def __init__(self) -> None:
+        self.is_read, self.release = threading.Event(), threading.Event()
+
+    @property
+    def edges(self) -> int:  # type: ignore[override]
+        if not self.is_read.is_set():
+            self.is_read.set()
+            self.release.wait(10.0)
+        return 0
+
+
+def test_threads_that_read_at_once_get_samples_of_one_row() -> None:
+    clock, counter, samples = MonotonicClock(), SlowCounter(), list[Angle]()
+    encoder = PinEncoder("left_encoder", clock, counter, 4, ExitStack())
+    threads = [threading.Thread(target=lambda: samples.append(encoder.read())) for _ in range(2)]
+    threads[0].start()
+    assert counter.is_read.wait(10.0)
+    threads[1].start()
+    threads[1].join(0.05)  # enough for a thread that is not blocked
+    counter.release.set()
+    for thread in threads:
+        thread.join(10.0)
+    clock.close()
+    assert [sample.sequence for sample in sorted(samples, key=lambda sample: sample.time)] == [0, 1]
+
+
+@pytest.mark.parametrize("counts, turns", [("cycles", 1), ("edges", 2)])
+def test_every_edge_of_one_channel_counts(counts: str, turns: int) -> None:
+    wires = Wires({**PULSES, "counts": counts})
+    wires.pulse(TURN)
+    assert wires.angle() == pytest.approx(turns * math.tau)
+
+
+def test_one_channel_counts_in_the_direction_of_the_motor_s_last_command() -> None:
+    wires, rig = Wires(PULSES), Rig()
+    wires.opened["left_motor"] = rig.motor  # motors are opened after encoders
+    angles = []
+    for command in (-3.0, 3.0, 0.0, -3.0):  # a stopped wheel coasts
+        rig.motor.set_velocity(command)
+        wires.pulse(1)
+        angles.append(wires.angle())
+    assert angles == pytest.approx([-4 * EDGE, 0, 4 * EDGE, 0])
+
+
+def test_an_encoder_with_one_channel_on_no_wheel_of_the_drive_is_refused(raises: Raises) -> None:
+    robot = rover({"left_encoder": PULSES}).model_copy(update={"drive": None})
+    with raises(DescriptionError):
+        bind_devices(robot, "raspberrypi", ["left_encoder"])
