@@ -9,7 +9,7 @@ import click
 
 from robotcore.cli.options import connection_options, merge_options
 from robotcore.cli.output import write_line
-from robotcore.errors import BackendError, UsageError
+from robotcore.errors import BackendError, BackendMissingError, UsageError
 
 if TYPE_CHECKING:
     from robotcore.hal.backend import Backend, Setup
@@ -73,6 +73,7 @@ def _stop_robot_of_project() -> int:
 
     from robotcore.deploy.project import FILE, read_tables
     from robotcore.description import is_own
+    from robotcore.hal.backend import load_backend
 
     folder = Path.cwd()
     table = read_tables(folder).robotcore
@@ -84,7 +85,17 @@ def _stop_robot_of_project() -> int:
             kind="nothing-runs",
         )
     name = table.deploy.backend
-    status = _stop(name, str(folder / table.robot) if is_own(table.robot) else table.robot, table.deploy.options)
+    robot = str(folder / table.robot) if is_own(table.robot) else table.robot
+    try:
+        status = _stop(name, robot, table.deploy.options)
+    except BackendError as error:
+        if "ModuleNotFoundError" not in str(error) or load_backend(name).is_native_host:
+            raise
+        raise BackendMissingError(
+            f"you have no run that drives a robot on this machine, and it cannot reach the motors of {table.robot}, "
+            f"the robot of {FILE}: libraries of the backend {name!r} are not installed here. To stop a robot that you "
+            "deployed to: robotcore deploy stop HOST"
+        ) from error
     write_line(
         f"You have no run that drives a robot on this machine, so the robot of {FILE} was stopped: {table.robot} on "
         f"{name}. To stop a robot that you deployed to: robotcore deploy stop HOST"

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 from subprocess import CompletedProcess
-from typing import Generic, TypeVar
+from typing import TypeVar
 
-from robotcore.deploy.progress import OnStep, ReportText, begin_step
+from robotcore.deploy.progress import OnStep, Report, Step
 from robotcore.deploy.project import Project
 from robotcore.deploy.staging import list_files
 from robotcore.description import RobotDescription, load_world
@@ -44,16 +44,14 @@ def run_python(
     environment: Mapping[str, str] | None = None,
     *,
     limit_s: float,
-    on_poll: Callable[[], object] = lambda: None,
+    on_poll: Callable[[], object] | None = None,
 ) -> subprocess.CompletedProcess[str]:
     """Run this Python in a process with an empty stdin, and return its exit status and output.
-
-    After a time-out or another exception, the process is killed.
 
     folder: the working folder; None for the current folder.
     arguments: the command-line arguments of Python.
     environment: environment variables that override those of this process.
-    limit_s: the time limit in s. After it, TimeoutError is raised.
+    limit_s: the time limit in s. After it, the process is killed, and TimeoutError is raised.
     on_poll: this function is called every `POLL_S` while the process runs.
     """
     clock = MonotonicClock()
@@ -72,11 +70,10 @@ def run_python(
                 with suppress(subprocess.TimeoutExpired):
                     out, err = process.communicate(timeout=min(POLL_S, limit_s))
                     return subprocess.CompletedProcess(process.args, process.returncode, out, err)
-                on_poll()
-        except BaseException:
+                if on_poll:
+                    on_poll()
+        finally:
             process.kill()
-            raise
-        process.kill()
     raise TimeoutError(f"did not end within {limit_s:g} s")
 
 
@@ -107,7 +104,7 @@ _COUNTS = re.compile(r"^=* ?(\d+ [a-z]+(?:, \d+ [a-z]+)*) in [\d.]+s", re.MULTIL
 _FAILURES = re.compile(r"^(?:FAILED|ERROR) .*", re.MULTILINE)
 
 
-def run_tests(project: Project, report_text: ReportText) -> CheckResult:
+def run_tests(project: Project, report: Report) -> CheckResult:
     """Run the project's tests in the user's folder, because they may need files that are not sent.
 
     Raises UnprovenError if a test fails or pytest is missing.
@@ -123,7 +120,7 @@ def run_tests(project: Project, report_text: ReportText) -> CheckResult:
             "tests: pytest is not installed. Run pip install pytest, or skip all checks: --skip-checks",
             kind="no-pytest",
         )
-    report_text("pytest")
+    report("pytest")
     try:
         process = run_python(project.folder, ["-m", "pytest", "-q", "--color=no"], limit_s=LIMIT_S)
     except TimeoutError as error:
@@ -156,14 +153,14 @@ def _format_failures(process: CompletedProcess[str]) -> str:
     return "\n  ".join((counts, *lines))
 
 
-def check_descriptions(project: Project, report_text: ReportText) -> CheckResult:
+def check_descriptions(project: Project, report: Report) -> CheckResult:
     """Check the description files of the robot and the world, and return their warnings.
 
     Raises UnprovenError, whose message lists every mistake.
     """
     warnings: list[str] = []
     for name in filter(None, (project.robot, project.world)):
-        report_text(escape(name))
+        report(escape(name))
         try:
             warnings += _check_description(project, name)
         except DescriptionError as error:
@@ -191,43 +188,15 @@ def _list_warnings(robot: RobotDescription, backend: str) -> Iterator[str]:
         yield f"[{backend}] was not checked: {error}"
 
 
+NAMES = ("tests", "check", "simulation")
+"""The names of all checks, in the order in which they run."""
+
 SubjectT = TypeVar("SubjectT")
 
 
-@dataclass(frozen=True)
-class PushCheck(Generic[SubjectT]):
-    """A check of a project or of a bundle before a push."""
-
-    name: str
-    run: Callable[[SubjectT, ReportText], CheckResult]
-    """The function that runs the check and reports its progress.
-
-    It raises UnprovenError if the check fails, and another RobotcoreError if it cannot run the check.
-    """
-
-
-CHECKS_OF_PROJECT = (PushCheck[Project]("tests", run_tests), PushCheck[Project]("check", check_descriptions))
-"""The checks that run in the user's folder before the bundle is built."""
-
-SIMULATION = "simulation"
-"""The name of the check in `robotcore.deploy.simulation`."""
-
-NAMES = (*(check.name for check in CHECKS_OF_PROJECT), SIMULATION)
-"""The names of all checks, in the order in which they run."""
-
-
-def run_checks(checks: Sequence[PushCheck[SubjectT]], subject: SubjectT, on_step: OnStep) -> tuple[str, ...]:
-    """Run the checks. Return a line for each result, such as ``tests: 12 passed``, for the release's manifest."""
-    lines = []
-    for check in checks:
-        step = begin_step(check.name, on_step)
-        result = check.run(subject, step.update)
-        step.finish(result.summary, *result.warnings)
-        lines.append(f"{check.name}: {result.summary}")
-    return tuple(lines)
-
-
-def skip_checks(on_step: OnStep) -> tuple[str, ...]:
-    """Report that all checks are skipped. Return a line for each, such as ``tests: skipped``, for the manifest."""
-    begin_step("skipped", on_step).finish(", ".join(NAMES))
-    return tuple(f"{name}: skipped" for name in NAMES)
+def run_check(name: str, check: Callable[[SubjectT, Report], CheckResult], subject: SubjectT, on_step: OnStep) -> str:
+    """Run a check, and report its progress. Return a line for the manifest, such as ``tests: 12 passed``."""
+    step = Step(name, on_step)
+    result = check(subject, step.update)
+    step.finish(result.summary, *result.warnings)
+    return f"{name}: {result.summary}"

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import re
-import shlex
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable
 from pathlib import Path
 
-from robotcore.deploy.agent.files import MAKE_ROOM
+from robotcore.deploy.agent.errors import MAKE_ROOM, KnownFailure, explain_known
 from robotcore.deploy.host import RobotAddress
 from robotcore.errors import DeployError
 
@@ -18,57 +16,14 @@ SSH_FAILED = 255
 COMMAND_NOT_FOUND = 127
 """The exit status of a shell that did not find a command."""
 
-BROKEN = "broken"
-"""The kind of a DeployError if the connection broke."""
-
-DAMAGED = "damaged"
-"""The kind of a DeployError if a robot's answer is malformed."""
+BROKEN, DAMAGED = "broken", "damaged"
+"""The kinds of a DeployError if the connection broke, and if a robot's answer is malformed."""
 
 CALL_FAILED, RSYNC_FAILED = "call-failed", "rsync-failed"
 """The kinds of a DeployError if a call or a transfer failed for an unknown reason, such as a broken connection."""
 
 _FILES = {"file", "key"}
-"""The named groups that match a file name on this machine, in the patterns of known failures."""
-
-
-@dataclass(frozen=True)
-class KnownFailure:
-    """A known failure of ssh or rsync, and its error message.
-
-    ``problem`` and ``remedy`` are format strings with these values:
-
-    - ``host``: the robot's address as the user wrote it,
-    - ``login``: the arguments with which ssh reaches the robot,
-    - the text of each named group of ``pattern``. In ``remedy`` it is quoted for a shell.
-    """
-
-    pattern: str
-    """The regular expression that finds the message of ssh or rsync."""
-
-    kind: str
-    """The kind of the DeployError."""
-
-    problem: str
-    """The cause of the failure."""
-
-    remedy: str
-    """What the user can do."""
-
-    def match(self, host: RobotAddress, output: str, folders: Iterable[Path] = (), **more: str) -> DeployError | None:
-        """Return the error if the output contains the known message, else None.
-
-        folders: a file that the message names must lie in one of these. Otherwise a robot could write a message that
-            makes the user delete or change any file.
-        more: further values for the format strings, by name.
-        """
-        found = re.search(self.pattern, output, re.DOTALL | re.MULTILINE)
-        if not found or not all(_is_within(found[name], folders) for name in _FILES & found.re.groupindex.keys()):
-            return None
-        known = {"host": host, "login": _format_login(host), **more}
-        quoted = {name: shlex.quote(group) for name, group in found.groupdict("").items()}
-        problem, remedy = self.problem.format(**found.groupdict(), **known), self.remedy.format(**quoted, **known)
-        return DeployError(f"{host}: {problem}. {remedy}", kind=self.kind)
-
+"""The named groups that match a file name on this machine, in `SSH_FAILURES`."""
 
 SSH_FAILURES = (
     KnownFailure(
@@ -139,7 +94,7 @@ SSH_FAILURES = (
         "Check the user. To install your key on the robot: ssh-copy-id {login}",
     ),
 )
-"""The known failures of ssh before the connection is open. The first one that matches is reported."""
+"""The known failures of ssh before the connection is open. ``host`` is the robot, ``login`` the arguments of ssh."""
 
 RSYNC_FAILURES = (
     KnownFailure(
@@ -167,7 +122,7 @@ RSYNC_FAILURES = (
         "Install rsync 3.1 or newer. On macOS: brew install rsync",
     ),
 )
-"""The known failures of rsync over an open connection. The value ``where`` is the machine that receives the files."""
+"""The known failures of rsync over an open connection. ``where`` is the machine that receives the files."""
 
 
 def explain_missing_program(name: str, package: str) -> DeployError:
@@ -178,26 +133,28 @@ def explain_missing_program(name: str, package: str) -> DeployError:
 def explain_failed_connection(host: RobotAddress, status: int, output: str, config: Path | None = None) -> DeployError:
     """Return the error for a connection that could not be opened.
 
-    The remedy names a file only if it is in ``~/.ssh`` or in the folder of the ssh configuration.
-
     status: ssh's exit status.
     output: the text that ssh or the login shell printed.
     config: the ssh configuration in place of the user's.
     """
-    by_hand = f"Try it by hand: ssh {_format_login(host)}"
-    last = find_last_line(output)
-    if status == SSH_FAILED:
-        folders = [Path.home() / ".ssh", *([config.parent] if config else [])]
-        # the robot chooses the text of this message, and may add lines that look like messages of ssh
-        own = re.sub(r"(?ms)(^Received disconnect from [^\n]*).*", r"\1", output)
-        return _match_failure(SSH_FAILURES, host, own, folders) or DeployError(
-            f"{host}: ssh failed: {last}. {by_hand}", kind="ssh-failed"
+    login, last = _format_login(host), find_last_line(output)
+    if status != SSH_FAILED:
+        return DeployError(
+            f"{host}: the login shell ended with status {status}: {last}. Try it by hand: ssh {login}",
+            kind="login-shell-ended",
+            status=status,
         )
-    return DeployError(
-        f"{host}: the login shell ended with status {status}: {last}. {by_hand}",
-        kind="login-shell-ended",
-        status=status,
-    )
+    folders = [Path.home() / ".ssh", *([config.parent] if config else [])]
+
+    def names_own_file(found: re.Match[str]) -> bool:
+        # a robot could write a message that makes the user delete or change any file
+        return all(_is_within(found[name], folders) for name in _FILES & found.re.groupindex.keys())
+
+    # the robot chooses the text of this message, and may add lines that look like messages of ssh
+    own = re.sub(r"(?ms)(^Received disconnect from [^\n]*).*", r"\1", output)
+    if known := explain_known(SSH_FAILURES, own, names_own_file, host=host, login=login):
+        return DeployError(f"{host}: {known}", kind=known.kind)
+    return DeployError(f"{host}: ssh failed: {last}. Try it by hand: ssh {login}", kind="ssh-failed")
 
 
 def explain_login_timeout(host: RobotAddress, seconds: float) -> DeployError:
@@ -256,36 +213,28 @@ def explain_failed_transfer(host: RobotAddress, status: int, output: str, where:
     output: the text that rsync printed on stderr.
     where: the machine that receives the files.
     """
-    return _match_failure(RSYNC_FAILURES, host, output, where=where) or DeployError(
+    if known := explain_known(RSYNC_FAILURES, output, where=where):
+        return DeployError(f"{host}: {known}", kind=known.kind)
+    return DeployError(
         f"{host}: rsync failed (status {status}): {find_first_line(output)}. The previous files are unchanged",
         kind=RSYNC_FAILED,
         status=status,
     )
 
 
-def find_first_line(output: str) -> str:
-    """Return the first line that is not blank, without its full stop.
-
-    The last line of rsync's output only repeats the exit status.
-    """
-    return next((line.strip() for line in output.splitlines() if line.strip()), "no message").rstrip(".")
-
-
 def find_last_line(output: str) -> str:
     """Return the last line that is not blank, without its full stop."""
-    lines = [line.strip() for line in output.splitlines() if line.strip()]
-    return lines[-1].rstrip(".") if lines else "no message"
+    return find_first_line("\n".join(reversed(output.splitlines())))
+
+
+def find_first_line(output: str) -> str:
+    """Return the first line that is not blank, without its full stop."""
+    return next((line.strip() for line in output.splitlines() if line.strip()), "no message").rstrip(".")
 
 
 def _format_login(host: RobotAddress) -> str:
     port = f"-p {host.port} " if host.port else ""
     return port + (f"{host.user}@{host.name}" if host.user else host.name)
-
-
-def _match_failure(
-    failures: Iterable[KnownFailure], host: RobotAddress, output: str, folders: Sequence[Path] = (), **more: str
-) -> DeployError | None:
-    return next((error for failure in failures if (error := failure.match(host, output, folders, **more))), None)
 
 
 def _is_within(file: str, folders: Iterable[Path]) -> bool:

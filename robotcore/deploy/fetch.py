@@ -10,10 +10,11 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from types import TracebackType
 
+from robotcore.deploy import rsync
 from robotcore.deploy.agent.files import format_bytes, hash_file, measure_free_space, measure_size
-from robotcore.deploy.progress import OnStep, StepReporter, begin_step
+from robotcore.deploy.agent.uploads import delete
+from robotcore.deploy.progress import OnStep, Step
 from robotcore.deploy.robot_answers import EraseAnswer, RecordingsAnswer, RemoteFile
 from robotcore.deploy.rpc import RobotLink
 from robotcore.deploy.rsync import RECORDING
@@ -71,7 +72,7 @@ def fetch(link: RobotLink, folder: Path, on_step: OnStep = print, *, moves: bool
     Raises DeployError if a call or a transfer fails. The recordings copied before stay in the folder.
     Raises UsageError if the folder cannot be written.
     """
-    step = begin_step(STEP, on_step)
+    step = Step(STEP, on_step)
     step.update("listing the recordings")
     there = link.call("recordings", RecordingsAnswer).recordings
     found = _group_files(there, folder)
@@ -96,15 +97,10 @@ def _group_files(files: Sequence[RemoteFile], folder: Path) -> FetchResult:
     return FetchResult(folder, *groups)
 
 
-def _measure_file(path: Path) -> int | None:
-    status = path.lstat()
-    return status.st_size if stat.S_ISREG(status.st_mode) else None
-
-
-def _receive(link: RobotLink, folder: Path, sizes: dict[str, int], step: StepReporter) -> None:
-    incoming = IncomingFiles(folder, sizes)
-    with incoming:
-        link.receive(
+def _receive(link: RobotLink, folder: Path, sizes: dict[str, int], step: Step) -> None:
+    with IncomingFiles(folder, sizes) as incoming:
+        rsync.receive(
+            link,
             sorted(sizes),
             incoming.path,
             partial=incoming.partial,
@@ -120,7 +116,7 @@ def _receive(link: RobotLink, folder: Path, sizes: dict[str, int], step: StepRep
         )
 
 
-def _erase_copied(link: RobotLink, found: FetchResult, step: StepReporter) -> FetchResult:
+def _erase_copied(link: RobotLink, found: FetchResult, step: Step) -> FetchResult:
     names = (*found.fetched, *found.present)
     if not names:
         return found
@@ -170,7 +166,10 @@ class IncomingFiles:
 
     def __init__(self, folder: Path, sizes: Mapping[str, int]) -> None:
         self._folder, self._sizes = folder, sizes
-        self.received: list[str] = []
+        self.partial = folder / PARTIAL
+        """The folder for an incomplete file."""
+        self.missing = sorted(sizes)
+        """The recordings that did not arrive as plain files of the stated size; valid after the ``with`` block."""
 
     def __enter__(self) -> IncomingFiles:
         try:
@@ -184,26 +183,14 @@ class IncomingFiles:
             raise UsageError(f"{problem}. Name another folder: -o DIR", kind="folder-not-writable") from error
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         try:
-            self.received = sorted(name for name in self._sizes if self._move_if_complete(name))
+            self.missing = [name for name in self.missing if not self._move_if_complete(name)]
         finally:
             shutil.rmtree(self.path, ignore_errors=True)
             self._remove_leftovers()
             with suppress(OSError):
                 self.partial.rmdir()
-
-    @property
-    def partial(self) -> Path:
-        """The path of the folder for an incomplete file."""
-        return self._folder / PARTIAL
-
-    @property
-    def missing(self) -> list[str]:
-        """The recordings that did not arrive as plain files of the stated size; valid after the ``with`` block."""
-        return sorted(self._sizes.keys() - {*self.received})
 
     def check_limits(self) -> None:
         """Raise DeployError if the robot sent more bytes than it stated, or if this machine's disk is nearly full."""
@@ -237,16 +224,13 @@ class IncomingFiles:
         if self.partial.is_symlink():
             self.partial.unlink()
         for path in self.partial.iterdir() if self.partial.is_dir() else ():
-            if _is_regular_file(path) and path.lstat().st_size <= self._sizes.get(path.name, -1):
-                continue
-            if path.is_dir() and not path.is_symlink():
-                shutil.rmtree(path)
-            else:
-                path.unlink()
+            size = _measure_file(path)
+            if size is None or size > self._sizes.get(path.name, -1):
+                delete(path)
 
     def _move_if_complete(self, name: str) -> bool:
         file, target = self.path / name, self._folder / name
-        if not _is_regular_file(file) or file.lstat().st_size != self._sizes[name] or os.path.lexists(target):
+        if _measure_file(file) != self._sizes[name] or os.path.lexists(target):
             return False
         with suppress(OSError):  # file systems of Windows have no file modes
             file.chmod(file.lstat().st_mode & 0o644)
@@ -254,9 +238,10 @@ class IncomingFiles:
         return True
 
 
-def _is_regular_file(path: Path) -> bool:
-    # Path.is_file follows links
+def _measure_file(path: Path) -> int | None:
+    """Return the size of a plain file in bytes; None for another kind of file, such as a link."""
     try:
-        return stat.S_ISREG(path.lstat().st_mode)
+        status = path.lstat()
     except OSError:
-        return False
+        return None
+    return status.st_size if stat.S_ISREG(status.st_mode) else None

@@ -5,14 +5,14 @@ The check itself runs on the robot, and goes on if the connection breaks.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from robotcore.deploy.agent.releases import HEALTHY, HEALTHY_WITHIN_S, UNHEALTHY
 from robotcore.deploy.errors import BROKEN
 from robotcore.deploy.host import RobotAddress, command_hint
-from robotcore.deploy.progress import OnStep, StepReporter, begin_step
+from robotcore.deploy.progress import OnStep, Step
 from robotcore.deploy.robot_answers import HealthAnswer, ProgressMessage
 from robotcore.deploy.rpc import RobotLink
 from robotcore.errors import DeployError, UnhealthyError, UsageError
@@ -21,12 +21,6 @@ from robotcore.hal.wall_clock import MonotonicClock
 STEP = "release"
 """The name of the step in progress reports."""
 
-HEALTHY_WITHIN_S = 60.0
-"""The default time limit for the app's first tick, in s.
-
-A Raspberry Pi needs long to import NumPy and OpenCV, and its camera needs time to settle.
-"""
-
 ATTEMPTS, PAUSE_S = 10, 3.0
 """The number of attempts to connect again after the connection broke, and the pause before each attempt, in s."""
 
@@ -34,9 +28,6 @@ ERROR_PREFIX, NO_MODULE = "error: ", "ModuleNotFoundError: "
 """The first is the beginning of an error message of robotcore. The second is in the message if a package is missing."""
 
 RECONNECTING = "the connection broke; connecting again, while the health check continues on the robot"
-
-HEALTHY, UNHEALTHY = "healthy", "unhealthy"
-"""Two outcomes of a health check. See `robotcore.deploy.agent.releases.HEALTHY`."""
 
 UNKNOWN_RELEASE = "name"
 """The kind of a DeployError if the robot has no release of that name."""
@@ -51,7 +42,7 @@ def rollback(host: RobotAddress, ssh_config: Path | None, release: str | None, o
     Raises UsageError if the robot has no release of that name, and the errors of `HealthCheckClient.follow`.
     """
     with RobotLink(host, ssh_config) as link:
-        check = HealthCheckClient(host, ssh_config, begin_step(STEP, on_step))
+        check = HealthCheckClient(host, ssh_config, Step(STEP, on_step))
         try:
             return check.follow(link, "rollback", release=release, healthy_within_s=HEALTHY_WITHIN_S)
         except DeployError as error:
@@ -66,7 +57,7 @@ class HealthCheckClient:
 
     host: RobotAddress
     ssh_config: Path | None
-    step: StepReporter
+    step: Step
     """Reports the progress of the check."""
     release: str | None = None
     """The name of the checked release; None until the robot has chosen it."""
@@ -74,44 +65,42 @@ class HealthCheckClient:
     def follow(self, link: RobotLink, action: str, release: str | None, **arguments: Any) -> str:
         """Make the robot check a release, and report the progress. Return the name of the healthy release.
 
+        If the connection breaks, the method connects again. It needs the release's name to ask for the result.
+
         action: ``activate`` or ``rollback``.
         release: the release's name; None if the robot shall choose the release.
         arguments: the other parameters of the action.
         Raises UnhealthyError if the release is not healthy, and DeployError if the client does not get the result.
         """
         self.release = release
-        try:
-            result = link.call(action, HealthAnswer, on_message=self._show_message, release=release, **arguments)
-        except DeployError as error:
-            if error.kind != BROKEN:
-                raise
-            result = self._reconnect(error, arguments)
+        clock = MonotonicClock()
+        for attempt in range(1 + ATTEMPTS):
+            try:
+                if attempt:
+                    self.step.update(RECONNECTING)
+                    clock.sleep_until(clock.now() + PAUSE_S)
+                    link.reconnect()
+                result = link.call(
+                    action, HealthAnswer, on_message=self._show_message, release=self.release, **arguments
+                )
+                break
+            except DeployError as error:
+                if attempt == 0 and error.kind != BROKEN:
+                    raise
+                if not self.release or attempt == ATTEMPTS:
+                    hint = status_hint(self.host, self.ssh_config)
+                    raise DeployError(f"{error}. {hint}", kind=error.kind) from error
+                action = "activate"
         return self._finish(result)
 
     def _show_message(self, message: ProgressMessage) -> None:
         self.release = message.release or self.release
         self.step.update(message.text)
 
-    def _reconnect(self, broken: DeployError, arguments: Mapping[str, Any]) -> HealthAnswer:
-        clock = MonotonicClock()
-        # without the release's name, the client cannot ask for the result
-        for _ in range(ATTEMPTS if self.release else 0):
-            self.step.update(RECONNECTING)
-            clock.sleep_until(clock.now() + PAUSE_S)
-            try:
-                with RobotLink(self.host, self.ssh_config) as link:
-                    return link.call(
-                        "activate", HealthAnswer, on_message=self._show_message, release=self.release, **arguments
-                    )
-            except DeployError as error:
-                broken = error
-        raise DeployError(f"{broken}. {status_hint(self.host, self.ssh_config)}", kind=broken.kind) from broken
-
     def _finish(self, result: HealthAnswer) -> str:
         if result.outcome != HEALTHY:
-            logs = command_hint("logs", self.host, self.ssh_config)
             raise UnhealthyError(
-                _format_failure(self.host, result, logs),
+                _format_failure(self.host, result, command_hint("logs", self.host, self.ssh_config)),
                 release=result.release,
                 outcome=result.outcome,
                 current=result.current,
@@ -131,13 +120,8 @@ def _format_failure(host: RobotAddress, result: HealthAnswer, logs: str) -> str:
     how = "is stopped, as before" if result.is_stopped else "does not run either"
     now = f"{result.current} {'runs again' if result.is_running else f'is the current release again, and {how}'}"
     lines = "".join(f"\n  {line}" for line in result.lines)
-    why = ": ".join([result.reason, *_find_error(result.lines)])
+    error = next((line.removeprefix(ERROR_PREFIX) for line in result.lines if line.startswith(ERROR_PREFIX)), "")
+    remedy = ". Add it to dependencies in pyproject.toml" if NO_MODULE in error else ""
+    why = f"{result.reason}: {error.rstrip('.')}{remedy}" if error else result.reason
     running = now if result.current else "No app runs"
     return f"{host}: {result.release} {what}: {why}. {running}. The whole log: {logs}{lines}"
-
-
-def _find_error(lines: Sequence[str]) -> list[str]:
-    """Return the first error message of robotcore in the lines, with a remedy if a package is missing."""
-    errors = [line.removeprefix(ERROR_PREFIX) for line in lines if line.startswith(ERROR_PREFIX)]
-    remedy = ". Add it to dependencies in pyproject.toml" if any(NO_MODULE in error for error in errors[:1]) else ""
-    return [error.rstrip(".") + remedy for error in errors[:1]]

@@ -29,31 +29,24 @@ class StepProgress:
         return "\n".join((f"  {self.step:<13}{self.text}".rstrip(), *(f"    {detail}" for detail in self.details)))
 
 
-ReportText = Callable[[str], object]
-"""A function that is called with the current activity of a step, in words."""
-
 OnStep = Callable[[StepProgress], object]
 """A function that is called when a step begins, at each update, and when the step is finished."""
 
+Report = Callable[[str], object]
+"""A function that is called with the current activity of a step, in words."""
 
-@dataclass(frozen=True)
-class StepReporter:
-    """Reports the progress of one step."""
 
-    name: str
-    on_step: OnStep
+class Step:
+    """Reports the progress of one step, and its begin at once."""
+
+    def __init__(self, name: str, on_step: OnStep) -> None:
+        self._name, self._on_step = name, on_step
+        self.update()
 
     def update(self, text: str = "") -> None:
         """Report the current activity of the step."""
-        self.on_step(StepProgress(self.name, text))
+        self._on_step(StepProgress(self._name, text))
 
     def finish(self, text: str, *details: str) -> None:
         """Report the result of the step."""
-        self.on_step(StepProgress(self.name, text, details, is_done=True))
-
-
-def begin_step(name: str, on_step: OnStep) -> StepReporter:
-    """Report that a step begins, and return its reporter."""
-    step = StepReporter(name, on_step)
-    step.update()
-    return step
+        self._on_step(StepProgress(self._name, text, details, is_done=True))

@@ -5,35 +5,23 @@ from __future__ import annotations
 import json
 import subprocess
 import tempfile
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from importlib.resources import files
-from pathlib import Path
-from types import TracebackType
-from typing import IO, TYPE_CHECKING, Any, Generic
+from typing import Any, Generic
 
-from robotcore.deploy import rsync
 from robotcore.deploy.agent.rpc import MARK
 from robotcore.deploy.errors import explain_damaged_answer, explain_failed_call
-from robotcore.deploy.host import RobotAddress
 from robotcore.deploy.process_output import MalformedError, ProcessOutput, split_lines
+from robotcore.deploy.progress import Report
 from robotcore.deploy.robot_answers import AnswerT, EmptyAnswer, ProgressMessage, Refusal, parse, validate
-from robotcore.deploy.rsync import OnPoll, OnProgress, Transfer
 from robotcore.deploy.ssh import SshConnection
 from robotcore.errors import DeployError
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.text import escape
 
-if TYPE_CHECKING:
-    from importlib.abc import Traversable  # moved in 3.11, and gone from here in 3.14
-
-
 OnMessage = Callable[[ProgressMessage], object]
 """A function that is called with each progress message of an action."""
-
-OnLine = Callable[[str], object]
-"""A function that is called with each line that an action prints, escaped and without the line break."""
 
 MAX_ANSWER_BYTES = 1 << 24
 """The greatest length of a robot's output for one call, in bytes."""
@@ -45,37 +33,15 @@ A build by pip and the hash of a large recording take less time.
 """
 
 
-def ignore(*arguments: object, **more: object) -> None:
-    """Ignore the arguments: the default for functions that are called with progress."""
+class RobotLink(SshConnection):
+    """A connection to a robot that calls the agent there.
 
-
-class RobotLink:
-    """A context manager that connects to a robot, calls the agent there, and transfers files.
-
-    Every method raises DeployError with a remedy. If an exception on this machine interrupts a call or a transfer, the
-    robot ends it too.
-
-    host: the robot.
-    config: an ssh configuration in place of the user's.
+    Every method raises DeployError with a remedy.
     """
 
-    def __init__(self, host: RobotAddress, config: Path | None = None) -> None:
-        self.host = host
-        self._connection = SshConnection(host, config)
-
-    def __repr__(self) -> str:
-        return f"<RobotLink to {self.host}>"
-
-    def __enter__(self) -> RobotLink:
-        self._connection.__enter__()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
-        self._connection.__exit__(kind, error, traceback)
-
-    def call(self, action: str, answer: type[AnswerT], /, on_message: OnMessage = ignore, **arguments: Any) -> AnswerT:
+    def call(
+        self, action: str, answer: type[AnswerT], /, on_message: OnMessage | None = None, **arguments: Any
+    ) -> AnswerT:
         """Run an action on the robot, and return its validated answer.
 
         action: the action's name, see `robotcore.deploy.agent.rpc.ACTIONS`.
@@ -87,7 +53,7 @@ class RobotLink:
         """
         return self._ask(RemoteCall(action, answer, on_message), arguments)
 
-    def stream(self, action: str, /, on_line: OnLine, max_bytes: int | None, **arguments: Any) -> None:
+    def stream(self, action: str, /, on_line: Report, max_bytes: int | None, **arguments: Any) -> None:
         """Run an action on the robot that prints lines, and pass each line to a function.
 
         action: the action's name.
@@ -97,65 +63,31 @@ class RobotLink:
         """
         self._ask(RemoteCall(action, EmptyAnswer, on_line=on_line, max_bytes=max_bytes), arguments)
 
-    def send(self, folder: Path, to: str, copy_from: str | None = None, on_progress: OnProgress = ignore) -> Transfer:
-        """Copy the contents of a folder to the robot.
-
-        folder: the folder on this machine.
-        to: an existing folder on the robot, relative to `Layout.root`.
-        copy_from: another folder on the robot. A file that is equal to one in it is copied there instead of sent.
-        on_progress: this function is called with the transferred bytes, and with their fraction of all bytes, 0 to 1.
-        """
-        return rsync.send(self._connection, self.host, folder, to, copy_from, on_progress)
-
-    def receive(
-        self,
-        what: Sequence[str],
-        folder: Path,
-        *,
-        partial: Path | None = None,
-        on_poll: OnPoll = ignore,
-        on_progress: OnProgress = ignore,
-    ) -> Transfer:
-        """Copy recordings from the robot. They stay on the robot too.
-
-        what: the names of the recordings.
-        folder: the folder on this machine.
-        partial: the folder that keeps an incomplete file if the connection breaks. The next call completes that file.
-        on_poll: this function is called at least every half second. If it raises an exception, the transfer ends.
-        on_progress: this function is called with the transferred bytes, and with their fraction of all bytes, 0 to 1.
-        """
-        return rsync.receive(self._connection, self.host, what, folder, partial, on_poll, on_progress)
-
     def _ask(self, call: RemoteCall[AnswerT], arguments: Mapping[str, Any]) -> AnswerT:
         with tempfile.TemporaryFile() as script:
             script.write(build_script(call.action, arguments).encode("ascii"))
             script.seek(0)
-            with self._run_script(script) as process:
+            with subprocess.Popen(  # noqa: S603  constants
+                [*self.ssh_command, REMOTE_COMMAND],
+                stdin=script,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                start_new_session=True,
+            ) as process:
                 output = ProcessOutput(process)
                 try:
                     answer = call.parse_answer(output.read_pieces())
-                except MalformedError as error:
-                    raise explain_damaged_answer(self.host, call.action, str(error)) from error
+                except BaseException as error:
+                    process.terminate()
+                    process.wait()
+                    if isinstance(error, MalformedError):
+                        raise explain_damaged_answer(self.host, call.action, str(error)) from error
+                    raise
             if answer is None:
-                raise self._connection.find_cause(
-                    explain_failed_call(self.host, process.returncode, output.stderr_excerpt)
-                )
+                raise self.find_cause(explain_failed_call(self.host, process.returncode, output.stderr_excerpt))
         if isinstance(answer, Refusal):
             raise DeployError(f"{self.host}: {answer.problem}. {answer.remedy}", kind=answer.kind)
         return answer
-
-    @contextmanager
-    def _run_script(self, script: IO[bytes]) -> Iterator[subprocess.Popen[bytes]]:
-        command = [*self._connection.ssh_command, REMOTE_COMMAND]
-        with subprocess.Popen(  # noqa: S603  constants
-            command, stdin=script, stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True
-        ) as process:
-            try:
-                yield process
-            except BaseException:
-                process.terminate()
-                process.wait()
-                raise
 
 
 @dataclass
@@ -165,8 +97,8 @@ class RemoteCall(Generic[AnswerT]):
     action: str
     answer: type[AnswerT]
     """The model of the answer."""
-    on_message: OnMessage = ignore
-    on_line: OnLine = ignore
+    on_message: OnMessage | None = None
+    on_line: Report | None = None
     max_bytes: int | None = MAX_ANSWER_BYTES
     """The greatest length of the output in bytes; None for a stream without an end."""
 
@@ -180,7 +112,7 @@ class RemoteCall(Generic[AnswerT]):
         answer, has_begun = None, False
         for line in split_lines(self._limit_silence(pieces), self.max_bytes):
             text, mark, message = line.partition(MARK.encode())
-            if text and has_begun:
+            if text and has_begun and self.on_line:
                 self.on_line(escape(text.decode(errors="replace"), keep="\t"))
             if mark:
                 has_begun = True
@@ -189,7 +121,9 @@ class RemoteCall(Generic[AnswerT]):
 
     def _parse_message(self, message: Mapping[str, Any]) -> AnswerT | Refusal | None:
         if "say" in message:
-            self.on_message(validate(ProgressMessage, message, "progress"))
+            progress = validate(ProgressMessage, message, "progress")
+            if self.on_message:
+                self.on_message(progress)
         elif "refused" in message:
             return validate(Refusal, message["refused"], "refused")
         elif "done" in message:
@@ -234,14 +168,7 @@ def build_script(action: str, arguments: Mapping[str, Any]) -> str:
 
 def read_agent_sources() -> dict[str, str]:
     """Return the source text of each module of the agent by its path, such as ``robotcore/deploy/agent/files.py``."""
-    return dict.fromkeys(EMPTY_PACKAGES, "") | dict(
-        _read_sources(files(AGENT_PACKAGE), AGENT_PACKAGE.replace(".", "/"))
-    )
-
-
-def _read_sources(folder: Traversable, path: str) -> Iterator[tuple[str, str]]:
-    for entry in folder.iterdir():
-        if entry.is_dir():
-            yield from _read_sources(entry, f"{path}/{entry.name}")
-        elif entry.name.endswith(".py"):
-            yield f"{path}/{entry.name}", entry.read_text(encoding="utf-8")
+    path = AGENT_PACKAGE.replace(".", "/")
+    modules = [entry for entry in files(AGENT_PACKAGE).iterdir() if entry.name.endswith(".py")]
+    sources = {f"{path}/{entry.name}": entry.read_text(encoding="utf-8") for entry in modules}
+    return dict.fromkeys(EMPTY_PACKAGES, "") | sources

@@ -9,24 +9,19 @@ import shutil
 import signal
 import subprocess
 import tempfile
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO
 
 from robotcore.deploy.agent.files import FOLDER
 from robotcore.deploy.errors import explain_failed_transfer, explain_missing_program
-from robotcore.deploy.host import RobotAddress
 from robotcore.deploy.process_output import ProcessOutput
 from robotcore.deploy.robot_answers import REMOTE_FOLDER
 from robotcore.deploy.ssh import SshConnection
 
 OnProgress = Callable[[int, float], object]
 """A function that is called with the transferred bytes, and with their fraction of all bytes, 0 to 1."""
-
-OnPoll = Callable[[], object]
-"""A function that is called repeatedly during a transfer. If it raises an exception, the transfer ends."""
 
 TIMEOUT_S = 60
 """The time without data, in s, after which a transfer fails."""
@@ -83,34 +78,48 @@ class Transfer:
 
 
 def send(
-    connection: SshConnection, host: RobotAddress, folder: Path, to: str, copy_from: str | None, on_progress: OnProgress
+    link: SshConnection, folder: Path, to: str, copy_from: str | None = None, on_progress: OnProgress | None = None
 ) -> Transfer:
-    """Send the contents of a folder, and delete other files in the target folder. See `RobotLink.send`.
+    """Copy the contents of a folder to the robot, and delete other files in the target folder.
 
     rsync compares the contents of files instead of their times, because a fresh checkout has new times. It sends a
     different file as a whole, because rsync 3.2.7 of Debian 12 cannot verify a file patched from ``--copy-dest``.
+
+    link: an open connection to the robot.
+    folder: the folder on this machine.
+    to: an existing folder on the robot, relative to `Layout.root`.
+    copy_from: another folder on the robot. A file that is equal to one in it is copied there instead of sent.
+    Raises DeployError with a remedy. After another exception of this machine, the robot ends the transfer too.
     """
     options = [*SEND_OPTIONS, "--no-inc-recursive"]
     if copy_from is not None:
         options.append(f"--copy-dest={os.path.relpath(_require_remote_folder(copy_from), _require_remote_folder(to))}")
     ends = (f"{folder.absolute()}/", f"robot:~/{FOLDER}/{_require_remote_folder(to)}/")
-    return _run_transfer(connection, host, (*options, *ends), on_progress, where=str(host))
+    return _run_transfer(link, (*options, *ends), on_progress, where=str(link.host))
 
 
 def receive(
-    connection: SshConnection,
-    host: RobotAddress,
+    link: SshConnection,
     what: Sequence[str],
     folder: Path,
-    partial: Path | None,
-    on_poll: OnPoll,
-    on_progress: OnProgress,
+    *,
+    partial: Path | None = None,
+    on_poll: Callable[[], object] | None = None,
+    on_progress: OnProgress | None = None,
 ) -> Transfer:
-    """Copy recordings from the robot, see `RobotLink.receive`. Their names go through stdin instead of a shell."""
+    """Copy recordings from the robot. They stay on the robot too. Their names go through stdin instead of a shell.
+
+    link: an open connection to the robot.
+    what: the names of the recordings.
+    folder: the folder on this machine.
+    partial: the folder that keeps an incomplete file if the connection breaks. The next call completes that file.
+    on_poll: this function is called at least every half second. If it raises an exception, the transfer ends.
+    Raises DeployError, as `send` does.
+    """
     options = RECEIVE_OPTIONS if partial is None else (f"--partial-dir={partial.absolute()}", *RECEIVE_OPTIONS)
     ends = (f"robot:~/{FOLDER}/recordings/", f"{folder.absolute()}/")
     names = b"".join(_require_recording_name(name).encode() + b"\0" for name in what)
-    return _run_transfer(connection, host, (*options, *ends), on_progress, names, on_poll, where="this machine")
+    return _run_transfer(link, (*options, *ends), on_progress, names, on_poll, where="this machine")
 
 
 def _require_remote_folder(path: str) -> str:
@@ -126,48 +135,41 @@ def _require_recording_name(name: str) -> str:
 
 
 def _run_transfer(
-    connection: SshConnection,
-    host: RobotAddress,
+    link: SshConnection,
     arguments: Sequence[str],
-    on_progress: OnProgress,
+    on_progress: OnProgress | None,
     stdin: bytes = b"",
-    on_poll: OnPoll = lambda: None,
+    on_poll: Callable[[], object] | None = None,
     *,
     where: str,
 ) -> Transfer:
     if not shutil.which("rsync"):
         raise explain_missing_program("rsync", "rsync")
-    command = ["rsync", *COMMON_OPTIONS, "-e", shlex.join(connection.ssh_command[:-1]), *arguments]
+    command = ["rsync", *COMMON_OPTIONS, "-e", shlex.join(link.ssh_command[:-1]), *arguments]
     with tempfile.TemporaryFile() as file:
         file.write(stdin)
         file.seek(0)
-        with _run(command, file) as process:
+        # a session of its own, so that the terminal sends no SIGINT
+        with subprocess.Popen(  # noqa: S603  constants, and a folder of this machine
+            command,
+            stdin=file,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            env=_build_environment(),
+            start_new_session=True,
+        ) as process:
             output = ProcessOutput(process)
-            printed = _read(output.read_pieces(), on_progress, on_poll)
+            try:
+                printed = _read(output.read_pieces(), on_progress, on_poll)
+            except BaseException:
+                with suppress(ProcessLookupError):
+                    os.killpg(process.pid, signal.SIGTERM)
+                process.wait()
+                raise
         if process.returncode:
-            raise connection.find_cause(explain_failed_transfer(host, process.returncode, output.stderr_excerpt, where))
+            error = explain_failed_transfer(link.host, process.returncode, output.stderr_excerpt, where)
+            raise link.find_cause(error)
     return Transfer(**{name: int(found[1]) if (found := each.search(printed)) else 0 for name, each in STATS.items()})
-
-
-@contextmanager
-def _run(command: Sequence[str], stdin: IO[bytes]) -> Iterator[subprocess.Popen[bytes]]:
-    """Run rsync during a ``with`` block. Ctrl-C does not reach rsync. If the block raises, rsync and its ssh end."""
-    # a session of its own, so that the terminal sends no SIGINT
-    with subprocess.Popen(  # noqa: S603  constants, and a folder of this machine
-        command,
-        stdin=stdin,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        env=_build_environment(),
-        start_new_session=True,
-    ) as process:
-        try:
-            yield process
-        except BaseException:
-            with suppress(ProcessLookupError):
-                os.killpg(process.pid, signal.SIGTERM)
-            process.wait()
-            raise
 
 
 def _build_environment() -> dict[str, str]:
@@ -175,15 +177,17 @@ def _build_environment() -> dict[str, str]:
     return {name: value for name, value in os.environ.items() if not name.startswith("RSYNC_")} | {"LC_ALL": "C"}
 
 
-def _read(pieces: Iterable[bytes], on_progress: OnProgress, on_poll: OnPoll) -> str:
+def _read(pieces: Iterable[bytes], on_progress: OnProgress | None, on_poll: Callable[[], object] | None) -> str:
     """Report the progress until rsync ends. Return the end of rsync's output without the progress lines."""
     printed = rest = ""
     for piece in pieces:
-        on_poll()
+        if on_poll:
+            on_poll()
         *lines, rest = re.split("[\r\n]", rest + piece.decode(errors="replace"))
         for line in lines:
             if found := PROGRESS.match(line):
-                on_progress(int(found[1]), int(found[2]) / 100)
+                if on_progress:
+                    on_progress(int(found[1]), int(found[2]) / 100)
             else:
                 printed = f"{printed}{line}\n"[-MAX_OUTPUT_CHARACTERS:]
         rest = rest[-MAX_OUTPUT_CHARACTERS:]

@@ -15,8 +15,8 @@ from typing import Any
 from robotcore.deploy.agent import service
 from robotcore.deploy.agent.releases import PROJECT, SITE
 from robotcore.deploy.bundle import Bundle
-from robotcore.deploy.checks import SIMULATION, CheckResult, PushCheck, format_command, read_process_error, run_python
-from robotcore.deploy.progress import ReportText
+from robotcore.deploy.checks import CheckResult, format_command, read_process_error, run_python
+from robotcore.deploy.progress import Report
 from robotcore.deploy.project import Project
 from robotcore.errors import UnprovenError, UsageError
 from robotcore.hal.backend import load_backend
@@ -36,14 +36,14 @@ package.
 SECTION = "raspberrypi"
 """The name of the section in a robot's file that describes the pins of a Raspberry Pi."""
 
-ROBOTCORE, RESULTS = "robotcore", "results.jsonl"
-"""The command of robotcore, and the name of a sweep's file of results."""
+RESULTS = "results.jsonl"
+"""The name of a sweep's file of results."""
 
 HANG_MARGIN_S = 60.0
 """The wall-clock time after a run's time-out, in s, after which the run counts as hanging."""
 
 
-def simulate(bundle: Bundle, report_text: ReportText) -> CheckResult:
+def simulate(bundle: Bundle, report: Report) -> CheckResult:
     """Run the app in simulation with the files of the bundle only.
 
     The results must reach the project's bounds (`Project.require`). Without bounds, every run must pass, see `is_pass`.
@@ -60,7 +60,7 @@ def simulate(bundle: Bundle, report_text: ReportText) -> CheckResult:
             world=world,
         )
     where = f"{backend}, {escape(world)}, seeds {project.seeds}"
-    report_text(where)
+    report(where)
     with TemporaryDirectory(prefix="robotcore-") as scratch:
         results = Path(scratch, "results")
         answer = _run_sweep(
@@ -68,7 +68,7 @@ def simulate(bundle: Bundle, report_text: ReportText) -> CheckResult:
             build_sweep_arguments(project, backend, world),
             Path(scratch),
             results,
-            lambda done, runs: report_text(f"{where}: {done} of {runs} runs"),
+            lambda done, runs: report(f"{where}: {done} of {runs} runs"),
         )
         records = [Record.from_json(line) for line in (results / RESULTS).read_bytes().splitlines()]
     _require_pass(project, answer["missed"], [record for record in records if not is_pass(record)])
@@ -130,11 +130,7 @@ def _run_sweep(
 
     The copy keeps files that the app writes or that Python compiles out of the bundle.
 
-    arguments: the arguments of ``robotcore``.
-    scratch: an existing folder for the copy.
-    results: the folder for the results of the sweep.
     report: this function is called with the number of completed runs and the number of all runs.
-    Raises UnprovenError if the sweep did not end.
     """
     copy = shutil.copytree(bundle.folder, scratch / "sent", symlinks=True)
     runs, limit_s = len(parse_seeds(bundle.project.seeds)), HANG_MARGIN_S + RunRequest.timeout_s
@@ -143,9 +139,9 @@ def _run_sweep(
         process = run_python(
             copy / PROJECT,
             line,
-            _build_environment(copy / SITE),
+            {"PYTHONPATH": os.pathsep.join([str(copy / SITE), *filter(None, [os.environ.get("PYTHONPATH")])])},
             limit_s=HANG_MARGIN_S + runs * limit_s,
-            on_poll=lambda: report(_count_results(results / RESULTS), runs),
+            on_poll=lambda: report(_count_lines(results / RESULTS), runs),
         )
         answer: dict[str, Any] = json.loads(process.stdout)
     except TimeoutError as error:
@@ -153,23 +149,18 @@ def _run_sweep(
     except ValueError:
         answer = {"error": read_process_error(process)}
     if "error" in answer:
-        again = _format_repeat(bundle.project, shlex.join([ROBOTCORE, *arguments]))
+        again = _format_repeat(bundle.project, shlex.join(["robotcore", *arguments]))
         raise UnprovenError(f"simulation: {answer['error']}{again}", kind="simulation-not-run")
     return answer
 
 
-def _count_results(file: Path) -> int:
+def _count_lines(file: Path) -> int:
     return file.read_bytes().count(b"\n") if file.exists() else 0
 
 
 def _format_repeat(project: Project, line: str) -> str:
     more = "\nIf that run passes, the app needs a file that is not sent: git ignores it, or it may hold a secret"
     return f"\nTo repeat it: {format_command(project, line)}{more if project.folder else ''}"
-
-
-def _build_environment(site: Path) -> dict[str, str]:
-    paths = [str(site), *filter(None, [os.environ.get("PYTHONPATH")])]
-    return {"PYTHONPATH": os.pathsep.join(paths)}
 
 
 def _require_pass(project: Project, missed: Sequence[str], failing: Sequence[Record]) -> None:
@@ -182,7 +173,3 @@ def _require_pass(project: Project, missed: Sequence[str], failing: Sequence[Rec
     kind = "bound-missed" if project.require else "run-failed"
     seed = first.result.seed if first else None
     raise UnprovenError(f"simulation: {why}{which}{again}", kind=kind, missed=tuple(missed), seed=seed)
-
-
-CHECKS_OF_BUNDLE = (PushCheck[Bundle](SIMULATION, simulate),)
-"""The checks that run after the bundle is built."""

@@ -9,7 +9,7 @@ import subprocess
 import tempfile
 from contextlib import ExitStack, suppress
 from pathlib import Path
-from types import TracebackType
+from typing import TYPE_CHECKING
 
 from robotcore.deploy.errors import (
     CALL_FAILED,
@@ -24,6 +24,9 @@ from robotcore.deploy.errors import (
 from robotcore.deploy.host import RobotAddress
 from robotcore.deploy.process_output import decode_output
 from robotcore.errors import DeployError
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 CONNECT_S, ALIVE_S, ALIVE_COUNT = 10, 5, 3
 """The options ConnectTimeout and ServerAliveInterval of ssh, in s, and ServerAliveCountMax. See ssh_config(5)."""
@@ -91,6 +94,7 @@ LAUNCHER = ("sh", "-c", f'trap "" INT; ulimit -S -f {LOG_BLOCKS} || :; exec "$@"
 class SshConnection:
     """A context manager that keeps a connection to a robot open. It raises DeployError if the robot does not answer.
 
+    If an exception on this machine interrupts a call or a transfer over the connection, the robot ends it too.
     ``cat`` runs on the robot until its stdin is closed by this process. So ssh ends even if this process is killed.
 
     host: the robot.
@@ -98,7 +102,7 @@ class SshConnection:
     """
 
     def __init__(self, host: RobotAddress, config: Path | None = None) -> None:
-        self._host = host
+        self.host = host
         self._config = config
         self._unwind = ExitStack()
 
@@ -107,7 +111,7 @@ class SshConnection:
         """The ssh command line that uses the connection, without the remote command. No part of it needs quotes."""
         return ["ssh", "-F", "none", "-S", f"{self._folder}/master", "-o", "ProxyCommand=false", "-T", "robot"]
 
-    def __enter__(self) -> SshConnection:
+    def __enter__(self) -> Self:
         if not shutil.which("ssh"):
             raise explain_missing_program("ssh", "openssh-client")
         with ExitStack() as unwind:
@@ -120,28 +124,31 @@ class SshConnection:
             self._unwind = unwind.pop_all()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self._unwind.close()
+
+    def reconnect(self) -> None:
+        """Close the connection, and open it again."""
+        self._unwind.close()
+        self.__enter__()
 
     def find_cause(self, error: DeployError) -> DeployError:
         """Return the cause of a call's error: the broken connection if ssh has ended, else the error itself."""
         if error.kind in {CALL_FAILED, RSYNC_FAILED}:
             with suppress(subprocess.TimeoutExpired):
                 self._master.wait(BREAK_GRACE_S)
-                return explain_lost_connection(self._host, self._read_log())
+                return explain_lost_connection(self.host, self._read_log())
         return error
 
     def _start(self) -> subprocess.Popen[bytes]:
-        command = (*LAUNCHER, "ssh", *self._build_options(), "--", self._host.name, "cat")
+        command = (*LAUNCHER, "ssh", *self._build_options(), "--", self.host.name, "cat")
         with (self._folder / "log").open("ab") as log:  # an error message quotes it
             return subprocess.Popen(  # noqa: S603  the host is validated, the rest is constant
                 command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=log
             )
 
     def _build_options(self) -> list[str]:
-        host, file = self._host, self._config
+        host, file = self.host, self._config
         options = MASTER_OPTIONS | ({} if _can_ask_user() else {"BatchMode": "yes"})
         return [
             *("-S", f"{self._folder}/master", "-E", f"{self._folder}/log", "-T"),
@@ -160,30 +167,27 @@ class SshConnection:
         try:
             self._await_greeting(self._master.stdout.fileno())
         except BaseException:
-            self._cancel_login()
+            # after SIGKILL while ssh asks for a password, the terminal would no longer echo input
+            for _ in range(int(EXIT_GRACE_S / TERMINATE_RETRY_S)):
+                self._master.terminate()
+                with suppress(subprocess.TimeoutExpired):
+                    self._master.wait(TERMINATE_RETRY_S)
+                    break
             raise
-
-    def _cancel_login(self) -> None:
-        """End ssh by SIGTERM. After SIGKILL while ssh asks for a password, the terminal would no longer echo input."""
-        for _ in range(int(EXIT_GRACE_S / TERMINATE_RETRY_S)):
-            self._master.terminate()
-            with suppress(subprocess.TimeoutExpired):
-                self._master.wait(TERMINATE_RETRY_S)
-                return
 
     def _await_greeting(self, answers: int) -> None:
         received = b""
         while not received.endswith(GREETING):
             if not select.select([answers], [], [], LOGIN_S)[0]:
-                raise explain_login_timeout(self._host, LOGIN_S)
+                raise explain_login_timeout(self.host, LOGIN_S)
             if not (more := os.read(answers, 4096)):
                 status = self._master.wait()
                 said = self._read_log() if status == SSH_FAILED else decode_output(received[-LOG_TAIL_BYTES:])
-                raise explain_failed_connection(self._host, status, said, self._config)
+                raise explain_failed_connection(self.host, status, said, self._config)
             received += more
             if len(received) > MAX_LOGIN_BYTES:
                 problem = f"has more than {MAX_LOGIN_BYTES} bytes from the login shell before the greeting"
-                raise explain_damaged_answer(self._host, "login", problem)
+                raise explain_damaged_answer(self.host, "login", problem)
 
     def _read_log(self) -> str:
         with suppress(FileNotFoundError), (self._folder / "log").open("rb") as log:

@@ -9,17 +9,15 @@ import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from email import message_from_string
 from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from zipfile import ZipFile
 
-from robotcore.deploy.progress import ReportText
+from robotcore.deploy.progress import Report
 from robotcore.deploy.project import FILE, Project
-from robotcore.deploy.requirements import Requirement, SpecifierSet, canonicalize_name
+from robotcore.deploy.requirements import Requirement, SpecifierSet
 from robotcore.deploy.robot_answers import ProbeAnswer
 from robotcore.errors import DeployError, DescriptionError
 
@@ -71,11 +69,10 @@ class Platform:
 
         Without glibc 2, the only tag is ``linux_`` with the processor's name.
         """
-        major, _, minor = self.libc_version.partition(".")
+        major, minor, *_ = (*self.libc_version.split("."), "0", "0")
         if self.libc != "glibc" or major != "2" or self.machine not in OLDEST_GLIBC:
             return (f"linux_{self.machine}",)
-        oldest = OLDEST_GLIBC[self.machine]
-        versions = range(int(minor.partition(".")[0]), oldest - 1, -1)
+        versions = range(int(minor), OLDEST_GLIBC[self.machine] - 1, -1)
         newer = tuple(f"manylinux_2_{version}_{self.machine}" for version in versions)
         return (*newer, *LEGACY[self.machine], f"linux_{self.machine}")
 
@@ -123,16 +120,14 @@ _NOT_FOUND = re.compile(r"No matching distribution found for ([^\s(]+)")
 _UNREACHABLE_INDEX = re.compile(r"NewConnectionError|NameResolutionError|ConnectTimeoutError|Network is unreachable")
 
 
-def fetch_wheels(
-    requirements: Iterable[str], target: Platform, report_text: ReportText, cache: Path | None = None
-) -> Path:
+def fetch_wheels(requirements: Iterable[str], target: Platform, report: Report, cache: Path | None = None) -> Path:
     """Return a folder with the wheels of the requirements and of all their dependencies.
 
     The wheels are downloaded once, and then kept in the cache. To download newer ones, delete the folder.
 
     requirements: the requirements, in pip's format.
     target: the robot's platform.
-    report_text: this function is called with the current activity in words.
+    report: this function is called with the current activity in words.
     cache: the folder of the cache; by default ``~/.cache/robotcore/wheels``.
     Raises DeployError if a requirement has no wheel for the robot, or if no package index can be reached.
     """
@@ -144,44 +139,25 @@ def fetch_wheels(
         with TemporaryDirectory(dir=folder.parent) as scratch:
             whole = Path(scratch, "wheels")
             whole.mkdir()
-            _download_all([Requirement(each) for each in texts], target, whole, report_text)
-            _move_to_cache(whole, folder)
+            report(f"downloading wheels for {target}")
+            _download([*map(Requirement, texts)], target, whole)
+            try:
+                whole.rename(folder)
+            except OSError:
+                if not folder.is_dir():  # else another process has cached the same wheels
+                    raise
     return folder
-
-
-def _move_to_cache(whole: Path, folder: Path) -> None:
-    """Move wheels into the cache atomically. If another process has cached the same wheels, keep those."""
-    try:
-        whole.rename(folder)
-    except OSError:
-        if not folder.is_dir():
-            raise
 
 
 def _find_cache_folder() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache", "robotcore", "wheels")
 
 
-def _download_all(requirements: list[Requirement], target: Platform, folder: Path, report_text: ReportText) -> None:
-    """Download wheels until every requirement has a wheel.
-
-    One download may not be enough. pip evaluates environment markers for the Python of this machine, so it may leave
-    out a package that the robot needs.
-    """
-    requested: list[Requirement] = []
-    missing = list(_select_applicable(requirements, target, {""}))
-    while missing:
-        _require_names(missing)
-        requested += missing
-        report_text(f"downloading wheels for {target}")
-        _download(requested, target, folder)
-        missing = list(_find_missing(requested, target, folder))
-
-
-def _require_names(requirements: Iterable[Requirement]) -> None:
-    """Raise DeployError if a requirement has an address, because pip on the robot would use it instead of the wheel."""
+def _download(requirements: list[Requirement], target: Platform, folder: Path) -> None:
+    """Download wheels for the robot. If a pure Python package has no wheel, build one."""
     for each in requirements:
-        if each.url:
+        is_needed = each.marker is None or each.marker.evaluate({**target.markers, "extra": ""})
+        if each.url and is_needed:  # pip on the robot would use the address instead of the wheel
             raise DeployError(
                 f"{each.name} is required from an address, which a robot without a network cannot reach. Require it by "
                 "name and version, or put its code into the project. Or connect the robot once, and push without "
@@ -189,24 +165,31 @@ def _require_names(requirements: Iterable[Requirement]) -> None:
                 kind="requirement-from-address",
                 requirement=each.name,
             )
-
-
-def _download(requested: Sequence[Requirement], target: Platform, folder: Path) -> None:
-    """Download wheels for the robot. If a pure Python package has no wheel, build one."""
     platforms = [word for platform in target.platforms for word in ("--platform", platform)]
     python = ("--implementation", "cp", "--python-version", target.python_version)
     where = ("--only-binary=:all:", "--dest", str(folder), "--find-links", str(folder), *python, *platforms)
+    command = ("download", "--quiet", *where, "--", *map(str, requirements))
     built: set[str] = set()
-    while (answer := run_pip(["download", "--quiet", *where, "--", *map(str, requested)])).returncode:
+    while (answer := run_pip(command, target.markers)).returncode:
         found = _NOT_FOUND.search(answer.stderr)
         if found is None:
             raise DeployError(
                 f"the wheels for {target} cannot be downloaded: {read_pip_error(answer)}", kind="wheels-not-fetched"
             )
         if _UNREACHABLE_INDEX.search(answer.stderr):
-            raise _explain_unreachable_index(found[1], target)
+            raise DeployError(
+                f"no package index can be reached from this machine, and it has no wheel of {found[1]} for {target}. "
+                "Connect this machine to the network once, and push again: it keeps the wheels",
+                kind="index-unreachable",
+                requirement=found[1],
+            )
         if found[1] in built or not _build_pure_wheel(found[1], folder):
-            raise _explain_missing_wheel(found[1], target)
+            raise DeployError(
+                f"{found[1]} has no wheel for {target}. Use another version, or another package. Or connect the robot "
+                "once, and push without --offline: the robot keeps the installed package",
+                kind="no-wheel",
+                requirement=found[1],
+            )
         built.add(found[1])
 
 
@@ -219,64 +202,29 @@ def _build_pure_wheel(requirement: str, folder: Path) -> bool:
         return process.returncode == 0 and bool(pure)
 
 
-def _explain_unreachable_index(requirement: str, target: Platform) -> DeployError:
-    return DeployError(
-        f"no package index can be reached from this machine, and it has no wheel of {requirement} for {target}. "
-        "Connect this machine to the network once, and push again: it keeps the wheels",
-        kind="index-unreachable",
-        requirement=requirement,
-    )
+_PIP_WITH_MARKERS = """
+import json, runpy, sys
+from pip._vendor.packaging import markers
+values = json.loads(sys.argv.pop(1))
+markers.default_environment = lambda: dict(values)
+runpy.run_module("pip", run_name="__main__", alter_sys=True)
+"""
+"""A Python program that runs pip with other values of the variables in environment markers.
+
+pip has options for the platform of the wheels. But it evaluates the markers of requirements for its own Python.
+"""
 
 
-def _explain_missing_wheel(requirement: str, target: Platform) -> DeployError:
-    return DeployError(
-        f"{requirement} has no wheel for {target}. Use another version, or another package. Or connect the robot once, "
-        "and push without --offline: the robot keeps the installed package",
-        kind="no-wheel",
-        requirement=requirement,
-    )
+def run_pip(arguments: Sequence[str], markers: Mapping[str, str] | None = None) -> subprocess.CompletedProcess[str]:
+    """Run pip with the user's configuration, and return its output. Raises DeployError if pip is not installed.
 
-
-def _find_missing(requested: Iterable[Requirement], target: Platform, folder: Path) -> Iterator[Requirement]:
-    """Yield the requirements, and those of the downloaded wheels, for which the folder has no wheel yet."""
-    needs = {canonicalize_name(name): each for name, each in map(_read_name_and_requirements, folder.glob("*.whl"))}
-    seen: set[str] = set()
-    queue = list(requested)
-    while queue:
-        requirement = queue.pop()
-        name = canonicalize_name(requirement.name)
-        if name not in needs:
-            yield requirement
-        elif str(requirement) not in seen:
-            seen.add(str(requirement))
-            queue += _select_applicable(needs[name], target, {"", *requirement.extras})
-
-
-def _select_applicable(
-    requirements: Iterable[Requirement], target: Platform, extras: Iterable[str]
-) -> Iterator[Requirement]:
-    """Yield the requirements that apply to the robot and to one of the extras, without their markers."""
-    environments = [{**target.markers, "extra": extra} for extra in extras]
-    for each in requirements:
-        if each.marker is None or any(map(each.marker.evaluate, environments)):
-            applicable = Requirement(str(each))
-            applicable.marker = None
-            yield applicable
-
-
-def _read_name_and_requirements(wheel: Path) -> tuple[str, list[Requirement]]:
-    with ZipFile(wheel) as opened:
-        (file,) = (name for name in opened.namelist() if re.fullmatch(r"[^/]+\.dist-info/METADATA", name))
-        metadata = message_from_string(opened.read(file).decode())
-    return metadata["Name"], [Requirement(each) for each in metadata.get_all("Requires-Dist", ())]
-
-
-def run_pip(arguments: Sequence[str]) -> subprocess.CompletedProcess[str]:
-    """Run pip with the user's configuration, and return its output. Raises DeployError if pip is not installed."""
+    markers: the values of the variables in environment markers; None for those of this Python.
+    """
     if find_spec("pip") is None:
         raise DeployError("pip is not installed here. Run python -m ensurepip", kind="no-pip")
+    program = ("-m", "pip") if markers is None else ("-c", _PIP_WITH_MARKERS, json.dumps(markers))
     return subprocess.run(  # noqa: S603  no shell
-        [sys.executable, "-m", "pip", "--disable-pip-version-check", "--no-input", "--no-color", *arguments],
+        [sys.executable, *program, "--disable-pip-version-check", "--no-input", "--no-color", *arguments],
         stdin=subprocess.DEVNULL,
         capture_output=True,
         text=True,

@@ -110,7 +110,7 @@ def format_state(host: RobotAddress, ssh_config: Path | None, state: StatusAnswe
 
 
 def _format_empty_robot(state: StatusAnswer) -> str:
-    from robotcore.deploy.health_progress import UNHEALTHY
+    from robotcore.deploy.agent.releases import UNHEALTHY
 
     if state.pending:
         return f"the health check of {state.pending} is running, and the robot has no release before it"

@@ -10,6 +10,7 @@ import click
 from robotcore.cli.deploy._options import DeployCommand, robot_arguments
 from robotcore.cli.options import parse_pair
 from robotcore.cli.output import write_lines
+from robotcore.deploy.agent.releases import HEALTHY_WITHIN_S
 from robotcore.deploy.agent.systemd_units import START_LIMIT_S
 
 if TYPE_CHECKING:
@@ -46,7 +47,7 @@ PROJECT_FOLDER = click.Path(path_type=Path, exists=True, file_okay=False)
     "healthy_within_s",
     metavar="SECONDS",
     type=click.FloatRange(1, START_LIMIT_S),
-    default=60.0,
+    default=HEALTHY_WITHIN_S,
     show_default=True,
     help="Roll back if the app has not completed its first tick within this time.",
 )

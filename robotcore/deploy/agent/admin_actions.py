@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import stat
-from collections.abc import Container, Iterator, Mapping
+from collections.abc import Container, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -32,7 +32,7 @@ def _describe_release(layout: Layout, name: str) -> dict[str, Any]:
     folder = layout.releases / name
     try:
         row = Release.read(folder).to_fields()
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except (OSError, ValueError) as error:
         row = {"name": name, "unreadable": str(error)}
     result = HealthResult.read(folder)
     return {**row, "verdict": result.outcome if result else None, "reason": result.reason if result else ""}
@@ -44,14 +44,9 @@ def list_recordings(layout: Layout) -> dict[str, Any]:
     The list also has links, folders and devices, so that the client can report that it does not fetch them. It has no
     empty files, which a run on a full disk leaves.
     """
-    open_files = find_open_files()
+    open_files = _find_open_files()
     listed = [_describe_recording(path, open_files) for path in sorted(layout.recordings.glob("*"))]
     return {"recordings": [each for each in listed if each["bytes"] or each["is_being_written"] or not each["is_file"]]}
-
-
-def find_open_files() -> set[str]:
-    """Return the paths of all files that are open in processes of this user."""
-    return set(_walk_open_files())
 
 
 def _describe_recording(path: Path, open_files: Container[str]) -> dict[str, Any]:
@@ -64,12 +59,15 @@ def _describe_recording(path: Path, open_files: Container[str]) -> dict[str, Any
     }
 
 
-def _walk_open_files() -> Iterator[str]:
+def _find_open_files() -> set[str]:
+    """Return the paths of all files that are open in processes of this user."""
+    found = set()
     for process in Path("/proc").glob("[0-9]*/fd"):
         with suppress(OSError):
             for handle in process.iterdir():
                 with suppress(OSError):
-                    yield str(handle.readlink())
+                    found.add(str(handle.readlink()))
+    return found
 
 
 def erase_recordings(layout: Layout, *, recordings: Mapping[str, str]) -> dict[str, Any]:
@@ -79,16 +77,12 @@ def erase_recordings(layout: Layout, *, recordings: Mapping[str, str]) -> dict[s
 
     recordings: the SHA-256 of the client's copy in hex, by the recording's name.
     """
-    open_files = find_open_files()
+    open_files = _find_open_files()
     erased, different = [], []
     for name, digest in recordings.items():
         path = layout.recordings / name
-        if (
-            path.parent != layout.recordings
-            or path.is_symlink()
-            or not path.is_file()
-            or str(path.resolve()) in open_files
-        ):
+        is_closed_file = path.is_file() and not path.is_symlink() and str(path.resolve()) not in open_files
+        if path.parent != layout.recordings or not is_closed_file:
             continue
         report_progress(f"comparing {name}")
         if hash_file(path) == digest:
@@ -111,17 +105,13 @@ def remove_robotcore(layout: Layout, *, keeps_recordings: bool = True) -> dict[s
     if len(units) == len(UNIT_TEXTS):  # if some are missing, an earlier removal has stopped the app
         run_actions.stop_app(layout)
     with hold_lock(layout, "removal"):
-        _remove_units(units)
+        for unit in units:
+            systemd.systemctl("disable", unit.name)
+            unit.unlink()
+        if units:
+            systemd.systemctl("daemon-reload")
         kept = _clear_folder(layout, keeps_recordings=keeps_recordings)
     return {"removed": True, "kept": kept}
-
-
-def _remove_units(units: list[Path]) -> None:
-    for unit in units:
-        systemd.disable(unit.name)
-        unit.unlink()
-    if units:
-        systemd.reload_units()
 
 
 def _clear_folder(layout: Layout, *, keeps_recordings: bool) -> bool:

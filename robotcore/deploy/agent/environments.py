@@ -11,7 +11,7 @@ import signal
 import subprocess
 import sys
 from collections import deque
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from hashlib import sha256
@@ -19,9 +19,10 @@ from importlib import metadata
 from pathlib import Path
 
 from robotcore.deploy.agent import files
-from robotcore.deploy.agent.files import MAKE_ROOM, Layout, measure_free_space
+from robotcore.deploy.agent.errors import MAKE_ROOM, AgentError, KnownFailure, explain_known
+from robotcore.deploy.agent.files import Layout, measure_free_space
 from robotcore.deploy.agent.releases import ENVIRONMENT
-from robotcore.deploy.agent.rpc import AgentError, ReportProgress
+from robotcore.deploy.agent.rpc import report_progress
 from robotcore.deploy.agent.uploads import delete, discard
 
 COMPLETE_FILE = "whole.json"
@@ -79,9 +80,7 @@ def find_environment(layout: Layout, spec: EnvironmentSpec) -> Path | None:
     return next((folder for folder in made if _is_unchanged(folder, spec)), None)
 
 
-def make_environment(
-    layout: Layout, spec: EnvironmentSpec, release: str, inputs: PipInputs, report: ReportProgress
-) -> Path:
+def make_environment(layout: Layout, spec: EnvironmentSpec, release: str, inputs: PipInputs) -> Path:
     """Create an environment for a release, and return its folder. The caller must hold the lock.
 
     The function first deletes incomplete environments of killed processes. It always creates a new folder, because an
@@ -95,28 +94,22 @@ def make_environment(
         delete(incomplete)
     try:
         _create_venv(folder, with_pip=bool(spec.requirements))
-        system_packages = install_requirements(folder, spec.requirements, inputs, report) if spec.requirements else ()
+        system_packages = install_requirements(folder, spec.requirements, inputs) if spec.requirements else ()
         os.sync()
         system_versions = {name: _read_system_version(name) for name in sorted(system_packages)}
-        files.write_file(
-            folder / COMPLETE_FILE, json.dumps({**asdict(spec), "leans_on": system_versions}, indent=2) + "\n"
-        )
+        contents = {**asdict(spec), "leans_on": system_versions}
+        files.write_file(folder / COMPLETE_FILE, json.dumps(contents, indent=2) + "\n")
     except BaseException:
         delete(folder)
         raise
     return folder
 
 
-def list_unused(layout: Layout) -> Iterator[Path]:
-    """Yield the folders of environments that no release or upload uses. The caller must hold the lock."""
-    folders = [*layout.releases.glob("*"), *layout.incoming.glob("*")]
-    used = {link.readlink().name for folder in folders if (link := folder / ENVIRONMENT).is_symlink()}
-    yield from (folder for folder in layout.environments.glob("*") if folder.name not in used)
-
-
 def discard_unused(layout: Layout) -> None:
     """Delete the environments that no release or upload uses. The caller must hold the lock."""
-    for folder in list(list_unused(layout)):
+    folders = [*layout.releases.glob("*"), *layout.incoming.glob("*")]
+    used = {link.readlink().name for folder in folders if (link := folder / ENVIRONMENT).is_symlink()}
+    for folder in [path for path in layout.environments.glob("*") if path.name not in used]:
         discard(layout, folder)
 
 
@@ -136,10 +129,8 @@ def _create_venv(folder: Path, *, with_pip: bool) -> None:
 def _is_unchanged(folder: Path, spec: EnvironmentSpec) -> bool:
     try:
         contents = json.loads(folder.joinpath(COMPLETE_FILE).read_text(encoding="utf-8"))
-        existing, system_versions = (
-            EnvironmentSpec(tuple(contents["requirements"]), contents["python"]),
-            dict(contents["leans_on"]),
-        )
+        existing = EnvironmentSpec(tuple(contents["requirements"]), contents["python"])
+        system_versions = dict(contents["leans_on"])
     except (OSError, ValueError, TypeError, KeyError):
         return False
     is_unchanged = all(_read_system_version(name) == version for name, version in system_versions.items())
@@ -153,43 +144,38 @@ def _read_system_version(distribution: str) -> str | None:
         return None
 
 
-def install_requirements(
-    environment: Path, requirements: Sequence[str], inputs: PipInputs, report: ReportProgress
-) -> set[str]:
+def install_requirements(environment: Path, requirements: Sequence[str], inputs: PipInputs) -> set[str]:
     """Install requirements, and return the names of packages that the operating system already has.
 
-    Raises AgentError if pip fails.
+    Raises AgentError if pip fails. If the report of the progress raises, pip is killed with all its children.
     """
     lines: deque[str] = deque(maxlen=_KEPT_LINES)
     system_packages: set[str] = set()
     with _start_pip(environment, requirements, inputs) as running:
         assert running.stdout
-        for text in running.stdout:
-            line = _SECRET.sub("****@", text.rstrip("\n"))
-            lines.append(line)
-            if _PROGRESS.match(line):
-                report(line.strip())
-            elif (had := _SYSTEM_PACKAGE.match(line)) and not _is_below(Path(had[2]), environment, inputs.site):
-                system_packages.add(had[1])
+        try:
+            for text in running.stdout:
+                line = _SECRET.sub("****@", text.rstrip("\n"))
+                lines.append(line)
+                if _PROGRESS.match(line):
+                    report_progress(line.strip())
+                elif (had := _SYSTEM_PACKAGE.match(line)) and not _is_below(Path(had[2]), environment, inputs.site):
+                    system_packages.add(had[1])
+        except BaseException:
+            with suppress(ProcessLookupError):
+                os.killpg(running.pid, signal.SIGKILL)
+            raise
     if running.returncode:
         raise explain_failure(lines, is_offline=inputs.wheels is not None)
     return system_packages
 
 
-class _PipProcess(subprocess.Popen[str]):
-    """A pip process. If its ``with`` block raises, pip is killed with all its children."""
-
-    def __exit__(self, *raised: object) -> None:
-        if any(raised):
-            with suppress(ProcessLookupError):
-                os.killpg(self.pid, signal.SIGKILL)
-        super().__exit__(*raised)  # type: ignore[arg-type]
-
-
-def _start_pip(environment: Path, requirements: Sequence[str], inputs: PipInputs) -> _PipProcess:
+def _start_pip(environment: Path, requirements: Sequence[str], inputs: PipInputs) -> subprocess.Popen[str]:
     variables = {"LC_ALL": "C.UTF-8", "PYTHONNOUSERSITE": "1", "PYTHONPATH": str(inputs.site or "")}
-    return _PipProcess(
-        [str(environment / "bin/python"), "-m", "pip", "install", *_build_options(inputs), "--", *requirements],
+    options = ["--no-input", "--disable-pip-version-check", "--progress-bar=off", "--prefer-binary", "--retries=2"]
+    source = ["--no-index", f"--find-links={inputs.wheels}"] if inputs.wheels else []
+    return subprocess.Popen(  # noqa: S603  no shell
+        [str(environment / "bin/python"), "-m", "pip", "install", *options, *source, "--", *requirements],
         cwd=environment,
         env={**os.environ, **variables},
         stdin=subprocess.DEVNULL,
@@ -202,11 +188,6 @@ def _start_pip(environment: Path, requirements: Sequence[str], inputs: PipInputs
     )
 
 
-def _build_options(inputs: PipInputs) -> list[str]:
-    options = ["--no-input", "--disable-pip-version-check", "--progress-bar=off", "--prefer-binary", "--retries=2"]
-    return [*options, "--no-index", f"--find-links={inputs.wheels}"] if inputs.wheels else options
-
-
 def _is_below(place: Path, *folders: Path | None) -> bool:
     return any(folder and place.is_relative_to(folder) for folder in folders)
 
@@ -214,57 +195,44 @@ def _is_below(place: Path, *folders: Path | None) -> bool:
 _CORRECT_IT = "Correct it in the project's dependencies"
 
 
-@dataclass(frozen=True)
-class _PipFailure:
-    line: re.Pattern[str]
-    """The pattern of a line in pip's output, with at most one group."""
-    kind: str
-    problem: str
-    """A format string. ``{}`` is the text of the pattern's group, ``{here}`` the robot's Python and processor."""
-    remedy: str
-
-
 _COMMON = (
-    _PipFailure(
-        re.compile(r"No space left on device|Disk quota exceeded"),
-        "disk",
-        "the robot's disk is full",
-        MAKE_ROOM,
-    ),
-    _PipFailure(
-        re.compile(r"ResolutionImpossible"),
+    KnownFailure(r"No space left on device|Disk quota exceeded", "disk", "the robot's disk is full", MAKE_ROOM),
+    KnownFailure(
+        r"ResolutionImpossible",
         "requirement",
         "the requirements contradict each other",
         "Relax the project's requirements. pip install on your computer names those in conflict",
     ),
-    _PipFailure(re.compile(r"Invalid requirement: '?([^'\n]+)"), "requirement", "{} is not a requirement", _CORRECT_IT),
+    KnownFailure(
+        r"Invalid requirement: '?(?P<text>[^'\n]+)", "requirement", "{text} is not a requirement", _CORRECT_IT
+    ),
 )
 _NETWORK = (
-    _PipFailure(
-        re.compile(r"CERTIFICATE_VERIFY_FAILED.*(?:expired|not yet valid)"),
+    KnownFailure(
+        r"CERTIFICATE_VERIFY_FAILED[^\n]*(?:expired|not yet valid)",
         "network",
         "the package index's certificate is out of date by the robot's clock",
         "Set the clock of the robot: sudo timedatectl set-ntp true",
     ),
-    _PipFailure(
-        re.compile(r"CERTIFICATE_VERIFY_FAILED"),
+    KnownFailure(
+        r"CERTIFICATE_VERIFY_FAILED",
         "network",
         "the robot does not trust the package index's certificate",
         "Give the robot's pip the certificate of your network (pip config set global.cert FILE). Or use --offline",
     ),
-    _PipFailure(
-        re.compile(
-            r"Failed to establish a new connection|Max retries exceeded|Connection refused|ConnectTimeout"
-            r"|Read timed out|name resolution|Network is unreachable|ProxyError"
-        ),
+    KnownFailure(
+        r"Failed to establish a new connection|Max retries exceeded|Connection refused|ConnectTimeout"
+        r"|Read timed out|name resolution|Network is unreachable|ProxyError",
         "network",
         "the robot does not reach the package index",
         "Connect it to a network, or push with --offline",
     ),
 )
-_NOT_FOUND = re.compile(r"No matching distribution found for ([^\s(]+)")
-_UNKNOWN = _PipFailure(_NOT_FOUND, "requirement", "there is no {} for {here}", _CORRECT_IT)
-_NOT_UPLOADED = _PipFailure(_NOT_FOUND, "wheels", "no wheel of {} for {here} was uploaded", "Push again with --offline")
+_NOT_FOUND = r"No matching distribution found for (?P<name>[^\s(]+)"
+_UNKNOWN = KnownFailure(_NOT_FOUND, "requirement", "there is no {name} for {here}", _CORRECT_IT)
+_NOT_UPLOADED = KnownFailure(
+    _NOT_FOUND, "wheels", "no wheel of {name} for {here} was uploaded", "Push again with --offline"
+)
 _BUILDING = re.compile(r"Failed building wheel for|Failed to build|subprocess-exited-with-error")
 _BUILT_PACKAGE = re.compile(r"Failed building wheel for ([\w.-]+)|╰─> ([\w.-]+)$|^Collecting ([\w.-]+)", re.MULTILINE)
 _REASON = re.compile(r"^ *(.+)\n *\[end of output\]", re.MULTILINE)
@@ -276,19 +244,19 @@ def explain_failure(lines: Iterable[str], *, is_offline: bool) -> AgentError:
     is_offline: whether pip installed uploaded wheels without the network.
     """
     output = "\n".join(lines)
-    for failure in (*_COMMON, _NOT_UPLOADED) if is_offline else (*_COMMON, *_NETWORK, _UNKNOWN):
-        if found := failure.line.search(output):
-            problem = failure.problem.format(*found.groups(), here=_describe_python())
-            return AgentError(problem, failure.remedy, failure.kind)
+    failures = (*_COMMON, _NOT_UPLOADED) if is_offline else (*_COMMON, *_NETWORK, _UNKNOWN)
+    if known := explain_known(failures, output, here=_describe_python()):
+        return known
     if _BUILDING.search(output):
         return _explain_build(output)
     return AgentError(f"pip failed on the robot: {_quote_errors(output)}", "Check the project's dependencies", "pip")
 
 
 def _explain_build(output: str) -> AgentError:
-    name = next((filter(None, found.groups()) for found in reversed(list(_BUILT_PACKAGE.finditer(output)))), iter(()))
+    names = [name for found in _BUILT_PACKAGE.finditer(output) for name in found.groups() if name]
     reason = _REASON.findall(output)[-1:]
-    problem = f"{next(name, 'a requirement')} has no wheel for {_describe_python()}, and cannot be built on the robot"
+    name = names[-1] if names else "a requirement"
+    problem = f"{name} has no wheel for {_describe_python()}, and cannot be built on the robot"
     remedy = "Use another version, or the system's package if there is one: sudo apt install python3-NAME"
     return AgentError(": ".join([problem, *reason]), remedy, "wheels")
 

@@ -11,11 +11,6 @@ from pathlib import Path
 FOLDER = "robotcore"
 """The name of the folder in the user's home that has all deployed files. It needs no quotes in a shell."""
 
-MAKE_ROOM = "Make room on the robot: fetch its recordings with robotcore deploy fetch --move, and look at df -h"
-"""The remedy in error messages about a full disk of the robot."""
-
-_PIECE_BYTES = 1 << 20
-
 
 @dataclass(frozen=True)
 class Layout:
@@ -39,7 +34,7 @@ class Layout:
 
     @property
     def environments(self) -> Path:
-        """The parent of the environments' folders. Their names are ``DIGEST-RELEASE``, see `EnvironmentSpec.digest`."""
+        """The parent of the environments' folders. Their names are ``DIGEST-RELEASE``."""
         return self.root / "environments"
 
     @property
@@ -87,8 +82,7 @@ def write_file(path: Path, content: str | bytes) -> None:
 def replace_link(path: Path, target: str) -> None:
     """Create a symbolic link, or change its target atomically."""
     temporary = _temporary_path(path)
-    with suppress(FileNotFoundError):
-        temporary.unlink()
+    temporary.unlink(missing_ok=True)
     temporary.symlink_to(target)
     move_path(temporary, path)
 
@@ -139,19 +133,16 @@ def format_bytes(size: int) -> str:
     >>> format_bytes(12_345_678)
     '12.3 MB'
     """
-    value = float(size)
-    for unit in ("bytes", "kB", "MB"):
-        if value < 1000:
-            return f"{value:.0f} {unit}" if unit != "MB" else f"{value:.1f} {unit}"
-        value /= 1000
-    return f"{value:.1f} GB"
+    if size < 1e6:
+        return f"{size} bytes" if size < 1000 else f"{size / 1e3:.0f} kB"
+    return f"{size / 1e6:.1f} MB" if size < 1e9 else f"{size / 1e9:.1f} GB"
 
 
 def hash_file(file: Path) -> str:
     """Return the SHA-256 of a file in hex. The file may be larger than the memory."""
     digest = hashlib.sha256()
     with file.open("rb") as content:
-        while piece := content.read(_PIECE_BYTES):
+        while piece := content.read(1 << 20):
             digest.update(piece)
     return digest.hexdigest()
 

@@ -14,15 +14,21 @@ from typing import Any
 
 from robotcore.deploy.agent import files, journal, releases
 from robotcore.deploy.agent import systemctl as systemd
+from robotcore.deploy.agent.errors import AgentError
 from robotcore.deploy.agent.files import Layout
 from robotcore.deploy.agent.lock import hold_lock
-from robotcore.deploy.agent.releases import HEALTHY, STOPPED, UNHEALTHY, HealthResult, require_name
-from robotcore.deploy.agent.rpc import AgentError, report_progress
+from robotcore.deploy.agent.releases import (
+    HEALTHY,
+    HEALTHY_WITHIN_S,
+    SETTLE_S,
+    STOPPED,
+    UNHEALTHY,
+    HealthResult,
+    require_name,
+)
+from robotcore.deploy.agent.rpc import report_progress
 from robotcore.deploy.agent.systemctl import UnitState
 from robotcore.deploy.agent.systemd_units import HEALTH_CHECK, SERVICE, START_LIMIT_S
-
-HEALTHY_WITHIN_S, SETTLE_S = 60.0, 4.0
-"""The default time limit for an app's first tick, and the default time that it must then keep running, in s."""
 
 POLL_S = 0.25
 """The time between two queries of the app's state, in s.
@@ -128,7 +134,12 @@ def watch_app(healthy_within_s: float, settle_s: float) -> HealthResult:
 
     Raises AgentError if systemd does not answer, and `ShutdownError` if the robot shuts down.
     """
-    result = _watch(healthy_within_s, settle_s)
+    try:
+        result = _watch(healthy_within_s, settle_s)
+    except AgentError as error:
+        if error.kind == systemd.MANAGER_GONE:
+            raise
+        result = HealthResult(UNHEALTHY, error.problem)
     if result.outcome != HEALTHY and systemd.is_shutting_down():
         raise ShutdownError("the robot shuts down; the health check is repeated after the next start")
     return result
@@ -138,23 +149,13 @@ def _check_release(layout: Layout, check: HealthCheck) -> HealthResult:
     if not (layout.releases / check.release).is_dir():
         return HealthResult(UNHEALTHY, "the robot no longer has this release", since=check.since)
     releases.set_current(layout, check.release)
-    result = replace(_watch_release(check), since=check.since)
+    result = replace(watch_app(check.healthy_within_s, check.settle_s), since=check.since)
     _write_result(layout, check, result)
     return result
 
 
-def _watch_release(check: HealthCheck) -> HealthResult:
-    try:
-        return watch_app(check.healthy_within_s, check.settle_s)
-    except AgentError as error:
-        if error.kind == systemd.MANAGER_GONE:
-            raise
-        return HealthResult(UNHEALTHY, error.problem)
-
-
 def _write_result(layout: Layout, check: HealthCheck, result: HealthResult) -> None:
-    """Store a result. A full disk raises nothing, because the rollback must follow in any case."""
-    with suppress(OSError):
+    with suppress(OSError):  # the rollback must follow even on a full disk
         result.write(layout.releases / check.release)
 
 
@@ -176,7 +177,7 @@ def _roll_back(layout: Layout, check: HealthCheck, *, is_to_run: bool) -> None:
     releases.set_current(layout, None)
     releases.set_current(layout, check.previous)
     if check.previous is None or not check.was_enabled:
-        systemd.disable(SERVICE)
+        systemd.systemctl("disable", SERVICE)
     if check.previous is not None and is_to_run and not check.was_standing:
         systemd.restart(SERVICE)
 
@@ -192,7 +193,8 @@ def _watch(healthy_within_s: float, settle_s: float) -> HealthResult:
         if state.is_up and up_since and _has_settled(state, up_since + settle_s, now):
             return HealthResult(HEALTHY)
         if state.active == "activating" and now - started >= healthy_within_s:
-            return _build_unhealthy(_explain_not_ready(healthy_within_s), ours)
+            remedy = "if it is only slow, push it with a longer --healthy-within"
+            return _build_unhealthy(f"it did not complete its first tick within {healthy_within_s:g} s; {remedy}", ours)
         time.sleep(POLL_S)
         state = systemd.read_state(SERVICE)
         if state.invocation != ours and not state.restarts:  # a user restarted it, so the check begins again
@@ -239,11 +241,6 @@ def _find_result(state: UnitState, ours: str) -> HealthResult | None:
     if state.is_down and not state.has_job:
         return HealthResult(STOPPED, "a user stopped it")
     return None
-
-
-def _explain_not_ready(healthy_within_s: float) -> str:
-    more = "if it is only slow, push it with a longer --healthy-within"
-    return f"it did not complete its first tick within {healthy_within_s:g} s; {more}"
 
 
 def _build_unhealthy(reason: str, invocation: str) -> HealthResult:
@@ -317,9 +314,8 @@ def _describe_phase(check: HealthCheck) -> str:
     """Return the activity of the checked release in words; empty while another release runs."""
     if releases.read_running() != check.release:
         return ""
-    if systemd.read_state(SERVICE).is_up:
-        return f"it is ready, and must keep running for {check.settle_s:g} s"
-    return "it starts"
+    is_up = systemd.read_state(SERVICE).is_up
+    return f"it is ready, and must keep running for {check.settle_s:g} s" if is_up else "it starts"
 
 
 def _is_check_running() -> bool:

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from itertools import dropwhile, islice, takewhile
 
 from robotcore.deploy.agent import robot_facts
-from robotcore.deploy.agent.rpc import AgentError
+from robotcore.deploy.agent.errors import AgentError
 from robotcore.deploy.agent.systemctl import EXITED, KILLED, UnitState
 
 LAST_LINES = 12

@@ -8,16 +8,18 @@ import re
 import subprocess
 import time
 from calendar import timegm
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
 from robotcore.deploy.agent import environments, files, health_check, releases, robot_facts, uploads
+from robotcore.deploy.agent.errors import AgentError
 from robotcore.deploy.agent.files import Layout
 from robotcore.deploy.agent.lock import hold_lock
 from robotcore.deploy.agent.releases import (
     ENVIRONMENT,
+    HEALTHY,
     NAME_FORMAT,
     NAME_PATTERN,
     PROJECT,
@@ -26,27 +28,21 @@ from robotcore.deploy.agent.releases import (
     Release,
     require_name,
 )
-from robotcore.deploy.agent.robot_facts import collect_facts
-from robotcore.deploy.agent.rpc import AgentError, report_progress
+from robotcore.deploy.agent.rpc import report_progress
 from robotcore.deploy.agent.service import build_launch
 from robotcore.deploy.agent.systemd_units import SERVICE
-from robotcore.deploy.agent.uploads import discard
 
 
-def probe(layout: Layout, *, requirements: Sequence[str] = (), is_push: bool = False) -> dict[str, Any]:
+def probe(layout: Layout, *, requirements: Sequence[str]) -> dict[str, Any]:
     """Return the facts about the robot, see `robot_answers.ProbeAnswer`.
 
     requirements: the new release's requirements, in pip's format.
-    is_push: whether to raise AgentError if this robot cannot receive a push.
+    Raises AgentError if this robot cannot receive a push.
     """
-    answer = {**collect_facts(layout), "release": releases.read_current(layout)}
-    answer["has_environment"] = (
-        environments.find_environment(layout, environments.EnvironmentSpec.of(requirements)) is not None
-    )
-    if is_push:
-        robot_facts.require_push_needs(answer, has_environment=answer["has_environment"])
-        answer.update(is_lingering=True, has_user_manager=True)
-    return answer
+    spec = environments.EnvironmentSpec.of(requirements)
+    has_environment = environments.find_environment(layout, spec) is not None
+    robot_facts.require_push_needs(has_environment=has_environment)
+    return {**robot_facts.collect_facts(layout), "has_environment": has_environment}
 
 
 SPARE_BYTES = 100_000_000
@@ -77,11 +73,8 @@ def begin_upload(layout: Layout, *, release: str, size: int) -> dict[str, Any]:
 
 
 def _choose_name(layout: Layout, proposed: str) -> str:
-    existing = [
-        *releases.list_names(layout),
-        *(path.name for path in layout.incoming.glob("*") if NAME_PATTERN.fullmatch(path.name)),
-    ]
-    newest = max(existing, default="")
+    uploaded = [path.name for path in layout.incoming.glob("*") if NAME_PATTERN.fullmatch(path.name)]
+    newest = max([*releases.list_names(layout), *uploaded], default="")
     if proposed > newest:
         return proposed
     return time.strftime(NAME_FORMAT, time.gmtime(timegm(time.strptime(newest, NAME_FORMAT)) + 1))
@@ -115,21 +108,18 @@ def prune_releases(layout: Layout, keep: int = KEPT_HEALTHY) -> tuple[str, ...]:
 
     keep: the number of healthy releases to keep.
     """
-    healthy = [name for name in releases.list_names(layout) if releases.is_healthy(layout, name)]
-    others = [name for name in releases.list_names(layout) if name not in healthy]
-    stay = {*healthy[:keep], *others[: min(keep, KEPT_OTHERS)], *_list_needed_releases(layout)}
-    old = [name for name in releases.list_names(layout) if name not in stay]
-    for name in old:
-        discard(layout, layout.releases / name)
-    environments.discard_unused(layout)
-    return tuple(old)
-
-
-def _list_needed_releases(layout: Layout) -> Iterator[str | None]:
-    yield releases.read_current(layout)
-    yield releases.find_previous(layout)
+    names = releases.list_names(layout)
+    healthy = [name for name in names if releases.read_outcome(layout, name) == HEALTHY]
+    others = [name for name in names if name not in healthy]
+    stay = {*healthy[:keep], *others[: min(keep, KEPT_OTHERS)]}
+    stay |= {releases.read_current(layout) or "", releases.find_previous(layout) or ""}
     if pending := health_check.read_pending(layout):
-        yield from (pending.release, pending.previous)
+        stay |= {pending.release, pending.previous or ""}
+    old = tuple(name for name in names if name not in stay)
+    for name in old:
+        uploads.discard(layout, layout.releases / name)
+    environments.discard_unused(layout)
+    return old
 
 
 def install_release(layout: Layout, *, release: str, is_offline: bool = False) -> dict[str, Any]:
@@ -158,7 +148,7 @@ def _read_upload(folder: Path, release: str) -> Release:
     try:
         manifest = Release.read(folder)
         is_complete = manifest.name == release and all(folder.joinpath(part).is_dir() for part in (PROJECT, SITE))
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError):
         is_complete = False
     if not is_complete:
         raise AgentError(f"the upload of {release} is not complete", "Push again", "incomplete", release=release)
@@ -170,7 +160,7 @@ def _provide_environment(layout: Layout, release: Release, inputs: environments.
     if existing := environments.find_environment(layout, spec):
         return existing, "kept"
     report_progress("making an environment")
-    return environments.make_environment(layout, spec, release.name, inputs, report_progress), "made"
+    return environments.make_environment(layout, spec, release.name, inputs), "made"
 
 
 def discard_upload(layout: Layout, *, release: str) -> dict[str, Any]:
@@ -181,47 +171,41 @@ def discard_upload(layout: Layout, *, release: str) -> dict[str, Any]:
 DOCTOR_TIMEOUT_S = 180
 """The time limit of the doctor, in s. The first start of a release compiles modules, which is slow on an SD card."""
 
-FindingRow = dict[str, Any]
-"""A finding in the output of ``robotcore doctor --json``."""
-
 _PROC = Path("/proc")
 _SERVICE_GROUP = f"/{SERVICE}"
 """The end of the control group's name in ``/proc/PID/cgroup`` of the app's processes. Source: cgroups(7)."""
 
 
-def run_doctor(folder: Path, release: Release) -> list[FindingRow]:
-    """Run the doctor of a release on this robot, and return its findings.
+def run_doctor(folder: Path, release: Release) -> list[dict[str, Any]]:
+    """Run the doctor of a release on this robot, and return the findings in its output.
 
     If the doctor does not run, that is the only finding. A pin that the running release uses is not an error, because
     that release stops before the new one starts.
     """
+    called = build_launch(folder, "doctor", "--json", f"--robot={release.robot}", f"--backend={release.backend}")
     try:
-        done = _run_doctor(folder, f"--robot={release.robot}", f"--backend={release.backend}")
+        with TemporaryDirectory() as scratch:  # the pin library lgpio writes into the folder LG_WD
+            done = subprocess.run(  # noqa: S603  no shell
+                called.command,
+                cwd=called.folder,
+                env={**called.environment, "LG_WD": scratch},
+                stdin=subprocess.DEVNULL,
+                capture_output=True,
+                text=True,
+                timeout=DOCTOR_TIMEOUT_S,
+                check=False,
+            )
         return [_excuse_running_release(row) for row in json.loads(done.stdout)["findings"]]
     except subprocess.TimeoutExpired:
-        return [_build_failure(f"has not ended within {DOCTOR_TIMEOUT_S} s")]
+        said = f"has not ended within {DOCTOR_TIMEOUT_S} s"
     except (ValueError, KeyError, TypeError):
         last = [line for line in done.stderr.splitlines() if line.strip()][-1:]
-        return [_build_failure(f"does not run: {last[0] if last else f'it ended with status {done.returncode}'}")]
+        said = f"does not run: {last[0] if last else f'it ended with status {done.returncode}'}"
+    remedy = "Run robotcore doctor on the robot, repair what it names, and push again"
+    return [{"about": "machine", "level": "error", "what": "doctor", "said": said, "remedy": remedy}]
 
 
-def _run_doctor(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    """Run the doctor. The pin library lgpio writes into its working folder, ``LG_WD``, so this is a temporary one."""
-    called = build_launch(folder, "doctor", "--json", *arguments)
-    with TemporaryDirectory() as scratch:
-        return subprocess.run(  # noqa: S603  no shell
-            called.command,
-            cwd=called.folder,
-            env={**called.environment, "LG_WD": scratch},
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            text=True,
-            timeout=DOCTOR_TIMEOUT_S,
-            check=False,
-        )
-
-
-def _excuse_running_release(row: FindingRow) -> FindingRow:
+def _excuse_running_release(row: dict[str, Any]) -> dict[str, Any]:
     holders = re.findall(r"process (\d+)", row["said"])
     if row["level"] != "error" or not holders or not all(map(_is_in_service, holders)):
         return row
@@ -233,8 +217,3 @@ def _is_in_service(pid: str) -> bool:
         return _PROC.joinpath(pid, "cgroup").read_text().rstrip("\n").endswith(_SERVICE_GROUP)
     except OSError:
         return False
-
-
-def _build_failure(said: str) -> FindingRow:
-    remedy = "Run robotcore doctor on the robot, repair what it names, and push again"
-    return {"about": "machine", "level": "error", "what": "doctor", "said": said, "remedy": remedy}

@@ -16,9 +16,6 @@ FORMAT = 1
 
 MANIFEST = "release.json"
 
-_JSON_NAMES = {"checks": "gates"}
-"""The fields of `Release` that have another name in the manifest."""
-
 PROJECT, SITE, ENVIRONMENT, WHEELS = "project", "site", "environment", "wheels"
 """The entries of a release's folder.
 
@@ -27,13 +24,16 @@ link to the environment. ``wheels`` has the uploaded wheels until pip has instal
 """
 
 NAME_PATTERN = re.compile(r"\d{4}-\d\d-\d\dT\d\d-\d\d-\d\dZ")
-"""The pattern of a release's name: the time of its push in UTC.
-
-So names sort by age. They need no quotes in a shell.
-"""
+"""The pattern of a release's name: the time of its push in UTC. Names sort by age, and need no quotes in a shell."""
 
 NAME_FORMAT = "%Y-%m-%dT%H-%M-%SZ"
 """The format of a release's name for strftime(3)."""
+
+HEALTHY_WITHIN_S, SETTLE_S = 60.0, 4.0
+"""The default time limit for an app's first tick, and the time that it must then keep running, in s.
+
+A Raspberry Pi needs long to import NumPy and OpenCV, and its camera needs time to settle.
+"""
 
 RESULT_FILE = "verdict.json"
 HEALTHY, UNHEALTHY, STOPPED = "healthy", "unhealthy", "stopped"
@@ -86,7 +86,9 @@ class Release:
 
     def to_fields(self) -> dict[str, Any]:
         """Return the fields of the manifest by their names in JSON."""
-        return {_JSON_NAMES.get(name, name): value for name, value in asdict(self).items()}
+        fields = asdict(self)
+        fields["gates"] = fields.pop("checks")
+        return fields
 
     def to_json(self) -> str:
         """Return the manifest as JSON."""
@@ -99,14 +101,16 @@ class Release:
 
     @classmethod
     def from_json(cls, text: str) -> Release:
-        """Return the release of a manifest. Raises ValueError, KeyError or TypeError if the manifest is not valid."""
-        manifest = json.loads(text)
-        number = manifest.pop("format", None) if isinstance(manifest, dict) else None
-        if number != FORMAT:
-            raise ValueError(f"{MANIFEST} has the format {number!r}; this robotcore reads {FORMAT}")
-        for key in ("run", "stop", "requirements", "gates"):
-            manifest[key] = tuple(manifest[key])
-        return cls(checks=manifest.pop("gates"), **manifest)
+        """Return the release of a manifest. Raises ValueError if the manifest is not valid."""
+        try:
+            manifest = dict(json.loads(text))
+            if (number := manifest.pop("format")) == FORMAT:
+                manifest["checks"] = manifest.pop("gates")
+                lists = {key: tuple(manifest[key]) for key in ("run", "stop", "requirements", "checks")}
+                return cls(**{**manifest, **lists})
+        except (ValueError, KeyError, TypeError) as error:
+            raise ValueError(f"{MANIFEST} is damaged ({type(error).__name__}: {error}). Push again") from error
+        raise ValueError(f"{MANIFEST} has the format {number!r}; this robotcore reads {FORMAT}")
 
 
 def require_name(name: str) -> str:
@@ -134,10 +138,6 @@ class HealthResult:
     """The last lines of the app's output, if the app failed."""
     since: str = ""
     """The time in UTC at which the check began. It distinguishes several checks of a release."""
-
-    @property
-    def is_healthy(self) -> bool:
-        return self.outcome == HEALTHY
 
     def write(self, release: Path) -> None:
         """Write the result into a release's folder; raises OSError."""
@@ -172,10 +172,9 @@ def set_current(layout: Layout, name: str | None) -> None:
 
 
 def find_running_link() -> Path:
-    """Return the path of the symbolic link to the folder of the running release.
+    """Return the path of the link to the folder of the running release, which a push changes after the current one.
 
-    The running release may differ from the current one, because a push changes the current release before it restarts
-    the service. systemd creates the folder of the link when the service starts, and deletes it when the service ends.
+    systemd creates the folder of the link when the service starts, and deletes it when the service ends.
     """
     return files.find_runtime_folder() / "robotcore" / "release"
 
@@ -188,19 +187,18 @@ def read_running() -> str | None:
 
 def list_names(layout: Layout) -> list[str]:
     """Return the names of all releases, the newest first."""
-    return sorted(
-        (folder.name for folder in layout.releases.glob("*") if NAME_PATTERN.fullmatch(folder.name)), reverse=True
-    )
+    names = (folder.name for folder in layout.releases.glob("*"))
+    return sorted(filter(NAME_PATTERN.fullmatch, names), reverse=True)
 
 
 def find_previous(layout: Layout) -> str | None:
     """Return the name of the newest healthy release before the current one; None if there is no such release."""
     now = read_current(layout)
     older = [name for name in list_names(layout) if now is None or name < now]
-    return next((name for name in older if is_healthy(layout, name)), None)
+    return next((name for name in older if read_outcome(layout, name) == HEALTHY), None)
 
 
-def is_healthy(layout: Layout, name: str) -> bool:
-    """Return whether the outcome of a release's last health check is `HEALTHY`."""
-    result = HealthResult.read(layout.releases / name)
-    return result is not None and result.is_healthy
+def read_outcome(layout: Layout, name: str | None) -> str | None:
+    """Return the outcome of a release's last health check; None without a release or a result."""
+    result = HealthResult.read(layout.releases / name) if name else None
+    return result.outcome if result else None

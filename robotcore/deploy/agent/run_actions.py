@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 from robotcore.deploy.agent import health_check, journal, releases, robot_facts
 from robotcore.deploy.agent import systemctl as systemd
 from robotcore.deploy.agent import systemd_units as units
+from robotcore.deploy.agent.errors import AgentError
 from robotcore.deploy.agent.files import Layout, measure_free_space
 from robotcore.deploy.agent.health_check import HealthCheck, build_report, follow_check, wait_until_settled
 from robotcore.deploy.agent.lock import hold_lock
-from robotcore.deploy.agent.releases import UNHEALTHY, HealthResult, require_name
-from robotcore.deploy.agent.rpc import AgentError, report_progress
+from robotcore.deploy.agent.releases import HEALTHY, HEALTHY_WITHIN_S, SETTLE_S, UNHEALTHY, HealthResult, read_outcome
+from robotcore.deploy.agent.rpc import report_progress
 from robotcore.deploy.agent.systemctl import UnitState
 from robotcore.deploy.agent.systemd_units import HEALTH_CHECK, SERVICE, START_LIMIT_S, list_installed_units
 
@@ -23,16 +23,19 @@ def activate_release(
     layout: Layout,
     *,
     release: str,
-    healthy_within_s: float = health_check.HEALTHY_WITHIN_S,
-    settle_s: float = health_check.SETTLE_S,
+    healthy_within_s: float = HEALTHY_WITHIN_S,
+    settle_s: float = SETTLE_S,
 ) -> dict[str, Any]:
     """Make a release the current one if its health check passes. Return `build_report`'s report.
 
     A second call for the same release follows the running check, or returns the stored result. An interrupt of the call
     does not end the check. If the release cannot be checked, the function raises AgentError and changes nothing.
     """
-    result = HealthResult.read(_find_folder(layout, release))
-    is_over = result and (releases.read_current(layout) == release or not result.is_healthy)
+    names = releases.list_names(layout)
+    if release not in names:
+        raise _build_unknown_release_error(release, names)
+    result = HealthResult.read(layout.releases / release)
+    is_over = result and (releases.read_current(layout) == release or result.outcome != HEALTHY)
     if result and is_over and not health_check.read_pending(layout):
         return build_report(layout, release, result)
     return start_check(layout, release, healthy_within_s, settle_s)
@@ -40,7 +43,13 @@ def activate_release(
 
 def start_check(layout: Layout, release: str, healthy_within_s: float, settle_s: float) -> dict[str, Any]:
     """Check the health of a release, even if it has a stored result. Return `build_report`'s report."""
-    _require_possible(layout, release, healthy_within_s)
+    if not 0 < healthy_within_s <= START_LIMIT_S:
+        raise AgentError(
+            f"a time limit of {healthy_within_s:g} s is not possible",
+            f"Choose more than 0 s, and at most {START_LIMIT_S} s",
+            "time-limit",
+            limit_s=START_LIMIT_S,
+        )
     pending = health_check.read_pending(layout)
     if pending and pending.release == release:
         systemd.start(HEALTH_CHECK)
@@ -53,25 +62,8 @@ def start_check(layout: Layout, release: str, healthy_within_s: float, settle_s:
     return follow_check(layout, check)
 
 
-def _require_possible(layout: Layout, release: str, healthy_within_s: float) -> None:
-    if not 0 < healthy_within_s <= START_LIMIT_S:
-        raise AgentError(
-            f"a time limit of {healthy_within_s:g} s is not possible",
-            f"Choose more than 0 s, and at most {START_LIMIT_S} s",
-            "time-limit",
-            limit_s=START_LIMIT_S,
-        )
-    if not _find_folder(layout, release).is_dir():
-        raise AgentError(f"there is no release {release}", "List the releases: robotcore deploy list", "no-release")
-
-
-def _find_folder(layout: Layout, release: str) -> Path:
-    try:
-        return layout.releases / require_name(release)
-    except ValueError as error:
-        raise AgentError(
-            f"{release!r} is not the name of a release", "List the releases: robotcore deploy list", "release-name"
-        ) from error
+def _build_unknown_release_error(release: str, names: list[str]) -> AgentError:
+    return AgentError(f"there is no release {release!r}", _list_choices(names), "name", choices=names)
 
 
 def _plan_check(layout: Layout, release: str) -> HealthCheck:
@@ -79,9 +71,10 @@ def _plan_check(layout: Layout, release: str) -> HealthCheck:
         plan = replace(pending, release=release)
     else:
         state = systemd.read_state(SERVICE)
-        if state.is_changing and not state.is_starting:  # after the stop, it is known whether systemd restarts it
+        if state.is_changing and state.active != "activating":
+            # only after the stop is it known whether systemd restarts the app
             state = wait_until_settled()
-        is_standing = not (state.is_up or state.is_starting)
+        is_standing = state.active not in {"active", "activating"}
         plan = HealthCheck(
             release, releases.read_current(layout), was_standing=is_standing, was_enabled=state.is_enabled
         )
@@ -92,8 +85,8 @@ def roll_back(
     layout: Layout,
     *,
     release: str | None = None,
-    healthy_within_s: float = health_check.HEALTHY_WITHIN_S,
-    settle_s: float = health_check.SETTLE_S,
+    healthy_within_s: float = HEALTHY_WITHIN_S,
+    settle_s: float = SETTLE_S,
 ) -> dict[str, Any]:
     """Make an older release the current one if its health check passes. Return `build_report`'s report.
 
@@ -101,7 +94,7 @@ def roll_back(
     """
     names = releases.list_names(layout)
     if release is not None and release not in names:
-        raise AgentError(f"there is no release {release!r}", _list_choices(names), "name", choices=names)
+        raise _build_unknown_release_error(release, names)
     name = release or _choose_previous(layout)
     if name == releases.read_current(layout):
         raise AgentError(f"{name} is the current release", "Start it: robotcore deploy start", "already-current")
@@ -114,18 +107,13 @@ def _choose_previous(layout: Layout) -> str:
     if name := releases.find_previous(layout):
         return name
     now = releases.read_current(layout)
-    others = [name for name in releases.list_names(layout) if name != now and not _is_unhealthy(layout, name)]
+    others = [name for name in releases.list_names(layout) if name != now and read_outcome(layout, name) != UNHEALTHY]
     problem = f"no release before {now} was healthy" if now else "no release was healthy"
     raise AgentError(problem, _list_choices(others), "no-healthy-release", current=now, choices=others)
 
 
 def _list_choices(names: list[str]) -> str:
     return f"Name one: {', '.join(names)}" if names else "The robot has no other one. Send one: robotcore deploy push"
-
-
-def _is_unhealthy(layout: Layout, name: str) -> bool:
-    result = HealthResult.read(layout.releases / name)
-    return result is not None and result.outcome == UNHEALTHY
 
 
 def start_app(layout: Layout) -> dict[str, Any]:
@@ -154,7 +142,7 @@ def stop_app(layout: Layout) -> dict[str, Any]:
     if list_installed_units(layout):
         systemd.stop(SERVICE, HEALTH_CHECK)
         systemd.stop(SERVICE)  # again, because the health check may have restarted the app meanwhile
-        systemd.disable(SERVICE)
+        systemd.systemctl("disable", SERVICE)
         health_check.abandon_check(layout)
     return read_status(layout)
 
@@ -166,7 +154,7 @@ def read_status(layout: Layout) -> dict[str, Any]:
     reason, lines = _explain_failure(state)
     return {
         "release": name,
-        "verdict": _read_outcome(layout, name),
+        "verdict": read_outcome(layout, name),
         "on_trial": pending.release if pending else None,
         "last": None if name else _read_last_check(layout),
         "state": state_name,
@@ -200,11 +188,6 @@ def _explain_failure(state: UnitState) -> tuple[str, list[str]]:
     else:
         return "", []
     return reason, list(journal.read_last_lines(SERVICE, invocation))
-
-
-def _read_outcome(layout: Layout, name: str | None) -> str | None:
-    result = HealthResult.read(layout.releases / name) if name else None
-    return result.outcome if result else None
 
 
 def _read_last_check(layout: Layout) -> dict[str, str] | None:

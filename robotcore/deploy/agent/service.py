@@ -16,9 +16,9 @@ from itertools import chain, count
 from pathlib import Path
 
 from robotcore.deploy.agent import files, releases
+from robotcore.deploy.agent.errors import AgentError
 from robotcore.deploy.agent.files import Layout, measure_free_space
 from robotcore.deploy.agent.releases import ENVIRONMENT, PROJECT, SITE, Release
-from robotcore.deploy.agent.rpc import AgentError
 
 FAILED, UNUSABLE = 1, 2
 """Exit statuses of this program.
@@ -73,7 +73,7 @@ def main(arguments: Sequence[str] = tuple(sys.argv[1:]), layout: Layout | None =
     except OSError as error:
         _print_error(f"{error.filename}: {error.strerror}. Check the disk of the robot, or push again")
         return FAILED
-    except (AgentError, ValueError, KeyError, TypeError) as error:
+    except (AgentError, ValueError) as error:
         return _print_error(str(error))
 
 

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from robotcore.deploy.agent import robot_facts
-from robotcore.deploy.agent.rpc import AgentError
+from robotcore.deploy.agent.errors import AgentError
 
 CALL_TIMEOUT_S = 90.0
 """The time limit of a call of systemctl, in s. It is longer than the stop of a service may take."""
@@ -88,11 +88,6 @@ class UnitState:
         return self.active == "active"
 
     @property
-    def is_starting(self) -> bool:
-        """Whether systemd is starting the unit, or will restart it after a pause."""
-        return self.active == "activating"
-
-    @property
     def is_down(self) -> bool:
         """Whether the unit does not run, has not failed, and will not be restarted."""
         return self.active == "inactive" and not self.has_failed
@@ -161,23 +156,7 @@ def stop(*units: str) -> None:
 
 
 def _forget_failures(*units: str) -> None:
-    """Reset systemd's counts of failures. An error is ignored: a unit that is not loaded has no failures."""
-    _call("reset-failed", *units)
-
-
-def enable(*units: str) -> None:
-    """Make systemd start units at each boot of the robot."""
-    systemctl("enable", *units)
-
-
-def disable(*units: str) -> None:
-    """Make systemd start units no longer at the boot of the robot."""
-    systemctl("disable", *units)
-
-
-def reload_units() -> None:
-    """Make systemd read its unit files again."""
-    systemctl("daemon-reload")
+    _call("reset-failed", *units)  # an error is ignored: a unit that is not loaded has no failures
 
 
 def is_shutting_down() -> bool:
@@ -189,9 +168,21 @@ def is_shutting_down() -> bool:
 def systemctl(*arguments: str) -> str:
     """Run systemctl for the user's systemd, and return its output. Raises AgentError if it fails."""
     done = _call(*arguments)
-    if done.returncode:
-        raise _build_error(arguments, done.stderr.strip())
-    return done.stdout
+    if done.returncode == 0:
+        return done.stdout
+    stderr = done.stderr.strip()
+    if any(text in stderr for text in _NO_BUS_TEXTS):
+        user = robot_facts.read_user()
+        raise AgentError(
+            f"the systemd of {user} does not run on the robot ({stderr})",
+            f"On the robot: sudo loginctl enable-linger {user} && sudo systemctl start user@{os.getuid()}.service",
+            MANAGER_GONE,
+        )
+    raise AgentError(
+        f"systemctl --user {' '.join(arguments)}: {stderr.splitlines()[0].rstrip('.') if stderr else 'failed'}",
+        "On the robot: systemctl --user status robotcore",
+        "systemctl",
+    )
 
 
 def _call(*arguments: str) -> subprocess.CompletedProcess[str]:
@@ -215,18 +206,3 @@ def _call(*arguments: str) -> subprocess.CompletedProcess[str]:
         raise AgentError(
             f"systemd did not answer to {arguments[0]} within {CALL_TIMEOUT_S:g} s", "Reboot the robot", MANAGER_GONE
         ) from error
-
-
-def _build_error(arguments: tuple[str, ...], stderr: str) -> AgentError:
-    if any(text in stderr for text in _NO_BUS_TEXTS):
-        user = robot_facts.read_user()
-        return AgentError(
-            f"the systemd of {user} does not run on the robot ({stderr})",
-            f"On the robot: sudo loginctl enable-linger {user} && sudo systemctl start user@{os.getuid()}.service",
-            MANAGER_GONE,
-        )
-    return AgentError(
-        f"systemctl --user {' '.join(arguments)}: {stderr.splitlines()[0].rstrip('.') if stderr else 'failed'}",
-        "On the robot: systemctl --user status robotcore",
-        "systemctl",
-    )

@@ -96,12 +96,10 @@ def install_service(layout: Layout) -> None:
 def install_units(layout: Layout) -> None:
     """Write the unit files that are new or have changed, and make systemd start the units at each boot."""
     layout.units.mkdir(parents=True, exist_ok=True)
-    changed = {name: text for name, text in UNIT_TEXTS.items() if not _is_up_to_date(layout.units / name, text)}
-    for name, text in changed.items():
-        files.write_file(layout.units / name, text)
-    if changed:
-        systemd.reload_units()
-    systemd.enable(*UNIT_TEXTS)
+    changed = [_write_if_changed(layout.units / name, text.encode()) for name, text in UNIT_TEXTS.items()]
+    if any(changed):
+        systemd.systemctl("daemon-reload")
+    systemd.systemctl("enable", *UNIT_TEXTS)
 
 
 def list_installed_units(layout: Layout) -> list[Path]:
@@ -109,24 +107,20 @@ def list_installed_units(layout: Layout) -> list[Path]:
     return [unit for name in UNIT_TEXTS if (unit := layout.units / name).exists()]
 
 
-def _is_up_to_date(path: Path, text: str) -> bool:
-    return path.is_file() and path.read_bytes() == text.encode()
-
-
 def install_program(layout: Layout, sources: Mapping[str, str]) -> None:
-    """Write the program if it is new or has changed.
+    """Write the program, a ZIP file that Python can run, if it is new or has changed.
 
     sources: the source text of each module by its path, such as ``robotcore/deploy/agent/files.py``.
     """
-    content = build_program(sources)
-    if not layout.program.is_file() or layout.program.read_bytes() != content:
-        files.write_file(layout.program, content)
-
-
-def build_program(sources: Mapping[str, str]) -> bytes:
-    """Return the content of a ZIP file that Python can run as a program."""
     content = io.BytesIO()
     with zipfile.ZipFile(content, "w") as file:
         for path, text in sorted({**sources, "__main__.py": _MAIN}.items()):
             file.writestr(zipfile.ZipInfo(path, _EPOCH), text)
-    return content.getvalue()
+    _write_if_changed(layout.program, content.getvalue())
+
+
+def _write_if_changed(path: Path, content: bytes) -> bool:
+    if path.is_file() and path.read_bytes() == content:
+        return False
+    files.write_file(path, content)
+    return True

@@ -13,7 +13,6 @@ from robotcore.deploy.agent.releases import NAME_PATTERN
 _PUSHED_BY = ".pushed-by"
 
 _PROC = Path("/proc")
-_BOOT = _PROC / "sys/kernel/random/boot_id"
 _CONNECTION_PROGRAMS = ("sshd", "dropbear")
 """The beginnings of the names of programs that serve an ssh connection, such as ``sshd-session`` of OpenSSH 9.8."""
 
@@ -25,7 +24,7 @@ def open_upload(layout: Layout, release: str) -> Path:
     missing files.
     """
     folder = layout.incoming / release
-    leftovers = list(list_leftovers(layout))
+    leftovers = [path for path in sorted(layout.incoming.iterdir(), reverse=True) if not _is_in_use(path)]
     before = next((path for path in leftovers if NAME_PATTERN.fullmatch(path.name)), None)
     for path in leftovers:
         if path != before:
@@ -33,16 +32,14 @@ def open_upload(layout: Layout, release: str) -> Path:
     if before:
         before.rename(folder)
     folder.mkdir(exist_ok=True)
-    _owner_file(layout, release).write_text(identify_connection())
-    _delete_stale_owners(layout)
+    _owner_file(folder).write_text(identify_connection())
     return folder
 
 
-def list_leftovers(layout: Layout) -> Iterator[Path]:
-    """Yield the folders of interrupted uploads, the newest first, and folders of interrupted deletions."""
-    for path in sorted(layout.incoming.glob("*"), reverse=True):
-        if path.suffix != _PUSHED_BY and not is_process_alive(_read_owner(_owner_file(layout, path.name))):
-            yield path
+def _is_in_use(path: Path) -> bool:
+    """Return whether the push that made a folder or its owner's file is still connected."""
+    owner = path if path.suffix == _PUSHED_BY else _owner_file(path)
+    return owner.is_file() and is_process_alive(owner.read_text())
 
 
 def discard_upload(layout: Layout, release: str) -> bool:
@@ -51,7 +48,7 @@ def discard_upload(layout: Layout, release: str) -> bool:
     was_there = folder.is_dir()
     if was_there:
         discard(layout, folder)
-    _owner_file(layout, release).unlink(missing_ok=True)
+    _owner_file(folder).unlink(missing_ok=True)
     return was_there
 
 
@@ -79,26 +76,8 @@ def _make_writable(folder: Path) -> None:
         folder.chmod(folder.stat().st_mode | 0o700)
 
 
-def _delete_stale_owners(layout: Layout) -> None:
-    for owner in layout.incoming.glob(f"*{_PUSHED_BY}"):
-        if not (layout.incoming / owner.stem).exists():
-            owner.unlink()
-
-
-def _owner_file(layout: Layout, release: str) -> Path:
-    return layout.incoming / f"{release}{_PUSHED_BY}"
-
-
-def _read_owner(owner: Path) -> str:
-    try:
-        return owner.read_text()
-    except OSError:
-        return ""
-
-
-def read_boot_id() -> str:
-    """Return the identifier of this boot."""
-    return _BOOT.read_text().strip()
+def _owner_file(folder: Path) -> Path:
+    return folder.with_name(folder.name + _PUSHED_BY)
 
 
 def identify_process(pid: int) -> str:
@@ -106,15 +85,12 @@ def identify_process(pid: int) -> str:
 
     Raises OSError if there is no process of this number.
     """
-    _, _, started = _read_process(pid)
-    return f"{read_boot_id()} {pid} {started}"
+    boot = (_PROC / "sys/kernel/random/boot_id").read_text().strip()
+    return f"{boot} {pid} {_read_process(pid)[2]}"
 
 
 def is_process_alive(identity: str) -> bool:
-    """Return whether the process with this identity runs.
-
-    identity: the result of `identify_process`.
-    """
+    """Return whether the process with this identity runs. ``identity`` is the result of `identify_process`."""
     try:
         return identify_process(int(identity.split()[1])) == identity
     except (OSError, ValueError, IndexError):

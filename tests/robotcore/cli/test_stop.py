@@ -187,3 +187,14 @@ def test_a_project_without_a_robot_is_no_robot_to_stop(cli: Cli, project: Path, 
     answer = cli("stop")
     assert (answer.status, answer.out) == (2, "")
     check_text(answer.err)
+
+
+def test_robot_of_the_project_on_a_machine_without_its_libraries_is_another_machine(
+    cli: Cli, diary: Path, project: Path, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
+) -> None:
+    (project / "pyproject.toml").write_text('[tool.robotcore]\nrobot = "rover"\n')
+    backend = install(monkeypatch, CutoffBackend(diary))
+    monkeypatch.setattr(backend, "cutoffs", lambda _: [CutoffSpec("left_motor", "no_such_library:Cutoff")])
+    answer = cli("stop")
+    assert (answer.status, answer.out) == (3, "")
+    check_text(answer.err)

@@ -183,7 +183,7 @@ def test_missing_rsync_on_this_machine(
     with RobotLink(RobotAddress.parse("robot"), sshd.config) as link:
         monkeypatch.setenv("PATH", str(tmp_path))
         with raises(DeployError, "no-program"):
-            link.send(tmp_path, "incoming")
+            rsync.send(link, tmp_path, "incoming")
 
 
 def test_missing_rsync_on_the_robot(tmp_path: Path, raises: Raises) -> None:
@@ -192,7 +192,7 @@ def test_missing_rsync_on_the_robot(tmp_path: Path, raises: Raises) -> None:
         RobotLink(RobotAddress.parse("robot"), server.config) as link,
         raises(DeployError, "no-rsync"),
     ):
-        link.send(tmp_path, "incoming")
+        rsync.send(link, tmp_path, "incoming")
 
 
 def test_missing_python_on_the_robot(tmp_path: Path, raises: Raises) -> None:
@@ -222,7 +222,7 @@ def test_full_disk_of_the_robot(sshd: Sshd, tmp_path: Path, raises: Raises) -> N
         unwind.callback(subprocess.run, ("umount", full), check=True)
         link = unwind.enter_context(RobotLink(RobotAddress.parse("robot"), sshd.config))
         with raises(DeployError, "disk-full"):
-            link.send(folder, "incoming")
+            rsync.send(link, folder, "incoming")
 
 
 @pytest.mark.slow
@@ -264,6 +264,6 @@ def test_connection_that_breaks_in_a_transfer(sshd: Sshd, tmp_path: Path, monkey
             os.kill(pid, signal.SIGKILL)
 
     with RobotLink(RobotAddress.parse("robot"), sshd.config) as link, pytest.raises(DeployError) as raised:
-        link.send(folder, "incoming", on_progress=break_connection)
+        rsync.send(link, folder, "incoming", on_progress=break_connection)
     assert raised.value.kind == BROKEN
     assert not (sshd.home / "robotcore" / "incoming" / "big").exists()

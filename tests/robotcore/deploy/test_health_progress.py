@@ -10,7 +10,7 @@ from robotcore.deploy import health_progress as health
 from robotcore.deploy.errors import BROKEN
 from robotcore.deploy.health_progress import RECONNECTING
 from robotcore.deploy.host import RobotAddress, command_hint
-from robotcore.deploy.progress import StepProgress, begin_step
+from robotcore.deploy.progress import Step, StepProgress
 from robotcore.deploy.robot_answers import HealthAnswer
 from robotcore.deploy.rpc import RobotLink
 from robotcore.errors import DeployError, UnhealthyError
@@ -64,7 +64,7 @@ def prompt(monkeypatch: pytest.MonkeyPatch, robot: Sshd) -> None:
 def follow(link: RobotLink, robot: Sshd, release: str | None = NEW) -> list[StepProgress]:
     """Follow a health check; return its progress."""
     steps: list[StepProgress] = []
-    check = health.HealthCheckClient(link.host, robot.config, begin_step(health.STEP, steps.append))
+    check = health.HealthCheckClient(link.host, robot.config, Step(health.STEP, steps.append))
     check.follow(link, "activate", release, healthy_within_s=5.0)
     return steps
 
@@ -79,7 +79,7 @@ def follow_broken_connection(robot: Sshd, action: str = "activate", release: str
             os.kill(robot.connections()[-1], signal.SIGKILL)
 
     with RobotLink(RobotAddress(robot.host), robot.config) as link:
-        check = health.HealthCheckClient(link.host, robot.config, begin_step(health.STEP, break_connection))
+        check = health.HealthCheckClient(link.host, robot.config, Step(health.STEP, break_connection))
         check.follow(link, action, release, healthy_within_s=5.0)
     return steps
 
@@ -176,7 +176,7 @@ def test_client_does_not_connect_again_after_a_refusal(
     add_action(
         "activate",
         """
-from robotcore.deploy.agent.rpc import AgentError
+from robotcore.deploy.agent.errors import AgentError
 
 def act(layout, **arguments):
     raise AgentError("another deploy is at work", "Wait for it", "busy")

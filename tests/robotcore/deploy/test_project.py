@@ -6,12 +6,10 @@ from pathlib import Path
 import pytest
 
 from robotcore.deploy.project import DeployOptions, build_project
-from robotcore.deploy.push import UNTIL_STOPPED_S, build_release
+from robotcore.deploy.push import UNTIL_STOPPED_S, create_release
 from robotcore.errors import DescriptionError, UnknownNameError, UsageError
 from tests.robotcore.deploy.projects import DRIVES_ON, TABLE, write, write_project
 from tests.texts import Raises
-
-NAME = "2026-11-21T22-40-03Z"
 
 
 def test_installed_app_needs_no_project_folder(tmp_path: Path) -> None:
@@ -95,7 +93,7 @@ def test_invalid_options_are_refused(tmp_path: Path, options: DeployOptions, err
 
 def test_release_has_commands_that_run_and_stop_it(tmp_path: Path) -> None:
     project = replace(build_project(DeployOptions(app="green-search", robot="rover"), tmp_path), settings={"a": "b c"})
-    release = build_release(project, NAME)
+    release = create_release(project)
     words = ("run", "green-search", "--backend", "raspberrypi", "--timeout", f"{UNTIL_STOPPED_S:.0f}")
     assert release.run == (*words, "--set", "a=b c", "--realtime")
     assert release.stop == ("stop", "--backend", "raspberrypi", "--robot", "rover")
@@ -105,4 +103,4 @@ def test_release_for_a_simulator_has_a_world(tmp_path: Path) -> None:
     project = build_project(
         DeployOptions(app="green-search", robot="rover", backend="kinematic", seeds="7-9"), tmp_path
     )
-    assert build_release(project, NAME).run[2:6] == ("--world", "arena", "--seed", "7")
+    assert create_release(project).run[2:6] == ("--world", "arena", "--seed", "7")

@@ -1,18 +1,20 @@
 from __future__ import annotations
 
+import os
+import shutil
+import signal
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from robotcore.deploy import checks, simulation
 from robotcore.deploy import push as push_module
 from robotcore.deploy.agent.releases import Release
-from robotcore.deploy.checks import CheckResult, PushCheck
+from robotcore.deploy.checks import CheckResult
 from robotcore.deploy.host import RobotAddress
-from robotcore.deploy.progress import ReportText, StepProgress
-from robotcore.deploy.project import DeployOptions, Project, build_project
+from robotcore.deploy.progress import Report, StepProgress
+from robotcore.deploy.project import DeployOptions, build_project
 from robotcore.deploy.push import Push, describe_state_after, push
 from robotcore.deploy.wheels import Platform
 from robotcore.errors import DeployError, DescriptionError, UnprovenError
@@ -33,8 +35,8 @@ class Still(Behaviour):
 OLD = "2026-11-21T22-40-03Z"
 
 PROBE = """
-def act(layout, requirements, is_push):
-    assert is_push and "numpy>=1.24" in requirements
+def act(layout, requirements):
+    assert "numpy>=1.24" in requirements
     return {
         "host": "rover", "machine": "aarch64", "system": "Debian 12", "python": "3.11.2", "free_bytes": 12_300_000_000,
         "has_environment": True, "libc": "glibc", "libc_version": "2.36",
@@ -53,7 +55,7 @@ def act(layout, release, is_offline):
 """
 
 FAIL = """
-from robotcore.deploy.agent.rpc import AgentError
+from robotcore.deploy.agent.errors import AgentError
 
 def act(layout, **arguments):
     raise AgentError("pip cannot reach its index", "Push with --offline", "network")
@@ -124,6 +126,16 @@ def test_push_reports_each_step_and_sends_only_changes_again(push_request: Push,
 
 
 @pytest.mark.slow
+def test_push_connects_again_if_the_connection_breaks_during_the_checks(push_request: Push, robot: Sshd) -> None:
+    def break_connection(progress: StepProgress) -> None:
+        if progress.step == "files":
+            for pid in robot.connections():
+                os.kill(pid, signal.SIGKILL)
+
+    assert push(push_request, break_connection)
+
+
+@pytest.mark.slow
 def test_offline_push_sends_the_wheels(
     push_request: Push, robot: Sshd, add_action: AddAction, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -139,8 +151,8 @@ def test_release_that_cannot_be_installed_is_deleted_and_the_current_one_stays(
     push_request: Push, robot: Sshd, add_action: AddAction, raises: Raises
 ) -> None:
     root = robot.home / "robotcore"
-    (root / "releases" / OLD).mkdir(parents=True, exist_ok=True)
-    (root / "current").unlink(missing_ok=True)
+    shutil.rmtree(root, ignore_errors=True)
+    (root / "releases" / OLD).mkdir(parents=True)
     (root / "current").symlink_to(f"releases/{OLD}")
     before = (list_folders(robot, "releases"), (root / "current").readlink())
     add_action("install", FAIL)
@@ -150,17 +162,17 @@ def test_release_that_cannot_be_installed_is_deleted_and_the_current_one_stays(
     assert (list_folders(robot, "releases"), (root / "current").readlink()) == before
 
 
-def install_checks(monkeypatch: pytest.MonkeyPatch, of_bundle: Callable[[object, ReportText], CheckResult]) -> None:
-    """Replace the checks by one of the project, which it passes, and this one of the bundle."""
-    passed = PushCheck[Project]("tests", lambda _project, _say: CheckResult("12 passed"))
-    monkeypatch.setattr(checks, "CHECKS_OF_PROJECT", (passed,))
-    monkeypatch.setattr(simulation, "CHECKS_OF_BUNDLE", (PushCheck("simulation", of_bundle),))
+def install_checks(monkeypatch: pytest.MonkeyPatch, of_bundle: Callable[[object, Report], CheckResult]) -> None:
+    """Replace the checks of the project, which it passes, and that of the bundle."""
+    for name in ("run_tests", "check_descriptions"):
+        monkeypatch.setattr(push_module, name, lambda _project, _report: CheckResult("12 passed"))
+    monkeypatch.setattr(push_module, "simulate", of_bundle)
 
 
 def test_nothing_is_sent_before_every_check_is_passed(
     push_request: Push, robot: Sshd, monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:
-    def fail(_project: object, report_text: ReportText) -> CheckResult:
+    def fail(_project: object, report: Report) -> CheckResult:
         raise UnprovenError("simulation: 1 of 3 verified", kind="run-failed")
 
     install_checks(monkeypatch, fail)
@@ -168,7 +180,16 @@ def test_nothing_is_sent_before_every_check_is_passed(
     steps: list[StepProgress] = []
     with raises(UnprovenError, "run-failed"):
         push(replace(push_request, is_checked=True), steps.append)
-    assert [each.step for each in steps] == ["robot", "tests", "tests", "files", "files", "simulation"]
+    assert [each.step for each in steps] == [
+        "robot",
+        "tests",
+        "tests",
+        "check",
+        "check",
+        "files",
+        "files",
+        "simulation",
+    ]
     assert steps[2] == StepProgress("tests", "12 passed", is_done=True)
     assert [list_folders(robot, below) for below in ("releases", "incoming")] == before
 

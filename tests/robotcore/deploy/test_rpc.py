@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 
-from robotcore.deploy import rpc, ssh
+from robotcore.deploy import rpc, rsync, ssh
 from robotcore.deploy.agent.rpc import MARK
 from robotcore.deploy.host import RobotAddress
 from robotcore.deploy.robot_answers import EmptyAnswer, ProgressMessage, RobotMessage
@@ -85,7 +85,8 @@ GONE_S = 10
 LONG = 12 << 20
 
 REPORT = """
-from robotcore.deploy.agent.rpc import AgentError, report_progress
+from robotcore.deploy.agent.errors import AgentError
+from robotcore.deploy.agent.rpc import report_progress
 
 def act(layout, refuses=False):
     report_progress("half of it", part=0.5)
@@ -195,7 +196,7 @@ def test_files_of_any_name_arrive_and_no_shell_runs_them(
     link: RobotLink, robot: Sshd, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("RSYNC_CHECKSUM_LIST", "of a user's own")
-    transfer = link.send(folder, "incoming/new")
+    transfer = rsync.send(link, folder, "incoming/new")
     assert read_contents(robot.home / "robotcore" / "incoming" / "new") == read_contents(folder)
     assert transfer.files == transfer.changed == len(NAMES)
     assert not list(folder.parent.rglob("canary"))
@@ -203,7 +204,7 @@ def test_files_of_any_name_arrive_and_no_shell_runs_them(
 
 def test_equal_files_with_other_times_are_copied_on_the_robot(link: RobotLink, robot: Sshd, folder: Path) -> None:
     root = robot.home / "robotcore"
-    first = link.send(folder, "incoming/new")
+    first = rsync.send(link, folder, "incoming/new")
     (root / "incoming" / "new").rename(root / "current")
     (root / "incoming" / "newer").mkdir()
     for file in folder.rglob("*"):
@@ -211,7 +212,7 @@ def test_equal_files_with_other_times_are_copied_on_the_robot(link: RobotLink, r
     changed = folder / "project" / "with space.txt" / "with space.txt"
     changed.write_bytes(b"WITH SPACE.TXT")  # of the same length
     os.utime(changed, (0, 0))
-    second = link.send(folder, "incoming/newer", "current")
+    second = rsync.send(link, folder, "incoming/newer", "current")
     assert read_contents(root / "incoming" / "newer") == read_contents(folder)
     assert read_contents(root / "current") != read_contents(folder)
     assert (second.files, second.changed) == (len(NAMES), 1)
@@ -222,13 +223,13 @@ def test_files_of_a_broken_push_are_deleted(link: RobotLink, robot: Sshd, folder
     there = robot.home / "robotcore" / "incoming" / "new"
     (there / "deleted").mkdir(parents=True)
     (there / "deleted" / "app.py").write_text("of before")
-    link.send(folder, "incoming/new")
+    rsync.send(link, folder, "incoming/new")
     assert {path.name for path in there.iterdir()} == {path.name for path in folder.iterdir()}
 
 
 def test_progress_of_a_transfer_ends_with_all_bytes(link: RobotLink, folder: Path) -> None:
     progress: list[tuple[int, float]] = []
-    link.send(folder, "incoming/new", on_progress=lambda done, part: progress.append((done, part)))
+    rsync.send(link, folder, "incoming/new", on_progress=lambda done, part: progress.append((done, part)))
     assert progress == sorted(progress)
     assert progress[-1] == (sum(map(len, read_contents(folder).values())), 1.0)
 
@@ -249,9 +250,9 @@ def test_next_transfer_resumes_an_incomplete_recording(
     with monkeypatch.context() as patch:
         patch.setenv("PATH", str(slow_rsync(tmp_path / "slow")), prepend=os.pathsep)
         with pytest.raises(KeyboardInterrupt):
-            link.receive([recording.name], home, partial=partial, on_progress=interrupt)
+            rsync.receive(link, [recording.name], home, partial=partial, on_progress=interrupt)
     assert not (home / recording.name).exists()
-    transfer = link.receive([recording.name], home, partial=partial)
+    transfer = rsync.receive(link, [recording.name], home, partial=partial)
     assert transfer.received < LONG
     assert [(file.name, file.stat().st_size) for file in home.iterdir()] == [(recording.name, LONG)]
     assert recording.exists()
@@ -273,13 +274,13 @@ def test_only_recordings_are_received(link: RobotLink, tmp_path: Path) -> None:
         "ü.mcap",
     ]:
         with pytest.raises(ValueError, match=re.escape(repr(name))):
-            pytest.fail(f"{name!r} is received: {link.receive([name], tmp_path)}")
+            pytest.fail(f"{name!r} is received: {rsync.receive(link, [name], tmp_path)}")
 
 
 def test_files_are_sent_into_the_robots_folder_only(link: RobotLink, folder: Path) -> None:
     for to in ("", "..", "/etc", "incoming/../../.ssh", "a b", "$(touch canary)", "-x", "~", "incoming/new\n"):
         with pytest.raises(ValueError, match=re.escape(repr(to))):
-            link.send(folder, to)
+            rsync.send(link, folder, to)
 
 
 def test_interrupted_call_ends_on_the_robot_and_the_link_still_works(link: RobotLink, add_action: AddAction) -> None:
@@ -306,7 +307,7 @@ def test_link_works_after_an_interrupted_transfer(link: RobotLink, add_action: A
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        link.send(folder, "incoming/new", on_progress=interrupt)
+        rsync.send(link, folder, "incoming/new", on_progress=interrupt)
     assert link.call("echo", Echo) == Echo(arguments={})
 
 
@@ -335,7 +336,7 @@ def test_login_shell_that_prints_disturbs_transfers_but_no_calls(
         assert lines == ["a line of a log"]
         (sshd.home / "robotcore" / "new").mkdir(parents=True)
         with raises(DeployError, "unclean-shell"):
-            link.send(sshd.bin, "new")
+            rsync.send(link, sshd.bin, "new")
 
 
 @pytest.mark.parametrize("shell", ["dash", "tcsh", "fish"])
@@ -347,7 +348,7 @@ def test_every_login_shell_works(shell: str, tmp_path: Path, add_action: AddActi
     with serving(tmp_path / "sshd", command) as sshd, RobotLink(RobotAddress.parse("robot"), sshd.config) as link:
         (sshd.home / "robotcore").mkdir()
         assert link.call("echo", Echo, a="$(x)") == Echo(arguments={"a": "$(x)"})
-        assert link.send(folder, "new").changed == len(NAMES)
+        assert rsync.send(link, folder, "new").changed == len(NAMES)
 
 
 def test_ssh_configuration_of_the_user_for_logins_does_no_harm(sshd: Sshd, add_action: AddAction) -> None:

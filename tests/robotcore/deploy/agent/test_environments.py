@@ -16,8 +16,8 @@ import pytest
 
 from robotcore.deploy.agent import environments, files
 from robotcore.deploy.agent.environments import EnvironmentSpec, explain_failure
+from robotcore.deploy.agent.errors import AgentError
 from robotcore.deploy.agent.files import Layout
-from robotcore.deploy.agent.rpc import AgentError, report_progress
 from tests.robotcore.deploy.agent.sample_releases import NEW, OLD, put_release
 from tests.texts import CheckText, Raises
 
@@ -44,11 +44,7 @@ def robot(tmp_path_factory: pytest.TempPathFactory) -> Layout:
     with pytest.MonkeyPatch.context() as here:
         here.setattr(os, "sync", lambda: None)
         environments.make_environment(
-            layout,
-            EnvironmentSpec.of([f"{WIDGET}>=1"]),
-            OLD,
-            environments.PipInputs(wheels=layout.root / "wheels"),
-            report_progress,
+            layout, EnvironmentSpec.of([f"{WIDGET}>=1"]), OLD, environments.PipInputs(wheels=layout.root / "wheels")
         )
     return layout
 
@@ -114,17 +110,15 @@ def test_system_packages_are_returned_without_those_of_the_release(environment: 
     packages = next(environment.glob("lib/python*/site-packages"))
     (packages / "system.pth").write_text(f"{system}\n")
     requirements = ["apt_gadget", "brought_gadget", WIDGET]
-    assert environments.install_requirements(
-        environment, requirements, environments.PipInputs(tmp_path, site), report_progress
-    ) == {"apt_gadget"}
+    assert environments.install_requirements(environment, requirements, environments.PipInputs(tmp_path, site)) == {
+        "apt_gadget"
+    }
 
 
 @pytest.mark.slow
 def test_requirement_without_a_wheel_is_named(environment: Path, tmp_path: Path, raises: Raises) -> None:
     with raises(AgentError, "wheels", hide=[platform.python_version(), platform.machine()]):
-        environments.install_requirements(
-            environment, ["robot-gadget"], environments.PipInputs(tmp_path), report_progress
-        )
+        environments.install_requirements(environment, ["robot-gadget"], environments.PipInputs(tmp_path))
 
 
 @pytest.mark.slow
@@ -136,7 +130,6 @@ def test_unreachable_address_is_a_network_error_without_its_password(
             environment,
             ["gadget @ http://user:secret@127.0.0.1:9/gadget-1.0-py3-none-any.whl"],
             environments.PipInputs(),
-            report_progress,
         )
     assert refused.value.kind == "network"
     assert "Collecting gadget" in (output := capsys.readouterr().out)
@@ -147,24 +140,21 @@ def test_unreachable_address_is_a_network_error_without_its_password(
 def test_requirement_that_looks_like_an_option_is_refused(environment: Path, tmp_path: Path, raises: Raises) -> None:
     canary = tmp_path / "canary"
     with raises(AgentError, "requirement"):
-        environments.install_requirements(
-            environment, [f"--target={canary}"], environments.PipInputs(tmp_path), report_progress
-        )
+        environments.install_requirements(environment, [f"--target={canary}"], environments.PipInputs(tmp_path))
     assert not canary.exists()
 
 
 def test_pip_is_killed_if_the_report_raises(environment: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("PIP_DEFAULT_TIMEOUT", "600")
-
-    def fail_to_report(words: str, **more: object) -> None:
+    def fail_to_report(text: str) -> None:
         raise BrokenPipeError
+
+    monkeypatch.setenv("PIP_DEFAULT_TIMEOUT", "600")
+    monkeypatch.setattr(environments, "report_progress", fail_to_report)
 
     with socket.create_server(("127.0.0.1", 0)) as silent:
         place = f"http://127.0.0.1:{silent.getsockname()[1]}/gadget-1.0-py3-none-any.whl"
         with pytest.raises(BrokenPipeError):
-            environments.install_requirements(
-                environment, [f"gadget @ {place}"], environments.PipInputs(), fail_to_report
-            )
+            environments.install_requirements(environment, [f"gadget @ {place}"], environments.PipInputs())
     left = [path for path in Path("/proc").glob("[0-9]*/cwd") if _is_link_to(path, environment)]
     assert left == []
 
@@ -175,7 +165,7 @@ def test_failed_environment_is_deleted(layout: Layout, monkeypatch: pytest.Monke
 
     monkeypatch.setattr(files, "write_file", full)
     with pytest.raises(OSError, match=os.strerror(errno.ENOSPC)):
-        environments.make_environment(layout, EnvironmentSpec.of([]), NEW, environments.PipInputs(), report_progress)
+        environments.make_environment(layout, EnvironmentSpec.of([]), NEW, environments.PipInputs())
     assert not any(layout.environments.iterdir())
 
 

@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 
 from robotcore.deploy.agent import admin_actions, environments, push_actions
+from robotcore.deploy.agent.errors import AgentError
 from robotcore.deploy.agent.files import Layout
 from robotcore.deploy.agent.releases import Release
-from robotcore.deploy.agent.rpc import AgentError
 from tests.robotcore.deploy.agent.sample_releases import (
     NEW,
     NEWER,
@@ -75,7 +75,7 @@ def test_unchanged_environment_is_kept(layout: Layout) -> None:
 
 
 def test_uploaded_wheels_are_deleted_after_the_installation(layout: Layout, monkeypatch: pytest.MonkeyPatch) -> None:
-    def make(layout: Layout, _recipe: object, name: str, need: environments.PipInputs, _say: object) -> Path:
+    def make(layout: Layout, _recipe: object, name: str, need: environments.PipInputs) -> Path:
         assert need.wheels == layout.incoming / name / "wheels"
         assert need.wheels.joinpath("widget.whl").exists()
         return layout.environments / "made"

@@ -1,19 +1,17 @@
 from __future__ import annotations
 
+import fcntl
 import os
 import subprocess
 import sys
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from pathlib import Path
-from threading import Event
 
 import pytest
 
+from robotcore.deploy.agent.errors import AgentError
 from robotcore.deploy.agent.files import Layout
 from robotcore.deploy.agent.lock import hold_lock
-from robotcore.deploy.agent.rpc import AgentError
 from tests.texts import Raises
 
 HOLD = """
@@ -61,20 +59,16 @@ def test_child_with_the_handle_holds_the_lock_after_its_parent_has_ended(layout:
         pass
 
 
-def test_process_that_waited_for_a_removed_lock_file_locks_the_new_one(layout: Layout) -> None:
-    with other_process(layout) as process, ThreadPoolExecutor() as pool:
-        waiting = pool.submit(_read_lock_file_number, layout)
-        while not _is_waiting(layout):
-            Event().wait(0.01)
+def test_process_that_waited_for_a_removed_lock_file_locks_the_new_one(
+    layout: Layout, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lock_file = fcntl.flock
+
+    def remove_and_lock(handle: int, operation: int) -> None:
+        monkeypatch.undo()
         layout.lock.unlink()
-        process.kill()
-        assert waiting.result() == layout.lock.stat().st_ino
+        lock_file(handle, operation)
 
-
-def _read_lock_file_number(layout: Layout) -> int:
+    monkeypatch.setattr(fcntl, "flock", remove_and_lock)
     with hold_lock(layout, "push", 10) as handle:
-        return os.fstat(handle).st_ino
-
-
-def _is_waiting(layout: Layout) -> bool:
-    return any(path.resolve() == layout.lock for path in Path("/proc/self/fd").iterdir())
+        assert os.fstat(handle).st_ino == layout.lock.stat().st_ino

@@ -9,14 +9,16 @@ import sys
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from robotcore.deploy.agent import environments, files, push_actions, releases, robot_facts
 from robotcore.deploy.agent.environments import EnvironmentSpec
+from robotcore.deploy.agent.errors import AgentError
 from robotcore.deploy.agent.files import Layout
 from robotcore.deploy.agent.releases import ENVIRONMENT, HEALTHY, UNHEALTHY, HealthResult, Release, list_names
-from robotcore.deploy.agent.rpc import AgentError, report_progress
+from robotcore.deploy.robot_answers import ProbeAnswer
 from tests.robotcore.deploy.agent.sample_releases import (
     NEW,
     NEWER,
@@ -29,31 +31,16 @@ from tests.robotcore.deploy.agent.sample_releases import (
 from tests.texts import CheckText
 
 
-def test_probe_returns_the_facts(layout: Layout) -> None:
-    answer = push_actions.probe(layout)
-    assert (answer["python"], answer["machine"], answer["bits"]) == (platform.python_version(), platform.machine(), 64)
+@pytest.mark.usefixtures("lingering", "systemd")
+def test_probe_returns_the_facts_and_whether_the_environment_exists(layout: Layout) -> None:
+    answer = push_actions.probe(layout, requirements=[])
+    assert ProbeAnswer(**answer).machine == platform.machine()
     assert answer["free_bytes"] > 0
-    assert answer["release"] is None
+    assert not answer["has_environment"]
     assert not layout.root.exists()
-
-
-def test_probe_returns_the_current_release(layout: Layout) -> None:
-    put_release(layout, OLD)
-    make_current(layout, OLD)
-    assert push_actions.probe(layout)["release"] == OLD
-
-
-def test_probe_returns_whether_the_environment_exists(layout: Layout) -> None:
-    assert not push_actions.probe(layout)["has_environment"]
-    environments.make_environment(layout, EnvironmentSpec.of([]), OLD, environments.PipInputs(), report_progress)
-    assert push_actions.probe(layout)["has_environment"]
+    environments.make_environment(layout, EnvironmentSpec.of([]), OLD, environments.PipInputs())
+    assert push_actions.probe(layout, requirements=[])["has_environment"]
     assert not push_actions.probe(layout, requirements=["numpy"])["has_environment"]
-
-
-def test_probe_works_on_a_minimal_system(layout: Layout, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("PATH", str(tmp_path))
-    answer = push_actions.probe(layout)
-    assert not any(answer[name] for name in ("has_rsync", "has_user_manager", "reads_journal"))
 
 
 @pytest.fixture
@@ -69,7 +56,7 @@ def unprepared_robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.usefixtures("unprepared_robot")
 def test_push_is_refused_with_every_missing_need(layout: Layout, check_text: CheckText) -> None:
     with pytest.raises(AgentError) as refused:
-        push_actions.probe(layout, is_push=True)
+        push_actions.probe(layout, requirements=[])
     assert refused.value.fields["kinds"] == ("architecture", "rsync", "venv", "linger")
     assert refused.value.kind == "architecture"
     check_text(refused.value, hide=[robot_facts.read_system()])
@@ -77,9 +64,9 @@ def test_push_is_refused_with_every_missing_need(layout: Layout, check_text: Che
 
 @pytest.mark.usefixtures("unprepared_robot")
 def test_existing_environment_needs_no_venv(layout: Layout) -> None:
-    environments.make_environment(layout, EnvironmentSpec.of([]), OLD, environments.PipInputs(), report_progress)
+    environments.make_environment(layout, EnvironmentSpec.of([]), OLD, environments.PipInputs())
     with pytest.raises(AgentError) as refused:
-        push_actions.probe(layout, is_push=True)
+        push_actions.probe(layout, requirements=[])
     assert "venv" not in refused.value.fields["kinds"]  # type: ignore[operator]
 
 
@@ -255,7 +242,7 @@ def _processes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(push_actions, "_PROC", tmp_path / "proc")
 
 
-def run_doctor(layout: Layout, source: str) -> list[push_actions.FindingRow]:
+def run_doctor(layout: Layout, source: str) -> list[dict[str, Any]]:
     folder = send_release(layout, NEW, doctor=source)
     (folder / ENVIRONMENT / "bin").mkdir(parents=True)
     (folder / ENVIRONMENT / "bin" / "python").symlink_to(sys.executable)

@@ -7,10 +7,10 @@ import pytest
 
 from robotcore.deploy.agent import health_check, releases, robot_facts, run_actions
 from robotcore.deploy.agent import systemd_units as units
+from robotcore.deploy.agent.errors import AgentError
 from robotcore.deploy.agent.files import Layout
 from robotcore.deploy.agent.health_check import HealthCheck
 from robotcore.deploy.agent.releases import HealthResult
-from robotcore.deploy.agent.rpc import AgentError
 from tests.robotcore.deploy.agent import systemd_states as at
 from tests.robotcore.deploy.agent.sample_releases import NEW, OLD, make_current, put_release
 from tests.robotcore.deploy.agent.systemd_double import ScriptedSystemd

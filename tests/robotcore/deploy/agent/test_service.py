@@ -11,11 +11,12 @@ from typing import Any
 import pytest
 
 from robotcore.deploy import rpc
-from robotcore.deploy.agent import releases
+from robotcore.deploy.agent import releases, service
 from robotcore.deploy.agent import systemd_units as units
 from robotcore.deploy.agent.files import Layout, measure_free_space
 from robotcore.deploy.agent.releases import ENVIRONMENT, SITE, Release
 from tests.robotcore.deploy.agent.sample_releases import NEW, OLD, make_current, put_release
+from tests.texts import CheckText
 
 REPORT = """
 import json, os, sys
@@ -119,6 +120,16 @@ def test_broken_release_is_not_restarted(layout: Layout, systemd: Systemd, lacki
     process = systemd("run")
     assert process.communicate()[1] == f"robotcore: {folder / lacking}: No such file or directory. Push again\n"
     assert process.returncode == 2, "systemd does not try again"
+
+
+@pytest.mark.parametrize("manifest", ["", "[]", '{"format": 1}', '{"format": 1, "run": 5}'])
+def test_damaged_release_is_an_error_with_a_remedy(
+    layout: Layout, capsys: pytest.CaptureFixture[str], manifest: str, check_text: CheckText
+) -> None:
+    put_release(layout, OLD).joinpath("release.json").write_text(manifest)
+    make_current(layout, OLD)
+    assert service.main(["run"], layout) == 2
+    check_text(capsys.readouterr().err)
 
 
 def test_unreadable_release_is_restarted(layout: Layout, systemd: Systemd) -> None:
