@@ -18,7 +18,7 @@ from benchmarks.report import parse_options, print_table
 from robotcore.runtime.plan import Plan, RunRequest
 from robotcore.runtime.result import Outcome
 from robotcore.sweep import LocalEngine, Record, Sweep, run_sweep
-from robotcore.sweep.local import count_cores
+from robotcore.sweep.engine import count_cores
 from robotcore.sweep.record import format_failure
 from robotcore.sweep.spec import parse_seeds
 

@@ -21,7 +21,7 @@ from robotcore import RunRequest, run
 from robotcore.runtime.observer import Run
 from robotcore.runtime.result import Outcome, RunResult
 from robotcore.runtime.trace import TickRecord
-from robotcore.sweep.local import count_cores
+from robotcore.sweep.engine import count_cores
 from robotcore.sweep.statistics import wilson
 
 GOAL = 0.98

@@ -15,7 +15,7 @@ from tempfile import TemporaryDirectory
 from benchmarks.report import parse_options, print_table
 from robotcore.runtime.plan import RunRequest
 from robotcore.sweep import LocalEngine, Record, Sweep, run_sweep
-from robotcore.sweep.local import count_cores
+from robotcore.sweep.engine import count_cores
 from robotcore.sweep.record import format_failure
 from robotcore.sweep.spec import parse_seeds
 from robotcore.sweep.statistics import Group, compare_backends, group_records

@@ -143,7 +143,7 @@ def _make_engine(
     cluster: str | None, jobs: int | None, wall_timeout_s: float | None, backends: tuple[str, ...]
 ) -> Engine:
     if cluster is None:
-        from robotcore.sweep.local import LocalEngine, count_cores
+        from robotcore.sweep.engine import LocalEngine, count_cores
 
         return LocalEngine(_limit_jobs(jobs, backends) or count_cores(), wall_timeout_s)
     if jobs is not None:
@@ -171,8 +171,8 @@ def _limit_jobs(jobs: int | None, backends: tuple[str, ...]) -> int | None:
 
 def _execute_missing_runs(results: Results, engine: Engine, *, is_quiet: bool) -> Interrupted | BackendError | None:
     from robotcore.runtime.signals import SignalGuard
-    from robotcore.sweep.local import execute
-    from robotcore.sweep.summary import SweepProgress
+    from robotcore.sweep.engine import execute
+    from robotcore.sweep.summary import show_progress
 
     with SignalGuard() as interrupts:
         try:
@@ -180,8 +180,8 @@ def _execute_missing_runs(results: Results, engine: Engine, *, is_quiet: bool) -
                 failing = [record.is_failure for record in results.records()]
                 if failing and not is_quiet:
                     show_resumed(results, len(failing))
-                with SweepProgress(len(results.sweep), len(failing), sum(failing)) as progress:
-                    execute(results, engine, progress.show)
+                with show_progress(len(results.sweep), len(failing), sum(failing)) as advance:
+                    execute(results, engine, advance)
         except (Interrupted, BackendError) as error:
             return error
         finally:

@@ -51,7 +51,7 @@ def show_sweep(
     as_json: whether to print one line of JSON instead of the summary.
     has_verify: whether a judge is named or the app has a method ``verify``.
     """
-    from robotcore.sweep.statistics import group_records, list_met_requirements, list_missed_requirements
+    from robotcore.sweep.statistics import group_records, list_missed_requirements
 
     groups = group_records(results.records())
     failing = [record for record in results.records() if record.is_failure]
@@ -70,7 +70,9 @@ def show_sweep(
     elif groups:
         _write_summary(results, groups, failing, has_verify=has_verify)
         _write_findings(results)
-        _write_passed(list_met_requirements(checked, groups))
+        if met := [str(bound) for bound in checked if all(map(bound.is_met_by, groups))]:
+            write_line()
+            write_line(f"Met in every group: {', '.join(met)}")
     _show_ending(results, groups, misses, ended_by)
     return status
 
@@ -128,12 +130,6 @@ def _write_findings(results: Results) -> None:
         write_line("What failing runs have in common:")
     for line in lines:
         write_line(f"  {line}")
-
-
-def _write_passed(requirements: Sequence[Requirement]) -> None:
-    if requirements:
-        write_line()
-        write_line(f"Met in every group: {', '.join(map(str, requirements))}")
 
 
 def _show_ending(

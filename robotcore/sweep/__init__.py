@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from robotcore.sweep.cluster import ClusterEngine as ClusterEngine
-    from robotcore.sweep.local import LocalEngine as LocalEngine
-    from robotcore.sweep.local import run_sweep as run_sweep
+    from robotcore.sweep.engine import LocalEngine as LocalEngine
+    from robotcore.sweep.engine import run_sweep as run_sweep
     from robotcore.sweep.record import Record as Record
     from robotcore.sweep.results import Results as Results
     from robotcore.sweep.spec import Sweep as Sweep
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "ClusterEngine": "cluster",
-    "LocalEngine": "local",
+    "LocalEngine": "engine",
     "Record": "record",
     "Results": "results",
     "Sweep": "spec",
-    "run_sweep": "local",
+    "run_sweep": "engine",
 }
 
 __all__ = ["ClusterEngine", "LocalEngine", "Record", "Results", "Sweep", "run_sweep"]

@@ -8,13 +8,16 @@ import socket
 from collections.abc import Generator, Iterable
 from concurrent.futures import CancelledError, ThreadPoolExecutor
 from dataclasses import dataclass
+from importlib import import_module
+from itertools import islice
+from queue import Empty, SimpleQueue
 from typing import Any
 
-from robotcore.errors import BackendError, RobotcoreError
+from robotcore.errors import BackendError, BackendMissingError, RobotcoreError
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.runtime.plan import RunRequest
 from robotcore.sweep.cluster_worker import JobBundle, format_mismatch, perform_job
-from robotcore.sweep.engine import Future, compute_hang_limit, import_extra, iterate_completed
+from robotcore.sweep.engine import compute_hang_limit
 from robotcore.sweep.single_run import RunOutput, make_failed_output
 from robotcore.sweep.spec import Sweep
 
@@ -27,8 +30,13 @@ IDENTITY_S = 5
 NO_WORKERS_S = 60.0
 """The seconds without any worker after which the sweep ends. A worker needs less time to restart."""
 
+POLL_S = 1.0
+"""The interval in seconds at which the engine counts the workers."""
+
 _RUNS_PER_THREAD = 2
 """The number of runs to submit for each thread of a worker, so that no thread waits for its next run."""
+
+_RESUME_HINT = "The finished runs are saved. The same command resumes the sweep"
 
 
 @dataclass(frozen=True)
@@ -47,22 +55,35 @@ class ClusterEngine:
 
     def perform(self, sweep: Sweep, requests: Iterable[RunRequest]) -> Generator[RunOutput, None, None]:
         bundle, limit = JobBundle.of(sweep), compute_hang_limit(sweep.request, self.wall_timeout_s)
+        ended: SimpleQueue[tuple[RunRequest, Any]] = SimpleQueue()
+        waiting, unfinished = iter(requests), 0
+
+        def submit(request: RunRequest) -> None:
+            future = client.submit(perform_job, request, bundle, limit, pure=False)
+            future.add_done_callback(lambda done: ended.put((request, done)))
+
         with self._connect() as client:
             self._require_workers(client, bundle)
-
-            def submit(request: RunRequest) -> Future:
-                future: Future = client.submit(perform_job, request, bundle, limit, pure=False)
-                return future
-
             workers = _Workers(client, self.address)
-            for request, future in iterate_completed(submit, requests, workers.count_allowed_runs):
+            while True:
+                for request in islice(waiting, max(workers.count_allowed_runs() - unfinished, 0)):
+                    submit(request)
+                    unfinished += 1
+                if not unfinished:
+                    return
+                try:
+                    request, future = ended.get(timeout=POLL_S)
+                except Empty:
+                    continue
+                unfinished -= 1
                 yield self._await_output(request, future, workers)
 
     def _connect(self) -> Any:  # distributed leaves much untyped
-        distributed = import_extra("distributed", "cluster")
+        distributed = _import_distributed()
         logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # the errors below replace its messages
         try:
-            _check_reachable(distributed.comm.get_address_host_port(self.address))
+            # A Dask client would retry for a long time and warn if no program, or another one, is at the address.
+            socket.create_connection(distributed.comm.get_address_host_port(self.address), timeout=ANSWER_S).close()
             _require_scheduler(self.address)
             return distributed.Client(self.address, timeout=ANSWER_S, set_as_default=False)
         except Exception as error:  # another program at the address may send anything
@@ -86,7 +107,7 @@ class ClusterEngine:
             if mismatch:
                 raise BackendError(format_mismatch(worker, mismatch), kind="worker-mismatch", worker=worker)
 
-    def _await_output(self, request: RunRequest, future: Future, workers: _Workers) -> RunOutput:
+    def _await_output(self, request: RunRequest, future: Any, workers: _Workers) -> RunOutput:
         from distributed import KilledWorker
 
         try:
@@ -103,12 +124,16 @@ class ClusterEngine:
             return make_failed_output(request, RobotcoreError(f"{type(error).__name__}: {error}"))
 
 
-_RESUME_HINT = "The finished runs are saved. The same command resumes the sweep"
-
-
-def _check_reachable(host_port: tuple[str, int]) -> None:
-    """Raise OSError if no program listens at the address. A Dask client would retry for a long time and warn."""
-    socket.create_connection(host_port, timeout=ANSWER_S).close()
+def _import_distributed() -> Any:
+    try:
+        return import_module("distributed")
+    except ImportError as error:
+        raise BackendMissingError(
+            "the sweep needs distributed, which is not installed. pip install 'robotcore[cluster]'",
+            kind="library-missing",
+            module="distributed",
+            extra="cluster",
+        ) from error
 
 
 def _require_scheduler(address: str) -> None:
@@ -120,7 +145,7 @@ def _require_scheduler(address: str) -> None:
 
 
 async def _read_kind(address: str) -> str:
-    distributed: Any = import_extra("distributed", "cluster")
+    distributed = _import_distributed()
     arguments = distributed.Security().get_connection_args("client")
     async with distributed.rpc(address, timeout=IDENTITY_S, connection_args=arguments) as remote:
         identity: dict[str, str] = await asyncio.wait_for(remote.identity(), IDENTITY_S)
@@ -135,9 +160,13 @@ class _Workers:
     def count_allowed_runs(self) -> int:
         """Return how many runs may be submitted and unfinished at a time.
 
-        Raises BackendError after `NO_WORKERS_S` seconds without workers.
+        Raises BackendError after `NO_WORKERS_S` seconds without workers, or if the scheduler is gone.
         """
-        now, threads = self._clock.now(), self._count_threads()
+        try:
+            threads = int(sum(self._client.nthreads().values()))
+        except Exception as error:  # Dask, its network library and the system raise many types
+            raise _make_gone_error(self._address) from error
+        now = self._clock.now()
         if threads:
             self._last_seen = now
         elif now - self._last_seen > NO_WORKERS_S:
@@ -151,16 +180,17 @@ class _Workers:
 
     def await_output(self, future: Any) -> RunOutput:
         """Wait for a run, and return its output. Dask repeats the run if the output is lost with its worker."""
-        while (output := _poll_output(future)) is None:
-            self.count_allowed_runs()
-        return output
+        from distributed import TimeoutError as DaskTimeoutError
 
-    def _count_threads(self) -> int:
-        try:
-            threads: dict[str, int] = self._client.nthreads()
-        except Exception as error:  # Dask, its network library and the system raise many types
-            raise _make_gone_error(self._address) from error
-        return sum(threads.values())
+        while True:
+            try:
+                output: RunOutput = future.result(timeout=ANSWER_S)
+            except DaskTimeoutError:  # noqa: PERF203  each wait takes seconds
+                if future.status == "error":  # the run itself raised TimeoutError
+                    raise
+                self.count_allowed_runs()
+            else:
+                return output
 
 
 def _make_gone_error(address: str) -> BackendError:
@@ -169,16 +199,3 @@ def _make_gone_error(address: str) -> BackendError:
         kind="scheduler-gone",
         address=address,
     )
-
-
-def _poll_output(future: Any) -> RunOutput | None:
-    """Wait at most `ANSWER_S` seconds for a run. Return its output, or None if the run has not ended."""
-    from distributed import TimeoutError as DaskTimeoutError
-
-    try:
-        output: RunOutput = future.result(timeout=ANSWER_S)
-    except DaskTimeoutError:
-        if future.status == "error":  # the run itself raised TimeoutError
-            raise
-        return None
-    return output

@@ -30,9 +30,7 @@ _workers: dict[Path, WorkerProcess] = {}
 
 
 def perform_job(request: RunRequest, bundle: JobBundle, limit_s: float) -> RunOutput:
-    """Execute a run with `attempt`, and return its output.
-
-    The output has the file names of the machine that started the sweep, not of this worker.
+    """Execute a run with `attempt`, and return its output, with the file names of the request.
 
     request: the run, with the file names of the machine that started the sweep.
     bundle: the files of the sweep.
@@ -42,14 +40,18 @@ def perform_job(request: RunRequest, bundle: JobBundle, limit_s: float) -> RunOu
     starts, but a worker may join the cluster later.
     """
     if mismatch := bundle.find_mismatch():
-        address = _read_address()
+        from distributed import get_worker
+
+        address = str(get_worker().address)
         raise BackendError(format_mismatch(address, mismatch), kind="worker-mismatch", worker=address)
     with _worker_lock:
         try:
-            root = _unpack_bundle(bundle)
+            root = Path(_make_bundles_folder().name) / bundle.digest
+            if not root.exists():
+                bundle.unpack(root)
         except OSError as error:  # the engine would take an OSError for a lost connection
             return make_failed_output(request, RobotcoreError(f"{type(error).__name__}: {error}"))
-        local = _localize_request(request, bundle, root)
+        local = bundle.localize(request, root)
         return _restore_names(attempt(_get_worker(root), local, limit_s), request, local)
 
 
@@ -60,22 +62,6 @@ def format_mismatch(worker: str, mismatch: str) -> str:
     mismatch: the difference, as `JobBundle.find_mismatch` returns it.
     """
     return f"the worker {worker} cannot run this sweep: {mismatch}"
-
-
-def _read_address() -> str:
-    from distributed import get_worker
-
-    return str(get_worker().address)
-
-
-def _localize_request(request: RunRequest, bundle: JobBundle, root: Path) -> RunRequest:
-    return replace(
-        request,
-        app=bundle.locate_app(root, request.app_reference),
-        judge=bundle.locate_app(root, request.judge) if request.judge else None,
-        robot=bundle.locate_description(root, request.robot),
-        world=bundle.locate_description(root, request.world) if request.world else None,
-    )
 
 
 def _restore_names(output: RunOutput, request: RunRequest, local: RunRequest) -> RunOutput:
@@ -102,13 +88,6 @@ def _list_file_names(request: RunRequest) -> list[str]:
 def _make_bundles_folder() -> TemporaryDirectory[str]:
     """Return the folder in which this process unpacks bundles. The first call creates it."""
     return TemporaryDirectory(prefix="robotcore-")
-
-
-def _unpack_bundle(bundle: JobBundle) -> Path:
-    root = Path(_make_bundles_folder().name) / bundle.digest
-    if not root.exists():
-        bundle.unpack(root)
-    return root
 
 
 def _get_worker(root: Path) -> WorkerProcess:
@@ -159,9 +138,11 @@ class JobBundle:
             return str(error)
         for name, wanted in self.versions.items():
             if (installed := found.get(name, "not installed")) != wanted:
+                same = f"Install the same {name} on the worker"
+                remedy = same if name == PYTHON else f"On the worker: pip install {name}=={wanted}"
                 return (
-                    f"{name} is {installed} on the worker and {wanted} on this machine. "
-                    f"{_format_remedy(name, wanted)}. Then restart the worker"
+                    f"{name} is {installed} on the worker and {wanted} on this machine. {remedy}. "
+                    "Then restart the worker"
                 )
         if code != self.code:
             return (
@@ -192,26 +173,29 @@ class JobBundle:
                 path.write_bytes(content)
             part.rename(root)
 
-    def locate_app(self, root: Path, name: str) -> str:
-        """Return the path of an app's unpacked file below ``root``; for an installed app, its name unchanged."""
-        return str(root / _make_unpacked_path(self.home / name)) if is_app_file(name) else name
+    def localize(self, request: RunRequest, root: Path) -> RunRequest:
+        """Return a request with the names of the unpacked files below ``root``. Shipped names stay unchanged."""
 
-    def locate_description(self, root: Path, name: str) -> str:
-        """Return the path of a robot's or world's unpacked file below ``root``; for a shipped one, its name unchanged.
+        def locate(name: str) -> str:
+            return str(root / _make_unpacked_path(self.home / name))
 
-        name: the name or file of a robot or world.
-        """
-        return str(root / _make_unpacked_path(self.home / name)) if is_own(name) else name
+        def locate_app(name: str) -> str:
+            return locate(name) if is_app_file(name) else name
+
+        def locate_description(name: str) -> str:
+            return locate(name) if is_own(name) else name
+
+        return replace(
+            request,
+            app=locate_app(request.app_reference),
+            judge=locate_app(request.judge) if request.judge else None,
+            robot=locate_description(request.robot),
+            world=locate_description(request.world) if request.world else None,
+        )
 
 
 def _read_versions(backends: tuple[str, ...]) -> dict[str, str]:
     return {"robotcore": version("robotcore"), **libraries(backends)}
-
-
-def _format_remedy(name: str, wanted: str) -> str:
-    return (
-        f"Install the same {name} on the worker" if name == PYTHON else f"On the worker: pip install {name}=={wanted}"
-    )
 
 
 def _make_unpacked_path(file: Path) -> Path:

@@ -1,25 +1,26 @@
-"""The interface of engines, which execute the runs of a sweep, and a loop that limits the unfinished tasks."""
+"""Run a sweep. Engines execute its runs: their interface, and the engine for the cores of this machine."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterable, Iterator
-from importlib import import_module
-from itertools import islice
-from queue import Empty, SimpleQueue
-from typing import Any, Protocol, TypeVar
+import os
+from collections.abc import Callable, Generator, Iterable
+from contextlib import ExitStack, closing
+from dataclasses import dataclass
+from multiprocessing.pool import ThreadPool
+from pathlib import Path
+from queue import SimpleQueue
+from typing import Protocol
 
-from robotcore.errors import BackendMissingError
 from robotcore.runtime.plan import RunRequest
-from robotcore.sweep.single_run import RunOutput
+from robotcore.sweep.preflight import preflight
+from robotcore.sweep.record import Record
+from robotcore.sweep.results import Results
+from robotcore.sweep.single_run import RunOutput, attempt
 from robotcore.sweep.spec import Sweep
+from robotcore.sweep.worker import WorkerProcess
 
 HANG_FACTOR = 10.0
 """The factor of the hang limit. A run counts as hung after its time limit times this factor, plus a minute."""
-
-TaskT = TypeVar("TaskT")
-
-POLL_S = 1.0
-"""The interval in seconds at which `iterate_completed` calls ``count_allowed``."""
 
 
 class Engine(Protocol):
@@ -34,6 +35,47 @@ class Engine(Protocol):
         ...
 
 
+def run_sweep(
+    sweep: Sweep,
+    engine: Engine | None = None,
+    directory: Path | None = None,
+    *,
+    fresh: bool = False,
+) -> Results:
+    """Execute the runs of a sweep that its folder does not have yet, and return the results. `Results` has an example.
+
+    sweep: the sweep.
+    engine: the engine. None means a `LocalEngine` on all cores.
+    directory: the folder of the results. None means ``sweeps/<app>-<digest>``.
+    fresh: whether to delete all results in the folder first.
+
+    Raises the errors of `preflight` before the first run.
+    """
+    preflight(sweep)
+    with Results(sweep, directory, fresh=fresh) as results:
+        execute(results, engine or LocalEngine(count_cores()))
+    return results
+
+
+def execute(results: Results, engine: Engine, on_record: Callable[[Record], None] = lambda _: None) -> None:
+    """Execute the runs without a record, and write their records and the tables. Writes the tables even after an error.
+
+    on_record: a function that is called with each new record.
+    """
+    try:
+        if missing := results.missing():
+            with closing(engine.perform(results.sweep, missing)) as outputs:
+                for output in outputs:
+                    on_record(results.add(output))
+    finally:
+        results.write_tables()
+
+
+def count_cores() -> int:
+    """Return the number of cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
 def compute_hang_limit(request: RunRequest, wall_timeout_s: float | None) -> float:
     """Return the seconds of wall time after which a run counts as hung.
 
@@ -43,54 +85,35 @@ def compute_hang_limit(request: RunRequest, wall_timeout_s: float | None) -> flo
     return 60.0 + HANG_FACTOR * request.timeout_s if wall_timeout_s is None else wall_timeout_s
 
 
-def import_extra(module: str, extra: str) -> Any:
-    """Import and return a module. Raises BackendMissingError, with the command that installs it, if it is missing.
+@dataclass(frozen=True)
+class LocalEngine:
+    """Executes runs in worker processes on this machine."""
 
-    extra: the extra of robotcore that installs the module, such as ``cluster``.
-    """
-    try:
-        return import_module(module)
-    except ImportError as error:
-        raise BackendMissingError(
-            f"the sweep needs {module}, which is not installed. pip install 'robotcore[{extra}]'",
-            kind="library-missing",
-            module=module,
-            extra=extra,
-        ) from error
+    jobs: int
+    """The number of worker processes."""
 
+    wall_timeout_s: float | None = None
+    """The seconds of wall time after which a run counts as hung. None means ten times its time limit, plus a minute."""
 
-class Future(Protocol):
-    """The methods that a future of `concurrent.futures` and a future of Dask have in common."""
+    def perform(self, sweep: Sweep, requests: Iterable[RunRequest]) -> Generator[RunOutput, None, None]:
+        limit = compute_hang_limit(sweep.request, self.wall_timeout_s)
+        workers = [WorkerProcess() for _ in range(self.jobs)]
+        idle: SimpleQueue[WorkerProcess] = SimpleQueue()
 
-    def add_done_callback(self, callback: Callable[[Any], Any], /) -> None: ...
-    def result(self) -> Any: ...
+        def attempt_in_worker(request: RunRequest) -> RunOutput:
+            worker = idle.get()
+            try:
+                return attempt(worker, request, limit)
+            finally:
+                idle.put(worker)
 
-
-def iterate_completed(
-    submit: Callable[[TaskT], Future], tasks: Iterable[TaskT], count_allowed: Callable[[], int]
-) -> Iterator[tuple[TaskT, Future]]:
-    """Submit tasks, and yield each task with its future when the task ends.
-
-    submit: a function that starts a task and returns its future.
-    tasks: the tasks. They are submitted in this order.
-    count_allowed: a function that returns how many tasks may be unfinished at a time. It is called after each end of a
-        task, and at least every `POLL_S` seconds. Its exceptions end the iteration.
-    """
-    ended: SimpleQueue[tuple[TaskT, Future]] = SimpleQueue()
-    waiting, unfinished = iter(tasks), 0
-
-    def start(task: TaskT) -> None:
-        submit(task).add_done_callback(lambda future: ended.put((task, future)))
-
-    while True:
-        for task in islice(waiting, max(count_allowed() - unfinished, 0)):
-            start(task)
-            unfinished += 1
-        if not unfinished:
-            return
-        try:
-            done = ended.get(timeout=POLL_S)
-        except Empty:
-            continue
-        unfinished -= 1
-        yield done
+        with ExitStack() as stack:  # on exit: start no run, kill the processes, await the threads, close the pipes
+            threads = ThreadPool(self.jobs)
+            for worker in workers:
+                idle.put(worker)
+                stack.callback(worker.close)
+            stack.callback(threads.join)
+            for worker in workers:
+                stack.callback(worker.kill)
+            stack.callback(threads.terminate)
+            yield from threads.imap_unordered(attempt_in_worker, requests)

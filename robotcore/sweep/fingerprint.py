@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict
 from functools import cache
 from pathlib import Path
@@ -13,7 +13,6 @@ from typing import Any
 
 from robotcore.description import is_own
 from robotcore.errors import UsageError
-from robotcore.files import replace_text
 from robotcore.hal.backend import load_backend
 from robotcore.runtime.apps import app_path, is_app_file, load_app
 from robotcore.runtime.faults.planning import modules_of
@@ -125,28 +124,24 @@ def read_own_files(sweep: Sweep) -> dict[Path, bytes]:
     These are the files of the app and the judge, all modules beside them, and the descriptions of the robot and the
     worlds. Raises UsageError if a file cannot be read.
     """
-    return {file: _read_content(file) for file in sorted(set(_list_own_files(sweep)))}
+    contents = {}
+    for file in sorted(set(_list_own_files(sweep))):
+        try:
+            contents[file] = file.read_bytes()
+        except OSError as error:  # noqa: PERF203  few files
+            raise UsageError(
+                f"{file}: {error.strerror}. Name a readable file", kind="unreadable-file", file=str(file)
+            ) from error
+    return contents
 
 
 def _list_own_files(sweep: Sweep) -> Iterator[Path]:
     for name in filter(is_app_file, sweep.apps):
         app = app_path(name).absolute()
-        yield from (app, *filter(_is_module, app.parent.glob("*.py")))
+        yield app
+        # A folder, and the lock file of an editor, .#app.py, cannot be imported.
+        yield from (each for each in app.parent.glob("*.py") if each.is_file() and not each.name.startswith("."))
     yield from (Path(name).absolute() for name in (sweep.request.robot, *sweep.worlds) if is_own(name))
-
-
-def _is_module(file: Path) -> bool:
-    """Return whether a file can be imported. A folder or the lock file of an editor, ``.#app.py``, cannot."""
-    return file.is_file() and not file.name.startswith(".")
-
-
-def _read_content(file: Path) -> bytes:
-    try:
-        return file.read_bytes()
-    except OSError as error:
-        raise UsageError(
-            f"{file}: {error.strerror}. Name a readable file", kind="unreadable-file", file=str(file)
-        ) from error
 
 
 def format_manifest(dependencies: Dependencies, seeds: str) -> str:
@@ -157,22 +152,13 @@ def format_manifest(dependencies: Dependencies, seeds: str) -> str:
     return json.dumps({**dependencies, "seeds": seeds}, indent=2) + "\n"
 
 
-def write_manifest(directory: Path, content: str) -> None:
-    """Write ``sweep.json`` into a results folder."""
-    with replace_text(directory / MANIFEST) as file:
-        file.write(content)
-
-
 def require_same(directory: Path, dependencies: Dependencies) -> None:
     """Raise UsageError if the folder's ``sweep.json`` differs from ``dependencies``.
 
     The field ``changes`` of the error lists the differences.
     """
     try:
-        then = json.loads((directory / MANIFEST).read_text(encoding="utf-8"))
-        changes = (
-            [] if {name: then[name] for name in dependencies} == dependencies else _describe_changes(dependencies, then)
-        )
+        changes = _describe_changes(dependencies, json.loads((directory / MANIFEST).read_text(encoding="utf-8")))
     except (ValueError, KeyError, TypeError, AttributeError):
         changes = [f"its {MANIFEST} cannot be read"]
     if changes:
@@ -188,49 +174,33 @@ def require_same(directory: Path, dependencies: Dependencies) -> None:
 
 def _describe_changes(now: Dependencies, then: Dependencies) -> list[str]:
     """Return a text for each change from ``then`` to ``now``. If the request changed, return only its changes."""
-    return _describe_part("asked", now, then) or [
-        text for name in now if name != "asked" for text in _describe_part(name, now, then)
+    changes = {
+        part: [
+            (key, now[part].get(key), then[part].get(key))
+            for key in dict.fromkeys([*now[part], *then[part]])
+            if now[part].get(key) != then[part].get(key)
+        ]
+        for part in now
+    }
+    if asked := changes.pop("asked"):
+        return [f"{key} changed from {_format_value(old)} to {_format_value(new)}" for key, new, old in asked]
+    return [
+        f"{key} changed from {old or 'not installed'} to {new or 'not installed'}"
+        if part == "libraries"
+        else f"{_SUBJECTS[part]} {_shorten_path(key)} {'is new' if not old else 'has changed' if new else 'is gone'}"
+        for part, differing in changes.items()
+        for key, new, old in differing
     ]
 
 
-def _describe_part(name: str, now: Dependencies, then: Dependencies) -> list[str]:
-    return [_DESCRIBERS[name](key, new, old) for key, new, old in _list_changes(now[name], then[name])]
+_SUBJECTS = {"code": "the code of", "files": "your file"}
 
 
-def _list_changes(now: dict[str, Any], then: dict[str, Any]) -> Iterator[tuple[str, Any, Any]]:
-    for key in dict.fromkeys([*now, *then]):
-        if now.get(key) != then.get(key):
-            yield key, now.get(key), then.get(key)
+def _format_value(value: Any) -> str:
+    return "not given" if value is None else value if isinstance(value, str) else json.dumps(value)
 
 
-def _describe_value(key: str, new: Any, old: Any) -> str:
-    new, old = (
-        "not given" if each is None else each if isinstance(each, str) else json.dumps(each) for each in (new, old)
-    )
-    return f"{key} changed from {old} to {new}"
-
-
-def _describe_code(package: str, new: Any, old: Any) -> str:
-    return f"the code of {package} {_describe_change(new, old)}"
-
-
-def _describe_file(file: str, new: Any, old: Any) -> str:
-    path = Path(file)
-    shown = path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path
-    return f"your file {shown} {_describe_change(new, old)}"
-
-
-def _describe_version(library: str, new: Any, old: Any) -> str:
-    return f"{library} changed from {old or 'not installed'} to {new or 'not installed'}"
-
-
-def _describe_change(new: Any, old: Any) -> str:
-    return "has changed" if new and old else "is new" if new else "is gone"
-
-
-_DESCRIBERS: dict[str, Callable[[str, Any, Any], str]] = {
-    "asked": _describe_value,
-    "code": _describe_code,
-    "files": _describe_file,
-    "libraries": _describe_version,
-}
+def _shorten_path(name: str) -> str:
+    """Return a path relative to the working directory if it is below it. Other names stay unchanged."""
+    path = Path(name)
+    return str(path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path)

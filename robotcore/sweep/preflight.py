@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from contextlib import closing
-from typing import Any
+from collections.abc import Iterator, Sequence
+from contextlib import closing, contextmanager
 
 from robotcore.errors import BackendError, UsageError
 from robotcore.hal.backend import load_backend
@@ -21,8 +20,6 @@ LOAD_S = 30.0
 CHECK_S = 300.0
 """The time limit for opening every backend and drawing every world, in seconds."""
 
-_REMEDY = "Try each backend alone: robotcore run APP --backend NAME"
-
 
 def preflight(sweep: Sweep, load_s: float = LOAD_S) -> bool:
     """Run `Sweep.check` in another process, and return whether the app or the judge has a method ``verify``.
@@ -37,54 +34,53 @@ def preflight(sweep: Sweep, load_s: float = LOAD_S) -> bool:
     """
     # Backends are imported before the app, as in a run. A module in the app's folder may have the name of a package.
     with closing(WorkerProcess()) as worker:
-        _call_backends(worker, sweep, _load_backends, sweep.backends)
+        with _report_backends(sweep):
+            worker.call(_load_backends, sweep.backends, limit_s=CHECK_S)
         for app in reversed(sweep.apps):
-            _call_app(worker, app, "imported", load_s, _import_app, app)
-        has_verify = _call_app(worker, sweep.request.app_reference, "made", load_s, _configure_app, sweep.request)
-        _call_backends(worker, sweep, sweep.check)  # refuses a judge without verify
+            with _report_app(app, "imported"):
+                worker.call(_import_app, app, limit_s=load_s)
+        with _report_app(sweep.request.app_reference, "made"):
+            has_verify = worker.call(_configure_app, sweep.request, limit_s=load_s)
+        with _report_backends(sweep):
+            worker.call(sweep.check, limit_s=CHECK_S)  # refuses a judge without verify
     return bool(sweep.request.judge or has_verify)
 
 
-def _call_app(
-    worker: WorkerProcess,
-    app: str,
-    step: str,
-    limit_s: float,
-    function: Callable[..., object],
-    argument: RunRequest | str,
-) -> Any:
-    """Call a function that runs the app's code, and return its result. Raise UsageError if it does not return.
+@contextmanager
+def _report_app(app: str, step: str) -> Iterator[None]:
+    """Raise UsageError if the app's code ends its process or hangs.
 
     step: the app's step in messages, a participle such as ``imported``.
     """
     try:
-        return worker.call(function, argument, limit_s=limit_s)
+        yield
     except WorkerDiedError as error:
-        problem = f"ends its process when it is {step} ({error})"
-        kind = "app-ends-process"
-    except WorkerHungError:
-        problem = f"hangs when it is {step}: not done after {limit_s:g} s"
-        kind = "app-hangs"
+        problem, kind = f"ends its process when it is {step} ({error})", "app-ends-process"
+    except WorkerHungError as error:
+        problem, kind = f"hangs when it is {step}: {error}", "app-hangs"
+    else:
+        return
     name = app_path(app) if is_app_file(app) else app
     raise UsageError(f"{name} {problem}. {IMPORT_ADVICE}", kind=kind, app=app, step=step)
 
 
-def _call_backends(worker: WorkerProcess, sweep: Sweep, function: Callable[..., None], *arguments: object) -> None:
-    """Call a function that runs the backends' code. Raise BackendError if the function does not return."""
+@contextmanager
+def _report_backends(sweep: Sweep) -> Iterator[None]:
+    """Raise BackendError if the backends' code ends its process or hangs."""
+    names = f"the backend{'s' * (len(sweep.backends) > 1)} {', '.join(sweep.backends)}"
     try:
-        worker.call(function, *arguments, limit_s=CHECK_S)
+        yield
     except WorkerDiedError as error:
-        raise BackendError(
-            f"the process that opened {_format_backends(sweep)} died: {error}. {_REMEDY}",
-            kind="backend-died",
-            backends=list(sweep.backends),
-        ) from error
+        problem, kind = f"the process that opened {names} died: {error}", "backend-died"
     except WorkerHungError as error:
-        raise BackendError(
-            f"{_format_backends(sweep)} cannot be opened: {error}. {_REMEDY}",
-            kind="backend-hangs",
-            backends=list(sweep.backends),
-        ) from error
+        problem, kind = f"{names} cannot be opened: {error}", "backend-hangs"
+    else:
+        return
+    raise BackendError(
+        f"{problem}. Try each backend alone: robotcore run APP --backend NAME",
+        kind=kind,
+        backends=list(sweep.backends),
+    )
 
 
 def _load_backends(names: Sequence[str]) -> None:
@@ -99,7 +95,3 @@ def _import_app(app: str) -> None:
 def _configure_app(request: RunRequest) -> bool:
     app = configure(load_app(request.app_reference), request.settings)
     return type(app).verify is not Behaviour.verify
-
-
-def _format_backends(sweep: Sweep) -> str:
-    return f"the backend{'s' * (len(sweep.backends) > 1)} {', '.join(sweep.backends)}"

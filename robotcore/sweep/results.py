@@ -4,34 +4,27 @@ from __future__ import annotations
 
 import errno
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from dataclasses import replace
 from datetime import datetime, timezone
 from functools import cached_property
 from pathlib import Path
 from types import TracebackType
 
+from robotcore.description import load_world
 from robotcore.errors import UsageError
-from robotcore.files import find_parts
+from robotcore.files import find_parts, replace_file, replace_text
 from robotcore.runtime.apps import app_name, app_path
 from robotcore.runtime.plan import RunRequest
-from robotcore.sweep.fingerprint import (
-    MANIFEST,
-    Dependencies,
-    collect_dependencies,
-    compute_digest,
-    format_manifest,
-    require_same,
-    write_manifest,
-)
+from robotcore.sweep.fingerprint import MANIFEST, collect_dependencies, compute_digest, format_manifest, require_same
 from robotcore.sweep.record import Record
-from robotcore.sweep.results_file import Journal, RunFilter, RunKey, read_results
+from robotcore.sweep.results_file import Journal, RunKey, read_results
 from robotcore.sweep.single_run import RunOutput
 from robotcore.sweep.spec import Sweep, format_seeds
 from robotcore.sweep.tables import FAILURES, TABLE, are_current, write_tables
 
 RESULTS, PICTURES = "results.jsonl", "failures"
-_DISK_FULL = (errno.ENOSPC, errno.EDQUOT)
+_DISK_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
 class Results:
@@ -59,8 +52,7 @@ class Results:
         directory: the folder. None means ``sweeps/<app>-<digest>``.
         fresh: whether ``with`` deletes all results in the folder, including those of other seeds.
         """
-        self.sweep, self._fresh = sweep, fresh
-        self._directory = directory
+        self.sweep, self._directory, self._fresh = sweep, directory, fresh
         self._journal: Journal | None = None
 
     def __repr__(self) -> str:
@@ -69,27 +61,48 @@ class Results:
     @cached_property
     def directory(self) -> Path:
         """The folder of the results."""
-        return self._directory or Path("sweeps") / f"{_get_app_stem(self.sweep)}-{compute_digest(self._parts)[:8]}"
+        app = app_path(app_name(self.sweep.request.app_reference)).stem
+        return self._directory or Path("sweeps") / f"{app}-{compute_digest(self._dependencies)[:8]}"
 
     @cached_property
-    def _parts(self) -> Dependencies:
+    def _dependencies(self) -> dict[str, dict[str, object]]:
         return collect_dependencies(self.sweep)
 
     @cached_property
-    def _wanted(self) -> RunFilter:
-        return RunFilter(self.sweep)
+    def _requests(self) -> dict[RunKey, RunRequest]:
+        """The request of each run of the sweep."""
+        worlds = {world: load_world(world).name for world in self.sweep.worlds}
+        return {
+            RunKey(request.backend, worlds[request.world or ""], request.seed): request
+            for request in self.sweep.requests()
+        }
 
     def __enter__(self) -> Results:
         try:
-            self._open_folder()
+            self.directory.mkdir(parents=True, exist_ok=True)
+            self._require_sweep_or_empty()
+            self._journal = Journal(self.directory / RESULTS)
+            try:
+                self._claim_folder(self._journal)
+            except BaseException:
+                self._journal.close()
+                raise
         except OSError as error:
-            raise self._make_open_error(error) from error
+            problem = "it is not a folder" if isinstance(error, FileExistsError) else error.strerror
+            raise UsageError(
+                f"{error.filename or self.directory}: {problem}. No run was executed. "
+                "Name a writable folder with --out",
+                kind="unusable-folder",
+                directory=str(self.directory),
+            ) from error
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
-        self._close()
+        if self._journal:
+            self._journal.close()
+            self._journal = None
 
     @property
     def date(self) -> datetime:
@@ -108,18 +121,24 @@ class Results:
         Raises UsageError if a line of the results file is not a record, or if a run has two lines.
         """
         file = self.directory / RESULTS
-        return read_results(file, self._wanted) if file.exists() else iter(())
+        return read_results(file, self._requests.keys()) if file.exists() else iter(())
 
     def missing(self) -> list[RunRequest]:
         """Return the runs of this sweep that have no record yet."""
         done = set(map(RunKey.of, self.records()))
-        return [request for request in self.sweep.requests() if self._wanted.make_key(request) not in done]
+        return [request for key, request in self._requests.items() if key not in done]
 
     def add(self, output: RunOutput) -> Record:
         """Write the picture and the record of a run, and return the record. Raises UsageError if the disk is full."""
         assert self._journal, "results are added inside with"
+        record, result = output.record, output.record.result
         with self._report_write_errors():
-            record = self._write_picture(output)
+            if output.picture is not None:
+                name = f"{PICTURES}/{result.backend}-{result.world}-{result.seed}.png"
+                (self.directory / PICTURES).mkdir(exist_ok=True)
+                with replace_file(self.directory / name) as part:
+                    part.write_bytes(output.picture)
+                record = replace(record, picture=name)
             self._journal.append(record.to_json())
         return record
 
@@ -128,15 +147,6 @@ class Results:
         if not are_current(self.directory, self.directory / RESULTS):
             with self._report_write_errors():
                 write_tables(self.directory, self.records)
-
-    def _open_folder(self) -> None:
-        self.directory.mkdir(parents=True, exist_ok=True)
-        self._require_sweep_or_empty()
-        with ExitStack() as on_failure:
-            self._journal = Journal.open(self.directory / RESULTS)
-            on_failure.callback(self._close)
-            self._claim_folder()
-            on_failure.pop_all()
 
     def _require_sweep_or_empty(self) -> None:
         """Raise UsageError if the folder has files but no ``sweep.json``.
@@ -153,49 +163,24 @@ class Results:
                 directory=str(self.directory),
             )
 
-    def _claim_folder(self) -> None:
+    def _claim_folder(self, journal: Journal) -> None:
         for part in find_parts(self.directory):
             part.unlink()
-        spec, content = self.directory / MANIFEST, format_manifest(self._parts, format_seeds(self.sweep.seeds))
-        if self._fresh:
-            self._delete_results()
-        elif spec.exists():
-            require_same(self.directory, self._parts)
-        if not spec.exists() or spec.read_bytes() != content.encode():
-            self._delete_tables()
-            write_manifest(self.directory, content)
-
-    def _delete_tables(self) -> None:
-        for name in (TABLE, FAILURES):
-            (self.directory / name).unlink(missing_ok=True)
-
-    def _close(self) -> None:
-        if self._journal:
-            self._journal.close()
-            self._journal = None
-
-    def _delete_results(self) -> None:
-        assert self._journal
-        self._journal.clear()
-        for file in (self.directory / PICTURES).glob("*.png"):
-            file.unlink()
-
-    def _write_picture(self, output: RunOutput) -> Record:
-        if output.picture is None:
-            return output.record
-        result = output.record.result
-        name = f"{PICTURES}/{result.backend}-{result.world}-{result.seed}.png"
-        (self.directory / PICTURES).mkdir(exist_ok=True)
-        (self.directory / name).write_bytes(output.picture)
-        return replace(output.record, picture=name)
-
-    def _make_open_error(self, error: OSError) -> UsageError:
-        problem = "it is not a folder" if isinstance(error, FileExistsError) else error.strerror
-        return UsageError(
-            f"{error.filename or self.directory}: {problem}. No run was executed. Name a writable folder with --out",
-            kind="unusable-folder",
-            directory=str(self.directory),
+        manifest, content = (
+            self.directory / MANIFEST,
+            format_manifest(self._dependencies, format_seeds(self.sweep.seeds)),
         )
+        if self._fresh:
+            journal.clear()
+            for file in (self.directory / PICTURES).glob("*.png"):
+                file.unlink()
+        elif manifest.exists():
+            require_same(self.directory, self._dependencies)
+        if not manifest.exists() or manifest.read_bytes() != content.encode():
+            for name in (TABLE, FAILURES):
+                (self.directory / name).unlink(missing_ok=True)
+            with replace_text(manifest) as text:
+                text.write(content)
 
     @contextmanager
     def _report_write_errors(self) -> Iterator[None]:
@@ -210,7 +195,3 @@ class Results:
                 file=str(error.filename or self.directory),
                 resume_hint=self.resume_hint,
             ) from error
-
-
-def _get_app_stem(sweep: Sweep) -> str:
-    return app_path(app_name(sweep.request.app_reference)).stem

@@ -5,50 +5,40 @@ from __future__ import annotations
 import fcntl
 import mmap
 import os
-from collections.abc import Iterator
-from contextlib import ExitStack
+from collections.abc import Container, Iterator
 from io import FileIO
 from pathlib import Path
 from typing import NamedTuple
 
-from robotcore.description import load_world
 from robotcore.errors import UsageError
-from robotcore.runtime.plan import RunRequest
 from robotcore.sweep.record import Record
-from robotcore.sweep.spec import Sweep
 
 
 class Journal:
-    """A locked file of UTF-8 lines, open for appending.
+    """A locked file of UTF-8 lines, open for appending. Deletes an incomplete last line when it is opened.
 
-    The methods raise OSError if the file cannot be written.
+    Does not wait for the lock: raises UsageError if another process has locked the file. The methods raise OSError if
+    the file cannot be written.
     """
 
-    def __init__(self, file: FileIO) -> None:
-        self._file = file
+    def __init__(self, path: Path) -> None:
+        self._file = FileIO(path, "a+")
+        try:
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            _delete_incomplete_line(self._file)
+        except BlockingIOError as error:
+            self.close()
+            raise UsageError(
+                f"{path.parent}: another sweep is writing to this folder. Wait for its end, or stop it",
+                kind="sweep-locked",
+                directory=str(path.parent),
+            ) from error
+        except OSError:
+            self.close()
+            raise
 
     def __repr__(self) -> str:
         return f"<Journal {str(self._file.name)!r}, {'closed' if self._file.closed else 'open'}>"
-
-    @classmethod
-    def open(cls, path: Path) -> Journal:
-        """Open and lock a file, and return its journal. Deletes an incomplete last line.
-
-        Does not wait for the lock: raises UsageError if another process has locked the file.
-        """
-        with ExitStack() as on_failure:
-            file = on_failure.enter_context(FileIO(path, "a+"))
-            try:
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError as error:
-                raise UsageError(
-                    f"{path.parent}: another sweep is writing to this folder. Wait for its end, or stop it",
-                    kind="sweep-locked",
-                    directory=str(path.parent),
-                ) from error
-            _delete_incomplete_line(file)
-            on_failure.pop_all()
-        return cls(file)
 
     def append(self, line: str) -> None:
         """Append a line, and wait until it is on the disk. If the disk is full, the file keeps its old content."""
@@ -99,52 +89,25 @@ class RunKey(NamedTuple):
         return f"{self.backend}, {self.world}, seed {self.seed}"
 
 
-class RunFilter:
-    """The set of the runs of a sweep. `read_results` uses it to skip the records of other seeds."""
-
-    def __init__(self, sweep: Sweep) -> None:
-        self._worlds = {world: load_world(world).name for world in sweep.worlds}
-        self._parts = frozenset(sweep.backends), frozenset(self._worlds.values()), frozenset(sweep.seeds)
-
-    def __contains__(self, run: RunKey) -> bool:
-        return all(part in wanted for part, wanted in zip(run, self._parts, strict=True))
-
-    def make_key(self, request: RunRequest) -> RunKey:
-        """Return the key of the run that a request of the sweep asks for."""
-        assert request.world, "a sweep names its worlds"
-        return RunKey(request.backend, self._worlds[request.world], request.seed)
-
-
-def read_results(file: Path, wanted: RunFilter) -> Iterator[Record]:
+def read_results(file: Path, wanted: Container[RunKey]) -> Iterator[Record]:
     """Yield the records of a sweep in a results file, in the file's order.
 
-    wanted: the runs of the sweep.
+    wanted: the keys of the runs of the sweep. Other records are skipped.
 
     Raises UsageError, with the number of the line, if a line is not a record or if a run has two lines.
     """
     seen: set[RunKey] = set()
-    for where, record in _read_records(file):
-        if (run := RunKey.of(record)) not in wanted:
-            continue
-        if run in seen:
-            raise UsageError(
-                f"{where}: the run {run} has a line already. Delete one of the two lines",
-                kind="duplicate-run",
-                where=where,
-            )
-        seen.add(run)
-        yield record
-
-
-def _read_records(file: Path) -> Iterator[tuple[str, Record]]:
     with file.open("rb") as lines:
         for number, line in enumerate(lines, 1):
             where = f"{file}, line {number}"
             try:
-                yield where, Record.from_json(line)
+                record = Record.from_json(line)
             except ValueError as error:
-                raise UsageError(
-                    f"{where}: {error}. Delete the line, and the sweep repeats its run",
-                    kind="bad-record",
-                    where=where,
-                ) from error
+                problem = f"{where}: {error}. Delete the line, and the sweep repeats its run"
+                raise UsageError(problem, kind="bad-record", where=where) from error
+            if (run := RunKey.of(record)) in wanted:
+                if run in seen:
+                    problem = f"{where}: the run {run} has a line already. Delete one of the two lines"
+                    raise UsageError(problem, kind="duplicate-run", where=where)
+                seen.add(run)
+                yield record

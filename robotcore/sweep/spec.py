@@ -88,7 +88,13 @@ class Sweep:
         names: dict[str, str] = {}
         for backend, world in product(self.backends, self.worlds):
             plan = Plan.of(replace(self.request, backend=backend, world=world, seed=self.seeds[0]))
-            _require_simulator(plan)
+            if not plan.backend.builds_world(plan.description):
+                raise UsageError(
+                    f"the backend {plan.backend.name!r} simulates no world, so there is nothing to sweep. "
+                    "Use --backend kinematic, or another simulator (robotcore backends)",
+                    kind="no-simulator",
+                    backend=plan.backend.name,
+                )
             assert plan.world, "the request names a world"
             if (other := names.setdefault(plan.world.name, world)) != world:
                 raise UsageError(
@@ -99,16 +105,6 @@ class Sweep:
                 )
             if world == self.worlds[0]:  # opening the backend checks its options
                 plan.backend.open(plan.setup).close()
-
-
-def _require_simulator(plan: Plan) -> None:
-    if not plan.backend.builds_world(plan.description):
-        raise UsageError(
-            f"the backend {plan.backend.name!r} simulates no world, so there is nothing to sweep. "
-            "Use --backend kinematic, or another simulator (robotcore backends)",
-            kind="no-simulator",
-            backend=plan.backend.name,
-        )
 
 
 def parse_seeds(text: str) -> tuple[int, ...]:
@@ -171,18 +167,12 @@ def format_command(request: RunRequest) -> str:
 
 def format_options(request: RunRequest) -> list[str]:
     """Return the options of ``robotcore run`` whose values are not the defaults, as a list of words."""
-    return [
-        word
-        for name, value in _list_changed_fields(request)
-        for word in _format_option(_OPTIONS.get(name, f"--{name}"), value)
-    ]
-
-
-def _list_changed_fields(request: RunRequest) -> Iterator[tuple[str, Any]]:
+    words: list[str] = []
     for each in fields(request):
         default = each.default if each.default_factory is MISSING else each.default_factory()
         if each.name != "app" and (value := getattr(request, each.name)) != default:
-            yield each.name, value
+            words += _format_option(_OPTIONS.get(each.name, f"--{each.name}"), value)
+    return words
 
 
 def _format_option(option: str, value: Any) -> Iterator[str]:

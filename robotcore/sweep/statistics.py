@@ -31,7 +31,6 @@ every run counted its contacts. The times are in seconds, and None if too few ru
 """
 
 _SHARES = ("verified", "success")
-_TIMES = ("median_time_s", "slowest_time_s")
 _FORM = re.compile(r"\s*(\w+)\s*(>=|<=)\s*(\S+)\s*")
 _EXAMPLE = "Write verified>=0.97, or contacts<=0, in quotes"
 
@@ -125,66 +124,49 @@ class Group:
 
 
 def group_records(records: Iterable[Record]) -> list[Group]:
-    """Return the group of each backend in each world, sorted by backend, then by world."""
-    tallies: dict[GroupKey, Tally] = {}
-    for record in records:
-        tallies.setdefault(GroupKey.of(record), Tally()).add(record)
-    return [tally.build_group(key) for key, tally in sorted(tallies.items())]
+    """Return the group of each backend in each world, sorted by backend, then by world.
 
-
-class Tally:
-    """Adds up the runs of one backend in one world, without keeping their records in memory."""
-
-    def __init__(self) -> None:
-        self._successes = self._contacts_unknown = 0
-        self._verified: int | None = None
-        self._contacts: int | None = None
-        self._times: list[float] = []
-        """The duration of each run in seconds; infinite for a failing run."""
-
-    def add(self, record: Record) -> None:
-        """Add a run."""
-        result = record.result
-        self._successes += result.outcome is Outcome.SUCCESS
-        self._times.append(math.inf if record.is_failure else result.sim_time_s)
-        if result.verified is not None:
-            self._verified = (self._verified or 0) + result.verified
-        if result.contacts is None:
-            self._contacts_unknown += 1
-        else:
-            self._contacts = (self._contacts or 0) + result.contacts
-
-    def build_group(self, key: GroupKey) -> Group:
-        """Return the group of all added runs. At least one run must have been added.
-
-        key: the backend and the world of the runs.
-        """
-        times = sorted(self._times)
-        return Group(
-            *key,
-            runs=len(times),
-            failing=times.count(math.inf),
-            successes=self._successes,
-            verified=self._verified,
-            contacts=self._contacts,
-            contacts_unknown=self._contacts_unknown,
-            median_time_s=_drop_infinity(_compute_median(times)),
-            p90_time_s=_drop_infinity(times[math.ceil(0.9 * len(times)) - 1]),
-            slowest_time_s=_drop_infinity(times[-1]),
-        )
-
-
-def _compute_median(times: Sequence[float]) -> float:
-    """Return the median of durations. If exactly half of them are finite, return the longest finite one.
-
-    `statistics.median` would return infinity in this case.
+    Keeps only four numbers of each record in memory.
     """
+    runs: dict[GroupKey, list[tuple[float, bool, bool | None, int | None]]] = {}
+    for record in records:
+        result = record.result
+        time = math.inf if record.is_failure else result.sim_time_s
+        row = (time, result.outcome is Outcome.SUCCESS, result.verified, result.contacts)
+        runs.setdefault(GroupKey.of(record), []).append(row)
+    return [_build_group(key, *zip(*rows, strict=True)) for key, rows in sorted(runs.items())]
+
+
+def _build_group(
+    key: GroupKey,
+    durations: Sequence[float],
+    successes: Sequence[bool],
+    verified: Sequence[bool | None],
+    contacts: Sequence[int | None],
+) -> Group:
+    times = sorted(durations)
     middle = statistics.median(times)
-    return middle if math.isfinite(middle) else statistics.median_low(times)
+    if math.isinf(middle):  # exactly half of the times may be finite
+        middle = statistics.median_low(times)
+    p90 = times[math.ceil(0.9 * len(times)) - 1]
+    median_s, p90_s, slowest_s = (time if math.isfinite(time) else None for time in (middle, p90, times[-1]))
+    return Group(
+        *key,
+        runs=len(times),
+        failing=times.count(math.inf),
+        successes=sum(successes),
+        verified=_sum_known(verified),
+        contacts=_sum_known(contacts),
+        contacts_unknown=contacts.count(None),
+        median_time_s=median_s,
+        p90_time_s=p90_s,
+        slowest_time_s=slowest_s,
+    )
 
 
-def _drop_infinity(time: float) -> float | None:
-    return time if math.isfinite(time) else None
+def _sum_known(values: Iterable[int | None]) -> int | None:
+    known = [value for value in values if value is not None]
+    return sum(known) if known else None
 
 
 @dataclass(frozen=True)
@@ -218,25 +200,33 @@ class Requirement:
                 text=text,
                 measure=measure,
             )
-        return cls(measure, relation, _parse_bound(text, measure, number))
+        try:
+            bound = float(number)
+        except ValueError:
+            problem = f"{number!r} is not a number. {_EXAMPLE}"
+            raise UsageError(f"--require {text!r}: {problem}", kind="bad-bound", text=text) from None
+        if not 0 <= bound < math.inf or (measure in _SHARES and bound > 1):
+            problem = (
+                f"{measure} is a share from 0 to 1. Write 97 % as 0.97"
+                if measure in _SHARES
+                else f"the bound must be a finite number that is not negative. {_EXAMPLE}"
+            )
+            raise UsageError(f"--require {text!r}: {problem}", kind="bound-out-of-range", text=text)
+        return cls(measure, relation, bound)
 
     def __str__(self) -> str:
         return f"{self.measure}{self.relation}{repr(self.bound).removesuffix('.0')}"
 
-    def evaluate(self, group: Group) -> float | None:
-        """Return the value of the measure for a group of runs; None if the value is unknown."""
-        return MEASURES[self.measure](group)
-
     def format_value(self, group: Group) -> str:
         """Return the value of the measure for a group of runs as text, ``never`` or ``unknown``."""
-        value = self.evaluate(group)
+        value = MEASURES[self.measure](group)
         if value is None:
-            return "never" if self.measure in _TIMES else "unknown"
+            return "never" if self.measure.endswith("_time_s") else "unknown"
         return f"{value:.6g}" if isinstance(value, float) else str(value)
 
     def is_met_by(self, group: Group) -> bool:
         """Return whether a group of runs meets the bound. An unknown value meets no bound."""
-        value = self.evaluate(group)
+        value = MEASURES[self.measure](group)
         if value is None:
             return False
         return value >= self.bound if self.relation == ">=" else value <= self.bound
@@ -250,33 +240,6 @@ def list_missed_requirements(requirements: Sequence[Requirement], groups: Sequen
         for group in groups
         if not each.is_met_by(group)
     ]
-
-
-def list_met_requirements(requirements: Sequence[Requirement], groups: Sequence[Group]) -> list[Requirement]:
-    """Return the requirements that every group meets."""
-    return [each for each in requirements if all(map(each.is_met_by, groups))]
-
-
-def _parse_bound(text: str, measure: str, number: str) -> float:
-    try:
-        bound = float(number)
-    except ValueError:
-        raise UsageError(
-            f"--require {text!r}: {number!r} is not a number. {_EXAMPLE}", kind="bad-bound", text=text
-        ) from None
-    if measure in _SHARES and not 0 <= bound <= 1:
-        raise UsageError(
-            f"--require {text!r}: {measure} is a share from 0 to 1. Write 97 % as 0.97",
-            kind="bound-out-of-range",
-            text=text,
-        )
-    if not 0 <= bound < math.inf:
-        raise UsageError(
-            f"--require {text!r}: the bound must be a finite number that is not negative. {_EXAMPLE}",
-            kind="bound-out-of-range",
-            text=text,
-        )
-    return bound
 
 
 @dataclass(frozen=True)
@@ -305,31 +268,23 @@ class Agreement:
     @property
     def differing(self) -> tuple[Pair, ...]:
         """The pairs whose outcomes or milestones differ."""
-        return tuple(pair for pair in self.pairs if _list_events(pair[0]) != _list_events(pair[1]))
+        return tuple(
+            (one, other)
+            for one, other in self.pairs
+            if one.outcome is not other.outcome or list(one.milestones) != list(other.milestones)
+        )
 
 
 def compare_backends(records: Sequence[Record]) -> list[Agreement]:
     """Return the agreement of each pair of backends that executed the same app, robot, world and seed."""
     runs: dict[str, dict[Hashable, RunResult]] = {}
-    for record in records:
-        runs.setdefault(record.result.backend, {})[_make_key(record.result)] = record.result
+    for result in (record.result for record in records):
+        runs.setdefault(result.backend, {})[result.app, result.robot, result.world, result.seed] = result
     found = (
-        Agreement(
-            first,
-            second,
-            tuple((runs[first][case], runs[second][case]) for case in runs[first] if case in runs[second]),
-        )
-        for first, second in combinations(runs, 2)
+        Agreement(first, second, tuple((result, ours[case]) for case, result in theirs.items() if case in ours))
+        for (first, theirs), (second, ours) in combinations(runs.items(), 2)
     )
     return [each for each in found if each.pairs]
-
-
-def _make_key(result: RunResult) -> Hashable:
-    return result.app, result.robot, result.world, result.seed
-
-
-def _list_events(result: RunResult) -> tuple[object, ...]:
-    return result.outcome, *result.milestones
 
 
 def subsample(items: Sequence[T], most: int) -> list[T]:

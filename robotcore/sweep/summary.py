@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Hashable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
-from types import TracebackType
 from typing import TypeVar
 
 from rich import box
@@ -33,8 +33,7 @@ MAX_CAUSES = 20
 MAX_LISTED_SEEDS = 8
 """The maximum number of seeds that the summary lists for one cause on one backend in one world."""
 
-_LEFT_ALIGNED = ("backend", "world")
-_SUMMARY_COLUMNS = (*_LEFT_ALIGNED, "verified", "%", "95 %", "contacts", "median", "slowest")
+_SUMMARY_COLUMNS = ("backend", "world", "verified", "%", "95 %", "contacts", "median", "slowest")
 """The titles of the columns in the terminal, which fit into 80 characters."""
 
 _SPEED_PERIOD_S = 600.0
@@ -52,28 +51,15 @@ def render_summary(
     file: the file that lists all failing runs. The summary names it.
     has_verify: whether the app or the judge has a method ``verify``.
     """
-    return Lines(
-        _render_table(groups), *_render_judge(request, groups, has_verify=has_verify), *_render_failures(failing, file)
-    )
-
-
-def _render_table(groups: Sequence[Group]) -> Table:
     table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, header_style="bold", padding=(0, 0, 0, 1))
-    for name in _SUMMARY_COLUMNS:
-        table.add_column(
-            name, style="cyan" if name in _LEFT_ALIGNED else "", justify="left" if name in _LEFT_ALIGNED else "right"
-        )
+    for index, name in enumerate(_SUMMARY_COLUMNS):
+        table.add_column(name, style="cyan" if index < 2 else "", justify="left" if index < 2 else "right")
     for group in groups:
         table.add_row(*(COLUMNS[name](group) for name in _SUMMARY_COLUMNS))
-    return table
-
-
-def _render_judge(request: RunRequest, groups: Sequence[Group], *, has_verify: bool) -> Iterator[Text]:
-    """Yield the line about the judge. An installed app that judges itself needs none."""
-    if not has_verify:
-        yield Text(f"\n{NO_VERIFY}")
-    elif request.judge or is_app_file(request.app_reference):
-        yield Text(f"\nJudge: {escape(format_judge(request.judge, groups))}")
+    judge = f"Judge: {escape(format_judge(request.judge, groups))}" if has_verify else NO_VERIFY
+    # An installed app that judges itself needs no line about the judge.
+    needs_judge = not has_verify or request.judge or is_app_file(request.app_reference)
+    return Lines(table, *([Text(f"\n{judge}")] if needs_judge else ()), *_render_failures(failing, file))
 
 
 def _render_failures(failing: Sequence[Record], file: Path) -> Iterator[Text]:
@@ -82,20 +68,15 @@ def _render_failures(failing: Sequence[Record], file: Path) -> Iterator[Text]:
     yield Text(f"\n{len(failing)} failing run{'' if len(failing) == 1 else 's'}:", "bold")
     causes = _group_by(format_failure, failing)
     for cause, records in sorted(causes.items(), key=lambda item: -len(item[1]))[:MAX_CAUSES]:
-        yield from _render_cause(cause, records)
+        yield Text(f"  {len(records)} × {escape(cause)}" if len(records) > 1 else f"  {escape(cause)}", "yellow")
+        if len(records) > 1:
+            for key, group in _group_by(GroupKey.of, records).items():
+                yield Text(f"    {key}: {_format_seeds(group)}")
+        yield Text(f"    {escape(records[0].command)}")
     if len(causes) > MAX_CAUSES:
         yield Text(f"  and {len(causes) - MAX_CAUSES} other causes")
     if len(failing) > 1:
         yield Text(f"  all failing runs: {escape(str(file))}")
-
-
-def _render_cause(cause: str, records: Sequence[Record]) -> Iterator[Text]:
-    words = escape(cause)
-    yield Text(f"  {len(records)} × {words}" if len(records) > 1 else f"  {words}", "yellow")
-    if len(records) > 1:
-        for key, group in _group_by(GroupKey.of, records).items():
-            yield Text(f"    {key}: {_format_seeds(group)}")
-    yield Text(f"    {escape(records[0].command)}")
 
 
 def _format_seeds(records: Sequence[Record]) -> str:
@@ -112,33 +93,30 @@ def _group_by(key: Callable[[Record], KeyT], records: Sequence[Record]) -> dict[
     return found
 
 
-class SweepProgress:
-    """A progress bar on stderr. ``with`` shows it if stderr is a terminal."""
+@contextmanager
+def show_progress(total: int, done: int, failing: int) -> Iterator[Callable[[Record], None]]:
+    """Show a progress bar on stderr if it is a terminal, and yield a function that advances the bar by a record.
 
-    def __init__(self, total: int, done: int, failing: int) -> None:
-        self._failing = failing
-        self._bar = Progress(
-            BarColumn(bar_width=None),
-            MofNCompleteColumn(),
-            TextColumn("{task.fields[failing]} failing"),
-            TimeRemainingColumn(),
-            console=Console(stderr=True, highlight=False),
-            transient=True,
-            speed_estimate_period=_SPEED_PERIOD_S,
-            disable=not (sys.stderr and sys.stderr.isatty()),
-        )
-        self._task = self._bar.add_task("", total=total, completed=done, failing=failing)
+    total: the number of all runs.
+    done: the number of runs that were finished before.
+    failing: the number of runs among them that failed.
+    """
+    bar = Progress(
+        BarColumn(bar_width=None),
+        MofNCompleteColumn(),
+        TextColumn("{task.fields[failing]} failing"),
+        TimeRemainingColumn(),
+        console=Console(stderr=True, highlight=False),
+        transient=True,
+        speed_estimate_period=_SPEED_PERIOD_S,
+        disable=not (sys.stderr and sys.stderr.isatty()),
+    )
+    task = bar.add_task("", total=total, completed=done, failing=failing)
 
-    def __enter__(self) -> SweepProgress:
-        self._bar.start()
-        return self
+    def advance(record: Record) -> None:
+        nonlocal failing
+        failing += record.is_failure
+        bar.update(task, advance=1, failing=failing)
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
-        self._bar.stop()
-
-    def show(self, record: Record) -> None:
-        """Advance the bar by a finished run."""
-        self._failing += record.is_failure
-        self._bar.update(self._task, advance=1, failing=self._failing)
+    with bar:
+        yield advance

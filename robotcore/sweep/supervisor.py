@@ -80,7 +80,7 @@ def _reap_children() -> Iterator[tuple[int, int]]:
 def _end_children() -> None:
     """End every child process. When a child ends, this process adopts the child's own children, and ends them too."""
     clock = MonotonicClock()
-    while clock.now() < _ENDING_S and (children := _list_children()):
+    while clock.now() < _ENDING_S and (children := list(_list_children())):
         for child in children:
             with suppress(ProcessLookupError, PermissionError):
                 os.kill(child, signal.SIGKILL)
@@ -88,19 +88,12 @@ def _end_children() -> None:
         dict(_reap_children())
 
 
-def _list_children() -> list[int]:
-    own = os.getpid()
-    return [process for process, parent in _list_processes() if parent == own]
-
-
-def _list_processes() -> Iterator[tuple[int, int]]:
-    """Yield the process id and the parent's process id of each process.
-
-    Format: proc(5). The fields follow the name, which is in parentheses.
-    """
+def _list_children() -> Iterator[int]:
+    """Yield the process id of each child. Format: proc(5). The fields follow the name, which is in parentheses."""
     for file in Path("/proc").glob("[0-9]*/stat"):
         with suppress(OSError):  # the process has just ended
-            yield int(file.parent.name), int(file.read_bytes().rpartition(b")")[2].split()[1])
+            if int(file.read_bytes().rpartition(b")")[2].split()[1]) == os.getpid():
+                yield int(file.parent.name)
 
 
 def _exit_as(status: int) -> NoReturn:

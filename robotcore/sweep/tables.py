@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -36,13 +36,13 @@ def write_tables(directory: Path, records: Callable[[], Iterable[Record]]) -> No
 def are_current(directory: Path, source: Path) -> bool:
     """Return whether both tables in a folder are newer than the results file ``source``."""
     tables = [directory / name for name in (TABLE, FAILURES)]
-    return all(table.exists() and _changed_ns(table) > _changed_ns(source) for table in tables)
+    return all(table.exists() and table.stat().st_mtime_ns > source.stat().st_mtime_ns for table in tables)
 
 
 def list_columns(records: Iterable[Record]) -> list[str]:
     """Return the names of the columns of records. A field that is a mapping has a column for each of its keys."""
     columns = dict.fromkeys(column for record in records for column in _make_row(record))
-    return sorted(columns, key=lambda column: column in _LAST_COLUMNS)
+    return sorted(columns, key=_LAST_COLUMNS.__contains__)
 
 
 def write_csv(file: Path, columns: Sequence[str], records: Iterable[Record]) -> None:
@@ -53,45 +53,35 @@ def write_csv(file: Path, columns: Sequence[str], records: Iterable[Record]) -> 
         writer.writerows(map(_make_row, records))
 
 
-def _changed_ns(file: Path) -> int:
-    return file.stat().st_mtime_ns
-
-
 def _make_row(record: Record) -> dict[str, Any]:
-    result = {each.name: getattr(record.result, each.name) for each in fields(record.result) if each.name != "error"}
+    values = {each.name: getattr(record.result, each.name) for each in fields(record.result) if each.name != "error"}
     why = format_failure(record) if record.is_failure else ""
-    more = {"outcome": record.result.outcome.value, "fault": why, "command": record.command, "picture": record.picture}
-    values = {**result, **more}
-    return {column: _escape_formula(value) for key, item in values.items() for column, value in _flatten(key, item)}
+    values |= {
+        "outcome": record.result.outcome.value,
+        "fault": why,
+        "command": record.command,
+        "picture": record.picture,
+    }
+    return {column: value for key, item in values.items() for column, value in _flatten(key, item)}
 
 
-def _escape_formula(value: Any) -> Any:
-    """Put an apostrophe in front of a text that a spreadsheet would execute as a formula.
+def _flatten(key: str, item: Any) -> Iterator[tuple[str, Any]]:
+    """Yield the columns of a field, and their values.
 
-    An app may set any text as its reason. Source: OWASP, CSV injection.
+    A text that a spreadsheet would execute as a formula gets an apostrophe, because an app may set any text as its
+    reason. Source: OWASP, CSV injection.
     """
-    return f"'{value}" if isinstance(value, str) and value.startswith(_FORMULA_STARTS) else value
-
-
-def _flatten(key: str, item: Any) -> list[tuple[str, Any]]:
     if isinstance(item, dict):
-        return [column for name, value in item.items() for column in _flatten(f"{key}.{name}", value)]
-    return [(key, "; ".join(item) if isinstance(item, list) else item)]
+        for name, value in item.items():
+            yield from _flatten(f"{key}.{name}", value)
+        return
+    value = "; ".join(item) if isinstance(item, list) else item
+    yield key, f"'{value}" if isinstance(value, str) and value.startswith(_FORMULA_STARTS) else value
 
 
 def format_verified(group: Group) -> str:
     """Return the number of verified runs and of all runs, such as ``97/100``; ``?/100`` if no run could be verified."""
     return f"{'?' if group.verified is None else group.verified}/{group.runs}"
-
-
-def format_share(group: Group) -> str:
-    """Return the share of verified runs in percent; empty if no run could be verified."""
-    return "" if group.verified_share is None else f"{100 * group.verified_share:.1f}"
-
-
-def format_interval(group: Group) -> str:
-    """Return the 95 % interval of the verified share in percent; empty if no run could be verified."""
-    return "" if group.verified_95 is None else "–".join(f"{100 * edge:.1f}" for edge in group.verified_95)
 
 
 def format_contacts(group: Group) -> str:
@@ -111,8 +101,8 @@ COLUMNS: dict[str, Callable[[Group], str]] = {
     "world": lambda group: group.world,
     "passed": lambda group: f"{group.runs - group.failing}/{group.runs}",
     "verified": format_verified,
-    "%": format_share,
-    "95 %": format_interval,
+    "%": lambda group: "" if group.verified_share is None else f"{100 * group.verified_share:.1f}",
+    "95 %": lambda group: "–".join(f"{100 * edge:.1f}" for edge in group.verified_95 or ()),
     "contacts": format_contacts,
     "median": lambda group: format_time(group.median_time_s),
     "90 % within": lambda group: format_time(group.p90_time_s),
@@ -120,12 +110,11 @@ COLUMNS: dict[str, Callable[[Group], str]] = {
 }
 """The columns that show a group of runs: a function for each title.
 
-``%`` is the share of verified runs, and ``95 %`` the interval of this share.
+``%`` is the share of verified runs, and ``95 %`` the interval of this share. If no run could be verified, both
+are empty.
 """
 
 
 def format_judge(judge: str | None, groups: Iterable[Group]) -> str:
     """Return who judged the runs: the judge's name, ``the app itself``, or ``none`` if no run could be verified."""
-    if judge:
-        return judge
-    return "none" if all(group.verified is None for group in groups) else "the app itself"
+    return judge or ("none" if all(group.verified is None for group in groups) else "the app itself")

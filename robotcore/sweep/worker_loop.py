@@ -34,53 +34,15 @@ def run_worker_loop(handle: int) -> NoReturn:
     sys.stdout = sys.stderr  # stderr is line-buffered, so a crash loses no line
     _import_libraries()
     connection, calls = Connection(handle), SimpleQueue[bytes]()
-    _close_in_subprocesses(connection)
+    # A process that inherits the pipe could send a reply, or keep the pipe open after the end of the worker.
+    os.set_inheritable(handle, False)
+    os.register_at_fork(after_in_child=connection.close)
     Thread(target=_receive_calls, args=(connection, calls), daemon=True).start()
     with suppress(OSError):  # the parent has ended, or this process was forked by the app
-        _send(connection, write_reply("ready"))
+        _send(handle, write_reply("ready"))
         while True:
-            _send(connection, _run_call(calls.get()))
+            _send(handle, _run_call(calls.get()))
     os._exit(1)
-
-
-def _send(connection: Connection, line: bytes) -> None:
-    while line:
-        line = line[os.write(connection.fileno(), line) :]
-
-
-def _close_in_subprocesses(connection: Connection) -> None:
-    """Close the pipe in every process that the app starts.
-
-    A process that inherits the pipe could send a reply, or keep the pipe open after the end of the worker.
-    """
-    os.set_inheritable(connection.fileno(), False)
-    os.register_at_fork(after_in_child=connection.close)
-
-
-def _receive_calls(connection: Connection, calls: SimpleQueue[bytes]) -> None:
-    """Put each received call into the queue. If the parent closes the pipe, exit at once, even during a call."""
-    try:
-        while True:
-            calls.put(connection.recv_bytes())
-    except (EOFError, OSError):
-        os._exit(1)
-
-
-def _run_call(call: bytes) -> bytes:
-    try:
-        function, arguments = pickle.loads(call)  # noqa: S301  from the parent of this process
-        return write_reply(function(*arguments))
-    except RobotcoreError as error:
-        return _write_error(error)
-    except Exception as error:  # noqa: BLE001  the function or the JSON encoder raised it
-        return write_reply(error=RobotcoreError(f"{type(error).__name__}: {error}"))
-
-
-def _write_error(error: RobotcoreError) -> bytes:
-    try:
-        return write_reply(error=error)
-    except (TypeError, ValueError):  # an attribute that JSON cannot hold
-        return write_reply(error=RobotcoreError(str(error)))
 
 
 def _import_libraries() -> None:
@@ -92,6 +54,31 @@ def _import_libraries() -> None:
     import robotcore.view.picture  # noqa: F401
 
     cv2.setNumThreads(1)
+
+
+def _send(handle: int, line: bytes) -> None:
+    while line:
+        line = line[os.write(handle, line) :]
+
+
+def _receive_calls(connection: Connection, calls: SimpleQueue[bytes]) -> None:
+    """Put each received call into the queue. If the parent closes the pipe, exit at once, even during a call."""
+    with suppress(EOFError, OSError):
+        while True:
+            calls.put(connection.recv_bytes())
+    os._exit(1)
+
+
+def _run_call(call: bytes) -> bytes:
+    try:
+        function, arguments = pickle.loads(call)  # noqa: S301  from the parent of this process
+        return write_reply(function(*arguments))
+    except RobotcoreError as error:
+        with suppress(TypeError, ValueError):  # an attribute that JSON cannot hold
+            return write_reply(error=error)
+        return write_reply(error=RobotcoreError(str(error)))
+    except Exception as error:  # noqa: BLE001  the function or the JSON encoder raised it
+        return write_reply(error=RobotcoreError(f"{type(error).__name__}: {error}"))
 
 
 def write_reply(result: Any = None, error: RobotcoreError | None = None) -> bytes:
@@ -134,7 +121,7 @@ def _decode_error(read: dict[str, Any]) -> Any:
         raise TypeError(f"{name} is not an error class of robotcore")
     error = kind.__new__(kind)
     error.args = tuple(arguments)
-    error.__dict__.update(
-        (key, value) for key, value in state.items() if key in _ERROR_ATTRIBUTES or not hasattr(kind, key)
-    )
+    for key, value in state.items():
+        if key in _ERROR_ATTRIBUTES or not hasattr(kind, key):
+            error.__dict__[key] = value
     return error

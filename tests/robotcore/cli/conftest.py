@@ -87,7 +87,7 @@ def requests(monkeypatch: pytest.MonkeyPatch) -> list[RunRequest]:
             requests.append(request)
             yield perform(request)
 
-    monkeypatch.setattr("robotcore.sweep.local.LocalEngine.perform", perform_here)
+    monkeypatch.setattr("robotcore.sweep.engine.LocalEngine.perform", perform_here)
     return requests
 
 

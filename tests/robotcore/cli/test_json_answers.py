@@ -77,7 +77,7 @@ def test_a_refused_folder_and_a_failing_backend_are_reported(cli: Cli, monkeypat
     Path("thesis/chapter.tex").touch()
     refused = cli("sweep", "green-search", "--out", "thesis", "--json")
     assert (refused.status, refused.json["error"].split()[0]) == (2, "thesis")
-    monkeypatch.setattr("robotcore.sweep.local.LocalEngine.perform", fail)
+    monkeypatch.setattr("robotcore.sweep.engine.LocalEngine.perform", fail)
     assert _answer(cli("sweep", "green-search", "--json")) == ("green-search", "the simulator has gone", 3)
 
 

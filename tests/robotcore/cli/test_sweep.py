@@ -92,7 +92,7 @@ def test_a_failing_engine_is_reported_with_the_finished_runs(
         yield perform(next(iter(missing)))
         raise BackendError("the scheduler is gone")
 
-    monkeypatch.setattr("robotcore.sweep.local.LocalEngine.perform", perform_one)
+    monkeypatch.setattr("robotcore.sweep.engine.LocalEngine.perform", perform_one)
     arguments = (*SHORT, "--seeds", "1-2", "--require", "success>=1")
     done = cli(*arguments, "--out", "here", "--json")
     assert (done.json["error"], done.json["done"], done.json["runs"]) == ("the scheduler is gone", 1, 2)
@@ -180,8 +180,8 @@ def test_an_exclusive_simulator_has_one_run_at_a_time(
         given.append(jobs)
         raise BackendError("enough")
 
-    monkeypatch.setattr("robotcore.sweep.local.count_cores", lambda: 7)
-    monkeypatch.setattr("robotcore.sweep.local.LocalEngine", engine)
+    monkeypatch.setattr("robotcore.sweep.engine.count_cores", lambda: 7)
+    monkeypatch.setattr("robotcore.sweep.engine.LocalEngine", engine)
     check_text(cli(*SHORT, "--backend", backend).err)
     assert given == [at_a_time]
 

@@ -10,7 +10,6 @@ import pytest
 
 from robotcore import RunRequest
 from robotcore.errors import Interrupted
-from robotcore.sweep import Record
 from tests.robotcore.cli.conftest import Cli
 from tests.texts import CheckText
 
@@ -62,7 +61,7 @@ def test_more_seeds_continue_a_sweep_and_fewer_run_nothing(cli: Cli, requests: l
 def test_the_hint_after_an_interrupted_fresh_sweep_leaves_fresh_out(
     cli: Cli, requests: list[RunRequest], monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
-    monkeypatch.setattr("robotcore.sweep.summary.SweepProgress.show", lambda *_: signal.raise_signal(signal.SIGTERM))
+    monkeypatch.setattr("robotcore.sweep.summary.Progress.update", lambda *_, **__: signal.raise_signal(signal.SIGTERM))
     done = cli(*SHORT, "--seeds", "1-3", "--fresh", "--out", "here")
     check_text(done.err)
 
@@ -71,11 +70,11 @@ def test_the_hint_after_an_interrupted_fresh_sweep_leaves_fresh_out(
 def test_an_interrupt_keeps_finished_runs_and_shows_a_hint(
     cli: Cli, requests: list[RunRequest], monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
-    def interrupted(_: object, record: Record) -> None:
+    def interrupted(*_: object, **__: object) -> None:
         if len(requests) == 2:
             raise Interrupted(signal.SIGINT)
 
-    monkeypatch.setattr("robotcore.sweep.summary.SweepProgress.show", interrupted)
+    monkeypatch.setattr("robotcore.sweep.summary.Progress.update", interrupted)
     done = cli(*SHORT, "--seeds", "1-5", "--out", "here", "--require", "success>=1")
     assert done.status == 130
     check_text(done.err)
