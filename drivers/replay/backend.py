@@ -17,7 +17,6 @@ from drivers.replay.devices import (
     ReplayEncoder,
     ReplayMotor,
     ReplayRangeSensor,
-    SamplePlayer,
 )
 from robotcore.description import (
     BatteryDescription,
@@ -120,25 +119,22 @@ def _relax_rules(recording: Recording) -> RobotDescription:
 
 def _build_devices(setup: Setup, recording: Recording, clock: ReplayClock) -> Iterator[Device]:
     for device in setup.chosen_devices:
-        name = device.name
-        if isinstance(device, MotorDescription):
-            yield ReplayMotor(name, device.max_velocity_rad_s)
-        elif isinstance(device, RangeSensorDescription):
-            yield ReplayRangeSensor(device, SamplePlayer(name, recording, clock))
-        elif isinstance(device, CameraDescription):
-            yield ReplayCamera(device, SamplePlayer(name, recording, clock))
-        elif isinstance(device, DisplayDescription):
-            yield ReplayDisplay(name, recording, clock)
-        elif isinstance(device, EncoderDescription):
-            yield ReplayEncoder(name, SamplePlayer(name, recording, clock))
-        else:
-            battery: BatteryDescription = device  # the type checker reports a new kind of device here
-            yield ReplayBattery(battery.name, SamplePlayer(name, recording, clock))
-    yield from _build_other_motors(setup, recording)
-
-
-def _build_other_motors(setup: Setup, recording: Recording) -> Iterator[Device]:
-    """Yield the motors that the recorded run commanded and that are not in the setup."""
+        recorded = recording, clock, device.name
+        match device:
+            case MotorDescription():
+                yield ReplayMotor(device.name, device.max_velocity_rad_s)
+            case RangeSensorDescription():
+                low, high = device.min_range_m, device.max_range_m
+                yield ReplayRangeSensor(*recorded, min_range=low, max_range=high, cone=device.cone_rad)
+            case CameraDescription():
+                yield ReplayCamera(*recorded, intrinsics=device.intrinsics)
+            case DisplayDescription():
+                yield ReplayDisplay(*recorded)
+            case EncoderDescription():
+                yield ReplayEncoder(*recorded)
+            case BatteryDescription():
+                yield ReplayBattery(*recorded)
+    # A driver may have opened a motor that is not in the robot's description, and the app may have commanded it.
     chosen = {device.name for device in setup.chosen_devices}
     limits = {device.name: device.max_velocity_rad_s for device in setup.robot.all_of(MotorDescription)}
     for name in sorted({ask.device for tick in recording.ticks for ask in tick.motor_asks} - chosen):

@@ -5,10 +5,9 @@ from __future__ import annotations
 import heapq
 import itertools
 from bisect import bisect_right
-from collections.abc import Sequence
-from typing import Generic, TypeVar, cast
+from collections.abc import Iterator, Sequence
+from typing import Any, cast
 
-from robotcore.description import CameraDescription, RangeSensorDescription
 from robotcore.errors import DeviceError, RecordingEndedError, RecordingError
 from robotcore.hal.clock import Callback, Clock
 from robotcore.hal.devices import (
@@ -22,9 +21,11 @@ from robotcore.hal.devices import (
     Motor,
     Range,
     RangeSensor,
+    SampleT,
+    Sensor,
     Voltage,
 )
-from robotcore.recording import Read, Recording, SampleKey
+from robotcore.recording import Read, RecordedError, Recording, SampleKey
 
 _SAME_S = 1e-9
 """The tolerance for equal times, in seconds. Sums of periods have rounding errors."""
@@ -72,33 +73,30 @@ class ReplayClock(Clock):
         self._now = self._times[self.tick]
 
 
-RecordedT = TypeVar("RecordedT", Range, Frame, Angle, Voltage)
-
-
-class SamplePlayer(Generic[RecordedT]):
-    """Repeats the recorded reads of one sensor: it returns their samples or raises their errors.
+class ReplaySensor(Sensor[SampleT]):
+    """A sensor that repeats its recorded reads: it returns their samples or raises their errors.
 
     After the last recorded read of a tick, this read is repeated. If a tick has no recorded read, or its sample was not
     recorded, the newest earlier sample is returned.
     """
 
-    def __init__(self, device: str, recording: Recording, clock: ReplayClock) -> None:
-        self._device, self._samples, self._clock = device, recording.samples, clock
-        self._reads = [_list_reads(device, tick.reads) for tick in recording.ticks]
+    def __init__(self, recording: Recording, clock: ReplayClock, name: str, **properties: Any) -> None:
+        super().__init__(name, **properties)
+        self._samples, self._clock = recording.samples, clock
+        self._reads = [[read for read in tick.reads if read.device == name] for tick in recording.ticks]
         keys = ((at, read.key) for at, reads in enumerate(self._reads) for read in reads if read.key)
         self._given = [(at, key) for at, key in keys if key in self._samples]
         self._tick, self._count = -1, 0
 
-    def __call__(self) -> RecordedT:
-        """Return the sample of the next read. Raises its recorded error, or DeviceError if there is no sample."""
+    def _newest(self) -> SampleT:
         read = self._take_read()
         if read and read.error:
             raise read.error.rebuild()
         key = read.key if read else None
         try:
-            return cast("RecordedT", self._samples[key if key and key in self._samples else self._newest_key()])
+            return cast("SampleT", self._samples[key if key and key in self._samples else self._newest_key()])
         except RecordingError as error:
-            raise DeviceError(self._device, str(error), kind="recording-damaged") from error
+            raise DeviceError(self.name, str(error), kind="recording-damaged") from error
 
     def _take_read(self) -> Read | None:
         reads = self._reads[self._clock.tick]
@@ -110,15 +108,27 @@ class SamplePlayer(Generic[RecordedT]):
         at = bisect_right(self._given, self._clock.tick, key=lambda given: given[0])
         if not at:
             raise DeviceError(
-                self._device,
+                self.name,
                 f"the recording has no sample of this device at {self._clock.now():g} s or before",
                 kind="no-sample-yet",
             )
         return self._given[at - 1][1]
 
 
-def _list_reads(device: str, reads: Sequence[Read]) -> tuple[Read, ...]:
-    return tuple(read for read in reads if read.device == device)
+class ReplayRangeSensor(ReplaySensor[Range], RangeSensor):
+    """A range sensor that returns the distances of a recording."""
+
+
+class ReplayCamera(ReplaySensor[Frame], Camera):
+    """A camera that returns the pictures of a recording."""
+
+
+class ReplayEncoder(ReplaySensor[Angle], Encoder):
+    """An encoder that returns the angles of a recording."""
+
+
+class ReplayBattery(ReplaySensor[Voltage], Battery):
+    """A battery that returns the voltages of a recording."""
 
 
 class ReplayMotor(Motor):
@@ -128,62 +138,18 @@ class ReplayMotor(Motor):
         """Do nothing."""
 
 
-class ReplayRangeSensor(RangeSensor):
-    """A range sensor that returns the distances of a recording."""
-
-    def __init__(self, description: RangeSensorDescription, player: SamplePlayer[Range]) -> None:
-        limits = {"min_range": description.min_range_m, "max_range": description.max_range_m}
-        super().__init__(description.name, cone=description.cone_rad, **limits)
-        self._player = player
-
-    def _newest(self) -> Range:
-        return self._player()
-
-
-class ReplayCamera(Camera):
-    """A camera that returns the pictures of a recording."""
-
-    def __init__(self, description: CameraDescription, player: SamplePlayer[Frame]) -> None:
-        super().__init__(description.name, description.intrinsics)
-        self._player = player
-
-    def _newest(self) -> Frame:
-        return self._player()
-
-
-class ReplayEncoder(Encoder):
-    """An encoder that returns the angles of a recording."""
-
-    def __init__(self, name: str, player: SamplePlayer[Angle]) -> None:
-        super().__init__(name)
-        self._player = player
-
-    def _newest(self) -> Angle:
-        return self._player()
-
-
-class ReplayBattery(Battery):
-    """A battery that returns the voltages of a recording."""
-
-    def __init__(self, name: str, player: SamplePlayer[Voltage]) -> None:
-        super().__init__(name)
-        self._player = player
-
-    def _newest(self) -> Voltage:
-        return self._player()
-
-
 class ReplayDisplay(Display):
     """A display that shows nothing, and raises the recorded errors of the display."""
 
-    def __init__(self, name: str, recording: Recording, clock: ReplayClock) -> None:
+    def __init__(self, recording: Recording, clock: ReplayClock, name: str) -> None:
         super().__init__(name)
-        self._clock, self._tick, self._count = clock, -1, 0
-        self._shown = [[each.error for each in tick.shown if each.device == name] for tick in recording.ticks]
+        self._clock, self._tick = clock, -1
+        self._shown: Iterator[RecordedError | None] = iter(())
+        self._errors = [[each.error for each in tick.shown if each.device == name] for tick in recording.ticks]
 
     def _show(self, image: Image) -> None:
-        tick = self._clock.tick
-        self._count = self._count + 1 if self._tick == tick else 0
-        self._tick = tick
-        if (errors := self._shown[tick][self._count : self._count + 1]) and errors[0]:
-            raise errors[0].rebuild()
+        if self._tick != self._clock.tick:
+            self._tick = self._clock.tick
+            self._shown = iter(self._errors[self._tick])
+        if error := next(self._shown, None):
+            raise error.rebuild()

@@ -12,25 +12,21 @@ import cv2
 from robotcore.description import Mount
 from robotcore.geometry import Pose
 from robotcore.hal.devices import (
-    Angle,
     Battery,
     Camera,
     Device,
     Display,
     Encoder,
     Frame,
-    Image,
     Range,
     RangeSensor,
-    Voltage,
 )
-from robotcore.optics import Intrinsics
 from robotcore.recording.codec import to_json
 from robotcore.recording.mcap_file import McapFile
 from robotcore.recording.message_schemas import ANGLE_SCHEMA, RANGE_SCHEMA, VOLTAGE_SCHEMA, Schema
 
 if TYPE_CHECKING:
-    from foxglove.messages import FrameTransform, LaserScan, Quaternion, Timestamp
+    from foxglove.messages import FrameTransform, Quaternion, Timestamp
     from foxglove.messages import Pose as FoxglovePose
 
 
@@ -42,8 +38,6 @@ ODOMETRY, TRUE, BODY = "odom", "truth", "base_link"
 
 TRUE_BODY = f"{BODY}_true"
 """The coordinate frame of the robot's body at its true pose."""
-
-ORIGIN = Pose(0.0, 0.0, 0.0)
 
 
 def to_nanoseconds(seconds: float) -> int:
@@ -77,49 +71,41 @@ def to_quaternion(roll: float, pitch: float, yaw: float) -> Quaternion:
 
 def to_pose_message(pose: Pose) -> FoxglovePose:
     """Return Foxglove's message for a pose on the floor."""
-    from foxglove.messages import Pose as FoxglovePose
-    from foxglove.messages import Vector3
+    from foxglove import messages
 
-    position = Vector3(x=pose.x, y=pose.y, z=0.0)
-    return FoxglovePose(position=position, orientation=to_quaternion(0.0, 0.0, pose.heading))
+    position = messages.Vector3(x=pose.x, y=pose.y, z=0.0)
+    return messages.Pose(position=position, orientation=to_quaternion(0.0, 0.0, pose.heading))
 
 
-def build_transform(parent: str, child: str, pose: Pose, time: float) -> FrameTransform:
+def build_pose_transform(parent: str, child: str, pose: Pose, time: float) -> FrameTransform:
     """Return Foxglove's message for the pose of the frame ``child`` in the frame ``parent``, at a time in seconds."""
-    from foxglove.messages import FrameTransform, Vector3
-
-    return FrameTransform(
-        timestamp=to_timestamp(time),
-        parent_frame_id=parent,
-        child_frame_id=child,
-        translation=Vector3(x=pose.x, y=pose.y, z=0.0),
-        rotation=to_quaternion(0.0, 0.0, pose.heading),
-    )
+    return _build_transform(parent, child, (pose.x, pose.y, 0.0), (0.0, 0.0, pose.heading), time)
 
 
 def build_mount_transform(device: str, mount: Mount) -> FrameTransform:
     """Return Foxglove's message for the mount of a device on the robot's body."""
-    from foxglove.messages import FrameTransform, Vector3
-
-    return FrameTransform(
-        timestamp=to_timestamp(0.0),
-        parent_frame_id=BODY,
-        child_frame_id=device,
-        translation=Vector3(x=mount.x_m, y=mount.y_m, z=mount.z_m),
-        rotation=to_quaternion(0.0, mount.pitch_rad, mount.yaw_rad),
-    )
+    place, turn = (mount.x_m, mount.y_m, mount.z_m), (0.0, mount.pitch_rad, mount.yaw_rad)
+    return _build_transform(BODY, device, place, turn)
 
 
 def build_optical_transform(device: str) -> FrameTransform:
     """Return Foxglove's message for a camera's optical frame: x to the right, y down, z ahead (REP 103)."""
-    from foxglove.messages import FrameTransform, Vector3
+    return _build_transform(device, build_optical_name(device), (0.0, 0.0, 0.0), (-math.pi / 2, 0.0, -math.pi / 2))
 
-    return FrameTransform(
-        timestamp=to_timestamp(0.0),
-        parent_frame_id=device,
-        child_frame_id=build_optical_name(device),
-        translation=Vector3(),
-        rotation=to_quaternion(-math.pi / 2, 0.0, -math.pi / 2),
+
+def _build_transform(
+    parent: str, child: str, place: tuple[float, float, float], turn: tuple[float, float, float], time: float = 0.0
+) -> FrameTransform:
+    """Return a transform by a place in metres and a turn (roll, pitch, yaw) in radians."""
+    from foxglove import messages
+
+    x, y, z = place
+    return messages.FrameTransform(
+        timestamp=to_timestamp(time),
+        parent_frame_id=parent,
+        child_frame_id=child,
+        translation=messages.Vector3(x=x, y=y, z=z),
+        rotation=to_quaternion(*turn),
     )
 
 
@@ -160,11 +146,8 @@ def open_channel(file: McapFile, device: Device, *, is_jpeg: bool) -> Write | No
     match device:
         case Camera():
             _write_calibration(file, device)
-            return (
-                _open_jpegs(file, device.name, build_optical_name(device.name))
-                if is_jpeg
-                else _open_raw_images(file, device.name)
-            )
+            open_images = _open_jpegs if is_jpeg else _open_raw_images
+            return open_images(file, device.name, build_optical_name(device.name))
         case Display():
             shown = _open_jpegs(file, device.name, device.name)
             return lambda frame, at: shown(replace(frame, time=at), at)
@@ -177,7 +160,7 @@ def open_channel(file: McapFile, device: Device, *, is_jpeg: bool) -> Write | No
     return None
 
 
-def _open_raw_images(file: McapFile, device: str) -> Write:
+def _open_raw_images(file: McapFile, device: str, frame_id: str) -> Write:
     from foxglove.channels import RawImageChannel
     from foxglove.messages import RawImage
 
@@ -187,7 +170,7 @@ def _open_raw_images(file: McapFile, device: str) -> Write:
         image = frame.image
         message = RawImage(
             timestamp=to_timestamp(frame.time),
-            frame_id=build_optical_name(device),
+            frame_id=frame_id,
             width=image.shape[1],
             height=image.shape[0],
             encoding="bgr8" if image.ndim == 3 else "mono8",
@@ -206,27 +189,20 @@ def _open_jpegs(file: McapFile, device: str, frame_id: str) -> Write:
     channel = CompressedImageChannel(build_topic(device), metadata={DEVICE: device}, context=file.context)
 
     def write(frame: Frame, at: float) -> None:
+        _, jpeg = cv2.imencode(".jpg", frame.image, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
         message = CompressedImage(
-            timestamp=to_timestamp(frame.time),
-            frame_id=frame_id,
-            format="jpeg",
-            data=_encode_jpeg(frame.image),
+            timestamp=to_timestamp(frame.time), frame_id=frame_id, format="jpeg", data=jpeg.tobytes()
         )
         channel.log(message, log_time=to_nanoseconds(at))
 
     return write
 
 
-def _encode_jpeg(image: Image) -> bytes:
-    _, encoded = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
-    return encoded.tobytes()
-
-
 def _write_calibration(file: McapFile, camera: Camera) -> None:
     from foxglove.channels import CameraCalibrationChannel
     from foxglove.messages import CameraCalibration
 
-    intrinsics: Intrinsics = camera.intrinsics
+    intrinsics = camera.intrinsics
     f, cx, cy = intrinsics.focal_length, intrinsics.cx, intrinsics.cy
     message = CameraCalibration(
         timestamp=to_timestamp(0.0),
@@ -241,37 +217,31 @@ def _write_calibration(file: McapFile, camera: Camera) -> None:
 
 
 def _open_ranges(file: McapFile, sensor: RangeSensor) -> Write:
+    """Open the channels of the distances and of scans.
+
+    A scan has the same distance across the cone, because the echo may come from any direction in it.
+    """
     from foxglove.channels import LaserScanChannel
-
-    topic = build_topic(sensor.name)
-    readings = file.open_json_channel(topic, RANGE_SCHEMA, {DEVICE: sensor.name})
-    scans = LaserScanChannel(f"{topic}/scan", context=file.context)
-
-    def write(reading: Range, at: float) -> None:
-        readings(to_json(reading), to_nanoseconds(at))
-        scans.log(_build_scan(sensor, reading), log_time=to_nanoseconds(at))
-
-    return write
-
-
-def _build_scan(sensor: RangeSensor, reading: Range) -> LaserScan:
-    """Return a scan with the same distance across the cone, because the echo may come from any direction in it."""
     from foxglove.messages import LaserScan
 
-    return LaserScan(
-        timestamp=to_timestamp(reading.time),
-        frame_id=sensor.name,
-        pose=to_pose_message(ORIGIN),
-        start_angle=-sensor.cone / 2,
-        end_angle=sensor.cone / 2,
-        ranges=[float(reading.distance)] * RAYS,
-    )
+    write_number = _open_numbers(file, sensor.name, RANGE_SCHEMA)
+    scans = LaserScanChannel(f"{build_topic(sensor.name)}/scan", context=file.context)
+
+    def write(reading: Range, at: float) -> None:
+        write_number(reading, at)
+        scan = LaserScan(
+            timestamp=to_timestamp(reading.time),
+            frame_id=sensor.name,
+            pose=to_pose_message(Pose(0.0, 0.0, 0.0)),
+            start_angle=-sensor.cone / 2,
+            end_angle=sensor.cone / 2,
+            ranges=[float(reading.distance)] * RAYS,
+        )
+        scans.log(scan, log_time=to_nanoseconds(at))
+
+    return write
 
 
 def _open_numbers(file: McapFile, device: str, schema: Schema) -> Write:
     numbers = file.open_json_channel(build_topic(device), schema, {DEVICE: device})
-
-    def write(sample: Angle | Voltage, at: float) -> None:
-        numbers(to_json(sample), to_nanoseconds(at))
-
-    return write
+    return lambda sample, at: numbers(to_json(sample), to_nanoseconds(at))

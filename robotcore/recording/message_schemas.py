@@ -1,57 +1,50 @@
-"""The JSON schemas of a recording's messages.
+"""The JSON schemas of a recording's messages, built from the classes of the events.
 
 A message leaves out empty fields, and has NaN and infinite numbers as strings.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from types import NoneType
+from typing import Annotated, Any, get_args, get_origin, get_type_hints
+
+from robotcore.hal.devices import Angle, Range, Voltage
+from robotcore.recording.codec import list_fields
+from robotcore.recording.events import GroundTruthSample, Tick
 
 Schema = dict[str, Any]
 
-_NUMBER: Schema = {"type": "number"}
-_WHOLE: Schema = {"type": "integer"}
-_TEXT: Schema = {"type": "string"}
+_TYPES = {float: "number", int: "integer", str: "string"}
 
 
-def _object(title: str = "", **properties: Schema) -> Schema:
-    named = {"title": f"robotcore.{title}"} if title else {}
-    return {**named, "type": "object", "properties": properties}
+def build_schema(kind: Any) -> Schema:
+    """Return the schema of a type. Fields of an optional type have the schema of the type without None."""
+    origin, arguments = get_origin(kind), get_args(kind)
+    if origin is Annotated:
+        return build_schema(arguments[0])
+    if NoneType in arguments:
+        return build_schema(next(each for each in arguments if each is not NoneType))
+    if origin is tuple:
+        return {"type": "array", "items": build_schema(arguments[0])}
+    if kind in _TYPES:
+        return {"type": _TYPES[kind]}
+    names = list_fields(kind)
+    hints = get_type_hints(kind, include_extras=True) if names else {}
+    return {"type": "object", "properties": {name: build_schema(hints[name]) for name in names}}
 
 
-def _list(items: Schema) -> Schema:
-    return {"type": "array", "items": items}
+def _name_schema(title: str, kind: Any = None, **properties: Any) -> Schema:
+    """Return the schema of a class, or of an object with ``properties``, under a title."""
+    named = {name: build_schema(each) for name, each in properties.items()}
+    schema = {"type": "object", "properties": named} if kind is None else build_schema(kind)
+    return {"title": f"robotcore.{title}", **schema}
 
 
-_WHEELS = _object(left=_NUMBER, right=_NUMBER)
-_POSE = _object(x=_NUMBER, y=_NUMBER, heading=_NUMBER)
-_ERROR = _object(kind=_TEXT, message=_TEXT, attributes=_object())
-_READ = _object(device=_TEXT, sequence=_WHOLE, time=_NUMBER, number=_WHOLE, error=_ERROR, by=_TEXT)
-_INTERVENTION = _object(time=_NUMBER, cause=_TEXT, asked=_WHEELS, sent=_WHEELS)
-
-TICK_SCHEMA = _object(
-    "Tick",
-    number=_WHOLE,
-    time=_NUMBER,
-    state=_TEXT,
-    reads=_list(_READ),
-    asks=_list(_object(asked=_WHEELS, given=_WHEELS, error=_ERROR)),
-    motor_asks=_list(_object(device=_TEXT, asked=_NUMBER, given=_NUMBER, error=_ERROR)),
-    turned=_list(_object(angles=_WHEELS, error=_ERROR)),
-    standing=_list(_WHEELS),
-    pose=_POSE,
-    asked=_WHEELS,
-    sent=_WHEELS,
-    interventions=_list(_INTERVENTION),
-    commit_error=_ERROR,
-    shown=_list(_object(device=_TEXT, number=_WHOLE, error=_ERROR)),
-    error=_ERROR,
-    warnings=_list(_TEXT),
-)
-RANGE_SCHEMA = _object("Range", distance=_NUMBER, time=_NUMBER, sequence=_WHOLE, point=_list(_NUMBER))
-ANGLE_SCHEMA = _object("Angle", angle=_NUMBER, time=_NUMBER, sequence=_WHOLE)
-VOLTAGE_SCHEMA = _object("Voltage", voltage=_NUMBER, time=_NUMBER, sequence=_WHOLE)
-TRUTH_SCHEMA = _object("Truth", tick=_WHOLE, time=_NUMBER, pose=_POSE, contacts=_WHOLE)
-RUN_SCHEMA = _object("Run", request=_object(), devices=_list(_TEXT), started=_TEXT)
-RESULT_SCHEMA = _object("Result", outcome=_TEXT, reason=_TEXT, exit_status=_WHOLE, ticks=_WHOLE)
-END_SCHEMA = _object("End", reason=_TEXT)
+TICK_SCHEMA = _name_schema("Tick", Tick)
+RANGE_SCHEMA = _name_schema("Range", Range)
+ANGLE_SCHEMA = _name_schema("Angle", Angle)
+VOLTAGE_SCHEMA = _name_schema("Voltage", Voltage)
+TRUTH_SCHEMA = _name_schema("Truth", GroundTruthSample)
+RUN_SCHEMA = _name_schema("Run", request=dict, devices=tuple[str, ...], started=str)
+RESULT_SCHEMA = _name_schema("Result", outcome=str, reason=str, exit_status=int, ticks=int)
+END_SCHEMA = _name_schema("End", reason=str)

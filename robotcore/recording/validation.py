@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sized
-from dataclasses import MISSING, Field, fields
+from dataclasses import MISSING, Field, dataclass, fields
 from functools import cache
 from typing import Any, get_type_hints
 
@@ -16,7 +16,7 @@ from pydantic import BaseModel, create_model
 
 from robotcore.errors import BackendError, DeviceError, Interrupted, RobotcoreError, SafetyStop, UsageError
 from robotcore.hal.devices import Angle, Range, Voltage
-from robotcore.recording.codec import from_json, parse_json
+from robotcore.recording.codec import from_json
 from robotcore.recording.events import RecordedError, Tick
 from robotcore.recording.recording import FORMAT, Metadata
 from robotcore.runtime.faults.spec import Spec
@@ -39,14 +39,18 @@ _SIGNALS = range(129, 193)
 _BATTERY_KEYS = {"lowest_v", "last_v"}
 
 
+@dataclass
+class _Format:
+    format: Any = FORMAT
+
+
 class UnknownFormatError(ValueError):
     """The recording has a file format that this version of robotcore cannot read."""
 
 
 def parse_metadata(content: bytes) -> Metadata:
     """Parse the metadata of a run. Raises UnknownFormatError if a later version of robotcore wrote them."""
-    payload = parse_json(content)
-    written = payload.get("format", FORMAT) if isinstance(payload, dict) else FORMAT
+    written = from_json(_Format, content).format
     if written != FORMAT:
         raise UnknownFormatError(
             f"the file has format {escape(repr(written)[:_FORMAT_LENGTH])}, and this robotcore reads only {FORMAT}"
@@ -90,7 +94,7 @@ def parse_number(kind: type[Range | Angle | Voltage], content: bytes) -> Range |
 
 def parse_result(content: bytes) -> RunResult:
     """Parse the result of a run. Unknown keys are ignored."""
-    valid = _build_result_model().model_validate(parse_json(content))
+    valid = _build_result_model().model_validate_json(content)
     result = RunResult(**{name: getattr(valid, name) for name in type(valid).model_fields})
     for name in ("sim_time_s", "wall_time_s"):
         _require_seconds(name, getattr(result, name))

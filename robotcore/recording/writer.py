@@ -21,7 +21,7 @@ from robotcore.recording.foxglove_channels import (
     TRUE_BODY,
     build_mount_transform,
     build_optical_transform,
-    build_transform,
+    build_pose_transform,
     open_channel,
     to_nanoseconds,
     to_pose_message,
@@ -130,9 +130,9 @@ class RecordingWriter:
                 timestamp=to_timestamp(self._now), frame_id=ODOMETRY, pose=to_pose_message(odometry_pose)
             )
             self._pose.log(message, log_time=to_nanoseconds(self._now))
-            transforms.append(build_transform(ODOMETRY, BODY, odometry_pose, self._now))
+            transforms.append(build_pose_transform(ODOMETRY, BODY, odometry_pose, self._now))
         if truth:
-            transforms.append(build_transform(TRUE, TRUE_BODY, truth.pose, self._now))
+            transforms.append(build_pose_transform(TRUE, TRUE_BODY, truth.pose, self._now))
         if transforms:
             self._moving.log(FrameTransforms(transforms=transforms), log_time=to_nanoseconds(self._now))
 
@@ -148,7 +148,7 @@ class RecordingWriter:
 
 def _build_static_transforms(metadata: Metadata) -> Iterator[FrameTransform]:
     if metadata.world:
-        yield build_transform(TRUE, ODOMETRY, metadata.world.start.pose, 0.0)
+        yield build_pose_transform(TRUE, ODOMETRY, metadata.world.start.pose, 0.0)
     for device in metadata.description.devices:
         if isinstance(device, (CameraDescription, RangeSensorDescription)):
             yield build_mount_transform(device.name, device.mount)
