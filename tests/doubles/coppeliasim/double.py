@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from contextlib import ExitStack
-from typing import Any
 
 from tests.doubles.coppeliasim.legacy.server import LegacyServer
 from tests.doubles.coppeliasim.scene import Simulator
-from tests.doubles.coppeliasim.scene.pacing import Pacer
 from tests.doubles.coppeliasim.zmq import ZmqServer
 
 
@@ -26,13 +24,12 @@ class Double:
 
     def __init__(self, simulator: Simulator, zmq_port: int = 0, legacy_port: int = 0) -> None:
         self.simulator = simulator
-        self.legacy = LegacyServer(simulator, legacy_port, paces=False)
-        self._zmq = ZmqServer(simulator, zmq_port, services={"simRemoteApi.start": self._start_service})
+        self.legacy = LegacyServer(simulator, legacy_port)
+        self._zmq = ZmqServer(simulator, zmq_port)
         self._open = ExitStack()
 
     def __enter__(self) -> Double:
         with ExitStack() as opening:
-            opening.enter_context(Pacer(self.simulator))
             opening.enter_context(self._zmq)
             opening.enter_context(self.legacy)
             self._open = opening.pop_all()
@@ -48,7 +45,3 @@ class Double:
     @property
     def legacy_port(self) -> int:
         return self.legacy.port
-
-    def _start_service(self, port: int, *_: Any) -> int:
-        self.legacy.start_temporary(port)
-        return 1

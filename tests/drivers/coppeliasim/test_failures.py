@@ -21,9 +21,8 @@ from robotcore.runtime.plan import RunRequest
 from robotcore.runtime.result import Outcome, RunResult
 from robotcore.runtime.session import run
 from tests.doubles.coppeliasim.double import Double
-from tests.doubles.coppeliasim.scene import Simulator
+from tests.doubles.coppeliasim.scene import Simulator, State
 from tests.doubles.coppeliasim.scene.objects import Joint, ProximitySensor
-from tests.doubles.coppeliasim.scene.states import State
 from tests.doubles.coppeliasim.scenes import bubblerob_scene, default_scene
 from tests.robotcore.runs import CallOnce
 from tests.texts import CheckText

@@ -6,14 +6,14 @@ from collections.abc import Iterator
 import pytest
 
 from drivers.vrep import simx
-from tests.doubles.coppeliasim.legacy.recorded import later_scene
 from tests.doubles.coppeliasim.legacy.server import LegacyServer
-from tests.doubles.coppeliasim.scene.simulator import Simulator
+from tests.doubles.coppeliasim.scene import Simulator
+from tests.doubles.coppeliasim.scenes import rover_scene
 
 
 @pytest.fixture
 def simulator() -> Simulator:
-    return later_scene(180)
+    return rover_scene(180)
 
 
 @pytest.fixture

@@ -14,9 +14,8 @@ from robotcore.runtime.plan import RunRequest
 from robotcore.runtime.result import Outcome, RunResult
 from robotcore.runtime.session import run
 from tests.doubles.coppeliasim.legacy.server import LegacyServer
+from tests.doubles.coppeliasim.scene import Simulator, State
 from tests.doubles.coppeliasim.scene.objects import Joint
-from tests.doubles.coppeliasim.scene.simulator import Simulator
-from tests.doubles.coppeliasim.scene.states import State
 from tests.doubles.coppeliasim.scenes import bubblerob_scene, described_scene, relay_scene
 
 YELLOW = (255, 255, 0)

@@ -14,8 +14,8 @@ from robotcore.testing.motor_rules import MotorRules
 from robotcore.testing.range_rules import RangeRules
 from robotcore.testing.time_rules import ClockRules, SampleRules
 from tests.doubles.coppeliasim.legacy.server import LegacyServer
+from tests.doubles.coppeliasim.scene import Simulator
 from tests.doubles.coppeliasim.scene.pacing import Pacer
-from tests.doubles.coppeliasim.scene.simulator import Simulator
 from tests.drivers.vrep.scenes import LegacyBench
 
 PACE = 5

@@ -31,8 +31,8 @@ from robotcore.hal.wall_clock import MonotonicClock
 from tests.doubles.coppeliasim.double import Double
 from tests.doubles.coppeliasim.legacy.faults import CutReplies, DropConnection, Fault, Hang, SendGarbage
 from tests.doubles.coppeliasim.legacy.server import LegacyServer, Service
+from tests.doubles.coppeliasim.scene import Simulator
 from tests.doubles.coppeliasim.scene.objects import Joint
-from tests.doubles.coppeliasim.scene.simulator import Simulator
 from tests.doubles.coppeliasim.scenes import default_scene
 from tests.texts import Raises
 

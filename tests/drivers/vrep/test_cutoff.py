@@ -11,8 +11,8 @@ from drivers.vrep.cutoff import RETRY_FOR_S, SHORT_S, StopJoints
 from robotcore.safety.guardian.process import STOPPING_S
 from tests.doubles.coppeliasim.legacy.faults import DropConnection
 from tests.doubles.coppeliasim.legacy.server import LegacyServer
+from tests.doubles.coppeliasim.scene import Simulator
 from tests.doubles.coppeliasim.scene.objects import Joint
-from tests.doubles.coppeliasim.scene.simulator import Simulator
 from tests.texts import CheckText
 
 LEFT, RIGHT = 182, 184

@@ -28,9 +28,8 @@ from robotcore.runtime.result import Outcome, RunResult
 from robotcore.runtime.session import run
 from tests.doubles.coppeliasim.legacy.faults import CutReplies, DropConnection, Fault, Hang, SendGarbage
 from tests.doubles.coppeliasim.legacy.server import LegacyServer
+from tests.doubles.coppeliasim.scene import Simulator, State
 from tests.doubles.coppeliasim.scene.objects import Joint
-from tests.doubles.coppeliasim.scene.simulator import Simulator
-from tests.doubles.coppeliasim.scene.states import State
 from tests.drivers.vrep.test_apps import create_arena
 from tests.robotcore.runs import CallOnce
 
@@ -151,7 +150,7 @@ def test_simulation_whose_time_does_not_advance_is_started_again(
         starts.append(simulator.time)
         original_start()
         if len(starts) == 1:
-            simulator.stepping.raise_level("nobody")
+            simulator.hold("nobody")
 
     monkeypatch.setattr(simulator, "start", start)
     result = drive(server.port, duration_s=0.3)

@@ -16,9 +16,9 @@ from drivers.vrep.wire.requests import Request
 from robotcore.hal.wall_clock import MonotonicClock
 from tests.doubles.coppeliasim.legacy.faults import Hang, SendGarbage
 from tests.doubles.coppeliasim.legacy.server import LegacyServer
+from tests.doubles.coppeliasim.scene import Simulator
 from tests.doubles.coppeliasim.scene.graph import Graph
 from tests.doubles.coppeliasim.scene.objects import Joint, VisionSensor
-from tests.doubles.coppeliasim.scene.simulator import Simulator
 from tests.texts import CheckText
 
 LEFT, CAMERA, UNKNOWN = 182, 190, 99999

@@ -1,8 +1,6 @@
 """The legacy remote API (``simx…``) over the double's scene, on TCP sockets.
 
-`LegacyServer` in `server` serves ports. `codec` has the bytes and the command numbers. `conversation` orders commands
-and replies. `client` holds the state of one client. `object_commands` and `other_commands` answer commands. `functions`
-calls the scene. `faults` lets a server fail.
-
-Not supported: split modes, big-endian clients, shared memory, scripts' functions, files, consoles, dialogs and UIs.
+`LegacyServer` in `server` serves ports. `codec` has the bytes and the command numbers. `client` orders the commands and
+replies of one client, and `commands` executes the commands. `faults` lets a server fail. The double has the commands
+that the driver and the recorded sessions use.
 """

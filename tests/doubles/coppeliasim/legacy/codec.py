@@ -11,53 +11,43 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from enum import IntEnum
 
-NULL, FOUR_BYTES, EIGHT_BYTES, ONE_STRING = 0x0000, 0x1000, 0x2000, 0x3000
-"""The form of a command's key: nothing, a handle, two numbers, or a name."""
-
 
 class Code(IntEnum):
-    """The number of a command, without its operation mode."""
+    """The number of a command, without its operation mode.
 
-    SYNCHRONOUS_ENABLE = NULL + 1
-    SYNCHRONOUS_DISABLE = NULL + 2
-    SYNCHRONOUS_NEXT = NULL + 3
-    GET_LAST_ERRORS = NULL + 4
-    KILL_CONNECTION = NULL + 10
+    The first digit is the form of the command's key: nothing, a handle, two numbers, or a name.
+    """
 
-    GET_JOINT_POSITION = FOUR_BYTES + 1
-    SET_JOINT_POSITION = FOUR_BYTES + 2
-    GET_VISION_SENSOR_IMAGE_BW = FOUR_BYTES + 3
-    GET_VISION_SENSOR_IMAGE_RGB = FOUR_BYTES + 4
-    SET_VISION_SENSOR_IMAGE_BW = FOUR_BYTES + 5
-    SET_VISION_SENSOR_IMAGE_RGB = FOUR_BYTES + 6
-    START_PAUSE_STOP_SIMULATION = FOUR_BYTES + 7
-    SET_JOINT_TARGET_VELOCITY = FOUR_BYTES + 8
-    READ_PROXIMITY_SENSOR = FOUR_BYTES + 9
-    READ_VISION_SENSOR = FOUR_BYTES + 17
-    GET_OBJECT_PARENT = FOUR_BYTES + 18
-    SET_OBJECT_ORIENTATION = FOUR_BYTES + 26
-    SET_OBJECT_POSITION = FOUR_BYTES + 27
-    GET_INTEGER_PARAMETER = FOUR_BYTES + 33
-    GET_FLOATING_PARAMETER = FOUR_BYTES + 35
-    SET_FLOATING_PARAMETER = FOUR_BYTES + 36
-    GET_OBJECTS = FOUR_BYTES + 42
-    GET_OBJECT_VELOCITY = FOUR_BYTES + 54
+    SYNCHRONOUS_ENABLE = 0x0001
+    SYNCHRONOUS_DISABLE = 0x0002
+    SYNCHRONOUS_NEXT = 0x0003
+    GET_LAST_ERRORS = 0x0004
+    KILL_CONNECTION = 0x000A
 
-    GET_OBJECT_FLOAT_PARAMETER = EIGHT_BYTES + 7
-    GET_OBJECT_INT_PARAMETER = EIGHT_BYTES + 8
-    GET_OBJECT_CHILD = EIGHT_BYTES + 11
-    GET_OBJECT_GROUP_DATA = EIGHT_BYTES + 12
-    GET_OBJECT_ORIENTATION = EIGHT_BYTES + 13
-    GET_OBJECT_POSITION = EIGHT_BYTES + 14
+    GET_JOINT_POSITION = 0x1001
+    GET_VISION_SENSOR_IMAGE_BW = 0x1003
+    GET_VISION_SENSOR_IMAGE_RGB = 0x1004
+    SET_VISION_SENSOR_IMAGE_BW = 0x1005
+    SET_VISION_SENSOR_IMAGE_RGB = 0x1006
+    START_PAUSE_STOP_SIMULATION = 0x1007
+    SET_JOINT_TARGET_VELOCITY = 0x1008
+    READ_PROXIMITY_SENSOR = 0x1009
+    READ_VISION_SENSOR = 0x1011
+    GET_INTEGER_PARAMETER = 0x1021
+    GET_FLOATING_PARAMETER = 0x1023
+    SET_FLOATING_PARAMETER = 0x1024
 
-    GET_OBJECT_HANDLE = ONE_STRING + 1
-    ADD_STATUSBAR_MESSAGE = ONE_STRING + 8
-    CLEAR_FLOAT_SIGNAL = ONE_STRING + 13
-    CLEAR_INTEGER_SIGNAL = ONE_STRING + 14
-    GET_FLOAT_SIGNAL = ONE_STRING + 16
-    GET_INTEGER_SIGNAL = ONE_STRING + 17
-    SET_FLOAT_SIGNAL = ONE_STRING + 19
-    SET_INTEGER_SIGNAL = ONE_STRING + 20
+    GET_OBJECT_FLOAT_PARAMETER = 0x2007
+    GET_OBJECT_INT_PARAMETER = 0x2008
+    GET_OBJECT_GROUP_DATA = 0x200C
+    GET_OBJECT_ORIENTATION = 0x200D
+    GET_OBJECT_POSITION = 0x200E
+
+    GET_OBJECT_HANDLE = 0x3001
+    GET_FLOAT_SIGNAL = 0x3010
+    GET_INTEGER_SIGNAL = 0x3011
+    SET_FLOAT_SIGNAL = 0x3013
+    SET_INTEGER_SIGNAL = 0x3014
 
 
 class Mode(IntEnum):
@@ -66,21 +56,17 @@ class Mode(IntEnum):
     ONESHOT = 0x00000
     BLOCKING = 0x10000
     STREAMING = 0x20000
-    ONESHOT_SPLIT = 0x30000
-    STREAMING_SPLIT = 0x40000
     DISCONTINUE = 0x50000
 
 
 CODE_MASK = 0xFFFF
-
-
 VERSION = 11
 PACKET = struct.Struct("<HHH")
 HEADER = struct.Struct("<HBiiiHB")
 COMMAND = struct.Struct("<iiHiiHiBB")
 
 PACKET_SIZE = 1300
-"""The default maximum size of a packet in bytes."""
+"""The maximum size of a packet in bytes."""
 
 
 class ProtocolError(Exception):
@@ -118,49 +104,43 @@ class Command:
 def pack(header: Header, commands: Iterable[Command] = ()) -> bytes:
     """Encode a message. The result is not split into packets."""
     first = HEADER.pack(0, VERSION, header.message, header.client_ms, header.server_ms, header.scene, header.state)
-    return b"".join((first, *(_command(each) for each in commands)))
+    return b"".join((first, *map(_pack_command, commands)))
 
 
-def _command(command: Command) -> bytes:
+def _pack_command(command: Command) -> bytes:
     size = COMMAND.size + len(command.identity) + len(command.data)
     number = command.code | command.mode
-    sub = COMMAND.pack(
-        size, size, len(command.identity), 0, number, command.delay_ms, command.sim_ms, command.status, 0
-    )
-    return sub + command.identity + command.data
+    fields = (len(command.identity), 0, number, command.delay_ms, command.sim_ms, command.status, 0)
+    return COMMAND.pack(size, size, *fields) + command.identity + command.data
 
 
 def unpack(message: bytes) -> tuple[Header, list[Command]]:
     """Decode a message to its header and commands; raises ProtocolError if its sizes do not fit its length."""
-    if len(message) < HEADER.size:
-        raise ProtocolError(f"a message of {len(message)} bytes has no room for a header")
-    _, version, *rest = HEADER.unpack_from(message)
-    if version != VERSION:
-        raise ProtocolError(f"a message of version {version}; got {VERSION} from every client of record")
-    commands, offset = [], HEADER.size
-    while offset < len(message):
-        command, offset = _unpack_command(message, offset)
-        commands.append(command)
+    try:
+        _, version, *rest = HEADER.unpack_from(message)
+        if version != VERSION:
+            raise ProtocolError(f"a message of version {version}")
+        commands, offset = [], HEADER.size
+        while offset < len(message):
+            command, offset = _unpack_command(message, offset)
+            commands.append(command)
+    except struct.error as error:
+        raise ProtocolError(f"a cut message of {len(message)} bytes") from error
     return Header(*rest), commands
 
 
 def _unpack_command(message: bytes, offset: int) -> tuple[Command, int]:
-    if offset + COMMAND.size > len(message):
-        raise ProtocolError(f"{len(message) - offset} bytes are left over, too few for a command")
-    size, whole, identified, _, number, delay_ms, sim_ms, status, _ = COMMAND.unpack_from(message, offset)
-    if size != whole:
-        raise ProtocolError(f"{size} of {whole} bytes of a command: split modes are not served")
+    size, whole, identity_size, _, number, delay_ms, sim_ms, status, _ = COMMAND.unpack_from(message, offset)
     start, end = offset + COMMAND.size, offset + size
-    if not start + identified <= end <= len(message):
-        raise ProtocolError(f"a command of {size} bytes, {identified} of them its identity, does not fit the message")
-    mode = number & ~CODE_MASK
-    identity, data = message[start : start + identified], message[start + identified : end]
-    return Command(number & CODE_MASK, mode, identity, data, delay_ms, sim_ms, status), end
+    if size != whole or not start + identity_size <= end <= len(message):  # a split mode has another whole size
+        raise ProtocolError(f"a command of {size} of {whole} bytes in a message of {len(message)} bytes")
+    identity, data = message[start : start + identity_size], message[start + identity_size : end]
+    return Command(number & CODE_MASK, number & ~CODE_MASK, identity, data, delay_ms, sim_ms, status), end
 
 
-def encode_packets(message: bytes, packet_size: int = PACKET_SIZE) -> bytes:
-    """Encode a message as packets of at most ``packet_size`` bytes."""
-    room = packet_size - PACKET.size
+def encode_packets(message: bytes) -> bytes:
+    """Encode a message as packets of at most `PACKET_SIZE` bytes."""
+    room = PACKET_SIZE - PACKET.size
     pieces = [message[start : start + room] for start in range(0, len(message), room)]
     left = range(len(pieces) - 1, -1, -1)
     return b"".join(PACKET.pack(1, len(piece), more) + piece for piece, more in zip(pieces, left, strict=True))
@@ -175,8 +155,3 @@ def read_message(receive: Callable[[int], bytes]) -> bytes:
             raise ProtocolError(f"a packet begins with {endian}: a big-endian client, which the double does not serve")
         pieces.append(receive(size))
     return b"".join(pieces)
-
-
-def is_repeated(mode: int) -> bool:
-    """Return whether the server keeps a command of this mode after its execution."""
-    return mode == Mode.STREAMING

@@ -10,14 +10,12 @@ import socket
 import threading
 from contextlib import ExitStack, suppress
 from functools import partial
-from types import TracebackType
 
 from tests.doubles.coppeliasim.legacy.client import Client
-from tests.doubles.coppeliasim.legacy.codec import PACKET_SIZE, ProtocolError, encode_packets, read_message
+from tests.doubles.coppeliasim.legacy.codec import ProtocolError, encode_packets, read_message
 from tests.doubles.coppeliasim.legacy.faults import Fault, Hang, ServerDiedError
+from tests.doubles.coppeliasim.scene import Simulator, State
 from tests.doubles.coppeliasim.scene.pacing import Pacer
-from tests.doubles.coppeliasim.scene.simulator import Simulator
-from tests.doubles.coppeliasim.scene.states import State
 
 HOST = "127.0.0.1"
 
@@ -25,21 +23,20 @@ HOST = "127.0.0.1"
 class Service:
     """Serves a simulator on a port until `close`. For ``port`` 0, the operating system chooses a free port."""
 
-    def __init__(self, simulator: Simulator, port: int = 0, packet_size: int = PACKET_SIZE) -> None:
-        self._simulator, self._packet_size = simulator, packet_size
+    def __init__(self, simulator: Simulator, port: int = 0) -> None:
+        self._simulator = simulator
         self._listening = socket.create_server((HOST, port))
         self.port: int = self._listening.getsockname()[1]
         self._line: socket.socket | None = None
         self._is_over = False
         self._fault: Fault | None = None
-        self._answers_before_fault = 0
         self._thread = threading.Thread(target=self._serve, name=f"legacy service on {self.port}", daemon=True)
         self._thread.start()
 
-    def fail(self, fault: Fault | None, after: int = 0) -> None:
-        """Send ``after`` normal replies, and then apply a fault to each reply. None ends the fault."""
+    def fail(self, fault: Fault | None) -> None:
+        """Apply a fault to each further reply. None ends the fault."""
         self._release()
-        self._fault, self._answers_before_fault = fault, after
+        self._fault = fault
 
     def disconnect(self) -> None:
         """Close the client's connection, as a killed server does."""
@@ -84,19 +81,15 @@ class Service:
         message = read_message(partial(_receive, line))
         with self._simulator.lock:
             answer = client.receive(message)
-        self._send(line, encode_packets(answer, self._packet_size))
+        if self._fault is None:
+            line.sendall(encode_packets(answer))
+        else:
+            self._fault.send(line, encode_packets(answer))
         with self._simulator.lock:
             self._turn(client)
 
     def _turn(self, client: Client) -> None:
         client.turn()
-
-    def _send(self, line: socket.socket, answer: bytes) -> None:
-        if self._fault is None or self._answers_before_fault > 0:
-            self._answers_before_fault -= 1
-            line.sendall(answer)
-        else:
-            self._fault.send(line, answer)
 
     def _release(self) -> None:
         if isinstance(self._fault, Hang):
@@ -121,8 +114,8 @@ GRACE_S = 0.2
 class TemporaryService(Service):
     """A service that ends with the present simulation. If none runs, it ends with the next one."""
 
-    def __init__(self, simulator: Simulator, port: int = 0, packet_size: int = PACKET_SIZE) -> None:
-        super().__init__(simulator, port, packet_size)
+    def __init__(self, simulator: Simulator, port: int = 0) -> None:
+        super().__init__(simulator, port)
         self._watcher = threading.Thread(target=self._end_with_the_run, name=f"end of {self.port}", daemon=True)
         self._watcher.start()
 
@@ -144,33 +137,24 @@ class TemporaryService(Service):
 
 
 class LegacyServer:
-    """Serves a simulator over the legacy remote API; a context manager.
+    """Serves a simulator over the legacy remote API, and advances its time; a context manager.
 
     port: the port; 0 takes a free one.
-    paces: whether time advances in real time if no client steps the simulation.
 
     The first service is permanent, as port 19997 of an installation.
-
-    >>> with LegacyServer(Simulator()) as server:
-    ...     server.port > 0
-    True
     """
 
-    def __init__(self, simulator: Simulator, port: int = 0, *, paces: bool = True) -> None:
+    def __init__(self, simulator: Simulator, port: int = 0) -> None:
         self._simulator, self._asked_port = simulator, port
-        self._paces = paces
         self._open = ExitStack()
 
     def __enter__(self) -> LegacyServer:
-        if self._paces:
-            self._open.enter_context(Pacer(self._simulator))
         self.service = Service(self._simulator, self._asked_port)
         self._open.callback(self._close_service)
+        self._open.enter_context(Pacer(self._simulator))
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
+    def __exit__(self, *exc_info: object) -> None:
         self.close()
 
     @property

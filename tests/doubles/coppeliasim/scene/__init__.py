@@ -2,7 +2,6 @@
 
 from tests.doubles.coppeliasim.scene.graph import Graph
 from tests.doubles.coppeliasim.scene.objects import NoObjectError, SceneError
-from tests.doubles.coppeliasim.scene.simulator import Simulator, Ticket
-from tests.doubles.coppeliasim.scene.states import State
+from tests.doubles.coppeliasim.scene.simulator import Simulator, State, Ticket
 
 __all__ = ["Graph", "NoObjectError", "SceneError", "Simulator", "State", "Ticket"]

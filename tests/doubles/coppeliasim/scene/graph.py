@@ -1,4 +1,4 @@
-"""Objects by path: ``/rover/leftMotor``, ``./camera`` from an object, ``/box[1]``, wildcards ``*`` and ``?``.
+"""The trees of objects in a scene, and objects by path, such as ``/rover/leftMotor``.
 
 As in the simulator, a path need not name each parent: ``/leftMotor`` finds ``/rover/leftMotor`` too. The object nearest
 to the root is found first.
@@ -7,103 +7,11 @@ to the root is found first.
 from __future__ import annotations
 
 import itertools
-import re
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
-from fnmatch import fnmatchcase
+from collections.abc import Iterable, Iterator
 from typing import TypeVar
 
-from tests.doubles.coppeliasim.scene.objects import Node, NoObjectError, SceneError
-from tests.doubles.coppeliasim.scene.poses import Transform
-
-
-def find(roots: Sequence[Node], path: str, index: int = 0, start: Node | None = None) -> Node | None:
-    """Return the object with a path; None if there is none.
-
-    ``index`` selects one of several matches. A path that begins with ``./`` is relative to ``start``."""
-    if path in {".", ":"}:
-        return start
-    if path.startswith("./"):
-        roots, path = (start.children if start else roots), path[1:]
-    if not path.startswith("/") or path.endswith("/"):
-        return None
-    fitting = _match(roots, path[1:].split("/"))
-    for _ in range(index):
-        next(fitting, None)
-    return next(fitting, None)
-
-
-def find_shortest_path(roots: Sequence[Node], node: Node) -> str:
-    """Return the shortest unambiguous path of an object, with the models that contain it."""
-    path, above = "/" + _format_indexed_alias(roots, node), node.parent
-    while above:
-        scope = above.parent.children if above.parent else roots
-        if above.is_model_base or find(scope, path) is not node:
-            path = "/" + _format_indexed_alias(roots, above) + path
-        above = above.parent
-    return path
-
-
-def find_full_path(roots: Sequence[Node], node: Node) -> str:
-    """Return the path of an object with all its parents."""
-    above = find_full_path(roots, node.parent) if node.parent else ""
-    return f"{above}/{_format_indexed_alias(roots, node)}"
-
-
-def _match(level: Sequence[Node], parts: Sequence[str]) -> Iterator[Node]:
-    name, number = _split_index(parts[0])
-    left, deeper = number or 0, list[Node]()
-    for node in level:
-        is_fitting = fnmatchcase(node.alias, name)
-        if is_fitting and left == 0:
-            if len(parts) == 1:
-                yield node
-            else:
-                yield from _match(node.children, parts[1:])
-        left -= is_fitting and number is not None
-        if not (is_fitting and number is not None):
-            deeper.append(node)
-    for node in deeper:
-        yield from _match(node.children, parts)
-
-
-def _split_index(part: str) -> tuple[str, int | None]:
-    numbered = re.fullmatch(r"(.+)\[(\d+)\]", part)
-    return (numbered[1], int(numbered[2])) if numbered else (part, None)
-
-
-def _format_indexed_alias(roots: Sequence[Node], node: Node) -> str:
-    namesakes = [each for each in (node.parent.children if node.parent else roots) if each.alias == node.alias]
-    return node.alias if len(namesakes) == 1 else f"{node.alias}[{namesakes.index(node)}]"
-
-
-ALL, TREE, SINGLE = -2, -6, -8
-"""The values of the API's ``handle_...`` for the scope of a collection's item."""
-
-
-@dataclass
-class Collection:
-    """A collection of objects, as a list of items.
-
-    Each item adds or removes an object, a tree of objects, or all objects.
-    """
-
-    items: list[tuple[int, Node | None, bool]] = field(default_factory=list)
-
-    def add(self, what: int, node: Node | None, *, is_out: bool) -> None:
-        if what not in {ALL, TREE, SINGLE}:
-            raise SceneError(f"the double has no collection items with the scope {what}.")
-        self.items.append((what, node, is_out))
-
-    def members(self, graph: Graph) -> set[Node]:
-        """Return the objects that belong to the collection now."""
-        found: set[Node] = set()
-        for what, node, is_out in self.items:
-            named = [node] if node else []
-            these = set(graph.tree() if what == ALL else graph.tree(named) if what == TREE else named)
-            found = found - these if is_out else found | these
-        return found
-
+from tests.doubles.coppeliasim.scene.objects import Node, NoObjectError
+from tests.doubles.coppeliasim.scene.poses import ORIGIN, Transform
 
 NodeT = TypeVar("NodeT", bound=Node)
 
@@ -111,18 +19,14 @@ NodeT = TypeVar("NodeT", bound=Node)
 class Graph:
     """The trees of objects in a scene. Handles count upwards and are never used twice.
 
-    ``revision`` changes with each change by a client, so that derived data can be updated.
+    ``revision`` changes with each change by a client, so that derived data can be updated. ``collections`` has the
+    members of each collection by its handle.
     """
 
     def __init__(self, first_handle: int = 0) -> None:
         self.revision = 0
-        self.clear(first_handle)
-
-    def clear(self, first_handle: int = 0) -> None:
-        """Remove all objects. The next object gets the handle ``first_handle``."""
-        self.revision += 1
         self.roots: list[Node] = []
-        self.collections: dict[int, Collection] = {}
+        self.collections: dict[int, set[Node]] = {}
         self._nodes: dict[int, Node] = {}
         self._handles = itertools.count(first_handle)
 
@@ -131,10 +35,6 @@ class Graph:
             return self._nodes[handle]
         except KeyError:
             raise NoObjectError from None
-
-    def get(self, handle: int) -> Node | None:
-        """Return the object with this handle; None if there is none."""
-        return self._nodes.get(handle)
 
     def __iter__(self) -> Iterator[Node]:
         return iter(self._nodes.values())
@@ -152,7 +52,6 @@ class Graph:
         node.flat_name = node.flat_name or node.alias
         self._nodes[node.handle] = node
         self._attach(node, parent)
-        self.revision += 1
         return node
 
     def remove(self, node: Node) -> None:
@@ -170,21 +69,16 @@ class Graph:
         self._attach(node, parent)
         if in_place:
             self.put(node, pose)
-        self.revision += 1
 
-    def pose(self, node: Node) -> Transform:
-        """Return the pose of an object in the world."""
-        return self.frame(node.parent).compose(node.local) if node.parent else node.local
-
-    def frame(self, node: Node | None) -> Transform:
-        """Return the frame of an object's children in the world; None stands for the world."""
+    def pose(self, node: Node | None) -> Transform:
+        """Return the pose of an object in the world; None stands for the world."""
         if node is None:
-            return Transform()
-        return self.frame(node.parent).compose(node.children_frame) if node.parent else node.children_frame
+            return ORIGIN
+        return self.pose(node.parent).compose(node.local) if node.parent else node.local
 
     def put(self, node: Node, pose: Transform) -> None:
         """Set the pose of an object in the world. Its children move with it."""
-        node.local = self.frame(node.parent).inverse.compose(pose) if node.parent else pose
+        node.local = self.pose(node.parent).inverse.compose(pose) if node.parent else pose
         self.revision += 1
 
     def tree(self, roots: Iterable[Node] | None = None) -> list[Node]:
@@ -195,9 +89,13 @@ class Graph:
             level = [child for node in level for child in node.children]
         return found
 
-    def find(self, path: str, index: int = 0, start: Node | None = None) -> Node | None:
-        """Return the object with a path, such as ``/rover/leftMotor``; None if there is none."""
-        return find(self.roots, path, index, start)
+    def find(self, path: str) -> Node | None:
+        """Return the object with a path; None if there is none."""
+        if not path.startswith("/"):
+            return None
+        *above, alias = path[1:].split("/")
+        fitting = (node for node in self.tree() if node.alias == alias and _has_parents(node, above))
+        return next(fitting, None)
 
     def find_flat(self, name: str) -> Node | None:
         """Return the object with this name of V-REP or with this alias; None if there is none."""
@@ -206,12 +104,31 @@ class Graph:
         return next(itertools.chain(by_name, by_alias), None)
 
     def path(self, node: Node) -> str:
-        """Return the shortest unambiguous path of an object."""
-        return find_shortest_path(self.roots, node)
+        """Return the path of an object, with the models that contain it, and with all parents if this is ambiguous."""
+        parents = list(_iterate_parents(node))[::-1]
+        path = _join([parent for parent in parents if parent.is_model_base], node)
+        return path if self.find(path) is node else _join(parents, node)
 
     def _attach(self, node: Node, parent: Node | None) -> None:
         node.parent = parent
         self._siblings(node).append(node)
+        self.revision += 1
 
     def _siblings(self, node: Node) -> list[Node]:
         return node.parent.children if node.parent else self.roots
+
+
+def _iterate_parents(node: Node) -> Iterator[Node]:
+    while node.parent:
+        node = node.parent
+        yield node
+
+
+def _has_parents(node: Node, aliases: list[str]) -> bool:
+    """Return whether objects with these aliases are above an object, in this order, maybe with others between them."""
+    parents = (parent.alias for parent in _iterate_parents(node))
+    return all(alias in parents for alias in reversed(aliases))
+
+
+def _join(parents: list[Node], node: Node) -> str:
+    return "".join(f"/{each.alias}" for each in (*parents, node))

@@ -5,39 +5,39 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from enum import IntEnum
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tests.doubles.coppeliasim.scene.poses import ORIGIN, Transform, Vector
 
+if TYPE_CHECKING:
+    from tests.doubles.coppeliasim.scene.rendering import View
+
 
 class SceneError(Exception):
-    """An error in a call of a client. Its text is sent to the client."""
+    """An error in a call of a client. Its text is sent to the client.
+
+    where: the place in the server's scripts that the real server names; "" stands for the called function.
+    """
+
+    def __init__(self, text: str, where: str = "") -> None:
+        super().__init__(text)
+        self.where = where
 
 
-class NoObjectError(SceneError, LookupError):
-    """No object has the handle."""
+class NoObjectError(SceneError):
+    """No object has the handle, or the path."""
 
-    def __init__(self, what: str = "object does not exist.") -> None:
-        super().__init__(what)
+    def __init__(self, text: str = "object does not exist.", where: str = "") -> None:
+        super().__init__(text, where)
 
 
 Pixels = NDArray[np.uint8]
 """Shape (height, width, 3): red, green, blue; row 0 at the bottom, column 0 on the left."""
 Depths = NDArray[np.float32]
-"""Shape (height, width): metres along the optical axis; row 0 at the bottom."""
-
-
-class SensorPicture(Protocol):
-    """A picture of a vision sensor, with depths."""
-
-    @property
-    def picture(self) -> Pixels: ...
-    @property
-    def depths(self) -> Depths: ...
-    def depths_of_every(self, nth: int) -> Depths: ...
+"""Shape (height, width): metres along the optical axis."""
 
 
 class Type(IntEnum):
@@ -51,7 +51,6 @@ class Type(IntEnum):
     VISION_SENSOR = 9
     FORCE_SENSOR = 12
     LIGHT = 13
-    SCRIPT = 17
 
 
 class Primitive(IntEnum):
@@ -60,10 +59,6 @@ class Primitive(IntEnum):
     CUBOID = 3
     SPHEROID = 4
     CYLINDER = 5
-
-
-VOLUMES = {Primitive.CUBOID: 1.0, Primitive.SPHEROID: math.pi / 6, Primitive.CYLINDER: math.pi / 4}
-"""The volume of each primitive as a fraction of its bounding box."""
 
 
 class JointMode(IntEnum):
@@ -75,84 +70,42 @@ class JointMode(IntEnum):
 
 @dataclass(eq=False)
 class Node:
-    """An object of a scene.
+    """An object of a scene. Cameras, dummies and force sensors have no further properties.
 
     local: the pose in the frame of the parent.
     flat_name: the name in V-REP, such as ``bubbleRob_leftMotor``.
-    explicit: whether the object is updated only on request (explicit handling).
+    is_model_base: the paths of the objects below contain the name of this object.
     parameters: stored parameters that have no effect.
     """
 
-    type = Type.DUMMY
-
     alias: str
+    type: Type = Type.DUMMY
     handle: int = -1
     parent: Node | None = field(default=None, repr=False)
     children: list[Node] = field(default_factory=list, repr=False)
     local: Transform = ORIGIN
     flat_name: str = ""
     is_model_base: bool = False
-    explicit: bool = False
-    parameters: dict[int, float] = field(default_factory=dict, repr=False)
-
-    @property
-    def children_frame(self) -> Transform:
-        """The frame of the object's children in the frame of its parent."""
-        return self.local
-
-
-@dataclass(eq=False)
-class Dummy(Node):
-    """A point with a name."""
-
-
-@dataclass(eq=False)
-class Camera(Node):
-    """A camera for the window. The double does not render it."""
-
-    type = Type.CAMERA
+    parameters: dict[object, object] = field(default_factory=dict, repr=False)
 
 
 @dataclass(eq=False)
 class Lamp(Node):
-    """A directional lamp along its z axis. A scene has its own light until a client sets a lamp.
+    """A lamp, which has no effect. ``light``: whether it is on, an unused value, its diffuse and specular colours."""
 
-    Colours are from 0 to 1.
-    """
-
-    type = Type.LIGHT
-
-    is_set: bool = False
-    is_on: bool = True
-    diffuse: Vector = (0.5, 0.5, 0.5)
-    specular: Vector = (0.5, 0.5, 0.5)
-
-
-@dataclass(eq=False)
-class ForceSensor(Node):
-    """A force sensor, which is a rigid connection."""
-
-    type = Type.FORCE_SENSOR
+    type: Type = Type.LIGHT
+    light: tuple[object, ...] = (1, [0.0] * 3, [0.5] * 3, [0.5] * 3)
 
 
 @dataclass(eq=False)
 class Shape(Node):
     """A primitive shape. ``size`` has the lengths along x, y and z in metres. The ``colour`` is from 0 to 1."""
 
-    type = Type.SHAPE
-
+    type: Type = Type.SHAPE
     primitive: Primitive = Primitive.CUBOID
     size: Vector = (0.1, 0.1, 0.1)
     colour: Vector = (1.0, 1.0, 1.0)
     is_static: bool = True
-    is_respondable: bool = False
-    mask: int = 0xFFFF
-    mass: float = 1.0
-
-    @property
-    def volume(self) -> float:
-        """The volume in cubic metres."""
-        return VOLUMES[self.primitive] * math.prod(self.size)
 
 
 @dataclass(eq=False)
@@ -164,21 +117,12 @@ class Joint(Node):
     The position of a cyclic joint is within half a turn.
     """
 
-    type = Type.JOINT
-
-    is_dynamic: bool = True
+    type: Type = Type.JOINT
     control: int = JointMode.FREE
     position: float = 0.0
-    velocity: float = 0.0
     target_velocity: float = 0.0
-    target_force: float = 2.5
     is_cyclic: bool = True
-    interval: tuple[float, float] = (-math.pi, math.tau)
     lag: float = 0.0
-
-    @property
-    def children_frame(self) -> Transform:
-        return self.local.compose(Transform.rotated(self.position))
 
     def turn_to(self, angle: float) -> None:
         """Set the position of the joint. A cyclic joint wraps it to half a turn."""
@@ -186,18 +130,28 @@ class Joint(Node):
 
 
 @dataclass(eq=False)
-class VisionSensor(Node):
-    """A pinhole camera along its z axis, with y up.
+class Sensor(Node):
+    """A sensor. Its z axis points forward, and x to the left.
 
-    angle: the angle across the longer side, in radians.
-    background: its grey, from 0 to 1; None stands for the scene's.
-    entity: the collection that it sees; -1 stands for all objects.
-    sight: the last rendered or shown picture.
-    has_result: its result can be read.
+    explicit: whether it measures only on request (explicit handling).
+    entity: the handle of the collection of objects that it sees; -1 stands for all objects.
     """
 
-    type = Type.VISION_SENSOR
+    explicit: bool = False
+    entity: int = -1
 
+
+@dataclass(eq=False)
+class VisionSensor(Sensor):
+    """A pinhole camera with y up.
+
+    angle: the angle across the longer side, in radians.
+    background: its colour, from 0 to 1; None stands for the scene's.
+    takes_external_pictures: it shows received pictures only.
+    view: the last rendered or shown picture.
+    """
+
+    type: Type = Type.VISION_SENSOR
     width: int = 16
     height: int = 16
     angle: float = math.pi / 3
@@ -206,34 +160,19 @@ class VisionSensor(Node):
     takes_external_pictures: bool = False
     is_perspective: bool = True
     background: Vector | None = None
-    entity: int = -1
-    sight: SensorPicture | None = None
-    has_result: bool = False
+    view: View | None = None
 
 
 @dataclass(eq=False)
-class ProximitySensor(Node):
-    """An ultrasonic sensor with a cone along its z axis.
+class ProximitySensor(Sensor):
+    """An ultrasonic sensor with a flat cone.
 
     cone: the full opening angle of the cone, in radians.
-    reach, offset: the end and the begin of the cone, in metres.
+    reach: the length of the cone, in metres.
     setback: the distance of the rays' origin behind the sensor, in metres; distances are measured from the sensor.
-    entity: the collection that it detects; -1 stands for all objects.
     """
 
-    type = Type.PROXIMITY_SENSOR
-
-    offset: float = 0.0
+    type: Type = Type.PROXIMITY_SENSOR
     reach: float = 1.0
     cone: float = math.pi / 6
     setback: float = 0.0
-    entity: int = -1
-
-
-@dataclass(eq=False)
-class Script(Node):
-    """A script of the scene, in Lua."""
-
-    type = Type.SCRIPT
-
-    text: str = ""

@@ -5,8 +5,7 @@ from __future__ import annotations
 import threading
 
 from robotcore.hal.wall_clock import MonotonicClock
-from tests.doubles.coppeliasim.scene.simulator import Simulator
-from tests.doubles.coppeliasim.scene.states import State
+from tests.doubles.coppeliasim.scene.simulator import Simulator, State
 
 HURRY_S = 0.002
 """The duration of each of the last steps before a stop, in seconds. No client requests these steps."""
@@ -47,10 +46,10 @@ class Pacer:
     def _compute_wait_s(self) -> float | None:
         """Return the time until the next step in seconds. None means: wait until the simulation changes."""
         simulator = self._simulator
-        if not simulator.state.is_advancing or simulator.stepping.is_held:
+        if not simulator.state.is_advancing or simulator.is_held:
             self._due = None
             return None
-        if simulator.stepping.is_in_use:
+        if simulator.is_stepped:
             return 0.0
         return self._until_due(self._period(simulator))
 

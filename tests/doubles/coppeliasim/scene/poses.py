@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import NamedTuple
 
 Vector = tuple[float, float, float]
@@ -19,12 +18,6 @@ class Transform(NamedTuple):
 
     position: Vector = (0.0, 0.0, 0.0)
     quaternion: Quaternion = (0.0, 0.0, 0.0, 1.0)
-
-    @classmethod
-    def of_pose(cls, pose: Sequence[float]) -> Transform:
-        """Return the transform of seven numbers: x, y, z, then the quaternion."""
-        x, y, z, qx, qy, qz, qw = pose
-        return cls((x, y, z), normalise((qx, qy, qz, qw)))
 
     @classmethod
     def rotated(cls, yaw: float, position: Vector = (0.0, 0.0, 0.0)) -> Transform:
@@ -93,15 +86,6 @@ def normalise(quaternion: Quaternion) -> Quaternion:
     x, y, z, w = quaternion
     norm = math.sqrt(x * x + y * y + z * z + w * w)
     return (x / norm, y / norm, z / norm, w / norm) if norm else (0.0, 0.0, 0.0, 1.0)
-
-
-def from_euler(angles: Sequence[float]) -> Quaternion:
-    """Return the rotation Rx(alpha)·Ry(beta)·Rz(gamma) of CoppeliaSim's Euler angles."""
-    a, b, c = (angle / 2 for angle in angles)
-    about_x = (math.sin(a), 0.0, 0.0, math.cos(a))
-    about_y = (0.0, math.sin(b), 0.0, math.cos(b))
-    about_z = (0.0, 0.0, math.sin(c), math.cos(c))
-    return multiply(multiply(about_x, about_y), about_z)
 
 
 def to_euler(quaternion: Quaternion) -> list[float]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from robotcore.description import (
-    Ball,
+    AnyDevice,
     Box,
     CameraDescription,
     Cylinder,
@@ -18,17 +18,9 @@ from robotcore.description import (
 )
 from robotcore.raycast import FAN_SETBACK_M
 from tests.doubles.coppeliasim.scene import Graph, Simulator
-from tests.doubles.coppeliasim.scene.objects import Joint, Node, Primitive, ProximitySensor, Shape, VisionSensor
-from tests.doubles.coppeliasim.scene.poses import Quaternion, Transform, Vector, multiply
-from tests.doubles.coppeliasim.scene.world import SceneLight
-from tests.doubles.coppeliasim.scenes.parts import (
-    AHEAD,
-    create_ball,
-    create_dynamic,
-    create_floor,
-    create_static,
-    create_wheel_joint,
-)
+from tests.doubles.coppeliasim.scene.objects import Joint, Primitive, ProximitySensor, Shape, VisionSensor
+from tests.doubles.coppeliasim.scene.poses import Transform, Vector
+from tests.doubles.coppeliasim.scenes.parts import AHEAD, HIGH, add_wheel, create_ball, create_floor
 
 SCREEN_PX = (320, 240)
 NEAR_M, FAR_M = 0.01, 40.0
@@ -39,102 +31,73 @@ BEYOND_M = 40.0
 def described_scene(robot: RobotDescription, world: WorldDescription) -> Simulator:
     """Return a scene with ``/NAME`` as the robot's body, its devices below it, and the display as ``/screen``."""
     graph = Graph()
-    _add_world(graph, world)
-    _add_robot(graph, robot, world)
-    return Simulator(graph, SceneLight(world.light))
-
-
-def _add_world(graph: Graph, world: WorldDescription) -> None:
     beyond = 2 * BEYOND_M
-    graph.add(create_floor(world.floor.length_m + beyond, world.floor.width_m + beyond, _rgb(world.floor.colour)))
+    graph.add(create_floor(world.floor.length_m + beyond, world.floor.width_m + beyond, _to_rgb(world.floor.colour)))
     for prism in world.prisms:
-        graph.add(_prism(prism))
+        graph.add(_create_prism(prism))
     for target in world.targets:
-        graph.add(_ball(target))
+        graph.add(create_ball(target.name, target.radius_m, target.x_m, target.y_m, _to_rgb(target.colour)))
+    _add_robot(graph, robot, world)
+    return Simulator(graph, world.light)
 
 
-def _prism(prism: Box | Cylinder) -> Shape:
-    at = Transform.rotated(prism.yaw_rad, (prism.x_m, prism.y_m, prism.height_m / 2))
+def _create_prism(prism: Box | Cylinder) -> Shape:
+    shape = Shape(prism.name, colour=_to_rgb(prism.colour))
+    shape.local = Transform.rotated(prism.yaw_rad, (prism.x_m, prism.y_m, prism.height_m / 2))
     if isinstance(prism, Box):
-        return create_static(prism.name, (prism.length_m, prism.width_m, prism.height_m), at, _rgb(prism.colour))
-    across = 2 * prism.radius_m
-    return create_static(prism.name, (across, across, prism.height_m), at, _rgb(prism.colour), Primitive.CYLINDER)
-
-
-def _ball(target: Ball) -> Shape:
-    return create_ball(target.name, target.radius_m, target.x_m, target.y_m, _rgb(target.colour))
+        shape.size = (prism.length_m, prism.width_m, prism.height_m)
+    else:
+        shape.primitive = Primitive.CYLINDER
+        shape.size = (2 * prism.radius_m, 2 * prism.radius_m, prism.height_m)
+    return shape
 
 
 def _add_robot(graph: Graph, robot: RobotDescription, world: WorldDescription) -> None:
-    description, start = robot.body, world.start.pose
-    frame = Transform.rotated(start.heading, (start.x, start.y, 0.0))
-    middle = Transform((description.centre_x_m, 0.0, description.clearance_m + description.height_m / 2))
-    size = (description.length_m, description.width_m, description.height_m)
-    body = create_dynamic(
-        robot.name, size, frame.compose(middle), Primitive.CUBOID, description.mass_kg, _rgb(description.colour)
-    )
-    body.is_model_base, body.is_static = True, robot.drive is None
+    start, size = world.start.pose, (robot.body.length_m, robot.body.width_m, robot.body.height_m)
+    middle = Transform(robot.body.middle_m)
+    body = Shape(robot.name, size=size, is_model_base=True, is_static=robot.drive is None)
+    body.local = Transform.rotated(start.heading, (start.x, start.y, 0.0)).compose(middle)
     graph.add(body)
-    inward = middle.inverse
-    for motor in robot.all_of(MotorDescription):
-        _add_wheel(graph, body, inward, robot, motor)
     for device in robot.devices:
-        if sensor := _create_sensor(device, inward):
-            graph.add(sensor, body)
-        elif isinstance(device, DisplayDescription):
-            graph.add(_screen(device.name))
+        _add_device(graph, body, middle.inverse, robot, device)
 
 
-def _add_wheel(graph: Graph, body: Node, inward: Transform, robot: RobotDescription, motor: MotorDescription) -> None:
+def _add_device(graph: Graph, body: Shape, inward: Transform, robot: RobotDescription, device: AnyDevice) -> None:
+    """Add the object of a device. ``inward`` is the robot's frame in the frame of the body."""
+    if isinstance(device, MotorDescription):
+        _add_motor(graph, body, inward, robot, device)
+    elif isinstance(device, RangeSensorDescription):
+        nose = ProximitySensor(device.name, reach=device.max_range_m, cone=device.cone_rad, setback=FAN_SETBACK_M)
+        nose.local = inward.compose(_place_mount(device.mount))
+        graph.add(nose, body)
+    elif isinstance(device, CameraDescription):
+        eye = VisionSensor(device.name, width=device.width_px, height=device.height_px, near=NEAR_M, far=FAR_M)
+        stretch = max(1.0, device.height_px / device.width_px)
+        eye.angle = 2 * math.atan(math.tan(device.horizontal_fov_rad / 2) * stretch)
+        eye.local = inward.compose(_place_mount(device.mount))
+        graph.add(eye, body)
+    elif isinstance(device, DisplayDescription):
+        width, height = SCREEN_PX
+        graph.add(VisionSensor(device.name, width=width, height=height, local=HIGH, takes_external_pictures=True))
+
+
+def _add_motor(graph: Graph, body: Shape, inward: Transform, robot: RobotDescription, motor: MotorDescription) -> None:
     drive = robot.drive
     if drive is None or motor.name not in {drive.left, drive.right}:
         graph.add(Joint(motor.name), body)
         return
     radius, side = drive.wheel_radius_m, 1 if motor.name == drive.left else -1
     hub = inward.apply((0.0, side * drive.track_m / 2, radius))
-    joint = graph.add(create_wheel_joint(motor.name, hub, motor.lag_s), body)
-    size = (2 * radius, 2 * radius, drive.wheel_width_m)
-    graph.add(create_dynamic(f"{motor.name}_wheel", size, Transform(), Primitive.CYLINDER, drive.wheel_mass_kg), joint)
+    add_wheel(graph, body, Joint(motor.name, lag=motor.lag_s), hub, radius, f"{motor.name}_wheel")
 
 
-def _create_sensor(description: object, inward: Transform) -> Node | None:
-    if isinstance(description, RangeSensorDescription):
-        nose = ProximitySensor(
-            description.name, reach=description.max_range_m, cone=description.cone_rad, setback=FAN_SETBACK_M
-        )
-        nose.local = inward.compose(_looking(description.mount))
-        return nose
-    if isinstance(description, CameraDescription):
-        eye = VisionSensor(
-            description.name, width=description.width_px, height=description.height_px, near=NEAR_M, far=FAR_M
-        )
-        eye.angle = _longer(description)
-        eye.local = inward.compose(_looking(description.mount))
-        return eye
-    return None
+def _place_mount(mount: Mount) -> Transform:
+    pitch = mount.pitch_rad / 2
+    pitched = Transform(quaternion=(0.0, math.sin(pitch), 0.0, math.cos(pitch)))
+    turned = Transform.rotated(mount.yaw_rad, (mount.x_m, mount.y_m, mount.z_m))
+    return turned.compose(pitched).compose(Transform(quaternion=AHEAD))
 
 
-def _screen(name: str) -> VisionSensor:
-    width, height = SCREEN_PX
-    up_high = Transform((0.0, 0.0, 3.0))
-    return VisionSensor(name, width=width, height=height, local=up_high, takes_external_pictures=True)
-
-
-def _looking(mount: Mount) -> Transform:
-    yaw, pitch = mount.yaw_rad, mount.pitch_rad
-    turned: Quaternion = multiply(_about_z(yaw), (0.0, math.sin(pitch / 2), 0.0, math.cos(pitch / 2)))
-    return Transform((mount.x_m, mount.y_m, mount.z_m), multiply(turned, AHEAD))
-
-
-def _about_z(angle: float) -> Quaternion:
-    return (0.0, 0.0, math.sin(angle / 2), math.cos(angle / 2))
-
-
-def _longer(description: CameraDescription) -> float:
-    stretch = max(1.0, description.height_px / description.width_px)
-    return 2 * math.atan(math.tan(description.horizontal_fov_rad / 2) * stretch)
-
-
-def _rgb(colour: tuple[int, int, int]) -> Vector:
+def _to_rgb(colour: tuple[int, int, int]) -> Vector:
     red, green, blue = colour
     return red / 255, green / 255, blue / 255

@@ -3,75 +3,21 @@
 from __future__ import annotations
 
 import threading
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
+
+import cbor
+import zmq
 
 from robotcore.hal.wall_clock import MonotonicClock
 from tests.doubles.coppeliasim.scene import SceneError, Simulator
-from tests.doubles.coppeliasim.zmq.functions import FUNCTIONS
-from tests.doubles.coppeliasim.zmq.session import PendingReply, Session, SharedState, table
-from tests.doubles.coppeliasim.zmq.wire import dumps, loads
-
-WHERE = "354: in {}"
-"""The begin of the server's error messages: a line number of its script, and the function."""
-
-Reply = dict[str, Any]
-
-
-class NoFunctionError(Exception):
-    """No function has this name. A real server does not have it either."""
-
-
-def execute_request(session: Session, request: dict[str, Any]) -> Reply:
-    """Execute a request, and return the reply. Raises `PendingReply` if the reply must be sent later."""
-    if text := request.get("eval"):
-        return _evaluate(session, text)
-    name, args = request.get("func", ""), list(request.get("args") or [])
-    try:
-        return build_reply(_call(session, name, args))
-    except SceneError as error:
-        return {"err": f"{getattr(error, 'where', WHERE.format(name))}: {error}"}
-    except NoFunctionError as error:
-        return {"err": str(error)}
-    except (TypeError, ValueError, LookupError, AttributeError) as error:  # arguments of unexpected types
-        return {"err": f"{WHERE.format(name)}: the double makes nothing of these arguments ({error})"}
-
-
-def build_reply(values: list[Any]) -> Reply:
-    """Return the reply with these results.
-
-    If there are none, it contains an empty map, as Lua encodes an empty table.
-    """
-    return {"ret": values or {}}
-
-
-def _call(session: Session, name: str, args: list[Any]) -> list[Any]:
-    if name in session.shared.services:
-        return [session.shared.services[name](*args)]
-    if name == "zmqRemoteApi.require":
-        return _require_module(args)
-    if name == "zmqRemoteApi.info":
-        return [table()] if args == ["sim"] else [{}]
-    module, _, function = name.partition(".")
-    if module == "sim" and function in FUNCTIONS:
-        return FUNCTIONS[function](session, args)
-    if module == "sim" and function in table():
-        raise SceneError("the double of the simulator lacks this function; add it to tests/doubles/coppeliasim.")
-    raise NoFunctionError(f"No such function: {name}")
-
-
-def _require_module(args: list[Any]) -> list[Any]:
-    if args != ["sim"]:
-        raise SceneError(f"the double of the simulator has the module sim only, not {args}.")
-    return []
-
-
-def _evaluate(session: Session, text: str) -> Reply:
-    try:
-        return build_reply(list(session.shared.scripts.evaluate(text)))
-    except SceneError as error:
-        return {"err": str(error)}
-
+from tests.doubles.coppeliasim.zmq.functions import (
+    NoFunctionError,
+    PendingReply,
+    SharedState,
+    SimFunctions,
+    load_table,
+)
 
 IDLE_S = 600.0
 """The default time without a message after which the server drops a client, in seconds."""
@@ -82,20 +28,22 @@ NAP_S, HELD_NAP_S, HOLD_S = 0.05, 0.001, 0.01
 WAIT = {"args": {}, "func": "_*wait*_"}
 OLD = {"success": False, "error": "The client ZeroMQ remote API version does not match CoppeliaSim's version"}
 
+Reply = dict[str, Any]
+
 
 @dataclass
 class Client:
     """A client of the server. ``waiting`` is its call whose reply is sent later."""
 
-    session: Session
+    functions: SimFunctions
     timeout: float
     seen: float
     waiting: PendingReply | None = None
 
 
 @dataclass(frozen=True)
-class WaitingClient:
-    """A client whose call waits. The server must send it a message before the deadline."""
+class HeldMessage:
+    """The message of a client whose call waits. The server must answer it before the deadline."""
 
     route: list[bytes]
     client: Client
@@ -107,24 +55,20 @@ class ZmqServer:
     """Serves a simulator over the ZeroMQ remote API; a context manager.
 
     port: the port; 0 takes a free one.
-    services: further functions by full name.
     """
 
     simulator: Simulator
     port: int = 0
-    services: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        self._shared = SharedState(self.simulator, self.services)
+        self._shared = SharedState()
         self._clients: dict[str, Client] = {}
-        self._held: list[WaitingClient] = []
+        self._held: list[HeldMessage] = []
         self._clock = MonotonicClock()
         self._is_closing = threading.Event()
         self._thread = threading.Thread(target=self._serve, name="ZeroMQ server of a double", daemon=True)
 
     def __enter__(self) -> ZmqServer:
-        import zmq
-
         self._context = zmq.Context()
         self._socket = self._context.socket(zmq.ROUTER)
         self._socket.linger = 0
@@ -149,13 +93,13 @@ class ZmqServer:
                 with self.simulator.lock:
                     self._receive(route, message)
             with self.simulator.lock:
-                self._answer_waiting()
+                self._answer_held()
                 self._drop_silent()
 
     def _receive(self, route: list[bytes], message: bytes) -> None:
         try:
-            request = loads(message)
-        except ValueError as error:
+            request = cbor.loads(message)
+        except Exception as error:  # noqa: BLE001  the package raises any error for invalid bytes
             self._send(route, {"err": str(error)})
             return
         if not isinstance(request, dict) or "uuid" not in request:
@@ -164,36 +108,35 @@ class ZmqServer:
             self._drop(request["uuid"])
             self._send(route, {})
         else:
-            self._handle(route, self._client(request), request)
+            self._handle(route, self._find_client(request), request)
 
     def _handle(self, route: list[bytes], client: Client, request: dict[str, Any]) -> None:
         if client.waiting:  # any message counts as ``_*executed*_``
-            self._held.append(WaitingClient(route, client, self._clock.now() + HOLD_S))
+            self._held.append(HeldMessage(route, client, self._clock.now() + HOLD_S))
             return
         try:
-            self._send(route, execute_request(client.session, request))
+            self._send(route, execute_request(client.functions, request))
         except PendingReply as waiting:
             client.waiting = waiting
             self._send(route, WAIT)
 
-    def _answer_waiting(self) -> None:
+    def _answer_held(self) -> None:
         now, held = self._clock.now(), self._held
         self._held = []
         for each in held:
-            if each.client.waiting and not each.client.waiting.is_over(self.simulator):
-                if now < each.deadline:
-                    self._held.append(each)
-                else:
-                    self._send(each.route, WAIT)
-            else:
+            if each.client.waiting is None or each.client.waiting.is_over(self.simulator):
                 each.client.waiting = None
                 self._send(each.route, build_reply([]))
+            elif now < each.deadline:
+                self._held.append(each)
+            else:
+                self._send(each.route, WAIT)
 
-    def _client(self, request: dict[str, Any]) -> Client:
+    def _find_client(self, request: dict[str, Any]) -> Client:
         uuid, now = request["uuid"], self._clock.now()
         if uuid not in self._clients:
             timeout = float(request.get("timeout") or IDLE_S)
-            self._clients[uuid] = Client(Session(self.simulator, self._shared, uuid), timeout, now)
+            self._clients[uuid] = Client(SimFunctions(self.simulator, self._shared, uuid), timeout, now)
         self._clients[uuid].seen = now
         return self._clients[uuid]
 
@@ -207,5 +150,30 @@ class ZmqServer:
         self._clients.pop(uuid, None)
         self.simulator.leave(uuid)
 
-    def _send(self, route: list[bytes], reply: dict[str, Any]) -> None:
-        self._socket.send_multipart([*route, dumps(reply)])
+    def _send(self, route: list[bytes], reply: Reply) -> None:
+        self._socket.send_multipart([*route, cbor.dumps(reply)])
+
+
+def execute_request(functions: SimFunctions, request: dict[str, Any]) -> Reply:
+    """Execute a request, and return the reply. Raises `PendingReply` if the reply must be sent later.
+
+    An error begins with a line number of the server's script, and the function.
+    """
+    name = request.get("func", "")
+    if name == "zmqRemoteApi.require":
+        return build_reply([])
+    if name == "zmqRemoteApi.info":
+        return build_reply([load_table()])
+    try:
+        return build_reply(functions.call(name, request.get("args") or []))
+    except SceneError as error:
+        return {"err": f"{error.where or f'354: in {name}'}: {error}"}
+    except NoFunctionError as error:
+        return {"err": str(error)}
+    except (TypeError, ValueError, LookupError, AttributeError) as error:  # arguments of unexpected types
+        return {"err": f"354: in {name}: the double makes nothing of these arguments ({error})"}
+
+
+def build_reply(values: list[Any]) -> Reply:
+    """Return the reply with these results. Without results, it has an empty map, as Lua encodes an empty table."""
+    return {"ret": values or {}}

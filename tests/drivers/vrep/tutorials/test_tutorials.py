@@ -9,13 +9,17 @@ import pytest
 
 from tests.doubles.coppeliasim.legacy.server import LegacyServer
 from tests.doubles.coppeliasim.scene.objects import VisionSensor
-from tests.drivers.vrep.scenes import bubblerob_scene, relay_scene
+from tests.doubles.coppeliasim.scene.poses import Transform
+from tests.doubles.coppeliasim.scenes import bubblerob_scene, relay_scene
 from tests.drivers.vrep.tutorials import bubblerob_reflex, camera_relay
 from tests.texts import CheckText
 
 
 def test_bubblerob_backs_up_after_a_detection_and_drives_on() -> None:
     simulator = bubblerob_scene()
+    post = simulator.graph.find("/post0")
+    assert post
+    simulator.graph.put(post, Transform((0.7, 0.0, 0.2)))
     paths: list[float] = []
     advance = simulator.advance
 
@@ -52,7 +56,7 @@ def test_ball_is_marked_on_the_second_sensor() -> None:
         marks = camera_relay.main(server.port, frames=3)
     left, top, width, height = marks[-1]
     upright = shown[-1][::-1]
-    assert left + width < 160 < 240 // 2 + top
+    assert left + width / 2 < 128 < top + height / 2
     assert width == pytest.approx(height, abs=4)
     assert (upright[top, left : left + width] == camera_relay.YELLOW_RGB).all()
     assert (upright[top + height // 2, left + width // 2] * [1, 0, 1] < 60).all()

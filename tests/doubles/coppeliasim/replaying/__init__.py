@@ -1,1 +1,0 @@
-"""Replay recorded sessions of a real server on a double, and compare the replies."""
