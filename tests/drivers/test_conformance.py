@@ -20,7 +20,7 @@ from robotcore.testing.mock.devices import LOST
 from tests.drivers.coppeliasim import test_conformance as coppeliasim_suites
 from tests.drivers.raspberrypi import test_conformance as raspberrypi_suites
 from tests.drivers.raspberrypi.virtual import test_conformance as virtual_pi_suites
-from tests.drivers.serial.boards.rosarduino import test_conformance as serial_suites
+from tests.drivers.serial.boards import test_conformance as serial_suites
 from tests.drivers.vrep import test_conformance as vrep_suites
 from tests.robotcore.recording.replay.memory import record_run
 

@@ -1,19 +1,17 @@
-"""Test benches for the conformance kit: a rover with devices on the double of a board, in simulated time."""
+"""A rover with devices on the double of a board, in simulated time: for single tests, and for the conformance kit."""
 
 from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping
-from contextlib import suppress
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeAlias
 
 import pytest
 
 from drivers.serial import backend as module
 from drivers.serial.backend import SECTION, SerialBackend
-from robotcore.description import RobotDescription, load_robot
-from robotcore.errors import DeviceError
+from robotcore.description import BatteryDescription, RobotDescription, load_robot
 from robotcore.hal.backend import Setup
 from robotcore.hal.clock import Clock, SteppedClock
 from robotcore.hal.devices import Encoder, Motor
@@ -21,25 +19,47 @@ from robotcore.hal.robot import Robot
 from robotcore.hardware import open_robot
 from robotcore.testing import TestSupport, worlds
 from robotcore.testing.bench import RATE_HZ, TestBench
-from robotcore.testing.fakes import MotorSpy
 from tests.doubles.serial.board import PERIOD_S, BoardDouble, Powered
 from tests.doubles.serial.pty import Pty
 
+Devices: TypeAlias = Mapping[str, Mapping[str, Any]]
+"""The table of each device on a board, without the port."""
+
+BATTERY = BatteryDescription(kind="battery", name="battery")
+
+
+def board_devices(board: str, motor: Mapping[str, Any] | None = None, **others: Mapping[str, Any]) -> Devices:
+    """Return the tables of two motors, their encoders and ``others`` on one board.
+
+    board: the first word of the drivers' names, such as ``waveshare``.
+    motor: the settings of both motors besides the side.
+    """
+    return {
+        **{f"{side}_motor": {"driver": f"{board}-motor", "side": side, **(motor or {})} for side in ("left", "right")},
+        **{f"{side}_encoder": {"driver": f"{board}-encoder", "side": side} for side in ("left", "right")},
+        **{
+            name: {"driver": f"{board}-{'sonar' if name == 'nose' else name}", **table}
+            for name, table in others.items()
+        },
+    }
+
+
+def connect_devices(devices: Devices, port: object = "/dev/ttyUSB0") -> RobotDescription:
+    """Return the rover with only these devices, all on one port. It keeps its drive if both motors are among them."""
+    robot = load_robot("rover")
+    connected = tuple(description for description in (*robot.devices, BATTERY) if description.name in devices)
+    section = {name: {"port": str(port), **description} for name, description in devices.items()}
+    drive = robot.drive if {"left_motor", "right_motor"} <= devices.keys() else None
+    if drive and "left_encoder" not in devices:
+        drive = drive.model_copy(update={"left_encoder": None, "right_encoder": None})
+    return robot.model_copy(update={"devices": connected, "drive": drive, "backends": {SECTION: section}})
+
 
 class SerialBench(TestBench):
-    """The base class of the benches. A subclass sets ``devices`` and returns the double by `board`.
-
-    >>> class TestMyBoard(SerialBench, ConformanceSuite):
-    ...     devices = {"left_motor": {"driver": "my-motor", "side": "left"}}
-    ...     def board(self): return MyBoard(Wheels())
-    """
+    """The base class of the benches. A subclass sets ``devices`` and returns the double by `board`."""
 
     backend = SerialBackend
-    devices: ClassVar[Mapping[str, Mapping[str, Any]]]
-    """The table of each device on the board, without the port."""
-    extra: ClassVar[tuple[Any, ...]] = ()
-    """Descriptions of devices that the rover does not have, such as a battery."""
-
+    devices: ClassVar[Devices]
     lacks: ClassVar[Mapping[TestSupport, str]] = {
         TestSupport.WORLD: "the board turns wheels without a world",
         TestSupport.LOST_ECHO: "no device on the board measures echoes",
@@ -52,7 +72,7 @@ class SerialBench(TestBench):
 
     @property
     def description(self) -> RobotDescription:
-        return connect_devices(load_robot("rover"), self.devices, self.pty.path, self.extra)
+        return connect_devices(self.devices, self.pty.path)
 
     @pytest.fixture(autouse=True)
     def _connect_board(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
@@ -66,50 +86,14 @@ class SerialBench(TestBench):
         return clock
 
 
-def connect_devices(
-    robot: RobotDescription, devices: Mapping[str, Mapping[str, Any]], port: Path, extra: tuple[Any, ...] = ()
-) -> RobotDescription:
-    """Return the robot with only these devices, all on one port. It keeps its drive if both motors are among them."""
-    connected = tuple(description for description in (*robot.devices, *extra) if description.name in devices)
-    section = {name: {"port": str(port), **description} for name, description in devices.items()}
-    drive = robot.drive if {"left_motor", "right_motor"} <= devices.keys() else None
-    if drive and "left_encoder" not in devices:
-        drive = drive.model_copy(update={"left_encoder": None, "right_encoder": None})
-    return robot.model_copy(update={"devices": connected, "drive": drive, "backends": {SECTION: section}})
-
-
-class TickingBench(SerialBench):
-    """Repeats the last command of each motor in each tick.
-
-    The kit sends a command once and lets seconds pass, which is longer than the time-out of some boards.
-    """
-
-    def open(self, setup: Setup) -> Robot:
-        robot = super().open(setup)
-        spies = {device: MotorSpy(device) for device in robot.devices.values() if isinstance(device, Motor)}
-
-        def tick() -> None:
-            for motor, spy in spies.items():
-                if abs(spy.last) > 0:  # NaN before the first command
-                    with suppress(DeviceError):  # the kit has cut the wire of the motor
-                        motor.set_velocity(spy.last)
-
-        robot.clock.every(1 / RATE_HZ, tick, "the app's ticks")
-        return robot
-
-
-Devices = Mapping[str, Mapping[str, Any]]
-
-
 class Rig:
     """The double of a board, its port, and a robot with devices on it."""
 
-    def __init__(self, folder: Path, board: BoardDouble, devices: Devices, extra: tuple[Any, ...] = ()) -> None:
+    def __init__(self, folder: Path, board: BoardDouble, devices: Devices) -> None:
         self.pty = Pty(folder)
         self.clock = SteppedClock(RATE_HZ, lambda _steps: None, PERIOD_S)
-        self._powered = Powered(board, self.pty, self.clock)
-        described = connect_devices(load_robot("rover"), devices, self.pty.path, extra)
-        self._setup = Setup(described, worlds.empty(), frozenset(devices), RATE_HZ)
+        self.powered = Powered(board, self.pty, self.clock)
+        self._setup = Setup(connect_devices(devices, self.pty.path), worlds.empty(), frozenset(devices), RATE_HZ)
         self._robot: Robot | None = None
 
     @property
@@ -129,9 +113,14 @@ class Rig:
         assert isinstance(encoder, Encoder)
         return encoder.read().angle
 
-    def drive(self, left: float, right: float, seconds: float) -> None:
-        """Command both wheels in rad/s in each tick for ``seconds``."""
-        for _ in range(round(seconds * RATE_HZ)):
+    def read(self, device: str) -> Any:
+        """Return the newest sample of a sensor."""
+        sensor: Any = self.robot[device]
+        return sensor.read()
+
+    def drive(self, left: float, right: float, seconds: float = 0.0) -> None:
+        """Command both wheels in rad/s in each tick for ``seconds``, once at least."""
+        for _ in range(max(1, round(seconds * RATE_HZ))):
             self.motor("left").set_velocity(left)
             self.motor("right").set_velocity(right)
             self.pass_time(1 / RATE_HZ)
@@ -146,5 +135,5 @@ class Rig:
             if self._robot:
                 self._robot.close()
         finally:
-            self._powered.off()
+            self.powered.off()
             self.pty.close()

@@ -15,6 +15,9 @@ PERIOD_S = 0.002
 class BoardDouble(ABC):
     """A double of a board, without its port. Times are in seconds on the test's clock."""
 
+    wheels: Wheels
+    """The wheels of a board with one pair of them."""
+
     @abstractmethod
     def receive(self, data: bytes, now: float) -> bytes:
         """Process received bytes, which may be cut at any place; return the immediate answers."""
@@ -45,15 +48,13 @@ class Powered:
         if self._pty.is_plugged_in and not self._was_plugged_in:
             self.board.begin(now)
         self._was_plugged_in = self._pty.is_plugged_in
-        data = self.board.live(now, now - self._last) + self.board.receive(self._read(), now)
+        received = self._pty.read_all() if self._clock.is_lockstep else self._pty.read()
+        data = self.board.live(now, now - self._last) + self.board.receive(received, now)
         self._last = now
         if self._clock.is_lockstep:
             self._pty.send_all(data)
         else:
             self._pty.send(data)
-
-    def _read(self) -> bytes:
-        return self._pty.read_all() if self._clock.is_lockstep else self._pty.read()
 
 
 LAG_S = 0.05

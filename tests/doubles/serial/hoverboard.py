@@ -45,8 +45,8 @@ class Input:
 class Hoverboard(BoardDouble):
     """A board with its own battery. Plugging its port in does not reset it."""
 
-    def __init__(self, wheels: Wheels, firmware: Firmware | None = None) -> None:
-        self.wheels, self._firmware = wheels, firmware or Firmware()
+    def __init__(self, firmware: Firmware | None = None) -> None:
+        self.wheels, self._firmware = Wheels(), firmware or Firmware()
         self.received: list[tuple[int, int]] = []
         self.ignored = 0
         self.volts = 37.96

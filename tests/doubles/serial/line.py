@@ -9,48 +9,35 @@ from drivers.serial.boards.command import CommandBuffer
 from drivers.serial.protocol import Protocol
 from tests.doubles.serial.board import BoardDouble
 
-BITS_PER_BYTE = 10
-"""A start bit, eight data bits and a stop bit (8N1)."""
-
 
 class ReceivedFrame(NamedTuple):
-    """A numbered command that arrived at the far end of a line. Times are in seconds."""
+    """A numbered command at the far end of a line, and the time in seconds at which the line sent it."""
 
     number: int
     at: float
-    """The time at which the driver sent it."""
-    left_at: float
-    """The time at which its last byte was transmitted."""
-    waited: float
-    """The time that the command waited for the transmission of earlier commands."""
 
 
 class Wire(BoardDouble):
-    """The far end of a line. It records the arrival of commands of ``size`` bytes at ``baud``."""
+    """The far end of a line, which records commands of `SIZE` bytes."""
 
-    def __init__(self, baud: int, size: int) -> None:
-        self._frame_s = size * BITS_PER_BYTE / baud
-        self._size, self._unread, self._free_at = size, b"", 0.0
+    SIZE = 8
+
+    def __init__(self) -> None:
         self.received: list[ReceivedFrame] = []
 
     def receive(self, data: bytes, now: float) -> bytes:
-        self._unread += data
-        while len(self._unread) >= self._size:
-            frame, self._unread = self._unread[: self._size], self._unread[self._size :]
-            begins = max(now, self._free_at)
-            self._free_at = begins + self._frame_s
-            self.received.append(ReceivedFrame(int(frame), now, self._free_at, begins - now))
+        numbers = (data[start : start + self.SIZE] for start in range(0, len(data), self.SIZE))
+        self.received += [ReceivedFrame(int(number), now) for number in numbers]
         return b""
 
 
 class NumberingProtocol(Protocol):
-    """Sends numbers as commands to both motors, in frames of ``size`` bytes, and only the newest number."""
+    """Sends numbers as commands to both motors, and only the newest number."""
 
     is_ready = True
 
-    def __init__(self, baud: int, size: int) -> None:
-        self.baud, self._size = baud, size
-        self.command = CommandBuffer()
+    def __init__(self, baud: int) -> None:
+        self.baud, self.command = baud, CommandBuffer()
 
     def begin(self, now: float) -> None:
         self.command.clear()
@@ -60,7 +47,7 @@ class NumberingProtocol(Protocol):
 
     def data_to_send(self, now: float) -> bytes:
         wheels = self.command.take(now, timeout_s=0.5)
-        return b"" if wheels is None else b"%0*d" % (self._size, wheels.left)
+        return b"" if wheels is None else b"%0*d" % (Wire.SIZE, wheels.left)
 
     def next_due(self, now: float) -> float:
         return self.command.next_due

@@ -26,8 +26,8 @@ class ArduinoDouble(BoardDouble):
 
     control_period_s: float
 
-    def __init__(self, wheels: Wheels | None = None, counts_per_turn: int = 960, *, takes_duties: bool = True) -> None:
-        self.wheels = wheels or Wheels()
+    def __init__(self, counts_per_turn: int = 960, *, takes_duties: bool = True) -> None:
+        self.wheels = Wheels()
         self.counts_per_turn, self.takes_duties = counts_per_turn, takes_duties
         self.commands: list[str] = []
         """All executed lines, without checksums."""

@@ -35,8 +35,9 @@ class Sabertooth:
 class Sabertooths(BoardDouble):
     """The line with all boards. If its first byte is not that of the baud rate, the boards ignore all bytes."""
 
-    def __init__(self, *, full_rad_s: float, addresses: tuple[int, ...] = (128,)) -> None:
+    def __init__(self, *, full_rad_s: float = 16.0, addresses: tuple[int, ...] = (128,)) -> None:
         self.boards = {address: Sabertooth(Wheels(), full_rad_s) for address in addresses}
+        self.wheels = next((board.wheels for board in self.boards.values()), Wheels())
         self.packets: list[tuple[int, int, int]] = []
         self.ignored = 0
         self._has_rate: bool | None = None

@@ -119,7 +119,8 @@ class WaveshareBoard(BoardDouble):
         feedback |= dict(zip(("ax", "ay", "az", "gx", "gy", "gz", "mx", "my", "mz"), (-112, 48, 8190) * 3, strict=True))
         feedback |= {"odl": self._centimetres(left), "odr": self._centimetres(right), "v": self.centivolts}
         return b"{%s}\r\n" % b",".join(
-            b'"%s":%s' % (key.encode(), _format_number(value)) for key, value in feedback.items()
+            b'"%s":%s' % (key.encode(), b"%d" % value if isinstance(value, int) else _format_number(value))
+            for key, value in feedback.items()
         )
 
     def _centimetres(self, wheel: Wheel) -> int:
@@ -127,15 +128,9 @@ class WaveshareBoard(BoardDouble):
         return int(int(wheel.angle / math.tau * PULSES) / PULSES * math.tau * self._metres * 100)
 
 
-TINY = 1e-37
-"""The smallest float of the microcontroller."""
-
-
 def _format_number(value: float) -> bytes:
     """Return a number in ArduinoJson's format: nine digits of a double at most, exponents beyond 1e-5 and 1e7."""
-    if isinstance(value, int) or abs(value) < TINY:
-        return b"%d" % int(value)
     if 1e-5 < abs(value) < 1e7:
         return f"{value:.9f}".rstrip("0").rstrip(".").encode()
-    exponent = math.floor(math.log10(abs(value)))
-    return f"{value / 10.0**exponent:.9f}".rstrip("0").rstrip(".").encode() + b"e%d" % exponent
+    exponent = math.floor(math.log10(abs(value))) if abs(value) > 1e-37 else 0  # 1e-37: the smallest float
+    return f"{value / 10.0**exponent:.9f}".rstrip("0").rstrip(".").encode() + (b"e%d" % exponent if exponent else b"")

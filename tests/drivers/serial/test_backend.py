@@ -17,11 +17,10 @@ from robotcore.hal.backend import Capability, Setup
 from robotcore.hal.check_finding import Finding, Level
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.testing.simulation_rules import RepeatRules
-from tests.doubles.serial.bench import SerialBench, connect_devices
+from tests.doubles.serial.bench import SerialBench, board_devices, connect_devices
 from tests.doubles.serial.board import Powered
 from tests.doubles.serial.pty import Pty
 from tests.doubles.serial.rosarduino import RobotcoreBridgeDouble
-from tests.drivers.serial.boards.rosarduino.rig import WHEELS
 from tests.texts import CheckText, Raises
 
 MODEL = {"forward_rad_s": 16.0, "backward_rad_s": 16.0}
@@ -32,7 +31,7 @@ def motor(side: str, **settings: Any) -> dict[str, Any]:
 
 
 def robot_on(port: object, left: dict[str, Any], right: dict[str, Any]) -> RobotDescription:
-    return connect_devices(load_robot("rover"), {"left_motor": left, "right_motor": right}, Path(str(port)))
+    return connect_devices({"left_motor": left, "right_motor": right}, port)
 
 
 @pytest.fixture
@@ -133,7 +132,7 @@ class TestDoctor:
     def test_boards_that_answer_are_opened_and_read(self, pty: Pty, check_text: CheckText) -> None:
         clock = MonotonicClock()
         powered = Powered(RobotcoreBridgeDouble(), pty, clock)
-        *_, boards = self.examine(connect_devices(load_robot("rover"), WHEELS, pty.path))
+        *_, boards = self.examine(connect_devices(board_devices("ros-arduino"), pty.path))
         powered.off()
         clock.close()
         assert (boards.subject, boards.level, boards.kind) == ("boards", Level.OK, "boards-ok")
@@ -151,7 +150,7 @@ class TestDoctor:
         monkeypatch.setattr("drivers.serial.boards.rosarduino.drivers.ArduinoDriver.answer_s", 0.3)
         clock = MonotonicClock()
         talking = clock.every(0.02, lambda: pty.send(said), "talking")
-        *_, port, board = self.examine(connect_devices(load_robot("rover"), WHEELS, pty.path))
+        *_, port, board = self.examine(connect_devices(board_devices("ros-arduino"), pty.path))
         talking.stop()
         clock.close()
         assert (port.subject, port.level) == ("port", Level.OK)
@@ -159,9 +158,7 @@ class TestDoctor:
         check_text(board)
 
     def test_a_camera_is_examined_too(self) -> None:
-        robot = connect_devices(
-            load_robot("rover"), {"eye": {"driver": "v4l2", "device": "/dev/video99"}}, Path("/dev/nowhere")
-        )
+        robot = connect_devices({"eye": {"driver": "v4l2", "device": "/dev/video99"}})
         del robot.backends[SECTION]["eye"]["port"]
         *_, camera = self.examine(robot)
         assert (camera.subject, camera.level) == ("camera", Level.ERROR)
@@ -173,7 +170,7 @@ class TestDoctor:
         clock = MonotonicClock()
         powered = Powered(RobotcoreBridgeDouble(), pty, clock)
         with pty.path.open() as file, subprocess.Popen(["/bin/sleep", "60"], stdin=file) as reader:
-            robot = connect_devices(load_robot("rover"), WHEELS, pty.path)
+            robot = connect_devices(board_devices("ros-arduino"), pty.path)
             *_, port, boards = self.examine(robot)
             (note,) = SerialBackend().notes(setup_of(robot))
             reader.kill()
@@ -197,19 +194,13 @@ class TestDoctor:
         assert [finding.kind for finding in self.examine(None)] == ["ports", "no-robot"]
 
 
-WHEEL_SIDES = ("left", "right")
-
-
 class SimulatedTask(SerialBackend):
     capabilities = frozenset({Capability.LOCKSTEP})
 
 
 class TestTwoRuns(SerialBench, RepeatRules):
     backend = SimulatedTask
-    devices: ClassVar = {
-        **{f"{side}_motor": {"driver": "ros-arduino-motor", "side": side} for side in WHEEL_SIDES},
-        **{f"{side}_encoder": {"driver": "ros-arduino-encoder", "side": side} for side in WHEEL_SIDES},
-    }
+    devices: ClassVar = board_devices("ros-arduino")
 
     def board(self) -> RobotcoreBridgeDouble:
         return RobotcoreBridgeDouble(counts_per_turn=3840)

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
@@ -11,14 +11,14 @@ import pytest
 from serial.tools import list_ports
 
 from drivers.serial import line as line_module
-from drivers.serial.line import FIRST_RETRY_S, RECOVERY_S, SUSPENDED_S, Line, Waker
-from drivers.serial.port import describe_ports
+from drivers.serial.line import BITS_PER_BYTE, FIRST_RETRY_S, RECOVERY_S, SUSPENDED_S, Line, Waker
+from drivers.serial.line import PERIOD_S as LINE_PERIOD_S
 from robotcore.errors import DeviceError, DeviceLostError
 from robotcore.hal.clock import SteppedClock
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.processes import describe_process
 from tests.doubles.serial.board import PERIOD_S, Powered
-from tests.doubles.serial.line import AnsweringBoard, PollingProtocol
+from tests.doubles.serial.line import AnsweringBoard, NumberingProtocol, PollingProtocol, Wire
 from tests.doubles.serial.pty import Pty
 from tests.texts import Raises
 
@@ -75,17 +75,6 @@ def test_a_command_without_acknowledgement_is_an_error_with_the_time_out(bench: 
     bench.protocol.set_word(b"stop")
     with raises(DeviceError, "not-acknowledged", device="wheel"):
         bench.line.settle("wheel")
-
-
-def test_the_line_sends_no_more_than_its_baud_rate_allows(pty: Pty) -> None:
-    bench = Bench(pty, baud=300).open()
-    bench.board.times.clear()
-    for _ in range(3):
-        bench.protocol.set_word(b"123")
-        bench.line.settle("wheel")
-    bench.line.close()
-    gaps = [after - before for before, after in pairwise(bench.board.times)]
-    assert gaps == pytest.approx([0.1, 0.1], abs=2 * PERIOD_S)
 
 
 def test_a_lost_port_is_an_error_with_the_time_out(bench: Bench, raises: Raises) -> None:
@@ -167,12 +156,6 @@ def test_an_interrupted_opening_leaves_no_file_open(bench: Bench, monkeypatch: p
     assert _open_files() == before
 
 
-def test_a_missing_port_is_refused_with_a_list_of_the_ports(tmp_path: Path, raises: Raises) -> None:
-    line = Line(str(tmp_path / "none"), PollingProtocol(), MonotonicClock())
-    with raises(DeviceError, "port-not-opened", device="wheel", hide=[describe_ports()]):
-        line.open("wheel", 1.0)
-
-
 def test_a_file_that_is_no_port_is_refused(tmp_path: Path, raises: Raises) -> None:
     file = tmp_path / "file"
     file.touch()
@@ -214,110 +197,132 @@ def test_a_board_that_does_not_read_is_an_error_and_delays_nothing(pty: Pty, rai
     bench.line.close()
 
 
-class TestByAThread:
-    """In real time."""
-
-    @pytest.fixture
-    def clock(self) -> Iterator[MonotonicClock]:
-        clock = MonotonicClock()
-        yield clock
-        clock.close()
-
-    def test_a_board_is_ready_then_lost_then_ready_again(self, pty: Pty, clock: MonotonicClock) -> None:
-        protocol, board = PollingProtocol(), AnsweringBoard()
-        powered = Powered(board, pty, clock)
-        line = Line(str(pty.path), protocol, clock)
-        line.open("wheel", 5.0)
-        protocol.set_word(b"go")
-        line.wake()
-        line.wait_until(lambda: protocol.is_settled, "wheel", 5.0, lambda: "was never heard")
-        pty.unplug()
-        with pytest.raises(DeviceLostError):
-            _require_often(line, clock)
-        pty.plug_in()
-        line.wait_until(
-            lambda: board.received == b"?go?" and protocol.is_ready, "wheel", 5.0, lambda: "never came back"
-        )
-        protocol.set_word(b"stop")
-        line.close()
-        powered.off()
-        assert board.received + pty.read() == b"?go?stop"
-
-    @pytest.mark.slow
-    def test_a_board_that_was_lost_while_the_program_was_suspended_is_not_reported_as_silent(
-        self, pty: Pty, clock: MonotonicClock, monkeypatch: pytest.MonkeyPatch, raises: Raises
-    ) -> None:
-        protocol, wait = PollingProtocol(), Waker.wait
-
-        def wait_suspended(waker: Waker, file: int | None, seconds: float) -> None:
-            wait(waker, file, seconds)
-            if protocol.is_ready:
-                clock.sleep_until(clock.now() + 2 * SUSPENDED_S)
-                protocol.is_lost = True
-
-        powered = Powered(AnsweringBoard(), pty, clock)
-        line = Line(str(pty.path), protocol, clock)
-        line.open("wheel", 5.0)
-        powered.off()
-        monkeypatch.setattr(Waker, "wait", wait_suspended)
-        with raises(DeviceLostError, "program-suspended", device="wheel", hide=["0.6 s", "0.7 s"]):
-            _require_often(line, clock)
-        clock.sleep_until(clock.now() + RECOVERY_S)
-        with pytest.raises(DeviceLostError):
-            line.require("wheel")
-        line.close()
-
-    def test_data_with_a_due_time_is_sent_on_time_during_another_wait(
-        self, pty: Pty, clock: MonotonicClock, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
-        protocol, board = PollingProtocol(), AnsweringBoard()
-        powered = Powered(board, pty, clock)
-        line = Line(str(pty.path), protocol, clock)
-        line.open("wheel", 5.0)
-        with monkeypatch.context() as patient:
-            patient.setattr(line_module, "MAX_WAIT_S", 1000.0)
-            protocol.set_word(b"go", at=clock.now() + 0.05)
-            line.wake()
-            line.wait_until(lambda: protocol.is_settled, "wheel", 5.0, lambda: "was never heard")
-        line.wake()
-        line.close()
-        powered.off()
-        assert board.received == b"?go"
-
-    def test_a_freed_line_waits(self, pty: Pty, clock: MonotonicClock, monkeypatch: pytest.MonkeyPatch) -> None:
-        protocol, waits, wait = PollingProtocol(), list[float](), Waker.wait
-
-        def record_wait(waker: Waker, file: int | None, seconds: float) -> None:
-            waits.extend([seconds] if file is None else [])
-            wait(waker, file, seconds)
-
-        powered = Powered(AnsweringBoard(), pty, clock)
-        line = Line(str(pty.path), protocol, clock)
-        line.open("wheel", 5.0)
-        monkeypatch.setattr(Waker, "wait", record_wait)
-        protocol.defect = KeyError("side")
-        clock.sleep_until(clock.now() + 2 * FIRST_RETRY_S)
-        line.close()
-        powered.off()
-        assert waits
-        assert min(waits) > 0
-
-    def test_nothing_is_left_open(self, pty: Pty, clock: MonotonicClock) -> None:
-        before = _open_files()
-        powered = Powered(AnsweringBoard(), pty, clock)
-        for _ in range(3):
-            line = Line(str(pty.path), PollingProtocol(), clock)
-            line.open("wheel", 5.0)
-            line.close()
-            line.close()
-        powered.off()
-        assert _open_files() == before
+@pytest.mark.parametrize("baud", [9600, 57600, 115200])
+def test_only_the_newest_command_is_sent_and_no_more_than_the_baud_rate_allows(pty: Pty, baud: int) -> None:
+    clock, wire, protocol = SteppedClock(1000, lambda _steps: None), Wire(), NumberingProtocol(baud)
+    Powered(wire, pty, clock)
+    line = Line(str(pty.path), protocol, clock)
+    line.open("wheel", 1.0)
+    period_s, turn_s, frame_s = 0.005, 2 * LINE_PERIOD_S, Wire.SIZE * BITS_PER_BYTE / baud
+    set_at: dict[int, float] = {}
+    while clock.now() < 2.0:
+        set_at[number := len(set_at) + 1] = clock.now()
+        protocol.set(number, clock.now())
+        clock.sleep_until(clock.now() + period_s)
+    line.close()
+    numbers = [frame.number for frame in wire.received]
+    assert numbers == sorted(set(numbers)), "none is sent twice, or after a newer one"
+    for frame, after in pairwise(wire.received):
+        assert after.at - frame.at >= frame_s - turn_s, "none waits for another one on the wire"
+        newest = max(number for number, at in set_at.items() if at <= frame.at - turn_s - LINE_PERIOD_S or number == 1)
+        assert frame.number >= newest
+    assert len(numbers) >= 0.95 * 2.0 / max(period_s, frame_s + LINE_PERIOD_S), "the line is never idle"
 
 
-def _require_often(line: Line, clock: MonotonicClock) -> None:
-    for _ in range(5000):
-        line.require("wheel")
-        clock.sleep_until(clock.now() + 0.001)
+@pytest.fixture
+def clock() -> Iterator[MonotonicClock]:
+    clock = MonotonicClock()
+    yield clock
+    clock.close()
+
+
+class RealTimeBench:
+    """A line to a board, with a thread of its own."""
+
+    def __init__(self, pty: Pty, clock: MonotonicClock) -> None:
+        self.pty, self.clock, self.board, self.protocol = pty, clock, AnsweringBoard(), PollingProtocol()
+        self.powered = Powered(self.board, pty, clock)
+        self.line = Line(str(pty.path), self.protocol, clock)
+        self.line.open("wheel", 5.0)
+
+    def wait_until(self, condition: Callable[[], bool]) -> None:
+        self.line.wait_until(condition, "wheel", 5.0, lambda: "it never happened")
+
+    def require_often(self) -> None:
+        for _ in range(5000):
+            self.line.require("wheel")
+            self.clock.sleep_until(self.clock.now() + 0.001)
+
+    def close(self) -> None:
+        self.line.close()
+        self.powered.off()
+
+
+@pytest.fixture
+def real(pty: Pty, clock: MonotonicClock) -> Iterator[RealTimeBench]:
+    bench = RealTimeBench(pty, clock)
+    yield bench
+    bench.close()
+
+
+def test_in_real_time_a_board_is_ready_then_lost_then_ready_again(real: RealTimeBench) -> None:
+    real.protocol.set_word(b"go")
+    real.line.wake()
+    real.wait_until(lambda: real.protocol.is_settled)
+    real.pty.unplug()
+    with pytest.raises(DeviceLostError):
+        real.require_often()
+    real.pty.plug_in()
+    real.wait_until(lambda: real.board.received == b"?go?" and real.protocol.is_ready)
+    real.protocol.set_word(b"stop")
+    real.close()
+    assert real.board.received + real.pty.read() == b"?go?stop"
+
+
+@pytest.mark.slow
+def test_a_board_that_was_lost_while_the_program_was_suspended_is_not_reported_as_silent(
+    real: RealTimeBench, monkeypatch: pytest.MonkeyPatch, raises: Raises
+) -> None:
+    wait = Waker.wait
+
+    def wait_suspended(waker: Waker, file: int | None, seconds: float) -> None:
+        wait(waker, file, seconds)
+        if real.protocol.is_ready:
+            real.clock.sleep_until(real.clock.now() + 2 * SUSPENDED_S)
+            real.protocol.is_lost = True
+
+    real.powered.off()
+    monkeypatch.setattr(Waker, "wait", wait_suspended)
+    with raises(DeviceLostError, "program-suspended", device="wheel", hide=["0.6 s", "0.7 s"]):
+        real.require_often()
+    real.clock.sleep_until(real.clock.now() + RECOVERY_S)
+    with pytest.raises(DeviceLostError):
+        real.line.require("wheel")
+
+
+def test_data_with_a_due_time_is_sent_on_time_during_another_wait(
+    real: RealTimeBench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with monkeypatch.context() as patient:
+        patient.setattr(line_module, "MAX_WAIT_S", 1000.0)
+        real.protocol.set_word(b"go", at=real.clock.now() + 0.05)
+        real.line.wake()
+        real.wait_until(lambda: real.protocol.is_settled)
+    real.line.wake()
+    assert real.board.received == b"?go"
+
+
+def test_a_closed_line_waits_without_using_the_processor(real: RealTimeBench, monkeypatch: pytest.MonkeyPatch) -> None:
+    waits, wait = list[float](), Waker.wait
+
+    def record_wait(waker: Waker, file: int | None, seconds: float) -> None:
+        waits.extend([seconds] if file is None else [])
+        wait(waker, file, seconds)
+
+    monkeypatch.setattr(Waker, "wait", record_wait)
+    real.protocol.defect = KeyError("side")
+    real.clock.sleep_until(real.clock.now() + 2 * FIRST_RETRY_S)
+    assert waits
+    assert min(waits) > 0
+
+
+def test_nothing_is_left_open(pty: Pty, clock: MonotonicClock) -> None:
+    before = _open_files()
+    for _ in range(3):
+        bench = RealTimeBench(pty, clock)
+        bench.close()
+        bench.line.close()
+    assert _open_files() == before
 
 
 def _open_files() -> int:

@@ -1,15 +1,19 @@
-"""The protocol of a hoverboard: the times of its frames, and the integration of its speeds."""
+"""A hoverboard: the times of its frames, the integration of its speeds, and the modes of its firmware."""
 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import pytest
 
 from drivers.serial.boards.command import STOP_REPEAT_S
 from drivers.serial.boards.hoverboard.board import PAUSE_S, SILENCE_S, HoverboardProtocol
 from drivers.serial.boards.hoverboard.protocol import STOP, command
-from tests.doubles.serial.hoverboard import RPM, feedback
+from robotcore.errors import DeviceLostError
+from tests.doubles.serial.bench import Rig, board_devices
+from tests.doubles.serial.hoverboard import RPM, Firmware, Hoverboard, feedback
+from tests.drivers.serial.boards.conftest import OpenRig
 
 FRAME_S = 0.01
 
@@ -110,17 +114,6 @@ def test_a_stop_is_settled_when_feedback_confirms_it(board: ScriptedBoard) -> No
     assert board.protocol.is_settled
 
 
-def test_a_silent_board_is_lost_and_stands_until_a_new_command(board: ScriptedBoard) -> None:
-    board.set(100, 100)
-    board.drive(100, 100, 0.1)
-    board.pass_time(SILENCE_S + 0.01)
-    assert not board.protocol.is_ready
-    board.sent.clear()
-    board.drive(0, 0, 0.5)
-    assert board.protocol.is_ready
-    assert set(board.frames) == {STOP}
-
-
 def test_angles_are_the_measured_speeds_over_their_times(board: ScriptedBoard) -> None:
     board.drive(60.5, -30.5, 1.0)
     assert board.angles() == pytest.approx((60.5 * RPM, -30.5 * RPM), rel=0.01)
@@ -151,20 +144,52 @@ def test_a_time_without_feedback_is_not_integrated(board: ScriptedBoard) -> None
     assert board.angles()[0] - before[0] == pytest.approx(0.5 * 60.5 * RPM)
 
 
-def test_the_angle_continues_after_a_loss_of_the_port(board: ScriptedBoard) -> None:
-    board.drive(60.5, 60.5, 1.0)
-    before = board.angles()
-    board.now += 0.1
-    board.protocol.begin(board.now)
-    assert not board.protocol.is_ready
-    board.now += 0.1
-    board.receive(60.5, 60.5)
-    assert board.angles() == before
+FULL_RAD_S = 40.0
+MODEL = {"forward_rad_s": FULL_RAD_S, "backward_rad_s": FULL_RAD_S}
 
 
-def test_voltage_is_the_newest_one(board: ScriptedBoard) -> None:
-    board.now = 0.5
-    board.receive()
-    voltage = board.protocol.voltage
-    assert voltage
-    assert (voltage.voltage, voltage.time, voltage.sequence) == (37.0, 0.5, 1)
+def open_hoverboard(open_rig: OpenRig, board: Hoverboard, **motor: Any) -> Rig:
+    return open_rig(board, board_devices("hoverboard", motor))
+
+
+def test_a_board_built_for_another_rpm_turns_at_the_command(open_rig: OpenRig) -> None:
+    board = Hoverboard(Firmware(rad_s_per_unit=0.5 * RPM))
+    open_hoverboard(open_rig, board, mode="speed", max_rpm=500).drive(4.0, 4.0, 1.0)
+    assert board.wheels.left.velocity == pytest.approx(4.0, rel=0.02)
+
+
+@pytest.mark.parametrize("motor", [{"mode": "speed"}, {"mode": "duty", "model": MODEL}], ids=["speed", "duty"])
+def test_an_inverted_motor_turns_the_other_way(open_rig: OpenRig, motor: dict[str, Any]) -> None:
+    board = Hoverboard()
+    open_hoverboard(open_rig, board, **motor, inverted=True).drive(4.0, 4.0, 0.5)
+    assert board.wheels.left.velocity < 0 > board.wheels.right.velocity
+
+
+def test_a_wheel_with_a_wrong_model_is_controlled_by_the_measured_speed(open_rig: OpenRig) -> None:
+    board = Hoverboard(Firmware(is_tank=True, rad_s_per_unit=FULL_RAD_S / 1500))
+    open_hoverboard(open_rig, board, mode="duty", model=MODEL, tank_steering=True, control={}).drive(8.0, 4.0, 2.0)
+    assert (board.wheels.left.velocity, board.wheels.right.velocity) == pytest.approx((8.0, 4.0), rel=0.05)
+    assert board.ignored == 0
+
+
+def test_opposite_wheels_beyond_the_mixer_are_slowed_down_equally(open_rig: OpenRig) -> None:
+    board = Hoverboard(Firmware(rad_s_per_unit=FULL_RAD_S / 1000))
+    model = {"forward_rad_s": 18.0, "backward_rad_s": 18.0}
+    rig = open_hoverboard(open_rig, board, mode="duty", model=model)
+    rig.drive(12.0, -12.0, 1.0)
+    assert board.received[-1] == (1000, 0)
+    rig.drive(12.0, -6.0, 1.0)
+    assert board.wheels.right.velocity == pytest.approx(-board.wheels.left.velocity / 2, rel=0.01)
+
+
+def test_a_silent_board_gets_stops_and_turns_again_after_its_silence(open_rig: OpenRig) -> None:
+    board = Hoverboard()
+    rig = open_hoverboard(open_rig, board, mode="speed")
+    rig.drive(4.0, 4.0, 0.5)
+    board.is_mute = True
+    with pytest.raises(DeviceLostError):
+        rig.drive(4.0, 4.0, 1.0)
+    board.is_mute = False
+    rig.pass_time(0.2)
+    assert board.received[-1] == (0, 0)
+    rig.drive(4.0, 4.0, 0.5)
