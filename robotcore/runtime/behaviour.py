@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import atexit
+import sys
 from abc import ABC, abstractmethod
 from enum import Enum
-from typing import ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from robotcore.hal.robot import Robot, Role
 from robotcore.hal.truth import Truth
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 
 class Status(Enum):
@@ -45,6 +50,16 @@ class Behaviour(ABC):
     reason: str = ""
     """Why the app ended, for the result."""
 
+    def __init_subclass__(cls, **options: Any) -> None:
+        super().__init_subclass__(**options)
+        if cls.__module__ == "__main__" and hasattr(sys.modules["__main__"], "__file__"):  # not an interactive session
+            atexit.unregister(_advise_to_run)
+            atexit.register(_advise_to_run, cls.__name__, sys.argv[0])
+
+    def __new__(cls, *_arguments: Any, **_settings: Any) -> Self:
+        atexit.unregister(_advise_to_run)
+        return super().__new__(cls)
+
     @abstractmethod
     def step(self, robot: Robot) -> Status:
         """Read sensors, command the drive, and return the status of the app. The loop calls this once in each tick."""
@@ -63,3 +78,9 @@ class Behaviour(ABC):
         Return None if this app cannot decide it.
         """
         return None
+
+
+def _advise_to_run(app: str, file: str) -> None:
+    """Write a note at the end of ``python my_app.py`` if the script defines an app, but creates none."""
+    if sys.stderr and not hasattr(sys, "last_value"):  # an exception has not ended the script
+        sys.stderr.write(f"note: {file} defines the app {app}, but does not run it. Run it: robotcore run {file}\n")

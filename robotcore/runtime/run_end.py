@@ -2,37 +2,33 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
-
 from robotcore.errors import Interrupted, RobotcoreError
 from robotcore.runtime.apps import app_name
+from robotcore.runtime.loop import Loop
+from robotcore.runtime.plan import Plan
 from robotcore.runtime.result import Outcome, RunResult
-
-if TYPE_CHECKING:
-    from robotcore.runtime.behaviour import Behaviour
-    from robotcore.runtime.loop import Loop
-    from robotcore.runtime.plan import Plan, RunRequest
-    from robotcore.runtime.success_verification import Verification
+from robotcore.runtime.success_verification import Verification
 
 
-class RunEnd(NamedTuple):
-    """The outcome of a run, and the errors at its end."""
-
-    outcome: Outcome
-    error: RobotcoreError | Interrupted | None
-    """The error that ended the run, if one did."""
-    late_error: RobotcoreError | None
-    """An error after the last tick, for example while the robot was closed."""
-
-
-def build_result(plan: Plan, loop: Loop | None, verification: Verification, end: RunEnd, wall_time: float) -> RunResult:
+def build_result(
+    plan: Plan,
+    loop: Loop | None,
+    verification: Verification,
+    outcome: Outcome,
+    error: RobotcoreError | Interrupted | None,
+    late_error: RobotcoreError | None,
+    wall_time: float,
+) -> RunResult:
     """Return the result of a run.
 
     loop: the loop of the run; None if the run ended before its first tick.
+    error: the error that ended the run, if one did.
+    late_error: an error after the last tick, for example while the robot was closed.
     wall_time: the duration of the run, in seconds.
     """
-    request, behaviour, (outcome, error, late_error) = plan.request, plan.behaviour, end
-    reason = str(error) if error else behaviour.reason or _default_reason(outcome, request, behaviour)
+    request, behaviour = plan.request, plan.behaviour
+    late = f"not done after {request.timeout_s:g} s, in {behaviour.state!r}" if outcome is Outcome.TIMEOUT else ""
+    reason = str(error) if error else behaviour.reason or late
     verified = False if error and verification.verified else verification.verified
     return RunResult(
         app=app_name(request.app_reference),
@@ -61,7 +57,3 @@ def build_result(plan: Plan, loop: Loop | None, verification: Verification, end:
         trace_sha256=loop.trace.sha256 if loop else None,
         error=error,
     )
-
-
-def _default_reason(outcome: Outcome, request: RunRequest, behaviour: Behaviour) -> str:
-    return f"not done after {request.timeout_s:g} s, in {behaviour.state!r}" if outcome is Outcome.TIMEOUT else ""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import faulthandler
 import os
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
@@ -14,7 +15,6 @@ from robotcore.hal.robot import Robot
 from robotcore.hal.truth import Truth
 from robotcore.hal.wall_clock import MonotonicClock, PacedClock
 from robotcore.runtime.active_runs import register_run
-from robotcore.runtime.forced_exit import SHUTDOWN_GRACE_S, SHUTDOWN_THREADS, ForcedExit, print_reason
 from robotcore.runtime.layers import Assembled, assemble
 from robotcore.runtime.layers.base import Tap
 from robotcore.runtime.layers.guardian import guard_motors
@@ -22,7 +22,7 @@ from robotcore.runtime.loop import Loop
 from robotcore.runtime.observer import Observer, Run, notify_end
 from robotcore.runtime.plan import Plan, RunRequest
 from robotcore.runtime.result import Outcome, RunResult, get_outcome
-from robotcore.runtime.run_end import RunEnd, build_result
+from robotcore.runtime.run_end import build_result
 from robotcore.runtime.signals import SignalGuard, WatchdogInterrupt
 from robotcore.runtime.success_verification import Verification, verify_run
 from robotcore.runtime.time_limits import (
@@ -41,6 +41,15 @@ __all__ = ["Observer", "Run", "RunRequest", "RunResult", "run"]
 
 WAKE_UP_S = 0.3
 """The wait for new samples after a suspension of the program, in seconds."""
+
+SHUTDOWN_GRACE_S = 0.2
+"""The time limit on a forced exit for closing the robot, and for each function that gets the result, in seconds."""
+
+SHUTDOWN_THREADS = 4
+"""The number of reserved threads for the calls that may hang on a forced exit.
+
+The calls are the latch, the closing of the robot, the observers and ``on_forced_exit``.
+"""
 
 
 class _CloseTimeoutError(Exception):
@@ -65,12 +74,12 @@ class RunSession:
         timeout_scale: float,
     ) -> None:
         self._plan, self._observers, self._taps, self._signals = plan, observers, taps, signals
+        self._on_forced_exit = on_forced_exit
         self._wall, self._activity = MonotonicClock(), ActivityMonitor()
         timeout_scale *= SIMULATION_FACTOR if plan.request.gui else 1.0
         self._reserve = Reserve(self._wall)
-        self._forced_exit = ForcedExit(signals, self._reserve, [partial(notify_end, observers), on_forced_exit])
         self._watchdog = Watchdog(
-            self._activity, self._on_timeout, self._end_process, self._reserve, timeout_scale, self._note_tracer
+            self._activity, self._on_timeout, self._end_after_hang, self._reserve, timeout_scale, self._add_note
         )
         self._close_limit = close_limit(plan.backend.name)
         self._timeout_error: RobotcoreError | None = None
@@ -238,20 +247,18 @@ class RunSession:
             self._late_failure = self._late_failure or self._verification.failure
 
     def _close(self, robot: Robot) -> None:
+        # The guardian's context ends with _CloseTimeoutError if closing the robot hangs, so it stops the motors.
         self._activity.begin(self._close_limit)
         try:
             with suppress(_CloseTimeoutError), self._guardian:
-                self._close_robot(robot)
+                if self._is_hung or (self._assembled and self._assembled.motor_stops.are_hung):
+                    closing = self._reserve.call(robot.close)
+                    if not closing.is_done_within(SHUTDOWN_GRACE_S) or closing.failure:
+                        raise _CloseTimeoutError
+                else:
+                    robot.close()
         except RobotcoreError as failure:
             self._late_failure = failure
-
-    def _close_robot(self, robot: Robot) -> None:
-        if not (self._is_hung or (self._assembled and self._assembled.motor_stops.are_hung)):
-            robot.close()
-            return
-        closing = self._reserve.call(robot.close)
-        if not closing.is_done_within(SHUTDOWN_GRACE_S) or closing.failure:
-            raise _CloseTimeoutError
 
     @property
     def _latched_error(self) -> RobotcoreError:
@@ -268,31 +275,57 @@ class RunSession:
         finally:
             self._signals.interrupt_main_thread()
 
-    def _note_tracer(self, error: RobotcoreError) -> None:
-        note = f"the watchdog did not end the run, because a debugger or another tracer is active: {error}"
+    def _add_note(self, note: str) -> None:
         self._plan = replace(self._plan, notes=(*self._plan.notes, note))
         with suppress(OSError):
             os.write(2, f"note: {note}\n".encode())
 
-    def _end_process(self, error: RobotcoreError) -> None:
-        self._forced_exit.end_after_hang(error, self._build_hang_result)
-
-    def _build_hang_result(self, error: RobotcoreError) -> RunResult:
-        # The result includes the interventions that no tick recorded.
-        result = self._build_result(error, get_outcome(error))
-        unreported = self._loop.unreported_interventions if self._loop else ()
-        seconds = {**{each.cause: 0.0 for each in unreported}, **result.intervention_s}
-        return replace(result, interventions=result.interventions + len(unreported), intervention_s=seconds)
+    def _end_after_hang(self, error: RobotcoreError) -> None:
+        """End the process after the watchdog has stopped the motors, because the run's thread still hangs."""
+        try:
+            self._reserve.release_memory()
+            # The result includes the interventions that no tick recorded.
+            result = self._build_result(error, get_outcome(error))
+            unreported = self._loop.unreported_interventions if self._loop else ()
+            seconds = {**{each.cause: 0.0 for each in unreported}, **result.intervention_s}
+            self._report(replace(result, interventions=result.interventions + len(unreported), intervention_s=seconds))
+            faulthandler.dump_traceback(2)
+        finally:
+            os._exit(error.exit_status)
 
     def _stop_after_signals(self) -> None:
+        """Stop every motor and report the result. `SignalGuard` then ends the process.
+
+        Another thread trips the latch, because the last signal may have interrupted this thread in a call that hangs.
+        """
         assert self._assembled
-        self._forced_exit.stop_after_signals(
-            self._assembled, lambda error: self._build_result(error, get_outcome(error))
-        )
+        self._reserve.release_memory()
+        try:
+            trip = partial(self._assembled.latch.set, DeviceClosedError(self._assembled.robot.name))
+            self._reserve.call(trip).is_done_within(SHUTDOWN_GRACE_S)
+        finally:
+            try:
+                self._assembled.motor_stops.apply_apart()
+            finally:
+                if raised := self._signals.raised:
+                    self._report(self._build_result(raised, get_outcome(raised)))
+
+    def _report(self, result: RunResult) -> None:
+        for receive in (partial(notify_end, self._observers), self._on_forced_exit):
+            self._reserve.call(partial(receive, result)).is_done_within(SHUTDOWN_GRACE_S)
 
     def _build_result(self, error: RobotcoreError | Interrupted | None, outcome: Outcome) -> RunResult:
-        end = RunEnd(outcome, error, self._late_failure)
-        return build_result(self._plan, self._loop, self._verification, end, self._wall.now())
+        return build_result(
+            self._plan, self._loop, self._verification, outcome, error, self._late_failure, self._wall.now()
+        )
+
+
+def print_reason(result: RunResult) -> None:
+    """Print the reason of a forced exit on standard error.
+
+    The text does not pass through ``sys.stderr``, because a thread that hangs may hold its lock.
+    """
+    os.write(2, f"error: {result.reason}\n".encode())
 
 
 def _find_cause(error: BaseException) -> RobotcoreError | Interrupted | None:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import ctypes
 import os
 import signal
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from types import FrameType, TracebackType
 from typing import Any, NoReturn
 
@@ -54,7 +53,7 @@ class SignalGuard:
 
     def __init__(self) -> None:
         self._thread = threading.get_ident()
-        self._is_masked = self._is_deferred = self._is_interrupted = False
+        self._is_masked = self._is_deferred = False
         self.raised: Interrupted | None = None
         """The exception of the last signal."""
         self._last_resort: Callable[[], object] = lambda: None
@@ -65,17 +64,10 @@ class SignalGuard:
         self._before_suspension: Callable[[], object] = lambda: None
         self._after_suspension: Callable[[], object] = lambda: None
 
-    @property
-    def is_in_main_thread(self) -> bool:
-        """Whether the context was entered in the main thread. In another thread it handles no signals."""
-        return bool(self._before)
-
     def mask(self) -> None:
         """Ignore all further signals. A run calls this before it closes the robot."""
         self._is_masked = True
         self._is_suspension_deferred = False
-        if self._is_interrupted:
-            _cancel_interrupt()
 
     @contextmanager
     def defer(self) -> Iterator[None]:
@@ -125,18 +117,12 @@ class SignalGuard:
             self._suspend(number)
 
     def interrupt_main_thread(self) -> None:
-        """Raise WatchdogInterrupt in the thread that created this guard. The watchdog's thread calls this method.
+        """Raise WatchdogInterrupt in the main thread, also in a call that waits. The watchdog's thread calls this.
 
-        After a call of `mask` this does nothing. A waiting call in the main thread is interrupted. A waiting call in
-        another thread is not, so the exception is raised when the call returns.
+        After a call of `mask`, or if the guard was created in another thread, this does nothing.
         """
-        if self._is_masked:
-            return
-        if self.is_in_main_thread:
+        if self._before and not self._is_masked:
             signal.pthread_kill(self._thread, WATCHDOG_SIGNAL)
-        else:
-            self._is_interrupted = True
-            _raise_in(self._thread, WatchdogInterrupt)
 
     def __enter__(self) -> SignalGuard:
         if threading.current_thread() is threading.main_thread():
@@ -196,26 +182,6 @@ class SignalGuard:
             self._last_resort()
         finally:
             end_by_signal(number)
-
-
-class _CancelInterrupt(BaseException):
-    pass
-
-
-def _raise_in(thread: int, kind: type[BaseException]) -> None:
-    # The exception is raised as soon as the thread executes Python code.
-    ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), ctypes.py_object(kind))
-
-
-def _cancel_interrupt() -> None:
-    """Replace the pending exception of this thread by _CancelInterrupt, and catch it.
-
-    CPython 3.11 hangs if a pending exception is cleared directly while a debugger is attached.
-    """
-    with suppress(_CancelInterrupt):
-        _raise_in(threading.get_ident(), _CancelInterrupt)
-        while True:
-            pass
 
 
 def _is_handled(number: int) -> bool:

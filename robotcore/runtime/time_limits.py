@@ -28,22 +28,22 @@ In a run with a window it multiplies every time limit, because a simulator stops
 
 def open_limit(backend: str) -> TimeLimit:
     """Return the time limit for opening a robot."""
-
-    def overdue(seconds: float, _frame: FrameType | None) -> BackendError:
-        return BackendError(
-            f"the backend {backend!r} did not open the robot within {seconds:.0f} s. Check that the simulator or board "
-            "that it connects to answers",
+    advice = "Check that the simulator or board that it connects to answers"
+    return TimeLimit(
+        OPENING_S,
+        lambda seconds, _: BackendError(
+            f"the backend {backend!r} did not open the robot within {seconds:.0f} s. {advice}",
             kind="opening-timeout",
             seconds=seconds,
-        )
-
-    return TimeLimit(OPENING_S, overdue, GRACE_S)
+        ),
+        GRACE_S,
+    )
 
 
 def step_limit(app: Behaviour, limit_s: float) -> TimeLimit:
     """Return the time limit for an app's step."""
 
-    def overdue(seconds: float, frame: FrameType | None) -> WatchdogError:
+    def build_error(seconds: float, frame: FrameType | None) -> WatchdogError:
         kind, state = type(app), str(app.state)
         return WatchdogError(
             f"{kind.__name__}.step did not return within {seconds:.1f} s, in state {state!r}{_line(kind, frame)}. "
@@ -53,49 +53,40 @@ def step_limit(app: Behaviour, limit_s: float) -> TimeLimit:
             state=state,
         )
 
-    return TimeLimit(limit_s, overdue, GRACE_S)
+    return TimeLimit(limit_s, build_error, GRACE_S)
 
 
 def observer_limit(limit_s: float) -> TimeLimit:
     """Return the time limit for the observers in one tick."""
-
-    def overdue(seconds: float, frame: FrameType | None) -> WatchdogError:
-        line = _innermost(frame)
-        return WatchdogError(
-            f"an observer of the run did not return within {seconds:.1f} s: {line}",
+    return TimeLimit(
+        limit_s,
+        lambda seconds, frame: WatchdogError(
+            f"an observer of the run did not return within {seconds:.1f} s: {_innermost(frame)}",
             kind="observer-timeout",
             seconds=seconds,
-            line=line,
-        )
-
-    return TimeLimit(limit_s, overdue, GRACE_S)
+            line=_innermost(frame),
+        ),
+        GRACE_S,
+    )
 
 
 def judge_limit(judge: Behaviour, backend: str) -> TimeLimit:
     """Return the time limit for the judge's ``verify``, which also reads the true state of the simulator."""
 
-    def overdue(seconds: float, frame: FrameType | None) -> RobotcoreError:
-        kind = type(judge)
-        if line := _line(kind, frame):
-            return WatchdogError(
-                f"{kind.__name__}.verify did not return within {seconds:.1f} s{line}", kind="verify-timeout"
-            )
-        return BackendError(
-            f"the backend {backend!r} did not return the simulator's truth within {seconds:.1f} s", kind="truth-timeout"
-        )
+    def build_error(seconds: float, frame: FrameType | None) -> RobotcoreError:
+        if line := _line(type(judge), frame):
+            text = f"{type(judge).__name__}.verify did not return within {seconds:.1f} s{line}"
+            return WatchdogError(text, kind="verify-timeout")
+        text = f"the backend {backend!r} did not return the simulator's truth within {seconds:.1f} s"
+        return BackendError(text, kind="truth-timeout")
 
-    return TimeLimit(CLOSING_S, overdue, 0.0)
+    return TimeLimit(CLOSING_S, build_error, 0.0)
 
 
 def close_limit(backend: str) -> TimeLimit:
     """Return the time limit for closing a robot. A longer close ends the process."""
-
-    def overdue(seconds: float, _frame: FrameType | None) -> BackendError:
-        return BackendError(
-            f"the backend {backend!r} did not close the robot within {seconds:.1f} s", kind="closing-timeout"
-        )
-
-    return TimeLimit(CLOSING_S, overdue, 0.0)
+    text = f"the backend {backend!r} did not close the robot within"
+    return TimeLimit(CLOSING_S, lambda seconds, _: BackendError(f"{text} {seconds:.1f} s", kind="closing-timeout"), 0.0)
 
 
 def _line(kind: type, frame: FrameType | None) -> str:

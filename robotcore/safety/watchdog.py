@@ -127,6 +127,9 @@ PERIOD_S = 0.05
 FIRST_TICK_S = 30.0
 """The least time limit in the first tick, in seconds. Nothing moves yet, and an app may import libraries."""
 
+NOTICE_S = 3.0
+"""The duration of a first tick that is reported, in seconds."""
+
 
 class Watchdog:
     """Measures how long the loop's thread has been in one activity, and reports an exceeded time limit.
@@ -138,9 +141,8 @@ class Watchdog:
     end: a function that gets the error if the loop's thread does not continue within the grace time of its limit.
     reserve: the reserved memory. The watchdog releases it if the process has no other memory left.
     scale: a factor that multiplies every limit.
-    report_tracer: a function that gets the error of the first limit that is exceeded under a debugger or another
-    tracer.
-    The run then goes on.
+    report: a function that gets a note if the run goes on: about the first limit that is exceeded under a debugger or
+    another tracer, and about a first tick that has lasted for `NOTICE_S`.
 
     >>> timeout = Event()
     >>> monitor = ActivityMonitor()
@@ -162,13 +164,13 @@ class Watchdog:
         end: Callable[[RobotcoreError], object],
         reserve: Reserve,
         scale: float = 1.0,
-        report_tracer: Callable[[RobotcoreError], object] = lambda _: None,
+        report: Callable[[str], object] = lambda _: None,
     ) -> None:
         self._monitor, self._on_timeout, self._end, self._scale = monitor, on_timeout, end, scale
         self._activity_timer, self._call_timer = _StallTimer(), _StallTimer()
         self._timeout: _Timeout | None = None
-        self._reserve, self._report_tracer = reserve, report_tracer
-        self._has_reported_tracer = False
+        self._reserve, self._report = reserve, report
+        self._has_reported_tracer = self._has_reported_first_tick = False
         self._is_closed = Event()
         self._thread: Thread | None = None
 
@@ -206,21 +208,30 @@ class Watchdog:
             self._time_out(call)
         elif activity and activity_s > self._limit_of(activity):
             self._time_out(activity)
+        elif activity and monitor.ticks == 1 and activity_s > NOTICE_S and not self._has_reported_first_tick:
+            self._has_reported_first_tick = True
+            error = activity.error(NOTICE_S, self._get_frame())
+            self._report(f"{error}. A first tick that lasts {self._limit_of(activity):g} s ends the run")
 
     def _limit_of(self, limit: TimeLimit) -> float:
         limit_s = max(limit.limit_s, FIRST_TICK_S) if self._monitor.ticks <= 1 else limit.limit_s
         return limit_s * self._scale
 
     def _time_out(self, limit: TimeLimit) -> None:
-        frame = sys._current_frames().get(self._monitor.thread)  # noqa: SLF001  Python offers no public function
+        frame = self._get_frame()
         error = limit.error(self._limit_of(limit), frame)
         if is_debugged(frame):
             if not self._has_reported_tracer:
                 self._has_reported_tracer = True
-                self._report_tracer(error)
+                self._report(
+                    f"the watchdog did not end the run, because a debugger or another tracer is active: {error}"
+                )
             return
         self._timeout = _Timeout(error, self._monitor.activities, limit.grace_s)
         self._on_timeout(error)
+
+    def _get_frame(self) -> FrameType | None:
+        return sys._current_frames().get(self._monitor.thread)  # noqa: SLF001  Python offers no public function
 
     def _wait_for_return(self, timeout: _Timeout, passed_s: float) -> None:
         timeout.left_s -= passed_s

@@ -1,4 +1,7 @@
-"""A run of null devices that a test interrupts: ``python -m tests.robotcore.runtime.interrupted_run APP``."""
+"""A run of null devices that a test interrupts.
+
+Start it with ``python -m tests.robotcore.runtime.interrupted_run APP [in_a_thread]``.
+"""
 
 from __future__ import annotations
 
@@ -104,14 +107,24 @@ def main() -> int:
         rig_state = {"wheels": rig.wheels, "releases": [rig.left.releases, rig.right.releases]}
         write(json.dumps({**json.loads(result.to_json()), **rig_state}))
 
+    results: list[RunResult] = []
+
+    def perform() -> None:
+        results.append(run(RunRequest("app", timeout_s=1e9), [EndObserver()], on_forced_exit=write_all))
+
     with (
         patch("robotcore.runtime.plan.load_backend", lambda _: backend),
         patch("robotcore.runtime.plan.load_app", lambda _: object),
         patch("robotcore.runtime.plan.configure", lambda *_: App(step)),
     ):
-        result = run(RunRequest("app", timeout_s=1e9), [EndObserver()], on_forced_exit=write_all)
-    write_all(result)
-    return result.exit_status
+        if "in_a_thread" in sys.argv:
+            thread = threading.Thread(target=perform)
+            thread.start()
+            thread.join()
+        else:
+            perform()
+    write_all(results[0])
+    return results[0].exit_status
 
 
 if __name__ == "__main__":

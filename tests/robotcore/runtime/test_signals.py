@@ -196,15 +196,16 @@ def test_signal_stops_the_motors_and_ends_the_run(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("app", ["impervious", "beyond_python"])
-def test_process_of_an_app_that_never_returns_ends_after_stop_and_report(app: str) -> None:
-    command = [sys.executable, "-m", "tests.robotcore.runtime.interrupted_run", app]
+@pytest.mark.parametrize("app", [["impervious"], ["beyond_python"], ["hung", "in_a_thread"]])
+def test_process_of_an_app_that_never_returns_ends_after_stop_and_report(app: list[str]) -> None:
+    command = [sys.executable, "-m", "tests.robotcore.runtime.interrupted_run", *app]
     ended = subprocess.run(command, cwd=RUN.parents[3], capture_output=True, text=True, timeout=60, check=False)
     moving, *_, observed, result = ended.stdout.splitlines()
     assert (moving, observed) == ("moving", "observed")
     assert ended.returncode == 4
     assert json.loads(result)["outcome"] == "stopped"
     assert json.loads(result)["wheels"] == [0.0, 0.0]
+    assert f"in {app[0]}" in ended.stderr, "the lines of every thread"
 
 
 @pytest.mark.slow

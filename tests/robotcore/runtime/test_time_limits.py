@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
 import sys
 import threading
 from collections.abc import Iterator
@@ -18,7 +17,7 @@ from robotcore.hal.robot import Robot
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.runtime.behaviour import Status
 from robotcore.runtime.plan import RunRequest
-from robotcore.runtime.result import Outcome, RunResult
+from robotcore.runtime.result import Outcome
 from robotcore.runtime.time_limits import judge_limit
 from robotcore.runtime.trace import TickRecord
 from robotcore.safety.motor_stop import STOP_S
@@ -226,39 +225,3 @@ def test_backend_that_does_not_open_the_robot_ends_the_run(
     assert (result.outcome, result.exit_status, result.ticks) == (Outcome.ERROR, 3, 0)
     assert isinstance(result.error, BackendError)
     assert result.error.kind == "opening-timeout"
-
-
-RUN_THEN_TRACE = """
-import sys, threading
-from robotcore import RunRequest, run
-
-thread = threading.Thread(target=run, args=(RunRequest("avoid-obstacles", timeout_s=0.2),))
-thread.start()
-thread.join()
-sys.settrace(lambda *_: None)
-threading.active_count()
-"""
-"""This program runs in another process, so that the test can end it if it hangs."""
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(sys.gettrace() is not None, reason="an exception that is raised in a thread may end in its tracer")
-def test_run_outside_the_main_thread_is_interrupted_in_python_code(
-    perform: Runner, backend: RigBackend, hasty: RunRequest
-) -> None:
-    def burn(robot: Robot) -> None:
-        while True:
-            pass
-
-    results: list[RunResult] = []
-    thread = threading.Thread(target=lambda: results.append(perform(drive_then(burn), hasty)))
-    thread.start()
-    thread.join(60)
-    (result,) = results
-    assert isinstance(result.error, WatchdogError)
-    assert backend.rig.wheels == (0.0, 0.0)
-
-
-@pytest.mark.slow
-def test_tracer_works_after_a_run_outside_the_main_thread() -> None:
-    subprocess.run([sys.executable, "-c", RUN_THEN_TRACE], check=True, timeout=60)

@@ -13,7 +13,7 @@ from robotcore.errors import DeviceError, RobotcoreError, WatchdogError
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.safety import ActivityMonitor, TimeLimit, Watchdog
 from robotcore.safety.thread_reserve import Reserve
-from robotcore.safety.watchdog import FIRST_TICK_S, RunnableTime, is_debugged
+from robotcore.safety.watchdog import FIRST_TICK_S, NOTICE_S, RunnableTime, is_debugged
 
 SECOND_NS = 1_000_000_000
 
@@ -71,7 +71,10 @@ class Bench:
         self.monitor.ticks = 2
         self.timeouts: list[RobotcoreError] = []
         self.ends: list[RobotcoreError] = []
-        self.watchdog = Watchdog(self.monitor, self.timeouts.append, self.ends.append, Reserve(MonotonicClock()), scale)
+        self.notes: list[str] = []
+        self.watchdog = Watchdog(
+            self.monitor, self.timeouts.append, self.ends.append, Reserve(MonotonicClock()), scale, self.notes.append
+        )
 
     def pass_time(self, seconds: float) -> None:
         for _ in range(round(seconds * 20)):
@@ -140,6 +143,15 @@ def test_first_tick_has_a_longer_limit(bench: Bench) -> None:
     assert not bench.timeouts
     bench.pass_time(0.2)
     assert bench.timeouts
+
+
+def test_long_first_tick_is_reported_once(bench: Bench) -> None:
+    bench.monitor.ticks = 1
+    bench.monitor.begin(STEP)
+    bench.pass_time(NOTICE_S)
+    assert not bench.notes
+    bench.pass_time(NOTICE_S)
+    assert [note.partition(",")[0] for note in bench.notes] == ["the app"]
 
 
 def test_scale_is_a_factor_on_every_limit() -> None:

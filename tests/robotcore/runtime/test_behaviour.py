@@ -1,0 +1,29 @@
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+APP = """
+from robotcore import Behaviour, RunRequest, Status, run
+
+class App(Behaviour):
+    def step(self, robot):
+        return Status.SUCCESS
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "last_line, is_advised", [("", True), ("run(RunRequest(App))", False), ("raise ValueError('typo')", False)]
+)
+def test_script_that_defines_an_app_and_runs_none_says_how_to_run_it(
+    tmp_path: Path, last_line: str, *, is_advised: bool
+) -> None:
+    file = tmp_path / "my_app.py"
+    file.write_text(APP + last_line)
+    ended = subprocess.run([sys.executable, str(file)], capture_output=True, text=True, check=False)
+    advice = f"note: {file} defines the app App, but does not run it. Run it: robotcore run {file}\n"
+    assert (ended.stderr == advice) == is_advised
