@@ -97,24 +97,18 @@ class MotorLines(Cutoff):
         except HeldError:
             if self._owner is None:
                 raise
-            self._claim_from(self._owner)
+            if self._is_turning:
+                if not self._owner.is_ending():
+                    self._report = f"killed process {self._pid}, which was silent while its motors turned"
+                self._owner.kill()
+            if self._owner.has_ended_within(RELEASE_S) or self._is_turning:
+                self._chip.claim_low(self._lines)
         return self._report
 
     def close(self) -> None:
         self._chip.close()
         if self._owner:
             self._owner.close()
-
-    def _claim_from(self, owner: Owner) -> None:
-        if self._is_turning:
-            self._kill(owner)
-        if owner.has_ended_within(RELEASE_S) or self._is_turning:
-            self._chip.claim_low(self._lines)
-
-    def _kill(self, owner: Owner) -> None:
-        if not owner.is_ending():
-            self._report = f"killed process {self._pid}, which was silent while its motors turned"
-        owner.kill()
 
 
 _FLAGS = 6

@@ -5,8 +5,9 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
+from dataclasses import replace
 from functools import partial
-from typing import Annotated, Generic, TypeVar
+from typing import Annotated, ClassVar, Generic, TypeVar
 
 from pydantic import Field
 
@@ -67,7 +68,7 @@ SettingsT = TypeVar("SettingsT", bound=MotorSettings)
 
 
 class MotorDriver(DeviceDriver[MotorDescription, SettingsT], Generic[SettingsT]):
-    """The base class of the drivers of motors on GPIOs. A subclass defines the lines and their levels.
+    """The base class of the drivers of motors on GPIOs. A subclass defines the signals and their levels.
 
     A new duty takes effect with the next cycle of lgpio's software PWM, up to ``1 / frequency_hz`` seconds later. A
     stop takes effect at once.
@@ -79,24 +80,20 @@ class MotorDriver(DeviceDriver[MotorDescription, SettingsT], Generic[SettingsT])
     remedy = "pip install 'robotcore[pi]'"
     reports_direction = True
 
-    @abstractmethod
-    def wires(self, settings: SettingsT) -> Sequence[Connection]:
-        """Return the connections to the motor's own GPIOs, without standby. The motor stands if all of them are low."""
+    signals: ClassVar[tuple[str, ...]]
+    """The keys of the settings with the motor's own GPIOs. A GPIO without a level is high while the motor is open."""
 
     @abstractmethod
     def levels(self, settings: SettingsT, duty: float) -> Mapping[int, float]:
-        """Return the level of each GPIO at a duty from -1 to 1, without enable. The GPIOs with PWM are the last ones.
+        """Return the level of each GPIO at a duty from -1 to 1, in the order in which the levels are set.
 
-        If the level of all GPIOs with PWM is 0, the motor stands.
+        A GPIO whose level is a bool has no PWM. If all others are low, the motor stands.
         """
 
-    @abstractmethod
-    def find_pwm_lines(self, settings: SettingsT) -> tuple[int, ...]:
-        """Return the GPIOs with PWM."""
-
-    def find_enable_line(self, settings: SettingsT) -> int | None:
-        """Return the GPIO that is high while the motor is open; None if there is none."""
-        return None
+    def wires(self, settings: SettingsT) -> Sequence[Connection]:
+        """Return the connections to the motor's own GPIOs, without standby."""
+        lines = ((signal, getattr(settings, signal)) for signal in self.signals)
+        return [gpio(signal, line) for signal, line in lines if line is not None]
 
     def connections(self, settings: SettingsT) -> Sequence[Connection]:
         wires = self.wires(settings)
@@ -133,28 +130,29 @@ class MotorDriver(DeviceDriver[MotorDescription, SettingsT], Generic[SettingsT])
             return ()
         if settings.standby is not None:
             return (CutoffSpec(description.name, "drivers.raspberrypi.cutoff:StandbyLine", {"line": settings.standby}),)
-        lines = {"lines": [int(wire.where) for wire in self.wires(settings)], "owner": host.owner}
+        lines = {"lines": self._find_lines(settings), "owner": host.owner}
         return (CutoffSpec(description.name, "drivers.raspberrypi.cutoff:MotorLines", lines, MAX_SILENCE_S),)
 
     def _open_bridge(self, name: str, settings: SettingsT, host: Host) -> Bridge:
-        with_pwm, enable = self.find_pwm_lines(settings), self.find_enable_line(settings)
         with ExitStack() as opened:
-            outputs = {
-                line: open_output(
-                    name, line, host.pins, opened, frequency_hz=settings.frequency_hz if line in with_pwm else None
-                )
-                for line in self.levels(settings, 0.0)
-            }
-            if enable is not None:
-                open_output(name, enable, host.pins, opened, is_high=True)
+            outputs = {}
+            for line, level in self.levels(settings, 0.0).items():
+                frequency_hz = None if isinstance(level, bool) else settings.frequency_hz
+                outputs[line] = open_output(name, line, host.pins, opened, frequency_hz=frequency_hz)
+            for line in self._find_lines(settings):
+                if line not in outputs:
+                    open_output(name, line, host.pins, opened, is_high=True)
             return Bridge(name, outputs, partial(self.levels, settings), opened.pop_all())
 
-    def _find_turning_lines(self, settings: SettingsT) -> tuple[int, ...]:
+    def _find_lines(self, settings: SettingsT) -> list[int]:
+        return [int(wire.where) for wire in self.wires(settings)]
+
+    def _find_turning_lines(self, settings: SettingsT) -> list[int]:
         """Return the GPIOs that may turn the motor if they are high."""
         if settings.standby is not None:
-            return (settings.standby,)
-        enable = self.find_enable_line(settings)
-        return (*self.find_pwm_lines(settings), *(() if enable is None else (enable,)))
+            return [settings.standby]
+        levels = self.levels(settings, 0.0)
+        return [line for line in self._find_lines(settings) if not isinstance(levels.get(line), bool)]
 
 
 INPUTS = (
@@ -196,25 +194,16 @@ class HBridge(MotorDriver[HBridgeSettings]):
     settings = HBridgeSettings
     aliases = ("l298", "tb6612", "drv8833", "l9110", "mx1508")
 
+    signals = ("forward", "backward", "pwm", "enable")
+
     def wires(self, settings: HBridgeSettings) -> Sequence[Connection]:
         remedy = "use the key 'standby' in place of 'enable', because motors may share a standby line"
-        wires = [gpio("forward", settings.forward), gpio("backward", settings.backward)]
-        if settings.pwm is not None:
-            wires.append(gpio("pwm", settings.pwm))
-        if settings.enable is not None:
-            wires.append(gpio("enable", settings.enable, remedy=remedy))
-        return wires
+        return [replace(wire, remedy=remedy if wire.signal == "enable" else "") for wire in super().wires(settings)]
 
     def levels(self, settings: HBridgeSettings, duty: float) -> Mapping[int, float]:
         if settings.pwm is None:
             return {settings.forward: max(duty, 0), settings.backward: max(-duty, 0)}
         return {settings.forward: duty > 0, settings.backward: duty < 0, settings.pwm: abs(duty)}
-
-    def find_pwm_lines(self, settings: HBridgeSettings) -> tuple[int, ...]:
-        return (settings.forward, settings.backward) if settings.pwm is None else (settings.pwm,)
-
-    def find_enable_line(self, settings: HBridgeSettings) -> int | None:
-        return settings.enable
 
     def notes(self, description: MotorDescription, settings: HBridgeSettings) -> Sequence[str]:
         return (*super().notes(description, settings), INPUTS)
@@ -240,12 +229,7 @@ class PhaseEnable(MotorDriver[PhaseEnableSettings]):
     summary = "a motor on a board with a direction input and a PWM input: DRV8835, DRV8838, MAX14870"
     settings = PhaseEnableSettings
     aliases = ("drv8835", "drv8838", "max14870", "tb67h420", "md10c")
-
-    def wires(self, settings: PhaseEnableSettings) -> Sequence[Connection]:
-        return gpio("enable", settings.enable), gpio("phase", settings.phase)
+    signals = ("enable", "phase")
 
     def levels(self, settings: PhaseEnableSettings, duty: float) -> Mapping[int, float]:
         return {settings.phase: duty < 0, settings.enable: abs(duty)}
-
-    def find_pwm_lines(self, settings: PhaseEnableSettings) -> tuple[int, ...]:
-        return (settings.enable,)

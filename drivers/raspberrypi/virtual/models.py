@@ -19,6 +19,7 @@ from robotcore.hal.clock import MIN_PHYSICS_RATE_HZ, Clock, SteppedClock
 from robotcore.hal.devices import Encoder, Motor, RangeSensor
 from robotcore.hal.robot import Robot
 from robotcore.hardware import DeviceBinding
+from robotcore.hardware.motor_model import MotorModel
 
 PI_4B = "c03115"
 """The revision code of the simulated board, a Raspberry Pi 4B.
@@ -196,39 +197,30 @@ class VirtualEcho:
             self._clock.call_at(at, edge)
 
 
-Velocity = Callable[[float], float]
-"""A function that returns a motor's velocity in rad/s for its duty from -1 to 1."""
+def wire_motor(motor: Motor, model: MotorModel, pins: Sequence[VirtualPin], duty: Callable[..., float]) -> None:
+    """Connect a motor to the pins of its board.
 
-
-def wire_two_inputs(
-    motor: Motor, velocity: Velocity, forward: VirtualPin, backward: VirtualPin, gates: Sequence[VirtualPin] = ()
-) -> None:
-    """Connect a motor to pins by an H-bridge with an input for each direction. Equal inputs brake the motor.
-
-    velocity: the motor's velocity at each duty.
-    gates: the pins of the inputs that enable the H-bridge, such as PWMA. Their duties scale the motor's duty.
+    duty: returns the duty from -1 to 1 for the levels of the pins, such as `read_two_inputs`.
     """
-    _turn_on_change(
-        lambda: (forward.state - backward.state) * math.prod(gate.state for gate in gates),
-        motor,
-        velocity,
-        (forward, backward, *gates),
-    )
 
+    def turn() -> None:
+        motor.set_velocity(model.velocity(duty(*(float(pin.state) for pin in pins))))
 
-def wire_phase_and_enable(motor: Motor, velocity: Velocity, phase: VirtualPin, enable: VirtualPin) -> None:
-    """Connect a motor to pins by an H-bridge with a direction input.
-
-    velocity: the motor's velocity at each duty.
-    phase: the pin that is high to turn backward.
-    enable: the pin with the duty.
-    """
-    _turn_on_change(lambda: -enable.state if phase.state else enable.state, motor, velocity, (phase, enable))
-
-
-def _turn_on_change(duty: Callable[[], float], motor: Motor, velocity: Velocity, pins: Iterable[VirtualPin]) -> None:
     for pin in pins:
-        pin.on_change(lambda: motor.set_velocity(velocity(float(duty()))))
+        pin.on_change(turn)
+
+
+def read_two_inputs(forward: float, backward: float, *gates: float) -> float:
+    """Return the duty of an H-bridge with an input for each direction. Equal inputs brake the motor.
+
+    gates: the levels of the inputs that enable the H-bridge, such as PWMA. Their duties scale the motor's duty.
+    """
+    return (forward - backward) * math.prod(gates)
+
+
+def read_phase_and_enable(phase: float, enable: float) -> float:
+    """Return the duty of a board with a direction input, which is high to turn backward."""
+    return -enable if phase else enable
 
 
 MODELLED = (HBridgeSettings, PhaseEnableSettings, QuadratureSettings, PulsesSettings, UltrasonicSettings)
@@ -249,10 +241,10 @@ def connect_pins(binding: DeviceBinding, simulated: Robot, pins: VirtualPins, is
     pin, clock = pins.pin, simulated.clock
     match binding.settings, binding.description, simulated.devices[binding.name]:
         case HBridgeSettings() as on, _, Motor() as motor:
-            gates = [pin(number) for number in (on.pwm, on.enable) if number is not None]
-            wire_two_inputs(motor, on.model.velocity, pin(on.forward), pin(on.backward), gates)
+            lines = (on.forward, on.backward, on.pwm, on.enable)
+            wire_motor(motor, on.model, [pin(line) for line in lines if line is not None], read_two_inputs)
         case PhaseEnableSettings() as on, _, Motor() as motor:
-            wire_phase_and_enable(motor, on.model.velocity, pin(on.phase), pin(on.enable))
+            wire_motor(motor, on.model, [pin(on.phase), pin(on.enable)], read_phase_and_enable)
         case QuadratureSettings() | PulsesSettings() as on, EncoderDescription() as description, Encoder() as encoder:
             numbers, levels = ((on.a, on.b), QUADRATURE) if isinstance(on, QuadratureSettings) else ((on.gpio,), SLOTS)
             disc = Disc(encoder, math.tau / on.edges_per_turn(description), levels, [pin(each) for each in numbers])

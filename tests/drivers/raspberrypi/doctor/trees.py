@@ -9,21 +9,13 @@ from robotcore.description import AnyDevice, StrictModel, load_robot
 from robotcore.hal.devices import Device
 from robotcore.hardware import Connection, DeviceBinding, DeviceDriver, Host
 
-ELF_64, ELF_32 = b"\x7fELF\x02\x01\x01", b"\x7fELF\x01\x01\x01"
-
-BOOKWORM = 'PRETTY_NAME="Debian GNU/Linux 12 (bookworm)"\nID=debian\nVERSION_CODENAME=bookworm\n'
-TRIXIE = 'PRETTY_NAME="Debian GNU/Linux 13 (trixie)"\nID=debian\nVERSION_CODENAME=trixie\n'
-BULLSEYE = 'PRETTY_NAME="Raspbian GNU/Linux 11 (bullseye)"\nID=raspbian\nVERSION_CODENAME=bullseye\n'
-
 GROUPS = "root:x:0:\nvideo:x:44:pi\ngpio:x:986:pi\ni2c:x:994:pi\n"
 
 Tree = Mapping[str, str | bytes]
 
 PI_4_BOOKWORM: Tree = {
     "proc/device-tree/model": "Raspberry Pi 4 Model B Rev 1.4\0",
-    "proc/self/exe": ELF_64,
     "proc/self/status": "Name:\tpython\nGroups:\t44 986 994 1000 \n",
-    "etc/os-release": BOOKWORM,
     "etc/group": GROUPS,
     "sys/module/pinctrl_bcm2835/parameters/persist_gpio_outputs": "N\n",
     "sys/class/video4linux/video0/name": "unicam-image\n",
@@ -36,9 +28,7 @@ PI_4_BOOKWORM: Tree = {
 
 PI_5_TRIXIE: Tree = {
     "proc/device-tree/model": "Raspberry Pi 5 Model B Rev 1.0\0",
-    "proc/self/exe": ELF_64,
     "proc/self/status": "Name:\tpython\nGroups:\t44 986 994 1000 \n",
-    "etc/os-release": TRIXIE,
     "etc/group": GROUPS,
     "sys/module/pinctrl_bcm2835/parameters/persist_gpio_outputs": "N\n",
     "sys/module/pinctrl_rp1/parameters/persist_gpio_outputs": "N\n",
@@ -52,9 +42,7 @@ PI_5_TRIXIE: Tree = {
 
 BROKEN: Tree = {
     "proc/device-tree/model": "Raspberry Pi 3 Model B Plus Rev 1.3\0",
-    "proc/self/exe": ELF_32,
     "proc/self/status": "Name:\tpython\nGroups:\t1000 \n",
-    "etc/os-release": BULLSEYE,
     "etc/group": "root:x:0:\nvideo:x:44:\ngpio:x:986:pi\n",
     "sys/module/pinctrl_bcm2835/parameters/persist_gpio_outputs": "Y\n",
     "sys/class/video4linux/video10/name": "bcm2835-codec-decode\n",

@@ -16,10 +16,12 @@ from drivers.raspberrypi.virtual.models import (
     Disc,
     VirtualEcho,
     VirtualPins,
-    wire_phase_and_enable,
-    wire_two_inputs,
+    read_phase_and_enable,
+    read_two_inputs,
+    wire_motor,
 )
 from robotcore.hal.clock import SteppedClock
+from robotcore.hardware.motor_model import MotorModel
 from tests.drivers.raspberrypi.virtual.fakes import FakeEncoder, FakeMotor, FakeRange
 
 EDGE = 0.01
@@ -195,33 +197,24 @@ def test_both_edges_come_at_once_while_the_robot_opens(nose: Module) -> None:
     assert nose.edges[1][0] - nose.edges[0][0] == pytest.approx(2 * 1.7 / SPEED)
 
 
+MODEL = MotorModel(forward_rad_s=10.0, backward_rad_s=10.0)
+
+
 @pytest.mark.parametrize(
-    "wire, board", [(wire_two_inputs, Motor), (wire_phase_and_enable, PhaseEnableMotor)], ids=["two inputs", "phase"]
+    "duty, board", [(read_two_inputs, Motor), (read_phase_and_enable, PhaseEnableMotor)], ids=["two inputs", "phase"]
 )
-def test_a_board_turns_the_wheel_at_once(wire: Callable[..., None], board: type[Motor], pins: VirtualPins) -> None:
+def test_a_board_turns_the_wheel_at_once(duty: Callable[..., float], board: type[Motor], pins: VirtualPins) -> None:
     wheel = FakeMotor()
-    wire(wheel, lambda duty: 10 * duty, pins.pin(17), pins.pin(27))
+    wire_motor(wheel, MODEL, [pins.pin(17), pins.pin(27)], duty)
     with board(17, 27, pin_factory=pins) as motor:
-        for duty in (0.5, -0.25, 0.0, 0.5):
-            motor.value = duty
-            assert wheel.velocity == pytest.approx(10 * duty)
+        for value in (0.5, -0.25, 0.0, 0.5):
+            motor.value = value
+            assert wheel.velocity == pytest.approx(10 * value)
     assert wheel.velocity == 0
 
 
-def test_gates_scale_the_duty_and_equal_inputs_brake(pins: VirtualPins) -> None:
-    wheel = FakeMotor()
-    wire_two_inputs(wheel, lambda duty: 10 * duty, pins.pin(17), pins.pin(27), [pins.pin(13), pins.pin(22)])
-    with (
-        OutputDevice(17, initial_value=True, pin_factory=pins),
-        OutputDevice(27, pin_factory=pins) as backward,
-        PWMOutputDevice(13, pin_factory=pins) as pwm,
-        OutputDevice(22, initial_value=True, pin_factory=pins) as enable,
-    ):
-        assert wheel.velocity == 0
-        pwm.value = 0.5
-        assert wheel.velocity == 5
-        enable.off()
-        assert wheel.velocity == 0
-        enable.on()
-        backward.on()
-        assert wheel.velocity == 0
+def test_gates_scale_the_duty_and_equal_inputs_brake() -> None:
+    assert read_two_inputs(1.0, 0.0, 0.5, 1.0) == 0.5
+    assert read_two_inputs(0.0, 1.0, 0.5) == -0.5
+    assert read_two_inputs(1.0, 0.0, 0.5, 0.0) == 0.0
+    assert read_two_inputs(1.0, 1.0, 0.5) == 0.0

@@ -1,0 +1,231 @@
+"""Checks of the GPIOs, permissions, buses, serial ports and cameras that a robot needs."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Collection, Iterable, Iterator
+from pathlib import Path
+
+from drivers.raspberrypi.cameras.csi import import_picamera2
+from drivers.raspberrypi.chip import find_holder
+from drivers.raspberrypi.doctor.system import read_model, read_text
+from drivers.raspberrypi.header import HEADER_BUS, HEADER_PORTS
+from drivers.raspberrypi.lg import find_chip_number, load
+from robotcore.errors import DeviceError
+from robotcore.hal.check_finding import Finding
+from robotcore.hardware import DeviceBinding
+
+IN_USE = 1
+"""The flag of a GPIO line that a program or the kernel holds. Source: lgpio's manual, gpio_get_line_info."""
+
+
+def find_holders(gpios: Collection[int]) -> dict[int, str]:
+    """Return the holders of the given GPIOs, such as ``process 12 (python3)``. Free GPIOs are left out."""
+    lgpio = load()
+    chip = lgpio.gpiochip_open(find_chip_number())
+    try:
+        return {gpio: find_holder(gpio) for gpio in gpios if lgpio.gpio_get_line_info(chip, gpio)[2] & IN_USE}
+    finally:
+        lgpio.gpiochip_close(chip)
+
+
+def check_pins(bindings: Iterable[DeviceBinding]) -> Iterator[Finding]:
+    """Check that no program holds a GPIO of these devices.
+
+    The GPIOs of I2C devices are not checked, because the kernel holds the lines of the bus.
+    """
+    owners = {
+        int(wire.where): binding.name
+        for binding in bindings
+        if all(wire.bus != "I2C" for wire in binding.connections)
+        for wire in binding.connections
+        if wire.bus == "GPIO"
+    }
+    held = find_holders(sorted(owners)) if owners else {}
+    for gpio, holder in held.items():
+        message = f"GPIO {gpio} ({owners[gpio]}) is held by {holder}"
+        yield Finding.error("pins", message, "End that program, or connect the device elsewhere", kind="gpio-held")
+    if owners and not held:
+        yield Finding.ok("pins", f"free: GPIO {', '.join(map(str, sorted(owners)))}", kind="gpios-free")
+
+
+GROUPS = {"gpio": ("gpiochip*", "GPIO pins"), "i2c": ("i2c-1", "the I2C bus"), "video": ("video*", "cameras")}
+"""The files in /dev that each group may use, and their name in messages. Source: Raspberry Pi OS, 99-com.rules."""
+
+
+def check_permissions(root: Path) -> Iterator[Finding]:
+    """Check that this process may open the GPIO, I2C and camera files in /dev. Other checks report missing files."""
+    allowed, is_closed = [], False
+    for group, (pattern, name) in GROUPS.items():
+        files = sorted((root / "dev").glob(pattern))
+        if closed := [f"/dev/{file.name}" for file in files if not _may_open(file)]:
+            is_closed = True
+            message = f"no permission for {name} ({', '.join(closed)})"
+            yield Finding.error("permissions", message, _find_remedy(root, group), kind=f"no-permission-{group}")
+        elif files:
+            allowed.append(name)
+    if allowed and not is_closed:
+        yield Finding.ok("permissions", f"this user may use {', '.join(allowed)}", kind="permissions-ok")
+    elif not is_closed:
+        message = "there are no pins, no I2C bus and no cameras in /dev"
+        yield Finding.warning("permissions", message, "Run robotcore doctor outside a container", kind="no-devices")
+
+
+def _may_open(file: Path) -> bool:
+    return os.access(file, os.R_OK | os.W_OK)
+
+
+def _find_remedy(root: Path, group: str) -> str:
+    """Return the remedy if this process has no permission for files of ``group``."""
+    # Sources: group(5), proc_pid_status(5).
+    entry = re.search(rf"^{group}:[^:]*:([^:]*):(.*)$", read_text(root / "etc/group"), re.MULTILINE)
+    gid, members = entry.groups() if entry else ("", "")
+    status = re.search(r"^Groups:(.*)$", read_text(root / "proc/self/status"), re.MULTILINE)
+    if status and gid in status[1].split():
+        return f"This process is in the group {group} already: restart the board, or correct its udev rules"
+    if (user := os.environ.get("USER")) and user in members.split(","):
+        return f"This user joined the group {group} after the login: log out and in again, or restart the service"
+    return f"sudo usermod -aG {group} $USER, then log out and in again"
+
+
+HEADER_ON = "sudo raspi-config nonint do_i2c 0, or dtparam=i2c_arm=on in /boot/firmware/config.txt, and restart"
+OTHER_ON = (
+    "Add dtoverlay=i2c{bus} to /boot/firmware/config.txt and restart; /boot/firmware/overlays/README lists its pins"
+)
+
+
+def check_bus(root: Path, bindings: Iterable[DeviceBinding]) -> Iterator[Finding]:
+    """Check that each I2C bus of these devices is switched on. After the installation of the system, all are off."""
+    needed: dict[int, dict[str, None]] = {}
+    for binding, place in _list_places(bindings, "I2C"):
+        for number in re.findall(r"bus (\d+)", place):  # such as 0x29 on bus 1
+            needed.setdefault(int(number), {})[binding.name] = None
+    for bus, devices in sorted(needed.items()):
+        names = ", ".join(devices)
+        if (root / f"dev/i2c-{bus}").exists():
+            yield Finding.ok("I2C", f"bus {bus} is switched on, for {names}", kind="i2c-on")
+        else:
+            remedy = HEADER_ON if bus == HEADER_BUS else OTHER_ON.format(bus=bus)
+            yield Finding.error("I2C", f"bus {bus} is switched off, but {names} needs it", remedy, kind="i2c-off")
+
+
+def _list_places(bindings: Iterable[DeviceBinding], bus: str) -> list[tuple[DeviceBinding, str]]:
+    return [(binding, wire.where) for binding in bindings for wire in binding.connections if wire.bus == bus]
+
+
+SWITCH_ON = "sudo raspi-config nonint do_serial_hw 0, or enable_uart=1 in /boot/firmware/config.txt, and restart"
+SWITCH_ON_5 = "sudo raspi-config nonint do_serial_hw 0, or dtparam=uart0=on in /boot/firmware/config.txt, and restart"
+NO_CONSOLE = "sudo raspi-config nonint do_serial_cons 1, and restart"
+NO_BLUETOOTH = (
+    "Write /dev/serial0, which is on the header, in the robot's file. Or connect this port to the header: add "
+    "dtoverlay=disable-bt to /boot/firmware/config.txt, and restart"
+)
+DEBUG_PORT = "/dev/ttyAMA10"
+
+
+def check_serial(root: Path, bindings: Iterable[DeviceBinding]) -> Iterator[Finding]:
+    """Check each serial port that a device needs, without opening it."""
+    needed: dict[str, list[str]] = {}
+    for binding, place in _list_places(bindings, "serial"):
+        needed.setdefault(place, []).append(binding.name)
+    for place, names in needed.items():
+        check = _check_usb if place.startswith("usb:") else _check_port
+        yield check(root, place, ", ".join(names))
+
+
+def _check_usb(root: Path, place: str, names: str) -> Finding:
+    _, vendor, product, *_ = (*place.lower().split(":"), "", "")
+    for device in sorted((root / "sys/bus/usb/devices").glob("*/idVendor")):
+        if (read_text(device), read_text(device.with_name("idProduct"))) == (vendor, product):
+            return Finding.ok("serial", f"{place} is plugged in, for {names}", kind="usb-port-ok")
+    message = f"{place} is not plugged in, but {names} needs it"
+    return Finding.error("serial", message, _offer_ports(root), kind="usb-port-missing")
+
+
+def _check_port(root: Path, place: str, names: str) -> Finding:
+    file, is_on_header = root / place.lstrip("/"), place in HEADER_PORTS
+    real, bluetooth = (f"/dev/{each.resolve().name}" for each in (file, root / "dev/serial1"))
+    switch_on = SWITCH_ON_5 if "Raspberry Pi 5" in read_model(root) else SWITCH_ON
+    absent = switch_on if is_on_header else _offer_ports(root)
+    needed = f"but {names} needs it"
+    for is_met, kind, problem, remedy in (
+        (not file.exists(), "missing", f"there is no {place}", absent),
+        (real in _list_consoles(root), "console", f"the login console uses {place}", NO_CONSOLE),
+        (is_on_header and real == bluetooth, "bluetooth", f"{place} is connected to the Bluetooth chip", NO_BLUETOOTH),
+    ):
+        if is_met:
+            return Finding.error("serial", f"{problem}, {needed}", remedy, kind=f"port-{kind}")
+    if not _may_open(file):
+        remedy = _find_remedy(root, "dialout")
+        return Finding.error("serial", f"no permission for {place}", remedy, kind="port-no-permission")
+    if is_on_header and real == DEBUG_PORT:
+        message = f"{place} of a Pi 5 is on the connector between its HDMI sockets, not on the header"
+        remedy = f"For GPIO 14 and 15 write /dev/ttyAMA0 in the robot's file: {SWITCH_ON_5}"
+        return Finding.warning("serial", message, remedy, kind="port-off-header")
+    return Finding.ok("serial", f"{place} was found, for {names}", kind="port-ok")
+
+
+def _list_consoles(root: Path) -> set[str]:
+    # Source: the kernel's serial-console.rst
+    try:
+        line = read_text(root / "proc/cmdline")
+    except OSError:
+        return set()
+    return {f"/dev/{name}" for name in re.findall(r"\bconsole=(tty(?:S|AMA)\d+)", line)}
+
+
+def _offer_ports(root: Path) -> str:
+    ports = sorted(f"/dev/{file.name}" for kind in ("ttyUSB*", "ttyACM*") for file in (root / "dev").glob(kind))
+    found = f"Found: {', '.join(ports)}" if ports else "No other port was found"
+    return f"Plug the board in by a cable that carries data. {found}"
+
+
+NODES = "sys/class/video4linux/video*/name"
+RECEIVERS = ("unicam", "rp1-cfe")
+"""The beginnings of the names of the camera connector's video devices: up to a Pi 4, and on a Pi 5. The kernel creates
+these devices only if it has found an image sensor. Sources: the kernel's drivers bcm2835-unicam and rp1-cfe."""
+
+NO_CAMERA = (
+    "Switch the board off and check the camera's cable: contacts on the right side, pushed fully in. Set "
+    "camera_auto_detect=1 in /boot/firmware/config.txt. List cameras: rpicam-hello --list-cameras"
+)
+
+
+def check_cameras(root: Path, bindings: Iterable[DeviceBinding]) -> Iterator[Finding]:
+    """Check that each camera is present: on the Pi's connector by its image sensor, on USB by its device file."""
+    for binding, number in _list_places(bindings, "CSI"):
+        yield _check_connector(root, binding.name, number)
+    for binding, file in _list_places(bindings, "USB"):
+        if (root / file.lstrip("/")).exists():
+            yield Finding.ok("camera", f"{file} was found, for {binding.name}", kind="camera-file-found")
+        else:
+            message = f"{file} was not found, but {binding.name} needs it"
+            remedy = "Plug the camera in. List cameras: v4l2-ctl --list-devices"
+            yield Finding.error("camera", message, remedy, kind="camera-file-missing")
+
+
+def _check_connector(root: Path, name: str, number: str) -> Finding:
+    nodes = [read_text(file) for file in sorted(root.glob(NODES))]
+    found = next((node for node in nodes if node.startswith(RECEIVERS)), None)
+    if found is None:
+        message = f"no camera was found on the connector, but {name} needs one"
+        return Finding.error("camera", message, NO_CAMERA, kind="camera-missing")
+    if number != "0":
+        message = (
+            f"an image sensor was found ({found}); it is unknown whether it is camera {number}, which {name} needs"
+        )
+        remedy = "List the numbers: rpicam-hello --list-cameras"
+        return Finding.warning("camera", message, remedy, kind="camera-unnumbered")
+    return Finding.ok("camera", f"an image sensor is on the connector, for {name} ({found})", kind="camera-found")
+
+
+def check_picamera2() -> Iterator[Finding]:
+    """Check that picamera2 can be imported with this NumPy."""
+    try:
+        import_picamera2("picamera2")
+    except DeviceError as error:
+        problem, _, remedy = str(error).removeprefix("picamera2: ").rpartition(". ")
+        yield Finding.error("picamera2", problem, remedy, kind=error.kind)
+    else:
+        yield Finding.ok("picamera2", "fits this NumPy", kind="picamera2-ok")
