@@ -15,10 +15,9 @@ from robotcore.description import (
     RangeSensorDescription,
     StrictModel,
 )
-from robotcore.geometry import Pose, Twist
 from robotcore.hal.backend import Backend, Capability, Setup
 from robotcore.hal.clock import SteppedClock
-from robotcore.hal.devices import Angle, Camera, Device, Encoder, Frame, MemoryDisplay, Motor, Range, RangeSensor
+from robotcore.hal.devices import Camera, Device, Encoder, MemoryDisplay, Motor, RangeSensor, Sensor
 from robotcore.hal.robot import Robot
 
 
@@ -73,52 +72,39 @@ class ExternalMotor(Motor):
         self._client.call("turn", self.name, rad_s)
 
 
-class ExternalRange(RangeSensor):
-    def __init__(self, answer: RangeSensorDescription, client: RpcClient) -> None:
-        super().__init__(answer.name, min_range=answer.min_range_m, max_range=answer.max_range_m, cone=answer.cone_rad)
-        self._client = client
+class RemoteReader(Sensor[Any]):
+    """The base of sensors whose samples the server measures. ``client`` must be set."""
 
-    def _newest(self) -> Range:
-        reading: Range = self._client.call("read", self.name)
-        return reading
+    client: RpcClient
 
-
-class ExternalCamera(Camera):
-    def __init__(self, description: CameraDescription, client: RpcClient) -> None:
-        super().__init__(description.name, description.intrinsics)
-        self._client = client
-
-    def _newest(self) -> Frame:
-        frame: Frame = self._client.call("read", self.name)
-        frame.image.flags.writeable = False
-        return frame
+    def _newest(self) -> Any:
+        return self.client.call("read", self.name)
 
 
-class ExternalEncoder(Encoder):
-    def __init__(self, description: EncoderDescription, client: RpcClient) -> None:
-        super().__init__(description.name)
-        self._client = client
+class ExternalRange(RemoteReader, RangeSensor):
+    pass
 
-    def _newest(self) -> Angle:
-        angle: Angle = self._client.call("read", self.name)
-        return angle
+
+class ExternalCamera(RemoteReader, Camera):
+    pass
+
+
+class ExternalEncoder(RemoteReader, Encoder):
+    pass
 
 
 class ExternalTruth:
     def __init__(self, client: RpcClient) -> None:
         self._client = client
 
-    def pose(self) -> Pose:
-        pose: Pose = self._client.call("read_truth", "pose")
-        return pose
+    def pose(self) -> Any:
+        return self._client.call("read_truth", "pose")
 
-    def twist(self) -> Twist:
-        twist: Twist = self._client.call("read_truth", "twist")
-        return twist
+    def twist(self) -> Any:
+        return self._client.call("read_truth", "twist")
 
-    def contacts(self) -> int:
-        contacts: int = self._client.call("read_truth", "contacts")
-        return contacts
+    def contacts(self) -> Any:
+        return self._client.call("read_truth", "contacts")
 
 
 def register(directory: Path) -> None:
@@ -130,13 +116,17 @@ def register(directory: Path) -> None:
 
 
 def _open_device(description: AnyDevice, client: RpcClient) -> Device:
+    sensor: RemoteReader
     match description:
         case MotorDescription():
             return ExternalMotor(description, client)
-        case RangeSensorDescription():
-            return ExternalRange(description, client)
+        case RangeSensorDescription(min_range_m=least, max_range_m=most):
+            sensor = ExternalRange(description.name, min_range=least, max_range=most, cone=description.cone_rad)
         case CameraDescription():
-            return ExternalCamera(description, client)
+            sensor = ExternalCamera(description.name, description.intrinsics)
         case EncoderDescription():
-            return ExternalEncoder(description, client)
-    return MemoryDisplay(description.name)
+            sensor = ExternalEncoder(description.name)
+        case _:
+            return MemoryDisplay(description.name)
+    sensor.client = client
+    return sensor

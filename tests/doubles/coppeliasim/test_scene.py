@@ -1,14 +1,13 @@
-"""Scenes without a protocol: objects by path, motion, obstacles, sensors, and restoring a scene after a stop."""
+"""Scenes without a protocol: objects by path, motion, obstacles, pictures, and the state after a stop."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
 import numpy as np
 import pytest
 
-from robotcore.description import CameraDescription, draw_world, load_robot, load_world
+from robotcore.description import CameraDescription, load_robot, load_world
 from robotcore.geometry import Pose
 from robotcore.optics import CameraView
 from robotcore.simulation.painter import Painter
@@ -17,14 +16,13 @@ from tests.doubles.coppeliasim.scene.objects import (
     Joint,
     Node,
     Primitive,
-    ProximitySensor,
     Shape,
     VisionSensor,
 )
 from tests.doubles.coppeliasim.scene.poses import Transform
 from tests.doubles.coppeliasim.scene.rover import find_drives
-from tests.doubles.coppeliasim.scenes import bubblerob_scene, default_scene, described_scene, rover_scene
-from tests.doubles.coppeliasim.scenes.parts import AHEAD, create_ball
+from tests.doubles.coppeliasim.scenes import described_scene, rover_scene
+from tests.doubles.coppeliasim.scenes.parts import create_ball
 
 ROVER, ARENA = load_robot("rover"), load_world("arena")
 RADIUS, TRACK, FRONT = 0.0325, 0.16, 0.1
@@ -66,27 +64,10 @@ def test_path_finds_an_object(path: str, handle: int) -> None:
     assert [graph.find(path) for path in ("/arm/robot", "/unknown", "robot", "/", "/robot/", "")] == [None] * 6
 
 
-def test_children_of_a_removed_object_keep_their_places(simulator: Simulator) -> None:
-    graph = simulator.graph
-    joint = graph.all_of(Joint)[0]
-    wheel = joint.children[0]
-    place = graph.pose(wheel)
-    graph.remove(joint)
-    assert (wheel.parent, joint.handle in graph) == (graph.find("/rover"), False)
-    assert graph.pose(wheel).pose == pytest.approx(place.pose)
-
-
 def test_arc_equals_the_closed_form(simulator: Simulator) -> None:
     drive(simulator, 2.0, 3.0, steps=40)
     expected = Pose(0.0, 0.0, 0.0).advance(2.5 * RADIUS * 2.0, 1.0 * RADIUS / TRACK * 2.0)
     assert axle(simulator) == pytest.approx(expected, abs=1e-9)
-
-
-def test_cyclic_joint_wraps_at_half_a_turn(simulator: Simulator) -> None:
-    left, right = simulator.graph.all_of(Joint)
-    right.is_cyclic = False
-    drive(simulator, 4.0, 4.0, steps=20)
-    assert (left.position, right.position) == pytest.approx((4.0 - math.tau, 4.0))
 
 
 @pytest.mark.parametrize(
@@ -103,12 +84,6 @@ def test_obstacle_stops_the_body_and_is_a_contact(simulator: Simulator, node: Sh
     drive(simulator, 6.0, 6.0, steps=60)
     assert axle(simulator).x + FRONT == pytest.approx(0.45, abs=0.002)
     assert simulator.contacts() == [(simulator.graph.find("/rover"), node)]
-
-
-def test_shape_above_the_body_does_not_stop_it(simulator: Simulator) -> None:
-    simulator.graph.add(Shape("beam", size=(0.1, 0.5, 0.1), local=Transform((0.5, 0.0, 0.3))))
-    drive(simulator, 5.0, 5.0, steps=60)
-    assert axle(simulator).x == pytest.approx(5.0 * RADIUS * 3.0)
 
 
 def test_stop_restores_objects_and_removes_new_ones(simulator: Simulator) -> None:
@@ -136,65 +111,3 @@ def test_picture_equals_the_kinematic_one() -> None:
     picture = Painter(ARENA).picture(CameraView.of(description.intrinsics, description.mount, ARENA.start.pose))
     off = np.abs(simulator.picture(eye)[::-1, :, ::-1].astype(int) - picture)
     assert (off > 1).mean() < 0.002
-
-
-@pytest.mark.parametrize(
-    "yaw, distance, name",
-    [(0.0, 0.92, "ball"), (0.6, 2.0 / math.cos(0.35), "wall"), (math.pi, None, "")],
-)
-def test_nearest_object_in_the_cone_is_detected(
-    simulator: Simulator, yaw: float, distance: float | None, name: str
-) -> None:
-    graph = simulator.graph
-    graph.add(Shape("wall", size=(0.1, 4.0, 0.8), local=Transform((2.05, 0.0, 0.4))))
-    graph.add(create_ball("ball", 0.1, 1.0, 0.0, (0.0, 1.0, 0.0)))
-    at = Transform.rotated(yaw, (-0.02, 0.0, 0.1)).compose(Transform(quaternion=AHEAD))
-    sensor = graph.add(ProximitySensor("nose", reach=3.0, cone=0.5, local=at, setback=0.05))
-    found = simulator.detection(sensor)
-    if distance is None:
-        assert found is None
-        return
-    assert found
-    assert graph[found.handle].alias == name
-    assert found.distance == pytest.approx(distance, abs=0.03)
-    assert math.hypot(*found.point) == pytest.approx(found.distance)
-    simulator.can_detect = False
-    assert simulator.detection(sensor) is None
-
-
-def test_depths_are_along_the_optical_axis(simulator: Simulator) -> None:
-    graph = simulator.graph
-    graph.add(Shape("wall", size=(0.1, 4.0, 0.8), local=Transform((2.05, 0.0, 0.4))))
-    graph.add(Shape("post", size=(0.1, 0.1, 0.8), local=Transform((1.05, -0.5, 0.4))))
-    sensor = graph.add(VisionSensor("eye", width=9, height=1, explicit=True, local=Transform((0.0, 0.0, 0.2), AHEAD)))
-    assert simulator.depth(sensor).tolist() == [[10.0] * 9]
-    simulator.handle(sensor)
-    depths = simulator.depth(sensor)[0].tolist()
-    assert depths[:7] == pytest.approx([2.0] * 7)
-    assert min(depths[7:]) == pytest.approx(1.0)
-
-
-def test_described_robot_is_at_its_start() -> None:
-    world = draw_world(ARENA, ROVER, 7)
-    simulator = described_scene(ROVER, world)
-    (drive,) = find_drives(simulator.graph)
-    assert drive.start == pytest.approx((world.start.x_m, world.start.y_m, world.start.yaw_rad), abs=1e-9)
-    assert (drive.geometry.wheel_radius, drive.geometry.track) == pytest.approx((0.0325, 0.155))
-    assert find_drives(described_scene(load_robot("lookout"), ARENA).graph) == []
-
-
-def test_bubblerob_turns_about_the_middle_of_its_axle() -> None:
-    simulator = bubblerob_scene()
-    body, motor = simulator.graph.find("/bubbleRob"), simulator.graph.find("/bubbleRob/leftMotor")
-    assert body
-    assert motor is simulator.graph.find_flat("bubbleRob_leftMotor")
-    with simulator.lock:
-        drive(simulator, -2.5, 2.5, steps=20)
-    turn = 2 * 2.5 * 0.04 / 0.2
-    assert simulator.graph.pose(body).yaw == pytest.approx(turn)
-    expected = (0.05 - 0.05 * math.cos(turn), -0.05 * math.sin(turn), 0.12)
-    assert simulator.graph.pose(body).position == pytest.approx(expected)
-
-
-def test_next_handle_after_the_default_scene_is_15() -> None:
-    assert default_scene().graph.add(Shape("next")).handle == 15

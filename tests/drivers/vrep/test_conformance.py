@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import ExitStack
+from dataclasses import replace
 from typing import ClassVar
 
 import pytest
 
 from drivers.vrep.backend import VrepBackend
-from robotcore.hal.backend import Capability
-from robotcore.testing import ConformanceSuite, TestSupport
+from robotcore.hal.backend import Capability, Setup
+from robotcore.hal.robot import Robot
+from robotcore.testing import ConformanceSuite, TestSupport, worlds
+from robotcore.testing.bench import TestBench
 from robotcore.testing.lifecycle_rules import LifecycleRules
 from robotcore.testing.motor_rules import MotorRules
 from robotcore.testing.range_rules import RangeRules
@@ -16,13 +21,33 @@ from robotcore.testing.time_rules import ClockRules, SampleRules
 from tests.doubles.coppeliasim.legacy.server import LegacyServer
 from tests.doubles.coppeliasim.scene import Simulator
 from tests.doubles.coppeliasim.scene.pacing import Pacer
-from tests.drivers.vrep.scenes import LegacyBench
+from tests.doubles.coppeliasim.scenes import described_scene
 
 PACE = 5
 """The speed of a simulation without lockstep, relative to real time."""
 
 EVERY_ECHO = "every ray that is cast is answered"
 NO_HARDWARE = "there is no hardware to wait for"
+
+
+class LegacyBench(TestBench):
+    """A test bench with a new server for each robot."""
+
+    backend = VrepBackend
+    servers: ExitStack
+
+    @pytest.fixture(autouse=True)
+    def _close_servers(self) -> Iterator[None]:
+        with ExitStack() as self.servers:
+            yield
+
+    def open(self, setup: Setup) -> Robot:
+        simulator = described_scene(self.description, setup.world or worlds.empty())
+        return super().open(replace(setup, options={**self.serve(simulator), **setup.options}))
+
+    def serve(self, simulator: Simulator) -> dict[str, object]:
+        """Start a server of a scene, and return the backend options with its port."""
+        return {"port": self.servers.enter_context(LegacyServer(simulator)).port}
 
 
 class TestVrep(LegacyBench, ConformanceSuite):

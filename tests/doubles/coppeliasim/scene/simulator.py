@@ -97,7 +97,7 @@ class Simulator:
     def start(self) -> None:
         """Start or resume the simulation. This has no effect while it runs."""
         if self.state is State.STOPPED:
-            self.time = 0.0
+            self.time, self._request = 0.0, None
             self._initial = InitialState(self.graph)
             step = self.time_step / self._substeps
             self._rovers = [Rover(drive, self.graph, self._scenery(), step) for drive in find_drives(self.graph)]
@@ -253,19 +253,19 @@ class Simulator:
 
 
 class InitialState:
-    """The initial places, joints and parents of a scene. `restore` removes later objects."""
+    """The initial poses and joints of a scene. `restore` removes later objects."""
 
     def __init__(self, graph: Graph) -> None:
-        self._places = {node: (node.parent, node.local) for node in graph}
+        self._poses = {node: node.local for node in graph}
         self._joints = {joint: (joint.position, joint.target_velocity) for joint in graph.all_of(Joint)}
 
     def restore(self, graph: Graph) -> None:
         """Restore the scene."""
         for node in list(graph):
-            if node not in self._places:
+            if node not in self._poses:
                 graph.remove(node)
         for node in graph:
-            _, node.local = self._places[node]
+            node.local = self._poses[node]
         for joint in graph.all_of(Joint):
             joint.position, joint.target_velocity = self._joints[joint]
         graph.revision += 1
