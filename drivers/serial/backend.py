@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -87,47 +87,34 @@ class SerialBackend(Backend):
 
 
 def _with_port(setup: Setup) -> Setup:
-
-    port = setup.options_as(SerialOptions).port
-    return replace(setup, robot=override_port(setup.robot, SECTION, port))
-
-
-def override_port(robot: RobotDescription, section: str, port: str | None) -> RobotDescription:
-    """Return the robot with ``port`` in place of its only port, or unchanged if ``port`` is None.
+    """Return the setup with the option ``port`` in place of the robot's only port, or unchanged without the option.
 
     Raises UsageError if the robot has no port, or more than one.
-
-    section: the name of the section in the robot's file with the ports.
     """
-    if port is None:
-        return robot
-    tables = robot.backends.get(section, {})
-    ports = sorted({str(table["port"]) for table in tables.values() if _has_port(table)})
+    if (port := setup.options_as(SerialOptions).port) is None:
+        return setup
+    robot = setup.robot
+    tables = robot.backends.get(SECTION, {})
+    with_port = {name: table for name, table in tables.items() if isinstance(table, Mapping) and "port" in table}
+    ports = sorted({str(table["port"]) for table in with_port.values()})
     if len(ports) != 1:
         has = f"has {len(ports)} ports, {', '.join(ports)}" if ports else "names no port"
         raise UsageError(
             f"--port {port} replaces the only port of a robot, but {robot.source} {has}. Leave --port out, and write "
-            f"the ports in [{section}]",
+            f"the ports in [{SECTION}]",
             kind="port-ambiguous",
             ports=ports,
         )
-    moved = {name: {**table, "port": port} if _has_port(table) else table for name, table in tables.items()}
-    return robot.model_copy(update={"backends": {**robot.backends, section: moved}})
-
-
-def _has_port(table: Any) -> bool:
-    return isinstance(table, Mapping) and "port" in table
+    moved = {name: {**table, "port": port} for name, table in with_port.items()}
+    return replace(setup, robot=robot.model_copy(update={"backends": {**robot.backends, SECTION: {**tables, **moved}}}))
 
 
 def build_wiring(bindings: Sequence[DeviceBinding]) -> Wiring:
     """Return the wires of the devices, for each device its signals and then its supply, and the drivers' notes."""
-    wires = [wire for binding in bindings for wire in _list_wires(binding)]
+    wires = []
+    for binding in bindings:
+        what = f"{binding.description.kind.replace('_', ' ')}, {binding.driver.name}"
+        wires += [Wire(binding.name, what, wire.signal, str(wire)) for wire in binding.connections]
+        for pad in binding.driver.supply:
+            wires.append(Wire(binding.name, what, "ground" if pad == "ground" else "supply", pad))
     return Wiring((), wires, tuple((binding.name, note) for binding in bindings for note in binding.notes))
-
-
-def _list_wires(binding: DeviceBinding) -> Iterator[Wire]:
-    what = f"{binding.description.kind.replace('_', ' ')}, {binding.driver.name}"
-    for wire in binding.connections:
-        yield Wire(binding.name, what, wire.signal, str(wire))
-    for name in binding.driver.supply:
-        yield Wire(binding.name, what, "ground" if name == "ground" else "supply", name)

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from functools import partial
-from typing import Any
 
 from drivers.serial.boards.board import SharedBoardError
 from drivers.serial.driver import PortSettings, summarize_devices
@@ -14,7 +13,7 @@ from robotcore.errors import DeviceError, DeviceGroupError, RobotcoreError
 from robotcore.hal.backend import Backend, Setup
 from robotcore.hal.check_finding import Check, Finding, Level, findings_of
 from robotcore.hal.devices import Angle, Device, Frame, Range, Sensor, Voltage
-from robotcore.hardware import DeviceBinding, bind_devices
+from robotcore.hardware import bind_devices
 from robotcore.hardware.diagnosis import check_batteries, check_description
 
 MUTE = "Lift the robot, and turn its wheels for a moment"
@@ -46,21 +45,19 @@ def _examine_robot(backend: Backend, robot: RobotDescription, section: str) -> I
     bindings = yield from check_description(robot, partial(bind_devices, robot, section), summarize_devices)
     if bindings is None:
         return
-    found = [_check_port(place, baud) for place, baud in _list_lines(bindings)]
+    serial = {each.name: each.settings for each in bindings if isinstance(each.settings, PortSettings)}
+    lines = dict.fromkeys((settings.port, settings.speed) for settings in serial.values())
+    found = [_check_port(place, baud) for place, baud in lines]
     yield from found
-    checks: list[tuple[str, Check]] = [
-        (what := each.description.kind, partial(_check_other_device, backend, robot, each.name, what))
-        for each in bindings
-        if not isinstance(each.settings, PortSettings)
-    ]
+    mute = [name for name, settings in serial.items() if settings.is_mute]
+    checks: list[tuple[str, Check]] = []
     if not any(finding.level is Level.ERROR for finding in found):
-        checks.insert(0, ("boards", partial(_check_boards, backend, robot, bindings)))
+        checks.append(("boards", partial(_check_devices, backend, robot, "boards", serial, mute)))
+    for each in bindings:
+        if each.name not in serial:
+            what = each.description.kind
+            checks.append((what, partial(_check_devices, backend, robot, what, [each.name])))
     yield from findings_of(checks)
-
-
-def _list_lines(bindings: Iterable[DeviceBinding]) -> list[tuple[str, int]]:
-    all_settings = (binding.settings for binding in bindings)
-    return list(dict.fromkeys((each.port, each.speed) for each in all_settings if isinstance(each, PortSettings)))
 
 
 def _check_port(place: str, baud: int) -> Finding:
@@ -76,29 +73,19 @@ def _check_port(place: str, baud: int) -> Finding:
     return Finding.ok("port", f"{place} opens at {baud} baud", kind="port-ok")
 
 
-def _check_boards(backend: Backend, robot: RobotDescription, bindings: Iterable[DeviceBinding]) -> Iterator[Finding]:
-    serial = {each.name: each.settings for each in bindings if isinstance(each.settings, PortSettings)}
-    mute = [name for name, settings in serial.items() if settings.is_mute]
+def _check_devices(
+    backend: Backend, robot: RobotDescription, what: str, names: Iterable[str], mute: Collection[str] = ()
+) -> Iterator[Finding]:
     try:
-        with backend.open(Setup(robot, None, frozenset(serial))) as opened:
+        with backend.open(Setup(robot, None, frozenset(names))) as opened:
             if readings := [_format_device(device) for name, device in opened.devices.items() if name not in mute]:
-                yield Finding.ok("boards", "; ".join(readings), kind="boards-ok")
+                yield Finding.ok(what, "; ".join(readings), kind="boards-ok" if what == "boards" else "device-ok")
             if mute:
                 message = f"{' and '.join(mute)}: their board never answers"
-                yield Finding.unchecked("boards", message, MUTE, kind="board-mute")
+                yield Finding.unchecked(what, message, MUTE, kind="board-mute")
             yield from check_batteries(robot, opened)
     except DeviceGroupError as error:
-        yield from (_error_finding("boards", each) for each in error.failures if not isinstance(each, SharedBoardError))
-    except DeviceError as error:
-        yield _error_finding("boards", error)
-
-
-def _check_other_device(backend: Backend, robot: RobotDescription, name: str, what: str) -> Iterator[Finding]:
-    try:
-        with backend.open(Setup(robot, None, frozenset([name]))) as opened:
-            yield Finding.ok(what, _format_device(opened.devices[name]), kind="device-ok")
-    except DeviceGroupError as error:
-        yield from (_error_finding(what, each) for each in error.failures)
+        yield from (_error_finding(what, each) for each in error.failures if not isinstance(each, SharedBoardError))
     except DeviceError as error:
         yield _error_finding(what, error)
 
@@ -113,19 +100,18 @@ def _format_device(device: Device) -> str:
     if not isinstance(device, Sensor):
         return f"{device.name} is open"
     try:
-        return f"{device.name} reads {_format_sample(device.read())}"
+        sample = device.read()
     except DeviceError:
         return f"{device.name} has no sample yet"
-
-
-def _format_sample(sample: Any) -> str:
     match sample:
         case Range(distance=distance):
-            return f"{distance:.2f} m"
+            value = f"{distance:.2f} m"
         case Angle(angle=angle):
-            return f"{round(angle, 2) + 0.0:.2f} rad"  # no -0.00
+            value = f"{round(angle, 2) + 0.0:.2f} rad"  # no -0.00
         case Frame(image=image):
-            return f"{image.shape[1]} x {image.shape[0]} pixels"
+            value = f"{image.shape[1]} x {image.shape[0]} pixels"
         case Voltage(voltage=voltage):
-            return f"{voltage:.1f} V"
-    return "something"
+            value = f"{voltage:.1f} V"
+        case _:
+            value = "something"
+    return f"{device.name} reads {value}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import subprocess
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar
 
 import pytest
 
@@ -49,21 +49,6 @@ def setup_of(robot: RobotDescription, **options: str) -> Setup:
     return Setup(robot, None, frozenset(device.name for device in robot.devices), options=options)
 
 
-class Check(Protocol):
-    def __call__(self, robot: RobotDescription, kind: str = "description") -> None: ...
-
-
-@pytest.fixture
-def check_mistake(raises: Raises) -> Check:
-    """Expect a DescriptionError for a robot, with the text of the snapshot."""
-
-    def check(robot: RobotDescription, kind: str = "description") -> None:
-        with raises(DescriptionError, kind):
-            SerialBackend().check(robot)
-
-    return check
-
-
 def test_a_robot_is_reported_by_its_devices_and_ports(robot: RobotDescription, pty: Pty) -> None:
     assert SerialBackend().check(robot) == f"2 devices on {pty.path}"
 
@@ -95,21 +80,14 @@ def test_an_option_port_with_an_incomplete_usb_id_is_refused(robot: RobotDescrip
         SerialBackend().open(setup_of(robot, port="usb:1a86"))
 
 
-def test_two_devices_on_one_side_are_refused(check_mistake: Check) -> None:
-    check_mistake(robot_on("/dev/a", motor("left"), motor("left")))
-
-
-def test_two_speeds_on_one_port_are_refused(check_mistake: Check) -> None:
-    check_mistake(robot_on("/dev/a", motor("left"), motor("right", baud=38400)))
-
-
-def test_two_protocols_on_one_port_are_refused(check_mistake: Check) -> None:
-    waveshare = {"driver": "waveshare-motor", "side": "right", "baud": 9600}
-    check_mistake(robot_on("/dev/a", motor("left"), waveshare))
-
-
-def test_a_port_with_a_malformed_usb_id_is_refused(check_mistake: Check) -> None:
-    check_mistake(robot_on("usb:xyz", motor("left"), motor("right")), "invalid-value")
+@pytest.mark.parametrize(
+    "right",
+    [motor("right", baud=38400), {"driver": "waveshare-motor", "side": "right", "baud": 9600}],
+    ids=["two-speeds", "two-protocols"],
+)
+def test_devices_that_cannot_share_a_port_are_refused(right: dict[str, Any], raises: Raises) -> None:
+    with raises(DescriptionError):
+        SerialBackend().check(robot_on("/dev/a", motor("left"), right))
 
 
 def test_wires_have_no_connector(robot: RobotDescription, pty: Pty) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from drivers.serial.boards.board import BoardProtocol
 from drivers.serial.boards.devices import CountAccumulator
-from drivers.serial.boards.hoverboard.protocol import CoefficientMixer, Feedback, Mixer, Parser, command
+from drivers.serial.boards.hoverboard.protocol import Feedback, Mixer, Parser, command
 from drivers.serial.driver import Side
 
 PAUSE_S = 0.005
@@ -32,7 +32,7 @@ class HoverboardProtocol(BoardProtocol):
 
     def __init__(self, baud: int) -> None:
         super().__init__(baud)
-        self.mixer: Mixer = CoefficientMixer()
+        self.mixer = Mixer()
         self.counters = {"left": CountAccumulator(), "right": CountAccumulator()}
         """The turns of each motor, in sixtieths of a turn (rpm times seconds). The right motor is mounted the other way
         round, so it counts down if the robot drives forward."""

@@ -11,7 +11,7 @@ from pydantic import Field
 from drivers.serial.boards.devices import BoardMotor
 from drivers.serial.boards.drivers import BatteryDriver, BoardDriver, EncoderDriver, MotorDriver
 from drivers.serial.boards.hoverboard.board import HoverboardProtocol
-from drivers.serial.boards.hoverboard.protocol import LIMIT, STANDING, STOP, CoefficientMixer, Mixer, TankMixer
+from drivers.serial.boards.hoverboard.protocol import LIMIT, STANDING, STOP, Mixer
 from drivers.serial.driver import PortSettings, SideSettings
 from robotcore.description import EncoderDescription, MotorDescription, RobotDescription
 from robotcore.hal.devices import Motor
@@ -62,7 +62,7 @@ class HoverboardMotorSettings(WheelSettings):
 
     @property
     def mixer(self) -> Mixer:
-        return TankMixer() if self.tank_steering else CoefficientMixer(self.speed_coefficient, self.steer_coefficient)
+        return Mixer(self.speed_coefficient, self.steer_coefficient, self.tank_steering)
 
     @property
     def unit_per_rad_s(self) -> float:

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 import struct
-from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import reduce
 from itertools import product
@@ -106,8 +105,6 @@ class Parser:
     """
 
     def __init__(self) -> None:
-        self.dropped = 0
-        """The number of frame starts without a valid frame after them."""
         self._rest = b""
 
     def feed(self, data: bytes) -> list[Feedback]:
@@ -115,10 +112,7 @@ class Parser:
         stream, found, at = self._rest + data, [], 0
         while (at := _find_start(stream, at)) + _FEEDBACK.size <= len(stream):
             feedback = _parse_feedback(stream, at)
-            if feedback:
-                found.append(feedback)
-            else:
-                self.dropped += 1
+            found += [feedback] if feedback else []
             at += _FEEDBACK.size if feedback else 1
         self._rest = stream[at:]
         return found
@@ -155,93 +149,67 @@ class Steering(NamedTuple):
     speed: int
 
 
-class Mixer(ABC):
-    """The board's mixer, which converts steer and speed to wheel values from -1000 to 1000. Positive is forward."""
-
-    @property
-    @abstractmethod
-    def straight(self) -> float:
-        """The largest value that both wheels can have at the same time on a straight path."""
-
-    @property
-    @abstractmethod
-    def turning(self) -> float:
-        """The largest value on a turn on the spot, in which the wheels have opposite values."""
-
-    @abstractmethod
-    def steering(self, left: float, right: float) -> Steering:
-        """Return the steer and the speed for the wheel values ``left`` and ``right``.
-
-        If a value is too large, both are scaled down, so that the robot drives the same curve.
-        """
-
-
-class TankMixer(Mixer):
-    """The mixer with TANK_STEERING: steer is the left wheel's value, and speed is the right wheel's value.
-
-    >>> TankMixer().steering(-2000, 1000)
-    Steering(steer=-1000, speed=500)
-    """
-
-    straight = turning = float(LIMIT)
-
-    def __str__(self) -> str:
-        return "tank steering"
-
-    def steering(self, left: float, right: float) -> Steering:
-        scale = _scale_to_limit(left, right)
-        return Steering(round(left * scale), round(right * scale))
-
-
 @dataclass(frozen=True)
-class CoefficientMixer(Mixer):
-    """The usual mixer, which multiplies steer and speed by their coefficients.
+class Mixer:
+    """The board's mixer, which converts steer and speed to wheel values from -1000 to 1000. Positive is forward.
 
-    The left wheel's value is speed plus steer, and the right wheel's value is speed minus steer.
+    Steer and speed are multiplied by their coefficients. The left wheel's value is speed plus steer, and the right
+    wheel's value is speed minus steer. With TANK_STEERING, steer is the left wheel's value, and speed the right one's.
 
     Source: `mixerFcn` in the firmware's Src/util.c.
 
-    >>> CoefficientMixer().steering(101, 100), CoefficientMixer().wheels(Steering(1, 101))
+    >>> Mixer().steering(101, 100), Mixer().wheels(Steering(1, 101))
     (Steering(steer=1, speed=101), (101, 100))
-    >>> CoefficientMixer().steering(-1000, 1000)
+    >>> Mixer().steering(-1000, 1000)
     Steering(steer=-1000, speed=0)
+    >>> Mixer(is_tank=True).steering(-2000, 1000)
+    Steering(steer=-1000, speed=500)
     """
 
     speed_coefficient: float = 1.0
     """SPEED_COEFFICIENT in the firmware's config.h, divided by 16384."""
     steer_coefficient: float = 0.5
     """STEER_COEFFICIENT in the firmware's config.h, divided by 16384."""
+    is_tank: bool = False
+    """Whether TANK_STEERING is defined in the firmware's config.h. Then the coefficients have no effect."""
 
     def __str__(self) -> str:
+        if self.is_tank:
+            return "tank steering"
         return f"coefficients {self.speed_coefficient:g} and {self.steer_coefficient:g}"
 
     @property
     def straight(self) -> float:
-        return LIMIT * min(self.speed_coefficient, 1.0)
+        """The largest value that both wheels can have at the same time on a straight path."""
+        return LIMIT if self.is_tank else LIMIT * min(self.speed_coefficient, 1.0)
 
     @property
     def turning(self) -> float:
-        return LIMIT * min(abs(self.steer_coefficient), 1.0)
+        """The largest value on a turn on the spot, in which the wheels have opposite values."""
+        return LIMIT if self.is_tank else LIMIT * min(abs(self.steer_coefficient), 1.0)
 
     def steering(self, left: float, right: float) -> Steering:
+        """Return the steer and the speed for the wheel values ``left`` and ``right``.
+
+        If a value is too large, both are scaled down, so that the robot drives the same curve.
+        """
         scale = _scale_to_limit(left, right)
+        if self.is_tank:
+            return Steering(round(left * scale), round(right * scale))
         steer = (left - right) * scale / 2 / self.steer_coefficient
         speed = (left + right) * scale / 2 / self.speed_coefficient
         scale *= (again := _scale_to_limit(steer, speed))
         near = product(_nearby_integers(steer * again), _nearby_integers(speed * again))
-        return min(
-            (Steering(*words) for words in near), key=lambda words: self._error(words, left * scale, right * scale)
-        )
+        wanted = left * scale, right * scale
+        return min((Steering(*words) for words in near), key=lambda words: math.dist(self.wheels(words), wanted))
 
     def wheels(self, steering: Steering) -> tuple[int, int]:
         """Return the left and the right wheel value for a steer and a speed, exactly as the firmware computes them."""
+        if self.is_tank:
+            return steering
         steer = steering.steer * 16 * round(self.steer_coefficient * ONE) >> 14
         speed = steering.speed * 16 * round(self.speed_coefficient * ONE) >> 14
         return _clamp(speed + steer >> 4), _clamp(speed - steer >> 4)
-
-    def _error(self, steering: Steering, left: float, right: float) -> float:
-        made_left, made_right = self.wheels(steering)
-        return (made_left - left) ** 2 + (made_right - right) ** 2
 
 
 def _scale_to_limit(*words: float) -> float:

@@ -23,36 +23,17 @@ _SUMMED = re.compile(r"(.*)\*([0-9A-F]{2})")
 
 
 class Parser:
-    """Splits a stream of bytes, which arrives in pieces of any length, into lines.
-
-    It stores at most `LONGEST_LINE` bytes.
-    """
+    """Splits a stream of bytes, which arrives in pieces of any length, into lines of printable ASCII."""
 
     def __init__(self) -> None:
-        self._kept = b""
-        self._is_spoilt = False
-        self.dropped = 0
-        """The number of dropped lines: too long, or with bytes that are not printable ASCII."""
+        self._rest = b""
 
     def feed(self, data: bytes) -> list[str]:
         """Parse received bytes; return the lines that these bytes complete, without CR LF."""
-        *ended, rest = data.split(b"\n")
-        lines = [line for piece in ended if (line := self._end(piece)) is not None]
-        self._keep(rest)
-        return lines
-
-    def _end(self, piece: bytes) -> str | None:
-        self._keep(piece)
-        line, self._kept = self._kept.removesuffix(b"\r"), b""
-        was_spoilt, self._is_spoilt = self._is_spoilt, False
-        if was_spoilt or not _PRINTABLE.fullmatch(line):
-            self.dropped += 1
-            return None
-        return line.decode("ascii")
-
-    def _keep(self, piece: bytes) -> None:
-        self._is_spoilt = self._is_spoilt or len(self._kept) + len(piece) > LONGEST_LINE
-        self._kept = b"" if self._is_spoilt else self._kept + piece
+        *lines, rest = (self._rest + data).split(b"\n")
+        self._rest = rest[: LONGEST_LINE + 1]  # a longer line is dropped anyway
+        ended = (line.removesuffix(b"\r") for line in lines if len(line) <= LONGEST_LINE)
+        return [line.decode("ascii") for line in ended if _PRINTABLE.fullmatch(line)]
 
 
 @dataclass(frozen=True)

@@ -136,7 +136,6 @@ class WaveshareProtocol(BoardProtocol):
             for odometer, _ in tracks:
                 odometer.restart()
         elif not all(odometer.is_plausible(track, now) for odometer, track in tracks):
-            self.parser.dropped += 1
             return
         for odometer, track in tracks:
             odometer.move(track, now)

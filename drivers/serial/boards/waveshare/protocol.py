@@ -70,8 +70,6 @@ class Parser:
     """Finds feedback in a stream of bytes, which arrives in pieces of any length."""
 
     def __init__(self) -> None:
-        self.dropped = 0
-        """The number of lines that are no feedback: echoes, messages of a starting board, and lines with noise."""
         self.is_older = False
         """Whether a line was feedback of the older firmware ugv_base_general, which has no odometers."""
         self._rest = b""
@@ -92,7 +90,6 @@ class Parser:
                 return Feedback.model_validate_json(line)
             except ValidationError:
                 self.is_older = self.is_older or (b'"odl"' not in line and line.endswith(b"}\r"))
-        self.dropped += 1
         return None
 
 

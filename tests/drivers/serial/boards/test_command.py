@@ -7,11 +7,16 @@ from drivers.serial.boards.command import GATHER_S, MAX_AGE_S, STOP_REPEAT_S, Co
 TIMEOUT_S = 0.5
 
 
+def set_both(command: CommandBuffer, value: float, now: float) -> CommandBuffer:
+    command.set("left", value, now)
+    command.set("right", value, now)
+    return command
+
+
 def test_each_command_is_taken_once() -> None:
     command = CommandBuffer()
     for now in (0.0, 1.0):
-        command.set("left", 2.0, now)
-        command.set("right", 2.0, now)
+        set_both(command, 2.0, now)
         assert command.take(now, TIMEOUT_S) == WheelCommand(2.0, 2.0)
         assert command.take(now + 0.5, TIMEOUT_S) is None
 
@@ -32,9 +37,7 @@ def test_a_repeated_command_does_not_prolong_the_wait() -> None:
 
 
 def test_one_frame_stops_both_motors() -> None:
-    command = CommandBuffer()
-    command.set("left", 2.0, 0.0)
-    command.set("right", 2.0, 0.0)
+    command = set_both(CommandBuffer(), 2.0, 0.0)
     command.take(0.0, TIMEOUT_S)
     command.set("left", 0.0, 0.1)
     assert command.take(0.1, TIMEOUT_S) is None
@@ -51,9 +54,7 @@ def test_a_stop_is_sent_at_once_if_the_other_motor_stands() -> None:
 
 
 def test_a_stop_does_not_turn_the_other_motor_by_an_old_command() -> None:
-    command = CommandBuffer()
-    command.set("left", 2.0, 0.0)
-    command.set("right", 2.0, 0.0)
+    command = set_both(CommandBuffer(), 2.0, 0.0)
     command.take(0.0, TIMEOUT_S)
     command.set("left", 0.0, 2 * MAX_AGE_S)
     assert command.take(3 * MAX_AGE_S, TIMEOUT_S) == WheelCommand()
@@ -79,9 +80,7 @@ def test_clear_drops_the_command() -> None:
 
 
 def test_an_old_command_is_sent_as_zero() -> None:
-    command = CommandBuffer()
-    command.set("left", 2.0, 0.0)
-    command.set("right", 2.0, 0.0)
+    command = set_both(CommandBuffer(), 2.0, 0.0)
     assert command.take(2 * MAX_AGE_S, TIMEOUT_S) == WheelCommand() == command.newest
 
 

@@ -54,20 +54,6 @@ def test_a_frame_is_accepted_at_once_after_two_in_a_row() -> None:
     assert [[reading.distance_cm for reading in readings] for readings in batches] == [[], [50, 51], [52]]
 
 
-def test_a_cut_frame_is_dropped_and_no_later_frame() -> None:
-    parser = Parser()
-    parser.feed(frame(50) + frame(51))
-    assert parser.feed(frame(52)[:6]) == []
-    assert _distances(parser, frame(53) + frame(54)) == [53, 54]
-    assert parser.skipped == 6
-
-
-def test_a_frame_with_a_wrong_checksum_is_dropped_and_no_later_frame() -> None:
-    parser = Parser()
-    broken = frame(52)[:-1] + b"\x00"
-    assert _distances(parser, frame(50) + frame(51) + broken + frame(53) + frame(54)) == [50, 51, 53, 54]
-
-
 @pytest.mark.parametrize("cut", range(9))
 def test_a_header_inside_a_frame_loses_two_frames_at_most(cut: int) -> None:
     headers = frame(0x59, 0x5959) + frame(0x59, 0x0359)

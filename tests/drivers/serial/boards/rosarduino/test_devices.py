@@ -41,15 +41,6 @@ def test_counts_are_added_up() -> None:
         assert sum_counts(*counts) == turned, counts
 
 
-def test_an_implausible_count_makes_no_sample() -> None:
-    wheel = WheelCounter()
-    wheel.take(1234, 0.0)
-    wheel.take(134, 0.005)
-    angle = wheel.angle(1.0)
-    assert angle is not None
-    assert (angle.time, angle.sequence) == (0.0, 0)
-
-
 @pytest.fixture
 def sampler() -> RangeSampler:
     assert NOSE

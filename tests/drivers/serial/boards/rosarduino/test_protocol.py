@@ -8,7 +8,6 @@ from drivers.serial.boards.rosarduino.protocol import (
     BATTERY,
     COUNTS,
     STOP,
-    Parser,
     Reply,
     deadman,
     frame_line,
@@ -54,11 +53,3 @@ def test_the_checksum_detects_one_wrong_byte(text: str) -> None:
         spoilt = bytearray(line)
         spoilt[place] ^= change
         assert remove_sum(spoilt.decode("latin-1")) is None
-
-
-@pytest.mark.parametrize("noise", [b"9" * 100 + b"\r\n", b"5 \xff5\r\n"])
-def test_an_invalid_line_is_counted_and_dropped(noise: bytes) -> None:
-    parser = Parser()
-    assert [line for byte in noise for line in parser.feed(bytes([byte]))] == []
-    assert parser.dropped == 1
-    assert parser.feed(b"OK\r\n") == ["OK"]

@@ -82,15 +82,6 @@ def test_a_command_that_turns_is_sent_once_with_the_boards_time_out(protocol: Sa
     assert protocol.next_due(5.0) == math.inf
 
 
-def test_the_newest_command_set_while_the_line_was_busy_is_sent(protocol: SabertoothProtocol) -> None:
-    command = begin(protocol).board(128, 0.5).command
-    for duty in (0.2, 0.4, 1.0):
-        command.set("left", duty, 1.0)
-        command.set("right", duty, 1.0)
-    assert protocol.data_to_send(1.1)[:8] == drive(128, 1, 1.0) + drive(128, 2, 1.0)
-    assert protocol.data_to_send(1.2) == b""
-
-
 def test_the_shortest_time_out_of_both_motors_applies(protocol: SabertoothProtocol, check_text: CheckText) -> None:
     protocol.board(128, 0.11)
     protocol.board(128, 1.0)
