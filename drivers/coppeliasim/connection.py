@@ -7,16 +7,7 @@ from contextlib import suppress
 from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from drivers.coppeliasim.address import (
-    Address,
-    build_answer_error,
-    build_missing_error,
-    build_server_gone_error,
-    build_timeout_error,
-    build_too_old_error,
-    is_listening,
-    require_greeting,
-)
+from drivers.coppeliasim.address import Address, RefusedError, build_answer_error, build_error, require_greeting
 from robotcore.errors import BackendError
 from robotcore.simulation.executor import SerialExecutor
 
@@ -43,12 +34,6 @@ OLDER_NAMES = {
     "sim.readCustomStringData": "sim.readCustomDataBlock",
 }
 """The names that functions had before CoppeliaSim 4.7, by their present names. Their arguments have not changed."""
-
-
-class RefusedError(BackendError):
-    """The server answered a call with an error. The connection stays usable."""
-
-    kind = "refused"
 
 
 class SimulatorConnection:
@@ -84,7 +69,7 @@ class SimulatorConnection:
         require_greeting(address)
         from drivers.coppeliasim.client import Client
 
-        connection = cls(address, _create_client(Client, address), answer_s)
+        connection = cls(address, Client(address, IDLE_S), answer_s)
         try:
             connection.call("zmqRemoteApi.require", "sim", within_s=LOADING_S)
             connection._set_functions(connection.call("zmqRemoteApi.info", "sim", within_s=LOADING_S))
@@ -112,16 +97,12 @@ class SimulatorConnection:
         """
         return self.call(self._find_function(name), *arguments, within_s=within_s)
 
-    def has(self, name: str) -> bool:
-        """Return whether the server has a function or constant ``sim.NAME``."""
-        return name in self._functions
-
     def constant(self, name: str) -> int:
         """Return the value of the constant ``sim.NAME``. Raises BackendError if the server does not have it."""
         entry = self._functions.get(name)
         if isinstance(entry, Mapping) and isinstance(entry.get("const"), (int, float)):
             return int(entry["const"])
-        raise build_missing_error(self.address, f"sim.{name}")
+        raise self._build_missing_error(f"sim.{name}")
 
     def call(self, function: str, *arguments: Any, within_s: float | None = None) -> Any:
         """Call a function of the server by its full name, and return its result. Calls from several threads take turns.
@@ -160,51 +141,35 @@ class SimulatorConnection:
         except (TypeError, ValueError, LookupError) as error:
             raise build_answer_error(self.address, f"sim.{name}", f"{answer!r:.80}") from error
 
+    def queue(self, name: str, *arguments: Any) -> None:
+        """Send a call of ``sim.NAME`` to a server that has not answered in time. It executes the call once it answers.
+
+        This method does nothing if the connection has no failure, or another failure than a time-out.
+        """
+        if self._failure and self._failure.kind == "timeout":
+            self._executor.run(partial(self._client.queue, f"sim.{name}", arguments))
+
     def close(self) -> None:
         """End the session on the server, and disconnect. No error is raised. A second call does nothing."""
         if not self._failure:
             with suppress(BackendError):  # the server has ended
                 self.call("_*end*_")
-            self._failure = BackendError(
-                f"coppeliasim: the connection to {self.address} is closed",
-                kind="connection-closed",
-                address=str(self.address),
+            self._failure = build_error(
+                self.address, "connection-closed", f"the connection to {self.address} is closed"
             )
         self._executor.run(self._client.close)
         self._executor.close()
 
     def _call(self, function: str, arguments: Sequence[Any], limit_s: float) -> Any:
-        from drivers.coppeliasim.client import (
-            CallRefused,
-            CallTimeout,
-            Disconnected,
-            FirstProtocolReply,
-            ProtocolViolation,
-        )
-
         if self._failure:
             raise self._failure
         try:
             return self._client.call_within(function, arguments, limit_s)
-        except CallRefused as error:
-            raise RefusedError(
-                f"coppeliasim: {self.address} refused {function}: {error}",
-                address=str(self.address),
-                function=function,
-            ) from error
-        except CallTimeout as error:
-            timeout = build_timeout_error(self.address, function, limit_s, is_known=bool(self._functions))
-            self._failure = timeout if is_listening(self.address) else build_server_gone_error(self.address, function)
-            raise self._failure from error
-        except Disconnected as error:
-            self._failure = build_server_gone_error(self.address, function)
-            raise self._failure from error
-        except FirstProtocolReply as error:
-            self._failure = build_too_old_error(self.address)
-            raise self._failure from error
-        except ProtocolViolation as error:
-            self._failure = build_answer_error(self.address, function, error)
-            raise self._failure from error
+        except RefusedError:
+            raise
+        except BackendError as failure:
+            self._failure = failure
+            raise
 
     def _set_functions(self, info: Any) -> None:
         if not isinstance(info, Mapping) or "getObjectPosition" not in info:
@@ -219,17 +184,13 @@ class SimulatorConnection:
         older = OLDER_NAMES.get(function)
         if older and older.removeprefix("sim.") in self._functions:
             return older
-        raise build_missing_error(self.address, function)
+        raise self._build_missing_error(function)
 
-
-def _create_client(client: type[Client], address: Address) -> Client:
-    import zmq
-
-    try:
-        return client(address.host, address.port, IDLE_S)
-    except zmq.ZMQError as error:
-        raise BackendError(
-            f"coppeliasim: {address} is not a valid address: {error}. Correct --host",
-            kind="invalid-address",
-            address=str(address),
-        ) from error
+    def _build_missing_error(self, function: str) -> BackendError:
+        return build_error(
+            self.address,
+            "function-missing",
+            f"the CoppeliaSim at {self.address} has no {function}. Install a newer one; this driver was tested with "
+            "4.10",
+            function=function,
+        )

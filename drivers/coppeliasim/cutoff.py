@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import suppress
 
+from drivers.coppeliasim.address import Address, RefusedError, is_listening
+from robotcore.errors import BackendError
 from robotcore.hal.cutoff import Cutoff, Unconfirmed
 
 SHORT_S = 0.3
@@ -34,17 +36,20 @@ class StopJoints(Cutoff):
         import drivers.coppeliasim.client  # noqa: F401
 
     def stop(self) -> str | None:
-        from drivers.coppeliasim.client import CallRefused, CallTimeout, Client, Disconnected, ProtocolViolation
+        from drivers.coppeliasim.client import Client
 
-        client = Client(self._host, self._port, IDLE_S)
+        address = Address(host=self._host, port=self._port)
+        client = Client(address, IDLE_S)
         try:
             client.call_within("zmqRemoteApi.require", ["sim"], SHORT_S)
             for joint in self._joints:
-                with suppress(CallRefused):  # the joint was removed
+                with suppress(RefusedError):  # the joint was removed
                     client.call_within("sim.setJointTargetVelocity", [joint, 0.0], SHORT_S)
             client.call_within("_*end*_", [], SHORT_S)
-        except (CallTimeout, Disconnected, CallRefused, ProtocolViolation):
-            return Unconfirmed(f"{self._host}:{self._port} does not answer. If the simulator has ended, no wheel turns")
+        except BackendError as failure:
+            if not is_listening(address):
+                return Unconfirmed(f"no server listens at {address}. If the simulator has ended, no wheel turns")
+            return Unconfirmed(f"simulated wheels may still turn: {failure}")
         finally:
             client.close()
         return None

@@ -11,8 +11,8 @@ from collections.abc import Collection, Sequence
 from contextlib import suppress
 from typing import Any
 
+from drivers.coppeliasim.address import RefusedError
 from drivers.coppeliasim.builder import SceneBuilder, place_lamp
-from drivers.coppeliasim.connection import RefusedError
 from robotcore.description import Light
 from robotcore.errors import BackendError
 

@@ -7,7 +7,8 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
-from drivers.coppeliasim.connection import LOADING_S, RefusedError, SimulatorConnection
+from drivers.coppeliasim.address import RefusedError, build_error
+from drivers.coppeliasim.connection import LOADING_S, SimulatorConnection
 from drivers.coppeliasim.simulator_lock import SimulatorLock
 from robotcore.errors import BackendError
 from robotcore.hal.wall_clock import MonotonicClock
@@ -35,8 +36,6 @@ _STOPPING_S, _NAP_S = 0.5, 0.01
 Probe = Callable[[Callable[[int], Point | None]], bool]
 """A function that returns whether proximity sensors work. Its argument is `CoppeliaSimScene.detect`."""
 
-_READ_LOG = "Read CoppeliaSim's message in its window or its log"
-
 
 class CoppeliaSimScene(Scene):
     """A scene of CoppeliaSim. Each method makes one or a few calls of the remote API.
@@ -57,6 +56,7 @@ class CoppeliaSimScene(Scene):
             connection.constant("object_shape_type"): ObjectKind.SHAPE,
         }
         self._explicit: dict[int, bool] = {}
+        self._joints: set[int] = set()
         self._step_s = self._time = 0.0
         self._limit_s: float | None = None
 
@@ -89,23 +89,28 @@ class CoppeliaSimScene(Scene):
         if before is not State.RUNNING:
             self.connection.sim("startSimulation", within_s=LOADING_S)
         if self.read_state() is not State.RUNNING:
-            raise BackendError(
-                f"coppeliasim: the simulation at {self.connection.address} does not start. {_READ_LOG}",
-                kind="simulation-not-started",
-                address=str(self.connection.address),
+            raise build_error(
+                self.connection.address,
+                "simulation-not-started",
+                f"the simulation at {self.connection.address} does not start. Read CoppeliaSim's message in its window "
+                "or its log",
             )
         self._step_s, self._time, self._limit_s = self.read_time_step(), self.read_time(), LOADING_S
 
     def stop(self) -> None:
+        """Stop the simulation. If the simulator has ended or hangs, this does nothing."""
+        if self.connection.is_lost:
+            return
         if self._lock:
             self._lock.require_ownership()
         if self.read_state() is State.STOPPED:
             return
         self.connection.sim("stopSimulation", True, within_s=LOADING_S)
         if (state := self.read_state()) is not State.STOPPED:
-            raise BackendError(
-                f"coppeliasim: the simulation does not stop; it is {state.value}. Stop it in CoppeliaSim",
-                kind="simulation-not-stopped",
+            raise build_error(
+                self.connection.address,
+                "simulation-not-stopped",
+                f"the simulation does not stop; it is {state.value}. Stop it in CoppeliaSim",
                 state=state.value,
             )
 
@@ -125,6 +130,7 @@ class CoppeliaSimScene(Scene):
         self._time = now
 
     def set_joint_velocity(self, joint: int, rad_s: float) -> None:
+        self._joints.add(joint)
         self.connection.sim("setJointTargetVelocity", joint, rad_s)
 
     def read_joint_position(self, joint: int) -> float:
@@ -173,6 +179,9 @@ class CoppeliaSimScene(Scene):
         return self.connection.call_as(_to_linear, "getObjectVelocity", handle)
 
     def close(self) -> None:
+        """Release the lock, and disconnect. If the server is frozen, its wheels stop once it continues."""
+        for joint in self._joints:
+            self.connection.queue("setJointTargetVelocity", joint, 0.0)
         try:
             if self._lock:
                 self._lock.release()
@@ -220,8 +229,8 @@ class CoppeliaSimScene(Scene):
                 "Check whether another program steps this simulation, or whether this program was suspended for more "
                 "than 5 s"
             )
-        address = str(self.connection.address)
-        return BackendError(f"coppeliasim: the simulation at {address} {problem}", kind=kind, address=address)
+        address = self.connection.address
+        return build_error(address, kind, f"the simulation at {address} {problem}")
 
 
 def _to_point(answer: Any) -> Point:

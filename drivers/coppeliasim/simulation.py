@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import NamedTuple
 
+from drivers.coppeliasim.address import build_error
 from drivers.coppeliasim.builder import FORWARD, Placement, SceneBuilder, place_mount, place_on_floor
-from drivers.coppeliasim.connection import LOADING_S
 from drivers.coppeliasim.models import BuiltEncoder, BuiltMotor, BuiltRobot, BuiltWorld, build_robot, build_world
 from drivers.coppeliasim.restore import (
     UndoCall,
@@ -40,7 +40,7 @@ from robotcore.description import (
     SimulatedDevice,
     WorldDescription,
 )
-from robotcore.errors import BackendError, DeviceError
+from robotcore.errors import DeviceError
 from robotcore.hal.backend import Setup
 from robotcore.hal.clock import SteppedClock
 from robotcore.hal.devices import Device
@@ -118,6 +118,9 @@ SCREEN = (320, 240)
 _SCREEN_FOV_RAD, _SCREEN_HEIGHT_M = 1.0, 3.0
 _TOLERANCE = 1e-6
 
+PHYSICS_STEP_S = 0.005
+"""The time step of the physics engine in a built scene, in seconds. The wheels were tuned with it."""
+
 
 class BuiltScene(NamedTuple):
     """The handles of the objects of a built scene."""
@@ -136,11 +139,11 @@ def clear_scene(scene: CoppeliaSimScene, builder: SceneBuilder) -> None:
     Raises BackendError if a simulation runs, or if the user has objects in the scene.
     """
     if (state := scene.read_state()) is not State.STOPPED:
-        raise BackendError(
-            f"coppeliasim: a simulation that this program did not start is {state.value} in the CoppeliaSim at "
+        raise build_error(
+            scene.connection.address,
+            "simulation-in-use",
+            f"a simulation that this program did not start is {state.value} in the CoppeliaSim at "
             f"{scene.connection.address}. Stop the simulation, and run again",
-            kind="simulation-in-use",
-            address=str(scene.connection.address),
             state=state.value,
         )
     restore(builder)
@@ -171,11 +174,10 @@ def build_scene(scene: CoppeliaSimScene, builder: SceneBuilder, setup: Setup, wo
         isinstance(description, RangeSensorDescription) for description in setup.chosen_devices
     ):
         require_depth(builder, scene.connection)
-    undo: list[UndoCall] = [_build_engine_undo(builder), _build_time_step_undo(scene, builder)]
+    undo = _build_physics_undo(builder)
     undo += build_collections_undo(built_world.root, (built_world.visible, built_world.detectable))
     save_scene_state(builder, built_world.root, world.light, undo)
-    _set_engine(builder)
-    _set_time_step(scene, builder, 1 / setup.rate_hz)
+    _set_physics(scene, builder, 1 / setup.rate_hz)
     robot = build_robot(builder, setup.robot, world.start.pose)
     sensors = _Sensors(
         builder, robot.body, place_on_floor(world.start.pose), built_world, compute_sky_grey(world), has_proximity
@@ -221,28 +223,33 @@ class _Sensors(NamedTuple):
         return None
 
 
-def _build_engine_undo(builder: SceneBuilder) -> UndoCall:
-    parameter = builder.constant("intparam_dynamic_engine")
-    return "setInt32Param", parameter, builder.call("getInt32Param", parameter)
+def _set_physics(scene: CoppeliaSimScene, builder: SceneBuilder, step_s: float) -> None:
+    """Select the physics engine Bullet, and set the time steps of the simulation and of the physics.
 
+    step_s: the time step of the simulation, in seconds.
 
-def _set_engine(builder: SceneBuilder) -> None:
-    """Select the physics engine Bullet. With other engines, the built wheels slip or do not turn."""
-    builder.call("setInt32Param", builder.constant("intparam_dynamic_engine"), builder.constant("physics_bullet"))
-
-
-def _build_time_step_undo(scene: CoppeliaSimScene, builder: SceneBuilder) -> UndoCall:
-    return "setFloatParam", builder.constant("floatparam_simulation_time_step"), scene.read_time_step()
-
-
-def _set_time_step(scene: CoppeliaSimScene, builder: SceneBuilder, step_s: float) -> None:
-    parameter = builder.constant("floatparam_simulation_time_step")
-    scene.connection.sim("setFloatParam", parameter, step_s, within_s=LOADING_S)
+    With other engines, the built wheels slip or do not turn.
+    """
+    constant = builder.constant
+    builder.call("setInt32Param", constant("intparam_dynamic_engine"), constant("physics_bullet"))
+    builder.call("setFloatParam", constant("floatparam_physicstimestep"), PHYSICS_STEP_S)
+    builder.call("setFloatParam", constant("floatparam_simulation_time_step"), step_s)
     if abs((got := scene.read_time_step()) - step_s) > _TOLERANCE * step_s:
-        raise BackendError(
-            f"coppeliasim: the simulation's time step was set to {step_s:g} s and is {got:g} s. "
-            "Open a new scene in CoppeliaSim, or choose another --rate",
-            kind="time-step-refused",
+        raise build_error(
+            scene.connection.address,
+            "time-step-refused",
+            f"the simulation's time step was set to {step_s:g} s and is {got:g} s. Open a new scene in CoppeliaSim, or "
+            "choose another --rate",
             requested_s=step_s,
             actual_s=got,
         )
+
+
+def _build_physics_undo(builder: SceneBuilder) -> list[UndoCall]:
+    """Return the calls that restore what `_set_physics` changes."""
+    parameters = [
+        ("Int32Param", builder.constant("intparam_dynamic_engine")),
+        ("FloatParam", builder.constant("floatparam_physicstimestep")),
+        ("FloatParam", builder.constant("floatparam_simulation_time_step")),
+    ]
+    return [(f"set{kind}", number, builder.call(f"get{kind}", number)) for kind, number in parameters]

@@ -135,7 +135,7 @@ def write_finding(finding: Finding) -> None:
     width = max(get_terminal_size().columns, 2 * FINDING_INDENT) if sys.stdout.isatty() else FINDING_WIDTH
     level = finding.level.value
     lines = click.wrap_text(
-        f"{level:<9}{finding.subject:<14}{_join_lines(finding.message)}", width, "", " " * FINDING_INDENT
+        f"{level:<9}{finding.subject + ' ':<14}{_join_lines(finding.message)}", width, "", " " * FINDING_INDENT
     )
     if finding.remedy:
         lines += NEWLINE + click.wrap_text(

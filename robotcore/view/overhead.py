@@ -38,6 +38,8 @@ class Track:
     def __init__(self) -> None:
         self.points: list[TrackPoint] = []
         """The points, from the first tick to the last."""
+        self.is_located = True
+        """Whether the robot's poses are known. If False, the pose of each point is the origin, and is not drawn."""
 
     def __repr__(self) -> str:
         return f"<Track of {len(self.points)} points, states {', '.join(self.states) or 'none'}>"
@@ -139,7 +141,7 @@ def draw_map(world: WorldDescription, paths: Sequence[MapPath], size: int) -> Im
     canvas = Canvas(size, size, PAPER)
     transform = MapTransform.fit(world, [step for path in paths for step in path.track.points], size)
     _draw_world(canvas, transform, world)
-    paths = [path for path in paths if path.track.points]
+    paths = [path for path in paths if path.track.points and path.track.is_located]
     width = max(2.0, 0.028 * transform.scale)
     widths = [width * 2.2**narrower for narrower in reversed(range(len(paths)))]
     for path in paths:

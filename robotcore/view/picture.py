@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 
 from robotcore.description import Floor, RobotDescription, WorldDescription
+from robotcore.geometry import Pose
 from robotcore.hal.devices import Frame, Image
 from robotcore.hal.robot import Robot
 from robotcore.recording import Recording, SampleKey, Tick
@@ -130,6 +131,8 @@ def _draw_legend(canvas: Canvas, top: int, figure: RunFigure, colours: dict[str,
         canvas.write_text((columns[0], y + _LEGEND_ROW * index), words, INK, 15)
 
 
+ORIGIN = Pose(0.0, 0.0, 0.0)
+
 _PATH_MARGIN_M = 0.5
 """The margin around the path on a floor that `build_world` creates, in metres."""
 
@@ -153,11 +156,12 @@ def build_figure(
     """
     about, path = recording.metadata, build_true_path(recording) or build_odometry_path(recording)
     track = Track()
+    track.is_located = bool(path)
     shown_states = [tick.state for tick in recording.ticks] if states is None else states
     ticks = recording.ticks[: len(shown_states)]
     for tick, state in zip(ticks, shown_states, strict=False):
-        if tick.number in path:
-            track.points.append(TrackPoint(tick.time, state, path[tick.number]))
+        if pose := path.get(tick.number) if path else ORIGIN:
+            track.points.append(TrackPoint(tick.time, state, pose))
     recorded = build_result(recording)
     ended = replace(result, world=recorded.world) if result else recorded
     return RunFigure(
@@ -221,8 +225,10 @@ class PictureRecorder:
         self._run = run
 
     def tick(self, record: TickRecord) -> None:
-        if self._run and self._run.truth:
-            self._track.points.append(TrackPoint(record.time, record.state, self._run.truth.pose))
+        if self._run:
+            truth = self._run.truth
+            self._track.is_located = truth is not None
+            self._track.points.append(TrackPoint(record.time, record.state, truth.pose if truth else ORIGIN))
 
     def end(self, result: RunResult) -> None:
         if run := self._run:

@@ -17,6 +17,7 @@ from drivers.vrep.wire.codec import (
     floats_reader,
     pack_floats,
     pack_ints,
+    pack_text,
     read_float,
     read_int,
     read_ints,
@@ -44,13 +45,8 @@ def to_bytes(value: str | bytes | bytearray) -> bytes:
     return value.encode() if isinstance(value, str) else bytes(value)
 
 
-def terminate(text: str | bytes) -> bytes:
-    """Encode a text, which ends at its first zero byte."""
-    return to_bytes(text).split(b"\0")[0] + b"\0"
-
-
 HANDLE = Parameter(int, pack_ints, is_key=True)
-NAME = Parameter(str | bytes, terminate, is_key=True)
+NAME = Parameter(str | bytes, pack_text, is_key=True)
 INT = Parameter(int, pack_ints)
 FLOAT = Parameter(float, pack_floats)
 FLOATS = Parameter(Sequence[float], lambda values: pack_floats(*values))

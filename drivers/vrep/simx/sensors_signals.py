@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from drivers.vrep.simx import constants as c
 from drivers.vrep.simx.clients import CLIENTS, read, send
-from drivers.vrep.simx.commands import terminate, to_bytes
+from drivers.vrep.simx.commands import to_bytes
 from drivers.vrep.wire import requests
 from drivers.vrep.wire.codec import (
     Pixels,
@@ -20,6 +20,7 @@ from drivers.vrep.wire.codec import (
     floats_reader,
     pack_floats,
     pack_ints,
+    pack_text,
     read_depth,
 )
 from drivers.vrep.wire.requests import Request, build_request
@@ -186,11 +187,11 @@ def simxCallScriptFunction(
     operationMode: int,
 ) -> tuple[int, list[int], list[float], list[str], bytearray]:
     """Call a function of a script, and return the return code and the four results of the function."""
-    key = pack_ints(options) + terminate(scriptDescription) + terminate(functionName)
+    key = pack_ints(options) + pack_text(scriptDescription) + pack_text(functionName)
     buffer = to_bytes(inputBuffer)
     counts = pack_ints(len(inputInts), len(inputFloats), len(inputStrings), len(buffer))
     numbers = pack_ints(*inputInts) + pack_floats(*inputFloats)
-    data = counts + numbers + b"".join(map(terminate, inputStrings)) + buffer
+    data = counts + numbers + b"".join(map(pack_text, inputStrings)) + buffer
     default: Results = ([], [], [], bytearray())
     call = Request(f"call {functionName!r} of {scriptDescription!r}", 0x3401, key, data, _read_results)
     code, results = read(clientID, call, operationMode, default)

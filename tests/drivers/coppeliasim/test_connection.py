@@ -16,11 +16,10 @@ import zmq
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drivers.coppeliasim import address as address_module
-from drivers.coppeliasim.address import Address
+from drivers.coppeliasim.address import Address, RefusedError
 from drivers.coppeliasim.backend import diagnose
 from drivers.coppeliasim.client import Client
-from drivers.coppeliasim.connection import RefusedError, SimulatorConnection
+from drivers.coppeliasim.connection import SimulatorConnection
 from robotcore.errors import BackendError
 from robotcore.hal.wall_clock import MonotonicClock
 from tests.doubles.coppeliasim.double import Double
@@ -222,7 +221,7 @@ def test_ctrl_c_ends_a_long_call_soon(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_client_that_was_not_closed_does_not_delay_the_exit(double: Double) -> None:
-    client = Client("127.0.0.1", double.zmq_port, 5.0)
+    client = Client(Address(port=double.zmq_port), 5.0)
     client.watch_disconnects()
     client.__del__()
     assert client.context.closed
@@ -279,26 +278,3 @@ def test_connection_does_not_continue_with_a_restarted_server(raises: Raises) ->
     with ZmqServer(Simulator(), server.port), raises(BackendError, "server-gone", hide=[server.port]):
         connection.sim("getSimulationTime")
     connection.close()
-
-
-def test_errors_have_kinds_and_name_the_address() -> None:
-    address = address_module.Address(port=23001)
-    failures = [
-        address_module.build_refused_error(address, ConnectionRefusedError()),
-        address_module.build_protocol_error(address, None),
-        address_module.build_server_gone_error(address, "sim.step"),
-        address_module.build_timeout_error(address, "sim.step", 1.0, is_known=True),
-        address_module.build_answer_error(address, "sim.step", 7),
-        address_module.build_too_old_error(address),
-        address_module.build_missing_error(address, "sim.step"),
-    ]
-    assert [failure.kind for failure in failures] == [
-        "connection-refused",
-        "wrong-protocol",
-        "server-gone",
-        "timeout",
-        "unexpected-answer",
-        "server-too-old",
-        "function-missing",
-    ]
-    assert {failure.fields["address"] for failure in failures} == {"127.0.0.1:23001"}

@@ -6,8 +6,10 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing
+from types import MappingProxyType
+from typing import Any
 
 import pytest
 
@@ -33,6 +35,8 @@ BOUND_S = 6.0
 On an idle machine, errors are raised within two seconds.
 """
 
+NONE: Mapping[str, Any] = MappingProxyType({})
+
 
 @pytest.fixture(autouse=True)
 def _short_lock(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -50,10 +54,12 @@ def double(simulator: Simulator) -> Iterator[Double]:
         yield double
 
 
-def drive(port: int, *observers: CallOnce, duration_s: float = 60.0) -> RunResult:
+def drive(
+    port: int, *observers: CallOnce, duration_s: float = 60.0, robot: str = "rover", options: Mapping[str, Any] = NONE
+) -> RunResult:
     clock = MonotonicClock()
-    settings, options = {"duration_s": duration_s}, {"port": port}
-    result = run(RunRequest("avoid-obstacles", "coppeliasim", settings=settings, options=options), observers)
+    settings, options = {"duration_s": duration_s}, {"port": port, **options}
+    result = run(RunRequest("avoid-obstacles", "coppeliasim", robot, settings=settings, options=options), observers)
     assert clock.now() < BOUND_S
     return result
 
@@ -78,18 +84,34 @@ def test_server_that_ends_in_a_run_ends_it_and_the_next_run_works() -> None:
 def test_server_that_hangs_in_a_run_ends_it_and_the_next_run_restores_the_scene(
     simulator: Simulator, double: Double
 ) -> None:
+    require_error(drive_until_it_hangs(double), "timeout")
+    wait_until_wheels_stop(simulator)
+    assert drive(double.zmq_port, duration_s=0.3).outcome is Outcome.SUCCESS
+
+
+def test_wheels_stop_once_a_server_that_hung_answers() -> None:
+    simulator = bubblerob_with_described_range()
+    with Double(simulator) as double:
+        result = drive_until_it_hangs(double, robot="bubblerob", options={"answer_s": 0.3})
+        assert isinstance(result.error, BackendError)
+        assert result.error.kind == "timeout"
+        wait_until_wheels_stop(simulator)
+
+
+def drive_until_it_hangs(double: Double, **request: Any) -> RunResult:
+    """Drive until the simulator hangs and the run has ended. Then let the simulator continue."""
     is_over = threading.Event()
 
     def hang() -> None:
-        with simulator.lock:
+        with double.simulator.lock:
             is_over.wait(BOUND_S)
 
     hanging = threading.Thread(target=hang)
-    result = drive(double.zmq_port, CallOnce(hanging.start))
+    result = drive(double.zmq_port, CallOnce(hanging.start), **request)
+    assert any(joint.target_velocity for joint in double.simulator.graph.all_of(Joint))
     is_over.set()
     hanging.join()
-    require_error(result, "timeout")
-    assert drive(double.zmq_port, duration_s=0.3).outcome is Outcome.SUCCESS
+    return result
 
 
 @pytest.mark.parametrize(
@@ -211,10 +233,14 @@ def test_killed_program_leaves_no_wheel_turning(robot: str, scene: Callable[[], 
             with simulator.lock:
                 assert simulator.changed.wait_for(lambda: simulator.time > 0.2 and any(read_targets(simulator)), 30)
             app.send_signal(signal.SIGKILL)
-        clock = MonotonicClock()
-        while any(read_targets(simulator)):
-            assert clock.now() < BOUND_S
-            clock.sleep_until(clock.now() + 0.02)
+        wait_until_wheels_stop(simulator)
+
+
+def wait_until_wheels_stop(simulator: Simulator) -> None:
+    clock = MonotonicClock()
+    while any(read_targets(simulator)):
+        assert clock.now() < BOUND_S
+        clock.sleep_until(clock.now() + 0.02)
 
 
 def read_targets(simulator: Simulator) -> list[float]:

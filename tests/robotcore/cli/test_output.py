@@ -62,6 +62,11 @@ def test_the_texts_of_a_finding_are_escaped(capsys: pytest.CaptureFixture[str]) 
     require_harmless(capsys.readouterr().out)
 
 
+def test_a_long_subject_is_separate_from_its_message(capsys: pytest.CaptureFixture[str]) -> None:
+    write_finding(Finding.ok("proximity sensors", "detect a box", kind="sensors-work"))
+    assert "proximity sensors detect a box" in capsys.readouterr().out
+
+
 def test_json_holds_every_control_character_as_an_escape(capsys: pytest.CaptureFixture[str]) -> None:
     write_json({"reason": HOSTILE})
     assert all(each.isprintable() for each in capsys.readouterr().out.rstrip("\n"))

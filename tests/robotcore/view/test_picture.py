@@ -225,6 +225,16 @@ def test_the_recorder_stores_the_true_pose_of_every_tick() -> None:
     assert steps[-1].pose.distance_to(*steps[0].pose[:2]) > 0.1
 
 
+def test_states_of_a_run_without_poses_are_listed() -> None:
+    recorder = PictureRecorder()
+    result = run(RunRequest("mark-green", "mock", settings={"duration_s": 0.2}), [recorder])
+    assert recorder._figure
+    assert not recorder._figure.track.is_located
+    ((state, first_s, duration_s),) = recorder._figure.track.list_state_durations()
+    assert (state, first_s) == ("search", 0.0)
+    assert duration_s == pytest.approx(result.sim_time_s)
+
+
 def test_the_recorder_reads_no_camera() -> None:
     recorder = RunKeeper()
     run(REQUEST, [recorder])

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from drivers.coppeliasim.connection import RefusedError
+from drivers.coppeliasim.address import RefusedError
 from robotcore.description import load_robot
 from robotcore.errors import BackendError
 from robotcore.hal.wall_clock import MonotonicClock
