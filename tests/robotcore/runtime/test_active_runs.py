@@ -141,12 +141,6 @@ def test_a_suspended_run_is_ended(start: Start) -> None:
     running.end()
 
 
-def test_a_process_that_sigterm_kills_has_ended() -> None:
-    process = register_in_other_process()
-    assert end_runs(list_active_runs(), 60.0) == []
-    assert os.WTERMSIG(os.waitpid(process, 0)[1]) == signal.SIGTERM
-
-
 def test_runs_that_ignore_sigterm_are_killed_after_one_limit_for_all() -> None:
     processes = [register_in_other_process(ignores_sigterm=True) for _ in range(2)]
     runs = list_active_runs()

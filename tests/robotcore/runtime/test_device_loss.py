@@ -10,38 +10,15 @@ import pytest
 
 from robotcore import Outcome, RunRequest, RunResult
 from robotcore.errors import DeviceError, DeviceLostError
-from robotcore.geometry import Pose, Wheels
+from robotcore.geometry import Wheels
 from robotcore.hal.devices import Range
 from robotcore.hal.robot import Robot
-from robotcore.recording.replay import replay
 from robotcore.runtime.behaviour import Status
 from robotcore.runtime.loop import Loop
-from robotcore.runtime.session import Run, run
+from robotcore.runtime.session import run
 from robotcore.runtime.trace import TickRecord
 from tests.robotcore.fakes import FunctionApp, NullMotor, Rig
-from tests.robotcore.recording.replay.memory import Memory
 from tests.texts import CheckText
-
-
-class PoseObserver:
-    """Collects the robot's pose and the lost device of each tick."""
-
-    def __init__(self) -> None:
-        self.lost: list[str | None] = []
-        self.poses: list[Pose] = []
-        self._run: Run | None = None
-
-    def begin(self, run: Run) -> None:
-        self._run = run
-
-    def tick(self, record: TickRecord) -> None:
-        assert self._run
-        assert self._run.truth
-        self.lost.append(record.lost)
-        self.poses.append(self._run.truth.pose)
-
-    def end(self, result: RunResult) -> None:
-        """Do nothing."""
 
 
 @pytest.fixture
@@ -53,9 +30,8 @@ def patient(tmp_path: Path) -> str:
     return str(file)
 
 
-def search(robot: str, *faults: str, observer: PoseObserver | None = None, timeout_s: float = 2.5) -> RunResult:
-    request = RunRequest("green-search", robot=robot, seed=7, timeout_s=timeout_s, faults=faults)
-    return run(request, [observer] if observer else [])
+def search(robot: str, *faults: str, timeout_s: float = 2.5) -> RunResult:
+    return run(RunRequest("green-search", robot=robot, seed=7, timeout_s=timeout_s, faults=faults))
 
 
 @pytest.mark.parametrize("target", ["range", "drive", "encoders", "camera", "connection"])
@@ -64,15 +40,6 @@ def test_run_continues_when_a_lost_device_is_back(patient: str, target: str, che
     assert (result.outcome, result.sim_time_s) == (Outcome.TIMEOUT, 2.5)
     [note] = result.notes
     check_text(note)
-
-
-def test_robot_stands_until_the_device_is_back(patient: str) -> None:
-    observer = PoseObserver()
-    search(patient, "range lost=0.8 after=1", observer=observer)
-    waiting = [pose for pose, lost in zip(observer.poses, observer.lost, strict=True) if lost == "nose"]
-    assert len(waiting) == 16
-    assert waiting[10].heading == pytest.approx(waiting[-1].heading, abs=1e-3)
-    assert observer.poses[-1].heading != pytest.approx(waiting[-1].heading, abs=0.1)
 
 
 def test_each_loss_may_last_the_whole_time(patient: str, check_text: CheckText) -> None:
@@ -95,16 +62,6 @@ def test_loss_ends_the_run_at_once_without_outage_s() -> None:
     result = search("rover", "range lost=0.1 after=1")
     assert result.exit_status == 3
     assert result.sim_time_s == pytest.approx(1.0)
-
-
-@pytest.mark.parametrize("lost", ["connection lost=0.5", "right_motor lost=0.5", "range lost=2", "camera lost=0.3"])
-def test_recorded_loss_is_replayed_with_the_same_decisions(patient: str, lost: str) -> None:
-    memory = Memory()
-    request = RunRequest("green-search", robot=patient, seed=7, timeout_s=3.0, faults=(f"{lost} after=1",))
-    run(request, [memory], [memory.layer])
-    verdict = replay(memory.recording)
-    assert verdict.exit_status == 0
-    assert verdict.result.ticks == len(memory.ticks)
 
 
 class Line:
@@ -193,16 +150,6 @@ def test_app_is_not_called_until_every_lost_device_is_back(check_text: CheckText
     check_text(note)
 
 
-def test_motor_that_the_deadman_cannot_stop_aborts_no_tick() -> None:
-    """The app no longer commands the motor when it is lost, so the run does not need it."""
-    board = Board()
-    Line(board.rig, board.rig.left, board.rig.right)
-    board.run(lambda robot: turning(robot) if robot.clock.now() < 0.33 else Status.RUNNING)
-    assert [record.tick for record in board.records] == list(range(31))
-    assert [cause for record in board.records for cause in _causes(record)] == ["deadman"]
-    assert board.loop.losses.summarise(1.5) == ()
-
-
 @pytest.mark.parametrize("end", [Status.RUNNING, Status.SUCCESS])
 def test_run_that_ends_while_a_motor_is_lost_raises(end: Status) -> None:
     """The run ends by its time-out, or by an app that no longer commands the motor."""
@@ -226,10 +173,6 @@ def test_failed_stop_is_raised_before_a_lost_motor() -> None:
         board.run(turning)
     assert raised.value.device == "right_motor"
     assert board.loop.time == pytest.approx(0.4)
-
-
-def _causes(record: TickRecord) -> list[str]:
-    return [each.cause for each in record.interventions]
 
 
 def _read(line: Line, rig: Rig) -> Range:

@@ -40,24 +40,12 @@ def measure(timer: InterventionTimer, *records: TickRecord) -> dict[str, float]:
     return timer.measure()
 
 
-def test_run_without_interventions_has_no_durations(timer: InterventionTimer) -> None:
-    assert measure(timer, free(0.0), silent(0.1), free(0.2)) == {}
-
-
 def test_changed_command_lasts_until_the_next_command(timer: InterventionTimer) -> None:
     assert measure(timer, guarded(1.0), guarded(1.1), free(1.2), free(1.3)) == {"range guard": 0.2}
 
 
-def test_changed_command_lasts_through_ticks_without_a_command(timer: InterventionTimer) -> None:
-    assert measure(timer, guarded(1.0), silent(1.1), guarded(1.2), silent(1.3), free(1.4)) == {"range guard": 0.4}
-
-
 def test_change_of_a_command_that_is_in_force_lasts_until_the_next_command(timer: InterventionTimer) -> None:
     assert measure(timer, free(1.0), guarded(1.1, asked=None), silent(1.2), free(1.3)) == {"range guard": 0.2}
-
-
-def test_separate_changes_by_one_cause_are_added(timer: InterventionTimer) -> None:
-    assert measure(timer, guarded(1.0), free(1.1), guarded(2.0), free(2.3)) == {"range guard": 0.4}
 
 
 def test_stop_that_a_command_ends_lasts_from_its_own_time(timer: InterventionTimer) -> None:
@@ -78,15 +66,6 @@ def test_loss_of_a_device_ends_other_causes(timer: InterventionTimer) -> None:
 def test_two_causes_in_one_tick_have_the_same_duration(timer: InterventionTimer) -> None:
     both = free(1.0)._replace(interventions=(changed("range guard", 1.0), changed("acceleration limit", 1.0)))
     assert measure(timer, both, free(1.1)) == {"range guard": 0.1, "acceleration limit": 0.1}
-
-
-def test_several_stops_by_one_cause_in_one_tick_count_once(timer: InterventionTimer) -> None:
-    twice = silent(1.0, changed("guardian", 1.0), changed("guardian", 1.0))
-    assert measure(timer, twice, free(1.5)) == {"guardian": 0.5}
-
-
-def test_stop_in_the_last_tick_has_no_duration(timer: InterventionTimer) -> None:
-    assert measure(timer, free(0.0), silent(0.5, changed("e-stop", 0.5))) == {"e-stop": 0.0}
 
 
 def test_time_of_a_stop_after_its_tick_does_not_make_the_duration_negative(timer: InterventionTimer) -> None:

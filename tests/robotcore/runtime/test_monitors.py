@@ -10,7 +10,6 @@ import pytest
 
 from robotcore.description import BatteryDescription, RobotDescription, load_robot
 from robotcore.errors import DeviceError, DeviceLostError
-from robotcore.hal.robot import Robot
 from robotcore.runtime.behaviour import Status
 from robotcore.runtime.monitors import LOW_VOLTAGE_S
 from robotcore.runtime.session import RunRequest, RunResult, run
@@ -18,7 +17,6 @@ from robotcore.testing.mock.devices import LOST, Script
 from robotcore.testing.mock.robot import MockRobot
 from tests.doubles import battery_backend
 from tests.robotcore.fakes import FunctionApp
-from tests.robotcore.runs import Watcher
 from tests.texts import CheckText
 
 ROVER = load_robot("rover")
@@ -69,10 +67,6 @@ def test_low_voltage_at_the_start_causes_a_warning_at_once() -> None:
     assert [when for when, _ in warnings(after(9.0, robot_with_voltage(6.0)))] == [0.0]
 
 
-def test_battery_without_a_limit_causes_no_warning() -> None:
-    assert warnings(after(9.0, robot_with_voltage(1.0, warn_below_v=None))) == []
-
-
 def test_failing_battery_is_reported_once_and_the_run_continues(check_text: CheckText) -> None:
     broken = DeviceError("cells", "no answer")
     robot = after(9.0, robot_with_voltage(lambda time: broken if 2 <= time < 4 or time > 6 else 7.0 + time / 10))
@@ -93,28 +87,6 @@ def test_old_voltage_ends_no_run_and_causes_no_warning() -> None:
     robot = after(5.0, robot_with_voltage([6.7, LOST]))
     assert robot.ticks[-1].voltages == {"cells": 6.7}
     assert warnings(robot) == []
-
-
-def test_one_old_low_voltage_causes_no_warning() -> None:
-    assert warnings(after(9.0, robot_with_voltage(lambda time: 7.0 if time < 1 else 6.0 if time < 1.1 else LOST))) == []
-
-
-def test_app_may_read_a_battery_by_its_name() -> None:
-    seen: list[float] = []
-
-    def reading(robot: Robot) -> Status:
-        seen.append(robot["cells"].read().voltage)  # type: ignore[attr-defined]  # it is a Battery
-        return Status.RUNNING
-
-    robot_with_voltage([7.4, 7.3]).run(FunctionApp(reading), 3)
-    assert seen == [7.4, 7.3, 7.3]
-
-
-def test_mock_without_a_script_has_no_battery() -> None:
-    battery = BatteryDescription(kind="battery", name="cells")
-    robot = MockRobot(ROVER.model_copy(update={"devices": (*ROVER.devices, battery)}))
-    assert "cells" not in robot.layered.devices
-    assert after(1.0, robot).ticks[-1].voltages == {}
 
 
 @pytest.fixture
@@ -138,15 +110,6 @@ def test_result_has_the_lowest_and_the_last_voltage(monkeypatch: pytest.MonkeyPa
     assert json.loads(result.to_json())["batteries"]["cells"]["lowest_v"] == 7.2
 
 
-def test_low_battery_is_a_note_and_no_failure(
-    monkeypatch: pytest.MonkeyPatch, rover: RobotDescription, check_text: CheckText
-) -> None:
-    result = run_with_voltage(monkeypatch, rover, 6.0)
-    assert result.exit_status == 0
-    (note,) = result.notes
-    check_text(note)
-
-
 @pytest.mark.parametrize("volts", [6.0, lambda time: 12.0 - time, DeviceLostError("cells", "unplugged"), None])
 def test_no_decision_depends_on_the_voltage(
     monkeypatch: pytest.MonkeyPatch, rover: RobotDescription, volts: Script
@@ -159,20 +122,3 @@ def test_no_decision_depends_on_the_voltage(
 def test_battery_that_cannot_be_opened_is_a_note(monkeypatch: pytest.MonkeyPatch, rover: RobotDescription) -> None:
     result = run_with_voltage(monkeypatch, rover, None)
     assert (result.exit_status, result.notes, result.batteries) == (0, ["cells: no answer"], {})
-
-
-@pytest.mark.parametrize("backend", ["kinematic", "pybullet", "mock"])
-def test_simulator_has_no_battery(rover: RobotDescription, backend: str) -> None:
-    if backend == "pybullet":
-        pytest.importorskip("pybullet")
-    result = run_rover(rover, backend, timeout_s=0.5)
-    assert (result.error, result.batteries) == (None, {})
-
-
-def test_loss_of_a_battery_can_be_injected(monkeypatch: pytest.MonkeyPatch, rover: RobotDescription) -> None:
-    battery_backend.install(monkeypatch)
-    watcher = Watcher()
-    request = RunRequest("avoid-obstacles", "powered", str(rover.file), "open", timeout_s=1.2, faults=("cells lost=1",))
-    run(request, [watcher])
-    voltages = [value.voltages for name, value in watcher.calls if name == "tick"]
-    assert [bool(each) for each in voltages] == [tick >= 20 for tick in range(25)]

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from robotcore.errors import UnknownNameError, UsageError
+from robotcore.errors import UsageError
 from robotcore.hal.robot import Robot, Role
-from robotcore.recording import read
-from robotcore.recording.recorder import Recorder
 from robotcore.runtime.behaviour import Behaviour, Status
 from robotcore.runtime.session import RunRequest, run
 from robotcore.sweep import Sweep
@@ -50,25 +47,9 @@ def test_an_instance_is_run_as_it_is() -> None:
     assert (result.app, result.ticks, app.ticks) == ("Waiter", 4, 4)
 
 
-def test_a_changed_copy_of_a_request_keeps_the_class() -> None:
-    assert run(replace(RunRequest(Waiter), world="open")).ticks == 3
-
-
 def test_an_instance_has_no_settings(raises: Raises) -> None:
     with raises(UsageError, "settings-without-effect"):
         run(RunRequest(Waiter(), settings={"wait_ticks": 5}))
-
-
-def test_an_unknown_setting_of_a_class_is_refused() -> None:
-    with pytest.raises(UnknownNameError):
-        run(RunRequest(Waiter, settings={"wait_tick": 5}))
-
-
-@pytest.mark.parametrize("make", [lambda: Waiter, Waiter], ids=["class", "instance"])
-def test_a_recording_has_the_name_of_the_class(tmp_path: Path, make: Callable[[], type[Waiter] | Waiter]) -> None:
-    recorder = Recorder(tmp_path / "run.mcap")
-    run(RunRequest(make()), [recorder], [recorder.layer])
-    assert read(tmp_path / "run.mcap").metadata.request.app == "Waiter"
 
 
 def test_a_sweep_needs_the_name_of_an_app(raises: Raises) -> None:

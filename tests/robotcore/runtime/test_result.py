@@ -33,10 +33,6 @@ def test_headline_has_the_contacts_if_there_are_any(contacts: int | None, headli
     assert make_result(Outcome.SUCCESS, contacts=contacts).headline == headline
 
 
-def test_headline_of_a_disputed_success_has_its_contacts_too() -> None:
-    assert make_result(Outcome.SUCCESS, verified=False, contacts=2).headline == "disputed, 2 contacts"
-
-
 def test_repr_begins_with_the_headline() -> None:
     result = make_result(Outcome.SUCCESS, verified=False, contacts=2)
     assert repr(result) == "RunResult(app on kinematic: disputed, 2 contacts, 0 ticks, 0.0 s)"

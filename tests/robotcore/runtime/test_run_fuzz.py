@@ -12,7 +12,6 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from robotcore import RunRequest, run
-from robotcore.description import load_any
 from robotcore.errors import UsageError
 
 SHIPPED = resources.files("robotcore.description")
@@ -42,15 +41,6 @@ QUICK = settings(
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
 )
 
-keys = st.sampled_from(
-    ["name", "body", "floor", "drive", "devices", "kind", "start", "x_m", "texture", "mock", '"a b"']
-)
-values = st.recursive(
-    st.one_of(st.booleans(), st.integers(), st.floats(), st.sampled_from(["motor", "camera", "box", "ball", ""])),
-    lambda inner: st.one_of(st.lists(inner, max_size=3), st.dictionaries(keys, inner, max_size=4)),
-    max_leaves=12,
-)
-
 
 @st.composite
 def other_numbers(draw: st.DrawFn, texts: st.SearchStrategy[str]) -> str:
@@ -61,20 +51,6 @@ def other_numbers(draw: st.DrawFn, texts: st.SearchStrategy[str]) -> str:
         scaled = f"{float(found[0]) * draw(st.sampled_from([0.1, 0.9, 1.1, 3.0, -1.0]))!r}"
         text = text[: found.start()] + draw(st.sampled_from([scaled, *NUMBERS])) + text[found.end() :]
     return text
-
-
-def toml(value: object) -> str:
-    """Return a value as TOML, with inline tables."""
-    match value:
-        case bool():
-            return str(value).lower()
-        case dict():
-            return "{" + ", ".join(f"{key} = {toml(item)}" for key, item in value.items()) + "}"
-        case list():
-            return "[" + ", ".join(map(toml, value)) + "]"
-        case str():
-            return f'"{value}"'
-    return repr(value)
 
 
 def files(folder: Path, robot: str, world: str) -> dict[str, Any]:
@@ -103,14 +79,3 @@ def test_readable_descriptions_can_be_run(
     except UsageError:
         return
     assert result.error is None, result.reason
-
-
-@settings(QUICK, max_examples=100)
-@given(tree=st.dictionaries(keys, values, max_size=6))
-def test_any_tree_is_a_description_or_raises_a_usage_error(tmp_path: Path, tree: dict[str, object]) -> None:
-    file = tmp_path / "tree.toml"
-    file.write_text("\n".join(f"{key} = {toml(value)}" for key, value in tree.items()))
-    try:
-        load_any(str(file))
-    except UsageError as error:
-        assert all(map(str.strip, str(error).splitlines()))  # noqa: PT017  both ends are right

@@ -14,8 +14,6 @@ from robotcore.errors import (
     Interrupted,
     InvalidCommandError,
     StaleSampleError,
-    UnmetNeedError,
-    UsageError,
 )
 from robotcore.hal.clock import Clock
 from robotcore.hal.robot import Robot, Role
@@ -73,30 +71,6 @@ def test_error_has_an_outcome_and_stops_every_motor(
     assert (backend.rig.left.releases, backend.rig.right.releases) == (1, 1)
 
 
-def test_exception_of_the_app_is_the_cause_of_the_error(perform: Runner, backend: RigBackend) -> None:
-    result = perform(drive_then_raise(KeyError("left")))
-    assert (result.outcome, result.exit_status) == (Outcome.ERROR, 5)
-    assert result.error
-    assert isinstance(result.error.__cause__, KeyError)
-    assert backend.rig.wheels == (0.0, 0.0)
-
-
-def test_velocity_that_is_nan_is_a_safety_stop(perform: Runner, backend: RigBackend) -> None:
-    result = perform(drive_then(lambda robot: drive_wheels(robot, float("nan"))))
-    assert (result.outcome, result.exit_status) == (Outcome.STOPPED, 4)
-    assert backend.rig.wheels == (0.0, 0.0)
-
-
-@pytest.mark.parametrize("error", [SystemExit(0), UsageError("no such corner"), UnmetNeedError("no arm")])
-def test_other_exceptions_of_the_app_are_behaviour_errors(
-    perform: Runner, backend: RigBackend, error: BaseException
-) -> None:
-    result = perform(drive_then_raise(error))
-    assert (result.outcome, result.exit_status) == (Outcome.ERROR, 5)
-    assert backend.rig.wheels == (0.0, 0.0)
-    assert backend.rig.left.releases == 1
-
-
 def test_velocity_that_is_nan_ends_the_run_even_if_the_app_catches_the_error(perform: Runner) -> None:
     def swallow(robot: Robot) -> Status:
         with suppress(Exception):
@@ -119,12 +93,6 @@ def test_untranslated_exception_of_a_driver_is_a_device_error(perform: Runner, b
     assert result.error.device == "nose"
 
 
-def test_reason_of_the_app_is_in_the_result(perform: Runner) -> None:
-    app = drive_then(lambda _: Status.FAILURE)
-    app.reason = "reason"
-    assert perform(app).reason == app.reason
-
-
 @pytest.mark.parametrize(
     "needs, wants, opened",
     [
@@ -140,12 +108,6 @@ def test_only_needed_and_wanted_devices_are_opened(
     app.needs, app.wants = frozenset(needs), frozenset(wants)  # type: ignore[misc]
     perform(app)
     assert backend.rig.names == opened
-
-
-def test_unmet_need_is_refused_before_anything_is_opened(perform: Runner, backend: RigBackend) -> None:
-    with pytest.raises(UnmetNeedError):
-        perform(drive_then(lambda _: Status.SUCCESS), RunRequest("app", robot="lookout"))
-    assert backend.rigs == []
 
 
 def test_simulated_time_is_paced_only_on_request(perform: Runner, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -173,23 +135,6 @@ def test_observers_get_the_run_each_tick_and_the_result(perform: Runner) -> None
     assert [name for name, _ in watcher.calls] == ["begin", "tick", "tick", "tick", "end"]
     assert watcher.calls[-1][1] is result
     assert [record.tick for name, record in watcher.calls if name == "tick"] == [0, 1, 2]
-
-
-def test_observers_get_the_result_of_a_failed_run(perform: Runner) -> None:
-    watcher = Watcher()
-    perform(drive_then_raise(DeviceError("eye", "no picture")), observers=[watcher])
-    assert watcher.calls[-1][0] == "end"
-
-
-def test_result_has_the_names_of_the_request(perform: Runner) -> None:
-    result = perform(drive_then(lambda _: Status.SUCCESS), RunRequest("an_app", seed=4))
-    assert (result.app, result.backend, result.robot, result.world, result.seed) == (
-        "an-app",
-        "rig",
-        "rover",
-        None,
-        4,
-    )
 
 
 def test_result_has_milestones_interventions_and_digest(perform: Runner, backend: RigBackend) -> None:

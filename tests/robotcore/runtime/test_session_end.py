@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import json
 import signal
 
 import pytest
@@ -127,17 +126,6 @@ def test_success_is_verified_by_the_simulators_truth(
     assert (result.outcome.value, result.verified, result.exit_status) == (status.value, verified, exit_status)
     assert (result.contacts, result.world) == (3, "open")
     assert result.distance_to_target_m is not None
-
-
-def test_app_without_verify_is_not_verified(perform: Runner, backend: RigBackend) -> None:
-    backend._prepare = lambda rig: setattr(rig, "truth", StillTruth(AHEAD))
-    result = perform(drive_then(lambda _: Status.SUCCESS), RunRequest("app", world="open"))
-    assert (result.verified, result.contacts) == (None, 0)
-
-
-def test_values_without_a_simulator_are_null(perform: Runner) -> None:
-    result = json.loads(perform(Verifying(lambda _: Status.SUCCESS)).to_json())
-    assert (result["verified"], result["contacts"], result["distance_to_target_m"]) == (None, None, None)
 
 
 def test_exception_in_verify_is_a_behaviour_error_and_the_robot_is_closed(perform: Runner, backend: RigBackend) -> None:

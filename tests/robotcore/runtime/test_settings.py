@@ -85,10 +85,6 @@ def test_values_are_converted_to_the_type_of_the_field(name: str, given: Any, va
     assert type(got) is type(value)
 
 
-def test_missing_setting_has_its_default() -> None:
-    assert configure(App, {"laps": 5}) == App(laps=5)
-
-
 @pytest.mark.parametrize(
     "name, given",
     [("speed_m_s", "fast"), ("speed_m_s", "0"), ("speed_m_s", "nan"), ("laps", "2.5"), ("is_loud", "maybe")],
@@ -114,11 +110,6 @@ def test_setting_without_a_default_is_required(raises: Raises) -> None:
     with raises(UsageError, "setting-missing", setting="goal"):
         configure(RequiredSettingApp, {})
     assert configure(RequiredSettingApp, {"goal": "red"}) == RequiredSettingApp("red")
-
-
-def test_app_may_refuse_its_settings(raises: Raises) -> None:
-    with raises(UsageError):
-        configure(App, {"hue": "none"})
 
 
 def test_exception_in_the_apps_constructor_is_a_behaviour_error(raises: Raises) -> None:

@@ -84,11 +84,6 @@ class TestSignalGuard:
         assert raised.value.exit_status == 128 + signal.SIGTERM
         assert done == ["all"]
 
-    def test_masked_signal_does_not_raise(self) -> None:
-        with SignalGuard() as guard:
-            guard.mask()
-            signal.raise_signal(signal.SIGTERM)
-
     def test_previous_handlers_are_restored(self) -> None:
         before = [signal.getsignal(number) for number in SIGNALS]
         with SignalGuard():
@@ -119,11 +114,6 @@ class TestSignalGuard:
             signal.raise_signal(WATCHDOG_SIGNAL)
             guard.interrupt_main_thread()
 
-    def test_watchdog_signal_without_a_guard_does_nothing(self) -> None:
-        with SignalGuard():
-            pass
-        signal.raise_signal(WATCHDOG_SIGNAL)
-
     def test_guard_outside_the_main_thread_handles_no_signals(self) -> None:
         before = signal.getsignal(signal.SIGINT)
         seen: list[object] = []
@@ -146,14 +136,6 @@ def test_process_dies_of_the_signal_despite_a_handler(number: signal.Signals) ->
             f"import signal; from robotcore.runtime.signals import end_by_signal; {before}; end_by_signal({number})"
         )
         == -number
-    )
-
-
-def test_blocked_signal_is_in_the_exit_status() -> None:
-    before = "signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGTERM])"
-    assert (
-        _status_of(f"import signal; from robotcore.runtime.signals import end_by_signal; {before}; end_by_signal(15)")
-        == 143
     )
 
 

@@ -86,18 +86,6 @@ def test_app_that_does_not_return_is_stopped(
     assert "watchdog" in result.intervention_s
 
 
-def test_app_that_catches_the_interrupt_once_is_stopped(
-    perform: Runner, hasty: RunRequest, gate: threading.Event
-) -> None:
-    def swallow(robot: Robot) -> None:
-        try:
-            gate.wait()
-        except BaseException:  # noqa: BLE001  some apps do
-            return
-
-    assert isinstance(perform(drive_then(swallow), hasty).error, WatchdogError)
-
-
 def test_error_of_a_sensor_that_hangs_has_its_name(
     perform: Runner, backend: RigBackend, hasty: RunRequest, gate: threading.Event
 ) -> None:

@@ -1,10 +1,7 @@
 from __future__ import annotations
 
 import hashlib
-import math
 import struct
-
-import pytest
 
 from robotcore.geometry import Wheels
 from robotcore.runtime.trace import TickRecord, Trace
@@ -40,23 +37,6 @@ def test_digest_is_as_documented() -> None:
     assert actual == hashlib.sha256(by_hand).hexdigest()
 
 
-def test_digest_without_ticks_is_that_of_no_bytes() -> None:
-    assert digest() == hashlib.sha256(b"").hexdigest()
-
-
-@pytest.mark.parametrize(
-    "one, other",
-    [
-        (record("a", Wheels(1.0, 2.0)), record("a", Wheels(2.0, 1.0))),
-        (record("a", Wheels(1.0, 2.0)), record("b", Wheels(1.0, 2.0))),
-        (record("a", Wheels(1.0, 2.0)), record("a", Wheels(1.0, math.nextafter(2.0, 3.0)))),
-        (record("a", Wheels(0.0, 0.0)), record("a")),
-    ],
-)
-def test_digest_differs_for_other_decisions(one: TickRecord, other: TickRecord) -> None:
-    assert digest(one) != digest(other)
-
-
 def test_digest_depends_on_the_request_only() -> None:
     asked = record("a", Wheels(1.0, 2.0))
     guarded = asked._replace(
@@ -70,13 +50,6 @@ def test_milestone_is_reached_when_its_state_is_entered_first() -> None:
     for tick, state in enumerate(["start", "search", "seen", "search", "seen"]):
         trace.add(record(state, tick=tick))
     assert trace.milestones == {"search": 0.05, "seen": 0.1}
-
-
-def test_ticks_and_interventions_are_counted() -> None:
-    trace = Trace(())
-    for interventions in (0, 2, 1):
-        trace.add(record("a", interventions=interventions))
-    assert (trace.ticks, trace.interventions) == (3, 3)
 
 
 def test_milestones_are_rounded() -> None:

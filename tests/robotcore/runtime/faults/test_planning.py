@@ -48,14 +48,6 @@ def test_target_is_a_device_a_role_the_loop_or_the_connection(spec: str, kind: T
     assert planned.target == Target(kind, frozenset(devices))
 
 
-def test_target_of_a_role_is_the_first_device_of_its_kind() -> None:
-    eye = next(device for device in LOOKOUT.devices if device.name == "eye")
-    second = eye.model_copy(update={"name": "second"})
-    robot = LOOKOUT.model_copy(update={"devices": (*LOOKOUT.devices, second)})
-    (planned,) = plan_faults(["camera drop=0.1"], robot, {"eye", "second"})
-    assert planned.target.devices == {"eye"}
-
-
 @pytest.mark.parametrize(
     "spec, kind",
     [

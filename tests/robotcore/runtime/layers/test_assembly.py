@@ -7,15 +7,13 @@ import pytest
 
 from robotcore.description import Conditions, load_robot
 from robotcore.errors import (
-    DeviceClosedError,
     DeviceError,
     DeviceGroupError,
-    StaleSampleError,
     UnmetNeedError,
     UsageError,
 )
 from robotcore.geometry import Wheels
-from robotcore.hal.devices import Camera, Device, Display, RangeSensor, SampleT, Sensor
+from robotcore.hal.devices import Device, Display, SampleT, Sensor
 from robotcore.hal.robot import Robot, Role
 from robotcore.hal.wall_clock import PacedClock
 from robotcore.runtime.faults import plan_faults
@@ -68,18 +66,6 @@ class TestSensors:
         rig.sleep(0.05)
         assert rig.robot.range.read() is not first
 
-    def test_device_that_the_app_does_not_read_is_not_read(self) -> None:
-        rig = Rig()
-        rig.robot.drive.set_velocity(-0.1, 0.0)
-        rig.commit()
-        assert rig.nose.reads == 0
-
-    def test_stale_sample_raises(self) -> None:
-        rig = Rig()
-        rig.nose.age = ROVER.safety.max_age_s + 0.01
-        with pytest.raises(StaleSampleError):
-            rig.robot.range.read()
-
     def test_mounts_equal_the_description(self) -> None:
         rig = Rig()
         assert rig.robot.range.mount == rig.robot.camera.mount == (0.14, 0.0, 0.0)
@@ -92,16 +78,6 @@ class TestSensors:
 
 
 class TestConditions:
-    def test_range_guard_uses_readings_with_imperfections(self) -> None:
-        rig = Rig(description=UNHURRIED)
-        rig.nose.distance = 1.0
-        conditions = Conditions(wheel_gain_left=0.5, range_bias_m=-0.89, camera_noise=3.0)
-        robot = assemble(rig.raw, UNHURRIED, 20, conditions=conditions, seed=1).robot
-        assert robot.camera.read().image.any()
-        assert robot.range.read() is robot.range.read()
-        assert robot.range.read().distance == pytest.approx(0.11)
-        assert robot.drive.set_velocity(0.2, 0.0).linear == pytest.approx(0.0)
-
     def test_wheel_gain_applies_between_the_command_filter_and_the_driver(self) -> None:
         rig = Rig(description=UNHURRIED)
         assembled = assemble(rig.raw, UNHURRIED, 20, conditions=Conditions(wheel_gain_left=0.5, wheel_gain_right=1.5))
@@ -130,20 +106,6 @@ class TestDrive:
         rig = Rig(names=("eye",))
         assert rig.assembled.command_filter is None
         assert not rig.robot.has(Role.DRIVE)
-
-    def test_drive_without_a_range_sensor_has_no_range_guard(self) -> None:
-        rig = Rig(names=("left_motor", "right_motor"))
-        assert rig.robot.drive.set_velocity(0.05, 0.0).linear == pytest.approx(0.05)
-
-    def test_lease_is_lease_ticks_over_the_rate(self) -> None:
-        rig = Rig(rate_hz=10)
-        rig.robot.drive.set_velocity(0.05, 0.0)
-        assert rig.assembled.command_filter
-        rig.assembled.command_filter.commit()
-        rig.sleep(0.24)
-        assert rig.wheels != (0.0, 0.0)
-        rig.sleep(0.02)
-        assert rig.wheels == (0.0, 0.0)
 
     def test_slower_motor_limits_both_wheels(self) -> None:
         rig = Rig(description=UNHURRIED)
@@ -189,16 +151,6 @@ class TestEncoders:
 
 
 class TestClosing:
-    def test_close_stops_and_closes_every_device_once(self) -> None:
-        rig = Rig()
-        rig.robot.drive.set_velocity(0.1, 0.0)
-        rig.commit()
-        rig.robot.close()
-        assert rig.wheels == (0.0, 0.0)
-        assert (rig.left.releases, rig.right.releases) == (1, 1)
-        for device in rig.devices:
-            assert _is_closed(device)
-
     def test_close_reports_a_broken_motor_once_and_closes_the_others(self) -> None:
         rig = Rig()
         rig.robot.drive.set_velocity(0.1, 0.0)
@@ -209,14 +161,6 @@ class TestClosing:
         assert [str(failure) for failure in raised.value.failures] == ["left_motor: no current"]
         assert rig.right.sent[-1] == 0.0
         assert all(_is_closed(device) for device in rig.devices)
-
-    def test_closed_robot_refuses_every_call(self) -> None:
-        robot = Rig().robot
-        robot.close()
-        for device in (robot.range, robot.camera):
-            assert isinstance(device, RangeSensor | Camera)
-            with pytest.raises(DeviceClosedError):
-                device.read()
 
 
 def test_another_clock_can_replace_the_backends_clock() -> None:
@@ -258,13 +202,6 @@ class TestTaps:
         robot = assemble(rig.raw, ROVER, 20, taps=[tap]).robot
         assert robot.drive.set_wheels(12.0, 6.0) == (3.0, 1.5)
         assert tap.calls == ["screen", (12.0, 6.0), "nose"]
-
-    def test_tap_gets_a_sample_that_is_too_old(self) -> None:
-        rig, tap = Rig(), RecordingTap()
-        rig.nose.age = 5.0
-        with pytest.raises(StaleSampleError):
-            assemble(rig.raw, ROVER, 20, taps=[tap]).robot.range.read()
-        assert "nose" in tap.calls
 
     def test_tap_can_replace_the_wheel_angles(self) -> None:
         robot = assemble(Rig().raw, ROVER, 20, taps=[RecordingTap()]).robot
