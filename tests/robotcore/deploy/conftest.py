@@ -10,18 +10,12 @@ import pytest
 from robotcore.deploy import rpc
 from robotcore.deploy.host import RobotAddress
 from robotcore.deploy.rpc import RobotLink
-from tests.robotcore.deploy.sshd import Sshd, serving, sshd
+from tests.robotcore.deploy.sshd import Sshd, robot, sshd
 
-__all__ = ["add_action", "sshd"]
-
-
-@pytest.fixture(scope="module")
-def robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Sshd]:
-    with serving(tmp_path_factory.mktemp("robot") / "sshd") as server:
-        yield server
+__all__ = ["add_action", "robot", "sshd"]
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def shared_link(robot: Sshd) -> Iterator[RobotLink]:
     with RobotLink(RobotAddress.parse(robot.host), robot.config) as link:
         yield link
@@ -29,7 +23,7 @@ def shared_link(robot: Sshd) -> Iterator[RobotLink]:
 
 @pytest.fixture
 def link(robot: Sshd, shared_link: RobotLink) -> RobotLink:
-    """The link that all tests of a module share. It must still work after each test."""
+    """The link that all tests share. It must still work after each test."""
     shutil.rmtree(robot.home / "robotcore", ignore_errors=True)
     (robot.home / "robotcore" / "incoming" / "new").mkdir(parents=True)
     (robot.home / "robotcore" / "recordings").mkdir()

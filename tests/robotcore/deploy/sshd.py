@@ -9,8 +9,8 @@ import socket
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
@@ -51,11 +51,16 @@ Host robot
 
 @dataclass(frozen=True)
 class Sshd:
-    """A server for ``ssh -F config robot``."""
+    """A server for ``ssh -F config robot``. The client has its own key, known hosts and configuration."""
 
     folder: Path
+    """The client's folder."""
+    home: Path
+    """The robot's home folder."""
     port: int
     pid: int
+    others: frozenset[int] = frozenset()
+    """The server's processes for connections that other tests keep open."""
 
     @property
     def host(self) -> str:
@@ -74,26 +79,39 @@ class Sshd:
         return self.folder / "key"
 
     @property
-    def home(self) -> Path:
-        """The robot's home folder."""
-        return self.folder / "home"
-
-    @property
     def bin(self) -> Path:
         """The first folder of the robot's search path."""
-        return self.folder / "bin"
+        return self.home.with_name("bin")
 
     def connections(self) -> list[int]:
         """Return the server's processes, one for each connection."""
         output = Path(f"/proc/{self.pid}/task/{self.pid}/children").read_text(encoding="ascii")
-        return [int(pid) for pid in output.split()]
+        return [pid for pid in map(int, output.split()) if pid not in self.others]
+
+
+_ROBOT = pytest.StashKey["Sshd"]()
+
+
+@pytest.fixture(scope="session")
+def robot(pytestconfig: pytest.Config, tmp_path_factory: pytest.TempPathFactory) -> Sshd:
+    """The robot of the whole test run, with everything that a deploy needs."""
+    if _ROBOT not in pytestconfig.stash:
+        unwind = ExitStack()
+        pytestconfig.add_cleanup(unwind.close)
+        pytestconfig.stash[_ROBOT] = unwind.enter_context(serving(tmp_path_factory.mktemp("robot") / "sshd"))
+    return pytestconfig.stash[_ROBOT]
 
 
 @pytest.fixture
-def sshd(tmp_path: Path) -> Iterator[Sshd]:
-    """A robot with everything that a deploy needs."""
-    with serving(tmp_path / "sshd") as server:
-        yield server
+def sshd(robot: Sshd, tmp_path: Path) -> Sshd:
+    """The robot with an empty home, and with a client whose files the test may change."""
+    shutil.rmtree(robot.home)
+    robot.home.mkdir()
+    (folder := tmp_path / "client").mkdir()
+    for name in ("key", "key.pub", "known_hosts"):
+        shutil.copy(robot.folder / name, folder)
+    (folder / "config").write_text(robot.config.read_text().replace(str(robot.folder), str(folder)))
+    return replace(robot, folder=folder, others=frozenset(robot.connections()))
 
 
 @contextmanager
@@ -109,7 +127,7 @@ def serving(folder: Path, *more: str, path: str = SYSTEM_PATH) -> Iterator[Sshd]
     _make_files(folder)
     port, process = _start(folder, "\n".join(more), f"{folder}/bin:{path}".rstrip(":"))
     try:
-        yield Sshd(folder, port, process.pid)
+        yield Sshd(folder, folder / "home", port, process.pid)
     finally:
         process.terminate()
         process.communicate()
@@ -138,9 +156,9 @@ def _make_privilege_folder() -> None:
         Path("/run/sshd").mkdir(mode=0o755, exist_ok=True)
 
 
-def make_key(file: Path, passphrase: str = "") -> None:
+def make_key(file: Path) -> None:
     """Make a key pair, ``file`` and ``file.pub``."""
-    command = ("ssh-keygen", "-q", "-t", "ed25519", "-N", passphrase, "-f", file)
+    command = ("ssh-keygen", "-q", "-t", "ed25519", "-N", "", "-f", file)
     subprocess.run(command, check=True)
 
 

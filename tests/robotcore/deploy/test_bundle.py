@@ -121,12 +121,6 @@ def test_requirements_are_those_of_the_robot_and_keep_their_markers(tmp_path: Pa
 
 
 @pytest.mark.usefixtures("without_code")
-def test_project_without_recordings_needs_no_package_for_them(tmp_path: Path, bundle_folder: Path) -> None:
-    requirements = build_bundle(write_project(tmp_path / "project"), bundle_folder).requirements
-    assert not [each for each in requirements if each.startswith(("mcap", "gpiozero"))]
-
-
-@pytest.mark.usefixtures("without_code")
 @pytest.mark.parametrize(
     "dependency, kind",
     [

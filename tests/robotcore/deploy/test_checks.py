@@ -46,14 +46,6 @@ def test_failing_test_is_named_with_the_command_that_repeats_it(tmp_path: Path, 
 
 
 @pytest.mark.slow
-def test_tests_that_cannot_be_imported_fail(tmp_path: Path) -> None:
-    write(tmp_path, {"test_a.py": "import nothing_of_that_name\n"})
-    with pytest.raises(UnprovenError) as raised:
-        checks.run_tests(write_project(tmp_path), str)
-    assert raised.value.kind == "tests-failed"
-
-
-@pytest.mark.slow
 def test_hanging_tests_are_killed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(checks, "LIMIT_S", 3.0)
     write(tmp_path, {"test_a.py": "import time\ndef test_a(): time.sleep(600)\n"})
@@ -74,13 +66,6 @@ def test_every_mistake_of_a_description_is_reported(tmp_path: Path, raises: Rais
     cause = raised.value.__cause__
     assert isinstance(cause, DescriptionError)
     assert {each.key for each in (cause, *cause.others)} >= {"floor.lenght_m", "walls.hight_m"}
-
-
-def test_robot_without_the_section_of_its_backend_fails_the_check(tmp_path: Path) -> None:
-    rover = build_project(DeployOptions(app="avoid-obstacles", robot="bubblerob"), tmp_path)
-    with pytest.raises(UnprovenError) as raised:
-        checks.check_descriptions(rover, str)
-    assert raised.value.kind == "description-check-failed"
 
 
 @pytest.mark.slow
@@ -140,12 +125,6 @@ def test_required_bounds_decide_instead_of_the_runs(tmp_path: Path) -> None:
         simulation._require_pass(project, ["kinematic, arena: verified is 0.3, required verified>=0.5"], failing)
     assert raised.value.kind == "bound-missed"
     assert raised.value.fields["missed"] == ("kinematic, arena: verified is 0.3, required verified>=0.5",)
-
-
-@pytest.mark.slow
-def test_file_without_an_app_is_reported(tmp_path: Path, raises: Raises) -> None:
-    with raises(UnprovenError, "simulation-not-run"):
-        simulation.simulate(build_small_bundle(write_project(tmp_path, app="x = 1\n"), tmp_path), str)
 
 
 def test_runs_that_pass_without_required_bounds() -> None:

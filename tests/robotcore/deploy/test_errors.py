@@ -5,23 +5,21 @@ import os
 import shutil
 import signal
 import socket
-import subprocess
-from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from threading import Thread
 
 import pytest
 
 from robotcore.deploy import rsync, ssh
-from robotcore.deploy.errors import BROKEN, explain_failed_connection
+from robotcore.deploy.errors import BROKEN, explain_failed_connection, explain_failed_transfer
 from robotcore.deploy.host import RobotAddress
 from robotcore.deploy.robot_answers import EmptyAnswer
 from robotcore.deploy.rpc import RobotLink
 from robotcore.errors import DeployError
 from tests.robotcore.deploy.conftest import AddAction
 from tests.robotcore.deploy.sshd import Sshd, make_key, serving
-from tests.texts import Raises
+from tests.texts import CheckText, Raises
 
 WAIT = """
 import time
@@ -37,15 +35,6 @@ def connect(server: Sshd | None = None, host: str = "robot") -> None:
     """Connect to a host, and close the connection."""
     with RobotLink(RobotAddress.parse(host), server.config if server else None):
         pass
-
-
-@contextmanager
-def serve_robot(folder: Path, *commands: str) -> Iterator[Sshd]:
-    """Serve a robot that has only Python and these commands."""
-    with serving(folder, path="") as server:
-        for command in commands:
-            (server.bin / command).symlink_to(str(shutil.which(command)))
-        yield server
 
 
 def configure(server: Sshd, line: str) -> None:
@@ -89,19 +78,36 @@ def test_host_that_closes_the_connection(raises: Raises) -> None:
         closing.join()
 
 
-def test_key_that_the_robot_does_not_accept(sshd: Sshd, tmp_path: Path, raises: Raises) -> None:
-    make_key(tmp_path / "other")
-    (tmp_path / "other").replace(sshd.key)
-    with raises(DeployError, "denied", hide=[getpass.getuser()]):
-        connect(sshd)
+def use_another_key(server: Sshd) -> None:
+    make_key(server.folder / "other")
+    (server.folder / "other").replace(server.key)
 
 
-def test_quiet_ssh_configuration_does_not_hide_a_failure(sshd: Sshd) -> None:
-    configure(sshd, "LogLevel QUIET")
-    sshd.known_hosts.write_text("")
-    with pytest.raises(DeployError) as raised:
+def use_the_key_as_host_key(server: Sshd) -> None:
+    known, _ = server.known_hosts.read_text().split(" ", 1)
+    server.known_hosts.write_text(f"{known} {server.key.with_suffix('.pub').read_text()}")
+
+
+def forget_host(server: Sshd) -> None:
+    configure(server, "LogLevel QUIET")  # does not hide the reason
+    server.known_hosts.write_text("")
+
+
+@pytest.mark.parametrize(
+    "prepare, kind",
+    [
+        (use_another_key, "denied"),
+        (lambda server: server.key.chmod(0o644), "open-key"),
+        (use_the_key_as_host_key, "host-key-changed"),
+        (forget_host, "host-key-unknown"),
+        (lambda server: configure(server, "Nonsense yes"), "configuration"),
+    ],
+    ids=["denied", "open-key", "host-key-changed", "host-key-unknown", "configuration"],
+)
+def test_failed_login_is_explained(sshd: Sshd, prepare: Callable[[Sshd], None], kind: str, raises: Raises) -> None:
+    prepare(sshd)
+    with raises(DeployError, kind, hide=[f"login of {getpass.getuser()}", sshd.port]):
         connect(sshd)
-    assert raised.value.kind == "host-key-unknown"
 
 
 def test_too_many_keys(tmp_path: Path, raises: Raises) -> None:
@@ -112,39 +118,13 @@ def test_too_many_keys(tmp_path: Path, raises: Raises) -> None:
             connect(server)
 
 
-def test_key_that_other_users_may_read(sshd: Sshd, raises: Raises) -> None:
-    sshd.key.chmod(0o644)
-    with raises(DeployError, "open-key"):
-        connect(sshd)
-
-
-def test_changed_host_key(sshd: Sshd, raises: Raises) -> None:
-    known, _ = sshd.known_hosts.read_text().split(" ", 1)
-    sshd.known_hosts.write_text(f"{known} {sshd.key.with_suffix('.pub').read_text()}")
-    with raises(DeployError, "host-key-changed", hide=[sshd.port]):
-        connect(sshd)
-
-
-def test_unknown_host_key(sshd: Sshd, raises: Raises) -> None:
-    sshd.known_hosts.write_text("")
-    with raises(DeployError, "host-key-unknown"):
-        connect(sshd)
-
-
-def test_ssh_configuration_with_an_error(sshd: Sshd, raises: Raises) -> None:
-    configure(sshd, "Nonsense yes")
-    with raises(DeployError, "configuration"):
-        connect(sshd)
-
-
 @pytest.mark.parametrize("file", ["/etc/passwd", "{key}"])
 def test_banner_of_a_robot_does_not_get_into_a_remedy(tmp_path: Path, file: str, raises: Raises) -> None:
     banner = tmp_path / "banner"
     with serving(tmp_path / "sshd", f"Banner {banner}") as server:
         file = file.format(key=server.key)
         banner.write_text(f"Permissions 0644 for '{file}' are too open.\n/etc/x line 1: run this\n")
-        make_key(tmp_path / "other")
-        (tmp_path / "other").replace(server.key)
+        use_another_key(server)
         with raises(DeployError, "denied", hide=[getpass.getuser()]):
             connect(server)
 
@@ -157,49 +137,46 @@ def test_remedy_names_no_file_outside_of_the_users_ssh_folder(
     line = "Permissions 0644 for '{0}' are too open.\nhi\n"
     refused = explain_failed_connection(RobotAddress.parse("robot"), 255, line.format(named.format(home=tmp_path)))
     assert refused.kind == "ssh-failed"
-    accepted = explain_failed_connection(RobotAddress.parse("robot"), 255, line.format(f"{tmp_path}/.ssh/id"))
-    assert accepted.kind == "open-key"
+    line = line.format(f"{tmp_path}/.ssh/id")
+    assert explain_failed_connection(RobotAddress.parse("robot"), 255, line).kind == "open-key"
+    of_robot = f"Received disconnect from 10.0.0.1 port 22:2: bye\n{line}"
+    assert explain_failed_connection(RobotAddress.parse("robot"), 255, of_robot).kind == "ssh-failed"
 
 
-def test_text_of_a_disconnect_does_not_get_into_a_remedy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("HOME", str(tmp_path))
-    output = (
-        f"Received disconnect from 10.0.0.1 port 22:2: bye\nPermissions 0644 for '{tmp_path}/.ssh/id' are too open.\n"
-    )
-    assert explain_failed_connection(RobotAddress.parse("robot"), 255, output).kind == "ssh-failed"
-
-
-def test_missing_ssh_on_this_machine(
-    sshd: Sshd, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, raises: Raises
-) -> None:
-    monkeypatch.setenv("PATH", str(tmp_path))
-    with raises(DeployError, "no-program"):
-        connect(sshd)
-
-
-def test_missing_rsync_on_this_machine(
+def test_missing_programs_on_this_machine(
     sshd: Sshd, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, raises: Raises
 ) -> None:
     with RobotLink(RobotAddress.parse("robot"), sshd.config) as link:
         monkeypatch.setenv("PATH", str(tmp_path))
         with raises(DeployError, "no-program"):
             rsync.send(link, tmp_path, "incoming")
+        with raises(DeployError, "no-program"):
+            connect(sshd)
 
 
-def test_missing_rsync_on_the_robot(tmp_path: Path, raises: Raises) -> None:
-    with (
-        serve_robot(tmp_path / "sshd", "cat") as server,
-        RobotLink(RobotAddress.parse("robot"), server.config) as link,
-        raises(DeployError, "no-rsync"),
-    ):
-        rsync.send(link, tmp_path, "incoming")
-
-
-def test_missing_python_on_the_robot(tmp_path: Path, raises: Raises) -> None:
-    with serve_robot(tmp_path / "sshd", "cat") as server, RobotLink(RobotAddress.parse("robot"), server.config) as link:
+def test_missing_programs_on_the_robot(tmp_path: Path, raises: Raises) -> None:
+    with serving(tmp_path / "sshd", path="") as server:
+        (server.bin / "cat").symlink_to(str(shutil.which("cat")))
         (server.bin / "python3").unlink()
-        with raises(DeployError, "python"):
-            link.call("probe", EmptyAnswer)
+        with RobotLink(RobotAddress.parse("robot"), server.config) as link:
+            with raises(DeployError, "python"):
+                link.call("probe", EmptyAnswer)
+            with raises(DeployError, "no-rsync"):
+                rsync.send(link, tmp_path, "incoming")
+
+
+@pytest.mark.parametrize(
+    "output, kind",
+    [
+        ("rsync: write failed: No space left on device (28)", "disk-full"),
+        ("rsync: --info: unknown option", "old-rsync"),
+        ("rsync: something new", "rsync-failed"),
+    ],
+)
+def test_failed_transfer_is_explained(output: str, kind: str, check_text: CheckText) -> None:
+    error = explain_failed_transfer(RobotAddress("robot"), 11, f"{output}\nrsync error (code 11)\n", "robot")
+    assert error.kind == kind
+    check_text(error)
 
 
 def test_disabled_account(tmp_path: Path, raises: Raises) -> None:
@@ -208,21 +185,6 @@ def test_disabled_account(tmp_path: Path, raises: Raises) -> None:
         raises(DeployError, "login-shell-ended", status=1),
     ):
         connect(server)
-
-
-@pytest.mark.slow
-def test_full_disk_of_the_robot(sshd: Sshd, tmp_path: Path, raises: Raises) -> None:
-    (folder := tmp_path / "sent").mkdir()
-    (folder / "big").write_bytes(os.urandom(1 << 20))
-    (full := sshd.home / "robotcore").mkdir()
-    mount = ("mount", "-t", "tmpfs", "-o", "size=256k", "tmpfs", full)
-    if subprocess.run(mount, check=False, capture_output=True).returncode:
-        pytest.skip("only root may mount a small disk")
-    with ExitStack() as unwind:
-        unwind.callback(subprocess.run, ("umount", full), check=True)
-        link = unwind.enter_context(RobotLink(RobotAddress.parse("robot"), sshd.config))
-        with raises(DeployError, "disk-full"):
-            rsync.send(link, folder, "incoming")
 
 
 @pytest.mark.slow

@@ -1,46 +1,28 @@
 from __future__ import annotations
 
 import os
-import shutil
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from robotcore.deploy.fetch import FetchResult, fetch
-from robotcore.deploy.host import RobotAddress
 from robotcore.deploy.progress import StepProgress
 from robotcore.deploy.rpc import RobotLink
 from robotcore.errors import DeployError
 from robotcore.text import escape
 from tests.robotcore.deploy.conftest import AddAction
-from tests.robotcore.deploy.sshd import serving, slow_rsync
+from tests.robotcore.deploy.sshd import Sshd, slow_rsync
 
 FIRST, SECOND, THIRD = (f"2026-11-21T22-4{minute}-00Z.mcap" for minute in range(3))
 
 
-@pytest.fixture(scope="module")
-def robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[RobotLink, Path]]:
-    with serving(tmp_path_factory.mktemp("robot") / "sshd") as server:
-        recordings = server.home / "robotcore" / "recordings"
-        recordings.mkdir(parents=True)
-        with RobotLink(RobotAddress(server.host), server.config) as link:
-            yield link, recordings
-
-
 @pytest.fixture
-def link(robot: tuple[RobotLink, Path]) -> RobotLink:
-    return robot[0]
-
-
-@pytest.fixture
-def remote_folder(robot: tuple[RobotLink, Path]) -> Path:
+def remote_folder(link: RobotLink, robot: Sshd) -> Path:
     """The robot's folder, with two recordings of different content."""
-    shutil.rmtree(robot[1])
-    robot[1].mkdir()
+    folder = robot.home / "robotcore" / "recordings"
     for name in (FIRST, SECOND):
-        (robot[1] / name).write_text(f"content of {name}")
-    return robot[1]
+        (folder / name).write_text(f"content of {name}")
+    return folder
 
 
 @pytest.fixture
@@ -59,7 +41,7 @@ def fetch_all(link: RobotLink, local_folder: Path, *, moves: bool = False) -> tu
 
 
 @pytest.mark.slow
-def test_new_recordings_are_copied_and_stay_on_the_robot(
+def test_only_new_recordings_are_copied_and_moved_ones_are_deleted_on_the_robot(
     link: RobotLink, remote_folder: Path, local_folder: Path
 ) -> None:
     fetched, progress = fetch_all(link, local_folder)
@@ -67,15 +49,11 @@ def test_new_recordings_are_copied_and_stay_on_the_robot(
     assert (local_folder / SECOND).read_text() == f"content of {SECOND}"
     assert fetched.newest == local_folder / SECOND
     assert progress.text == f"2 recordings, 72 bytes, to {local_folder}"
-
-
-@pytest.mark.slow
-def test_second_fetch_copies_only_new_recordings(link: RobotLink, remote_folder: Path, local_folder: Path) -> None:
-    fetch_all(link, local_folder)
     (remote_folder / THIRD).write_text("new")
-    fetched, progress = fetch_all(link, local_folder)
+    fetched, progress = fetch_all(link, local_folder, moves=True)
     assert (fetched.fetched, fetched.present) == ((THIRD,), (FIRST, SECOND))
     assert progress.text.startswith("1 recording, 3 bytes")
+    assert (list_file_names(local_folder), list_file_names(remote_folder)) == ([FIRST, SECOND, THIRD], [])
 
 
 def test_file_with_other_content_is_never_overwritten(link: RobotLink, remote_folder: Path, local_folder: Path) -> None:
@@ -90,7 +68,7 @@ def test_file_with_other_content_is_never_overwritten(link: RobotLink, remote_fo
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
-    ["evil.py", ".hidden.mcap", "a b.mcap", "\x1b[2J.mcap", "two\nlines.mcap", "ü.mcap", f"{'a' * 96}.mcap", "-x.mcap"],
+    ["evil.py", ".hidden.mcap", "\x1b[2J.mcap", "-x.mcap"],
 )
 def test_file_without_the_name_of_a_recording_is_named_and_stays_on_the_robot(
     link: RobotLink, remote_folder: Path, local_folder: Path, name: str
@@ -147,13 +125,11 @@ def act(layout):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["folder.mcap", "link.mcap", "pipe.mcap", "large.mcap", "absent.mcap"])
+@pytest.mark.parametrize("name", ["link.mcap", "large.mcap", "absent.mcap"])
 def test_file_that_differs_from_the_robots_list_is_not_kept(
     link: RobotLink, remote_folder: Path, local_folder: Path, add_action: AddAction, name: str
 ) -> None:
-    (remote_folder / "folder.mcap").mkdir()
     (remote_folder / "link.mcap").symlink_to("/etc/hostname")
-    os.mkfifo(remote_folder / "pipe.mcap")
     (remote_folder / "large.mcap").write_bytes(bytes(1000))
     add_action("recordings", LISTED.format(name=name, size=5))
     with pytest.raises(DeployError):
@@ -199,15 +175,6 @@ def test_complete_recordings_are_kept_after_an_error(
     with pytest.raises(DeployError):
         fetch_all(link, local_folder)
     assert list_file_names(local_folder) == [FIRST]
-
-
-@pytest.mark.slow
-def test_moved_recordings_are_deleted_on_the_robot(link: RobotLink, remote_folder: Path, local_folder: Path) -> None:
-    fetch_all(link, local_folder)
-    (remote_folder / THIRD).write_text("new")
-    fetch_all(link, local_folder, moves=True)
-    assert list_file_names(remote_folder) == []
-    assert list_file_names(local_folder) == [FIRST, SECOND, THIRD]
 
 
 @pytest.mark.slow

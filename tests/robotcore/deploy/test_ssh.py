@@ -18,74 +18,44 @@ import pytest
 from robotcore.deploy import ssh
 from robotcore.deploy.host import RobotAddress
 from robotcore.errors import UsageError
-from tests.robotcore.deploy.sshd import Sshd, make_key, slow_rsync
+from tests.robotcore.deploy.sshd import Sshd, slow_rsync
 
 HOSTILE = (
     "",
-    " ",
     "-oProxyCommand=touch canary",
-    "-l",
     "pi@-oProxyCommand=touch canary",
     "-E@rover",
     "rover;touch canary",
-    "rover&touch canary",
     "rover|touch canary",
-    "rover\ntouch canary",
     "rover\n",
     "$(touch canary)",
-    "`touch canary`",
     "pi@$(touch${IFS}canary)",
     "pi$(touch${IFS}canary)@rover",
-    "pi;touch@rover",
-    "${HOME}",
     "$HOME@rover",
-    "%h",
     "pi@%h",
-    "%r@rover",
     "~root",
-    "~@rover",
     "rover>canary",
-    "rover<canary",
     "'rover'",
-    '"rover"',
     "ro ver",
-    "ro\tver",
     "ro\0ver",
-    "ro\\ver",
     "r*ver",
-    "r?ver",
-    "!rover",
     "rover,other",
-    "(rover)",
-    "{rover}",
-    "#rover",
-    "rover=canary",
     "ssh://rover",
-    "rover/canary",
     "../canary",
-    "rover:/canary",
     "rover::canary",
     "rover:",
     "rover:0",
     "rover:65536",
-    "rover:-1",
     "rover:22 -oProxyCommand=x",
     "rover:2²",
     "@rover",
-    "pi@",
-    "pi@@rover",
     "pi@rover@other",
     "rover.",
-    ".rover",
     "röver",
-    "rov\u202eer",
     "::1",
     "[::1",
-    "[::1]]",
     "[rover]",
-    "[1]",
     "[::1%$(touch canary)]",
-    "[::1%-o]:22x",
     "a" * 254,
     "u" * 65 + "@rover",
 )
@@ -171,10 +141,15 @@ def terminal(program: str, *arguments: str | Path) -> Iterator[Terminal]:
             os.close(line)
 
 
+def lock_key(sshd: Sshd) -> None:
+    """Protect the client's key by a passphrase."""
+    command = ("ssh-keygen", "-q", "-p", "-P", "", "-N", "open sesame", "-f", sshd.key)
+    subprocess.run(command, check=True)
+
+
 @pytest.mark.slow
 def test_ssh_asks_for_a_host_key_and_a_passphrase(sshd: Sshd, tmp_path: Path) -> None:
-    sshd.key.unlink()
-    make_key(sshd.key, "open sesame")
+    lock_key(sshd)
     sshd.known_hosts.write_text("")
     asking = sshd.config.read_text().replace("BatchMode yes", "").replace("Checking yes", "Checking ask")
     sshd.config.write_text(asking)
@@ -189,8 +164,7 @@ def test_ssh_asks_for_a_host_key_and_a_passphrase(sshd: Sshd, tmp_path: Path) ->
 
 @pytest.mark.slow
 def test_ctrl_c_ends_a_question(sshd: Sshd, tmp_path: Path) -> None:
-    sshd.key.unlink()
-    make_key(sshd.key, "open sesame")
+    lock_key(sshd)
     sshd.config.write_text(sshd.config.read_text().replace("BatchMode yes", ""))
     with TemporaryDirectory(dir=ssh.SOCKET_FOLDER) as room, terminal(CONNECT, sshd.config, room, tmp_path) as person:
         person.read_until("Enter passphrase for key")

@@ -86,15 +86,12 @@ def test_first_tick_reports_ready_and_alive(systemd: Listener, path: str, clock:
     assert systemd.read_messages() == ["READY=1", "WATCHDOG=1", "STATUS=search, 0 s"]
 
 
-def test_status_has_the_voltage_of_a_battery(systemd: Listener, path: str, clock: SteppedClock) -> None:
-    notifier = Notifier(path, clock=clock)
-    notifier.tick(TickRecord(0, 0.0, "search", None, None, (), voltages={"cells": 7.384}))
-    assert systemd.read_messages() == ["READY=1", "STATUS=search, 0 s, 7.38 V"]
-
-
-def test_status_names_a_lost_device(systemd: Listener, path: str, clock: SteppedClock) -> None:
-    Notifier(path, clock=clock).tick(TickRecord(0, 0.0, "search", None, None, (), lost="nose"))
-    assert "STATUS=waiting for nose, 0 s" in systemd.read_messages()
+def test_status_names_a_lost_device_and_the_voltage_of_a_battery(
+    systemd: Listener, path: str, clock: SteppedClock
+) -> None:
+    record = TickRecord(0, 0.0, "search", None, None, (), lost="nose", voltages={"cells": 7.384})
+    Notifier(path, clock=clock).tick(record)
+    assert "STATUS=waiting for nose, 0 s, 7.38 V" in systemd.read_messages()
 
 
 def test_first_tick_with_an_error_is_not_ready(systemd: Listener, path: str, clock: SteppedClock) -> None:
@@ -104,17 +101,12 @@ def test_first_tick_with_an_error_is_not_ready(systemd: Listener, path: str, clo
     assert systemd.read_messages() == ["STATUS=search, 0 s"]
 
 
-@pytest.mark.parametrize("watchdog_s, fed", [(1.0, 40), (2.0, 20), (10.0, 20)])
+@pytest.mark.parametrize("watchdog_s, fed", [(0.1, 200), (1.0, 40), (10.0, 20)])
 def test_watchdog_is_reset_four_times_within_its_limit_and_twice_a_second(
     systemd: Listener, path: str, clock: SteppedClock, watchdog_s: float, fed: int
 ) -> None:
     messages = run_ticks(Notifier(path, watchdog_s, clock), clock, 10.0, systemd=systemd)
     assert messages.count("WATCHDOG=1") == fed
-
-
-def test_short_watchdog_is_reset_in_each_tick(systemd: Listener, path: str, clock: SteppedClock) -> None:
-    messages = run_ticks(Notifier(path, 0.1, clock), clock, 1.0, systemd=systemd)
-    assert messages.count("WATCHDOG=1") == RATE_HZ
 
 
 def test_missing_watchdog_is_not_reset(systemd: Listener, path: str, clock: SteppedClock) -> None:
@@ -159,12 +151,6 @@ def test_full_socket_does_not_block_and_messages_are_repeated(
     assert set(systemd.read_messages()) == {"noise"}
     run_ticks(notifier, clock, 0.05)
     assert systemd.read_messages() == ["READY=1", "WATCHDOG=1", "STATUS=search, 0 s"]
-
-
-def test_missing_socket_raises_nothing(path: str, clock: SteppedClock) -> None:
-    notifier = Notifier(path, 1.0, clock)
-    run_ticks(notifier, clock, 1.0)
-    notifier.end(result())
 
 
 def test_variables_of_systemd_are_deleted() -> None:

@@ -9,7 +9,7 @@ from zipfile import ZipFile
 import pytest
 
 from robotcore.deploy.wheels import Platform, fetch_wheels
-from robotcore.errors import DeployError
+from robotcore.errors import DeployError, DescriptionError
 from tests.robotcore.deploy.projects import write_project
 from tests.texts import Raises
 
@@ -126,4 +126,9 @@ def test_too_old_python_is_refused(tmp_path: Path, raises: Raises) -> None:
     )
     Platform("3.13.0rc1", "aarch64").require_python(project)
     with raises(DeployError, "python-version", required=">=3.12", found="3.11.2"):
+        Platform("3.11.2", "aarch64").require_python(project)
+    project = write_project(
+        tmp_path, '[project]\nrequires-python = "three"\n[tool.robotcore]\napp="app.py"\nrobot="rover"\n'
+    )
+    with raises(DescriptionError, key="project.requires-python"):
         Platform("3.11.2", "aarch64").require_python(project)

@@ -1,28 +1,23 @@
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import shutil
+from collections.abc import Callable
 
 import pytest
 
 from tests.robotcore.cli.conftest import Answer, Cli
 from tests.robotcore.deploy.conftest import add_action
-from tests.robotcore.deploy.sshd import Sshd, serving
+from tests.robotcore.deploy.sshd import Sshd, robot
 
-__all__ = ["add_action"]
+__all__ = ["add_action", "robot"]
 
 Deploy = Callable[..., Answer]
 
 
-@pytest.fixture(scope="module")
-def robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Sshd]:
-    """A real sshd on loopback."""
-    with serving(tmp_path_factory.mktemp("robot") / "sshd") as server:
-        yield server
-
-
 @pytest.fixture
 def deploy(cli: Cli, robot: Sshd) -> Deploy:
-    """Runs a command of ``robotcore deploy`` against the robot."""
+    """Runs a command of ``robotcore deploy`` against the robot, which has no release."""
+    shutil.rmtree(robot.home / "robotcore", ignore_errors=True)
 
     def run(command: str, *arguments: str) -> Answer:
         return cli("deploy", command, robot.host, "--ssh-config", str(robot.config), *arguments)

@@ -92,27 +92,6 @@ def test_check_and_units_are_written_before_the_current_release_changes(
     assert releases.read_current(layout) == OLD
 
 
-def test_unchanged_units_are_not_reloaded(layout: Layout, systemd: ScriptedSystemd) -> None:
-    put_release(layout, NEW)
-    systemd.set_states(FAILED_CHECK, unit=HEALTH_CHECK)
-    for _ in range(2):
-        with pytest.raises(AgentError):
-            run_actions.activate_release(layout, release=NEW)
-        layout.health_check.unlink()
-    assert systemd.calls.count("enable robotcore.service robotcore-trial.service") == 2
-    assert systemd.calls.count("daemon-reload") == 1
-
-
-def test_second_activation_follows_the_running_check(layout: Layout, systemd: ScriptedSystemd) -> None:
-    put_release(layout, NEW)
-    begun = HealthCheck(NEW, None, since="2026-11-21T22:40:03Z")
-    begun.begin(layout)
-    script_check(layout, systemd, NEW, HealthResult("healthy"), NEW)
-    mark_running(layout, NEW)
-    assert run_actions.activate_release(layout, release=NEW)["outcome"] == "healthy"
-    assert begun.read_result(layout)
-
-
 @pytest.mark.parametrize("outcome, in_place", [("healthy", NEW), ("unhealthy", OLD), ("stopped", OLD)])
 def test_second_activation_returns_the_stored_result(
     layout: Layout, systemd: ScriptedSystemd, outcome: str, in_place: str
@@ -164,11 +143,8 @@ def plan_check(robot: Layout, systemd: ScriptedSystemd, release: str = NEW) -> d
         ([at.OLD_RUNS], False, True),
         ([at.OLD_WAITS], False, True),
         ([at.NEW_STARTS, at.UNUSABLE], False, True),
-        ([at.RUNS_ONCE], False, False),
         ([at.PUT_OFF], True, False),
         ([at.GAVE_UP], True, True),
-        ([at.UNUSABLE], True, True),
-        ([at.SUCCEEDED], True, True),
         ([at.SUCCEEDS, at.SUCCEEDED], True, True),
         ([at.NEW_FAILS, at.UNUSABLE], True, True),
         ([at.NEW_FAILS, at.NEW_WAITS], False, True),
@@ -207,16 +183,11 @@ def test_start_resumes_a_pending_check(robot: Layout, systemd: ScriptedSystemd) 
     assert systemd.calls[-1] == "start --no-block robotcore-trial.service"
 
 
-@pytest.mark.parametrize("within_s", [0.0, -1.0, 121.0, float("nan")])
-def test_impossible_time_limit_is_refused(layout: Layout, within_s: float, raises: Raises) -> None:
+def test_impossible_time_limit_is_refused(layout: Layout, raises: Raises) -> None:
     put_release(layout, NEW)
-    with raises(AgentError, "time-limit", limit_s=120):
-        run_actions.activate_release(layout, release=NEW, healthy_within_s=within_s)
-
-
-def test_unknown_release_is_refused(layout: Layout, raises: Raises) -> None:
-    with raises(AgentError, "name", choices=[]):
-        run_actions.activate_release(layout, release=NEW)
+    for within_s in (0.0, 121.0, float("nan")):
+        with raises(AgentError, "time-limit", limit_s=120):
+            run_actions.activate_release(layout, release=NEW, healthy_within_s=within_s)
 
 
 def test_robot_without_lingering_is_refused_and_nothing_changes(
@@ -232,21 +203,13 @@ def test_robot_without_lingering_is_refused_and_nothing_changes(
     assert not layout.health_check.exists()
 
 
-def test_rollback_chooses_the_last_healthy_release(layout: Layout, systemd: ScriptedSystemd) -> None:
-    for name in (OLD, NEW, NEWER):
-        put_release(layout, name)
-    HealthResult("healthy").write(layout.releases / OLD)
-    HealthResult("unhealthy", "it ended with status 1").write(layout.releases / NEW)
+def test_rollback_chooses_the_last_healthy_release_before_the_current_one(
+    layout: Layout, systemd: ScriptedSystemd
+) -> None:
+    outcomes = {OLD: "healthy", NEW: "unhealthy", NEWER: "healthy", "2026-12-01T00-00-00Z": "healthy"}
+    for name, outcome in outcomes.items():
+        HealthResult(outcome).write(put_release(layout, name))
     make_current(layout, NEWER)
-    script_check(layout, systemd, OLD, HealthResult("healthy"), OLD)
-    assert run_actions.roll_back(layout)["release"] == OLD
-
-
-def test_rollback_never_chooses_a_newer_release(layout: Layout, systemd: ScriptedSystemd) -> None:
-    for name in (OLD, NEW, NEWER):
-        put_release(layout, name)
-        HealthResult("healthy").write(layout.releases / name)
-    make_current(layout, NEW)
     script_check(layout, systemd, OLD, HealthResult("healthy"), OLD)
     assert run_actions.roll_back(layout)["release"] == OLD
 
@@ -267,18 +230,18 @@ def test_rollback_without_a_healthy_release_names_the_others(layout: Layout, rai
     make_current(layout, NEW)
     with raises(AgentError, "no-healthy-release", current=NEW, choices=[OLD]):
         run_actions.roll_back(layout)
-
-
-def test_rollback_does_not_offer_unhealthy_releases(layout: Layout, raises: Raises) -> None:
-    HealthResult("unhealthy", "it ended with status 1").write(put_release(layout, OLD))
-    with raises(AgentError, "no-healthy-release", current=None, choices=[]):
+    HealthResult("unhealthy", "it ended with status 1").write(layout.releases / OLD)
+    with raises(AgentError, "no-healthy-release", current=NEW, choices=[]):
         run_actions.roll_back(layout)
 
 
-def test_rollback_to_an_unknown_release_names_the_known_ones(layout: Layout, raises: Raises) -> None:
+@pytest.mark.parametrize("name", [NEW, "../../../etc", "current", f"{OLD}/../.."])
+@pytest.mark.parametrize("act", [run_actions.activate_release, run_actions.roll_back])
+def test_unknown_release_is_refused_with_the_known_ones(layout: Layout, act: Any, name: str) -> None:
     put_release(layout, OLD)
-    with raises(AgentError, "name", choices=[OLD]):
-        run_actions.roll_back(layout, release=NEW)
+    with pytest.raises(AgentError) as refused:
+        act(layout, release=name)
+    assert (refused.value.kind, refused.value.fields) == ("name", {"choices": [OLD]})
 
 
 def test_rollback_to_the_current_release_is_refused(layout: Layout, raises: Raises) -> None:
@@ -286,14 +249,6 @@ def test_rollback_to_the_current_release_is_refused(layout: Layout, raises: Rais
     make_current(layout, NEW)
     with raises(AgentError, "already-current"):
         run_actions.roll_back(layout, release=NEW)
-
-
-@pytest.mark.parametrize("name", ["../../../etc", "current", "2026-11-21T22-40-00Z/../..", "$(reboot)"])
-@pytest.mark.parametrize("act", [run_actions.activate_release, run_actions.roll_back])
-def test_invalid_name_is_refused(layout: Layout, act: Any, name: str) -> None:
-    with pytest.raises(AgentError) as refused:
-        act(layout, release=name)
-    assert refused.value.kind == "name"
 
 
 def mark_running(layout: Layout, name: str) -> None:

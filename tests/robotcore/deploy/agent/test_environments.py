@@ -65,40 +65,24 @@ def _remove_pip_options(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.slow
-def test_environment_has_its_requirements(environment: Path) -> None:
-    command: list[Path | str] = [
-        environment / "bin" / "python",
-        "-c",
-        "import robot_widget; print(robot_widget.VERSION)",
-    ]
+def test_environment_has_its_requirements_and_is_found_by_them(robot: Layout, environment: Path) -> None:
+    command = [str(environment / "bin" / "python"), "-c", "import robot_widget; print(robot_widget.VERSION)"]
     assert subprocess.run(command, capture_output=True, text=True, check=True).stdout == "1.0\n"
-
-
-@pytest.mark.slow
-def test_order_of_requirements_does_not_matter(robot: Layout, environment: Path) -> None:
     assert environments.find_environment(robot, EnvironmentSpec.of([f" {WIDGET}>=1 ", f"{WIDGET}>=1"])) == environment
     assert environments.find_environment(robot, EnvironmentSpec.of([f"{WIDGET}>=2"])) is None
+    requirements = EnvironmentSpec.of([f"{WIDGET}>=1"]).requirements
+    assert environments.find_environment(robot, EnvironmentSpec(requirements, "cpython-399 aarch64")) is None
 
 
-def test_another_python_needs_another_environment(robot: Layout) -> None:
-    ours = EnvironmentSpec.of([f"{WIDGET}>=1"])
-    assert environments.find_environment(robot, EnvironmentSpec(ours.requirements, "cpython-399 aarch64")) is None
-
-
-def test_changed_system_package_makes_an_environment_unusable(robot: Layout, environment: Path) -> None:
-    contents = json.loads(environment.joinpath(environments.COMPLETE_FILE).read_text())
-    environment.joinpath(environments.COMPLETE_FILE).write_text(
-        json.dumps({**contents, "leans_on": {"pytest": pytest.__version__}})
-    )
-    assert environments.find_environment(robot, EnvironmentSpec.of([f"{WIDGET}>=1"])) == environment
-    environment.joinpath(environments.COMPLETE_FILE).write_text(json.dumps({**contents, "leans_on": {"pytest": "0.1"}}))
-    assert environments.find_environment(robot, EnvironmentSpec.of([f"{WIDGET}>=1"])) is None
-
-
-@pytest.mark.parametrize("contents", ["", "{", "[]", "{}", "7"])
-def test_incomplete_environment_is_never_used(robot: Layout, environment: Path, contents: str) -> None:
-    environment.joinpath(environments.COMPLETE_FILE).write_text(contents)
-    assert environments.find_environment(robot, EnvironmentSpec.of([f"{WIDGET}>=1"])) is None
+@pytest.mark.parametrize("version, is_fit", [(pytest.__version__, True), ("0.1", False), (None, False)])
+def test_incomplete_environment_and_one_for_another_system_package_are_not_used(
+    robot: Layout, environment: Path, version: str | None, *, is_fit: bool
+) -> None:
+    file = environment / environments.COMPLETE_FILE
+    contents = json.dumps({**json.loads(file.read_text()), "leans_on": {"pytest": version}})
+    file.write_text(contents if version else contents[:-20])
+    found = environments.find_environment(robot, EnvironmentSpec.of([f"{WIDGET}>=1"]))
+    assert found == (environment if is_fit else None)
 
 
 @pytest.mark.slow
@@ -113,12 +97,6 @@ def test_system_packages_are_returned_without_those_of_the_release(environment: 
     assert environments.install_requirements(environment, requirements, environments.PipInputs(tmp_path, site)) == {
         "apt_gadget"
     }
-
-
-@pytest.mark.slow
-def test_requirement_without_a_wheel_is_named(environment: Path, tmp_path: Path, raises: Raises) -> None:
-    with raises(AgentError, "wheels", hide=[platform.python_version(), platform.machine()]):
-        environments.install_requirements(environment, ["robot-gadget"], environments.PipInputs(tmp_path))
 
 
 @pytest.mark.slow
@@ -242,6 +220,7 @@ HERE = (platform.python_version(), platform.machine())
     "printed, kind",
     [
         pytest.param(NOT_FOUND, "requirement", id="not found"),
+        pytest.param(NOT_FOUND, "wheels of upload", id="not uploaded"),
         pytest.param(UNREACHABLE, "network", id="unreachable"),
         pytest.param(UNTRUSTED.format(why="certificate is not yet valid"), "network", id="certificate out of date"),
         pytest.param(UNTRUSTED.format(why="self-signed certificate"), "network", id="certificate untrusted"),
@@ -255,12 +234,6 @@ HERE = (platform.python_version(), platform.machine())
     ],
 )
 def test_each_failure_is_explained(printed: str, kind: str, check_text: CheckText) -> None:
-    error = explain_failure(printed.splitlines(), is_offline=False)
-    assert error.kind == kind
-    check_text(error, hide=HERE)
-
-
-def test_requirement_without_an_uploaded_wheel_is_explained_offline(check_text: CheckText) -> None:
-    error = explain_failure(NOT_FOUND.splitlines(), is_offline=True)
-    assert error.kind == "wheels"
+    error = explain_failure(printed.splitlines(), is_offline=kind == "wheels of upload")
+    assert error.kind == kind.partition(" ")[0]
     check_text(error, hide=HERE)

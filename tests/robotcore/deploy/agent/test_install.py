@@ -4,7 +4,6 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -22,7 +21,7 @@ from tests.robotcore.deploy.agent.sample_releases import (
     read_files,
     send_release,
 )
-from tests.texts import CheckText, Raises
+from tests.texts import Raises
 
 CHANGES = ("os.mkdir", "os.rename", "os.symlink", "os.remove", "subprocess.Popen")
 
@@ -59,19 +58,14 @@ def test_upload_becomes_a_release(layout: Layout) -> None:
     sent = read_files(send_release(layout, NEW))
     answer = push_actions.install_release(layout, release=NEW)
     assert answer["environment"] == "made"
+    (finding,) = answer["findings"]
+    assert finding["said"] == "doctor --json --robot=rover.toml --backend=raspberrypi"
+    assert finding["remedy"] == str(layout.incoming / NEW / "project")
     installed = read_files(layout.releases / NEW)
     assert installed.pop("environment").startswith("../../environments/")  # type: ignore[arg-type]
     assert installed == sent
     assert (layout.releases / NEW / "environment" / "bin" / "python").exists()
     assert not any(layout.incoming.iterdir())
-
-
-def test_unchanged_environment_is_kept(layout: Layout) -> None:
-    for name, expected in ((OLD, "made"), (NEW, "kept")):
-        push_actions.begin_upload(layout, release=name, size=0)
-        send_release(layout, name)
-        assert push_actions.install_release(layout, release=name)["environment"] == expected
-    assert len(list(layout.environments.iterdir())) == 1
 
 
 def test_uploaded_wheels_are_deleted_after_the_installation(layout: Layout, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -92,51 +86,23 @@ def test_uploaded_wheels_are_deleted_after_the_installation(layout: Layout, monk
     }
 
 
-def test_doctor_of_the_release_runs_in_its_project(layout: Layout) -> None:
+@pytest.mark.parametrize(
+    "damage", ["rm release.json", "truncate -s 40 release.json", f"sed -i s/{NEW}/{OLD}/ release.json", "rm -r site"]
+)
+def test_incomplete_upload_is_refused(layout: Layout, damage: str, raises: Raises) -> None:
     push_actions.begin_upload(layout, release=NEW, size=0)
-    send_release(layout, NEW)
-    (finding,) = push_actions.install_release(layout, release=NEW)["findings"]
-    assert finding["said"] == "doctor --json --robot=rover.toml --backend=raspberrypi"
-    assert finding["remedy"] == str(layout.incoming / NEW / "project")
-
-
-def _remove_manifest(layout: Layout) -> None:
-    (layout.incoming / NEW / "release.json").unlink()
-
-
-def _truncate_manifest(layout: Layout) -> None:
-    file = layout.incoming / NEW / "release.json"
-    file.write_text(file.read_text()[:40])
-
-
-def _rename_manifest(layout: Layout) -> None:
-    Release.from_json((layout.incoming / NEW / "release.json").read_text().replace(NEW, OLD)).write(
-        layout.incoming / NEW
-    )
-
-
-def _remove_site(layout: Layout) -> None:
-    (layout.incoming / NEW / "site").rename(layout.incoming / NEW / "elsewhere")
-
-
-@pytest.mark.parametrize("damage", [_remove_manifest, _truncate_manifest, _rename_manifest, _remove_site])
-def test_incomplete_upload_is_refused(layout: Layout, damage: Callable[[Layout], None], raises: Raises) -> None:
-    push_actions.begin_upload(layout, release=NEW, size=0)
-    send_release(layout, NEW)
-    damage(layout)
+    subprocess.run(damage.split(), cwd=send_release(layout, NEW), check=True)
     with raises(AgentError, "incomplete", release=NEW):
         push_actions.install_release(layout, release=NEW)
     assert not (layout.releases / NEW).exists()
 
 
-@pytest.mark.parametrize("name", ["", "..", "../releases", "current", f"{NEW}/..", f"{NEW}\n", "$(touch x)"])
-def test_invalid_name_is_refused(layout: Layout, name: str, check_text: CheckText) -> None:
-    with pytest.raises(ValueError) as error:  # noqa: PT011  its text is in the snapshot
+@pytest.mark.parametrize("name", ["", "../releases", f"{NEW}/..", f"{NEW}\n", "$(touch x)"])
+def test_invalid_name_is_refused(layout: Layout, name: str) -> None:
+    with pytest.raises(ValueError, match="is not the name of a release"):
         push_actions.install_release(layout, release=name)
-    check_text(error.value)
-    with pytest.raises(ValueError) as error:  # noqa: PT011
+    with pytest.raises(ValueError, match="is not the name of a release"):
         push_actions.begin_upload(layout, release=name, size=0)
-    check_text(error.value)
     assert not layout.root.exists()
 
 

@@ -42,14 +42,6 @@ def test_busy_error_names_the_holder(layout: Layout) -> None:
     assert refused.value.fields["holder"] == f"installation of another release, process {process.pid}"
 
 
-def test_killed_process_releases_the_lock(layout: Layout) -> None:
-    with other_process(layout) as process:
-        process.kill()
-        process.wait()
-        with hold_lock(layout, "push", 0.2):
-            assert layout.lock.read_text() == f"push, process {os.getpid()}"
-
-
 def test_child_with_the_handle_holds_the_lock_after_its_parent_has_ended(layout: Layout, raises: Raises) -> None:
     with hold_lock(layout, "installation") as handle:
         child = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE, pass_fds=(handle,))

@@ -118,25 +118,13 @@ def test_dump_of_an_aborted_python_is_shortened(layout: Layout, systemd: Scripte
     ]
 
 
-def test_unreadable_journal_is_replaced_by_the_remedy(layout: Layout, systemd: ScriptedSystemd) -> None:
-    systemd.set_states(at.UNUSABLE)
-    systemd.folder.joinpath("unreadable").write_text("No journal files were opened due to insufficient permissions.\n")
-    assert "sudo usermod -aG systemd-journal" in run_actions.read_status(layout)["lines"][0]
-
-
 def test_status_names_the_last_check_if_no_release_is_current(layout: Layout, systemd: ScriptedSystemd) -> None:
     put_release(layout, NEW)
     HealthResult("unhealthy", "it ended with status 5").write(put_release(layout, OLD))
-    answer = run_actions.read_status(layout)
-    assert answer["release"] is None
-    assert answer["last"] == {"name": OLD, "outcome": "unhealthy", "reason": "it ended with status 5"}
-
-
-def test_status_names_the_release_of_a_pending_check(layout: Layout, systemd: ScriptedSystemd) -> None:
-    put_release(layout, NEW)
     HealthCheck(NEW, None).begin(layout)
     answer = run_actions.read_status(layout)
     assert (answer["on_trial"], answer["release"], answer["verdict"]) == (NEW, None, None)
+    assert answer["last"] == {"name": OLD, "outcome": "unhealthy", "reason": "it ended with status 5"}
 
 
 STOPS = ["stop robotcore.service robotcore-trial.service", "stop robotcore.service", "disable robotcore.service"]
@@ -207,9 +195,6 @@ def test_log_is_printed_unchanged(layout: Layout, systemd: ScriptedSystemd, capf
     assert (
         systemd.journal_arguments == "--no-pager --quiet --output=short-iso --lines=7 --user-unit=robotcore.service\n"
     )
-
-
-def test_log_is_followed_on_request(layout: Layout, systemd: ScriptedSystemd) -> None:
     run_actions.print_log(layout, follow=True)
     assert systemd.journal_arguments.endswith(" --follow\n")
 
@@ -218,3 +203,5 @@ def test_log_of_an_unreadable_journal_is_refused(layout: Layout, systemd: Script
     systemd.folder.joinpath("unreadable").write_text("insufficient permissions\n")
     with raises(AgentError, "journal", hide=[robot_facts.read_user()]):
         run_actions.print_log(layout)
+    systemd.set_states(at.UNUSABLE)
+    assert "sudo usermod -aG systemd-journal" in run_actions.read_status(layout)["lines"][0]

@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ from robotcore.deploy import rpc
 from robotcore.deploy.agent import releases, service
 from robotcore.deploy.agent import systemd_units as units
 from robotcore.deploy.agent.files import Layout, measure_free_space
-from robotcore.deploy.agent.releases import ENVIRONMENT, SITE, Release
+from robotcore.deploy.agent.releases import ENVIRONMENT, SITE
 from tests.robotcore.deploy.agent.sample_releases import NEW, OLD, make_current, put_release
 from tests.texts import CheckText
 
@@ -79,14 +80,6 @@ def test_each_run_records_in_a_file_of_its_own(layout: Layout, systemd: Systemd)
     assert len(list(layout.recordings.glob("*.mcap"))) == 3
 
 
-def test_release_without_recordings_records_nothing(layout: Layout, systemd: Systemd) -> None:
-    folder = make_release(layout, OLD)
-    Release(OLD, "p", "a.py", "r.toml", "raspberrypi", ("run",), (), is_recorded=False).write(folder)
-    make_current(layout, OLD)
-    with systemd("run") as process:
-        assert json.loads(_lines(process)[1])["arguments"] == ["run"]
-
-
 def test_motors_are_stopped_by_the_release_that_ran(layout: Layout, systemd: Systemd, tmp_path: Path) -> None:
     leaves = "import os, sys, pathlib; pathlib.Path.home().joinpath(sys.argv[1] + '.of').write_text(os.getcwd())"
     for name in (OLD, NEW):
@@ -105,11 +98,6 @@ def test_failed_stop_is_reported(layout: Layout, systemd: Systemd) -> None:
     process = systemd("off")
     assert process.communicate()[1] == "robotcore: the motors may still turn: GPIO busy\n\n"
     assert process.returncode == 2
-
-
-def test_robot_without_a_release_has_no_motors_to_stop(layout: Layout, systemd: Systemd) -> None:
-    process = systemd("off")
-    assert (*process.communicate(), process.returncode) == ("", "", 0)
 
 
 @pytest.mark.parametrize("lacking", ["release.json", "environment/bin/python"])
@@ -132,6 +120,19 @@ def test_damaged_release_is_an_error_with_a_remedy(
     check_text(capsys.readouterr().err)
 
 
+def test_robot_without_a_release_has_nothing_to_stop_or_to_check(layout: Layout) -> None:
+    layout.root.mkdir(parents=True)
+    assert [service.main([command], layout) for command in ("off", "trial")] == [0, 0]
+
+
+def test_equal_sources_make_an_equal_program(layout: Layout, systemd: Systemd) -> None:
+    before = layout.program.stat()
+    units.install_program(layout, rpc.read_agent_sources())
+    assert layout.program.stat().st_ino == before.st_ino, "it was not written again"
+    units.install_program(layout, {"robotcore/__init__.py": "new"})
+    assert zipfile.ZipFile(layout.program).read("robotcore/__init__.py") == b"new"
+
+
 def test_unreadable_release_is_restarted(layout: Layout, systemd: Systemd) -> None:
     folder = make_release(layout, OLD)
     folder.joinpath("release.json").unlink()
@@ -140,11 +141,6 @@ def test_unreadable_release_is_restarted(layout: Layout, systemd: Systemd) -> No
     process = systemd("run")
     assert process.communicate()[1].startswith(f"robotcore: {folder / 'release.json'}: Is a directory.")
     assert process.returncode == 1, "systemd tries again"
-
-
-def test_health_check_without_a_pending_one_does_nothing(systemd: Systemd) -> None:
-    process = systemd("trial")
-    assert (*process.communicate(), process.returncode) == ("", "", 0)
 
 
 def _lines(process: subprocess.Popen[str]) -> list[str]:
