@@ -36,14 +36,6 @@ def test_an_app_that_cannot_be_imported_is_refused_by_its_file(
         preflight(make_sweep(app), load_s=0.5)
 
 
-@pytest.mark.slow
-def test_an_app_that_hangs_in_its_constructor_is_refused(app_file: AppFile, raises: Raises) -> None:
-    app = Path(app_file())
-    app.write_text(app.read_text() + "\n    def __init__(self):\n        Event().wait()\n")
-    with raises(UsageError, "app-hangs", step="made"):
-        preflight(make_sweep(str(app)), load_s=0.5)
-
-
 @pytest.mark.parametrize(
     "app, judge, has_verify",
     [("green-search", None, True), ("avoid-obstacles", None, False), ("avoid-obstacles", "green-search", True)],

@@ -260,6 +260,19 @@ def test_a_table_that_cannot_be_replaced_is_reported_and_leaves_no_part(
     assert (tmp_path / "results.csv").exists()
 
 
+def test_a_full_disk_leaves_no_half_picture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, raises: Raises) -> None:
+    def write_half(path: Path, content: bytes) -> None:
+        with path.open("wb") as file:
+            file.write(content[:1])
+        _raise_disk_full()
+
+    with Results(SWEEP, tmp_path) as results:
+        monkeypatch.setattr(Path, "write_bytes", write_half)
+        with raises(UsageError, "results-not-written", file=str(tmp_path)):
+            results.add(_make_output(1, Outcome.TIMEOUT, b"png"))
+    assert list((tmp_path / "failures").iterdir()) == []
+
+
 class _FullDisk:
     """A file on a disk with ten free bytes."""
 

@@ -75,12 +75,6 @@ def test_after_a_process_ended_in_a_call_the_next_call_starts_another(
 
 
 @pytest.mark.slow
-def test_a_process_that_sends_half_a_reply_and_hangs_is_ended(child: WorkerProcess) -> None:
-    with pytest.raises(WorkerHungError):
-        child.call(send, b'{"result": ', limit_s=2.0)
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "reply",
     [b"[1]\n", b"\x80\x04N.\n", b'{"result": 1, "error": {"robotcore.errors": 1}}\n'],
@@ -125,6 +119,12 @@ def test_a_process_cannot_send_a_no_worker_error(child: WorkerProcess) -> None:
     with pytest.raises(BackendError) as raised:
         child.call(raise_, NoWorkerError("forged"), limit_s=30)
     assert type(raised.value) is BackendError
+
+
+@pytest.mark.slow
+def test_a_process_that_sends_half_a_reply_and_hangs_is_ended(child: WorkerProcess) -> None:
+    with pytest.raises(WorkerHungError):
+        child.call(send, b'{"result": ', limit_s=2.0)
 
 
 def test_a_limit_may_be_longer_than_a_system_can_wait(child: WorkerProcess) -> None:
