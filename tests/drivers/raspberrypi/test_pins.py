@@ -85,11 +85,11 @@ def test_a_line_that_two_devices_of_a_program_use_is_reported(pins: Any, raises:
     from gpiozero import LED
 
     with (
-        LED(17, pin_factory=pins),
-        raises(DeviceError, "gpio-in-use", device="lamp", gpios=(17,)),
-        translate_pin_errors("lamp", [17]),
+        LED(22, pin_factory=pins),
+        raises(DeviceError, "gpio-in-use", device="lamp", gpios=(22,)),
+        translate_pin_errors("lamp", [22]),
     ):
-        LED(17, pin_factory=pins)
+        LED(22, pin_factory=pins)
 
 
 def test_the_pins_are_on_the_same_chip_as_the_guardian_s_lines(lines: Lines, monkeypatch: pytest.MonkeyPatch) -> None:
