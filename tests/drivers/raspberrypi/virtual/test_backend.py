@@ -27,12 +27,11 @@ from robotcore.description import (
     load_robot,
 )
 from robotcore.errors import (
-    BackendMissingError,
     DeviceClosedError,
     DeviceError,
     UsageError,
 )
-from robotcore.hal.backend import Backend, Setup, load_backend
+from robotcore.hal.backend import Backend, Setup
 from robotcore.hal.devices import RangeSensor
 from robotcore.hal.robot import Robot
 from robotcore.hardware.motor_model import DutyMotor
@@ -147,12 +146,6 @@ def test_a_backend_that_does_not_simulate_in_lockstep_is_refused(name: str, rais
         VirtualPiBackend().open(build_setup(simulator=name))
 
 
-def test_simulator_that_is_not_installed_is_reported_with_its_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(type(load_backend("pybullet")), "modules", ("no_such_library",))
-    with pytest.raises(BackendMissingError):  # the remedy depends on the version of Python
-        VirtualPiBackend().open(build_setup(simulator="pybullet"))
-
-
 def test_an_invalid_share_of_lost_echoes_is_refused(raises: Raises) -> None:
     with raises(UsageError, "invalid-option", option="lost_echoes"):
         VirtualPiBackend().open(build_setup(lost_echoes="1.1"))
@@ -239,10 +232,6 @@ def test_every_driver_has_a_model_or_is_replaced_by_the_simulator() -> None:
     kinds = {driver.name: driver.settings for driver in ours if driver.__module__.startswith("drivers.raspberrypi.")}
     assert len(kinds) >= 9
     assert [name for name, settings in kinds.items() if not issubclass(settings, MODELLED + SIMULATED)] == []
-
-
-def test_the_shipped_rover_needs_no_note() -> None:
-    assert notes(load_robot("rover")) == []
 
 
 @pytest.mark.usefixtures("_install_drivers")
