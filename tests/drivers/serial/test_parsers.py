@@ -71,7 +71,8 @@ NOISE, CUT, CHANGED = "noise between frames", "a frame without its start or its 
 PARSERS = (
     ParserCase("tfmini", TFminiParser, _range, b"\x59\x00\x08", frozenset({NOISE, CUT, CHANGED})),
     ParserCase("hoverboard", HoverboardParser, _wheels, b"\xcd\xab\x00", frozenset({NOISE, CUT, CHANGED})),
-    ParserCase("waveshare", WaveshareParser, _object, b'{}":,\r\n"T":1001', frozenset({NOISE, CUT})),
+    # The beginning of a line of Waveshare's, and the end of another one, may be a whole line: they have no checksum.
+    ParserCase("waveshare", WaveshareParser, _object, b'{}":,\r\n"T":1001', frozenset({NOISE})),
     # ROSArduinoBridge has no checksum, and two additional equal letters keep the XOR of robotcore_bridge.
     ParserCase("ros-arduino", ArduinoParser, _line, b"0123456789 -*\r\n", frozenset()),
 )
