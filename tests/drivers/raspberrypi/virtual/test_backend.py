@@ -20,7 +20,6 @@ from drivers.raspberrypi.virtual.models import MODELLED, SIMULATED, VirtualPins
 from robotcore import RunRequest
 from robotcore.cli.main import execute
 from robotcore.description import (
-    DisplayDescription,
     RangeSensorDescription,
     RobotDescription,
     WorldDescription,
@@ -222,22 +221,11 @@ def _install_drivers(monkeypatch: pytest.MonkeyPatch) -> None:
     foreign.install(monkeypatch)
 
 
-def notes(robot: RobotDescription, *devices: str) -> list[str]:
-    chosen = devices or [device.name for device in robot.devices if not isinstance(device, DisplayDescription)]
-    return VirtualPiBackend().notes(Setup(robot, None, frozenset(chosen)))
-
-
 def test_every_driver_has_a_model_or_is_replaced_by_the_simulator() -> None:
     ours = [load_registered("device driver", DEVICES, name) for name in device_driver_names()]
     kinds = {driver.name: driver.settings for driver in ours if driver.__module__.startswith("drivers.raspberrypi.")}
     assert len(kinds) >= 9
     assert [name for name, settings in kinds.items() if not issubclass(settings, MODELLED + SIMULATED)] == []
-
-
-@pytest.mark.usefixtures("_install_drivers")
-def test_a_driver_of_another_package_has_a_note_if_its_device_is_opened() -> None:
-    assert notes(foreign.rover(nose=IR)) == [NOTE]
-    assert notes(foreign.rover(nose=IR), "eye") == []
 
 
 @pytest.mark.usefixtures("_install_drivers")
