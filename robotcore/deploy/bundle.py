@@ -6,7 +6,6 @@ import json
 import os
 import shlex
 import shutil
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from importlib.metadata import Distribution, PackageNotFoundError, distribution, version
 from pathlib import Path
@@ -24,9 +23,6 @@ from robotcore.description import read_table
 from robotcore.errors import DeployError, UsageError
 from robotcore.text import escape, list_names
 
-_IGNORED = ("is ignored by git", "Take it out of .gitignore")
-
-
 MOST_SECRETS = 50
 """The greatest number of files that the warning about secrets names."""
 
@@ -43,9 +39,6 @@ class Bundle:
     warnings: tuple[str, ...] = ()
     """Warnings for the user, such as the files that are not sent."""
 
-    def __repr__(self) -> str:
-        return f"<Bundle of {self.project.name} in {self.folder}: {len(self.requirements)} requirements>"
-
 
 def build_bundle(project: Project, folder: Path) -> Bundle:
     """Copy everything that a push sends into an empty folder, and return it as a bundle.
@@ -59,12 +52,10 @@ def build_bundle(project: Project, folder: Path) -> Bundle:
     """
     listing = _copy_project(project, folder / PROJECT)
     pinned, secrets = _fill_site(project, folder / PROJECT, folder / SITE)
-    return Bundle(
-        project,
-        folder,
-        collect_requirements(project, folder / SITE, pinned),
-        _format_warnings((*listing.secrets, *secrets)),
-    )
+    secrets = (*listing.secrets, *secrets)
+    warning = f"left out because they may hold a secret: {list_names(secrets, MOST_SECRETS)}"
+    requirements = collect_requirements(project, folder / SITE, pinned)
+    return Bundle(project, folder, requirements, (warning,) if secrets else ())
 
 
 def _copy_project(project: Project, target: Path) -> Listing:
@@ -74,19 +65,15 @@ def _copy_project(project: Project, target: Path) -> Listing:
     listing = copy_files(project.folder, target)
     for name in map(os.path.normpath, project.files):
         if name not in listing.names:
-            why, remedy = ("may hold a secret", "Rename it") if name in listing.secrets else _IGNORED
+            is_secret = name in listing.secrets
+            why = "may hold a secret" if is_secret else "is ignored by git"
+            remedy = "Rename it" if is_secret else "Take it out of .gitignore"
             raise UsageError(
                 f"{escape(name)} {why}, so it is not sent. The project does not run without it. {remedy}",
                 kind="file-not-sent",
                 file=name,
             )
     return listing
-
-
-def _format_warnings(secrets: Sequence[str]) -> tuple[str, ...]:
-    if not secrets:
-        return ()
-    return (f"left out because they may hold a secret: {list_names(secrets, MOST_SECRETS)}",)
 
 
 METADATA = ("METADATA", "entry_points.txt", "top_level.txt")
@@ -107,8 +94,9 @@ def _fill_site(project: Project, source: Path, site: Path) -> tuple[tuple[str, .
         build_package(source, site)
     pinned: list[str] = []
     secrets: list[str] = []
-    for dist in _find_needed_distributions(project):
-        place = _find_origin(dist)
+    found = {point.dist.name: point.dist for point in find_entry_points(project) if point.dist}
+    for name in sorted(found.keys() - {ROBOTCORE}):
+        place = _find_origin(found[name])
         if isinstance(place, str):
             pinned.append(place)
         elif place != project.folder:
@@ -132,11 +120,6 @@ def _copy_robotcore(site: Path) -> None:
             (metadata / name).write_text(text, encoding="utf-8")
 
 
-def _find_needed_distributions(project: Project) -> Iterator[Distribution]:
-    found = {point.dist.name: point.dist for point in find_entry_points(project) if point.dist}
-    return (dist for name, dist in sorted(found.items()) if name != ROBOTCORE)
-
-
 def _find_origin(dist: Distribution) -> Path | str:
     """Return the folder or archive that a distribution was installed from. Without one, return its requirement.
 
@@ -147,19 +130,16 @@ def _find_origin(dist: Distribution) -> Path | str:
     if not url:
         return f"{dist.name}=={dist.version}"
     if url.startswith("file:"):
-        return _require_folder(dist, Path(unquote(urlsplit(url).path), origin.get("subdirectory", "")))
-    vcs = origin.get("vcs_info")
-    return f"{dist.name} @ {vcs['vcs']}+{url}@{vcs['commit_id']}" if vcs else f"{dist.name} @ {url}"
-
-
-def _require_folder(dist: Distribution, place: Path) -> Path:
-    if not place.exists():
+        place = Path(unquote(urlsplit(url).path), origin.get("subdirectory", ""))
+        if place.exists():
+            return place
         raise DeployError(
             f"{dist.name} was installed from {place}, which no longer exists. Install it again from its new place",
             kind="package-folder-missing",
             package=dist.name,
         )
-    return place
+    vcs = origin.get("vcs_info")
+    return f"{dist.name} @ {vcs['vcs']}+{url}@{vcs['commit_id']}" if vcs else f"{dist.name} @ {url}"
 
 
 COMPILED_SUFFIXES = (".so", ".pyd", ".dylib")
@@ -195,7 +175,10 @@ def build_package(source: Path, site: Path) -> tuple[str, ...]:
                 kind="package-not-built",
             )
         _require_pure(source, built)
-        _move_into_site(built, site)
+        shutil.rmtree(built / "bin", ignore_errors=True)  # the command-line programs
+        for file in [each for name in _LOCAL_METADATA for each in built.glob(f"*.dist-info/{name}")]:
+            file.unlink()
+        shutil.copytree(built, site, dirs_exist_ok=True)
     return tuple(f"{source.name}/{name}" for name in secrets)
 
 
@@ -226,12 +209,3 @@ def _require_pure(source: Path, built: Path) -> None:
             kind="compiled-code",
             file=compiled.name,
         )
-
-
-def _move_into_site(built: Path, site: Path) -> None:
-    """Copy a built package into ``site``, without its command-line programs and `_LOCAL_METADATA`."""
-    shutil.rmtree(built / "bin", ignore_errors=True)
-    for name in _LOCAL_METADATA:
-        for file in built.glob(f"*.dist-info/{name}"):
-            file.unlink()
-    shutil.copytree(built, site, dirs_exist_ok=True)

@@ -31,22 +31,16 @@ class FetchResult:
 
     folder: Path
     """The folder for the recordings on this machine."""
-
     fetched: tuple[str, ...] = ()
     """The recordings that this fetch copied."""
-
     present: tuple[str, ...] = ()
     """The recordings that were in the folder before."""
-
     different: tuple[str, ...] = ()
     """The recordings that were not copied because the folder has a file of the same name with other content."""
-
     being_written: tuple[str, ...] = ()
     """The recordings that the robot is still writing."""
-
     skipped: tuple[str, ...] = ()
     """The files that were not copied because they are no recordings by name or type. Their names are escaped."""
-
     erased: tuple[str, ...] = ()
     """The recordings that the robot deleted after the copy."""
 
@@ -55,9 +49,6 @@ class FetchResult:
         """The path of the robot's newest recording in the folder, or None. A recording's name is its start time."""
         names = sorted((*self.fetched, *self.present))
         return self.folder / names[-1] if names else None
-
-    def __repr__(self) -> str:
-        return f"<FetchResult in {self.folder}: {len(self.fetched)} fetched, {len(self.present)} present>"
 
 
 def fetch(link: RobotLink, folder: Path, on_step: OnStep = print, *, moves: bool = False) -> FetchResult:

@@ -148,16 +148,6 @@ def resolve_file(folder: Path, base: Path, name: str, kind: str) -> str:
     return f"{'' if is_plain else './'}{there}{colon}{rest}"
 
 
-def require_sendable(folder: Path) -> None:
-    """Raise UsageError if a project's folder is or contains the user's home, because a push would send all of it."""
-    if Path.home().resolve().is_relative_to(folder.resolve()):
-        raise UsageError(
-            f"{escape(str(folder))} contains your home folder, and a push sends the whole folder. Make a folder for "
-            "the project and put its files there: robotcore new",
-            kind="home-folder",
-        )
-
-
 @dataclass(frozen=True)
 class DeployOptions:
     """The options of a push. Each option that is not None overrides the project's ``pyproject.toml``.
@@ -261,9 +251,15 @@ def build_project(options: DeployOptions, here: Path | None = None) -> Project:
             folder=str(options.folder),
         )
     tables = read_tables(folder)
-    if not (options.folder or tables.robotcore or any(map(_is_file, _list_names(options)))):
+    names = filter(None, (options.app, options.robot, options.world))
+    if not (options.folder or tables.robotcore or any(map(_is_file, names))):
         return _validate_project(_apply_options(options, Tables(), None, here))
-    require_sendable(folder)
+    if Path.home().resolve().is_relative_to(folder.resolve()):
+        raise UsageError(
+            f"{escape(str(folder))} contains your home folder, and a push sends the whole folder. Make a folder for "
+            "the project and put its files there: robotcore new",
+            kind="home-folder",
+        )
     return _validate_project(_apply_options(options, tables, folder.resolve(), here))
 
 
@@ -271,6 +267,7 @@ def _apply_options(options: DeployOptions, tables: Tables, folder: Path | None, 
     table = tables.robotcore or RobotcoreTable()
     deploy = table.deploy
     app = _resolve_name(options, table, "app", folder, here)
+    is_recorded = deploy.record if options.record is None else options.record
     return Project(
         folder=folder,
         name=tables.project.name or (folder.name if folder else app_name(app)),
@@ -280,22 +277,14 @@ def _apply_options(options: DeployOptions, tables: Tables, folder: Path | None, 
         backend=options.backend or deploy.backend,
         settings={**deploy.settings, **options.settings},
         options={**deploy.options, **options.options},
-        rate_hz=_choose(options.rate_hz, deploy.rate_hz),
-        seeds=_choose(options.seeds, deploy.seeds),
-        require=_choose(options.require, deploy.require),
+        rate_hz=deploy.rate_hz if options.rate_hz is None else options.rate_hz,
+        seeds=deploy.seeds if options.seeds is None else options.seeds,
+        require=deploy.require if options.require is None else options.require,
         extras=deploy.extras,
-        is_recorded=_choose(options.record, deploy.record),
+        is_recorded=is_recorded,
         is_package=tables.is_package,
         metadata=tables.project,
     )
-
-
-def _choose(option: Any, default: Any) -> Any:
-    return default if option is None else option
-
-
-def _list_names(options: DeployOptions) -> list[str]:
-    return [name for name in (options.app, options.robot, options.world) if name]
 
 
 def _is_file(name: str) -> bool:

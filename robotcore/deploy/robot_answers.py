@@ -26,9 +26,10 @@ MOST_ITEMS = 100_000
 AnswerT = TypeVar("AnswerT", bound="RobotMessage")
 
 
-def _require_remote_folder(path: str) -> str:
+def require_remote_folder(path: str) -> str:
+    """Return the path of a folder below ``~/robotcore`` if it matches `REMOTE_FOLDER`, else raise ValueError."""
     if not REMOTE_FOLDER.fullmatch(path):
-        raise ValueError("is not a folder of the robot")
+        raise ValueError(f"{path!r} is not a folder of the robot")
     return path
 
 
@@ -39,7 +40,7 @@ def _reject_broken(kind: str) -> str:
 
 
 ReleaseName = Annotated[str, AfterValidator(require_name)]
-RemoteFolder = Annotated[str, AfterValidator(_require_remote_folder)]
+RemoteFolder = Annotated[str, AfterValidator(require_remote_folder)]
 Count = Annotated[int, Field(ge=0, lt=1 << 63)]
 Texts = Annotated[list[str], Field(max_length=MOST_ITEMS)]
 Version = Annotated[str, StringConstraints(pattern=r"^\d{1,2}\.\d{1,3}\.\d{1,3}(?:(?:a|b|rc)\d{1,3})?\+?$")]

@@ -17,7 +17,7 @@ from pathlib import Path
 from robotcore.deploy.agent.files import FOLDER
 from robotcore.deploy.errors import explain_failed_transfer, explain_missing_program
 from robotcore.deploy.process_output import ProcessOutput
-from robotcore.deploy.robot_answers import REMOTE_FOLDER
+from robotcore.deploy.robot_answers import require_remote_folder
 from robotcore.deploy.ssh import SshConnection
 
 OnProgress = Callable[[int, float], object]
@@ -93,8 +93,8 @@ def send(
     """
     options = [*SEND_OPTIONS, "--no-inc-recursive"]
     if copy_from is not None:
-        options.append(f"--copy-dest={os.path.relpath(_require_remote_folder(copy_from), _require_remote_folder(to))}")
-    ends = (f"{folder.absolute()}/", f"robot:~/{FOLDER}/{_require_remote_folder(to)}/")
+        options.append(f"--copy-dest={os.path.relpath(require_remote_folder(copy_from), require_remote_folder(to))}")
+    ends = (f"{folder.absolute()}/", f"robot:~/{FOLDER}/{require_remote_folder(to)}/")
     return _run_transfer(link, (*options, *ends), on_progress, where=str(link.host))
 
 
@@ -118,20 +118,11 @@ def receive(
     """
     options = RECEIVE_OPTIONS if partial is None else (f"--partial-dir={partial.absolute()}", *RECEIVE_OPTIONS)
     ends = (f"robot:~/{FOLDER}/recordings/", f"{folder.absolute()}/")
-    names = b"".join(_require_recording_name(name).encode() + b"\0" for name in what)
+    for name in what:
+        if not RECORDING.fullmatch(name):
+            raise ValueError(f"{name!r} is not the name of a recording")
+    names = "".join(f"{name}\0" for name in what).encode()
     return _run_transfer(link, (*options, *ends), on_progress, names, on_poll, where="this machine")
-
-
-def _require_remote_folder(path: str) -> str:
-    if not REMOTE_FOLDER.fullmatch(path):
-        raise ValueError(f"{path!r} is not a folder of a robot")
-    return path
-
-
-def _require_recording_name(name: str) -> str:
-    if not RECORDING.fullmatch(name):
-        raise ValueError(f"{name!r} is not the name of a recording")
-    return name
 
 
 def _run_transfer(
@@ -145,6 +136,9 @@ def _run_transfer(
 ) -> Transfer:
     if not shutil.which("rsync"):
         raise explain_missing_program("rsync", "rsync")
+    # messages in English, without the variables that change rsync's options
+    environment = {name: value for name, value in os.environ.items() if not name.startswith("RSYNC_")}
+    environment["LC_ALL"] = "C"
     command = ["rsync", *COMMON_OPTIONS, "-e", shlex.join(link.ssh_command[:-1]), *arguments]
     with tempfile.TemporaryFile() as file:
         file.write(stdin)
@@ -155,7 +149,7 @@ def _run_transfer(
             stdin=file,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
-            env=_build_environment(),
+            env=environment,
             start_new_session=True,
         ) as process:
             output = ProcessOutput(process)
@@ -170,11 +164,6 @@ def _run_transfer(
             error = explain_failed_transfer(link.host, process.returncode, output.stderr_excerpt, where)
             raise link.find_cause(error)
     return Transfer(**{name: int(found[1]) if (found := each.search(printed)) else 0 for name, each in STATS.items()})
-
-
-def _build_environment() -> dict[str, str]:
-    """Return the environment for messages in English, without the variables that change rsync's options."""
-    return {name: value for name, value in os.environ.items() if not name.startswith("RSYNC_")} | {"LC_ALL": "C"}
 
 
 def _read(pieces: Iterable[bytes], on_progress: OnProgress | None, on_poll: Callable[[], object] | None) -> str:

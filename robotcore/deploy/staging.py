@@ -216,17 +216,14 @@ def copy_files(folder: Path, target: Path) -> Listing:
         if name in links:
             place.symlink_to(links[name])
         elif (folder / name).is_file():
-            _copy_file(folder / name, place)
+            try:
+                shutil.copy(folder / name, place)
+            except OSError as error:
+                raise UsageError(
+                    f"{escape(str(folder / name))}: {error.strerror}. Make it readable, or let git ignore it",
+                    kind="unreadable-file",
+                ) from error
     return listing
-
-
-def _copy_file(file: Path, place: Path) -> None:
-    try:
-        shutil.copy(file, place)
-    except OSError as error:
-        raise UsageError(
-            f"{escape(str(file))}: {error.strerror}. Make it readable, or let git ignore it", kind="unreadable-file"
-        ) from error
 
 
 def _find_sent_links(folder: Path, names: Collection[str]) -> Iterator[tuple[str, str]]:

@@ -27,16 +27,10 @@ SOCKET, WATCHDOG_US, WATCHDOG_PID = "NOTIFY_SOCKET", "WATCHDOG_USEC", "WATCHDOG_
 READY, ALIVE = "READY=1", "WATCHDOG=1"
 
 STOPPING = "STOPPING=1\nEXTEND_TIMEOUT_USEC=60000000"
-"""The message at the end of a run. It makes systemd wait a minute before it kills the process.
-
-The recorder may need that minute to finish a recording on a slow disk. The number in the message is in µs.
-"""
+"""The message at the end of a run. systemd then waits 60 s, because the recorder may need them on a slow disk."""
 
 FAILED = 6
-"""The exit status of a service that ended by itself without success.
-
-It differs from 1, which Python returns after an uncaught exception.
-"""
+"""The exit status of a service that ended by itself without success. An uncaught exception has the status 1."""
 
 FEED_S = 0.5
 """The greatest time between two resets of the watchdog, in s. A health check needs a recent reset."""

@@ -24,11 +24,6 @@ from robotcore.errors import DeployError, DescriptionError
 OLDEST_GLIBC = {"x86_64": 5, "aarch64": 17}
 """The minor version of glibc 2 in the oldest manylinux tag of each processor. Source: PEP 600, PEP 599."""
 
-LEGACY = {  # the old names of platform tags
-    "x86_64": ("manylinux2014_x86_64", "manylinux2010_x86_64", "manylinux1_x86_64"),
-    "aarch64": ("manylinux2014_aarch64",),
-}
-
 
 @dataclass(frozen=True)
 class Platform:
@@ -74,7 +69,7 @@ class Platform:
             return (f"linux_{self.machine}",)
         versions = range(int(minor), OLDEST_GLIBC[self.machine] - 1, -1)
         newer = tuple(f"manylinux_2_{version}_{self.machine}" for version in versions)
-        return (*newer, *LEGACY[self.machine], f"linux_{self.machine}")
+        return (*newer, f"manylinux2014_{self.machine}", f"linux_{self.machine}")  # pip adds older names to the second
 
     @property
     def markers(self) -> dict[str, str]:

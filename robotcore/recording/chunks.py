@@ -197,9 +197,7 @@ class ChunkedFile:
     ) -> tuple[ChunkLocation, memoryview, bytes | memoryview] | None:
         self.allowance.grow(length)
         try:
-            if length > MAX_RECORD_BYTES:
-                raise ValueError(f"a chunk has {length} bytes, above the limit of {MAX_RECORD_BYTES}")
-            body = memoryview(file.read(length))
+            body = _read_body(file, length)
             location, packed = _parse_chunk(body, at)
             return location, body, unpack(location, packed)
         except Lz4Error as error:
@@ -252,6 +250,12 @@ def _skip_record(file: BinaryIO, length: int, crc: int | None) -> int | None:
     while length and (piece := file.read(min(length, _PIECE_BYTES))):
         crc, length = zlib.crc32(piece, crc), length - len(piece)
     return crc
+
+
+def _read_body(file: BinaryIO, length: int) -> memoryview:
+    if length > MAX_RECORD_BYTES:
+        raise ValueError(f"a chunk has {length} bytes, above the limit of {MAX_RECORD_BYTES}")
+    return memoryview(file.read(length))
 
 
 def _parse_chunk(body: memoryview, at: int) -> tuple[ChunkLocation, memoryview]:

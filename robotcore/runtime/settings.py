@@ -37,15 +37,8 @@ def list_settings(app: type[Behaviour]) -> dict[str, Setting]:
         return {}
     try:
         hints = get_type_hints(app, include_extras=True)
-        return {
-            field.name: Setting(
-                field.name,
-                hints[field.name],
-                field.default if field.default_factory is dataclasses.MISSING else field.default_factory(),
-            )
-            for field in dataclasses.fields(app)
-            if field.init
-        }
+        fields = [field for field in dataclasses.fields(app) if field.init]
+        return {field.name: Setting(field.name, hints[field.name], _get_default(field)) for field in fields}
     except RobotcoreError:
         raise
     except (Exception, SystemExit) as error:
@@ -61,16 +54,10 @@ def configure(app: type[Behaviour], values: Mapping[str, Any]) -> Behaviour:
     raises.
     """
     known = list_settings(app)
-    checked: dict[str, Any] = {}
+    checked = {}
     for name, value in values.items():
-        if not dataclasses.is_dataclass(app):
-            raise UsageError(
-                f"unknown setting {name!r}: {app.__name__} is no dataclass, so it has no settings. "
-                "Put @dataclass above it",
-                kind="not-a-dataclass",
-            )
         if name not in known:
-            raise UnknownNameError("setting", name, list(known))
+            raise _build_unknown_error(app, name, list(known))
         checked[name] = _convert(known[name], value)
     for setting in known.values():
         if setting.default is dataclasses.MISSING and setting.name not in checked:
@@ -85,6 +72,21 @@ def configure(app: type[Behaviour], values: Mapping[str, Any]) -> Behaviour:
         raise
     except (Exception, SystemExit) as error:
         raise BehaviourError.from_exception(app, error) from error
+
+
+def _get_default(field: dataclasses.Field[Any]) -> Any:
+    if field.default_factory is not dataclasses.MISSING:
+        return field.default_factory()
+    return field.default
+
+
+def _build_unknown_error(app: type[Behaviour], name: str, known: list[str]) -> UsageError:
+    if known or dataclasses.is_dataclass(app):
+        return UnknownNameError("setting", name, known)
+    return UsageError(
+        f"unknown setting {name!r}: {app.__name__} is no dataclass, so it has no settings. Put @dataclass above it",
+        kind="not-a-dataclass",
+    )
 
 
 def _convert(setting: Setting, value: Any) -> Any:

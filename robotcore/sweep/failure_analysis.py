@@ -71,7 +71,8 @@ class Split:
         return f"more runs fail {self.group} if {self.side}: {self.shares}"
 
 
-class Explanation(NamedTuple):
+@dataclass(frozen=True)
+class Explanation:
     """The result of a failure analysis: the significant splits, or the reason why there are none."""
 
     splits: tuple[Split, ...]

@@ -123,15 +123,7 @@ class WorkerProcess:
         if self._process and not self._process.connection.poll():
             return self._process
         self._end()  # the process ended, or the app wrote to its pipe while no call was running
-        try:
-            with self._lock:
-                if self._is_killed:
-                    raise WorkerDiedError(_format_status(-signal.SIGKILL))
-                self._process = process = _Process()
-        except OSError as error:
-            raise NoWorkerError(
-                f"no worker process can be started: {error.strerror}. Use fewer --jobs", kind="worker-not-started"
-            ) from error
+        process = self._start_process()
         try:
             process.read_line(_START_S)
         except TimeoutError as error:
@@ -149,6 +141,18 @@ class WorkerProcess:
                 kind="worker-start-died",
                 how=how,
             ) from error
+        return process
+
+    def _start_process(self) -> _Process:
+        with self._lock:
+            if self._is_killed:
+                raise WorkerDiedError(_format_status(-signal.SIGKILL))
+            try:
+                self._process = process = _Process()
+            except OSError as error:
+                raise NoWorkerError(
+                    f"no worker process can be started: {error.strerror}. Use fewer --jobs", kind="worker-not-started"
+                ) from error
         return process
 
 

@@ -11,8 +11,7 @@ from typing import Any
 
 from robotcore.deploy.agent import health_check, releases, run_actions, uploads
 from robotcore.deploy.agent import systemctl as systemd
-from robotcore.deploy.agent.files import Layout, hash_file
-from robotcore.deploy.agent.lock import hold_lock
+from robotcore.deploy.agent.files import Layout, hash_file, hold_lock
 from robotcore.deploy.agent.releases import HealthResult, Release
 from robotcore.deploy.agent.rpc import report_progress
 from robotcore.deploy.agent.systemd_units import UNIT_TEXTS, list_installed_units

@@ -15,8 +15,7 @@ from typing import Any
 from robotcore.deploy.agent import files, journal, releases
 from robotcore.deploy.agent import systemctl as systemd
 from robotcore.deploy.agent.errors import AgentError
-from robotcore.deploy.agent.files import Layout
-from robotcore.deploy.agent.lock import hold_lock
+from robotcore.deploy.agent.files import Layout, hold_lock
 from robotcore.deploy.agent.releases import (
     HEALTHY,
     HEALTHY_WITHIN_S,
@@ -95,11 +94,6 @@ def read_pending(layout: Layout) -> HealthCheck | None:
         return HealthCheck(**fields)
     except (OSError, ValueError, TypeError, KeyError):
         return None
-
-
-def format_now() -> str:
-    """Return the current time in UTC in the format of `HealthCheck.since`."""
-    return time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
 
 
 def run_check(layout: Layout) -> None:

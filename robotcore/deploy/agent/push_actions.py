@@ -15,8 +15,7 @@ from typing import Any
 
 from robotcore.deploy.agent import environments, files, health_check, releases, robot_facts, uploads
 from robotcore.deploy.agent.errors import AgentError
-from robotcore.deploy.agent.files import Layout
-from robotcore.deploy.agent.lock import hold_lock
+from robotcore.deploy.agent.files import Layout, hold_lock
 from robotcore.deploy.agent.releases import (
     ENVIRONMENT,
     HEALTHY,
@@ -133,7 +132,11 @@ def install_release(layout: Layout, *, release: str, is_offline: bool = False) -
     with hold_lock(layout, f"installation of {release}") as handle:
         manifest = _read_upload(folder, release)
         inputs = environments.PipInputs(folder / WHEELS if is_offline else None, folder / SITE, (handle,))
-        environment, how = _provide_environment(layout, manifest, inputs)
+        spec, how = environments.EnvironmentSpec.of(manifest.requirements), "kept"
+        environment = environments.find_environment(layout, spec)
+        if environment is None:
+            report_progress("making an environment")
+            environment, how = environments.make_environment(layout, spec, release, inputs), "made"
         uploads.delete(folder / WHEELS)
         files.replace_link(folder / ENVIRONMENT, f"../../environments/{environment.name}")
         report_progress("the doctor examines the robot")
@@ -153,14 +156,6 @@ def _read_upload(folder: Path, release: str) -> Release:
     if not is_complete:
         raise AgentError(f"the upload of {release} is not complete", "Push again", "incomplete", release=release)
     return manifest
-
-
-def _provide_environment(layout: Layout, release: Release, inputs: environments.PipInputs) -> tuple[Path, str]:
-    spec = environments.EnvironmentSpec.of(release.requirements)
-    if existing := environments.find_environment(layout, spec):
-        return existing, "kept"
-    report_progress("making an environment")
-    return environments.make_environment(layout, spec, release.name, inputs), "made"
 
 
 def discard_upload(layout: Layout, *, release: str) -> dict[str, Any]:

@@ -10,22 +10,15 @@ from robotcore.deploy.agent import health_check, journal, releases, robot_facts
 from robotcore.deploy.agent import systemctl as systemd
 from robotcore.deploy.agent import systemd_units as units
 from robotcore.deploy.agent.errors import AgentError
-from robotcore.deploy.agent.files import Layout, measure_free_space
+from robotcore.deploy.agent.files import Layout, hold_lock, measure_free_space
 from robotcore.deploy.agent.health_check import HealthCheck, build_report, follow_check, wait_until_settled
-from robotcore.deploy.agent.lock import hold_lock
-from robotcore.deploy.agent.releases import HEALTHY, HEALTHY_WITHIN_S, SETTLE_S, UNHEALTHY, HealthResult, read_outcome
+from robotcore.deploy.agent.releases import HEALTHY, HEALTHY_WITHIN_S, UNHEALTHY, HealthResult, read_outcome
 from robotcore.deploy.agent.rpc import report_progress
 from robotcore.deploy.agent.systemctl import UnitState
 from robotcore.deploy.agent.systemd_units import HEALTH_CHECK, SERVICE, START_LIMIT_S, list_installed_units
 
 
-def activate_release(
-    layout: Layout,
-    *,
-    release: str,
-    healthy_within_s: float = HEALTHY_WITHIN_S,
-    settle_s: float = SETTLE_S,
-) -> dict[str, Any]:
+def activate_release(layout: Layout, *, release: str, healthy_within_s: float = HEALTHY_WITHIN_S) -> dict[str, Any]:
     """Make a release the current one if its health check passes. Return `build_report`'s report.
 
     A second call for the same release follows the running check, or returns the stored result. An interrupt of the call
@@ -38,10 +31,10 @@ def activate_release(
     is_over = result and (releases.read_current(layout) == release or result.outcome != HEALTHY)
     if result and is_over and not health_check.read_pending(layout):
         return build_report(layout, release, result)
-    return start_check(layout, release, healthy_within_s, settle_s)
+    return start_check(layout, release, healthy_within_s)
 
 
-def start_check(layout: Layout, release: str, healthy_within_s: float, settle_s: float) -> dict[str, Any]:
+def start_check(layout: Layout, release: str, healthy_within_s: float) -> dict[str, Any]:
     """Check the health of a release, even if it has a stored result. Return `build_report`'s report."""
     if not 0 < healthy_within_s <= START_LIMIT_S:
         raise AgentError(
@@ -55,8 +48,8 @@ def start_check(layout: Layout, release: str, healthy_within_s: float, settle_s:
         systemd.start(HEALTH_CHECK)
         return follow_check(layout, pending)
     with hold_lock(layout, f"activation of {release}"):
-        plan = _plan_check(layout, release)
-        check = replace(plan, healthy_within_s=healthy_within_s, settle_s=settle_s, since=health_check.format_now())
+        plan, since = _plan_check(layout, release), time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
+        check = replace(plan, healthy_within_s=healthy_within_s, since=since)
         units.install_service(layout)
         check.begin(layout)
     return follow_check(layout, check)
@@ -82,11 +75,7 @@ def _plan_check(layout: Layout, release: str) -> HealthCheck:
 
 
 def roll_back(
-    layout: Layout,
-    *,
-    release: str | None = None,
-    healthy_within_s: float = HEALTHY_WITHIN_S,
-    settle_s: float = SETTLE_S,
+    layout: Layout, *, release: str | None = None, healthy_within_s: float = HEALTHY_WITHIN_S
 ) -> dict[str, Any]:
     """Make an older release the current one if its health check passes. Return `build_report`'s report.
 
@@ -100,7 +89,7 @@ def roll_back(
         raise AgentError(f"{name} is the current release", "Start it: robotcore deploy start", "already-current")
     # after the connection broke, the client asks for the result by this name
     report_progress(f"going back to {name}", release=name)
-    return start_check(layout, name, healthy_within_s, settle_s)
+    return start_check(layout, name, healthy_within_s)
 
 
 def _choose_previous(layout: Layout) -> str:
@@ -152,6 +141,7 @@ def read_status(layout: Layout) -> dict[str, Any]:
     state, name, pending = systemd.read_state(SERVICE), releases.read_current(layout), health_check.read_pending(layout)
     state_name = _name_state(state)
     reason, lines = _explain_failure(state)
+    sizes = [size for file in layout.recordings.glob("*.mcap") if (size := file.stat().st_size)]
     return {
         "release": name,
         "verdict": read_outcome(layout, name),
@@ -165,7 +155,7 @@ def read_status(layout: Layout) -> dict[str, Any]:
         "lines": lines,
         "starts_with_robot": state.is_enabled,
         "lingers": robot_facts.is_lingering(),
-        "recordings": _measure_recordings(layout),
+        "recordings": {"files": len(sizes), "bytes": sum(sizes)},
         "free_bytes": measure_free_space(layout.home),
     }
 
@@ -195,11 +185,6 @@ def _read_last_check(layout: Layout) -> dict[str, str] | None:
         if result := HealthResult.read(layout.releases / name):
             return {"name": name, "outcome": result.outcome, "reason": result.reason}
     return None
-
-
-def _measure_recordings(layout: Layout) -> dict[str, int]:
-    sizes = [size for file in layout.recordings.glob("*.mcap") if (size := file.stat().st_size)]
-    return {"files": len(sizes), "bytes": sum(sizes)}
 
 
 def print_log(layout: Layout, *, lines: int = 50, follow: bool = False) -> dict[str, Any]:  # noqa: ARG001  every action takes it

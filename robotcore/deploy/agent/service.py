@@ -43,13 +43,11 @@ environment variable for this.
 
 @dataclass(frozen=True)
 class Launch:
-    """A command line that runs the robotcore of a release."""
+    """A command line that runs the robotcore of a release, with its working folder and its environment variables."""
 
     command: tuple[str, ...]
     folder: Path
-    """The working folder: the project's folder in the release."""
     environment: dict[str, str]
-    """The process's environment variables."""
 
 
 def build_launch(release: Path, *arguments: str) -> Launch:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from enum import Enum
 from typing import Any, Generic, NamedTuple, TypeVar
 
@@ -44,6 +45,20 @@ After the end of a list, its last reading is repeated. If a reading is an except
 """
 
 
+@dataclass(frozen=True)
+class PlayedSample(Generic[ValueT]):
+    """A sample of a scripted reading."""
+
+    value: ValueT
+    """The reading as the value of a sample, such as a distance in metres."""
+
+    time: float
+    """The time of the reading on the robot's clock, in seconds."""
+
+    sequence: int
+    """The sequence number of the sample, from 0."""
+
+
 class Playback(Generic[ValueT]):
     """Plays the script of a sensor: each tick has one reading.
 
@@ -60,11 +75,11 @@ class Playback(Generic[ValueT]):
         self._device, self._script, self._clock, self._rate_hz = device, script, clock, rate_hz
         self._convert = convert
         self._played_until = -1
-        self._newest: tuple[ValueT, float, int] | None = None
+        self._newest: PlayedSample[ValueT] | None = None
         self._failure: Exception | None = None
 
-    def newest(self) -> tuple[ValueT, float, int]:
-        """Play the script until the current tick, and return the newest sample: its value, its time, its sequence.
+    def newest(self) -> PlayedSample[ValueT]:
+        """Play the script until the current tick, and return the newest sample.
 
         Raises DeviceError if the current reading is an exception, or if all readings so far are `LOST`.
         """
@@ -84,16 +99,18 @@ class Playback(Generic[ValueT]):
 
     def _play(self, tick: int, time: float) -> None:
         self._played_until = tick
-        reading = self._script
-        if isinstance(reading, (list, tuple)):
-            reading = reading[min(tick, len(reading) - 1)]
-        elif callable(reading):
-            reading = reading(time)
+        reading = self._reading(tick, time)
         self._failure = reading if isinstance(reading, Exception) else None
         if self._failure or reading is LOST:
             return
-        sequence = self._newest[2] + 1 if self._newest else 0
-        self._newest = self._convert(reading), time, sequence
+        sequence = self._newest.sequence + 1 if self._newest else 0
+        self._newest = PlayedSample(self._convert(reading), time, sequence)
+
+    def _reading(self, tick: int, time: float) -> Any:
+        script = self._script
+        if isinstance(script, (list, tuple)):
+            return script[min(tick, len(script) - 1)]
+        return script(time) if callable(script) else script
 
 
 GREY = 128
@@ -151,7 +168,8 @@ class MockRangeSensor(RangeSensor):
         self._playback = Playback(self.name, script, clock, rate_hz, self._within_limits)
 
     def _newest(self) -> Range:
-        return Range(*self._playback.newest())
+        played = self._playback.newest()
+        return Range(played.value, played.time, played.sequence)
 
     def _within_limits(self, distance: Any) -> float:
         if not isinstance(distance, (int, float)) or math.isnan(distance) or distance < 0:
@@ -170,7 +188,8 @@ class MockCamera(Camera):
         self._playback = Playback(self.name, script, clock, rate_hz, self._check_picture)
 
     def _newest(self) -> Frame:
-        return Frame(*self._playback.newest())
+        played = self._playback.newest()
+        return Frame(played.value, played.time, played.sequence)
 
     def _check_picture(self, picture: Any) -> Image:
         expected = (self.intrinsics.height, self.intrinsics.width, 3)
@@ -192,7 +211,8 @@ class MockEncoder(Encoder):
         self._playback = Playback(name, script, clock, rate_hz, float)
 
     def _newest(self) -> Angle:
-        return Angle(*self._playback.newest())
+        played = self._playback.newest()
+        return Angle(played.value, played.time, played.sequence)
 
 
 class MockBattery(Battery):
@@ -203,7 +223,8 @@ class MockBattery(Battery):
         self._playback = Playback(name, script, clock, rate_hz, float)
 
     def _newest(self) -> Voltage:
-        return Voltage(*self._playback.newest())
+        played = self._playback.newest()
+        return Voltage(played.value, played.time, played.sequence)
 
 
 class MockDisplay(Display):

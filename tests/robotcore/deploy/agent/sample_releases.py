@@ -34,6 +34,13 @@ def put_release(layout: Layout, name: str) -> Path:
     return folder
 
 
+def put_releases(layout: Layout, *names: str, current: str) -> None:
+    """Write installed releases, and make one of them the current one."""
+    for name in names:
+        put_release(layout, name)
+    make_current(layout, current)
+
+
 def make_current(layout: Layout, name: str) -> None:
     """Make a release the current one."""
     files.replace_link(layout.current, f"releases/{name}")

@@ -15,7 +15,7 @@ from robotcore.deploy.agent.releases import HealthResult
 from robotcore.deploy.agent.rpc import MARK
 from robotcore.deploy.agent.systemd_units import HEALTH_CHECK, UNIT_TEXTS
 from tests.robotcore.deploy.agent import systemd_states as at
-from tests.robotcore.deploy.agent.sample_releases import NEW, NEWER, OLD, make_current, put_release
+from tests.robotcore.deploy.agent.sample_releases import NEW, NEWER, OLD, make_current, put_release, put_releases
 from tests.robotcore.deploy.agent.systemd_double import ScriptedSystemd
 from tests.texts import Raises
 
@@ -44,23 +44,19 @@ def script_check(layout: Layout, systemd: ScriptedSystemd, name: str, result: He
 def test_progress_of_a_healthy_release_is_reported(
     layout: Layout, systemd: ScriptedSystemd, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    put_release(layout, OLD)
-    make_current(layout, OLD)
-    put_release(layout, NEW)
+    put_releases(layout, OLD, NEW, current=OLD)
     systemd.set_states(at.OLD_RUNS, at.NEW_STARTS, at.NEW_RUNS)
     script_check(layout, systemd, NEW, HealthResult("healthy"), NEW)
     mark_running(layout, NEW)
-    report = run_actions.activate_release(layout, release=NEW, settle_s=2)
+    report = run_actions.activate_release(layout, release=NEW)
     assert report == build_report(NEW, "healthy", current=NEW, is_running=True)
-    assert read_progress(capsys) == ["it starts", "it is ready, and must keep running for 2 s"]
+    assert read_progress(capsys) == ["it starts", "it is ready, and must keep running for 4 s"]
 
 
 def test_report_on_an_unhealthy_release_names_the_one_that_runs_again(
     layout: Layout, systemd: ScriptedSystemd, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    put_release(layout, OLD)
-    make_current(layout, OLD)
-    put_release(layout, NEW)
+    put_releases(layout, OLD, NEW, current=OLD)
     systemd.set_states(at.OLD_RUNS, FAILED_TO_START_AGAIN, at.BACK_STARTS, at.BACK_RUNS)
     script_check(layout, systemd, NEW, HealthResult("unhealthy", "it ended with status 1", ("OSError",)), OLD)
     report = run_actions.activate_release(layout, release=NEW)
@@ -73,15 +69,13 @@ def test_report_on_an_unhealthy_release_names_the_one_that_runs_again(
 def test_check_and_units_are_written_before_the_current_release_changes(
     layout: Layout, systemd: ScriptedSystemd, raises: Raises
 ) -> None:
-    put_release(layout, OLD)
-    make_current(layout, OLD)
-    put_release(layout, NEW)
+    put_releases(layout, OLD, NEW, current=OLD)
     systemd.set_states(FAILED_CHECK, unit=HEALTH_CHECK)
     with raises(AgentError, "check-failed"):
-        run_actions.activate_release(layout, release=NEW, healthy_within_s=7, settle_s=2)
+        run_actions.activate_release(layout, release=NEW, healthy_within_s=7)
     check = health_check.read_pending(layout)
     assert check
-    assert (check.release, check.previous, check.healthy_within_s, check.settle_s) == (NEW, OLD, 7, 2)
+    assert (check.release, check.previous, check.healthy_within_s) == (NEW, OLD, 7)
     assert {unit.name: unit.read_text() for unit in layout.units.iterdir()} == dict(UNIT_TEXTS)
     assert layout.program.exists()
     assert systemd.calls == [
@@ -92,13 +86,21 @@ def test_check_and_units_are_written_before_the_current_release_changes(
     assert releases.read_current(layout) == OLD
 
 
+def test_second_activation_follows_the_running_check(layout: Layout, systemd: ScriptedSystemd) -> None:
+    put_release(layout, NEW)
+    begun = HealthCheck(NEW, None, since="2026-11-21T22:40:03Z")
+    begun.begin(layout)
+    script_check(layout, systemd, NEW, HealthResult("healthy"), NEW)
+    mark_running(layout, NEW)
+    assert run_actions.activate_release(layout, release=NEW)["outcome"] == "healthy"
+    assert begun.read_result(layout)
+
+
 @pytest.mark.parametrize("outcome, in_place", [("healthy", NEW), ("unhealthy", OLD), ("stopped", OLD)])
 def test_second_activation_returns_the_stored_result(
     layout: Layout, systemd: ScriptedSystemd, outcome: str, in_place: str
 ) -> None:
-    for name in (OLD, NEW):
-        put_release(layout, name)
-    make_current(layout, in_place)
+    put_releases(layout, OLD, NEW, current=in_place)
     HealthResult(outcome, "why").write(layout.releases / NEW)
     assert run_actions.activate_release(layout, release=NEW) == build_report(
         NEW, outcome, reason="why", current=in_place
@@ -107,9 +109,7 @@ def test_second_activation_returns_the_stored_result(
 
 
 def test_release_never_rolls_back_to_one_whose_check_is_not_complete(layout: Layout, systemd: ScriptedSystemd) -> None:
-    for name in (OLD, NEW, NEWER):
-        put_release(layout, name)
-    make_current(layout, NEW)
+    put_releases(layout, OLD, NEW, NEWER, current=NEW)
     HealthCheck(NEW, OLD, was_standing=True, was_enabled=False).begin(layout)
     systemd.set_states(FAILED_CHECK, unit=HEALTH_CHECK)
     with pytest.raises(AgentError):
@@ -225,9 +225,7 @@ def test_rollback_checks_a_named_release_again(layout: Layout, systemd: Scripted
 
 
 def test_rollback_without_a_healthy_release_names_the_others(layout: Layout, raises: Raises) -> None:
-    for name in (OLD, NEW):
-        put_release(layout, name)
-    make_current(layout, NEW)
+    put_releases(layout, OLD, NEW, current=NEW)
     with raises(AgentError, "no-healthy-release", current=NEW, choices=[OLD]):
         run_actions.roll_back(layout)
     HealthResult("unhealthy", "it ended with status 1").write(layout.releases / OLD)
@@ -245,8 +243,7 @@ def test_unknown_release_is_refused_with_the_known_ones(layout: Layout, act: Any
 
 
 def test_rollback_to_the_current_release_is_refused(layout: Layout, raises: Raises) -> None:
-    put_release(layout, NEW)
-    make_current(layout, NEW)
+    put_releases(layout, NEW, current=NEW)
     with raises(AgentError, "already-current"):
         run_actions.roll_back(layout, release=NEW)
 

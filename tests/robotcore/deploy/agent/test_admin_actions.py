@@ -11,7 +11,7 @@ from robotcore.deploy.agent.files import Layout
 from robotcore.deploy.agent.releases import HEALTHY, HealthResult
 from robotcore.deploy.agent.systemd_units import HEALTH_CHECK, SERVICE, UNIT_TEXTS
 from tests.robotcore.deploy.agent import systemd_states as at
-from tests.robotcore.deploy.agent.sample_releases import NEW, OLD, make_current, put_release, read_files
+from tests.robotcore.deploy.agent.sample_releases import NEW, OLD, make_current, put_release, put_releases, read_files
 from tests.robotcore.deploy.agent.systemd_double import ScriptedSystemd
 
 
@@ -81,8 +81,7 @@ def test_only_closed_recordings_with_equal_content_are_erased(layout: Layout) ->
 
 @pytest.fixture
 def robot(layout: Layout) -> Layout:
-    put_release(layout, OLD)
-    make_current(layout, OLD)
+    put_releases(layout, OLD, current=OLD)
     layout.recordings.mkdir()
     (layout.recordings / "run.mcap").touch()
     layout.units.mkdir(parents=True)

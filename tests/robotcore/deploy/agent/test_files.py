@@ -1,12 +1,22 @@
 from __future__ import annotations
 
 import errno
+import fcntl
 import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
-from robotcore.deploy.agent import files
+from robotcore.deploy.agent import files, uploads
+from robotcore.deploy.agent.errors import AgentError
+from robotcore.deploy.agent.files import Layout, hold_lock
+from tests.robotcore.deploy.agent.sample_releases import NEW, OLD, put_release, send_release
+from tests.texts import Raises
 
 
 def test_file_is_replaced_without_leftovers(tmp_path: Path) -> None:
@@ -50,3 +60,146 @@ def test_content_is_synced_before_the_rename_and_the_folder_after_it(
     monkeypatch.setattr(os, "fsync", record_sync)
     files.write_file(file, "new")
     assert seen == [(f".trial.json.{os.getpid()}", False), (tmp_path.name, True)]
+
+
+HOLD = """
+import subprocess, sys
+from pathlib import Path
+from robotcore.deploy.agent.files import Layout, hold_lock
+with hold_lock(Layout(Path(sys.argv[1])), "installation of another release") as handle:
+    print("held", flush=True)
+    sys.stdin.read()
+"""
+
+
+@contextmanager
+def other_process(layout: Layout) -> Iterator[subprocess.Popen[str]]:
+    command = [sys.executable, "-c", HOLD, str(layout.home)]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout
+        assert process.stdout.readline() == "held\n"
+        yield process
+        process.kill()
+
+
+def test_busy_error_names_the_holder(layout: Layout) -> None:
+    with other_process(layout) as process, pytest.raises(AgentError) as refused, hold_lock(layout, "push", 0.2):
+        pytest.fail("two at a time")
+    assert refused.value.kind == "busy"
+    assert refused.value.fields["holder"] == f"installation of another release, process {process.pid}"
+
+
+def test_child_with_the_handle_holds_the_lock_after_its_parent_has_ended(layout: Layout, raises: Raises) -> None:
+    with hold_lock(layout, "installation") as handle:
+        child = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE, pass_fds=(handle,))
+    with child, raises(AgentError, "busy", hide=[os.getpid()]), hold_lock(layout, "push", 0.2):
+        pytest.fail("the child's work is not over")
+    with hold_lock(layout, "push", 0.2):
+        pass
+
+
+def test_process_that_waited_for_a_removed_lock_file_locks_the_new_one(
+    layout: Layout, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lock_file = fcntl.flock
+
+    def remove_and_lock(handle: int, operation: int) -> None:
+        monkeypatch.undo()
+        layout.lock.unlink()
+        lock_file(handle, operation)
+
+    monkeypatch.setattr(fcntl, "flock", remove_and_lock)
+    with hold_lock(layout, "push", 10) as handle:
+        assert os.fstat(handle).st_ino == layout.lock.stat().st_ino
+
+
+BEGIN = """
+import subprocess, sys
+subprocess.run([sys.executable, "-c", '''
+import sys
+from pathlib import Path
+from robotcore.deploy.agent import uploads
+from robotcore.deploy.agent.files import Layout, hold_lock
+uploads.open_upload(Layout(Path(sys.argv[1])), sys.argv[2])
+''', *sys.argv[1:]], check=True)
+print("begun", flush=True)
+sys.stdin.read()
+"""
+"""A call of a push. It runs as long as its connection, which is the calling process."""
+
+
+@pytest.fixture
+def robot(layout: Layout) -> Layout:
+    """A robot with an empty folder for uploads."""
+    layout.incoming.mkdir(parents=True)
+    return layout
+
+
+def start_push(robot: Layout, release: str) -> subprocess.Popen[str]:
+    command = [sys.executable, "-c", BEGIN, str(robot.home), release]
+    connection = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    assert connection.stdout
+    assert connection.stdout.readline() == "begun\n"
+    return connection
+
+
+def test_upload_of_a_running_push_is_kept(robot: Layout) -> None:
+    with start_push(robot, OLD):
+        (robot.incoming / OLD / "half").write_text("sent")
+        assert not any(uploads.open_upload(robot, NEW).iterdir())
+        assert (robot.incoming / OLD / "half").exists()
+
+
+def test_new_push_takes_over_a_broken_upload(robot: Layout) -> None:
+    with start_push(robot, OLD) as connection:
+        (robot.incoming / OLD / "half").write_text("sent")
+        connection.kill()
+    assert [path.name for path in uploads.open_upload(robot, NEW).iterdir()] == ["half"]
+    assert not (robot.incoming / OLD).exists()
+
+
+def test_other_broken_uploads_are_deleted(robot: Layout) -> None:
+    for name in ("2026-01-01T00-00-00Z", OLD, f"gone-1-{OLD}"):
+        send_release(robot, name)
+    (robot.incoming / "a user's notes").write_text("")
+    uploads.open_upload(robot, NEW)
+    assert {path.name for path in robot.incoming.iterdir()} == {NEW, f"{NEW}.pushed-by"}
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="nothing is kept from root")
+def test_read_only_folder_can_be_deleted(robot: Layout) -> None:
+    folder = put_release(robot, OLD)
+    locked = folder / "project" / "locked"
+    locked.mkdir()
+    (locked / "file").touch()
+    for path in (locked, folder):
+        path.chmod(0o500)
+    uploads.discard(robot, folder)
+    assert not folder.exists()
+    assert not any(robot.incoming.iterdir())
+
+
+def test_deleted_link_keeps_its_target(robot: Layout, tmp_path: Path) -> None:
+    (tmp_path / "kept").touch()
+    link = robot.incoming / "link"
+    link.symlink_to(tmp_path)
+    uploads.discard(robot, link)
+    assert not link.is_symlink()
+    assert (tmp_path / "kept").exists()
+
+
+def test_identity_of_a_process_is_alive_until_it_ends(tmp_path: Path) -> None:
+    program = tmp_path / "a) S 1 (b"
+    shutil.copy(str(shutil.which("cat")), program)
+    with subprocess.Popen([program], stdin=subprocess.PIPE) as cat:
+        named = uploads.identify_process(cat.pid)
+        assert uploads.is_process_alive(named)
+    assert not any(map(uploads.is_process_alive, (named, "", "boot x 1", "boot 0 1")))
+
+
+def test_process_with_a_reused_number_has_another_identity() -> None:
+    boot, pid, started = uploads.identify_process(os.getpid()).split()
+    assert uploads.is_process_alive(f"{boot} {pid} {started}")
+    assert int(started) > int(uploads.identify_process(1).split()[2])
+    assert not uploads.is_process_alive(f"{boot} {pid} {int(started) - 1}")
+    assert not uploads.is_process_alive(f"another-boot {pid} {started}")

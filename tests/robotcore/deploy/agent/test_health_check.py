@@ -11,7 +11,7 @@ from robotcore.deploy.agent.files import Layout
 from robotcore.deploy.agent.health_check import HealthCheck, ShutdownError
 from robotcore.deploy.agent.releases import HealthResult
 from tests.robotcore.deploy.agent import systemd_states as at
-from tests.robotcore.deploy.agent.sample_releases import NEW, OLD, make_current, put_release
+from tests.robotcore.deploy.agent.sample_releases import NEW, OLD, make_current, put_release, put_releases
 from tests.robotcore.deploy.agent.systemd_double import ScriptedSystemd
 from tests.texts import CheckText, Raises
 
@@ -26,9 +26,7 @@ LIVES = (at.OLD_RUNS, at.NEW_STARTS, at.NEW_RUNS)
 @pytest.fixture
 def check(layout: Layout, systemd: ScriptedSystemd) -> HealthCheck:
     """The pending check of a new release, with an old one to roll back to."""
-    for name in (OLD, NEW):
-        put_release(layout, name)
-    make_current(layout, OLD)
+    put_releases(layout, OLD, NEW, current=OLD)
     check = HealthCheck(NEW, OLD, LONG, 0.0, "2026-11-21T22:40:03Z")
     check.begin(layout)
     systemd.folder.joinpath("calls").write_text("")
@@ -186,6 +184,13 @@ def test_stop_after_the_result_keeps_the_result(
     assert (releases.read_current(layout), health_check.read_pending(layout)) == (stays, None)
     assert check.read_result(layout) == result
     assert RESTART not in systemd.calls
+
+
+def test_missing_release_changes_nothing(layout: Layout, systemd: ScriptedSystemd) -> None:
+    put_releases(layout, OLD, current=OLD)
+    HealthCheck(NEW, OLD, LONG, 0.0, "now").begin(layout)
+    health_check.run_check(layout)
+    assert (releases.read_current(layout), health_check.read_pending(layout)) == (OLD, None)
 
 
 @pytest.mark.parametrize("text", ["", "{", "[]", '{"release": "../../etc", "previous": null}', '{"previous": null}'])

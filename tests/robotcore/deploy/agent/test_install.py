@@ -16,8 +16,7 @@ from tests.robotcore.deploy.agent.sample_releases import (
     NEW,
     NEWER,
     OLD,
-    make_current,
-    put_release,
+    put_releases,
     read_files,
     send_release,
 )
@@ -108,8 +107,7 @@ def test_invalid_name_is_refused(layout: Layout, name: str) -> None:
 
 @pytest.mark.slow
 def test_push_killed_at_any_moment_changes_no_release_and_the_next_one_works(layout: Layout) -> None:
-    put_release(layout, OLD)
-    make_current(layout, OLD)
+    put_releases(layout, OLD, current=OLD)
     before = read_files(layout.releases / OLD)
     deaths = 0
     while _install_killed(layout, NEW, deaths) == -signal.SIGKILL:

@@ -12,7 +12,7 @@ from robotcore.deploy.agent.files import Layout
 from robotcore.deploy.agent.health_check import HealthCheck
 from robotcore.deploy.agent.releases import HealthResult
 from tests.robotcore.deploy.agent import systemd_states as at
-from tests.robotcore.deploy.agent.sample_releases import NEW, OLD, make_current, put_release
+from tests.robotcore.deploy.agent.sample_releases import NEW, OLD, put_release, put_releases
 from tests.robotcore.deploy.agent.systemd_double import ScriptedSystemd
 from tests.texts import Raises
 
@@ -40,8 +40,7 @@ def test_status_names_the_state(layout: Layout, systemd: ScriptedSystemd, look: 
 
 
 def test_status_of_a_running_app(layout: Layout, systemd: ScriptedSystemd) -> None:
-    put_release(layout, OLD)
-    make_current(layout, OLD)
+    put_releases(layout, OLD, current=OLD)
     HealthResult("healthy").write(layout.releases / OLD)
     layout.recordings.mkdir()
     layout.recordings.joinpath("run.mcap").write_bytes(bytes(1000))
@@ -131,8 +130,7 @@ STOPS = ["stop robotcore.service robotcore-trial.service", "stop robotcore.servi
 
 
 def test_stopped_app_stays_stopped_after_a_reboot(layout: Layout, systemd: ScriptedSystemd) -> None:
-    put_release(layout, OLD)
-    make_current(layout, OLD)
+    put_releases(layout, OLD, current=OLD)
     units.install_units(layout)
     systemd.set_states(at.STOPPED)
     answer = run_actions.stop_app(layout)
@@ -143,9 +141,7 @@ def test_stopped_app_stays_stopped_after_a_reboot(layout: Layout, systemd: Scrip
 
 
 def test_stop_during_a_check_rolls_back_and_starts_nothing(layout: Layout, systemd: ScriptedSystemd) -> None:
-    for name in (OLD, NEW):
-        put_release(layout, name)
-    make_current(layout, NEW)
+    put_releases(layout, OLD, NEW, current=NEW)
     check = HealthCheck(NEW, OLD, since="2026-11-21T22:40:03Z")
     units.install_units(layout)
     check.begin(layout)
@@ -169,8 +165,7 @@ def test_app_that_does_not_stop_is_an_error(layout: Layout, systemd: ScriptedSys
 
 
 def test_start_enables_the_app_for_each_boot(layout: Layout, systemd: ScriptedSystemd) -> None:
-    put_release(layout, OLD)
-    make_current(layout, OLD)
+    put_releases(layout, OLD, current=OLD)
     systemd.set_states(at.BACK_STARTS, at.BACK_RUNS)
     assert run_actions.start_app(layout)["state"] == "running"
     assert systemd.calls == [

@@ -6,10 +6,14 @@ from tests.robotcore.testing.harness import Broken
 BROKEN: tuple[Broken, ...] = (
     *motors.BROKEN,
     *unmeasured.BROKEN,
-    *devices.BROKEN,
+    *devices.BROKEN_ENCODERS,
     *ranges.BROKEN,
     *cameras.BROKEN,
-    *times.BROKEN,
+    *devices.BROKEN_BATTERIES,
+    *times.BROKEN_MOTOR_WAITS,
+    *times.BROKEN_SAMPLES,
+    *devices.BROKEN_DISPLAYS,
+    *times.BROKEN_CLOCKS,
     *truths.BROKEN,
     *lifecycles.BROKEN,
 )
