@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -130,24 +131,42 @@ def add_proximity_sensor(
     return sensor
 
 
-class ProximityRangeSensor(RangeSensor):
-    """A range sensor that returns the distance to the nearest point that a proximity sensor detects."""
+class BuiltRangeSensor(RangeSensor):
+    """A range sensor of a built robot, which measures from a point behind its mount, inside the body."""
 
-    def __init__(self, scene: Scene, description: RangeSensorDescription, sensor: int, clock: Clock) -> None:
+    def __init__(self, description: RangeSensorDescription, clock: Clock) -> None:
         limits = {"min_range": description.min_range_m, "max_range": description.max_range_m}
         super().__init__(description.name, cone=description.cone_rad, **limits)
-        self._scene, self._sensor, self._fan = scene, sensor, Fan(cone=description.cone_rad, **limits)
+        self._fan = Fan(cone=description.cone_rad, **limits)
         self._newest_at = SampleCache(clock, self._measure)
+
+    @abstractmethod
+    def _find_nearest(self) -> tuple[float, Point] | None:
+        """Return the reading in metres, and the nearest point as lengths ahead, left and up; None without a point."""
 
     def _newest(self) -> Range:
         return self._newest_at()
 
     def _measure(self, time: float, sequence: int) -> Range:
-        if (point := self._scene.detect(self._sensor)) is None:
+        nearest = self._find_nearest()
+        if nearest is None or math.isinf(nearest[0]):
             return Range(math.inf, time, sequence)
+        distance, (ahead, left, up) = nearest
+        return Range(distance, time, sequence, (ahead - FAN_SETBACK_M, left, up))
+
+
+class ProximityRangeSensor(BuiltRangeSensor):
+    """A range sensor that returns the distance to the nearest point that a proximity sensor detects."""
+
+    def __init__(self, scene: Scene, description: RangeSensorDescription, sensor: int, clock: Clock) -> None:
+        super().__init__(description, clock)
+        self._scene, self._sensor = scene, sensor
+
+    def _find_nearest(self) -> tuple[float, Point] | None:
+        if (point := self._scene.detect(self._sensor)) is None:
+            return None
         left, up, ahead = point
-        distance = self._fan.reading(np.array([math.hypot(*point)]))
-        return Range(distance, time, sequence, None if math.isinf(distance) else (ahead - FAN_SETBACK_M, left, up))
+        return self._fan.reading(np.array([math.hypot(*point)])), (ahead, left, up)
 
 
 def _create_pyramid(builder: SceneBuilder, reach: float, cone: float) -> int:
@@ -218,7 +237,7 @@ def require_depth(builder: SceneBuilder, connection: SimulatorConnection) -> Non
         )
 
 
-class FanRangeSensor(RangeSensor):
+class FanRangeSensor(BuiltRangeSensor):
     """A range sensor that measures distances with the depth picture of a vision sensor.
 
     A depth is a length along the optical axis. So the distance at a pixel is its depth divided by the cosine of the
@@ -228,29 +247,19 @@ class FanRangeSensor(RangeSensor):
     def __init__(
         self, connection: SimulatorConnection, description: RangeSensorDescription, sensor: int, clock: Clock
     ) -> None:
-        limits = {"min_range": description.min_range_m, "max_range": description.max_range_m}
-        super().__init__(description.name, cone=description.cone_rad, **limits)
+        super().__init__(description, clock)
         self._connection, self._sensor = connection, sensor
-        self._fan = Fan(cone=description.cone_rad, **limits)
         side = np.tan(max(description.cone_rad, BEAM_RAD) / 2)
         self._slopes = np.linspace(side, -side, FAN_RAYS)  # the first pixel is the leftmost
         self._stretch = np.hypot(1.0, self._slopes)
         self._far = compute_fan_reach(description) * (1 - _FAR_TOLERANCE)
-        self._newest_at = SampleCache(clock, self._measure)
 
-    def _newest(self) -> Range:
-        return self._newest_at()
-
-    def _measure(self, time: float, sequence: int) -> Range:
-        depth = _read_depths(self._connection, self._sensor)
-        lengths = np.where(depth < self._far, depth * self._stretch, math.inf)
-        distance = self._fan.reading(lengths)
-        return Range(distance, time, sequence, None if math.isinf(distance) else self._find_nearest_point(lengths))
-
-    def _find_nearest_point(self, lengths: Array) -> tuple[float, float, float]:
+    def _find_nearest(self) -> tuple[float, Point]:
+        depths = _read_depths(self._connection, self._sensor)
+        lengths = np.where(depths < self._far, depths * self._stretch, math.inf)
         ray = int(lengths.argmin())
-        ahead = float(lengths[ray] / self._stretch[ray])
-        return ahead - FAN_SETBACK_M, ahead * float(self._slopes[ray]), 0.0
+        ahead = float(depths[ray])
+        return self._fan.reading(lengths), (ahead, ahead * float(self._slopes[ray]), 0.0)
 
 
 def _read_depths(connection: SimulatorConnection, sensor: int) -> Array:

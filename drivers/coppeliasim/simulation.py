@@ -7,7 +7,7 @@ from functools import partial
 from typing import NamedTuple
 
 from drivers.coppeliasim.address import build_error
-from drivers.coppeliasim.builder import FORWARD, Placement, SceneBuilder, place_mount, place_on_floor
+from drivers.coppeliasim.builder import FORWARD, SceneBuilder, place_mount, place_on_floor
 from drivers.coppeliasim.models import BuiltEncoder, BuiltMotor, BuiltRobot, BuiltWorld, build_robot, build_world
 from drivers.coppeliasim.restore import (
     UndoCall,
@@ -179,16 +179,13 @@ def build_scene(scene: CoppeliaSimScene, builder: SceneBuilder, setup: Setup, wo
     save_scene_state(builder, built_world.root, world.light, undo)
     _set_physics(scene, builder, 1 / setup.rate_hz)
     robot = build_robot(builder, setup.robot, world.start.pose)
-    sensors = _Sensors(
-        builder, robot.body, place_on_floor(world.start.pose), built_world, compute_sky_grey(world), has_proximity
-    )
-    handles = {
-        description.name: handle
+    sensors = {
+        description.name: sensor
         for description in setup.chosen_devices
-        if (handle := sensors.add(description)) is not None
+        if (sensor := _add_sensor(builder, description, world, built_world, robot.body, has_proximity)) is not None
     }
     finish_building(builder, built_world.root)
-    return BuiltScene(built_world, robot, handles, has_proximity)
+    return BuiltScene(built_world, robot, sensors, has_proximity)
 
 
 def compute_sky_grey(world: WorldDescription) -> float:
@@ -196,31 +193,29 @@ def compute_sky_grey(world: WorldDescription) -> float:
     return sum(world.light.sky_colour) / 3 / 255
 
 
-class _Sensors(NamedTuple):
-    builder: SceneBuilder
-    body: int
-    frame: Placement
-    world: BuiltWorld
-    sky_grey: float
-    has_proximity: bool
-
-    def add(self, description: AnyDevice) -> int | None:
-        """Create the sensor of a device, and return its handle. A motor or an encoder has none."""
-        if isinstance(description, RangeSensorDescription):
-            add = add_proximity_sensor if self.has_proximity else add_fan
-            return add(self.builder, description, self.body, self.frame, self.world.detectable)
-        if isinstance(description, CameraDescription):
-            size, fov = (description.width_px, description.height_px), description.horizontal_fov_rad
-            spec = VisionSensorSpec(size, fov, background=self.sky_grey, visible=self.world.visible, ignored="depth")
-            return add_vision_sensor(
-                self.builder, spec, description.name, self.frame.compose(place_mount(description.mount)), self.body
-            )
-        if isinstance(description, DisplayDescription):
-            place = self.frame.compose(FORWARD._replace(z=_SCREEN_HEIGHT_M))
-            return add_vision_sensor(
-                self.builder, VisionSensorSpec(SCREEN, _SCREEN_FOV_RAD), description.name, place, self.body
-            )
-        return None
+def _add_sensor(
+    builder: SceneBuilder,
+    description: AnyDevice,
+    world: WorldDescription,
+    built_world: BuiltWorld,
+    body: int,
+    has_proximity: bool,  # noqa: FBT001
+) -> int | None:
+    """Create the sensor of a device, and return its handle. A motor or an encoder has none."""
+    frame = place_on_floor(world.start.pose)
+    if isinstance(description, RangeSensorDescription):
+        add = add_proximity_sensor if has_proximity else add_fan
+        return add(builder, description, body, frame, built_world.detectable)
+    if isinstance(description, CameraDescription):
+        size, sky = (description.width_px, description.height_px), compute_sky_grey(world)
+        spec = VisionSensorSpec(
+            size, description.horizontal_fov_rad, background=sky, visible=built_world.visible, ignored="depth"
+        )
+        return add_vision_sensor(builder, spec, description.name, frame.compose(place_mount(description.mount)), body)
+    if isinstance(description, DisplayDescription):
+        spec, place = VisionSensorSpec(SCREEN, _SCREEN_FOV_RAD), frame.compose(FORWARD._replace(z=_SCREEN_HEIGHT_M))
+        return add_vision_sensor(builder, spec, description.name, place, body)
+    return None
 
 
 def _set_physics(scene: CoppeliaSimScene, builder: SceneBuilder, step_s: float) -> None:

@@ -20,7 +20,7 @@ from robotcore.hardware import Connection, DeviceDriver, Host, motor_of
 from robotcore.simulation.sampling import SampleCache
 
 if TYPE_CHECKING:
-    from gpiozero import Factory, InputDevice
+    from gpiozero import InputDevice
 
 
 LEVELS = (
@@ -101,9 +101,17 @@ class EncoderDriver(DeviceDriver[EncoderDescription, SettingsT], Generic[Setting
         return (LEVELS,)
 
     def open(self, description: EncoderDescription, settings: SettingsT, host: Host) -> Encoder:
+        from gpiozero import InputDevice
+
+        pull = {"pull_up": True} if settings.pull_up else {"pull_up": None, "active_state": True}
         numbers = [int(wire.where) for wire in self.connections(settings)]
+        inputs = []
         with ExitStack() as opened:
-            inputs = [open_input(description.name, number, settings, host.pins, opened) for number in numbers]
+            for number in numbers:
+                with translate_pin_errors(description.name, (number,)):
+                    inputs.append(opened.enter_context(InputDevice(number, pin_factory=host.pins, **pull)))
+                    inputs[-1].pin.bounce = settings.bounce_s
+                    inputs[-1].pin.edges = "both"
             counter, callbacks = self.build_counter(description, inputs, host)
             for number, line, on_edge in zip(numbers, inputs, callbacks, strict=True):
                 with translate_pin_errors(description.name, (number,)):
@@ -117,23 +125,6 @@ class EncoderDriver(DeviceDriver[EncoderDescription, SettingsT], Generic[Setting
         self, description: EncoderDescription, inputs: Sequence[InputDevice], host: Host
     ) -> tuple[EdgeCounter, Sequence[OnEdge]]:
         """Return a counter, and its functions for the edges of each input."""
-
-
-def open_input(device: str, number: int, settings: EncoderSettings, pins: Factory, opened: ExitStack) -> InputDevice:
-    """Open a GPIO as an input, and return it; raises DeviceError.
-
-    device: the encoder's name, for errors.
-    number: the GPIO.
-    opened: the stack whose `close` frees the GPIO.
-    """
-    from gpiozero import InputDevice
-
-    pull = {"pull_up": True} if settings.pull_up else {"pull_up": None, "active_state": True}
-    with translate_pin_errors(device, (number,)):
-        line = opened.enter_context(InputDevice(number, pin_factory=pins, **pull))
-        line.pin.bounce = settings.bounce_s
-        line.pin.edges = "both"
-    return line
 
 
 class QuadratureSettings(EncoderSettings):

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from typing import Annotated, NoReturn
+from dataclasses import replace
+from typing import Annotated
 
 from pydantic import AfterValidator, Field
 
@@ -50,12 +51,10 @@ _NAMED = {
 identifies a HAT."""
 
 
-def _pad(number: int, what: str) -> Pad:
-    name, kind = _NAMED.get(what, (f"GPIO {what}", PadKind.SIGNAL))
-    return Pad(number, name, kind)
-
-
-HEADER = tuple(_pad(number, what) for number, what in enumerate(_LAYOUT.split(), start=1))
+HEADER = tuple(
+    Pad(number, *_NAMED.get(what, (f"GPIO {what}", PadKind.SIGNAL)))
+    for number, what in enumerate(_LAYOUT.split(), start=1)
+)
 """The pads in the order of their numbers, from 1."""
 
 GPIO_NOTES = {
@@ -94,7 +93,7 @@ def find_pads(name: str) -> tuple[int, ...]:
 
 def _signal_wires(binding: DeviceBinding) -> Iterator[Wire]:
     for connection in binding.connections:
-        for wire in (connection, *list_port_pins(connection)):
+        for wire in (connection, *resolve_pins(connection)):
             place = str(wire)
             yield Wire(binding.name, _label(binding), wire.signal, place, find_pads(_RENAMED.get(place, place)))
 
@@ -123,17 +122,6 @@ def _label(binding: DeviceBinding) -> str:
     return f"{binding.description.kind.replace('_', ' ')}, {binding.driver.name}"
 
 
-def _on_header(number: int) -> int:
-    if number not in GPIOS:
-        _refuse(number)
-    return number
-
-
-def _refuse(number: int | str) -> NoReturn:
-    pad = next((f"; pad {number} of the header is {pad.name}" for pad in HEADER if pad.number == number), "")
-    raise ValueError(f"there is no GPIO {number} on the header{pad}; use 0 to 27, the numbers of the chip (BCM)")
-
-
 GPIOS = range(28)
 """The GPIOs on the header of every board since the B+. Source: https://pinout.xyz."""
 
@@ -148,8 +136,17 @@ HEADER_BUS = 1
 HELD_UP = (2, 3)
 """The GPIOs of the I2C bus, which have a resistor of 1.8 kΩ to 3.3 V on the board."""
 
+
+def require_gpio(number: int) -> int:
+    """Return a number; raises ValueError if it is not that of a GPIO on the header."""
+    if number not in GPIOS:
+        pad = next((f"; pad {number} of the header is {pad.name}" for pad in HEADER if pad.number == number), "")
+        raise ValueError(f"there is no GPIO {number} on the header{pad}; use 0 to 27, the numbers of the chip (BCM)")
+    return number
+
+
 Gpio = Annotated[
-    int, AfterValidator(_on_header), Field(description="the number of a GPIO on the header (BCM), 0 to 27")
+    int, AfterValidator(require_gpio), Field(description="the number of a GPIO on the header (BCM), 0 to 27")
 ]
 """The type of a GPIO in a robot's file."""
 
@@ -166,23 +163,9 @@ def gpio(signal: str, number: int, *, is_shared: bool = False, remedy: str = "")
     return Connection(signal, "GPIO", str(number), is_shared, remedy)
 
 
-def resolve_pins(wire: Connection) -> tuple[Connection, ...]:
-    """Return the connections to GPIO 14 and 15 for a wire to the header's serial port; none for any other wire.
-
-    Raises ValueError if the wire goes to a GPIO that is not on the header.
-    """
-    if wire.bus == "GPIO" and wire.where not in map(str, GPIOS):
-        _refuse(int(wire.where) if wire.where.isdecimal() else wire.where)
-    return list_port_pins(wire)
-
-
 HEADER_PORTS = ("/dev/serial0", "/dev/ttyAMA0", "/dev/ttyS0")
 """The names of the header's serial port. Up to a Pi 4 its name is ``serial0``, a link to ``ttyAMA0`` or ``ttyS0``. On a
 Pi 5 its name is ``ttyAMA0``."""
-
-_PORT_LINES = (("sends", "14"), ("receives", "15"))
-"""The signals and the GPIOs of the port's lines TXD and RXD."""
-
 
 PORT_NOTE = (
     "The port sends on GPIO 14, to the board's RX, and receives on GPIO 15, from its TX, both at 3.3 V. A TX of 5 V, "
@@ -197,10 +180,14 @@ def is_header_port(wire: Connection) -> bool:
     return wire.bus == "serial" and wire.where in HEADER_PORTS
 
 
-def list_port_pins(wire: Connection) -> tuple[Connection, ...]:
-    """Return the connections to GPIO 14 and 15 for a wire to the header's serial port; none for any other wire."""
+def resolve_pins(wire: Connection) -> tuple[Connection, ...]:
+    """Return the connections to GPIO 14 and 15 for a wire to the header's serial port; none for any other wire.
+
+    Raises ValueError if the wire goes to a GPIO that is not on the header.
+    """
+    if wire.bus == "GPIO":
+        require_gpio(int(wire.where))
     if not is_header_port(wire):
         return ()
-    return tuple(
-        Connection(signal, "GPIO", gpio, wire.is_shared, protocol=wire.protocol) for signal, gpio in _PORT_LINES
-    )
+    lines = (("sends", "14"), ("receives", "15"))  # TXD and RXD
+    return tuple(replace(wire, signal=signal, bus="GPIO", where=gpio) for signal, gpio in lines)

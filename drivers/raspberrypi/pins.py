@@ -7,8 +7,7 @@ from contextlib import contextmanager
 from threading import Event
 from typing import TYPE_CHECKING
 
-from drivers.raspberrypi.chip import AT_THE_DESK, explain_closed_chip, find_holder
-from drivers.raspberrypi.lg import find_chip_number, load
+from drivers.raspberrypi.chip import AT_THE_DESK, explain_closed_chip, find_chip_number, find_holder, load
 from robotcore.errors import BackendError, BackendMissingError, DeviceError, RobotcoreError
 
 if TYPE_CHECKING:

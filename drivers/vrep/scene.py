@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 from collections.abc import Sequence
 from functools import cached_property
@@ -28,6 +29,12 @@ T = TypeVar("T")
 
 STARTS = 3
 """The number of attempts to start a simulation. On some servers, the time advances only after the second start."""
+
+COPPELIASIM = 40000
+"""The program's version from which on the plug-in for proximity sensors may be missing."""
+
+FAR_M = (1000.0, 2000.0)
+"""Two heights above the scene, in metres."""
 
 KINDS = {0: ObjectKind.SHAPE, 1: ObjectKind.JOINT, 5: ObjectKind.PROXIMITY_SENSOR, 9: ObjectKind.VISION_SENSOR}
 
@@ -100,6 +107,18 @@ class LegacyScene(Scene):
         reading = self._read_newest(requests.proximity(sensor))
         return _to_point(reading.point) if reading.is_detected else None
 
+    def diagnose_sensor(self, sensor: int) -> str | None:
+        """Return a sentence if the simulator cannot measure distances between objects.
+
+        The same plug-in of CoppeliaSim measures these distances and simulates proximity sensors.
+        """
+        if self._can_measure:
+            return None
+        return (
+            "this CoppeliaSim measures no distances between objects, so its proximity sensors detect nothing. Install "
+            "a CoppeliaSim with the plug-in for proximity sensors; the maker's downloads have it"
+        )
+
     def read_optics(self, sensor: int) -> CameraOptics:
         call = self._connection.call
         width, height = call(requests.picture_width(sensor)), call(requests.picture_height(sensor))
@@ -115,6 +134,32 @@ class LegacyScene(Scene):
 
     def read_position(self, handle: int) -> Point:
         return _to_point(self._read_newest(requests.object_position(handle)))
+
+    @cached_property
+    def _can_measure(self) -> bool:
+        """Whether the distance between a shape and a dummy grows as the dummy moves away.
+
+        Without the plug-in, a server answers with a random number. If it refuses a request, the result is True.
+        """
+        call = self._connection.call
+        shape = next((handle for handle, kind in self._kinds.items() if kind is ObjectKind.SHAPE), None)
+        if shape is None or call(requests.CLOCK) < COPPELIASIM:
+            return True
+        try:
+            dummy = call(requests.CREATE_DUMMY)
+        except RefusedError:
+            return True
+        try:
+            near, far = (self._measure(shape, dummy, height) for height in FAR_M)
+        except RefusedError:
+            return True
+        finally:
+            call(requests.remove_object(dummy))
+        return math.isclose(far - near, FAR_M[1] - FAR_M[0], rel_tol=0.1)
+
+    def _measure(self, shape: int, dummy: int, height: float) -> float:
+        self._connection.call(requests.set_object_position(dummy, 0.0, 0.0, height))
+        return self._connection.call(requests.distance(shape, dummy))
 
     @cached_property
     def _kinds(self) -> dict[int, ObjectKind]:

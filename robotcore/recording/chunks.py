@@ -197,7 +197,9 @@ class ChunkedFile:
     ) -> tuple[ChunkLocation, memoryview, bytes | memoryview] | None:
         self.allowance.grow(length)
         try:
-            body = _read_body(file, length)
+            if length > MAX_RECORD_BYTES:
+                raise ValueError(f"a chunk has {length} bytes, above the limit of {MAX_RECORD_BYTES}")
+            body = memoryview(file.read(length))
             location, packed = _parse_chunk(body, at)
             return location, body, unpack(location, packed)
         except Lz4Error as error:
@@ -250,12 +252,6 @@ def _skip_record(file: BinaryIO, length: int, crc: int | None) -> int | None:
     while length and (piece := file.read(min(length, _PIECE_BYTES))):
         crc, length = zlib.crc32(piece, crc), length - len(piece)
     return crc
-
-
-def _read_body(file: BinaryIO, length: int) -> memoryview:
-    if length > MAX_RECORD_BYTES:
-        raise ValueError(f"a chunk has {length} bytes, above the limit of {MAX_RECORD_BYTES}")
-    return memoryview(file.read(length))
 
 
 def _parse_chunk(body: memoryview, at: int) -> tuple[ChunkLocation, memoryview]:

@@ -7,10 +7,10 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from robotcore.errors import RecordingError
 from robotcore.files import replace_file
 from robotcore.hal.devices import Angle, Range, Voltage
-from robotcore.recording.events import Read, Tick
+from robotcore.recording.events import Read
+from robotcore.recording.mcap_file import build_unwritable_error
 from robotcore.recording.recording import Recording
 from robotcore.recording.summary import find_last_reads
 
@@ -20,6 +20,7 @@ _FORMULA = ("=", "+", "-", "@", "\t", "\r")
 Source: https://owasp.org/www-community/attacks/CSV_Injection.
 """
 
+_NO_WHEELS, _NO_POSE = ("",) * 2, ("",) * 3
 _POSE = ("x_m", "y_m", "heading_rad")
 _PICTURE = "sequence"
 _UNITS = {"range_sensor": "m", "encoder": "rad", "battery": "v"}
@@ -43,12 +44,7 @@ def write_csv(recording: Recording, where: Path, name: str) -> Path:
             writer.writerow(_build_header(recording))
             writer.writerows(_build_rows(recording))
     except OSError as error:
-        raise RecordingError(
-            file,
-            str(error.strerror),
-            "Name a file that can be written, on a disk with free space",
-            kind="file-not-writable",
-        ) from error
+        raise build_unwritable_error(file, error) from error
     return file
 
 
@@ -62,26 +58,19 @@ def _build_header(recording: Recording) -> list[str]:
 def _build_rows(recording: Recording) -> Iterator[list[Any]]:
     truth, sensors = {sample.tick: sample.pose for sample in recording.truth}, list(_list_sensors(recording))
     for tick in recording.ticks:
-        true = list(truth.get(tick.number) or _build_empty_cells(3)) if truth else []
+        true = list(truth.get(tick.number) or _NO_POSE) if truth else []
+        decided = [*(tick.asked or _NO_WHEELS), *(tick.sent or _NO_WHEELS), *(tick.pose or _NO_POSE)]
         reads = find_last_reads(tick)
         samples = [cell for name, unit in sensors for cell in _build_sample_cells(recording, reads.get(name), unit)]
         causes = " ".join(each.cause for each in tick.interventions)
         state, causes, error = map(_escape_formula, (tick.state, causes, tick.error.message if tick.error else ""))
-        yield [tick.number, tick.time, state, *_build_decision_cells(tick), *true, *samples, causes, error]
+        yield [tick.number, tick.time, state, *decided, *true, *samples, causes, error]
 
 
 def _list_sensors(recording: Recording) -> Iterator[tuple[str, str]]:
     for device in recording.metadata.description.devices:
         if device.name in recording.metadata.devices and device.kind in (*_UNITS, "camera"):
             yield device.name, _UNITS.get(device.kind, _PICTURE)
-
-
-def _build_decision_cells(tick: Tick) -> list[Any]:
-    return [
-        *(tick.asked or _build_empty_cells(2)),
-        *(tick.sent or _build_empty_cells(2)),
-        *(tick.pose or _build_empty_cells(3)),
-    ]
 
 
 def _build_sample_cells(recording: Recording, read: Read | None, unit: str) -> tuple[Any, Any]:
@@ -100,7 +89,3 @@ def _build_sample_cells(recording: Recording, read: Read | None, unit: str) -> t
 
 def _escape_formula(text: str) -> str:
     return f"'{text}" if text.startswith(_FORMULA) else text
-
-
-def _build_empty_cells(cells: int) -> list[str]:
-    return [""] * cells

@@ -145,7 +145,7 @@ def require_recordable(path: Path) -> None:
 
 
 def build_unwritable_error(path: Path, error: OSError) -> RecordingError:
-    """Return the error for a recording that cannot be written, with the cause in ``error``."""
+    """Return the error for a file that cannot be written, with the cause in ``error``."""
     return RecordingError(
         path,
         str(error.strerror),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
@@ -29,8 +28,7 @@ Unpack = Callable[[memoryview], Image]
 """A function that decodes the message of a picture."""
 
 
-@dataclass(frozen=True)
-class Picture:
+class PictureLocation(NamedTuple):
     """The location of a picture in a file."""
 
     chunk: ChunkLocation
@@ -38,6 +36,12 @@ class Picture:
     message: int
     """The sequence number of its message in the channel. The first message has 1."""
     unpack: Unpack
+
+
+class Picture(NamedTuple):
+    """A picture in a file."""
+
+    location: PictureLocation
     time: float
     """The capture time in seconds on the robot's clock."""
     sequence: int
@@ -56,16 +60,15 @@ class FileSamples(Mapping[SampleKey, RecordedSample]):
     def __getitem__(self, key: SampleKey) -> RecordedSample:
         if key in self._numbers:
             return self._numbers[key]
-        picture = self._pictures[key]
+        (chunk, channel, message, unpack), time, sequence = self._pictures[key]
         try:
-            messages = self._messages(picture.chunk)
-            image = picture.unpack(messages[picture.channel, picture.message])
+            image = unpack(self._messages(chunk)[channel, message])
         except RecordingError:
             raise
         except DAMAGE as error:
-            problem = f"picture {key.number} of {key.device} is damaged ({format_damage(picture.chunk.offset, error)})"
+            problem = f"picture {key.number} of {key.device} is damaged ({format_damage(chunk.offset, error)})"
             raise RecordingError(self._path, problem, "Record the run again", kind="recording-damaged") from error
-        return Frame(image, picture.time, picture.sequence)
+        return Frame(image, time, sequence)
 
     def __contains__(self, key: object) -> bool:
         """Return whether the file has a sample. The file is not read."""
@@ -113,13 +116,6 @@ def read_file(path: Path) -> Recording:
     return builder.build(is_whole=file.is_whole, damage=file.damage)
 
 
-class _PictureLocation(NamedTuple):
-    chunk: ChunkLocation
-    channel: int
-    message: int
-    unpack: Unpack
-
-
 class _End(NamedTuple):
     reason: str
 
@@ -137,7 +133,7 @@ class _RecordingBuilder:
         self._schemas: dict[int, str] = {}
         self._channels: dict[int, _Channel] = {}
         self._numbers: dict[SampleKey, RecordedSample] = {}
-        self._pictures: dict[SampleKey, _PictureLocation] = {}
+        self._pictures: dict[SampleKey, PictureLocation] = {}
         self._ticks: list[Tick] = []
         self._truth: list[GroundTruthSample] = []
         self._metadata: Metadata | None = None
@@ -158,7 +154,7 @@ class _RecordingBuilder:
     def _add_message(self, chunk: ChunkLocation, channel: _Channel, message: Message, allowance: Allowance) -> None:
         if channel.device is not None and channel.schema in _PICTURES:
             key = SampleKey(channel.device, message.sequence - 1)  # the first message has the sequence 1
-            self._pictures[key] = _PictureLocation(
+            self._pictures[key] = PictureLocation(
                 chunk, message.channel_id, message.sequence, _PICTURES[channel.schema]
             )
         elif channel.device is not None or channel.topic in _TOPICS:
@@ -204,7 +200,7 @@ class _RecordingBuilder:
             captured += [(each.key, tick.time, each.key.number) for each in tick.shown if each.key]
             for key, time, sequence in captured:
                 if location := self._pictures.get(key):
-                    yield key, Picture(*location, time, sequence)
+                    yield key, Picture(location, time, sequence)
 
     def _jpegs(self) -> set[str]:
         return {key.device for key, location in self._pictures.items() if location.unpack is decode_compressed_image}

@@ -96,14 +96,12 @@ def parse_result(content: bytes) -> RunResult:
     """Parse the result of a run. Unknown keys are ignored."""
     valid = _build_result_model().model_validate_json(content)
     result = RunResult(**{name: getattr(valid, name) for name in type(valid).model_fields})
-    for name in ("sim_time_s", "wall_time_s"):
-        _require_seconds(name, getattr(result, name))
-    _require_few("milestones", result.milestones)
-    for name, time in result.milestones.items():
-        _require_seconds(f"the time of milestone {name!r}", time)
-    _require_few("causes of interventions", result.intervention_s)
-    for name, time in result.intervention_s.items():
-        _require_seconds(f"the time of intervention {name!r}", time)
+    times = {"sim_time_s": result.sim_time_s, "wall_time_s": result.wall_time_s}
+    for kind, named in (("milestone", result.milestones), ("intervention", result.intervention_s)):
+        _require_few(f"{kind}s", named)
+        times |= {f"the time of {kind} {name!r}": time for name, time in named.items()}
+    for name, time in times.items():
+        _require_seconds(name, time)
     for name, voltages in result.batteries.items():
         if missing := _BATTERY_KEYS - voltages.keys():
             raise ValueError(f"{', '.join(sorted(missing))} of battery {name!r} is missing")

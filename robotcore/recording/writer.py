@@ -7,13 +7,13 @@ from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
 from robotcore.description import CameraDescription, RangeSensorDescription, RobotDescription
-from robotcore.geometry import DifferentialGeometry, Pose, Wheels
+from robotcore.geometry import Pose, Wheels
 from robotcore.hal.devices import Frame
 from robotcore.hal.drive import Odometry
 from robotcore.recording import foxglove_channels as channels
 from robotcore.recording.codec import to_json, to_plain
 from robotcore.recording.event_log import Level, LogLine, RunLog, build_last_line
-from robotcore.recording.events import GroundTruthSample, RecordedError, Tick, WheelAngles
+from robotcore.recording.events import GroundTruthSample, RecordedError, Tick
 from robotcore.recording.foxglove_channels import (
     BODY,
     ODOMETRY,
@@ -169,10 +169,16 @@ class TickBuilder:
     """Builds the recorded ticks of a run, one after the other, with the poses of the odometry."""
 
     def __init__(self, description: RobotDescription) -> None:
-        self._odometry = OdometryTracker(description.drive.geometry) if description.drive else None
+        self._angles, self._pose = Wheels(0.0, 0.0), Pose(0.0, 0.0, 0.0)
+        drive = description.drive
+        self._odometry = Odometry(drive.geometry, lambda: self._angles) if drive else None
 
     def build(self, record: TickRecord, events: TickEvents, error: RecordedError | None) -> Tick:
         """Return the recorded tick. ``error`` is the error that ends the run in this tick, or None."""
+        for turned in events.turned:
+            if turned.angles and self._odometry:
+                self._angles = turned.angles
+                self._pose = self._odometry.pose()
         return Tick(
             number=record.tick,
             time=record.time,
@@ -181,7 +187,7 @@ class TickBuilder:
             asks=tuple(events.asks),
             motor_asks=tuple(events.motor_asks),
             turned=tuple(events.turned),
-            pose=self._odometry.advance(events.turned) if self._odometry and events.turned else None,
+            pose=self._pose if self._odometry and events.turned else None,
             asked=record.asked,
             sent=record.sent,
             interventions=record.interventions,
@@ -190,20 +196,3 @@ class TickBuilder:
             error=error,
             warnings=record.warnings,
         )
-
-
-class OdometryTracker:
-    """Computes the robot's pose by odometry from the recorded wheel angles."""
-
-    def __init__(self, geometry: DifferentialGeometry) -> None:
-        self._angles = Wheels(0.0, 0.0)
-        self._odometry = Odometry(geometry, lambda: self._angles)
-        self._pose = Pose(0.0, 0.0, 0.0)
-
-    def advance(self, turned: Iterable[WheelAngles]) -> Pose:
-        """Add the wheel angles that were read in a tick, and return the new pose."""
-        for each in turned:
-            if each.angles:
-                self._angles = each.angles
-                self._pose = self._odometry.pose()
-        return self._pose

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from importlib.machinery import SourceFileLoader
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
@@ -105,60 +105,42 @@ def _find_behaviours(module: ModuleType) -> dict[str, type[Behaviour]]:
 
 
 @dataclass
-class _Folder:
-    """A folder of apps, and the modules that were imported from it."""
+class _ScriptFolder:
+    """The folder of the app's file that imports search first."""
 
+    path: Path
     earlier_modules: frozenset[str]
-    """The names of the modules that were imported before this folder was first searched."""
-    modules: dict[str, ModuleType] = field(default_factory=dict)
-    """The folder's modules, stored here while another folder is in use."""
-    is_in_use: bool = False
-    """Whether imports search this folder first."""
+    """The names of the modules that were imported before the folder was used."""
+
+    def remove(self) -> None:
+        """Remove the folder from the import path, and its modules from ``sys.modules``."""
+        for name in {name.partition(".")[0] for name in sys.modules} - self.earlier_modules:
+            module = sys.modules.get(name)
+            files = getattr(module, "__path__", None) or filter(None, [getattr(module, "__file__", None)])
+            if self.path in (Path(file).absolute().parent for file in files):
+                for each in [each for each in sys.modules if each == name or each.startswith(f"{name}.")]:
+                    del sys.modules[each]
+        with suppress(ValueError):  # an app may have changed sys.path
+            sys.path.remove(str(self.path))
 
 
-_folders: dict[Path, _Folder] = {}
+_folder: _ScriptFolder | None = None
 
 
 def use_script_folder(file: Path) -> None:
     """Let imports search the folder of an app's file first, as Python does for a script.
 
-    Imports no longer search the folder of the app that was loaded before. The modules of that folder are removed from
-    ``sys.modules``. They return if the folder is used again.
+    Imports no longer search the folder of the app that was loaded before, and its modules are imported anew if the
+    folder is used again.
     """
+    global _folder  # noqa: PLW0603  the import path is global too
     path = file.parent.absolute()
-    for other, folder in _folders.items():
-        if folder.is_in_use and other != path:
-            _remove_folder(other, folder)
-    folder = _folders.setdefault(path, _Folder(frozenset(map(_top_level, sys.modules))))
-    if not folder.is_in_use:
-        _restore_folder(path, folder)
-
-
-def _remove_folder(path: Path, folder: _Folder) -> None:
-    folder.is_in_use = False
-    for name in [name for name in sys.modules if _is_module_of(path, name, folder.earlier_modules)]:
-        folder.modules[name] = sys.modules.pop(name)
-    with suppress(ValueError):  # an app may have changed sys.path
-        sys.path.remove(str(path))
-
-
-def _restore_folder(path: Path, folder: _Folder) -> None:
-    folder.is_in_use = True
+    if _folder and _folder.path == path:
+        return
+    if _folder:
+        _folder.remove()
+    _folder = _ScriptFolder(path, frozenset(name.partition(".")[0] for name in sys.modules))
     sys.path.insert(0, str(path))
-    sys.modules.update(folder.modules)
-    folder.modules.clear()
-
-
-def _is_module_of(path: Path, name: str, earlier_modules: frozenset[str]) -> bool:
-    if (top_level := _top_level(name)) in earlier_modules:
-        return False
-    module = sys.modules.get(top_level)
-    files = getattr(module, "__path__", None) or filter(None, [getattr(module, "__file__", None)])
-    return path in (Path(file).absolute().parent for file in files)
-
-
-def _top_level(name: str) -> str:
-    return name.partition(".")[0]
 
 
 def load_app(name: str) -> type[Behaviour]:

@@ -100,29 +100,22 @@ class Loop:
             raise
 
     def _run(self) -> Outcome:
-        while True:
-            status = self._tick_or_wait()
-            if status is not Status.RUNNING:
-                self.stop_wheels()
-                return Outcome(status.value)
-            if self._clock.now() >= self._timeout:
-                self.stop_wheels()
-                return Outcome.TIMEOUT
+        while (status := self._tick_or_wait()) is Status.RUNNING and self._clock.now() < self._timeout:
             self._let_time_pass()
+        if self._filter:
+            self._filter.stop()
+        return Outcome.TIMEOUT if status is Status.RUNNING else Outcome(status.value)
 
     def _tick_or_wait(self) -> Status:
         try:
             status = self.tick()
         except DeviceLostError as lost:
-            self._tolerate(lost)
+            if not self.losses.tolerate(lost, self._clock.now()):
+                raise
+            self._stop_and_wait()
             return Status.RUNNING
         self.losses.end(self._clock.now())
         return status
-
-    def _tolerate(self, lost: DeviceLostError) -> None:
-        if not self.losses.tolerate(lost, self._clock.now()):
-            raise lost
-        self._stop_and_wait()
 
     def tick(self) -> Status:
         """Call the app's step, send the command, and record the tick. A tick with an exception is recorded too."""
@@ -144,11 +137,6 @@ class Loop:
         finally:
             self._record(commit, lost)
         return status
-
-    def stop_wheels(self) -> None:
-        """Stop the wheels."""
-        if self._filter:
-            self._filter.stop()
 
     def _probe_lost_devices(self) -> None:
         """Read each lost sensor and stop each lost motor. Raises DeviceLostError if one is still lost.
@@ -174,12 +162,14 @@ class Loop:
         # A latch that trips between two ticks gets a tick of its own.
         self._activity.begin(self._observer_limit)
         if self._latch.error and not self._is_latch_recorded:
-            commit = self._add_latch(commit)
+            latched, self._is_latch_recorded = self.unreported_interventions, True
+            commit = commit._replace(interventions=(*commit.interventions, *latched))
         tick = self._clock.tick + (self._clock.tick == self._last_tick)
         self._last_tick = tick
         warnings, self._warnings = self._warnings, ()
-        battery_data = self._batteries.voltages, warnings
-        record = TickRecord(tick, self._clock.now(), self._read_state(), *commit, lost, *battery_data)
+        record = TickRecord(
+            tick, self._clock.now(), self._read_state(), *commit, lost, self._batteries.voltages, warnings
+        )
         self.trace.add(record)
         for observe in self._observers:
             observe(record)
@@ -193,10 +183,6 @@ class Loop:
         if not isinstance(state, str):
             raise BehaviourError(f"{app.__name__}.state is {state!r:.100}. Set it to a text", kind="state-not-a-text")
         return state
-
-    def _add_latch(self, commit: Commit) -> Commit:
-        self._is_latch_recorded = True
-        return commit._replace(interventions=(*commit.interventions, *self._latch.interventions(self._clock.now())))
 
     def _decide(self) -> Status:
         app = type(self.behaviour)
@@ -230,17 +216,14 @@ class Loop:
 
     def _let_time_pass(self) -> None:
         self._deadline += self._period
-        if not self._sleep():
-            self.overruns += 1
-            self._deadline = self._clock.now()
-
-    def _sleep(self) -> bool:
-        # Returns whether the next tick is not late. The deadman raises DeviceLostError in the sleep if a lost motor
-        # does not stop.
-        while True:
+        is_late: bool | None = None
+        while is_late is None:
             try:
-                return self._clock.sleep_until(self._deadline)
-            except DeviceLostError:  # noqa: PERF203  another motor may raise the next error
+                is_late = not self._clock.sleep_until(self._deadline)
+            except DeviceLostError:  # noqa: PERF203  the deadman raises it for each lost motor that does not stop
                 if not self.losses.is_enabled:
                     raise
                 self._stop_and_wait()
+        if is_late:
+            self.overruns += 1
+            self._deadline = self._clock.now()

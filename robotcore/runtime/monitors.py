@@ -61,9 +61,8 @@ class BatteryGauge:
         except DeviceError as failure:
             return self._read_failure_warning(str(failure))
         if not isfinite(sample.voltage):
-            return self._read_failure_warning(
-                f"{self.name}: the voltage is {sample.voltage} V. Report this to the author of the driver"
-            )
+            problem = f"{self.name}: the voltage is {sample.voltage} V. Report this to the author of the driver"
+            return self._read_failure_warning(problem)
         self.voltage = sample.voltage
         return self._low_voltage_warning(sample)
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from math import inf
 
 from robotcore.description import (
     Conditions,
@@ -80,7 +80,9 @@ class Plan:
         Raises UsageError if a part is unknown or does not fit, and BackendMissingError if a library is missing.
         """
         require_rate(request.rate_hz)
-        _require_positive("--timeout", request.timeout_s)
+        if not 0 < request.timeout_s < inf:
+            text = f"--timeout is {request.timeout_s}; it must be a positive number"
+            raise UsageError(text, kind="not-positive", option="--timeout")
         backend = load_backend(request.backend)
         judge = None if request.judge is None else load_judge(request.judge)
         behaviour = _make_behaviour(request)  # last: it changes where imports search
@@ -98,8 +100,13 @@ class Plan:
         robot = description.with_conditions(world.conditions) if world and builds_world else description
         setup = Setup(robot, world, devices, request.rate_hz, request.seed or 0, request.gui, request.options)
         judge = behaviour if judge is None else judge
-        notes = (*backend.notes(setup), *_explain_scene(world, backend, builds_world=builds_world))
-        return cls(request, behaviour, judge, backend, description, world, setup, drawn, faults, notes)
+        notes = list(backend.notes(setup))
+        if world and not builds_world and Capability.POSE in backend.capabilities:
+            notes.append(
+                "the scene is used as it is. The verification and the distance to targets use the positions in "
+                f"{world.name!r}; they must match the scene"
+            )
+        return cls(request, behaviour, judge, backend, description, world, setup, drawn, faults, tuple(notes))
 
 
 def draw_conditions(request: RunRequest) -> DrawnValues:
@@ -131,11 +138,6 @@ def _make_behaviour(request: RunRequest) -> Behaviour:
             kind="settings-without-effect",
         )
     return app
-
-
-def _require_positive(option: str, value: float) -> None:
-    if not 0 < value < float("inf"):
-        raise UsageError(f"{option} is {value}; it must be a positive number", kind="not-positive", option=option)
 
 
 def _require_room_to_stop(behaviour: Behaviour, description: RobotDescription) -> None:
@@ -188,26 +190,11 @@ def _load_world(
     if request.seed is None:
         require_start(world, description)
     else:
-        world, drawn = _draw(world, description, request.seed, is_randomised=request.randomise)
+        world = draw_world(world, description, request.seed)
+        drawn = describe_light(world.light)
+        if request.randomise:
+            world, more = randomise(world, request.seed)
+            drawn |= more
+        drawn |= describe_picture(drawn)
     fixed = describe_conditions(world.conditions) if builds_world else {}
     return world, {**drawn, **fixed}
-
-
-def _explain_scene(world: WorldDescription | None, backend: Backend, *, builds_world: bool) -> Iterator[str]:
-    """Yield a note if the simulator did not build its scene from the world."""
-    if world and not builds_world and Capability.POSE in backend.capabilities:
-        yield (
-            f"the scene is used as it is. The verification and the distance to targets use the positions in "
-            f"{world.name!r}; they must match the scene"
-        )
-
-
-def _draw(
-    world: WorldDescription, description: RobotDescription, seed: int, *, is_randomised: bool
-) -> tuple[WorldDescription, DrawnValues]:
-    world = draw_world(world, description, seed)
-    drawn = describe_light(world.light)
-    if is_randomised:
-        world, more = randomise(world, seed)
-        drawn |= more
-    return world, {**drawn, **describe_picture(drawn)}

@@ -10,7 +10,6 @@ from dataclasses import replace
 from functools import partial
 
 from robotcore.errors import BackendError, DeviceClosedError, DeviceError, Interrupted, ResourceError, RobotcoreError
-from robotcore.hal.clock import Clock
 from robotcore.hal.robot import Robot
 from robotcore.hal.truth import Truth
 from robotcore.hal.wall_clock import MonotonicClock, PacedClock
@@ -131,7 +130,11 @@ class RunSession:
             self._watchdog.close()
 
     def _run_and_close(self) -> Outcome:
-        raw = robot = self._open_robot()
+        plan = self._plan
+        self._activity.begin(open_limit(plan.backend.name))
+        raw = robot = plan.backend.open(plan.setup)
+        self._activity.begin(None)
+        self._plan = replace(plan, notes=(*plan.notes, *raw.notes))
         outcome = Outcome.ERROR
         try:
             self._assembled = assembled = self._assemble(raw)
@@ -147,14 +150,6 @@ class RunSession:
                 self._signals.mask()
                 self._close(robot)
         return outcome
-
-    def _open_robot(self) -> Robot:
-        plan = self._plan
-        self._activity.begin(open_limit(plan.backend.name))
-        raw = plan.backend.open(plan.setup)
-        self._activity.begin(None)
-        self._plan = replace(plan, notes=(*plan.notes, *raw.notes))
-        return raw
 
     def _run_loop(self, assembled: Assembled, truth: Truth | None) -> Outcome:
         plan, safety = self._plan, self._plan.description.safety
@@ -184,8 +179,10 @@ class RunSession:
         self._wall.sleep_until(self._wall.now() + WAKE_UP_S)
 
     def _assemble(self, raw: Robot) -> Assembled:
-        plan, clock = self._plan, self._choose_clock(raw)
+        plan = self._plan
         seed, rate_hz = plan.setup.seed, plan.request.rate_hz
+        is_paced = raw.clock.is_lockstep and (plan.request.realtime or plan.request.gui)
+        clock = PacedClock(raw.clock) if is_paced else raw.clock
         faults = [fault.layer(clock, seed) for fault in plan.faults]
         if raw.cutoffs:
             self._register(plan.request)
@@ -213,10 +210,6 @@ class RunSession:
         except OSError as error:
             note = f"robotcore stop needs --backend and --robot to stop the robot of this run: {error}"
             self._plan = replace(self._plan, notes=(*self._plan.notes, note))
-
-    def _choose_clock(self, raw: Robot) -> Clock:
-        is_paced = self._plan.request.realtime or self._plan.request.gui
-        return PacedClock(raw.clock) if is_paced and raw.clock.is_lockstep else raw.clock
 
     def _build_truth(self, raw: Robot) -> Truth | None:
         if raw.truth is None or self._plan.world is None:

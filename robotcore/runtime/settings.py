@@ -37,8 +37,15 @@ def list_settings(app: type[Behaviour]) -> dict[str, Setting]:
         return {}
     try:
         hints = get_type_hints(app, include_extras=True)
-        fields = [field for field in dataclasses.fields(app) if field.init]
-        return {field.name: Setting(field.name, hints[field.name], _get_default(field)) for field in fields}
+        return {
+            field.name: Setting(
+                field.name,
+                hints[field.name],
+                field.default if field.default_factory is dataclasses.MISSING else field.default_factory(),
+            )
+            for field in dataclasses.fields(app)
+            if field.init
+        }
     except RobotcoreError:
         raise
     except (Exception, SystemExit) as error:
@@ -54,10 +61,16 @@ def configure(app: type[Behaviour], values: Mapping[str, Any]) -> Behaviour:
     raises.
     """
     known = list_settings(app)
-    checked = {}
+    checked: dict[str, Any] = {}
     for name, value in values.items():
+        if not dataclasses.is_dataclass(app):
+            raise UsageError(
+                f"unknown setting {name!r}: {app.__name__} is no dataclass, so it has no settings. "
+                "Put @dataclass above it",
+                kind="not-a-dataclass",
+            )
         if name not in known:
-            raise _build_unknown_error(app, name, list(known))
+            raise UnknownNameError("setting", name, list(known))
         checked[name] = _convert(known[name], value)
     for setting in known.values():
         if setting.default is dataclasses.MISSING and setting.name not in checked:
@@ -72,21 +85,6 @@ def configure(app: type[Behaviour], values: Mapping[str, Any]) -> Behaviour:
         raise
     except (Exception, SystemExit) as error:
         raise BehaviourError.from_exception(app, error) from error
-
-
-def _get_default(field: dataclasses.Field[Any]) -> Any:
-    if field.default_factory is not dataclasses.MISSING:
-        return field.default_factory()
-    return field.default
-
-
-def _build_unknown_error(app: type[Behaviour], name: str, known: list[str]) -> UsageError:
-    if known or dataclasses.is_dataclass(app):
-        return UnknownNameError("setting", name, known)
-    return UsageError(
-        f"unknown setting {name!r}: {app.__name__} is no dataclass, so it has no settings. Put @dataclass above it",
-        kind="not-a-dataclass",
-    )
 
 
 def _convert(setting: Setting, value: Any) -> Any:

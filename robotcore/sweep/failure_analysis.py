@@ -71,8 +71,7 @@ class Split:
         return f"more runs fail {self.group} if {self.side}: {self.shares}"
 
 
-@dataclass(frozen=True)
-class Explanation:
+class Explanation(NamedTuple):
     """The result of a failure analysis: the significant splits, or the reason why there are none."""
 
     splits: tuple[Split, ...]

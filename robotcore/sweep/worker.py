@@ -123,7 +123,15 @@ class WorkerProcess:
         if self._process and not self._process.connection.poll():
             return self._process
         self._end()  # the process ended, or the app wrote to its pipe while no call was running
-        process = self._start_process()
+        try:
+            with self._lock:
+                if self._is_killed:
+                    raise WorkerDiedError(_format_status(-signal.SIGKILL))
+                self._process = process = _Process()
+        except OSError as error:
+            raise NoWorkerError(
+                f"no worker process can be started: {error.strerror}. Use fewer --jobs", kind="worker-not-started"
+            ) from error
         try:
             process.read_line(_START_S)
         except TimeoutError as error:
@@ -141,18 +149,6 @@ class WorkerProcess:
                 kind="worker-start-died",
                 how=how,
             ) from error
-        return process
-
-    def _start_process(self) -> _Process:
-        with self._lock:
-            if self._is_killed:
-                raise WorkerDiedError(_format_status(-signal.SIGKILL))
-            try:
-                self._process = process = _Process()
-            except OSError as error:
-                raise NoWorkerError(
-                    f"no worker process can be started: {error.strerror}. Use fewer --jobs", kind="worker-not-started"
-                ) from error
         return process
 
 

@@ -63,10 +63,7 @@ class LifecycleRules(TestBench):
         robot = self.open_robot(None, Role.DRIVE)
         spies = self._start_motors(robot)
         robot.close()
-        for name, spy in spies.items():
-            assert spy.last == 0, (
-                f"{name}: after close() the last velocity sent is {spy.last} rad/s. Send 0 to every motor in close()"
-            )
+        _require_stopped(spies, "close()", "Send 0 to every motor in close()")
 
     @pytest.mark.parametrize("broken", ["left", "right"])
     def test_other_motor_stops_if_one_fails_to_stop(self, broken: str) -> None:
@@ -87,11 +84,7 @@ class LifecycleRules(TestBench):
         spies = self._start_motors(robot)
         with pytest.raises(ZeroDivisionError), robot:
             raise ZeroDivisionError
-        for name, spy in spies.items():
-            assert spy.last == 0, (
-                f"{name}: after an exception in the with block the last velocity sent is {spy.last} rad/s. "
-                "Stop every motor at the end of the block"
-            )
+        _require_stopped(spies, "an exception in the with block", "Stop every motor at the end of the block")
 
     def test_closing_twice_is_no_error(self) -> None:
         robot = self.open_robot()
@@ -119,6 +112,11 @@ class LifecycleRules(TestBench):
         for motor in self.get_motors(robot):
             motor.set_velocity(SPEED_RAD_S)
         return spies
+
+
+def _require_stopped(spies: dict[str, MotorSpy], event: str, remedy: str) -> None:
+    for name, spy in spies.items():
+        assert spy.last == 0, f"{name}: after {event} the last velocity sent is {spy.last} rad/s. {remedy}"
 
 
 def _without_drive(robot: RobotDescription) -> RobotDescription:

@@ -24,19 +24,7 @@ def empty(start: Start | None = None) -> WorldDescription:
 
 def wall(mount: Mount, distance: float) -> WorldDescription:
     """Return a world with a wall perpendicular to the sensor's axis. Its near side is at ``distance``."""
-    x, y = _place(mount, distance + WALL_THICKNESS_M / 2, 0.0)
-    face = Box(
-        shape="box",
-        name="wall",
-        colour=COLOURS["white"],
-        x_m=x,
-        y_m=y,
-        yaw_rad=mount.yaw_rad,
-        length_m=WALL_THICKNESS_M,
-        width_m=4.0,
-        height_m=mount.z_m + 0.5,
-    )
-    return _with(face)
+    return _place_box(mount, distance, "wall", "white", (WALL_THICKNESS_M, 4.0, mount.z_m + 0.5))
 
 
 def post(mount: Mount, distance: float, bearing: float) -> WorldDescription:
@@ -63,19 +51,27 @@ def ball(mount: Mount, distance: float, bearing: float) -> WorldDescription:
 
 def box(mount: Mount, distance: float, colour: str) -> WorldDescription:
     """Return a world with a box on the sensor's axis, half as high as the sensor. Its near side is at ``distance``."""
-    x, y = _place(mount, distance + 0.1, 0.0)
-    low = Box(
-        shape="box",
-        name="box",
-        colour=COLOURS[colour],
-        x_m=x,
-        y_m=y,
-        yaw_rad=mount.yaw_rad,
-        length_m=0.2,
-        width_m=0.3,
-        height_m=mount.z_m / 2,
+    return _place_box(mount, distance, "box", colour, (0.2, 0.3, mount.z_m / 2))
+
+
+def _place_box(
+    mount: Mount, distance: float, name: str, colour: str, size: tuple[float, float, float]
+) -> WorldDescription:
+    length, width, height = size
+    x, y = _place(mount, distance + length / 2, 0.0)
+    return _with(
+        Box(
+            shape="box",
+            name=name,
+            colour=COLOURS[colour],
+            x_m=x,
+            y_m=y,
+            yaw_rad=mount.yaw_rad,
+            length_m=length,
+            width_m=width,
+            height_m=height,
+        )
     )
-    return _with(low)
 
 
 def _with(obstacle: Box | Cylinder) -> WorldDescription:

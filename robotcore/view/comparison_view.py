@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from pathlib import PurePath
 
-from rich import box
 from rich.console import Group, RenderableType
-from rich.table import Table
 from rich.text import Text
 
 from robotcore.geometry import wrap_angle
@@ -19,7 +17,7 @@ from robotcore.view.canvas import BAD, FADED, GOOD, INK, RULE, Canvas, Colour, m
 from robotcore.view.overhead import MapPath, draw_map
 from robotcore.view.page import EDGE, MAP, SIDE, TOP, WIDTH, begin_page, finish_page, join_titles
 from robotcore.view.picture import build_figure, build_world
-from robotcore.view.text import format_heading
+from robotcore.view.text import build_table, format_heading
 
 FIRST: Colour = (36, 99, 235)
 SECOND: Colour = (235, 94, 20)
@@ -87,7 +85,7 @@ def format_comparison(comparison: Comparison) -> RenderableType:
     first_difference = Text(f"  {escape(_format_state_difference(comparison))}")
     if comparison.has_other_room:
         first_difference += Text(f"\n  {ROOMS_DIFFER}")
-    table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, header_style="bold")
+    table = build_table()
     for index, title in enumerate(("", *build_titles(comparison))):
         table.add_column(escape(title), style="" if index else "cyan")
     for row in build_rows(comparison):

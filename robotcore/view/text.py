@@ -152,8 +152,13 @@ def _format_ending(recording: Recording) -> RenderableType:
     return Text("\n").join([cut, *(Text(f"  {escape(line)}") for line in list_events(build_result(recording)))])
 
 
+def build_table() -> Table:
+    """Return an empty table in the style of all tables of recordings."""
+    return Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, header_style="bold")
+
+
 def _build_device_table(recording: Recording) -> Table:
-    table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, header_style="bold")
+    table = build_table()
     for title in ("device", "kind", "samples", "per second", "reads", "errors"):
         is_name = title in ("device", "kind")
         table.add_column(title, style="cyan" if title == "device" else "", justify="left" if is_name else "right")
@@ -259,7 +264,7 @@ def _list_differences(evaluation: Evaluation) -> Iterator[str]:
 
 def _build_table(evaluation: Evaluation, recorded: RunResult) -> Table:
     other = evaluation.result
-    table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, header_style="bold")
+    table = build_table()
     for title in ("", "recorded", escape(_name_app(evaluation))):
         table.add_column(title, style="" if title else "cyan")
     for name in dict.fromkeys((*recorded.milestones, *other.milestones)):

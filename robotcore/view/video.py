@@ -13,6 +13,7 @@ from robotcore.errors import RecordingError, UnknownNameError, UsageError
 from robotcore.files import replace_file
 from robotcore.hal.devices import Frame, Image
 from robotcore.recording import Recording, SampleKey
+from robotcore.recording.mcap_file import build_unwritable_error
 from robotcore.text import pluralize
 from robotcore.view.canvas import INK, PAPER, Canvas
 
@@ -65,9 +66,7 @@ def write_video(recording: Recording, file: Path, device: str | None = None) -> 
         with replace_file(file) as part:
             _write(part, file, recording, pictures, count)
     except OSError as error:
-        raise RecordingError(
-            file, str(error.strerror), "Name an .mp4 file that can be written", kind="file-not-writable"
-        ) from error
+        raise build_unwritable_error(file, error) from error
 
 
 def _write(part: Path, file: Path, recording: Recording, pictures: Sequence[TickPicture], count: int) -> None:

@@ -8,7 +8,7 @@ import threading
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any, ClassVar, Generic, NamedTuple, TypeVar
 
 import numpy as np
 from pydantic import Field
@@ -17,7 +17,7 @@ from robotcore.description import CameraDescription, StrictModel
 from robotcore.errors import DeviceError, ResourceError
 from robotcore.hal.clock import Clock
 from robotcore.hal.devices import Camera, Frame, Image
-from robotcore.hardware import LatestSample
+from robotcore.hardware import DeviceDriver, Host, LatestSample
 from robotcore.threads import start_thread
 
 Seconds = Annotated[float, Field(gt=0, le=1)]
@@ -69,14 +69,17 @@ class ExposureState(NamedTuple):
     """Whether the camera reports that the exposure has settled; None if the camera does not report it."""
 
 
-class Source(ABC):
+SettingsT = TypeVar("SettingsT", bound=CameraSettings)
+
+
+class Source(ABC, Generic[SettingsT]):
     """The interface to the library of a camera. Only one thread at a time may use a source.
 
-    Every method except `close` may raise DeviceError. ``name`` is the camera's name, for errors.
+    Every method except `close` may raise DeviceError.
     """
 
-    def __init__(self, name: str) -> None:
-        self.name = name
+    def __init__(self, description: CameraDescription, settings: SettingsT, clock: Clock) -> None:
+        self.name, self.description, self.settings, self.clock = description.name, description, settings, clock
 
     @abstractmethod
     def open(self) -> list[str]:
@@ -157,8 +160,8 @@ class ExposureLock:
     Each problem is logged only once, although the source may be opened several times.
     """
 
-    def __init__(self, source: Source, settings: CameraSettings, clock: Clock) -> None:
-        self._source, self._settings, self._clock = source, settings, clock
+    def __init__(self, source: Source[Any]) -> None:
+        self._source, self._settings, self._clock = source, source.settings, source.clock
         self._warned: set[str] = set()
 
     def begin(self) -> Shot:
@@ -218,12 +221,11 @@ class CapturingCamera(Camera):
     If the source fails, `read` raises the error, and the task opens the source again as soon as possible.
     """
 
-    def __init__(self, description: CameraDescription, settings: CameraSettings, source: Source, clock: Clock) -> None:
-        super().__init__(description.name, description.intrinsics)
-        self._source, self._clock = source, clock
-        self._exposure_lock = ExposureLock(source, settings, clock)
-        self._converter = FrameConverter(description, settings)
-        self._period = 0.5 / settings.fps
+    def __init__(self, source: Source[Any]) -> None:
+        super().__init__(source.name, source.description.intrinsics)
+        self._source, self._clock = source, source.clock
+        self._exposure_lock = ExposureLock(source)
+        self._converter = FrameConverter(source.description, source.settings)
         self._in_use = threading.Lock()
         self._is_running = False
         self._retry_at, self._retry_s = 0.0, RETRY_S
@@ -236,7 +238,7 @@ class CapturingCamera(Camera):
             self._source.close()
             raise
         self._frames = LatestSample(self.name, first)
-        self._polling = self._clock.every(self._period, self._poll, f"{self.name}: pictures")
+        self._polling = self._clock.every(0.5 / self._source.settings.fps, self._poll, f"{self.name}: pictures")
 
     def _newest(self) -> Frame:
         return self._frames.get()
@@ -311,3 +313,15 @@ class FrameConverter:
 
         size = (description.width_px, description.height_px)
         return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+
+
+class CameraDriver(DeviceDriver[CameraDescription, SettingsT], Generic[SettingsT]):
+    """The base class of the drivers of cameras."""
+
+    described = CameraDescription
+    source: ClassVar[type[Source[Any]]]
+
+    def open(self, description: CameraDescription, settings: SettingsT, host: Host) -> CapturingCamera:
+        camera = CapturingCamera(self.source(description, settings, host.clock))
+        camera.open()
+        return camera

@@ -15,17 +15,15 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from drivers.raspberrypi.cameras.capture import (
+    CameraDriver,
     CameraSettings,
-    CapturingCamera,
     ExposureState,
     Shot,
     Source,
     TimestampConverter,
 )
-from robotcore.description import CameraDescription
 from robotcore.errors import DeviceError
-from robotcore.hal.clock import Clock
-from robotcore.hardware import Connection, DeviceDriver, Host
+from robotcore.hardware import Connection
 
 BGR = "RGB888"
 """picamera2's name of the format blue, green, red. The names list the bytes in reverse order.
@@ -69,29 +67,26 @@ class PiCameraSettings(CameraSettings):
     """The gains of red and blue, for a fixed white balance. None means automatic."""
 
 
-class CsiSource(Source):
+class CsiSource(Source[PiCameraSettings]):
     """Takes pictures from a camera on the Pi's connector by picamera2.
 
     The time of a picture is the sensor's timestamp of reading the first row, right after the exposure of that row. It
     is accurate to a millisecond.
     """
 
-    def __init__(self, description: CameraDescription, settings: PiCameraSettings, clock: Clock) -> None:
-        super().__init__(description.name)
-        self._description, self._settings, self._clock = description, settings, clock
-        self._camera: Any = None
+    _camera: Any = None
 
     def open(self) -> list[str]:
-        library, number = import_picamera2(self.name), self._settings.camera
+        library, number = import_picamera2(self.name), self.settings.camera
         self._require_camera(library.Picamera2.global_camera_info())
-        self._stamps = TimestampConverter(self._clock)
-        requested = _build_controls(self._settings)
+        self._stamps = TimestampConverter(self.clock)
+        requested = _build_controls(self.settings)
         try:
             self._camera = library.Picamera2(number)
             known = self._select_known(requested)
-            mode = choose_mode(self._camera.sensor_modes, self._settings.fps)
+            mode = choose_mode(self._camera.sensor_modes, self.settings.fps)
             configuration = self._camera.create_video_configuration(
-                main={"format": BGR, "size": (self._description.width_px, self._description.height_px)},
+                main={"format": BGR, "size": (self.description.width_px, self.description.height_px)},
                 raw=None,
                 sensor={"output_size": mode["size"], "bit_depth": mode["bit_depth"]} if mode else {},
                 controls=known,
@@ -142,7 +137,7 @@ class CsiSource(Source):
         return {name: value for name, value in controls.items() if name in self._camera.camera_controls}
 
     def _require_camera(self, found: Sequence[Mapping[str, Any]]) -> None:
-        number = self._settings.camera
+        number = self.settings.camera
         if number < len(found):
             return
         cameras = ", ".join(f"{index} ({camera['Model']})" for index, camera in enumerate(found))
@@ -214,21 +209,16 @@ def choose_mode(modes: Sequence[Mode], fps: float) -> Mode | None:
     return max(wide, key=lambda mode: mode["fps"], default=None)
 
 
-class PiCamera(DeviceDriver[CameraDescription, PiCameraSettings]):
+class PiCamera(CameraDriver[PiCameraSettings]):
     """Opens cameras on the Pi's connector by picamera2. Raspberry Pi OS has version 0.3.20 or newer."""
 
     name = "picamera2"
     summary = "a camera on the Pi's ribbon connector"
-    described = CameraDescription
     settings = PiCameraSettings
+    source = CsiSource
     aliases = ("pi-camera", "csi", "libcamera", "camera-module")
     modules = ("picamera2",)
     remedy = REMEDY
-
-    def open(self, description: CameraDescription, settings: PiCameraSettings, host: Host) -> CapturingCamera:
-        camera = CapturingCamera(description, settings, CsiSource(description, settings, host.clock), host.clock)
-        camera.open()
-        return camera
 
     def connections(self, settings: PiCameraSettings) -> Sequence[Connection]:
         return (Connection("camera", "CSI", str(settings.camera)),)

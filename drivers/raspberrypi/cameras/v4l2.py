@@ -12,17 +12,15 @@ import numpy as np
 from pydantic import AfterValidator, Field
 
 from drivers.raspberrypi.cameras.capture import (
+    CameraDriver,
     CameraSettings,
-    CapturingCamera,
     ExposureState,
     Shot,
     Source,
     TimestampConverter,
 )
-from robotcore.description import CameraDescription
 from robotcore.errors import DeviceError, DeviceLostError
-from robotcore.hal.clock import Clock
-from robotcore.hardware import Connection, DeviceDriver, Host
+from robotcore.hardware import Connection
 
 
 def _path(device: str | int) -> str | int:
@@ -92,7 +90,7 @@ BROKEN_IN_A_ROW = 5
 """The camera has failed after this many broken pictures in a row. Cheap cables and starting cameras cause a few."""
 
 
-class UsbSource(Source):
+class UsbSource(Source[UsbCameraSettings]):
     """Takes pictures from a USB camera by OpenCV.
 
     The time of a picture is the kernel's timestamp of the arrival of its first bytes, right after the exposure. It is
@@ -103,14 +101,11 @@ class UsbSource(Source):
     plugging in.
     """
 
-    def __init__(self, description: CameraDescription, settings: UsbCameraSettings, clock: Clock) -> None:
-        super().__init__(description.name)
-        self._description, self._settings, self._clock = description, settings, clock
-        self._capture: Any = None
-        self._was_there = False
+    _capture: Any = None
+    _was_there = False
 
     def open(self) -> list[str]:
-        path = self._settings.path
+        path = self.settings.path
         self._require_file()
         if cv2.CAP_V4L2 not in cv2.videoio_registry.getCameraBackends():
             raise DeviceError(
@@ -123,7 +118,7 @@ class UsbSource(Source):
                 "List cameras: v4l2-ctl --list-devices"
             )
         self._was_there = True
-        self._stamps = TimestampConverter(self._clock)
+        self._stamps = TimestampConverter(self.clock)
         self._request_format(capture)
         return self._apply_settings()
 
@@ -136,7 +131,7 @@ class UsbSource(Source):
             if is_whole:
                 return Shot(np.asarray(image, dtype=np.uint8), time)
         self._require_file()
-        raise self._build_error(f"{self._settings.path} gives no more pictures. Check its plug and its cable")
+        raise self._build_error(f"{self.settings.path} gives no more pictures. Check its plug and its cable")
 
     def read_exposure(self, shot: Shot) -> ExposureState:
         return ExposureState(cv2.mean(shot.image)[:3])
@@ -156,7 +151,7 @@ class UsbSource(Source):
             capture.release()
 
     def _require_file(self) -> None:
-        path = self._settings.path
+        path = self.settings.path
         if not path.exists():
             if self._was_there:
                 raise self._build_error(f"{path} is gone; plug it in again")
@@ -173,15 +168,15 @@ class UsbSource(Source):
 
     def _request_format(self, capture: cv2.VideoCapture) -> None:
         # V4L2 sets the nearest format, size and frame rate that the camera supports.
-        if self._settings.pixel_format:
-            capture.set(cv2.CAP_PROP_FOURCC, cv2.VideoWriter.fourcc(*self._settings.pixel_format))
-        capture.set(cv2.CAP_PROP_FRAME_WIDTH, self._description.width_px)
-        capture.set(cv2.CAP_PROP_FRAME_HEIGHT, self._description.height_px)
-        capture.set(cv2.CAP_PROP_FPS, self._settings.fps)
+        if self.settings.pixel_format:
+            capture.set(cv2.CAP_PROP_FOURCC, cv2.VideoWriter.fourcc(*self.settings.pixel_format))
+        capture.set(cv2.CAP_PROP_FRAME_WIDTH, self.description.width_px)
+        capture.set(cv2.CAP_PROP_FRAME_HEIGHT, self.description.height_px)
+        capture.set(cv2.CAP_PROP_FPS, self.settings.fps)
         capture.set(cv2.CAP_PROP_BUFFERSIZE, BUFFERS)
 
     def _apply_settings(self) -> list[str]:
-        settings, accepted = self._settings, {}
+        settings, accepted = self.settings, {}
         if settings.exposure_s is None:
             self._set(cv2.CAP_PROP_AUTO_EXPOSURE, APERTURE_PRIORITY) or self._set(cv2.CAP_PROP_AUTO_EXPOSURE, AUTO)
         else:
@@ -204,21 +199,16 @@ class UsbSource(Source):
         return bool(self._capture.set(control, value))
 
 
-class UsbCamera(DeviceDriver[CameraDescription, UsbCameraSettings]):
+class UsbCamera(CameraDriver[UsbCameraSettings]):
     """Opens cameras by OpenCV and V4L2."""
 
     name = "v4l2"
     summary = "a camera on USB"
-    described = CameraDescription
     settings = UsbCameraSettings
+    source = UsbSource
     aliases = ("usb", "webcam", "uvc")
     modules = ("cv2",)
     remedy = "pip install opencv-python-headless"
-
-    def open(self, description: CameraDescription, settings: UsbCameraSettings, host: Host) -> CapturingCamera:
-        camera = CapturingCamera(description, settings, UsbSource(description, settings, host.clock), host.clock)
-        camera.open()
-        return camera
 
     def connections(self, settings: UsbCameraSettings) -> Sequence[Connection]:
         return (Connection("camera", "USB", str(settings.path)),)

@@ -8,10 +8,9 @@ from collections.abc import Collection, Iterable, Iterator
 from pathlib import Path
 
 from drivers.raspberrypi.cameras.csi import import_picamera2
-from drivers.raspberrypi.chip import find_holder
+from drivers.raspberrypi.chip import find_chip_number, find_holder, load
 from drivers.raspberrypi.doctor.system import read_model, read_text
 from drivers.raspberrypi.header import HEADER_BUS, HEADER_PORTS
-from drivers.raspberrypi.lg import find_chip_number, load
 from robotcore.errors import DeviceError
 from robotcore.hal.check_finding import Finding
 from robotcore.hardware import DeviceBinding

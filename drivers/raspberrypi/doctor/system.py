@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from drivers.raspberrypi.lg import find_header_driver
+from drivers.raspberrypi.chip import find_header_driver
 from drivers.raspberrypi.pins import open_pins
 from robotcore.errors import BackendError
 from robotcore.hal.check_finding import Finding

@@ -54,11 +54,7 @@ class Reading:
     distance_cm: int
     amplitude: int
     temperature: int
-
-    @property
-    def temperature_c(self) -> float | None:
-        """The temperature of the chip in °C; None for a TFmini, which sends none."""
-        return None if self.temperature < _COLDEST else self.temperature / 8 - 256
+    """The temperature of the chip as in the frame; a TFmini sends its mode in this place."""
 
     @property
     def distance(self) -> float:
@@ -70,7 +66,7 @@ class Reading:
         """The result of the measurement, for any of the four models."""
         if self.amplitude == _OVEREXPOSED or self.distance_cm in {_SATURATED, _DAZZLED}:
             return Detection.UNCLEAR
-        min_amplitude = _MIN_AMPLITUDE_TFMINI if self.temperature_c is None else _MIN_AMPLITUDE
+        min_amplitude = _MIN_AMPLITUDE_TFMINI if self.temperature < _COLDEST else _MIN_AMPLITUDE
         return Detection.NOTHING if self.distance_cm == _WEAK or self.amplitude < min_amplitude else Detection.TARGET
 
     @property

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import struct
 import threading
-from dataclasses import dataclass
+from collections.abc import Callable
 from functools import partial
 from typing import TypeVar
 
@@ -31,28 +31,22 @@ _OPMODE_MASK = 0xFF0000
 Address = tuple[str, int]
 
 
-@dataclass(frozen=True)
-class ClientSettings:
-    """The settings of a `Client`."""
-
-    period_s: float
-    """The period of messages in seconds."""
-    connect_timeout_s: float
-    """The time limit of connecting, in seconds."""
-    reply_timeout_s: float
-    """The time limit of a call in blocking mode, in seconds."""
-    reconnects: bool
-    """Whether to connect again after the connection was lost."""
-
-
 class Client:
-    """One client of a server, as the official binding has it."""
+    """One client of a server, as the official binding has it.
 
-    def __init__(self, address: Address, settings: ClientSettings) -> None:
-        self.address, self._settings = address, settings
+    period_s: the period of messages, in seconds.
+    connect_timeout_s: the time limit of connecting, in seconds.
+    reply_timeout_s: the time limit of a call in blocking mode, in seconds.
+    reconnects: whether to connect again after the connection was lost.
+    """
+
+    def __init__(
+        self, address: Address, period_s: float, connect_timeout_s: float, reply_timeout_s: float, *, reconnects: bool
+    ) -> None:
+        self.address, self._reply_timeout_s = address, reply_timeout_s
         self.last_command_ms = 0
         connect = partial(MessageSocket.open, *address, _EXCHANGE_TIMEOUT_S)
-        self.pump = MessagePump(connect, settings.period_s, settings.connect_timeout_s, reconnects=settings.reconnects)
+        self.pump = MessagePump(connect, period_s, connect_timeout_s, reconnects=reconnects)
 
     def execute(self, request: Request[object], operation_mode: int) -> tuple[int, Piece | None]:
         """Send a request or read its stored answer, and return the return code and the newest answer.
@@ -69,7 +63,7 @@ class Client:
         code = c.simx_return_ok
         if mode != BUFFER:
             number = self.pump.post(request, mode, delay)
-            if mode == BLOCKING and not self.pump.wait(number, self._settings.reply_timeout_s):
+            if mode == BLOCKING and not self.pump.wait(number, self._reply_timeout_s):
                 code |= c.simx_return_timeout_flag
         answer = self.pump.newest(request)
         if mode == BLOCKING:
@@ -98,13 +92,13 @@ class Clients:
         with self._lock:
             return self._clients.get(number)
 
-    def start(self, address: Address, settings: ClientSettings) -> int:
+    def start(self, address: Address, create: Callable[[Address], Client]) -> int:
         """Create a client, and return its number. Return -1 if the address has a client, or if there are too many."""
         with self._lock:
             number = next((one for one in range(MAX_CLIENTS) if one not in self._clients), -1)
             if number == -1 or any(client.address == address for client in self._clients.values()):
                 return -1
-            self._clients[number] = Client(address, settings)
+            self._clients[number] = create(address)
             return number
 
     def finish(self, number: int) -> None:
@@ -170,15 +164,17 @@ def simxStart(
     A negative port stands for shared memory, which is not supported.
     """
     host = connectionAddress.decode() if isinstance(connectionAddress, bytes) else str(connectionAddress)
-    settings = ClientSettings(
+    connect_timeout_s = (timeOutInMs if timeOutInMs >= 0 else _CONNECT_TIMEOUT_MS) / 1000
+    create = partial(
+        Client,
         period_s=max(commThreadCycleInMs, 1) / 1000,
-        connect_timeout_s=(timeOutInMs if timeOutInMs >= 0 else _CONNECT_TIMEOUT_MS) / 1000,
+        connect_timeout_s=connect_timeout_s,
         reply_timeout_s=-timeOutInMs / 1000 if timeOutInMs < 0 else REPLY_TIMEOUT_S,
         reconnects=not doNotReconnectOnceDisconnected,
     )
-    client = CLIENTS.start((host, int(connectionPort)), settings) if 0 <= connectionPort <= 0xFFFF else -1
+    client = CLIENTS.start((host, int(connectionPort)), create) if 0 <= connectionPort <= 0xFFFF else -1
     known = CLIENTS.get(client)
-    if waitUntilConnected and known and not known.pump.wait_connected(settings.connect_timeout_s):
+    if waitUntilConnected and known and not known.pump.wait_connected(connect_timeout_s):
         CLIENTS.finish(client)
         return -1
     return client

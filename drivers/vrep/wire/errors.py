@@ -1,14 +1,4 @@
-"""The errors of the legacy remote API.
-
-BackendError
-└── RemoteApiError                          an error of the connection or of a request
-    ├── NoServerError (ConnectionError)         no server listens at the address
-    ├── ServerLostError (ConnectionError)       the server closed the connection
-    ├── ServerTimeoutError (TimeoutError)       the server has not answered in time
-    ├── ProtocolError (ValueError)              the server sent an invalid reply
-    ├── SimulationHaltedError                   the simulation is stopped or paused
-    └── RefusedError                            the server could not execute a request
-"""
+"""The errors of the legacy remote API. Each inherits BackendError, and some a built-in error too."""
 
 from __future__ import annotations
 

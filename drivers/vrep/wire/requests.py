@@ -106,7 +106,7 @@ START = Request("start the simulation", 0x1007, pack_ints(0), b"", read_nothing)
 PAUSE = Request("pause the simulation", 0x1007, pack_ints(1), b"", read_nothing)
 STOP = Request("stop the simulation", 0x1007, pack_ints(2), b"", read_nothing)
 CLOCK = build_request("read parameter", 0x1021, read_int, 1)
-"""A request for the program's version, whose answer is ignored. Each answer contains the simulation's time.
+"""A request for the program's version, such as 41000 for 4.10. Each answer contains the simulation's time.
 
 This parameter can be read even while the simulation is stopped.
 """
@@ -119,6 +119,25 @@ _ALL_OBJECTS = 109
 
 OBJECT_NAMES = build_request("name the objects of group", 0x200C, read_group, _ALL_OBJECTS, 0)
 OBJECT_TYPES = build_request("read the types of the objects of group", 0x200C, read_group, _ALL_OBJECTS, 1)
+
+
+CREATE_DUMMY = build_request("create a dummy", 0x0009, read_int, data=pack_floats(0.01) + bytes(13))
+"""A request that creates a dummy, and reads its handle. The data is its size in m, and no colours."""
+
+
+def remove_object(handle: int) -> Request[None]:
+    """Return a request that removes an object."""
+    return build_request("remove object", 0x1028, read_nothing, handle)
+
+
+def set_object_position(handle: int, x: float, y: float, z: float) -> Request[None]:
+    """Return a request that sets the position of an object in the world, in m."""
+    return build_request("move object", 0x101B, read_nothing, handle, data=pack_ints(-1) + pack_floats(x, y, z))
+
+
+def distance(handle: int, other: int) -> Request[float]:
+    """Return a request that measures the shortest distance between two objects, in m."""
+    return build_request("measure the distance of object", 0x2010, read_float, handle, other)
 
 
 def object_handle(name: str | bytes) -> Request[int]:

@@ -16,7 +16,7 @@ from pydantic import Field
 from robotcore.description import StrictModel
 from robotcore.errors import DeviceError
 from robotcore.hal.clock import Clock, ClockWrapper
-from robotcore.hal.devices import SampleT
+from robotcore.hal.devices import SampleT, Sensor
 from robotcore.runtime.layers.base import Layer, Reader
 from robotcore.runtime.layers.imperfections import Noise, random_at
 
@@ -141,3 +141,27 @@ class PollingLayer(Layer):
             with suppress(DeviceError):
                 read()
         self._unread = list(self._readers)
+
+
+class SensorFault(Fault):
+    """The base class of faults that change the samples of sensors."""
+
+    is_polling: ClassVar[bool] = False
+    """Whether the fault needs the sample of every tick, also if the app does not read the sensor."""
+
+    @abstractmethod
+    def change(self, context: FaultContext, sensor: Sensor[Any], read: Reader[Any]) -> Reader[Any]:
+        """Return the function that reads a sensor with this fault. It calls ``read``."""
+
+    def layer(self, context: FaultContext) -> Layer:
+        return _SensorLayer(self, context)
+
+
+class _SensorLayer(PollingLayer):
+    def __init__(self, fault: SensorFault, context: FaultContext) -> None:
+        super().__init__()
+        self._fault, self._context = fault, context
+
+    def sensor(self, sensor: Sensor[Any], read: Reader[Any]) -> Reader[Any]:
+        changed = self._fault.change(self._context, sensor, read)
+        return self.poll(changed) if self._fault.is_polling else changed

@@ -79,11 +79,6 @@ def targets_of(description: RobotDescription, opened: Collection[str]) -> dict[s
     }
 
 
-def effects() -> list[str]:
-    """Return the names of all effects, sorted and without duplicates."""
-    return sorted({effect_of(name) for name in fault_names()})
-
-
 def effect_of(name: str) -> str:
     """Return the effect of a registered fault: the part of its name before the dot, such as ``noise``.
 
@@ -111,8 +106,8 @@ def find_faults(effect: str) -> list[type[Fault]]:
     Raises UnknownNameError if no fault has the effect. Raises UsageError if no fault is registered.
     """
     names = [name for name in fault_names() if effect_of(name) == effect]
-    if not names and (known := effects()):
-        raise UnknownNameError("effect", effect, known)
+    if not names and (known := {effect_of(name) for name in fault_names()}):
+        raise UnknownNameError("effect", effect, sorted(known))
     return [load_fault(name) for name in names or [effect]]
 
 

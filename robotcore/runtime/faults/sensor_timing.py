@@ -1,39 +1,58 @@
-"""Faults in the timing of samples: lost, late or frozen samples."""
+"""Faults in the timing of samples: lost, late or frozen samples. The first sample of a run is never lost or late."""
 
 from __future__ import annotations
 
 from collections import deque
 from math import inf
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import Field
 
-from robotcore.hal.clock import Clock
-from robotcore.hal.devices import SampleT, Sensor
-from robotcore.runtime.faults.base import (
-    ROUNDING_S,
-    SENSORS,
-    Fault,
-    FaultContext,
-    PollingLayer,
-    Probability,
-    TargetKind,
-)
+from robotcore.hal.devices import Sensor
+from robotcore.runtime.faults.base import ROUNDING_S, SENSORS, FaultContext, Probability, SensorFault, TargetKind
 from robotcore.runtime.layers.base import Reader
 
 Latency = Annotated[float, Field(gt=0, le=5, description="seconds")]
 
 
-class Drop(Fault):
-    """Samples are lost, each with the given probability. The sensor then returns its last sample again."""
+class SampleLoss(SensorFault):
+    """The base class of faults that lose samples. The sensor then returns its last sample again."""
 
     on = SENSORS
+    is_polling = True
+
+    def is_lost(self, context: FaultContext, device: str, time: float) -> bool:
+        """Return whether the sample that a device captured at ``time``, in seconds, is lost during the fault."""
+        return True
+
+    def change(self, context: FaultContext, sensor: Sensor[Any], read: Reader[Any]) -> Reader[Any]:
+        last: Any = None
+
+        def read_lossy() -> Any:
+            nonlocal last
+            newest = read()
+            if last is None or not (self.is_on(newest.time) and self.is_lost(context, sensor.name, newest.time)):
+                last = newest
+            return last
+
+        return read_lossy
+
+
+class Freeze(SampleLoss):
+    """All samples are lost. The sensor returns its last sample in each read."""
+
+    example = "camera freeze after=5 lasts=0.5"
+
+
+class Drop(SampleLoss):
+    """Samples are lost, each with the given probability. The sensor then returns its last sample again."""
+
     example = "camera drop=0.2 after=5"
 
     value: Probability
 
-    def layer(self, context: FaultContext) -> LostSamples:
-        return LostSamples(self, context, self.value)
+    def is_lost(self, context: FaultContext, device: str, time: float) -> bool:
+        return context.random_at(device, time).random() < self.value
 
 
 class NoEcho(Drop):
@@ -43,17 +62,7 @@ class NoEcho(Drop):
     example = "range no_echo=0.5"
 
 
-class Freeze(Fault):
-    """All samples are lost. The sensor returns its last sample in each read."""
-
-    on = SENSORS
-    example = "camera freeze after=5 lasts=0.5"
-
-    def layer(self, context: FaultContext) -> LostSamples:
-        return LostSamples(self, context, 1.0)
-
-
-class Delay(Fault):
+class Delay(SensorFault):
     """Samples arrive late by the given time.
 
     The sensor returns its last sample until a newer one arrives. So the time of capture never decreases.
@@ -61,59 +70,19 @@ class Delay(Fault):
 
     on = SENSORS
     example = "camera delay=0.2"
+    is_polling = True
 
     value: Latency
 
-    def layer(self, context: FaultContext) -> LateSamples:
-        return LateSamples(self, context.clock)
+    def change(self, context: FaultContext, sensor: Sensor[Any], read: Reader[Any]) -> Reader[Any]:
+        coming: deque[Any] = deque()
 
-
-class LostSamples(PollingLayer):
-    """Drops the samples that are captured while ``fault`` is active, each with a probability.
-
-    The first sample of a run is never dropped.
-    """
-
-    def __init__(self, fault: Fault, context: FaultContext, probability: float) -> None:
-        super().__init__()
-        self._fault, self._context, self._probability = fault, context, probability
-
-    def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
-        last: SampleT | None = None
-
-        def lossy() -> SampleT:
-            nonlocal last
-            newest = read()
-            if last is None or not self._is_lost(sensor.name, newest.time):
-                last = newest
-            return last
-
-        return self.poll(lossy)
-
-    def _is_lost(self, device: str, time: float) -> bool:
-        return self._fault.is_on(time) and self._context.random_at(device, time).random() < self._probability
-
-
-class LateSamples(PollingLayer):
-    """Delays the samples of sensors while ``fault`` is active. The first sample arrives without a delay."""
-
-    def __init__(self, fault: Delay, clock: Clock) -> None:
-        super().__init__()
-        self._fault, self._clock = fault, clock
-
-    def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
-        coming: deque[SampleT] = deque()
-
-        def delayed() -> SampleT:
+        def read_late() -> Any:
             coming.append(read())
-            last_due = self._last_due()
+            now = context.clock.now()
+            last_due = now - self.value + ROUNDING_S if self.is_on(now) else inf
             while len(coming) > 1 and coming[1].time <= last_due:
                 coming.popleft()
             return coming[0]
 
-        return self.poll(delayed)
-
-    def _last_due(self) -> float:
-        """Return the capture time, in seconds, of the newest sample that has arrived by now."""
-        now = self._clock.now()
-        return now - self._fault.value + ROUNDING_S if self._fault.is_on(now) else inf
+        return read_late

@@ -9,15 +9,17 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from robotcore.hal.devices import Angle, Image, Range, RangeSensor, Sensor
-from robotcore.runtime.faults.base import Fault, FaultContext, PollingLayer, Probability, TargetKind
-from robotcore.runtime.layers.base import Layer, Reader, limit_reading
+from robotcore.runtime.faults.base import FaultContext, Probability, SensorFault, TargetKind
+from robotcore.runtime.layers.base import Reader, limit_reading
 from robotcore.runtime.layers.imperfections import ProcessedFrames, build_noise_effect
 
 Deviation = Annotated[float, Field(gt=0, le=1, description="metres")]
 Distance = Annotated[float, Field(gt=0, le=100, description="metres")]
+GreyLevels = Annotated[float, Field(gt=0, le=64, description="grey levels")]
+Share = Annotated[float, Field(ge=0, le=1, description="share")]
 
 
-class RangeFault(Fault):
+class RangeFault(SensorFault):
     """The base class of faults that change the readings of a range sensor."""
 
     on = frozenset({TargetKind.RANGE})
@@ -26,8 +28,12 @@ class RangeFault(Fault):
     def distort(self, context: FaultContext, sensor: RangeSensor, reading: Range) -> Range:
         """Return the changed reading."""
 
-    def layer(self, context: FaultContext) -> RangeDistortion:
-        return RangeDistortion(self, context)
+    def change(self, context: FaultContext, sensor: Any, read: Reader[Any]) -> Reader[Any]:
+        def read_distorted() -> Range:
+            reading: Range = read()
+            return self.distort(context, sensor, reading) if self.is_on(reading.time) else reading
+
+        return read_distorted
 
 
 class RangeNoise(RangeFault):
@@ -71,25 +77,7 @@ class Spikes(RangeFault):
         return limit_reading(sensor, replace(reading, point=None), distance)
 
 
-class RangeDistortion(Layer):
-    """Changes each reading of a range sensor while ``fault`` is active."""
-
-    def __init__(self, fault: RangeFault, context: FaultContext) -> None:
-        self._fault, self._context = fault, context
-
-    def sensor(self, sensor: Any, read: Reader[Any]) -> Reader[Any]:
-        def distorted() -> Range:
-            reading: Range = read()
-            is_on = self._fault.is_on(reading.time)
-            return self._fault.distort(self._context, sensor, reading) if is_on else reading
-
-        return distorted
-
-
-GreyLevels = Annotated[float, Field(gt=0, le=64, description="grey levels")]
-
-
-class CameraNoise(Fault):
+class CameraNoise(SensorFault):
     """Pixels have normal noise with the given standard deviation."""
 
     on = frozenset({TargetKind.CAMERA})
@@ -97,56 +85,36 @@ class CameraNoise(Fault):
 
     value: GreyLevels
 
-    def layer(self, context: FaultContext) -> NoisyPictures:
-        return NoisyPictures(self, context)
+    def change(self, context: FaultContext, sensor: Sensor[Any], read: Reader[Any]) -> Reader[Any]:
+        add_noise = build_noise_effect(context.noise(sensor.name, self.value))
+
+        def add_noise_during_the_fault(image: Image, time: float) -> Image:
+            return add_noise(image, time) if self.is_on(time) else image
+
+        return ProcessedFrames(read, [add_noise_during_the_fault])
 
 
-class NoisyPictures(Layer):
-    """Adds noise to the pictures that are captured while ``fault`` is active."""
+class Slip(SensorFault):
+    """An encoder does not measure the given share of its wheel's rotation.
 
-    def __init__(self, fault: CameraNoise, context: FaultContext) -> None:
-        self._fault, self._context = fault, context
-
-    def sensor(self, sensor: Sensor[Any], read: Reader[Any]) -> Reader[Any]:
-        noisy = build_noise_effect(self._context.noise(sensor.name, self._fault.value))
-
-        def effect(image: Image, time: float) -> Image:
-            return noisy(image, time) if self._fault.is_on(time) else image
-
-        return ProcessedFrames(read, [effect])
-
-
-Share = Annotated[float, Field(ge=0, le=1, description="share")]
-
-
-class Slip(Fault):
-    """An encoder does not measure the given share of its wheel's rotation."""
+    The share is subtracted from each rotation between two samples if the fault was active at the first of them.
+    """
 
     on = frozenset({TargetKind.ENCODER})
     example = "encoders slip=0.1"
+    is_polling = True
 
     value: Share
 
-    def layer(self, context: FaultContext) -> SlipLayer:
-        return SlipLayer(self)
-
-
-class SlipLayer(PollingLayer):
-    """Subtracts a share of each rotation between two samples if ``fault`` was active at the first of them."""
-
-    def __init__(self, fault: Slip) -> None:
-        super().__init__()
-        self._fault = fault
-
-    def sensor(self, sensor: Sensor[Any], read: Reader[Any]) -> Reader[Any]:
+    def change(self, context: FaultContext, sensor: Sensor[Any], read: Reader[Any]) -> Reader[Any]:
         last, missed = Angle(0.0, 0.0, 0), 0.0
 
-        def slipping() -> Angle:
+        def read_slipping() -> Angle:
             nonlocal last, missed
             sample: Angle = read()
-            if self._fault.is_on(last.time):
-                missed += self._fault.value * (sample.angle - last.angle)
+            if self.is_on(last.time):
+                missed += self.value * (sample.angle - last.angle)
             last = sample
             return replace(sample, angle=sample.angle - missed)
 
-        return self.poll(slipping)
+        return read_slipping

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from enum import Enum
 from typing import Any, Generic, NamedTuple, TypeVar
 
@@ -45,20 +44,6 @@ After the end of a list, its last reading is repeated. If a reading is an except
 """
 
 
-@dataclass(frozen=True)
-class PlayedSample(Generic[ValueT]):
-    """A sample of a scripted reading."""
-
-    value: ValueT
-    """The reading as the value of a sample, such as a distance in metres."""
-
-    time: float
-    """The time of the reading on the robot's clock, in seconds."""
-
-    sequence: int
-    """The sequence number of the sample, from 0."""
-
-
 class Playback(Generic[ValueT]):
     """Plays the script of a sensor: each tick has one reading.
 
@@ -75,11 +60,11 @@ class Playback(Generic[ValueT]):
         self._device, self._script, self._clock, self._rate_hz = device, script, clock, rate_hz
         self._convert = convert
         self._played_until = -1
-        self._newest: PlayedSample[ValueT] | None = None
+        self._newest: tuple[ValueT, float, int] | None = None
         self._failure: Exception | None = None
 
-    def newest(self) -> PlayedSample[ValueT]:
-        """Play the script until the current tick, and return the newest sample.
+    def newest(self) -> tuple[ValueT, float, int]:
+        """Play the script until the current tick, and return the newest sample: its value, its time, its sequence.
 
         Raises DeviceError if the current reading is an exception, or if all readings so far are `LOST`.
         """
@@ -99,18 +84,16 @@ class Playback(Generic[ValueT]):
 
     def _play(self, tick: int, time: float) -> None:
         self._played_until = tick
-        reading = self._reading(tick, time)
+        reading = self._script
+        if isinstance(reading, (list, tuple)):
+            reading = reading[min(tick, len(reading) - 1)]
+        elif callable(reading):
+            reading = reading(time)
         self._failure = reading if isinstance(reading, Exception) else None
         if self._failure or reading is LOST:
             return
-        sequence = self._newest.sequence + 1 if self._newest else 0
-        self._newest = PlayedSample(self._convert(reading), time, sequence)
-
-    def _reading(self, tick: int, time: float) -> Any:
-        script = self._script
-        if isinstance(script, (list, tuple)):
-            return script[min(tick, len(script) - 1)]
-        return script(time) if callable(script) else script
+        sequence = self._newest[2] + 1 if self._newest else 0
+        self._newest = self._convert(reading), time, sequence
 
 
 GREY = 128
@@ -168,8 +151,7 @@ class MockRangeSensor(RangeSensor):
         self._playback = Playback(self.name, script, clock, rate_hz, self._within_limits)
 
     def _newest(self) -> Range:
-        played = self._playback.newest()
-        return Range(played.value, played.time, played.sequence)
+        return Range(*self._playback.newest())
 
     def _within_limits(self, distance: Any) -> float:
         if not isinstance(distance, (int, float)) or math.isnan(distance) or distance < 0:
@@ -188,8 +170,7 @@ class MockCamera(Camera):
         self._playback = Playback(self.name, script, clock, rate_hz, self._check_picture)
 
     def _newest(self) -> Frame:
-        played = self._playback.newest()
-        return Frame(played.value, played.time, played.sequence)
+        return Frame(*self._playback.newest())
 
     def _check_picture(self, picture: Any) -> Image:
         expected = (self.intrinsics.height, self.intrinsics.width, 3)
@@ -211,8 +192,7 @@ class MockEncoder(Encoder):
         self._playback = Playback(name, script, clock, rate_hz, float)
 
     def _newest(self) -> Angle:
-        played = self._playback.newest()
-        return Angle(played.value, played.time, played.sequence)
+        return Angle(*self._playback.newest())
 
 
 class MockBattery(Battery):
@@ -223,8 +203,7 @@ class MockBattery(Battery):
         self._playback = Playback(name, script, clock, rate_hz, float)
 
     def _newest(self) -> Voltage:
-        played = self._playback.newest()
-        return Voltage(played.value, played.time, played.sequence)
+        return Voltage(*self._playback.newest())
 
 
 class MockDisplay(Display):

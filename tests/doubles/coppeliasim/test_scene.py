@@ -1,4 +1,4 @@
-"""Scenes without a protocol: objects by path, motion, obstacles, pictures, and the state after a stop."""
+"""Scenes without a protocol: objects by path, motion, obstacles, pictures, depths, and the state after a stop."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from tests.doubles.coppeliasim.scene.objects import (
 from tests.doubles.coppeliasim.scene.poses import Transform
 from tests.doubles.coppeliasim.scene.rover import find_drives
 from tests.doubles.coppeliasim.scenes import described_scene, rover_scene
-from tests.doubles.coppeliasim.scenes.parts import create_ball
+from tests.doubles.coppeliasim.scenes.parts import AHEAD, create_ball
 
 ROVER, ARENA = load_robot("rover"), load_world("arena")
 RADIUS, TRACK, FRONT = 0.0325, 0.16, 0.1
@@ -111,3 +111,14 @@ def test_picture_equals_the_kinematic_one() -> None:
     picture = Painter(ARENA).picture(CameraView.of(description.intrinsics, description.mount, ARENA.start.pose))
     off = np.abs(simulator.picture(eye)[::-1, :, ::-1].astype(int) - picture)
     assert (off > 1).mean() < 0.002
+
+
+def test_depths_are_along_the_optical_axis_from_left_to_right(simulator: Simulator) -> None:
+    graph = simulator.graph
+    graph.add(Shape("wall", size=(0.1, 4.0, 0.8), local=Transform((2.05, 0.0, 0.4))))
+    graph.add(Shape("post on the right", size=(0.1, 0.1, 0.8), local=Transform((1.05, -0.5, 0.4))))
+    sensor = graph.add(VisionSensor("eye", width=9, height=1, explicit=True, local=Transform((0.0, 0.0, 0.2), AHEAD)))
+    simulator.handle(sensor)
+    depths = simulator.depth(sensor)[0].tolist()
+    assert depths[:7] == pytest.approx([2.0] * 7)
+    assert min(depths[7:]) == pytest.approx(1.0)

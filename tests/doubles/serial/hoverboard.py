@@ -49,7 +49,6 @@ class Hoverboard(BoardDouble):
         self.wheels, self._firmware = Wheels(), firmware or Firmware()
         self.received: list[tuple[int, int]] = []
         self.ignored = 0
-        self.volts = 37.96
         self.is_mute = False
         self._command = (0, 0)
         self._silent_loops = TIMEOUT_LOOPS
@@ -101,7 +100,7 @@ class Hoverboard(BoardDouble):
 
     def _feedback(self, steer: int, speed: int) -> bytes:
         left, right = math.floor(self.wheels.left.velocity / RPM), math.floor(-self.wheels.right.velocity / RPM)
-        return feedback(steer, speed, right, left, round(self.volts * 100), 300, 0)
+        return feedback(steer, speed, right, left, 3796, 300, 0)
 
 
 def feedback(*words: int) -> bytes:

@@ -96,16 +96,14 @@ class PollingProtocol(Protocol):
 
 
 class AnsweringBoard(BoardDouble):
-    """Answers all received bytes unless ``is_deaf`` is true, and records them with their times."""
+    """Answers all received bytes unless ``is_deaf`` is true, and records them."""
 
     def __init__(self) -> None:
         self.received = b""
         self.is_deaf = False
-        self.times: list[float] = []
 
     def receive(self, data: bytes, now: float) -> bytes:
         if not data or self.is_deaf:
             return b""
         self.received += data
-        self.times.append(now)
         return b"!"

@@ -31,7 +31,6 @@ class ArduinoDouble(BoardDouble):
         self.counts_per_turn, self.takes_duties = counts_per_turn, takes_duties
         self.commands: list[str] = []
         """All executed lines, without checksums."""
-        self.refused = 0
         self.now = 0.0
         self.begin(0.0)
 
@@ -39,7 +38,7 @@ class ArduinoDouble(BoardDouble):
         """Reset the board. The wheels stop, and counts start at zero."""
         self.wheels.set(0, 0)
         self.deadman_s, self._fed = 2.0, -math.inf
-        self._zeros = self._read_counts()
+        self._zeros = self._read_angles()
         self._line = b""
         self.now = now
 
@@ -55,10 +54,9 @@ class ArduinoDouble(BoardDouble):
         return b""
 
     @property
-    def counts(self) -> tuple[int, int]:
-        """The counts of the left and the right wheel since the board's reset."""
-        left, right = (now - zero for now, zero in zip(self._read_counts(), self._zeros, strict=True))
-        return left, right
+    def _counts(self) -> str:
+        counts = (now - zero for now, zero in zip(self._read_angles(), self._zeros, strict=True))
+        return " ".join(str(count) for count in counts)
 
     @abstractmethod
     def _obey(self, line: str) -> bytes:
@@ -71,25 +69,19 @@ class ArduinoDouble(BoardDouble):
         return "OK"
 
     def _record(self, line: str, answer: str) -> str:
-        if answer == REFUSED:
-            self.refused += 1
-        else:
+        if answer != REFUSED:
             self.commands.append(line)
         return answer
 
-    def _read_counts(self) -> tuple[int, int]:
-        left, right = (
-            math.floor(wheel.angle * self.counts_per_turn / math.tau + 1e-9)
-            for wheel in (self.wheels.left, self.wheels.right)
-        )
-        return left, right
+    def _read_angles(self) -> tuple[int, int]:
+        edge = math.tau / self.counts_per_turn
+        return math.floor(self.wheels.left.angle / edge + 1e-9), math.floor(self.wheels.right.angle / edge + 1e-9)
 
 
 class RosArduinoBridgeDouble(ArduinoDouble):
     """A board with ROSArduinoBridge, which executes each line as a command, and rejects an empty line."""
 
     control_period_s = 0.033
-    echo_cm = 50
     has_wheels = True
 
     def _obey(self, line: str) -> bytes:
@@ -99,17 +91,13 @@ class RosArduinoBridgeDouble(ArduinoDouble):
     def _answer(self, letter: str, first: int, second: int) -> str:
         if letter == "b":
             return "57600"
-        if letter and letter in "emoru" and not self.has_wheels:
-            return REFUSED
-        if letter == "e":
-            return "{} {}".format(*self.counts)
-        if letter == "m" or (letter == "o" and self.takes_duties):
-            return self._drive(letter, first, second)
         if letter == "p":
-            return str(self.echo_cm)
-        if letter == "r":
-            self._zeros = self._read_counts()
-        return "OK" if letter and letter in "rucwx" else REFUSED
+            return "50"
+        if letter == "e" and self.has_wheels:
+            return self._counts
+        if self.has_wheels and (letter == "m" or (letter == "o" and self.takes_duties)):
+            return self._drive(letter, first, second)
+        return REFUSED
 
 
 def _read(line: str) -> tuple[str, tuple[int, int]]:
@@ -125,9 +113,6 @@ class RobotcoreBridgeDouble(ArduinoDouble):
 
     control_period_s = 1 / 30
     version = 1
-    millimetres: int | None = 500
-    """The measured distance in mm; None without an echo."""
-    is_mute = False
 
     def __init__(self, *, millivolts: int = 7400, counts_per_turn: int = 960) -> None:
         self.millivolts = millivolts
@@ -139,7 +124,7 @@ class RobotcoreBridgeDouble(ArduinoDouble):
         self._measured = now
 
     def live(self, now: float, seconds: float) -> bytes:
-        if not self.is_mute and now - self._measured >= 0.06:
+        if now - self._measured >= 0.06:
             self._measured = now
         return super().live(now, seconds)
 
@@ -156,37 +141,24 @@ class RobotcoreBridgeDouble(ArduinoDouble):
         return f"{answer}*{_sum(answer):02X}\r\n".encode() if is_summed else f"{answer}\r\n".encode()
 
     def _answer(self, text: str) -> str:
-        if not re.fullmatch(r"[a-z]( -?\d{1,6})*|u -?\d{1,6}(:-?\d{1,6}){3}", text):
+        if not re.fullmatch(r"[a-z]( -?\d{1,6})*", text):
             return REFUSED
-        letter, *numbers = re.split("[ :]", text)
+        letter, *numbers = text.split(" ")
         arguments = [int(number) for number in numbers]
-        return self._set(letter, arguments) if arguments or letter == "r" else self._report(letter)
-
-    def _report(self, letter: str) -> str:
-        answers = {
-            "b": "57600",
-            "e": "{} {}".format(*self.counts),
-            "v": f"robotcore-bridge {self.version}",
-            "y": str(self.millivolts),
-            "z": f"{-1 if self.millimetres is None else self.millimetres} {self._age_ms}",
-        }
-        return answers.get(letter, REFUSED)
-
-    def _set(self, letter: str, arguments: list[int]) -> str:
         most = {"m": 1000, "o": 255}.get(letter)
         if most and len(arguments) == 2 and all(abs(number) <= most for number in arguments):
             return self._drive(letter, *arguments)
         if letter == "k" and len(arguments) == 1 and 100 <= arguments[0] <= 5000:
             self.deadman_s = arguments[0] / 1000
             return "OK"
-        if letter == "r" and not arguments:
-            self._zeros = self._read_counts()
-            return "OK"
-        return "OK" if letter == "u" and len(arguments) == 4 and arguments[3] else REFUSED
-
-    @property
-    def _age_ms(self) -> int:
-        return min(65535, round((self.now - self._measured) * 1000))
+        answers = {
+            "b": "57600",
+            "e": self._counts,
+            "v": f"robotcore-bridge {self.version}",
+            "y": str(self.millivolts),
+            "z": f"500 {min(65535, round((self.now - self._measured) * 1000))}",
+        }
+        return REFUSED if arguments else answers.get(letter, REFUSED)
 
 
 def _sum(text: str) -> int:

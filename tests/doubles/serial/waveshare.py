@@ -116,8 +116,8 @@ class WaveshareBoard(BoardDouble):
         """Return a line of feedback."""
         left, right = self.wheels.left, self.wheels.right
         feedback: dict[str, float] = {"T": 1001, "L": left.velocity * self._metres, "R": right.velocity * self._metres}
-        feedback |= dict(zip(("ax", "ay", "az", "gx", "gy", "gz", "mx", "my", "mz"), (-112, 48, 8190) * 3, strict=True))
-        feedback |= {"odl": self._centimetres(left), "odr": self._centimetres(right), "v": self.centivolts}
+        feedback |= {"ax": -112, "ay": 48, "gz": 8190, "odl": self._centimetres(left), "odr": self._centimetres(right)}
+        feedback |= {"v": self.centivolts}
         return b"{%s}\r\n" % b",".join(
             b'"%s":%s' % (key.encode(), b"%d" % value if isinstance(value, int) else _format_number(value))
             for key, value in feedback.items()

@@ -76,15 +76,6 @@ def test_doctor_explains_that_the_options_are_of_other_commands(check_text: Chec
     check_text(f"{finding.message}. {finding.remedy}", hide=[address.port])
 
 
-def test_server_without_a_greeting_is_an_error(monkeypatch: pytest.MonkeyPatch, raises: Raises) -> None:
-    monkeypatch.setattr("drivers.coppeliasim.address.GREETING_S", ANSWER_S)
-    with (
-        socket.create_server(("127.0.0.1", 0)) as silent,
-        raises(BackendError, "wrong-protocol", hide=[silent.getsockname()[1]]),
-    ):
-        connect(silent.getsockname()[1])
-
-
 def test_port_of_the_legacy_remote_api_is_an_error(
     double: Double, monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:
@@ -99,12 +90,6 @@ def test_server_that_greets_and_does_not_answer_times_out(monkeypatch: pytest.Mo
         port = silent.bind_to_random_port("tcp://127.0.0.1")
         with raises(BackendError, "timeout", hide=[port], function="zmqRemoteApi.require", limit_s=ANSWER_S):
             connect(port)
-
-
-def test_unknown_host_is_an_error() -> None:
-    with pytest.raises(BackendError) as caught:  # the text has the system's own reason
-        SimulatorConnection.open(Address(host="no.such.host.invalid"), ANSWER_S)
-    assert caught.value.kind == "connection-refused"
 
 
 def test_server_of_the_first_protocol_is_too_old(raises: Raises) -> None:
@@ -190,20 +175,6 @@ def test_older_names_are_called_and_a_missing_function_is_an_error(scripted: Scr
     ]
     with raises(BackendError, "function-missing", hide=[scripted.port], function="sim.getVisionSensorImg"):
         connection.sim("getVisionSensorImg", 1)
-    connection.close()
-
-
-def test_answer_counts_after_the_deadline_if_it_has_arrived(double: Double, monkeypatch: pytest.MonkeyPatch) -> None:
-    connection = connect(double.zmq_port)
-    send, clock = Client._send, MonotonicClock()
-
-    def send_and_wait(client: Client, request: dict[str, object]) -> None:
-        send(client, request)
-        clock.sleep_until(clock.now() + 2 * ANSWER_S)
-
-    monkeypatch.setattr(Client, "_send", send_and_wait)
-    assert connection.call_as(int, "getSimulationState") == 0
-    monkeypatch.undo()
     connection.close()
 
 

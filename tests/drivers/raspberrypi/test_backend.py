@@ -71,26 +71,10 @@ def test_devices_on_pins_and_on_a_port_work_together(pty: Pty, monkeypatch: pyte
     powered.off()
 
 
-def test_on_virtualpi_the_simulator_s_devices_replace_those_on_a_port_with_a_note() -> None:
-    setup = setup_for(rover("/dev/serial0"))
-    assert any("left_motor: its driver 'waveshare-motor' does not run on virtualpi" in note for note in _notes(setup))
-    with VirtualPiBackend().open(setup) as robot:
-        motor, encoder = robot["left_motor"], robot["left_encoder"]
-        assert isinstance(motor, Motor)
-        assert isinstance(encoder, Encoder)
-        motor.set_velocity(4.0)
-        robot.clock.sleep_until(0.5)
-        assert encoder.read().angle > 0.5
-
-
 def test_a_pin_of_the_port_cannot_be_used_twice(raises: Raises) -> None:
     with raises(DescriptionError):
         RaspberryPiBackend().bind(rover("/dev/serial0", trigger=14))
     RaspberryPiBackend().bind(rover("/dev/ttyUSB0", trigger=14))
-
-
-def _notes(setup: Setup) -> list[str]:
-    return VirtualPiBackend().notes(setup)
 
 
 def _wait(clock: MonotonicClock, is_met: Callable[[], bool]) -> None:

@@ -1,91 +1,208 @@
-"""The holder of a GPIO, by the kernel's files."""
+"""The import of lgpio, the header's chip, the holder of a GPIO, and the double of lgpio."""
 
 from __future__ import annotations
 
+import inspect
 import os
 import subprocess
 import sys
+from importlib.util import find_spec
 from pathlib import Path
+from types import ModuleType
+from typing import Any
 
 import pytest
 
-from drivers.raspberrypi import chip as holders
+from drivers.raspberrypi import chip
 from drivers.raspberrypi.chip import find_holder
+from tests.drivers.raspberrypi.doctor.trees import create_chip
+from tests.drivers.raspberrypi.lines import ROOT, Lines
+from tests.drivers.raspberrypi.lines import lgpio as ours
+
+needs_lgpio = pytest.mark.skipif(find_spec("lgpio") is None, reason="lgpio is not installed here")
+
+LEAVING = """
+import os
+before = dict(os.environ)
+from drivers.raspberrypi.chip import load
+lgpio = load()
+assert load() is lgpio
+assert dict(os.environ) == before
+print(os.getcwd())
+"""
+
+AT_ONCE = """
+import os, tempfile, time
+from concurrent.futures import ThreadPoolExecutor
+from drivers.raspberrypi import chip
+from tests.drivers.raspberrypi.doctor.trees import create_chip
+
+class Slow(tempfile.TemporaryDirectory):
+    def __init__(self, **options):
+        time.sleep(0.5)
+        super().__init__(**options)
+
+chip.TemporaryDirectory = Slow
+before = dict(os.environ)
+with ThreadPoolExecutor(2) as pool:
+    assert len(set(map(id, pool.map(lambda _: chip.load(), range(2))))) == 1
+assert dict(os.environ) == before
+"""
+
+
+def run(code: str, folder: Path, environment: dict[str, str]) -> str:
+    ran = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=folder,
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert ran.returncode == 0, ran.stderr
+    return ran.stdout.strip()
+
+
+@pytest.mark.parametrize("library", [pytest.param("real", marks=needs_lgpio), "ours"])
+def test_importing_leaves_no_side_effects(library: str, tmp_path: Path) -> None:
+    here, temporary = tmp_path / "here", tmp_path / "tmp"
+    here.mkdir()
+    temporary.mkdir()
+    base = Lines(tmp_path / "dev").environment if library == "ours" else environment()
+    printed = run(LEAVING, here, {**base, "TMPDIR": str(temporary)})
+    assert Path(printed).samefile(here)
+    assert not [*here.iterdir(), *temporary.iterdir()]
+
+
+@pytest.mark.slow
+def test_threads_can_import_at_the_same_time(tmp_path: Path) -> None:
+    """The guardian opens the cutoffs of two motors in two threads, which import lgpio at the same time."""
+    run(AT_ONCE, tmp_path, {**Lines(tmp_path / "dev").environment, "TMPDIR": str(tmp_path)})
+
+
+@needs_lgpio
+def test_the_configured_folder_of_the_fifo_is_used(tmp_path: Path) -> None:
+    with pytest.raises(AssertionError, match=r"No such file or directory: .*missing"):
+        run(LEAVING, tmp_path, environment(LG_WD=str(tmp_path / "missing")))
+
+
+def test_pypi_s_empty_lgpio_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "lgpio", ModuleType("lgpio"))
+    with pytest.raises(ImportError) as raised:
+        chip.load()
+    assert raised.value.args == (chip.STUB,)
+
+
+@pytest.mark.parametrize(
+    "revision, has_chip_4, number",
+    [(0xA02082, True, 0), (0xC04170, False, 0), (0xC04170, True, 4)],
+)
+def test_the_header_is_on_chip_4_with_an_early_kernel_of_a_pi_5(
+    revision: int, has_chip_4: bool, number: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("gpiozero.pins.local.get_pi_revision", lambda: revision)
+    monkeypatch.setattr(Path, "exists", lambda file: has_chip_4 and file == Path("/dev/gpiochip4"))
+    assert chip.find_chip_number(tmp_path) == number
+
+
+@pytest.mark.parametrize(
+    "chips, number",
+    [
+        ({0: "pinctrl-bcm2835", 1: "raspberrypi-exp-gpio"}, 0),
+        ({0: "brcmstb-gpio", 3: "brcmstb-gpio", 4: "pinctrl-rp1"}, 4),
+        ({0: "pinctrl-rp1", 4: "brcmstb-gpio"}, 0),
+        ({11: "brcmstb-gpio", 15: "pinctrl-rp1"}, 15),
+    ],
+)
+def test_the_header_s_chip_is_found_by_its_driver(chips: dict[int, str], number: int, tmp_path: Path) -> None:
+    for each, driver in chips.items():
+        create_chip(tmp_path, each, driver)
+    assert chip.find_chip_number(tmp_path) == number
+
+
+@needs_lgpio
+def test_the_double_has_lgpio_s_functions(tmp_path: Path) -> None:
+    """Import lgpio in another process, because lgpio's thread never ends."""
+    run("from tests.drivers.raspberrypi.test_chip import compare; compare()", tmp_path, environment())
+
+
+def compare() -> None:
+    real = chip.load()
+    for name in (name for name in vars(ours) if not name.startswith("_") and hasattr(real, name)):
+        mine, theirs = getattr(ours, name), getattr(real, name)
+        if inspect.isfunction(mine):
+            assert parameters(mine) == parameters(theirs), name
+        elif isinstance(mine, int):
+            assert mine == theirs, name
+    for status in (ours.CANNOT_OPEN_CHIP, ours.GPIO_BUSY):
+        assert ours.error_text(status) == real.error_text(status)
+    assert str(ours.error("GPIO busy")) == str(real.error("GPIO busy"))
+    assert ours.error("GPIO busy").value == real.error("GPIO busy").value
+
+
+def parameters(function: Any) -> list[tuple[str, Any]]:
+    return [(each.name, each.default) for each in inspect.signature(function).parameters.values()]
+
+
+def environment(**more: str) -> dict[str, str]:
+    return {**os.environ, "PYTHONPATH": str(ROOT), **more}
+
 
 HANDLE = "anon_inode:gpio-line"
 
 
-class Processes:
-    """A folder in place of /proc."""
-
-    def __init__(self, root: Path) -> None:
-        self.root = root
-        (root / "proc").mkdir()
-
-    def add(self, number: int, name: str, *handles: str, link: str = HANDLE) -> None:
-        process = self.root / "proc" / str(number)
-        for folder in ("fd", "fdinfo"):
-            process.joinpath(folder).mkdir(parents=True)
-        process.joinpath("comm").write_text(f"{name}\n")
-        process.joinpath("cmdline").write_text(f"/usr/bin/{name}\0")
-        for at, lines in enumerate(handles, start=3):
-            process.joinpath("fd", str(at)).symlink_to(link)
-            process.joinpath("fdinfo", str(at)).write_text(f"pos:\t0\nflags:\t02000002\nmnt_id:\t15\nino:\t11\n{lines}")
+def add_process(root: Path, number: int, name: str, *handles: str, link: str = HANDLE) -> None:
+    """Add a process to a folder in place of the root of the file system."""
+    process = root / "proc" / str(number)
+    for folder in ("fd", "fdinfo"):
+        process.joinpath(folder).mkdir(parents=True)
+    process.joinpath("comm").write_text(f"{name}\n")
+    process.joinpath("cmdline").write_text(f"/usr/bin/{name}\0")
+    for at, lines in enumerate(handles, start=3):
+        process.joinpath("fd", str(at)).symlink_to(link)
+        process.joinpath("fdinfo", str(at)).write_text(f"pos:\t0\nflags:\t02000002\nmnt_id:\t15\nino:\t11\n{lines}")
 
 
 def handle(*gpios: int, chip: str = "gpiochip0") -> str:
     return f"gpio-chip:\t{chip}\n" + "".join(f"gpio-line:\t{gpio}\n" for gpio in gpios)
 
 
-@pytest.fixture
-def processes(tmp_path: Path) -> Processes:
-    return Processes(tmp_path)
+@pytest.mark.parametrize(
+    "gpio, processes, holder",
+    [
+        (17, {77: [handle(4)], 1234: [handle(27), handle(16, 17)]}, "process 1234 (python3)"),
+        (7, {77: [handle(17)]}, "an unknown holder"),
+        (17, {77: [handle(17, chip="gpiochip1")]}, "an unknown holder"),
+        (17, {1234: [handle(17)], 1240: [handle(17)]}, "process 1234 (python3) or process 1240 (python3)"),
+        (17, {77: [""], 1234: ["", ""]}, "perhaps process 77 (python3) or process 1234 (python3)"),
+        (17, {os.getpid(): [""]}, "an unknown holder"),
+    ],
+    ids=["held", "another line", "another chip", "forks", "old kernel", "this process"],
+)
+def test_the_processes_with_a_handle_of_the_line_are_named(
+    gpio: int, processes: dict[int, list[str]], holder: str, tmp_path: Path
+) -> None:
+    add_process(tmp_path, 1, "systemd")
+    add_process(tmp_path, 1300, "bash", "", link="/dev/pts/0")
+    for number, handles in processes.items():
+        add_process(tmp_path, number, "python3", *handles)
+    assert find_holder(gpio, tmp_path) == holder
 
 
-def test_the_process_with_a_handle_of_the_line_is_named(processes: Processes) -> None:
-    processes.add(1, "systemd")
-    processes.add(77, "gpioset", handle(4))
-    processes.add(1234, "python3", handle(27), handle(16, 17))
-    assert find_holder(17, processes.root) == "process 1234 (python3)"
-    assert find_holder(7, processes.root) == "an unknown holder"
-
-
-def test_the_same_line_of_another_chip_is_another_line(processes: Processes) -> None:
-    processes.add(77, "gpioset", handle(17, chip="gpiochip1"))
-    assert find_holder(17, processes.root) == "an unknown holder"
-
-
-def test_a_chip_with_two_names_is_found_by_its_own(processes: Processes, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_chip_with_two_names_is_found_by_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A Pi 5 has /dev/gpiochip4 as a link to /dev/gpiochip0."""
-    processes.root.joinpath("dev").mkdir()
-    processes.root.joinpath("dev/gpiochip0").touch()
-    processes.root.joinpath("dev/gpiochip4").symlink_to("gpiochip0")
-    monkeypatch.setattr(holders, "find_chip_number", lambda _: 4)
-    processes.add(77, "gpioset", handle(17))
-    assert find_holder(17, processes.root) == "process 77 (gpioset)"
+    tmp_path.joinpath("dev").mkdir()
+    tmp_path.joinpath("dev/gpiochip0").touch()
+    tmp_path.joinpath("dev/gpiochip4").symlink_to("gpiochip0")
+    monkeypatch.setattr(chip, "find_chip_number", lambda _: 4)
+    add_process(tmp_path, 77, "gpioset", handle(17))
+    assert find_holder(17, tmp_path) == "process 77 (gpioset)"
 
 
-def test_all_forks_that_share_a_line_are_named(processes: Processes) -> None:
-    processes.add(1234, "python3", handle(17))
-    processes.add(1240, "python3", handle(17))
-    assert find_holder(17, processes.root) == "process 1234 (python3) or process 1240 (python3)"
-
-
-def test_with_an_old_kernel_every_process_with_a_handle_is_named(processes: Processes) -> None:
-    processes.add(77, "gpioset", "")
-    processes.add(1234, "python3", "", "")
-    processes.add(1300, "bash", "", link="/dev/pts/0")
-    assert find_holder(17, processes.root) == "perhaps process 77 (gpioset) or process 1234 (python3)"
-
-
-def test_this_process_is_not_named(processes: Processes) -> None:
-    processes.add(os.getpid(), "python3", "")
-    assert find_holder(17, processes.root) == "an unknown holder"
-
-
-def test_a_process_of_another_user_is_skipped(processes: Processes, monkeypatch: pytest.MonkeyPatch) -> None:
-    processes.add(77, "gpioset", handle(17))
-    processes.add(1234, "python3", handle(17))
+def test_a_process_of_another_user_is_skipped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    add_process(tmp_path, 77, "gpioset", handle(17))
+    add_process(tmp_path, 1234, "python3", handle(17))
     readlink = Path.readlink
 
     def refuse(file: Path) -> Path:
@@ -94,12 +211,12 @@ def test_a_process_of_another_user_is_skipped(processes: Processes, monkeypatch:
         return readlink(file)
 
     monkeypatch.setattr(Path, "readlink", refuse)
-    assert find_holder(17, processes.root) == "process 1234 (python3)"
+    assert find_holder(17, tmp_path) == "process 1234 (python3)"
 
 
-def test_a_holder_in_the_kernel_has_a_label(processes: Processes, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_holder_in_the_kernel_has_a_label(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A bus that config.txt has switched on has no process."""
-    chip = processes.root / "dev" / "gpiochip0"
+    chip = tmp_path / "dev" / "gpiochip0"
     chip.parent.mkdir()
     chip.touch()
 
@@ -109,12 +226,12 @@ def test_a_holder_in_the_kernel_has_a_label(processes: Processes, monkeypatch: p
         return 0
 
     monkeypatch.setattr("fcntl.ioctl", ioctl)
-    assert find_holder(8, processes.root) == "an unknown holder, as 'spi0 CS0'"
+    assert find_holder(8, tmp_path) == "an unknown holder, as 'spi0 CS0'"
 
 
 def test_a_real_process_with_a_handle_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     file = tmp_path / "handle"
-    monkeypatch.setattr(holders, "LINE", str(file))
+    monkeypatch.setattr(chip, "LINE", str(file))
     waiting = [sys.executable, "-c", "input()"]
     with file.open("w") as held, subprocess.Popen(waiting, stdin=subprocess.PIPE, stdout=held) as other:
         assert str(other.pid) in find_holder(17)

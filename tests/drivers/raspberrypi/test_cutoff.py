@@ -82,15 +82,6 @@ def test_a_silent_program_whose_motors_stand_is_not_killed(start: Start, lines: 
 
 
 @pytest.mark.slow
-def test_the_lines_of_a_program_that_was_killed_at_rest_go_low(start: Start, lines: Lines) -> None:
-    program = start("MotorLines", "block_at_rest")
-    program.kill()
-    _, err = wait_for_end(program)
-    assert "left_motor" in err
-    assert f"{program.pid}: " not in err
-
-
-@pytest.mark.slow
 def test_a_program_that_ends_normally_is_not_killed(start: Start) -> None:
     program = start("MotorLines", "drive")
     assert program.communicate("end\n", timeout=END_S) == ("lives\n", "")
@@ -185,10 +176,3 @@ def test_a_process_that_has_ended_is_not_mistaken_for_a_later_one_of_its_number(
     assert owner.is_ending()
     owner.kill()
     owner.close()
-
-
-def test_a_missing_process_raises(process: subprocess.Popen[str]) -> None:
-    process.kill()
-    process.wait()
-    with pytest.raises(ProcessLookupError):
-        Owner(process.pid)

@@ -20,38 +20,15 @@ from robotcore.errors import (
     DeviceError,
 )
 from tests.drivers.raspberrypi.lines import Lines
-from tests.drivers.raspberrypi.lines import lgpio as ours
 from tests.texts import CheckText, Raises
 
-PI_3 = 0xA02082
-
-
-@pytest.fixture(autouse=True)
-def _import_lgpio_double(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let gpiozero import the double of lgpio in each test, as on a Pi."""
-    monkeypatch.setitem(sys.modules, "lgpio", ours)
-    monkeypatch.delitem(sys.modules, "gpiozero.pins.lgpio", raising=False)
-    monkeypatch.setenv("GPIOZERO_PIN_FACTORY", "pigpio")
-    monkeypatch.setattr("gpiozero.pins.local.get_pi_revision", lambda: PI_3)
+pytestmark = pytest.mark.usefixtures("fake_lgpio")
 
 
 @pytest.fixture
-def lines(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Lines:
-    monkeypatch.setenv("FAKE_DEV", str(tmp_path))
-    return Lines(tmp_path)
-
-
-@pytest.fixture
-def other(lines: Lines) -> Iterator[Chip]:
+def other() -> Iterator[Chip]:
     """Return a chip that holds lines like another program."""
     made = Chip()
-    yield made
-    made.close()
-
-
-@pytest.fixture
-def pins(lines: Lines) -> Iterator[Any]:
-    made = open_pins()
     yield made
     made.close()
 
@@ -85,11 +62,11 @@ def test_a_line_that_two_devices_of_a_program_use_is_reported(pins: Any, raises:
     from gpiozero import LED
 
     with (
-        LED(17, pin_factory=pins),
-        raises(DeviceError, "gpio-in-use", device="lamp", gpios=(17,)),
-        translate_pin_errors("lamp", [17]),
+        LED(22, pin_factory=pins),
+        raises(DeviceError, "gpio-in-use", device="lamp", gpios=(22,)),
+        translate_pin_errors("lamp", [22]),
     ):
-        LED(17, pin_factory=pins)
+        LED(22, pin_factory=pins)
 
 
 def test_the_pins_are_on_the_same_chip_as_the_guardian_s_lines(lines: Lines, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -138,7 +115,7 @@ def test_a_machine_that_is_no_pi_is_reported(
 def test_a_chip_that_cannot_be_opened_is_reported_with_a_remedy(
     exists: bool, is_allowed: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:
-    monkeypatch.setenv("FAKE_DEV", str(tmp_path))
+    monkeypatch.setenv("FAKE_DEV", str(tmp_path / "empty"))
     monkeypatch.setattr("pathlib.Path.exists", lambda _: exists)
     monkeypatch.setattr("os.access", lambda *_: is_allowed)
     with raises(BackendError, "gpio-chip-closed"):

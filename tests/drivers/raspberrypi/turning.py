@@ -10,7 +10,7 @@ import warnings
 from contextlib import suppress
 from select import select
 
-from drivers.raspberrypi import lg
+from drivers.raspberrypi import chip
 from robotcore.hal.cutoff import CutoffSpec
 from robotcore.safety.guardian.client import Guardian
 
@@ -23,7 +23,7 @@ class Motor:
     """A motor with lgpio's software PWM on its forward line."""
 
     def __init__(self, guardian: Guardian) -> None:
-        self._lgpio, self._guardian = lg.load(), guardian
+        self._lgpio, self._guardian = chip.load(), guardian
         self._chip = self._lgpio.gpiochip_open(0)
         for gpio in (FORWARD, BACKWARD):
             self._lgpio.gpio_claim_output(self._chip, gpio)
@@ -94,7 +94,7 @@ def _print_line(word: str) -> None:
 def main() -> None:
     """Turn the motor, and run the action."""
     cutoff, action = sys.argv[1:]
-    lg.LINE = os.environ["FAKE_DEV"]  # the kernel's name of a line's handle
+    chip.LINE = os.environ["FAKE_DEV"]  # the kernel's name of a line's handle
     parameters: dict[str, dict[str, object]] = {
         "StandbyLine": {"line": STANDBY},
         "MotorLines": {"lines": [FORWARD, BACKWARD], "owner": os.getpid()},

@@ -77,12 +77,6 @@ def test_a_command_without_acknowledgement_is_an_error_with_the_time_out(bench: 
         bench.line.settle("wheel")
 
 
-def test_a_lost_port_is_an_error_with_the_time_out(bench: Bench, raises: Raises) -> None:
-    bench.open().lose()
-    with raises(DeviceLostError, "port-lost", device="wheel"):
-        bench.line.require("wheel")
-
-
 def test_a_lost_port_is_reopened_and_its_protocol_reset(bench: Bench) -> None:
     bench.open().lose()
     bench.protocol.set_word(b"old")
@@ -90,28 +84,6 @@ def test_a_lost_port_is_reopened_and_its_protocol_reset(bench: Bench) -> None:
     bench.pass_time(2 * FIRST_RETRY_S)
     bench.line.require("wheel")
     assert bench.board.received == b"??"
-
-
-def test_a_reopened_port_is_lost_until_its_board_answers(bench: Bench, raises: Raises) -> None:
-    bench.open().lose()
-    bench.board.is_deaf = True
-    bench.pty.plug_in()
-    bench.pass_time(2 * FIRST_RETRY_S)
-    with raises(DeviceLostError, "board-silent", device="wheel"):
-        bench.line.require("wheel")
-
-
-def test_a_sample_from_before_a_loss_is_not_read_after_it(bench: Bench, raises: Raises) -> None:
-    bench.open()
-    heard_at = bench.clock.now()
-    bench.line.require_since_lost("wheel", heard_at)
-    bench.lose()
-    bench.pty.plug_in()
-    bench.pass_time(2 * FIRST_RETRY_S)
-    bench.line.require("wheel")
-    with raises(DeviceLostError, "no-sample-yet", device="wheel"):
-        bench.line.require_since_lost("wheel", heard_at)
-    bench.line.require_since_lost("wheel", bench.clock.now())
 
 
 def test_a_lost_port_is_reopened_with_growing_pauses(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -5,7 +5,6 @@ import grp
 import os
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
 import pytest
 from pydantic import TypeAdapter, ValidationError
@@ -19,20 +18,17 @@ from tests.doubles.serial.pty import Pty
 from tests.texts import CheckText
 
 
-def port(device: str, vid: int | None = None, pid: int | None = None, serial_number: str | None = None) -> Any:
-    return SimpleNamespace(device=device, vid=vid, pid=pid, serial_number=serial_number)
-
-
-@pytest.fixture
-def ports(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+@pytest.fixture(autouse=True)
+def ports(monkeypatch: pytest.MonkeyPatch) -> None:
     there = [
-        port("/dev/ttyS0"),
-        port("/dev/ttyACM0", 0x2341, 0x0043, "A"),
-        port("/dev/ttyACM1", 0x2341, 0x0043, "B"),
-        port("/dev/ttyUSB3", 0x1A86, 0x7523),
+        ("/dev/ttyS0", None, None, None),
+        ("/dev/ttyACM0", 0x2341, 0x0043, "A"),
+        ("/dev/ttyACM1", 0x2341, 0x0043, "B"),
+        ("/dev/ttyUSB3", 0x1A86, 0x7523, None),
     ]
-    monkeypatch.setattr(list_ports, "comports", lambda: there)
-    return there
+    names = ("device", "vid", "pid", "serial_number")
+    found = [SimpleNamespace(**dict(zip(names, port, strict=True))) for port in there]
+    monkeypatch.setattr(list_ports, "comports", lambda: found)
 
 
 @pytest.mark.parametrize(
@@ -44,30 +40,16 @@ def ports(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
         ("/dev/null", "/dev/null"),
     ],
 )
-def test_a_port_is_found_by_its_usb_id_or_its_path(ports: list[Any], place: str, path: str) -> None:
+def test_a_port_is_found_by_its_usb_id_or_its_path(place: str, path: str) -> None:
     assert find_path(place) == path
-
-
-def test_a_board_in_another_plug_is_found_by_its_usb_id(ports: list[Any]) -> None:
-    ports[-1].device = "/dev/ttyUSB0"
-    assert find_path("usb:1a86:7523") == "/dev/ttyUSB0"
 
 
 @pytest.mark.parametrize(
     "place", ["usb:2341:0043", "usb:10c4:ea60", "/dev/nowhere"], ids=["two-ports", "unplugged", "no-file"]
 )
-def test_a_missing_port_is_reported_with_a_list_of_the_ports(
-    ports: list[Any], place: str, check_text: CheckText
-) -> None:
+def test_a_missing_port_is_reported_with_a_list_of_the_ports(place: str, check_text: CheckText) -> None:
     with pytest.raises(PortMissingError) as caught:
         find_path(place)
-    check_text(caught.value)
-
-
-def test_a_computer_without_ports_is_reported(ports: list[Any], check_text: CheckText) -> None:
-    ports.clear()
-    with pytest.raises(PortMissingError) as caught:
-        find_path("/dev/nowhere")
     check_text(caught.value)
 
 

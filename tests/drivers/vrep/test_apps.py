@@ -15,7 +15,6 @@ from robotcore.runtime.result import Outcome, RunResult
 from robotcore.runtime.session import run
 from tests.doubles.coppeliasim.legacy.server import LegacyServer
 from tests.doubles.coppeliasim.scene import Simulator, State
-from tests.doubles.coppeliasim.scene.objects import Joint
 from tests.doubles.coppeliasim.scenes import bubblerob_scene, described_scene, relay_scene
 
 YELLOW = (255, 255, 0)
@@ -39,35 +38,13 @@ def run_on(simulator: Simulator, app: str, robot: str = "rover", **request: Any)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [1, 7])
-def test_green_search_finds_the_ball_and_the_truth_verifies_it(seed: int) -> None:
-    simulator = create_arena("rover", seed)
-    result = run_on(simulator, "green-search", world="arena", seed=seed)
+def test_green_search_finds_the_ball_and_the_truth_verifies_it() -> None:
+    simulator = create_arena("rover", seed=1)
+    result = run_on(simulator, "green-search", world="arena", seed=1)
+    assert simulator.state is State.STOPPED
     assert (result.outcome, result.verified) == (Outcome.SUCCESS, True), result.reason
     assert list(result.milestones) == ["search", "seen", "approach", "arrived"]
     assert "'arena'" in result.notes[-1]
-
-
-@pytest.mark.slow
-def test_stopped_simulation_is_stopped_again() -> None:
-    simulator = create_arena("rover", 1)
-    result = run_on(simulator, "avoid-obstacles", settings={"duration_s": 0.5})
-    assert simulator.state is State.STOPPED
-    assert result.notes == []
-
-
-def test_running_simulation_continues_with_stopped_wheels() -> None:
-    simulator = create_arena("rover", 1)
-    with LegacyServer(simulator) as server:
-        with simulator.lock:
-            simulator.start()
-        run(RunRequest("avoid-obstacles", "vrep", settings={"duration_s": 0.5}, options={"port": server.port}))
-        with simulator.lock:
-            before = simulator.time
-            assert simulator.changed.wait_for(lambda: simulator.time > before, 5)
-        joint = simulator.graph.find("/rover/left_motor")
-    assert isinstance(joint, Joint)
-    assert joint.target_velocity == 0
 
 
 @pytest.mark.slow

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from drivers.vrep.connection import Connection
 from drivers.vrep.scene import StreamedScene
 from drivers.vrep.wire import requests
-from drivers.vrep.wire.codec import Header, Piece, encode_message
+from drivers.vrep.wire.codec import Piece, encode_message
 from drivers.vrep.wire.errors import (
     NoServerError,
     ProtocolError,
@@ -88,11 +88,7 @@ def test_step_advances_one_time_step_and_reads_the_values_after_it(stepped: Conn
     grey = stepped.call(requests.grey_image(CAMERA))
     assert (grey == (image.astype(int).sum(axis=2) // 3)).all()
     assert stepped.step() == ()
-
-
-def test_time_does_not_advance_between_steps(stepped: Connection) -> None:
-    stepped.step()
-    assert [stepped.call(requests.CLOCK) and stepped.time_s for _ in range(20)] == [0.05] * 20
+    assert [stepped.call(requests.CLOCK) and stepped.time_s for _ in range(9)] == [pytest.approx(0.55)] * 9
 
 
 def test_value_from_before_the_step_is_requested_again(stepped: Connection, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -314,28 +310,6 @@ def test_server_that_listens_later_is_found(server: LegacyServer) -> None:
 def test_second_program_on_a_port_is_refused(connection: Connection, server: LegacyServer, raises: Raises) -> None:
     with raises(ServerTimeoutError, "port-in-use", hide=[server.port]):
         Connection.open(HOST, server.port, SHORT_S)
-
-
-def test_connection_closed_before_the_first_reply_means_a_used_port(raises: Raises) -> None:
-    with serve_reply(b"") as port, raises(ServerLostError, "port-in-use", hide=[port]):
-        Connection.open(HOST, port, connect_timeout_s=0.0)
-
-
-def test_server_that_closes_the_first_connection_is_tried_again(
-    server: LegacyServer, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    exchange, closed = MessageSocket.exchange, list[MessageSocket]()
-
-    def close_first(link: MessageSocket, *message: Any) -> tuple[Header, list[Piece]]:
-        if not closed:
-            closed.append(link)
-            raise ServerLostError("it hung up")
-        return exchange(link, *message)
-
-    monkeypatch.setattr(MessageSocket, "exchange", close_first)
-    with Connection.open(HOST, server.port, LONGER_S) as connection:
-        assert not connection.server.is_running
-    assert closed
 
 
 @pytest.mark.parametrize(

@@ -120,11 +120,6 @@ def test_answer_to_a_blocking_call_is_returned_once(client: int) -> None:
     assert simx.simxGetJointPosition(client, LEFT, simx.simx_opmode_buffer) == (1, 0.0)
 
 
-def test_string_stream_refuses_the_blocking_mode(client: int) -> None:
-    assert simx.simxReadStringStream(client, "s", WAIT) == (4, bytearray())
-    assert simx.simxReadStringStream(client, "s", simx.simx_opmode_streaming) == (1, bytearray())
-
-
 def test_oneshot_command_returns_the_code_of_the_previous_answer(client: int) -> None:
     oneshot = simx.simx_opmode_oneshot
     assert simx.simxSetJointTargetVelocity(client, LEFT, 1.0, oneshot) == 1
@@ -147,13 +142,6 @@ def test_commands_of_a_pause_are_sent_in_one_message(client: int, simulator: Sim
     wait_for(lambda: target(simulator) == 2.0)
 
 
-def test_last_command_is_done_before_the_client_ends(client: int, simulator: Simulator) -> None:
-    simx.simxSetJointTargetVelocity(client, LEFT, 3.0, WAIT)
-    simx.simxSetJointTargetVelocity(client, LEFT, 0.0, simx.simx_opmode_oneshot)
-    simx.simxFinish(client)
-    assert target(simulator) == 0.0
-
-
 @pytest.mark.parametrize("mode", ["hangs", "garbage", "lost"])
 def test_failing_server_gives_codes_and_no_exceptions(mode: str, server: LegacyServer) -> None:
     client = start(server.port, timeout_ms=-200)
@@ -172,12 +160,6 @@ def test_client_reconnects(server: LegacyServer) -> None:
     server.service.disconnect()
     wait_for(lambda: simx.simxGetConnectionId(client) == 2)
     assert simx.simxGetObjectHandle(client, "/rover/leftMotor", WAIT) == (0, LEFT)
-
-
-def test_client_without_reconnection_stays_disconnected(client: int, server: LegacyServer) -> None:
-    server.service.disconnect()
-    wait_for(lambda: simx.simxGetConnectionId(client) == -1)
-    assert simx.simxGetJointPosition(client, LEFT, WAIT)[0] == 3
 
 
 @pytest.mark.parametrize(
@@ -215,22 +197,6 @@ def test_message_fields_are_available(client: int) -> None:
     wait_for(lambda: simx.simxGetPingTime(client) and simx.simxGetInMessageInfo(client, 17)[1] & 1)
     assert simx.simxGetInMessageInfo(client, 99) == (-1, 0)
     assert simx.simxGetOutMessageInfo(client, simx.simx_headeroffset_version) == (1, 11)
-
-
-def test_threads_can_share_a_client(client: int) -> None:
-    names = {"/rover": 181, "/rover/leftMotor": LEFT, "/rover/rightMotor": 184, "/rover/camera": CAMERA}
-    wrong: list[object] = []
-
-    def ask(name: str) -> None:
-        answers = (simx.simxGetObjectHandle(client, name, WAIT) for _ in range(10))
-        wrong.extend(answer for answer in answers if answer != (0, names[name]))
-
-    threads = [threading.Thread(target=ask, args=(name,)) for name in names]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert wrong == []
 
 
 class RecordingClient:

@@ -16,22 +16,15 @@ from robotcore.recording.event_log import Level, LogLine, RunLog
 from robotcore.recording.recorder import Recorder
 from robotcore.recording.replay import replay
 from robotcore.recording.replay.evaluation import evaluate
-from robotcore.recording.run_comparison import Comparison, RunSummary
-from robotcore.recording.summary import build_result, summarise_contents, summarise_devices
+from robotcore.recording.summary import build_result, summarise_devices
 from robotcore.runtime import monitors
 from robotcore.runtime.session import RunRequest, run
 from robotcore.testing.mock.devices import Script
-from robotcore.view.comparison_view import build_rows
 from tests.doubles import battery_backend
 
 
 def compute_voltage(time: float) -> float:
     return 7.0 - time / 7
-
-
-@pytest.fixture
-def file(tmp_path: Path) -> Path:
-    return tmp_path / "run.mcap"
 
 
 def record_run(monkeypatch: pytest.MonkeyPatch, file: Path, volts: Script = compute_voltage) -> Recording:
@@ -44,65 +37,42 @@ def record_run(monkeypatch: pytest.MonkeyPatch, file: Path, volts: Script = comp
     return read(file)
 
 
-def test_recorded_voltages_are_bit_equal(monkeypatch: pytest.MonkeyPatch, file: Path) -> None:
+def test_voltages_are_in_the_samples_and_the_table(monkeypatch: pytest.MonkeyPatch, file: Path) -> None:
     recording = record_run(monkeypatch, file)
     voltages = [sample for key, sample in recording.samples.items() if key.device == "cells"]
     assert voltages == [Voltage(compute_voltage(time), time, 20 * time) for time in range(6)]
     (cells,) = (each for each in summarise_devices(recording) if each.name == "cells")
     assert (cells.kind, cells.samples, cells.rate_hz) == ("battery", 6, 1.0)
+    rows = list(csv.DictReader(write_csv(recording, file.with_suffix(".csv"), "").read_text().splitlines()))
+    cells_of_rows = [(row["cells_v"], row["cells_time_s"]) for row in rows if row["cells_v"]]
+    assert cells_of_rows == [(str(compute_voltage(time)), str(float(time))) for time in range(6)]
 
 
-def test_warning_is_in_its_tick_and_in_the_log(monkeypatch: pytest.MonkeyPatch, file: Path) -> None:
+def test_warning_is_in_its_tick_and_in_the_log_and_a_cut_file_has_the_voltages(
+    monkeypatch: pytest.MonkeyPatch, file: Path
+) -> None:
     recording = record_run(monkeypatch, file, 6.0)
     assert [warning.partition(" V")[0] for warning in recording.ticks[0].warnings] == ["cells: 6.00"]
     assert all(not tick.warnings for tick in recording.ticks[1:])
     assert LogLine(Level.Warning, *recording.ticks[0].warnings) in list(RunLog(()).list_new(recording.ticks[0]))
-
-
-def test_table_has_the_voltages(monkeypatch: pytest.MonkeyPatch, file: Path) -> None:
-    recording = record_run(monkeypatch, file)
-    rows = list(csv.DictReader(write_csv(recording, file.with_suffix(".csv"), "").read_text().splitlines()))
-    voltages = [(row["cells_v"], row["cells_time_s"]) for row in rows if row["cells_v"]]
-    assert voltages == [(str(compute_voltage(time)), str(float(time))) for time in range(6)]
-
-
-def test_cut_file_has_the_same_voltages(monkeypatch: pytest.MonkeyPatch, file: Path) -> None:
-    recording = record_run(monkeypatch, file, 6.0)
     whole, cut = recording.result, build_result(replace(recording, result=None))
     assert whole
     assert cut.batteries == whole.batteries == {"cells": {"lowest_v": 6.0, "last_v": 6.0}}
     assert cut.notes == whole.notes
-    assert summarise_contents(recording)["batteries"] == whole.batteries
 
 
+@pytest.mark.parametrize("period", [1.0, 0.3])
 @pytest.mark.parametrize(
     "volts", [compute_voltage, lambda time: DeviceError("cells", "no answer") if time < 2.5 else 7.0]
 )
-def test_run_with_a_battery_is_replayed_bit_equal(monkeypatch: pytest.MonkeyPatch, file: Path, volts: Script) -> None:
+def test_run_with_a_battery_is_replayed_bit_equal_at_any_pace_of_its_reads(
+    monkeypatch: pytest.MonkeyPatch, file: Path, volts: Script, period: float
+) -> None:
     recording = record_run(monkeypatch, file, volts)
+    monkeypatch.setattr(monitors, "PERIOD_S", period)
     replayed = replay(recording)
     assert recording.result
     assert (replayed.deviation, replayed.is_exact) == (None, True)
     assert replayed.trace_sha256 == recording.result.trace_sha256
-    assert replayed.result.batteries == recording.result.batteries
-
-
-@pytest.mark.parametrize("period", [0.0, 0.3])
-def test_other_pace_of_battery_reads_is_no_difference(
-    monkeypatch: pytest.MonkeyPatch, file: Path, period: float
-) -> None:
-    recording = record_run(monkeypatch, file)
-    monkeypatch.setattr(monitors, "PERIOD_S", period)
-    assert replay(recording).deviation is None
+    assert period < 1 or replayed.result.batteries == recording.result.batteries
     assert not evaluate(recording).late_reads
-
-
-def test_comparison_has_the_lowest_voltages(monkeypatch: pytest.MonkeyPatch, file: Path) -> None:
-    one = record_run(monkeypatch, file)
-    other = replace(one, result=replace(one.result, batteries={})) if one.result else one
-    row = [
-        row
-        for row in build_rows(Comparison(RunSummary("a", one), RunSummary("b", other)))
-        if row[0].startswith("cells")
-    ]
-    assert row == [("cells, lowest", "6.29 V", "–")]

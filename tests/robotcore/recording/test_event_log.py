@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from robotcore.geometry import Wheels
 from robotcore.recording import Read, RecordedError, Tick
 from robotcore.recording.event_log import Level, RunLog, build_last_line
@@ -25,12 +27,6 @@ def tick(*reads: Read, state: str = "search", interventions: tuple[Intervention,
 
 def build_failed_read(message: str) -> Read:
     return Read("eye", error=RecordedError("DeviceError", message))
-
-
-def test_milestone_has_one_line(check_text: CheckText) -> None:
-    lines = list_lines(tick(), tick(state="seen"), tick(state="seen"), milestones=("seen",))
-    assert list(map(len, lines)) == [0, 1, 0]
-    check_text(lines[1][0])
 
 
 def test_injected_fault_has_a_line_at_its_begin_and_its_end(check_text: CheckText) -> None:
@@ -57,32 +53,18 @@ def test_error_of_a_device_has_a_line_at_each_change(check_text: CheckText) -> N
     check_text(*recovered)
 
 
-def test_intervention_has_a_line_at_its_begin_and_its_end(check_text: CheckText) -> None:
-    guarded = tick(interventions=(GUARD,))
-    lines = list_lines(guarded, guarded, tick(), tick())
-    assert list(map(len, lines)) == [1, 0, 1, 0]
+def test_lasting_events_have_a_line_at_their_begin_and_their_end(check_text: CheckText) -> None:
+    guarded, lost = tick(interventions=(GUARD,)), tick(Read("eye", 1, 0.1, None))
+    ended = Tick(0, 0.0, "seen", error=RecordedError("EmergencyStopError", "e-stop: pressed"))
+    ticks = (tick(), tick(state="seen"), guarded, guarded, tick(), tick(), lost, lost, ended, ended, tick())
+    lines = list_lines(*ticks, milestones=("seen",))
+    assert list(map(len, lines)) == [0, 1, 1, 0, 1, 0, 1, 0, 1, 0, 1]
     check_text("\n".join(line for each in lines for line in each))
 
 
-def test_dropped_pictures_have_one_line() -> None:
-    lost = tick(Read("eye", 1, 0.1, None))
-    assert [len(lines) for lines in list_lines(tick(), lost, lost)] == [0, 1, 0]
-
-
-def test_error_that_ends_a_run_has_a_line() -> None:
-    ending = Tick(0, 0.0, "search", error=RecordedError("EmergencyStopError", "e-stop: pressed"))
-    assert [(line.level, line.text) for line in RunLog(()).list_new(ending)] == [
-        (Level.Error, "EmergencyStopError: e-stop: pressed")
-    ]
-
-
-def test_last_line_begins_with_the_headline() -> None:
-    result = RunResult("a", "b", "c", None, None, Outcome.SUCCESS, 1, verified=False, contacts=2, ticks=3)
-    assert build_last_line(result).text == "disputed, 2 contacts, 3 ticks"
-
-
-def test_last_line_of_a_failed_run_is_an_error(check_text: CheckText) -> None:
-    result = RunResult("a", "b", "c", None, None, Outcome.FAILURE, 1, reason="reason", ticks=3)
-    line = build_last_line(result)
-    assert line.level is Level.Error
+@pytest.mark.parametrize("outcome, level", [(Outcome.FAILURE, Level.Error), (Outcome.SUCCESS, Level.Info)])
+def test_last_line_has_the_headline_and_the_reason(outcome: Outcome, level: Level, check_text: CheckText) -> None:
+    status = int(outcome is Outcome.FAILURE)
+    line = build_last_line(RunResult("a", "b", "c", None, None, outcome, status, reason="reason", contacts=2, ticks=3))
+    assert line.level is level
     check_text(line.text)

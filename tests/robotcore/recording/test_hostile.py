@@ -7,7 +7,6 @@ import random
 import sys
 from collections.abc import Callable
 from contextlib import nullcontext
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from subprocess import run as run_process
@@ -34,8 +33,6 @@ from tests.robotcore.recording.hostile_files.mcap_builder import (
     build_file,
     build_record,
     change_json,
-    join_raw,
-    read_raw,
 )
 from tests.robotcore.recording.hostile_files.mutations import SourceRecording, mutate
 
@@ -151,26 +148,6 @@ def test_file_changed_at_random_is_refused_or_read(content: Content, tmp_path: P
     read_all(file)
 
 
-def test_recompressed_file_is_the_same_recording(base: Path, file: Path) -> None:
-    file.write_bytes(join_raw(read_raw(base)))
-    whole, again = read(base), read(file)
-    assert (again.ticks, again.result, again.damage) == (whole.ticks, whole.result, "")
-
-
-def test_result_with_a_key_of_a_later_version_is_read(base: Path, file: Path) -> None:
-    file.write_bytes(change_json(base, "/result", lambda _, event: event | {"later": 1}))
-    assert read(file).result == read(base).result
-
-
-def test_result_of_an_earlier_version_is_read(base: Path, file: Path) -> None:
-    early = ("app", "backend", "robot", "world", "seed", "outcome", "exit_status")
-    file.write_bytes(change_json(base, "/result", lambda _, event: {name: event[name] for name in early}))
-    result = read(file).result
-    assert result
-    assert (result.app, result.notes, result.dropped_pictures) == ("green-search", [], None)
-    assert result.intervention_s == {}
-
-
 @pytest.mark.parametrize("seconds", [{"range guard": 1e10}, {"range guard": "nan"}, {str(n): 0.0 for n in range(1001)}])
 def test_result_with_impossible_durations_of_interventions_is_damage(
     base: Path, file: Path, seconds: dict[str, object]
@@ -194,24 +171,6 @@ def test_place_of_a_damage_is_the_begin_of_its_chunk(base: Path, file: Path) -> 
     end = content.index(b"\x0f\x04\x00\x00\x00\x00\x00\x00\x00", len(content) // 2)
     file.write_bytes(content[:end] + build_chunk(b"", size=7) + content[end:])
     assert read(file).damage.startswith(f"byte {end}, ")
-
-
-@pytest.mark.parametrize("kind", ["signal", "Sequence", "_Portable", "format_exception", "none"])
-def test_unknown_error_class_becomes_a_robotcore_error(kind: str) -> None:
-    assert type(RecordedError(kind, "no echo").rebuild()) is RobotcoreError
-
-
-def test_recorded_attribute_does_not_replace_one_of_the_class() -> None:
-    error = RecordedError("WatchdogError", "late", {"exit_status": 0, "cause": "none", "device": "nose"}).rebuild()
-    assert isinstance(error, WatchdogError)
-    assert (error.exit_status, error.cause) == (4, "watchdog")
-
-
-def test_lone_surrogate_in_memory_is_an_escape_in_the_table(base: Path, tmp_path: Path) -> None:
-    recording = read(base)
-    ticks = [replace(tick, state="\ud800") for tick in recording.ticks]
-    file = write_csv(replace(recording, ticks=ticks), tmp_path / "t.csv", "")
-    assert file.read_text().splitlines()[1].split(",")[2] == "\\ud800"
 
 
 @pytest.mark.parametrize("kind", ["reads", "asks", "motor_asks", "turned", "standing", "interventions", "shown"])
@@ -261,3 +220,22 @@ def test_unknown_format_is_escaped_in_the_message(base: Path, file: Path) -> Non
     message = get_error_message(lambda: read(file))
     assert message.isprintable()
     assert len(message) < len(str(file)) + 300
+
+
+def test_recompressed_result_of_another_version_is_read(base: Path, file: Path) -> None:
+    early = ("app", "backend", "robot", "world", "seed", "outcome", "exit_status")
+    file.write_bytes(
+        change_json(base, "/result", lambda _, event: {name: event[name] for name in early} | {"later": 1})
+    )
+    whole, again = read(base), read(file)
+    assert (again.ticks, again.damage) == (whole.ticks, "")
+    assert again.result
+    assert (again.result.app, again.result.notes, again.result.dropped_pictures) == ("green-search", [], None)
+
+
+def test_recorded_error_is_of_a_known_class_and_keeps_its_attributes() -> None:
+    for kind in ("signal", "Sequence", "_Portable", "format_exception", "none"):
+        assert type(RecordedError(kind, "no echo").rebuild()) is RobotcoreError
+    error = RecordedError("WatchdogError", "late", {"exit_status": 0, "cause": "none", "device": "nose"}).rebuild()
+    assert isinstance(error, WatchdogError)
+    assert (error.exit_status, error.cause) == (4, "watchdog")

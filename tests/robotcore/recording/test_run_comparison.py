@@ -52,24 +52,31 @@ def with_milestones(recording: Recording, **milestones: float) -> Recording:
     return replace(recording, result=replace(recording.result, milestones=milestones))
 
 
-def test_recording_is_alike_itself(run: Recording) -> None:
+@pytest.mark.parametrize(
+    "second, difference",
+    [
+        ({"seen": 1.5, "near": 9.0}, None),
+        ({"near": 1.0, "seen": 2.0}, ("seen", "near")),
+        ({"seen": 1.0}, ("near", None)),
+    ],
+)
+def test_order_of_milestones_must_be_the_same_and_times_may_differ(
+    run: Recording, second: dict[str, float], difference: tuple[str, str | None] | None
+) -> None:
+    comparison = compare(with_milestones(run, seen=1.0, near=2.0), with_milestones(run, **second))
+    assert (comparison.first_other_milestone, comparison.exit_status) == (difference, int(difference is not None))
+
+
+def test_first_different_state_outcome_or_end_is_reported(run: Recording) -> None:
+    assert run.result
     same = compare(run, run)
     assert (same.is_alike, same.exit_status, same.first_difference, same.first_other_milestone) == (True, 0, None, None)
-
-
-def test_times_of_milestones_may_differ(run: Recording) -> None:
-    comparison = compare(with_milestones(run, seen=1.0, near=2.0), with_milestones(run, seen=1.5, near=9.0))
-    assert comparison.is_alike
-
-
-def test_order_of_milestones_must_be_the_same(run: Recording) -> None:
-    comparison = compare(with_milestones(run, seen=1.0, near=2.0), with_milestones(run, near=1.0, seen=2.0))
-    assert (comparison.exit_status, comparison.first_other_milestone) == (1, ("seen", "near"))
-
-
-def test_milestone_of_one_recording_only_is_reported(run: Recording) -> None:
-    comparison = compare(with_milestones(run, seen=1.0, near=2.0), with_milestones(run, seen=1.0))
-    assert comparison.first_other_milestone == ("near", None)
+    assert not compare(run, replace(run, result=replace(run.result, outcome=Outcome.TIMEOUT))).is_alike
+    lost = change_tick(change_tick(run, 9, state="lost"), 30, state="lost")
+    assert compare(run, lost).first_difference == StateDifference(9, run.ticks[9].time, run.ticks[9].state, "lost")
+    earlier = compare(run, replace(run, ticks=run.ticks[:20])).first_difference
+    assert earlier
+    assert (earlier.tick, earlier.second) == (20, None)
 
 
 def test_text_names_the_recording_that_reached_a_milestone(run: Recording, check_text: CheckText) -> None:
@@ -79,24 +86,17 @@ def test_text_names_the_recording_that_reached_a_milestone(run: Recording, check
 
 
 def test_rooms_that_differ_are_reported_and_drawn(run: Recording, other: Recording, check_text: CheckText) -> None:
-    assert not compare(run, run).has_other_room
-    assert compare(run, run).to_dict()["rooms_differ"] is False
+    world = run.metadata.world
+    assert world
+    dark = world.model_copy(update={"name": "dark", "light": world.light.model_copy(update={"ambient": 0.1})})
+    for same in (world, dark, None):
+        room = replace(run, metadata=replace(run.metadata, world=same))
+        assert compare(run, room).to_dict()["rooms_differ"] is False
     two = compare(run, other)
     assert two.to_dict()["rooms_differ"] is True
     check_text(format_heading(two))
     same_paths = compare(run, replace(run, metadata=replace(run.metadata, world=other.metadata.world)))
     assert (draw_comparison(same_paths)[:136] != draw_comparison(compare(run, run))[:136]).any()
-
-
-def test_unknown_room_is_no_other_room(run: Recording) -> None:
-    assert not compare(run, replace(run, metadata=replace(run.metadata, world=None))).has_other_room
-
-
-def test_room_in_another_light_is_no_other_room(run: Recording) -> None:
-    world = run.metadata.world
-    assert world
-    dark = world.model_copy(update={"name": "dark", "light": world.light.model_copy(update={"ambient": 0.1})})
-    assert not compare(run, replace(run, metadata=replace(run.metadata, world=dark))).has_other_room
 
 
 def test_table_of_the_picture_has_every_text(run: Recording, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -115,23 +115,6 @@ def test_table_of_the_picture_has_every_text(run: Recording, monkeypatch: pytest
         assert set(" ".join(row).split()) <= {*words, NOTHING}
 
 
-def test_different_outcomes_are_not_alike(run: Recording) -> None:
-    assert run.result
-    timeout = replace(run, result=replace(run.result, outcome=Outcome.TIMEOUT))
-    assert not compare(run, timeout).is_alike
-
-
-def test_first_different_state_is_reported(run: Recording) -> None:
-    first_difference = compare(run, change_tick(change_tick(run, 9, state="lost"), 30, state="lost")).first_difference
-    assert first_difference == StateDifference(9, run.ticks[9].time, run.ticks[9].state, "lost")
-
-
-def test_earlier_end_is_the_first_difference(run: Recording) -> None:
-    first_difference = compare(run, replace(run, ticks=run.ticks[:20])).first_difference
-    assert first_difference
-    assert (first_difference.tick, first_difference.second) == (20, None)
-
-
 def test_cut_file_is_measured_up_to_its_end(run: Recording) -> None:
     cut = replace(run, ticks=run.ticks[:20], result=None, is_cut=True)
     comparison = compare(run, cut)
@@ -141,20 +124,14 @@ def test_cut_file_is_measured_up_to_its_end(run: Recording) -> None:
     assert comparison.milestones[1] == reached
 
 
-def test_paths_are_in_metres_and_poses_in_the_world(run: Recording) -> None:
-    side = RunSummary("a", run)
+def test_paths_are_in_metres_poses_in_the_world_and_drift_is_their_distance(run: Recording) -> None:
+    side, last = RunSummary("a", run), run.truth[-1]
     assert measure_path([Pose(0, 0, 0), Pose(3, 4, 1), Pose(3, 4, 2)]) == 5
     first, true = next(iter(side.odometry.values())), next(iter(side.truth.values()))
     assert first == pytest.approx(true, abs=1e-6)
-    assert side.drift is not None
-    assert side.drift < 0.02
-
-
-def test_drift_is_the_distance_of_odometry_and_truth(run: Recording) -> None:
-    last = run.truth[-1]
+    assert side.drift == pytest.approx(0.0, abs=0.02)
     moved = GroundTruthSample(last.tick, last.time, last.pose._replace(x=last.pose.x + 3.0), 0)
-    drift = RunSummary("a", replace(run, truth=[*run.truth[:-1], moved])).drift
-    assert drift == pytest.approx(3.0, abs=0.02)
+    assert RunSummary("a", replace(run, truth=[*run.truth[:-1], moved])).drift == pytest.approx(3.0, abs=0.02)
 
 
 def test_values_without_truth_and_drive_are_none(run: Recording) -> None:

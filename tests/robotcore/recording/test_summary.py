@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import cv2
@@ -25,38 +26,25 @@ def search() -> Recording:
 
 def test_devices_are_counted_with_samples_reads_and_errors(search: Recording) -> None:
     failed = Read("nose", error=RecordedError("DeviceError", "nose: gone"))
-    devices = {each.name: each for each in summarise_devices(change_tick(search, 5, reads=(failed,)))}
+    again = tuple(read for read in search.ticks[6].reads if read.device == "eye")
+    changed = change_tick(change_tick(search, 5, reads=(failed,)), 7, reads=(*search.ticks[7].reads, *again))
+    devices = {each.name: each for each in summarise_devices(changed)}
     nose, eye, screen, motor = (devices[name] for name in ("nose", "eye", "screen", "left_motor"))
     assert (nose.samples, nose.reads, nose.errors) == (40, 40, 1)
-    assert eye.samples == 40
+    assert (eye.samples, eye.reads) == (40, 41)
     assert eye.rate_hz == pytest.approx(39 / 2.0)
     assert screen.samples == 41
     assert (motor.samples, motor.rate_hz) == (0, None)
-
-
-def test_sample_that_is_read_again_counts_once(search: Recording) -> None:
-    again = tuple(read for read in search.ticks[4].reads if read.device == "eye")
-    eye = next(each for each in summarise_devices(change_tick(search, 5, reads=again)) if each.name == "eye")
-    assert (eye.samples, eye.reads) == (40, 41)
 
 
 def test_cut_recording_has_no_outcome(search: Recording) -> None:
     summary = summarise_contents(replace(search, result=None, is_cut=True, missing_inputs="2 sample(s) are missing"))
     assert (summary["whole"], summary["outcome"], summary["replayable"]) == (False, None, False)
     assert summary["why_not"] == "2 sample(s) are missing"
-
-
-def test_interventions_of_a_cut_recording_are_measured_from_its_ticks(search: Recording) -> None:
-    assert search.result
-    seconds = search.result.intervention_s
-    assert seconds["acceleration limit"] > 0
-    cut = replace(search, result=None, is_cut=True)
-    assert summarise_contents(cut)["intervention_s"] == summarise_contents(search)["intervention_s"] == seconds
-
-
-def test_recording_without_a_tick_has_contents(search: Recording) -> None:
-    summary = summarise_contents(replace(search, ticks=[], result=None, is_cut=True))
-    assert (summary["ticks"], summary["rate_hz"], summary["duration_s"]) == (0, None, 0.0)
+    assert summary["intervention_s"] == summarise_contents(search)["intervention_s"]
+    assert summary["intervention_s"]["acceleration limit"] > 0
+    empty = summarise_contents(replace(search, ticks=[], result=None, is_cut=True))
+    assert (empty["ticks"], empty["rate_hz"], empty["duration_s"]) == (0, None, 0.0)
 
 
 def test_table_has_one_row_per_tick_with_every_digit(search: Recording, tmp_path: Path) -> None:
@@ -82,33 +70,23 @@ def test_cell_without_a_value_is_empty(search: Recording, tmp_path: Path) -> Non
     assert {rows[7][name] for name in ("nose_m", "eye_sequence", "asked_left_rad_s", "sent_left_rad_s", "x_m")} == {""}
 
 
-def test_table_that_cannot_be_written_is_refused(raises: Raises, search: Recording, tmp_path: Path) -> None:
-    with raises(RecordingError, "file-not-writable"):
-        write_csv(search, tmp_path / "none" / "run.csv", "run")
-
-
-def test_film_lasts_as_long_as_the_run(search: Recording, tmp_path: Path) -> None:
-    write_video(search, tmp_path / "run.mp4")
+@pytest.mark.parametrize("pace, device", [(1, None), (2, "eye")])
+def test_film_lasts_as_long_as_the_run(search: Recording, tmp_path: Path, pace: int, device: str | None) -> None:
+    late = replace(search, ticks=[replace(tick, time=pace * tick.time) for tick in search.ticks])
+    write_video(late, tmp_path / "run.mp4", device)
     film = cv2.VideoCapture(str(tmp_path / "run.mp4"))
     assert film.get(cv2.CAP_PROP_FPS) == pytest.approx(20)
-    assert film.get(cv2.CAP_PROP_FRAME_COUNT) == len(search.ticks)
+    assert film.get(cv2.CAP_PROP_FRAME_COUNT) == pace * (len(search.ticks) - 1) + 1
     film.release()
 
 
-def test_late_ticks_hold_the_picture_so_that_the_pace_is_real(search: Recording, tmp_path: Path) -> None:
-    late = replace(search, ticks=[replace(tick, time=2 * tick.time) for tick in search.ticks])
-    write_video(late, tmp_path / "run.mp4", "eye")
-    film = cv2.VideoCapture(str(tmp_path / "run.mp4"))
-    assert film.get(cv2.CAP_PROP_FRAME_COUNT) == 2 * len(search.ticks) - 1
-    film.release()
+def test_output_that_cannot_be_written_is_refused(raises: Raises, search: Recording, tmp_path: Path) -> None:
+    for write, name in ((write_video, "run.mp4"), (partial(write_csv, name=""), "run.csv")):
+        with raises(RecordingError, "file-not-writable"):
+            write(search, tmp_path / "none" / name)
 
 
 @pytest.mark.parametrize("device", ["nose", "nobody"])
 def test_device_without_pictures_makes_no_film(raises: Raises, search: Recording, tmp_path: Path, device: str) -> None:
     with raises(UnknownNameError, "unknown-camera-or-display-of-the-recording", name=device):
         write_video(search, tmp_path / "run.mp4", device)
-
-
-def test_film_that_cannot_be_written_is_refused(raises: Raises, search: Recording, tmp_path: Path) -> None:
-    with raises(RecordingError, "file-not-writable"):
-        write_video(search, tmp_path / "none" / "run.mp4")

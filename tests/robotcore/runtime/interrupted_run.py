@@ -45,10 +45,6 @@ def ordinary(robot: Robot) -> None:
     """Do nothing."""
 
 
-def slow(robot: Robot) -> None:
-    threading.Event().wait(0.3)
-
-
 def hung(robot: Robot) -> None:
     while True:
         pass
@@ -56,12 +52,6 @@ def hung(robot: Robot) -> None:
 
 def waiting(robot: Robot) -> None:
     threading.Event().wait()
-
-
-def swallowing(robot: Robot) -> None:
-    while True:
-        with suppress(Exception):
-            threading.Event().wait()
 
 
 def deaf(robot: Robot) -> None:
@@ -93,7 +83,7 @@ class EndObserver(Watcher):
         write("observed")
 
 
-STEPS = (ordinary, slow, hung, waiting, swallowing, deaf, impervious, beyond_python)
+STEPS = (ordinary, hung, waiting, deaf, impervious, beyond_python)
 
 
 def main() -> int:

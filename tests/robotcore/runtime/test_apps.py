@@ -19,7 +19,7 @@ from robotcore.runtime.apps import use_script_folder
 def _as_before(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Restore the import path and the modules after a test."""
     monkeypatch.setattr(sys, "path", list(sys.path))
-    monkeypatch.setattr(apps, "_folders", {})
+    monkeypatch.setattr(apps, "_folder", None)
     modules = set(sys.modules)
     yield
     for name in set(sys.modules) - modules:
@@ -42,15 +42,6 @@ def test_each_app_imports_the_modules_of_its_folder(folders: tuple[Path, Path], 
     for app, letter in zip(folders * 2, "abab", strict=True):
         use_script_folder(app)
         assert letter == import_module(name).FROM
-
-
-def test_module_is_the_same_when_its_folder_is_used_again(folders: tuple[Path, Path]) -> None:
-    one, other = folders
-    use_script_folder(one)
-    cog = import_module("cog")
-    use_script_folder(other)
-    use_script_folder(one)
-    assert import_module("cog") is cog
 
 
 def test_module_of_another_folder_is_not_found(folders: tuple[Path, Path]) -> None:

@@ -42,14 +42,6 @@ def test_run_continues_when_a_lost_device_is_back(patient: str, target: str, che
     check_text(note)
 
 
-def test_each_loss_may_last_the_whole_time(patient: str, check_text: CheckText) -> None:
-    result = search(patient, "range lost=0.6 after=0.5 every=1", timeout_s=4.0)
-    assert result.outcome is Outcome.TIMEOUT
-    past, present = result.notes
-    check_text(past)
-    check_text(present)
-
-
 def test_device_that_is_lost_for_too_long_ends_the_run(patient: str) -> None:
     result = search(patient, "range lost=2 after=1")
     assert (result.outcome, result.exit_status) == (Outcome.ERROR, 3)

@@ -33,20 +33,6 @@ def test_failure_to_close_turns_a_success_into_an_error(
     assert backend.rig.wheels == (0.0, 0.0)
 
 
-def test_other_motor_stops_if_one_fails_and_the_first_error_counts(
-    perform: Runner, backend: RigBackend, check_text: CheckText
-) -> None:
-    def cut(robot: Robot) -> None:
-        backend.rig.left.is_broken = True
-
-    result = perform(drive_then(cut))
-    assert (result.outcome, result.exit_status) == (Outcome.ERROR, 3)
-    assert isinstance(result.error, DeviceError)
-    assert result.error.device == "left_motor"
-    check_text(result.reason)
-    assert backend.rig.right.sent[-1] == 0.0
-
-
 def test_second_signal_does_not_interrupt_the_stopping(perform: Runner, backend: RigBackend) -> None:
     def press_again(rad_s: float) -> None:
         signal.raise_signal(signal.SIGINT)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from robotcore import RunRequest
 from robotcore.cli.run import command
-from robotcore.errors import BackendMissingError, UnknownNameError, UsageError
+from robotcore.errors import BackendMissingError, UsageError
 from robotcore.sweep import Sweep
 from robotcore.sweep.spec import format_command, parse_seeds
 from tests.texts import Raises
@@ -59,11 +59,6 @@ def test_an_empty_sweep_is_refused(sweep: Sweep, raises: Raises) -> None:
         sweep.check()
 
 
-def test_an_unknown_name_is_refused(raises: Raises) -> None:
-    with raises(UnknownNameError, "unknown-world", name="cluter"):
-        Sweep(RunRequest("green-search"), worlds=("open", "cluter")).check()
-
-
 def test_a_missing_backend_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("drivers.pybullet.backend.PyBulletBackend.modules", ("no_such_simulator",))
     with pytest.raises(BackendMissingError):
@@ -80,10 +75,6 @@ def test_two_worlds_with_one_name_are_refused(tmp_path: Path, raises: Raises) ->
     file.write_text('name = "open"\n[floor]\nlength_m = 6.0\nwidth_m = 6.0\n')
     with raises(UsageError, "ambiguous-world-name", name="open", worlds=["open", str(file)]):
         Sweep(RunRequest("avoid-obstacles"), worlds=("open", str(file))).check()
-
-
-def test_a_command_has_no_default_options() -> None:
-    assert format_command(RunRequest("green-search", seed=3)) == "robotcore run green-search --seed 3"
 
 
 @pytest.mark.parametrize(

@@ -48,25 +48,9 @@ def test_runs_are_counted_by_backend_and_world() -> None:
     assert (sparse.successes, sparse.verified, sparse.contacts, sparse.contacts_unknown) == (2, 2, 3, 0)
 
 
-def test_a_run_that_was_not_judged_does_not_count_as_verified() -> None:
-    (group,) = group_records([make_record(), HUNG])
-    assert (group.verified, group.runs, group.verified_share) == (1, 2, 0.5)
-    assert group.verified_95 == wilson(1, 2)
-
-
-def test_a_run_that_hung_has_unknown_contacts() -> None:
-    (group,) = group_records([make_record(contacts=2), HUNG])
-    assert (group.contacts, group.contacts_unknown) == (2, 1)
-
-
 def test_a_group_without_judge_and_contacts_has_none_of_them() -> None:
     (group,) = group_records([make_record(verified=None, contacts=None)])
     assert (group.verified, group.contacts, group.verified_share, group.verified_95) == (None, None, None, None)
-
-
-def test_a_success_that_the_simulator_disputes_is_not_verified() -> None:
-    (group,) = group_records([make_record(), make_record(verified=False)])
-    assert (group.successes, group.verified, group.verified_share) == (2, 1, 0.5)
 
 
 def test_times_are_of_half_of_the_runs_of_90_percent_and_of_all() -> None:
@@ -103,31 +87,16 @@ def test_a_line_has_the_digits_of_a_narrow_miss(check_text: CheckText) -> None:
     check_text("\n".join(list_missed_requirements(requirements, [group])))
 
 
-@pytest.mark.parametrize("text", ["contacts<=0", "median_time_s<=120", "slowest_time_s<=120"])
-def test_runs_that_hung_meet_no_bound(text: str, check_text: CheckText) -> None:
-    requirement = Requirement.parse(text)
-    check_text("\n".join(list_missed_requirements([requirement], group_records([make_record(), HUNG, HUNG]))))
-
-
-def test_each_group_that_misses_has_its_line() -> None:
-    requirements = [Requirement.parse("verified>=0.97")]
-    assert len(list_missed_requirements(requirements, [GOOD, BAD, BAD])) == 2
-
-
 @pytest.mark.parametrize(
     "text, kind",
     [
-        ("verified", "bad-requirement"),
         ("verified>0.9", "bad-requirement"),
-        ("verified==1", "bad-requirement"),
         ("verrified>=0.9", "unknown-measure"),
         ("verified>=97", "bound-out-of-range"),
         ("verified>=97%", "bad-bound"),
         ("verified>=nan", "bound-out-of-range"),
         ("contacts<=-1", "bound-out-of-range"),
-        ("contacts<=nan", "bound-out-of-range"),
         ("median_time_s<=inf", "bound-out-of-range"),
-        ("slowest_time_s<=1e999", "bound-out-of-range"),
     ],
 )
 def test_a_text_that_is_no_requirement_is_refused(text: str, kind: str, raises: Raises) -> None:

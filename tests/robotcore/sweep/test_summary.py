@@ -33,12 +33,6 @@ def test_a_row_has_share_interval_contacts_and_times() -> None:
     )
 
 
-def test_a_row_with_a_run_that_hung_has_no_slowest_time() -> None:
-    hung = make_record(Outcome.ERROR, verified=None, contacts=None, seed=199, time=0.0)
-    lines = _render_lines([*(make_record(seed=seed, time=12.25) for seed in range(199)), hung])
-    assert lines[2].split() == ["kinematic", "open", "199/200", "99.5", "97.2–99.9", "≥", "0", "12.2", "s", "never"]
-
-
 def test_the_table_fits_into_80_columns() -> None:
     header, rule, row, *_ = _render_lines([make_record(world="occluded", time=100.0) for _ in range(1000)])
     assert "…" not in header + row
@@ -79,7 +73,3 @@ def test_the_judge_is_named_unless_it_is_an_installed_app(
     request_: RunRequest, verified: bool | None, check_text: CheckText
 ) -> None:
     check_text("\n".join(_render_lines([make_record(verified=verified)], request=request_)[3:]))
-
-
-def test_a_dispute_names_the_judge(check_text: CheckText) -> None:
-    check_text("\n".join(_render_lines([make_record(verified=False, judge="green-search")])[4:]))

@@ -25,12 +25,25 @@ MOTION_RULES = {
 }
 
 
-def test_sound_driver_fails_no_rule() -> None:
-    assert find_failing_rules(Sound) == set()
+class Lookout(Sound):
+    """The suite on a robot without a drive."""
+
+    robot = "lookout"
 
 
-def test_sound_driver_with_a_battery_fails_no_rule() -> None:
-    assert find_failing_rules(BatterySuite) == set()
+class TruthSuite(Sound):
+    """A suite that must not measure the pose, because the robot has truth."""
+
+    def measure_pose(self, robot: Robot) -> Pose:
+        raise NotImplementedError
+
+
+SOUND = (Sound, BatterySuite, Lookout, NoTruthSuite, MeasuredSuite, MeasuredWithoutEncodersSuite, UnmeasuredSuite)
+
+
+@pytest.mark.parametrize("suite", SOUND)
+def test_sound_driver_fails_no_rule(suite: type[ConformanceSuite]) -> None:
+    assert find_failing_rules(suite) == set()
 
 
 @pytest.mark.parametrize("broken", BROKEN, ids=[broken.problem for broken in BROKEN])
@@ -42,34 +55,13 @@ def test_every_rule_is_failed_by_a_broken_driver() -> None:
     assert set().union(*(broken.rules for broken in BROKEN)) == list_rules()
 
 
-@pytest.mark.parametrize("suite", [NoTruthSuite, MeasuredSuite, MeasuredWithoutEncodersSuite, UnmeasuredSuite])
-def test_sound_robot_without_truth_fails_no_rule(suite: type[ConformanceSuite]) -> None:
-    assert find_failing_rules(suite) == set()
-
-
-@pytest.mark.parametrize("suite", [MeasuredSuite, MeasuredWithoutEncodersSuite])
+@pytest.mark.parametrize("suite", [TruthSuite, MeasuredSuite, MeasuredWithoutEncodersSuite])
 @pytest.mark.parametrize("rule", sorted(MOTION_RULES))
-def test_measured_pose_lets_the_rules_for_motion_run(suite: type[ConformanceSuite], rule: str) -> None:
+def test_rules_for_motion_use_the_truth_or_the_measured_pose(suite: type[ConformanceSuite], rule: str) -> None:
     getattr(suite(), f"test_{rule}")()
-
-
-@pytest.mark.parametrize("rule", sorted(MOTION_RULES))
-def test_truth_has_precedence_over_the_measured_pose(rule: str) -> None:
-    class Suite(Sound):
-        def measure_pose(self, robot: Robot) -> Pose:
-            raise NotImplementedError
-
-    getattr(Suite(), f"test_{rule}")()
 
 
 @pytest.mark.parametrize("rule", sorted(MOTION_RULES))
 def test_rules_for_motion_are_skipped_if_nothing_measures_it(rule: str) -> None:
     with pytest.raises(pytest.skip.Exception, match="nothing measures the robot's motion"):
         getattr(UnmeasuredSuite(), f"test_{rule}")()
-
-
-def test_robot_without_a_drive_fails_no_rule() -> None:
-    class Lookout(Sound):
-        robot = "lookout"
-
-    assert find_failing_rules(Lookout) == set()

@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import io
-import math
 import re
 from collections.abc import Callable
 from dataclasses import replace
@@ -46,58 +45,48 @@ def columns(line: str) -> list[str]:
     return re.split(r"\s{2,}", re.sub(r"\x1b\[[\d;]*m", "", line).strip())[1:]
 
 
-def test_the_line_has_app_backend_state_range_time_and_pace(check_text: CheckText) -> None:
-    progress = RecordedProgressLine()
+def run_line(hint: Callable[[], str] = str) -> RecordedProgressLine:
+    """Return the line of a short run, which further ticks can change."""
+    progress = RecordedProgressLine(hint)
     run(REQUEST, [progress])
-    *before, pace = columns(progress.lines[-1])
+    progress._run = progress.last_run
+    return progress
+
+
+def render_below(progress: RecordedProgressLine) -> list[str]:
+    """Return the texts below the line."""
+    with progress.console.capture() as capture:
+        progress.console.print(progress._build_lines())
+    return re.sub(r"\x1b\[[\d;]*m", "", capture.get()).splitlines()[1:]
+
+
+def test_the_line_has_app_backend_state_range_time_and_pace(check_text: CheckText) -> None:
+    *before, pace = columns(run_line().lines[-1])
     check_text("\n".join(before))
     check_text(re.sub(r"[\d.]+", "1.0", pace))
 
 
-def test_control_characters_of_a_state_and_of_a_warning_are_escaped() -> None:
-    progress = RecordedProgressLine()
-    run(REQUEST, [progress])
-    progress._run = progress.last_run
-    progress.tick(TickRecord(11, 0.55, "\x1b]0;title\x07", None, None, (), warnings=("\x1b[2J",)))
-    with progress.console.capture() as capture:
-        progress.console.print(progress._build_lines())
-    output = capture.get()
-    assert "\\x1b]0;title\\x07" in output
-    assert "\\x1b[2J" in output
-
-
-def test_the_line_of_a_real_robot_has_no_pace() -> None:
-    progress = RecordedProgressLine()
-    run(REQUEST, [progress])
+def test_the_line_of_a_real_robot_has_its_last_range_and_no_pace(
+    monkeypatch: pytest.MonkeyPatch, check_text: CheckText
+) -> None:
+    progress = run_line()
+    sensor = next(each for each in progress.last_run.robot.devices.values() if isinstance(each, RangeSensor))
+    monkeypatch.setattr(sensor, "latest", Range(0.84, 0.0, 0))
     clock = progress.last_run.robot.clock = MonotonicClock()
-    progress._run = progress.last_run
     progress.tick(TickRecord(11, 0.55, "cruise", None, None, ()))
     clock.close()
-    assert columns(progress.lines[-1])[-1] == "0.6 s"
+    check_text("\n".join(columns(progress.lines[-1])))
 
 
-@pytest.mark.parametrize("distance", [0.84, math.inf])
-def test_the_line_has_the_last_range(monkeypatch: pytest.MonkeyPatch, distance: float, check_text: CheckText) -> None:
-    progress = RecordedProgressLine()
-    run(REQUEST, [progress])
-    sensor = next(each for each in progress.last_run.robot.devices.values() if isinstance(each, RangeSensor))
-    monkeypatch.setattr(sensor, "latest", Range(distance, 0.0, 0))
-    progress._run = progress.last_run
-    progress.tick(TickRecord(11, 0.55, "cruise", None, None, ()))
-    check_text(columns(progress.lines[-1])[2])
-
-
-def test_the_line_has_the_voltage_and_the_warnings_follow_below(check_text: CheckText) -> None:
-    progress = RecordedProgressLine()
-    run(REQUEST, [progress])
-    progress._run = progress.last_run
-    record = TickRecord(11, 0.55, "cruise", None, None, (), voltages={"cells": 6.214}, warnings=("cells: charge it",))
+def test_voltage_warnings_and_escapes_are_shown() -> None:
+    progress = run_line()
+    voltages = {"cells": 6.214}
+    record = TickRecord(11, 0.55, "\x1b]0;title\x07", None, None, (), voltages=voltages, warnings=("\x1b[2J",))
     progress.tick(record)
     progress.tick(record._replace(warnings=()))
     assert "6.21 V" in progress.lines[-1]
-    with progress.console.capture() as capture:
-        progress.console.print(progress._build_lines())
-    check_text(re.sub(r"\x1b\[[\d;]*m", "", capture.get()).splitlines()[1])
+    assert "\\x1b]0;title\\x07" in progress.lines[-1]
+    assert render_below(progress) == ["  warning: \\x1b[2J"]
 
 
 def test_the_line_has_the_active_faults() -> None:
@@ -108,17 +97,12 @@ def test_the_line_has_the_active_faults() -> None:
 
 
 def test_the_interventions_so_far_follow_below_the_line(check_text: CheckText) -> None:
-    progress = RecordedProgressLine()
-    run(REQUEST, [progress])
-    progress._run = progress.last_run
+    progress = run_line()
     forward, stopped, below = Wheels(5.0, 5.0), Wheels(0.0, 0.0), []
     for tick in range(12, 24):
-        time = tick / 20
-        guard = Intervention(time, "range guard", forward, stopped)
-        progress.tick(TickRecord(tick, time, "cruise", forward, stopped, (guard,)))
-        with progress.console.capture() as capture:
-            progress.console.print(progress._build_lines())
-        below.append(re.sub(r"\x1b\[[\d;]*m", "", capture.get()).splitlines()[1:])
+        guard = Intervention(tick / 20, "range guard", forward, stopped)
+        progress.tick(TickRecord(tick, tick / 20, "cruise", forward, stopped, (guard,)))
+        below.append(render_below(progress))
     assert below[:10] == [[]] * 10
     check_text("\n".join(line for lines in below[10:] for line in lines))
 

@@ -17,8 +17,8 @@ CHECK_LIMIT_S = 15
 COMPILED = ("robotcore", "drivers")
 READ = """
 import cv2, gpiozero, robotcore.cli.main, robotcore.safety.guardian.process
-from drivers.raspberrypi import cutoff, lg
-lg.load()
+from drivers.raspberrypi import chip, cutoff
+chip.load()
 """
 """Imports that read the host's disk. The first program that does so is slow, so it runs before the checks."""
 

@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from drivers.raspberrypi import lg
+from drivers.raspberrypi.chip import list_chips
 from tests.system.guest.bench import ENDLESS_DRIVE, open_device, run_command, start_process
 from tests.system.guest.chip import Chip
 
@@ -42,7 +42,7 @@ def test_the_lines_of_a_closed_robot_are_free(chip: Chip, pins: Any) -> None:
 
 def test_the_kernel_names_the_driver_of_a_chip(chip: Chip) -> None:
     """The driver's name identifies the header's chip."""
-    assert ("gpio-sim", 0) in [(driver, number) for number, driver in lg.list_chips(Path("/"))]
+    assert ("gpio-sim", 0) in [(driver, number) for number, driver in list_chips(Path("/"))]
 
 
 def test_a_missing_permission_is_reported(chip: Chip) -> None:

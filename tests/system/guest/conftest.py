@@ -13,7 +13,7 @@ from tests.system.guest.chip import Chip
 @pytest.fixture(scope="session", autouse=True)
 def _lgpio_is_running() -> None:
     """Import lgpio before any check, because its thread lives as long as the process."""
-    from drivers.raspberrypi.lg import load
+    from drivers.raspberrypi.chip import load
 
     load()
 

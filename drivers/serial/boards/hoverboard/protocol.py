@@ -74,8 +74,6 @@ class Feedback:
     left_rpm: int
     """The measured speed of the left motor in rpm, positive if the robot drives forward."""
     battery_v: float
-    board_c: float
-    """The temperature of the board in °C."""
 
     @property
     def is_stopped(self) -> bool:
@@ -101,7 +99,7 @@ class Parser:
     >>> parser = Parser()
     >>> frame = bytes.fromhex("cd ab 00 00 00 00 d8 ff 28 00 d4 0e 2c 01 00 00 c5 5b")
     >>> parser.feed(b"noise" + frame[:9]), parser.feed(frame[9:])
-    ([], [Feedback(steer=0, speed=0, right_rpm=-40, left_rpm=40, battery_v=37.96, board_c=30.0)])
+    ([], [Feedback(steer=0, speed=0, right_rpm=-40, left_rpm=40, battery_v=37.96)])
     """
 
     def __init__(self) -> None:
@@ -128,14 +126,14 @@ def _find_start(stream: bytes, at: int) -> int:
 def _parse_feedback(stream: bytes, at: int) -> Feedback | None:
     if reduce(xor, _WORDS.unpack_from(stream, at)):
         return None
-    _, steer, speed, right_rpm, left_rpm, centivolts, tenths_c, led, _ = _FEEDBACK.unpack_from(stream, at)
+    _, steer, speed, right_rpm, left_rpm, centivolts, _, led, _ = _FEEDBACK.unpack_from(stream, at)
     is_sound = (
         max(abs(steer), abs(speed)) <= _MAX_INPUT
         and max(abs(right_rpm), abs(left_rpm)) <= _MAX_RPM
         and 0 <= centivolts <= _MAX_CENTIVOLTS
         and led <= _MAX_LED
     )
-    return Feedback(steer, speed, right_rpm, left_rpm, centivolts / 100, tenths_c / 10) if is_sound else None
+    return Feedback(steer, speed, right_rpm, left_rpm, centivolts / 100) if is_sound else None
 
 
 ONE = 1 << 14

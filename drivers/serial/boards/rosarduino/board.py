@@ -151,7 +151,7 @@ class ArduinoProtocol(BoardProtocol):
         self._board_timeout_s = None  # the board may have been reset
         timeout_s = max(GREETING_S, self._slowest_poll_s)
         request = presence_request(self.baud, timeout_s, is_summed=self.firmware.is_robotcore_bridge)
-        return self._requests.ask(request, _ignore, now)
+        return self._requests.ask(request, lambda _reply, _now: None, now)
 
     def _interrupt_for_stop(self, now: float) -> bytes:
         if not (self._is_stop_due(now) and self._requests.is_overdue(now, URGENT_S)):
@@ -162,7 +162,7 @@ class ArduinoProtocol(BoardProtocol):
 
     def _next_frame(self, now: float) -> bytes:
         has_to_stop = self._is_stop_due(now) or (self._unacknowledged and self._unacknowledged.is_stop)
-        if self._needs_timeout and not has_to_stop:
+        if self.firmware.is_robotcore_bridge and self._board_timeout_s != self.timeout_s and not has_to_stop:
             return self._set_timeout(now)
         if wheels := self._next_command(now):
             return self._requests.ask(self._drive_request(wheels), self._acknowledge, now)
@@ -197,10 +197,6 @@ class ArduinoProtocol(BoardProtocol):
         elif self._refusals >= MAX_REFUSALS and not self.firmware.is_robotcore_bridge:
             self._lose(now)
 
-    @property
-    def _needs_timeout(self) -> bool:
-        return self.firmware.is_robotcore_bridge and self._board_timeout_s != self.timeout_s
-
     def _set_timeout(self, now: float) -> bytes:
         timeout_s = self.timeout_s
 
@@ -221,7 +217,3 @@ class ArduinoProtocol(BoardProtocol):
             self.has_battery = (millivolts := reply.numbers[0]) >= 0
             if self.has_battery:
                 self._set_voltage(millivolts / 1000, now)
-
-
-def _ignore(reply: Reply, now: float) -> None:
-    """Do nothing: the arrival of the reply alone shows that the board is connected."""

@@ -138,11 +138,7 @@ STOP_CONFIRMED = r"OK\r\n"
 
 
 def frame_line(text: str, *, is_summed: bool) -> bytes:
-    r"""Return a request as bytes, with a checksum if ``is_summed``, and with CR.
-
-    >>> frame_line("e", is_summed=True), frame_line("m 20 -20", is_summed=False)
-    (b'e*65\r', b'm 20 -20\r')
-    """
+    """Return a request as bytes, with a checksum if ``is_summed``, and with CR."""
     return f"{text}*{_sum(text):02X}\r".encode() if is_summed else f"{text}\r".encode()
 
 

@@ -25,28 +25,19 @@ FULL_DUTY = 127
 """The value of the duty 1 in a frame."""
 
 MAX_TIMEOUT_S = 12.7
-
-_TIMEOUT = 14
-"""The number of the command that sets the time-out."""
+"""The longest time-out that a board can have, in seconds."""
 
 
 def packet(address: int, command: int, value: int) -> bytes:
     """Return a frame: the address, a command, its value and a checksum.
 
     Only the address byte has its top bit set, so that a board detects the beginning of a frame.
-
-    >>> list(packet(130, 0, 64))  # the manual's example: half speed forward
-    [130, 0, 64, 66]
     """
     return bytes((address, command, value, address + command + value & 0x7F))
 
 
 def drive(address: int, motor: MotorNumber, duty: float) -> bytes:
-    """Return the frame that sets the duty of a motor, from -1 to 1.
-
-    >>> list(drive(128, 2, -1.0))
-    [128, 5, 127, 4]
-    """
+    """Return the frame that sets the duty of a motor, from -1 to 1."""
     value = round(duty * FULL_DUTY)
     return packet(address, (4 if motor == 2 else 0) + (value < 0), abs(value))
 
@@ -57,11 +48,7 @@ def stop(address: int) -> bytes:
 
 
 def round_timeout(seconds: float) -> float:
-    """Return a time-out rounded up to tenths of a second, and limited to 0.1 s up to `MAX_TIMEOUT_S`.
-
-    >>> round_timeout(0.25)
-    0.3
-    """
+    """Return a time-out rounded up to tenths of a second, and limited to 0.1 s up to `MAX_TIMEOUT_S`."""
     return max(math.ceil(min(seconds, MAX_TIMEOUT_S) * 10 - 1e-9), 1) / 10
 
 
@@ -69,11 +56,8 @@ def timeout(address: int, seconds: float) -> bytes:
     """Return the frame that sets a board's time-out. Without a command for this time, the board stops its motors.
 
     After power-on a board has no time-out. The time is rounded by `round_timeout`.
-
-    >>> list(timeout(128, 0.5))
-    [128, 14, 5, 19]
     """
-    return packet(address, _TIMEOUT, round(round_timeout(seconds) * 10))
+    return packet(address, 14, round(round_timeout(seconds) * 10))
 
 
 SETTLING_S = 0.5

@@ -7,8 +7,7 @@ from typing import Any, ClassVar
 
 from drivers.serial.boards.devices import BoardMotor
 from drivers.serial.boards.drivers import BatteryDriver, BoardDriver, EncoderDriver, MotorDriver
-from drivers.serial.boards.waveshare.board import WaveshareProtocol
-from drivers.serial.boards.waveshare.protocol import BAUD, FASTEST_M_S, STANDING, STOP
+from drivers.serial.boards.waveshare.protocol import BAUD, FASTEST_M_S, STANDING, STOP, WaveshareProtocol
 from drivers.serial.driver import PortSettings, SideSettings, TimeoutSettings
 from robotcore.description import EncoderDescription, MotorDescription, RobotDescription
 from robotcore.hal.devices import Motor

@@ -47,11 +47,11 @@ def plain(level: int = 100, width: int = 32, height: int = 24) -> Image:
     return np.full((height, width, 3), level, np.uint8)
 
 
-class FakeSource(Source):
+class FakeSource(Source[CameraSettings]):
     """A source whose pictures have these ``levels`` of brightness, the last one repeated. It records its calls."""
 
     def __init__(self, clock: Clock, levels: list[int] | None = None) -> None:
-        super().__init__("eye")
+        super().__init__(EYE, CameraSettings(), clock)
         self.diary: list[str] = []
         self.levels = list(levels or [100])
         self.untaken: list[str] = []
@@ -61,7 +61,6 @@ class FakeSource(Source):
         self.picture: Callable[[int], Image] = plain
         self.on_shot: Callable[[], object] = lambda: None
         self.shots = 0
-        self._clock = clock
 
     def open(self) -> list[str]:
         self.diary.append("open")
@@ -73,7 +72,7 @@ class FakeSource(Source):
         self._fail()
         self.shots += 1
         level = self.levels.pop(0) if len(self.levels) > 1 else self.levels[0]
-        return Shot(self.picture(level), self._clock.now())
+        return Shot(self.picture(level), self.clock.now())
 
     def read_exposure(self, shot: Shot) -> ExposureState:
         return ExposureState((float(shot.image[0, 0, 0]),), self.is_settled)
@@ -94,8 +93,9 @@ def build_lost_error() -> DeviceError:
     return DeviceError("eye", "/dev/video0 is gone; plug it in again")
 
 
-def open_camera(source: Source, clock: Clock, description: CameraDescription = EYE, **settings: Any) -> CapturingCamera:
-    camera = CapturingCamera(description, CameraSettings(**settings), source, clock)
+def open_camera(source: Source[Any], description: CameraDescription = EYE, **settings: Any) -> CapturingCamera:
+    source.description, source.settings = description, CameraSettings(**settings)
+    camera = CapturingCamera(source)
     camera.open()
     return camera
 

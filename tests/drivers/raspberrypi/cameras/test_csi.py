@@ -36,10 +36,6 @@ def open_camera(clock: LabClock, description: CameraDescription = EYE, **setting
     return PiCamera().open(description, PiCameraSettings(**settings), Host(ROVER, clock))
 
 
-def test_red_is_in_the_last_channel(clock: LabClock, camera: FakeCamera) -> None:
-    assert tuple(open_camera(clock).read().image[12, 16]) == RED_BGR
-
-
 def test_an_odd_size_is_scaled_from_the_nearest_stream(clock: LabClock, camera: FakeCamera) -> None:
     description = EYE.model_copy(update={"width_px": 33, "height_px": 25})
     assert open_camera(clock, description).read().image.shape == (25, 33, 3)

@@ -11,7 +11,6 @@ from robotcore.errors import DescriptionError
 from robotcore.hal.check_finding import Finding, Level
 from tests.drivers.raspberrypi.doctor.conftest import CheckFindings
 from tests.drivers.raspberrypi.doctor.test_devices import EYE, NOSE
-from tests.texts import CheckText
 
 
 @pytest.fixture(autouse=True)
@@ -103,17 +102,3 @@ def test_each_mistake_in_a_robot_s_section_is_an_error_and_devices_are_not_check
     findings = [(each.level, each.message.partition(":")[0]) for each in found if each.subject == "robot"]
     assert findings == [(Level.ERROR, "raspberrypi.nose"), (Level.ERROR, "b")]
     assert "camera" not in levels(found)
-
-
-def test_a_dangerous_connection_is_a_warning(pi_4: Path, check_text: CheckText) -> None:
-    rover = load_robot("rover")
-    section = rover.backends["raspberrypi"]
-    left = {**section["left_motor"], "standby": 8}
-    right = {**section["right_motor"], "standby": 8}
-    wired = rover.model_copy(
-        update={"backends": {"raspberrypi": {**section, "left_motor": left, "right_motor": right}}}
-    )
-    found = list(examine(wired, "raspberrypi", pi_4))
-    findings = [each for each in found if each.subject == "robot" and each.level is Level.WARNING]
-    assert [each.message.partition(":")[0] for each in findings] == ["left_motor", "right_motor"]
-    check_text(f"{findings[0].message}\n{findings[0].remedy}")

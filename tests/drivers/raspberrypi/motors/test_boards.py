@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import os
-import sys
-from collections.abc import Iterator, Mapping
-from pathlib import Path
+from collections.abc import Mapping
 from typing import Any
 
 import pytest
@@ -17,13 +15,11 @@ from hypothesis import strategies as st
 
 from drivers.raspberrypi.backend import RaspberryPiBackend
 from drivers.raspberrypi.motors.bridge import open_output, round_to_percent
-from drivers.raspberrypi.pins import open_pins
 from robotcore.description import RobotDescription, load_robot
 from robotcore.errors import DescriptionError, DeviceError
 from robotcore.hal.devices import Motor
 from robotcore.hardware import Host, bind_devices, static_cutoffs
 from tests.drivers.raspberrypi.lines import Lines
-from tests.drivers.raspberrypi.lines import lgpio as ours
 from tests.drivers.raspberrypi.motors.rig import BACKWARD, FORWARD, H_BRIDGE, MODEL, Rig, rover
 from tests.texts import CheckText, Raises
 
@@ -207,22 +203,6 @@ def test_a_line_in_use_is_reported_and_the_others_are_freed(board: Board) -> Non
                 OutputDevice(number, pin_factory=pins).close()
 
 
-@pytest.fixture
-def lines(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Lines:
-    monkeypatch.setenv("FAKE_DEV", str(tmp_path))
-    monkeypatch.setitem(sys.modules, "lgpio", ours)
-    monkeypatch.delitem(sys.modules, "gpiozero.pins.lgpio", raising=False)
-    monkeypatch.setattr("gpiozero.pins.local.get_pi_revision", lambda: 0xA02082)
-    return Lines(tmp_path)
-
-
-@pytest.fixture
-def pins(lines: Lines) -> Iterator[Any]:
-    made = open_pins()
-    yield made
-    made.close()
-
-
 @BOARDS
 def test_on_lgpio_a_stop_is_low_at_once_and_the_next_command_turns_again(board: Board, lines: Lines, pins: Any) -> None:
     """In the double of lgpio, a line never falls after the duty 0, as in a process that is suspended then."""
@@ -232,14 +212,6 @@ def test_on_lgpio_a_stop_is_low_at_once_and_the_next_command_turns_again(board: 
         assert 55 in {lines.level(number) for number in lines_of(board)}
         motor.stop()
         assert {lines.level(number) for number in lines_of(board)} == {0}
-    motor.close()
-
-
-def test_on_lgpio_turning_the_other_way_never_has_both_inputs_high(lines: Lines, pins: Any) -> None:
-    motor = Rig(pins=pins, names=("left_motor",)).motor
-    motor.set_velocity(7.0)
-    motor.set_velocity(-7.0)
-    assert (lines.level(FORWARD), lines.level(BACKWARD)) == (0, 55)
     motor.close()
 
 

@@ -25,11 +25,6 @@ def test_control_makes_a_wheel_with_less_gain_turn_as_commanded(speed: float, sl
     assert turned == pytest.approx(speed, rel=0.03)
 
 
-def test_without_control_a_wheel_with_less_gain_turns_more_slowly() -> None:
-    turned, _ = drive(Rig(wheel=WEAK), SPEED)
-    assert turned == pytest.approx(SPEED * 0.7, rel=0.03)
-
-
 def test_an_encoder_with_few_counts_lets_the_wheel_turn_evenly() -> None:
     _, velocities = drive(Rig(CONTROLLED, slots=20, wheel=WEAK), SPEED)
     assert max(velocities) - min(velocities) < 0.05 * SPEED
@@ -119,18 +114,6 @@ def test_an_encoder_that_fails_stops_the_motor_and_the_next_command_raises(raise
     assert rig.duty() == 0.0
 
 
-def test_a_motor_works_again_when_its_encoder_works() -> None:
-    rig = Rig(CONTROLLED)
-    drive(rig, SPEED)
-    whole, rig.encoder._newest = rig.encoder._newest, broken  # type: ignore[method-assign]
-    rig.pass_time(0.06)
-    rig.encoder._newest = whole  # type: ignore[method-assign]
-    with pytest.raises(DeviceError):
-        rig.motor.set_velocity(SPEED)
-    turned, _ = drive(rig, SPEED)
-    assert turned == pytest.approx(SPEED, rel=0.03)
-
-
 def test_after_a_lost_encoder_works_again_missed_rotation_is_not_corrected() -> None:
     rig, fresh = Rig(CONTROLLED), Rig(CONTROLLED)
     drive(rig, SPEED)
@@ -149,15 +132,6 @@ def test_after_a_lost_encoder_works_again_missed_rotation_is_not_corrected() -> 
             each.pass_time(0.04)
             seen.append(each.duty())
     assert duties[0] == pytest.approx(duties[1], rel=0.05)
-
-
-def test_closing_ends_the_control() -> None:
-    rig = Rig(CONTROLLED)
-    drive(rig, SPEED)
-    rig.motor.close()
-    taken = rig.encoder.read().sequence
-    rig.pass_time(0.5)
-    assert rig.encoder.read().sequence == taken + 1
 
 
 def test_control_without_an_encoder_on_the_wheel_is_refused(raises: Raises) -> None:

@@ -122,22 +122,10 @@ def test_too_little_light_gives_no_new_sample_and_a_row_of_it_gives_inf(bench: B
     assert sensor.read().distance == math.inf
 
 
-def test_with_nothing_in_range_it_opens_with_inf(bench: Bench) -> None:
-    bench.chip.status = bench.kind.nothing
-    assert bench.open(cycle_s=0.02, echo_free_cycles=2).read().distance == math.inf
-
-
 def test_without_a_first_result_opening_raises_and_closes_the_bus(bench: Bench, raises: Raises) -> None:
     bench.chip.status = bench.kind.unclear
     with raises(DeviceError, "no-sample-yet"):
         bench.open(cycle_s=0.02)
-    assert not bench.bus.is_open
-
-
-def test_a_chip_that_does_not_answer_at_opening_is_reported_with_its_address(bench: Bench, raises: Raises) -> None:
-    bench.chip.is_plugged_in = False
-    with raises(DeviceError, "chip-unanswered"):
-        bench.open()
     assert not bench.bus.is_open
 
 
@@ -197,13 +185,6 @@ def test_closing_stops_the_laser_and_closes_the_bus(bench: Bench) -> None:
         sensor.read()
 
 
-def test_an_unplugged_chip_can_be_closed(bench: Bench) -> None:
-    sensor = bench.open()
-    bench.chip.is_plugged_in = False
-    sensor.close()
-    assert not bench.bus.is_open
-
-
 def test_another_chip_at_its_address_is_refused(monkeypatch: pytest.MonkeyPatch, raises: Raises) -> None:
     bench = Bench(KINDS[1], monkeypatch)
     bench.bus.chip = FakeVL53L0X(11, 500)
@@ -218,12 +199,6 @@ def test_a_chip_that_never_measures_does_not_hang_the_opening(bench: Bench, monk
         bench.open(cycle_s=0.02)
     assert raised.value.device == "nose"
     assert not bench.bus.is_open
-
-
-def test_a_bus_that_is_switched_off_is_reported_with_its_number(raises: Raises) -> None:
-    host = Host(load_robot("rover"), SteppedClock(1000, lambda _steps: None))
-    with raises(DeviceError, "chip-unanswered"):
-        VL53L1X().open(DESCRIPTION, TimeOfFlightSettings(bus=30), host)
 
 
 def test_a_library_that_is_missing_is_reported_with_its_remedy(

@@ -66,26 +66,6 @@ def test_each_row_of_echo_free_cycles_gives_inf() -> None:
     assert (sensor.read().distance, sensor.read().time) == pytest.approx((math.inf, 0.30))
 
 
-@pytest.mark.parametrize("interruption", [build_echo(1.0), NO_PULSE, LOST_RISE, LOST_FALL, pulse(0.0285)])
-def test_a_cycle_with_an_echo_ends_a_row_of_cycles_without_echoes(interruption: Edges) -> None:
-    bench = Bench(
-        [build_echo(1.0), *[NO_ECHO] * 3, interruption, *[NO_ECHO] * 3, build_echo(1.0)], {"echo_free_cycles": 4}
-    )
-    sensor = bench.open()
-    for _ in range(7):
-        bench.cycles()
-        if bench.module.echo.state:  # the edge that was lost
-            bench.module.echo._change_state(False)
-        assert sensor.read().distance == pytest.approx(1.0)
-
-
-def test_with_echo_free_cycles_0_a_row_never_gives_inf() -> None:
-    bench = Bench([build_echo(1.0), NO_ECHO], {"echo_free_cycles": 0})
-    sensor = bench.open()
-    bench.cycles(100)
-    assert sensor.read().sequence == 0
-
-
 def test_with_nothing_in_range_it_opens_with_inf_without_simulated_time() -> None:
     bench = Bench([NO_ECHO])
     assert bench.open().read().distance == math.inf
@@ -268,12 +248,6 @@ def test_several_modules_make_a_row_longer(raises: Raises) -> None:
     for each in wires.values():
         each["echo_free_cycles"] = 8
     assert bind_devices(robot, "raspberrypi")
-
-
-def test_the_speed_of_sound_is_that_of_the_tables() -> None:
-    assert speed_of_sound(0.0) == pytest.approx(331.4, abs=0.2)
-    assert speed_of_sound(20.0) == pytest.approx(343.3, abs=0.2)
-    assert speed_of_sound(-20.0) == pytest.approx(318.9, abs=0.3)
 
 
 class Pair(Bench):

@@ -20,19 +20,17 @@ from drivers.raspberrypi.virtual.models import MODELLED, SIMULATED, VirtualPins
 from robotcore import RunRequest
 from robotcore.cli.main import execute
 from robotcore.description import (
-    DisplayDescription,
     RangeSensorDescription,
     RobotDescription,
     WorldDescription,
     load_robot,
 )
 from robotcore.errors import (
-    BackendMissingError,
     DeviceClosedError,
     DeviceError,
     UsageError,
 )
-from robotcore.hal.backend import Backend, Setup, load_backend
+from robotcore.hal.backend import Backend, Setup
 from robotcore.hal.devices import RangeSensor
 from robotcore.hal.robot import Robot
 from robotcore.hardware.motor_model import DutyMotor
@@ -147,12 +145,6 @@ def test_a_backend_that_does_not_simulate_in_lockstep_is_refused(name: str, rais
         VirtualPiBackend().open(build_setup(simulator=name))
 
 
-def test_simulator_that_is_not_installed_is_reported_with_its_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(type(load_backend("pybullet")), "modules", ("no_such_library",))
-    with pytest.raises(BackendMissingError):  # the remedy depends on the version of Python
-        VirtualPiBackend().open(build_setup(simulator="pybullet"))
-
-
 def test_an_invalid_share_of_lost_echoes_is_refused(raises: Raises) -> None:
     with raises(UsageError, "invalid-option", option="lost_echoes"):
         VirtualPiBackend().open(build_setup(lost_echoes="1.1"))
@@ -229,26 +221,11 @@ def _install_drivers(monkeypatch: pytest.MonkeyPatch) -> None:
     foreign.install(monkeypatch)
 
 
-def notes(robot: RobotDescription, *devices: str) -> list[str]:
-    chosen = devices or [device.name for device in robot.devices if not isinstance(device, DisplayDescription)]
-    return VirtualPiBackend().notes(Setup(robot, None, frozenset(chosen)))
-
-
 def test_every_driver_has_a_model_or_is_replaced_by_the_simulator() -> None:
     ours = [load_registered("device driver", DEVICES, name) for name in device_driver_names()]
     kinds = {driver.name: driver.settings for driver in ours if driver.__module__.startswith("drivers.raspberrypi.")}
     assert len(kinds) >= 9
     assert [name for name, settings in kinds.items() if not issubclass(settings, MODELLED + SIMULATED)] == []
-
-
-def test_the_shipped_rover_needs_no_note() -> None:
-    assert notes(load_robot("rover")) == []
-
-
-@pytest.mark.usefixtures("_install_drivers")
-def test_a_driver_of_another_package_has_a_note_if_its_device_is_opened() -> None:
-    assert notes(foreign.rover(nose=IR)) == [NOTE]
-    assert notes(foreign.rover(nose=IR), "eye") == []
 
 
 @pytest.mark.usefixtures("_install_drivers")

@@ -17,8 +17,8 @@ from drivers.serial.boards.hoverboard.protocol import STOP as HOVERBOARD_STOP
 from drivers.serial.boards.rosarduino.board import ArduinoProtocol
 from drivers.serial.boards.rosarduino.protocol import STOP_NOW
 from drivers.serial.boards.sabertooth.protocol import stop
-from drivers.serial.boards.waveshare.board import WaveshareProtocol
 from drivers.serial.boards.waveshare.protocol import STOP as WAVESHARE_STOP
+from drivers.serial.boards.waveshare.protocol import WaveshareProtocol
 from robotcore.description import load_robot
 from robotcore.errors import DescriptionError, DeviceLostError
 from robotcore.hal.cutoff import merge_cutoffs

@@ -43,11 +43,6 @@ def test_other_setting_differs_from_its_first_effect_on(search: Recording) -> No
     assert evaluation.exit_status == 0
 
 
-def test_end_of_the_recording_is_no_error(search: Recording) -> None:
-    evaluation = evaluate(replace(search, ticks=search.ticks[:50]), settings={"speed_m_s": 0.1})
-    assert (evaluation.is_at_end, evaluation.exit_status, evaluation.ticks) == (True, 0, 50)
-
-
 def test_text_of_one_tick_has_the_singular(
     search: Recording, check_text: CheckText, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -64,33 +59,10 @@ def format_evaluation(evaluation: Evaluation) -> str:
     return "\n".join(line.strip() for line in capture.get().splitlines())
 
 
-def test_app_that_raises_has_its_own_exit_status(search: Recording) -> None:
-    evaluation = evaluate(search, f"{APPS}:FinalActionApp", {"action": "divide"})
-    assert (evaluation.result.outcome, evaluation.exit_status) == (Outcome.ERROR, 5)
-
-
 def test_need_for_an_unrecorded_device_is_refused(raises: Raises) -> None:
     reflex = record_run("avoid-obstacles", seed=1, settings={"duration_s": 1})
     with raises(UnmetNeedError, "not-recorded", devices=["eye"]):
         evaluate(reflex, "green-search")
-
-
-def test_evaluation_makes_no_wheel_tracking_check() -> None:
-    ahead = record_run(f"{APPS}:FinalActionApp", settings={"action": "go_on", "speed": 0.2}, seed=3, timeout_s=4.0)
-    assert max(max(tick.sent) for tick in ahead.ticks if tick.sent) > 0
-    evaluation = evaluate(ahead, settings={"speed": -0.3})
-    assert evaluation.result.outcome is not Outcome.STOPPED, evaluation.result.reason
-    assert (evaluation.ticks, evaluation.exit_status) == (len(ahead.ticks), 0)
-
-
-def test_evaluation_makes_no_age_check() -> None:
-    looked = record_run("green-search", seed=7, timeout_s=4.0)
-    ticks = [replace(tick, reads=() if tick.number else tick.reads) for tick in looked.ticks]
-    evaluation = evaluate(replace(looked, ticks=ticks))
-    assert evaluation.result.outcome is not Outcome.STOPPED, evaluation.result.reason
-    assert evaluation.ticks == len(looked.ticks)
-    assert evaluation.late_reads["eye"] == len(looked.ticks) - 1
-    assert evaluation.exit_status == 0
 
 
 def test_late_reads_are_counted() -> None:
@@ -103,7 +75,21 @@ def test_late_reads_are_counted() -> None:
     assert often.result.error.device == "nose"
 
 
-def test_jpeg_pictures_cause_a_warning(search: Recording) -> None:
-    evaluation = evaluate(replace(search, missing_inputs="the pictures of eye are JPEGs"))
-    assert evaluation.warning == evaluation.recording.missing_inputs
-    assert evaluation.exit_status == 0
+def test_app_that_raises_has_its_own_exit_status_and_the_end_of_the_recording_is_no_error(search: Recording) -> None:
+    evaluation = evaluate(search, f"{APPS}:FinalActionApp", {"action": "divide"})
+    assert (evaluation.result.outcome, evaluation.exit_status) == (Outcome.ERROR, 5)
+    jpeg = replace(search, ticks=search.ticks[:50], missing_inputs="the pictures of eye are JPEGs")
+    evaluation = evaluate(jpeg, settings={"speed_m_s": 0.1})
+    assert (evaluation.is_at_end, evaluation.exit_status, evaluation.ticks) == (True, 0, 50)
+    assert evaluation.warning == jpeg.missing_inputs
+
+
+def test_evaluation_makes_no_check_of_wheel_tracking_or_age() -> None:
+    ahead = record_run(f"{APPS}:FinalActionApp", settings={"action": "go_on", "speed": 0.2}, seed=3, timeout_s=4.0)
+    unread = replace(ahead, ticks=[replace(tick, reads=() if tick.number else tick.reads) for tick in ahead.ticks])
+    assert max(max(tick.sent) for tick in ahead.ticks if tick.sent) > 0
+    for recording, late in ((ahead, None), (unread, len(ahead.ticks) - 1)):
+        evaluation = evaluate(recording, settings={"speed": -0.3})
+        assert evaluation.result.outcome is not Outcome.STOPPED, evaluation.result.reason
+        assert (evaluation.ticks, evaluation.exit_status) == (len(ahead.ticks), 0)
+        assert evaluation.late_reads.get("nose") == late

@@ -9,7 +9,6 @@ from typing import Annotated, Any
 import pytest
 from pydantic import Field
 
-from robotcore import plugins
 from robotcore.cli.main import execute
 from robotcore.description import load_robot
 from robotcore.errors import BackendMissingError, UsageError
@@ -24,7 +23,7 @@ from robotcore.sweep.fingerprint import compute_code_digest
 from tests.robotcore.fakes import ROVER
 from tests.robotcore.runtime.faults.conftest import Register
 from tests.robotcore.runtime.faults.rigs import build_rig
-from tests.texts import CheckText, Raises
+from tests.texts import Raises
 
 LOOKOUT = load_robot("lookout")
 DRIVING = needed_devices(ROVER, {Role.DRIVE})
@@ -117,15 +116,6 @@ def test_another_package_can_add_an_effect_for_another_kind_of_device(register: 
     names = {"nose", "left_motor"}
     weak = plan_faults(["range weak=-0.5", "left_motor weak=0.5"], ROVER, names)
     assert [type(planned.fault).__name__ for planned in weak] == ["Bias", "Weak"]
-
-
-def test_error_without_registered_faults_asks_for_a_new_installation(
-    monkeypatch: pytest.MonkeyPatch, check_text: CheckText
-) -> None:
-    monkeypatch.setattr(plugins, "_points", lambda _: {})
-    with pytest.raises(UsageError) as raised:
-        plan_faults(["range drop=0.1"], ROVER, {"nose"})
-    check_text(raised.value)
 
 
 def test_code_digest_of_a_sweep_includes_a_fault_of_another_package(register: Register) -> None:

@@ -10,8 +10,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from robotcore.errors import RobotcoreError, UsageError
+from robotcore.plugins import fault_names
 from robotcore.runtime.faults import Spec, plan_faults
-from robotcore.runtime.faults.planning import effects, targets_of
+from robotcore.runtime.faults.planning import effect_of, targets_of
 from robotcore.runtime.faults.spec import read_specs
 from tests.robotcore.fakes import ROVER
 from tests.robotcore.runtime.faults.rigs import TICK_S, build_rig
@@ -114,6 +115,7 @@ def test_missing_file_is_an_error(tmp_path: Path, check_text: CheckText) -> None
 
 
 NAMES = [device.name for device in ROVER.devices]
+EFFECTS = sorted({effect_of(name) for name in fault_names()})
 TARGETS = [*targets_of(ROVER, NAMES), "screen", "x"]
 VALUES = ["0", "1", "0.5", "0.001", "-1", "1e999", "1e-320", "60", "100000", "nan", "inf", "x", "'", "٣", "\\", "0x1"]
 WORDS = st.one_of(st.sampled_from(VALUES), st.text(max_size=8), st.floats().map(str))
@@ -128,7 +130,7 @@ QUICK = settings(
 specs = st.builds(
     lambda target, effect, value, rest: " ".join([target, effect + value, *(f"{key}={word}" for key, word in rest)]),
     st.sampled_from(TARGETS),
-    st.sampled_from([*effects(), "noise.camera", "x"]),
+    st.sampled_from([*EFFECTS, "noise.camera", "x"]),
     st.one_of(st.just(""), WORDS.map(lambda word: f"={word}")),
     st.lists(st.tuples(KEYS, WORDS), max_size=3),
 )
@@ -144,9 +146,15 @@ def check(*texts: str) -> None:
 
 
 @QUICK
+@given(specs)
+def test_any_text_like_a_specification_is_accepted_or_a_usage_error(text: str) -> None:
+    check(text)
+
+
+@QUICK
 @given(
     st.sampled_from(TARGETS),
-    st.sampled_from(effects()),
+    st.sampled_from(EFFECTS),
     st.sampled_from(["", *(f"={value}" for value in VALUES)]),
     st.lists(st.tuples(st.sampled_from(["after", "lasts", "every"]), st.sampled_from(VALUES)), max_size=2),
 )

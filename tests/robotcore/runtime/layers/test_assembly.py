@@ -8,19 +8,17 @@ import pytest
 from robotcore.description import Conditions, load_robot
 from robotcore.errors import (
     DeviceError,
-    DeviceGroupError,
     UnmetNeedError,
     UsageError,
 )
 from robotcore.geometry import Wheels
 from robotcore.hal.devices import Device, Display, SampleT, Sensor
 from robotcore.hal.robot import Robot, Role
-from robotcore.hal.wall_clock import PacedClock
 from robotcore.runtime.faults import plan_faults
 from robotcore.runtime.layers import assemble, needed_devices
 from robotcore.runtime.layers.base import MotorOutput, Reader, Show, Tap
 from robotcore.safety import CommandFilter
-from tests.robotcore.fakes import ROVER, UNHURRIED, NullEncoder, NullMotor, Rig, picture
+from tests.robotcore.fakes import ROVER, UNHURRIED, NullEncoder, NullMotor, Rig
 from tests.texts import Raises
 
 WHEELS = {"left_motor", "right_motor", "left_encoder", "right_encoder"}
@@ -49,14 +47,6 @@ class TestNeededDevices:
         assert needed_devices(ROVER, {Role.CAMERA}, {Role.DISPLAY}) == {"eye", "screen"}
 
 
-def test_devices_of_an_app_show_their_kind_and_name() -> None:
-    robot = Rig().robot
-    assert repr(robot.motors["left_motor"]) == "<Motor 'left_motor'>"
-    assert repr(robot.range) == "<RangeSensor 'nose'>"
-    assert repr(robot.camera) == "<Camera 'eye'>"
-    assert repr(robot.display) == "<Display 'screen'>"
-
-
 class TestSensors:
     def test_device_returns_one_sample_in_a_tick(self) -> None:
         rig = Rig()
@@ -69,12 +59,6 @@ class TestSensors:
     def test_mounts_equal_the_description(self) -> None:
         rig = Rig()
         assert rig.robot.range.mount == rig.robot.camera.mount == (0.14, 0.0, 0.0)
-
-    def test_limits_and_intrinsics_equal_those_of_the_driver(self) -> None:
-        rig = Rig()
-        sensor = rig.robot.range
-        assert (sensor.min_range, sensor.max_range, sensor.cone) == (0.02, 2.0, 0.5)
-        assert rig.robot.camera.intrinsics is rig.eye.intrinsics
 
 
 class TestConditions:
@@ -89,16 +73,6 @@ class TestConditions:
         assert rig.wheels == (0.0, 0.0)
         assembled.robot.close()
         assert (rig.left.releases, rig.right.releases) == (1, 1)
-
-
-class TestDisplay:
-    def test_display_shows_on_the_drivers_display_and_stores_the_newest_picture(self) -> None:
-        rig = Rig()
-        image = picture((1, 2, 3))
-        rig.robot.display.show(image)
-        assert rig.screen.picture is not None
-        assert (rig.screen.picture == image).all()
-        assert getattr(rig.robot.display, "latest") is image  # noqa: B009  a layer's own
 
 
 class TestDrive:
@@ -122,16 +96,6 @@ class TestDrive:
 
 
 class TestEncoders:
-    def test_encoders_determine_the_pose_and_are_read_once_a_tick(self) -> None:
-        rig = Rig()
-        encoders = NullEncoder(rig.clock, "left_encoder"), NullEncoder(rig.clock, "right_encoder")
-        raw = Robot("rig", rig.clock, [rig.left, rig.right, *encoders])
-        robot = assemble(raw, ROVER, 20).robot
-        for encoder in encoders:
-            encoder.angle = 1.0
-        assert robot.drive.pose == robot.drive.pose == pytest.approx((0.0325, 0.0, 0.0))
-        assert [encoder.reads for encoder in encoders] == [1, 1]
-
     def test_pose_of_a_late_encoder_is_corrected_by_the_commands(self) -> None:
         rig = Rig(description=UNHURRIED)
         encoders = NullEncoder(rig.clock, "left_encoder"), NullEncoder(rig.clock, "right_encoder")
@@ -148,26 +112,6 @@ class TestEncoders:
             for encoder in encoders:
                 encoder.angle += 0.01 / 0.0325
         assert poses == pytest.approx([0.01 * tick for tick in range(6)])
-
-
-class TestClosing:
-    def test_close_reports_a_broken_motor_once_and_closes_the_others(self) -> None:
-        rig = Rig()
-        rig.robot.drive.set_velocity(0.1, 0.0)
-        rig.commit()
-        rig.left.is_broken = True
-        with pytest.raises(DeviceGroupError) as raised:
-            rig.robot.close()
-        assert [str(failure) for failure in raised.value.failures] == ["left_motor: no current"]
-        assert rig.right.sent[-1] == 0.0
-        assert all(_is_closed(device) for device in rig.devices)
-
-
-def test_another_clock_can_replace_the_backends_clock() -> None:
-    rig = Rig()
-    assembled = assemble(rig.raw, ROVER, 20, paced := PacedClock(rig.clock))
-    assembled.clock.sleep_until(0.05)
-    assert paced._wall.now() >= 0.05
 
 
 class RecordingTap(Tap):

@@ -113,14 +113,6 @@ def test_read_of_a_sensor_is_recorded_with_its_name(bench: Bench) -> None:
     assert (error.kind, error.device) == ("device-hangs", "nose")
 
 
-def test_no_call_is_recorded_after_a_driver_raises(bench: Bench) -> None:
-    inner = NullMotor("left_motor")
-    inner.is_broken = True
-    with pytest.raises(DeviceError):
-        bench.layer.motor(MotorOutput.of(inner)).set_velocity(1.0)
-    assert bench.activity.call is None
-
-
 def test_limit_of_a_sleep_is_its_duration_plus_that_of_a_call(bench: Bench, check_text: CheckText) -> None:
     clock = bench.layer.clock(SteppedClock(20, bench.record))
     clock.now()

@@ -10,8 +10,8 @@ import pytest
 
 from robotcore.description import load_world
 from robotcore.sweep.failure_analysis import explain
-from robotcore.sweep.report.charts import MAX_STEPS, plot_arrivals, plot_condition, plot_milestones, plot_success
-from robotcore.sweep.report.drawing import MAX_LABEL, Axis, shorten_label
+from robotcore.sweep.report.charts import MAX_STEPS, plot_arrivals, plot_condition, plot_success
+from robotcore.sweep.report.drawing import Axis
 from robotcore.sweep.report.failures import MAX_ENDINGS, Ending, count_endings
 from robotcore.sweep.report.maps import draw_maps
 from robotcore.sweep.report.series import find_goal, list_milestones, make_series
@@ -32,11 +32,6 @@ ARENA = {"arena": load_world("arena")}
 )
 def test_an_axis_has_round_numbers(low: float, high: float, ticks: list[float]) -> None:
     assert Axis(low, high, 0, 1).list_ticks(count=5) == pytest.approx(ticks)
-
-
-def test_a_long_label_is_shortened() -> None:
-    assert shorten_label("arena · kinematic") == "arena · kinematic"
-    assert len(shorten_label("x" * 100)) == MAX_LABEL
 
 
 def test_a_share_is_a_dot_within_its_interval() -> None:
@@ -77,13 +72,6 @@ def test_the_curve_of_many_runs_has_few_steps_and_the_same_end() -> None:
     assert curve[-1][1] == pytest.approx(10.2, abs=0.05)
 
 
-def test_a_milestone_that_all_runs_reach_at_0_s_has_no_row() -> None:
-    root = _parse(plot_milestones(make_series([make_pass()]), ["search", "seen", "arrived"]))
-    labels = [each.text for each in root.iter("text")]
-    assert "seen" in labels
-    assert "search" not in labels
-
-
 def test_north_is_up_in_a_map_and_failing_paths_are_a_group() -> None:
     (chart,) = draw_maps(make_series([make_pass(), make_fail(path=PATH[:2])]), ARENA)
     ((way,), (short,)) = (_find_lines(chart.drawing, f"paths {kind}") for kind in ("passing", "failing"))
@@ -105,12 +93,6 @@ def test_obstacles_are_drawn_only_if_no_seed_moved_them(seed: int | None, obstac
     (chart,) = draw_maps(make_series([make_pass(seed=seed)]), ARENA)
     assert chart.drawing.count('class="obstacle"') == obstacles
     assert 'class="floor"' in chart.drawing
-
-
-def test_a_world_without_a_description_has_no_floor() -> None:
-    (chart,) = draw_maps(make_series([make_pass(world="lab")]), ARENA)
-    assert "floor" not in chart.drawing
-    assert _find_lines(chart.drawing, "paths passing")
 
 
 def test_a_path_that_leaves_the_floor_stays_in_the_drawing() -> None:

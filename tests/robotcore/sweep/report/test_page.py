@@ -1,8 +1,6 @@
 from __future__ import annotations
 
 import re
-import subprocess
-import sys
 from base64 import b64decode
 from collections.abc import Sequence
 from dataclasses import replace
@@ -14,7 +12,7 @@ import cv2
 import numpy as np
 import pytest
 
-from robotcore.errors import BackendMissingError, UsageError
+from robotcore.errors import BackendMissingError
 from robotcore.runtime.result import Outcome
 from robotcore.sweep import report
 from robotcore.sweep.record import Record
@@ -113,12 +111,6 @@ def test_a_failing_run_has_cause_conditions_and_command(tmp_path: Path, check_te
     check_text(page.section("Failing runs"))
 
 
-def test_a_success_that_the_simulator_disputes_is_a_failing_run(tmp_path: Path, check_text: CheckText) -> None:
-    page, _ = write_page([make_pass(verified=False)], tmp_path)
-    check_text(get_verdict(page))
-    check_text(page.section("Failing runs"))
-
-
 @pytest.mark.parametrize(
     "judge, verified, shown",
     [(None, True, "the app itself"), (None, None, "none"), ("strict.py", False, "strict.py")],
@@ -208,11 +200,6 @@ def test_a_split_of_one_backend_is_not_shown_for_another(tmp_path: Path) -> None
     assert "ConditionValue light0.5 " in words
 
 
-def test_the_page_has_the_reason_for_no_significant_split(tmp_path: Path, check_text: CheckText) -> None:
-    page, _ = write_page([make_fail(conditions={"light": 1.0}), make_pass(conditions={"light": 2.0})], tmp_path)
-    check_text(page.section("Why runs fail"))
-
-
 @pytest.mark.parametrize("failing, is_open", [(MAX_OPEN, True), (MAX_OPEN + 1, False)])
 def test_a_few_failing_runs_are_unfolded_and_many_folded(failing: int, is_open: bool, tmp_path: Path) -> None:
     page, _ = write_page([make_fail(seed=seed) for seed in range(failing)], tmp_path)
@@ -251,26 +238,9 @@ def test_the_page_does_not_depend_on_the_order_of_records(tmp_path: Path) -> Non
     assert titles == re.findall("<h4>(.*)</h4>", other)
 
 
-def test_a_character_that_is_no_unicode_is_replaced(tmp_path: Path) -> None:
-    page, _ = write_page([make_fail(reason="no file \udcff.toml")], tmp_path)
-    assert "no file ?.toml" in page.words
-
-
-def test_a_folder_that_cannot_be_written_is_refused(tmp_path: Path, raises: Raises) -> None:
-    (tmp_path / "report").write_text("a file")
-    with raises(UsageError, "unusable-folder", directory=str(tmp_path / "report")):
-        write_page([make_pass()], tmp_path)
-
-
 def test_a_missing_library_is_reported_with_its_extra(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, raises: Raises
 ) -> None:
     monkeypatch.setattr(report, "find_spec", lambda _: None)
     with raises(BackendMissingError, "library-missing", module="jinja2", extra="sweep"):
         write_page([make_pass()], tmp_path)
-
-
-@pytest.mark.slow
-def test_jinja_is_imported_only_for_a_page() -> None:
-    code = "import sys, robotcore.sweep.report; sys.exit('jinja2' in sys.modules)"
-    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

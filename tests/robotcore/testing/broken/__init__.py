@@ -6,14 +6,10 @@ from tests.robotcore.testing.harness import Broken
 BROKEN: tuple[Broken, ...] = (
     *motors.BROKEN,
     *unmeasured.BROKEN,
-    *devices.BROKEN_ENCODERS,
+    *devices.BROKEN,
     *ranges.BROKEN,
     *cameras.BROKEN,
-    *devices.BROKEN_BATTERIES,
-    *times.BROKEN_MOTOR_WAITS,
-    *times.BROKEN_SAMPLES,
-    *devices.BROKEN_DISPLAYS,
-    *times.BROKEN_CLOCKS,
+    *times.BROKEN,
     *truths.BROKEN,
     *lifecycles.BROKEN,
 )

@@ -32,12 +32,6 @@ def draw_a_frame(robot: Robot) -> None:
         replace_attribute(robot["screen"], "_show", show)
 
 
-BROKEN_DISPLAYS = (
-    broken("the display refuses grey pictures", "display_accepts_a_read_only_picture", refuse_grey),
-    broken("the display draws on the app's picture", "display_does_not_change_the_picture", draw_a_frame),
-)
-
-
 ROVER = load_robot("rover")
 POWERED = ROVER.model_copy(update={"devices": (*ROVER.devices, BatteryDescription(kind="battery", name="cells"))})
 
@@ -62,21 +56,6 @@ def broken_battery(problem: str, rules: str, change: Callable[[Voltage], Voltage
     return Broken(problem, frozenset(rules.split()), Suite)
 
 
-BROKEN_BATTERIES = (
-    broken_battery(
-        "a battery that cannot be read has zero volts",
-        "voltage_is_a_number_above_zero",
-        lambda sample: replace(sample, voltage=0.0),
-    ),
-    broken_battery(
-        "a battery that cannot be read has nan volts",
-        "voltage_is_a_number_above_zero",
-        lambda sample: replace(sample, voltage=math.nan),
-    ),
-    broken_battery("a battery is measured once", "voltage_is_measured_regularly", lambda _: Voltage(7.4, 0.0, 0)),
-)
-
-
 def scale_angles(factor: float, offset: float = 0.0) -> Damage:
     return change_samples(Encoder, lambda sample: replace(sample, angle=factor * sample.angle + offset))
 
@@ -90,7 +69,20 @@ def swap_encoders(robot: Robot) -> None:
         replace_attribute(right, "_newest", left_newest)
 
 
-BROKEN_ENCODERS = (
+BROKEN = (
+    broken("the display refuses grey pictures", "display_accepts_a_read_only_picture", refuse_grey),
+    broken("the display draws on the app's picture", "display_does_not_change_the_picture", draw_a_frame),
+    broken_battery(
+        "a battery that cannot be read has zero volts",
+        "voltage_is_a_number_above_zero",
+        lambda sample: replace(sample, voltage=0.0),
+    ),
+    broken_battery(
+        "a battery that cannot be read has nan volts",
+        "voltage_is_a_number_above_zero",
+        lambda sample: replace(sample, voltage=math.nan),
+    ),
+    broken_battery("a battery is measured once", "voltage_is_measured_regularly", lambda _: Voltage(7.4, 0.0, 0)),
     broken("angles do not count from the opening", "encoders_begin_at_zero", scale_angles(1.0, 7.0)),
     broken(
         "encoders count backwards",

@@ -62,32 +62,6 @@ def _wait_from_second(gate: Gate, apply: Apply) -> Apply:
     return send
 
 
-BROKEN_MOTOR_WAITS = (
-    Broken("a command waits for the hardware", frozenset({"command_does_not_wait_for_hardware"}), MotorWaitSuite),
-)
-
-BROKEN_SAMPLES = (
-    broken(
-        "capture times are those of the machine",
-        "capture_times_are_on_the_robots_clock",
-        change_samples(RangeSensor, lambda sample: replace(sample, time=sample.time + EPOCH_S)),
-    ),
-    broken(
-        "the capture time is that of the first sample",
-        "capture_time_advances",
-        change_samples(RangeSensor, lambda sample: replace(sample, time=0.0)),
-    ),
-    broken(
-        "every sample has the same sequence",
-        "new_sample_has_a_higher_sequence",
-        change_samples(RangeSensor, lambda sample: replace(sample, sequence=0)),
-    ),
-    broken("the sequence counts reads", "sequence_changes_only_with_the_capture_time", count_reads),
-    broken("reading lets time pass", "reading_does_not_advance_the_clock", sleep_in_reads),
-    Broken("reading asks the hardware", frozenset({"reading_does_not_wait_for_hardware"}), HardwareWaitSuite),
-)
-
-
 def sleep_one_step(robot: Robot) -> None:
     robot.clock.sleep_until(1 / 240)
 
@@ -114,7 +88,26 @@ def drop_calls(robot: Robot) -> None:
     replace_attribute(robot.clock, "call_at", lambda deadline, callback: None)
 
 
-BROKEN_CLOCKS = (
+BROKEN = (
+    Broken("a command waits for the hardware", frozenset({"command_does_not_wait_for_hardware"}), MotorWaitSuite),
+    broken(
+        "capture times are those of the machine",
+        "capture_times_are_on_the_robots_clock",
+        change_samples(RangeSensor, lambda sample: replace(sample, time=sample.time + EPOCH_S)),
+    ),
+    broken(
+        "the capture time is that of the first sample",
+        "capture_time_advances",
+        change_samples(RangeSensor, lambda sample: replace(sample, time=0.0)),
+    ),
+    broken(
+        "every sample has the same sequence",
+        "new_sample_has_a_higher_sequence",
+        change_samples(RangeSensor, lambda sample: replace(sample, sequence=0)),
+    ),
+    broken("the sequence counts reads", "sequence_changes_only_with_the_capture_time", count_reads),
+    broken("reading lets time pass", "reading_does_not_advance_the_clock", sleep_in_reads),
+    Broken("reading asks the hardware", frozenset({"reading_does_not_wait_for_hardware"}), HardwareWaitSuite),
     broken("time begins before the opening", "time_begins_at_zero", sleep_one_step),
     broken("the clock is set back", "time_never_goes_back steps_divide_the_tick", set_back),
     broken(

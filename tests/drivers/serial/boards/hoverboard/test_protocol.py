@@ -24,8 +24,8 @@ COMMANDS = {
 STANDING = bytes.fromhex("cdab00000000d8ff2800d40e2c010000c55b")
 TURNING = bytes.fromhex("cdab640038fffa00ceffac0ff1ff0300fb5b")
 FEEDBACK = {
-    STANDING: Feedback(0, 0, -40, 40, 37.96, 30.0),
-    TURNING: Feedback(100, -200, 250, -50, 40.12, -1.5),
+    STANDING: Feedback(0, 0, -40, 40, 37.96),
+    TURNING: Feedback(100, -200, 250, -50, 40.12),
 }
 
 

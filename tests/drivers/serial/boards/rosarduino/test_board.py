@@ -51,14 +51,15 @@ class ScriptedBoard:
             assert self.next_data() == sent
             self.reply(received)
 
+    def accept(self, *texts: str) -> None:
+        """Expect requests with checksums one after another, and accept each."""
+        self.exchange(*((encode_request(text), encode_reply("OK")) for text in texts))
+
     def identify_robotcore_bridge(self) -> None:
         """Exchange frames until robotcore_bridge is identified, and the protocol only polls counts."""
-        self.exchange(
-            (PROBE, ROBOTCORE_BRIDGE_REPLY),
-            (encode_request("m 0 0"), encode_reply("OK")),
-            (encode_request("k 2000"), encode_reply("OK")),
-            (encode_request("e"), encode_reply("0 0")),
-        )
+        self.exchange((PROBE, ROBOTCORE_BRIDGE_REPLY))
+        self.accept("m 0 0", "k 2000")
+        self.exchange((encode_request("e"), encode_reply("0 0")))
 
     def identify_ros_arduino_bridge(self) -> None:
         self.exchange(
@@ -134,19 +135,16 @@ def test_a_misidentified_robotcore_bridge_is_probed_again_after_refusals(ros_ard
         ros_arduino_bridge.set(20, 20)
         ros_arduino_bridge.exchange((b"m 20 20\r", refused))
     assert not ros_arduino_bridge.protocol.is_ready
-    ros_arduino_bridge.exchange(
-        (PROBE, ROBOTCORE_BRIDGE_REPLY),
-        (encode_request("m 0 0"), encode_reply("OK")),
-        (encode_request("k 2000"), encode_reply("OK")),
-    )
+    ros_arduino_bridge.exchange((PROBE, ROBOTCORE_BRIDGE_REPLY))
+    ros_arduino_bridge.accept("m 0 0", "k 2000")
     ros_arduino_bridge.set(20, 20)
-    ros_arduino_bridge.exchange((encode_request("m 20 20"), encode_reply("OK")))
+    ros_arduino_bridge.accept("m 20 20")
 
 
 def test_the_time_out_is_sent_before_a_motor_turns(bridge: ScriptedBoard, check_text: CheckText) -> None:
     bridge.protocol.limit(0.5)
     bridge.set(20, 20)
-    bridge.exchange((encode_request("k 500"), encode_reply("OK")), (encode_request("m 20 20"), encode_reply("OK")))
+    bridge.accept("k 500", "m 20 20")
     check_text(bridge.protocol.timeout_notice)
 
 
@@ -156,10 +154,10 @@ def test_only_the_newest_command_is_sent_and_only_once(bridge: ScriptedBoard) ->
     bridge.set(20, -20)
     assert bridge.next_data() == b""
     bridge.reply(encode_reply("0 0"))
-    bridge.exchange((encode_request("m 20 -20"), encode_reply("OK")))
+    bridge.accept("m 20 -20")
     assert bridge.next_data() == b""
     bridge.set(20, -20)
-    bridge.exchange((encode_request("m 20 -20"), encode_reply("OK")))
+    bridge.accept("m 20 -20")
 
 
 @pytest.mark.parametrize("left, right", [(20, 20), (0, 20)])
@@ -176,7 +174,7 @@ def test_a_turning_command_without_acknowledgement_is_not_repeated(
 
 def test_a_stop_is_repeated_until_it_is_acknowledged(bridge: ScriptedBoard) -> None:
     bridge.set(20, 20)
-    bridge.exchange((encode_request("m 20 20"), encode_reply("OK")))
+    bridge.accept("m 20 20")
     bridge.set(0, 0)
     assert not bridge.protocol.is_settled
     stop = encode_request("m 0 0")
@@ -192,11 +190,8 @@ def test_a_stop_does_not_wait_for_a_slow_reply(bridge: ScriptedBoard) -> None:
     assert bridge.next_data() == b""
     assert bridge.next_data(0.02) == b"\rm 0 0\r"
     bridge.reply(encode_reply("7 7") + b"OK\r\n")
-    bridge.exchange(
-        (b"\r" + encode_request("v"), encode_reply("robotcore-bridge 1")),
-        (encode_request("m 0 0"), encode_reply("OK")),
-        (encode_request("k 2000"), encode_reply("OK")),
-    )
+    bridge.exchange((b"\r" + encode_request("v"), encode_reply("robotcore-bridge 1")))
+    bridge.accept("m 0 0", "k 2000")
 
 
 def test_a_late_reply_is_not_taken_for_the_next_reply(ros_arduino_bridge: ScriptedBoard) -> None:
@@ -251,12 +246,12 @@ def test_a_line_that_is_no_reply_is_dropped(bridge: ScriptedBoard, noise: bytes)
 
 def test_a_board_after_a_short_reset_has_its_time_out_before_it_turns(bridge: ScriptedBoard) -> None:
     bridge.protocol.limit(0.5)
-    bridge.exchange((encode_request("k 500"), encode_reply("OK")))
+    bridge.accept("k 500")
     assert bridge.next_data(0.06) == encode_request("e")
     bridge.set(20, 20)
     assert bridge.next_data(LATE_S) == b"\r" + encode_request("v")
     bridge.reply(b"\x00" + encode_reply("robotcore-bridge 1") + encode_reply("robotcore-bridge 1"))
-    bridge.exchange((encode_request("k 500"), encode_reply("OK")), (encode_request("m 20 20"), encode_reply("OK")))
+    bridge.accept("k 500", "m 20 20")
 
 
 @pytest.mark.parametrize("has_sonar, within_s", [(False, 0.55), (True, 1.65)])
@@ -286,6 +281,6 @@ def test_a_missing_board_is_probed_periodically() -> None:
 def test_motors_by_duty_are_scaled_to_255(bridge: ScriptedBoard) -> None:
     bridge.protocol.is_duty_mode = True
     bridge.set(1.0, -0.25)
-    bridge.exchange((encode_request("o 255 -64"), encode_reply("OK")))
+    bridge.accept("o 255 -64")
     bridge.set(0, 0)
-    bridge.exchange((encode_request("m 0 0"), encode_reply("OK")))
+    bridge.accept("m 0 0")

@@ -58,14 +58,10 @@ def pings(sampler: RangeSampler) -> Pings:
     return Pings(NOSE, sampler)
 
 
-def test_a_range_has_the_age_that_the_board_sends(ranges: Ranges, sampler: RangeSampler) -> None:
+def test_a_range_has_the_age_that_the_board_sends_and_is_one_sample(ranges: Ranges, sampler: RangeSampler) -> None:
     ranges.take(Reply((830, 24)), 10.0)
     assert sampler.newest.get() == Range(0.83, 10.0 - 0.024, 0)
-
-
-def test_a_repeated_range_is_one_sample(ranges: Ranges, sampler: RangeSampler) -> None:
-    ranges.take(Reply((830, 4)), 10.0)
-    ranges.take(Reply((830, 36)), 10.03)
+    ranges.take(Reply((830, 56)), 10.03)
     assert sampler.newest.get().sequence == 0
     ranges.take(Reply((831, 6)), 10.06)
     assert sampler.newest.get().sequence == 1
@@ -97,15 +93,14 @@ def test_a_refusal_is_no_sample(ranges: Ranges, pings: Pings, sampler: RangeSamp
     assert not sampler.has_result
 
 
-def test_a_ping_is_in_centimetres(pings: Pings, sampler: RangeSampler) -> None:
+def test_pings_are_in_centimetres_and_several_beyond_the_maximum_are_nothing_in_range(
+    pings: Pings, sampler: RangeSampler
+) -> None:
     pings.take(Reply((52,)), 10.0)
     assert sampler.newest.get() == Range(0.52, 10.0, 0)
-
-
-def test_several_pings_beyond_the_maximum_are_nothing_in_range(pings: Pings, sampler: RangeSampler) -> None:
     for cycle in range(3):
-        assert not sampler.has_result
-        pings.take(Reply((655,)), 10.0 + cycle)
+        assert sampler.newest.get().distance == 0.52
+        pings.take(Reply((655,)), 11.0 + cycle)
     assert sampler.newest.get().distance == math.inf
 
 

@@ -6,9 +6,8 @@ from itertools import pairwise
 
 import pytest
 
-from drivers.serial.boards.waveshare.board import SILENCE_S, Odometer
 from drivers.serial.boards.waveshare.drivers import WaveshareDriver
-from drivers.serial.boards.waveshare.protocol import Track
+from drivers.serial.boards.waveshare.protocol import SILENCE_S, Odometer, Track
 from robotcore.errors import DeviceGroupError, DeviceLostError
 from tests.doubles.serial.bench import Rig, board_devices
 from tests.doubles.serial.waveshare import STARTING_S, WaveshareBoard
