@@ -54,9 +54,13 @@ def info(
         _draw_recording(recording, picture)
         write_line(f"The picture: {picture}", is_error=as_json)
     if table:
-        write_line(f"The table: {_write_table(recording, table, file.stem)}", is_error=as_json)
+        from robotcore.recording.csv_table import write_csv
+
+        write_line(f"The table: {write_csv(recording, table, file.stem)}", is_error=as_json)
     if video:
-        _write_video(recording, video, device)
+        from robotcore.view.video import write_video
+
+        write_video(recording, video, device)
         write_line(f"The video: {video}", is_error=as_json)
 
 
@@ -152,18 +156,6 @@ def _draw_recording(recording: Recording, picture: Path) -> None:
 
     require_writable(picture)
     save_png(draw_png(build_figure(recording)), picture)
-
-
-def _write_table(recording: Recording, table: Path, name: str) -> Path:
-    from robotcore.recording.csv_table import write_csv
-
-    return write_csv(recording, table, name)
-
-
-def _write_video(recording: Recording, video: Path, device: str | None) -> None:
-    from robotcore.view.video import write_video
-
-    write_video(recording, video, device)
 
 
 def _replay(recording: Recording, file: Path, app: str | None, settings: dict[str, str]) -> ReplayResult | Evaluation:

@@ -182,6 +182,7 @@ class _RecordingBuilder:
         if self._metadata is None:
             raise _build_no_run_error(self._path, damage, is_whole=is_whole)
         samples = FileSamples(self._path, self._numbers, dict(self._list_pictures()))
+        jpegs = {key.device for key, place in self._pictures.items() if place.unpack is decode_compressed_image}
         return Recording(
             metadata=self._metadata,
             ticks=self._ticks,
@@ -191,7 +192,7 @@ class _RecordingBuilder:
             ended_early=self._ended_early,
             is_cut=not (is_whole and (self._result or self._ended_early)),
             damage=damage,
-            missing_inputs=explain_missing_inputs(self._ticks, samples, self._jpegs()),
+            missing_inputs=explain_missing_inputs(self._ticks, samples, jpegs),
         )
 
     def _list_pictures(self) -> Iterator[tuple[SampleKey, Picture]]:
@@ -201,9 +202,6 @@ class _RecordingBuilder:
             for key, time, sequence in captured:
                 if location := self._pictures.get(key):
                     yield key, Picture(location, time, sequence)
-
-    def _jpegs(self) -> set[str]:
-        return {key.device for key, location in self._pictures.items() if location.unpack is decode_compressed_image}
 
 
 def _build_no_run_error(path: Path, damage: str, *, is_whole: bool) -> RecordingError:

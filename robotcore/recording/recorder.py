@@ -15,7 +15,7 @@ from robotcore.errors import Interrupted, RecordingError, RobotcoreError
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.recording.events import GroundTruthSample, RecordedError
 from robotcore.recording.mcap_file import McapFile
-from robotcore.recording.recording import Metadata, build_metadata
+from robotcore.recording.recording import build_metadata
 from robotcore.recording.tap import RecordingTap
 from robotcore.recording.writer import Entry, RecordingWriter
 from robotcore.runtime.result import RunResult
@@ -152,9 +152,13 @@ class Recorder:
             return
         with ExitStack() as undo:
             undo.callback(self._close, file)
-            if writer := self._build_writer(file, run, metadata):
-                self._thread = start_thread(partial(self._write, file, writer), "recorder")
-                undo.pop_all()
+            try:
+                writer = RecordingWriter(file, run, metadata, is_jpeg=self._is_jpeg)
+            except Exception as error:  # noqa: BLE001  any error must end only the recording, not the run
+                self._set_failure(error)
+                return
+            self._thread = start_thread(partial(self._write, file, writer), "recorder")
+            undo.pop_all()
 
     def tick(self, record: TickRecord) -> None:
         """Put a tick into the queue."""
@@ -190,19 +194,12 @@ class Recorder:
                 return GroundTruthSample(record.tick, record.time, truth.pose, truth.contacts)
         return None
 
-    def _build_writer(self, file: McapFile, run: Run, metadata: Metadata) -> RecordingWriter | None:
-        try:
-            return RecordingWriter(file, run, metadata, is_jpeg=self._is_jpeg)
-        except Exception as error:  # noqa: BLE001  any error must end only the recording, not the run
-            self._set_failure(self._to_recording_error(error))
-            return None
-
     def _write(self, file: McapFile, writer: RecordingWriter) -> None:
         try:
             self._write_all(file, writer)
             file.close()
         except BaseException as error:  # noqa: BLE001  also a panic of the library, because the run waits for this thread
-            self._set_failure(self._to_recording_error(error))
+            self._set_failure(error)
         finally:
             self._close(file)
 
@@ -228,15 +225,14 @@ class Recorder:
         writer.end_early(self.ended_early)
         self._queue.abandon()
 
-    def _to_recording_error(self, error: BaseException) -> RecordingError:
-        if isinstance(error, RecordingError):
-            return error
-        return RecordingError(self.path, f"{type(error).__name__}: {error}", "Report it as a bug", kind="recorder-bug")
-
     def _close(self, file: McapFile) -> None:
         with suppress(RecordingError):
             file.close()
 
-    def _set_failure(self, failure: RobotcoreError) -> None:
-        self.failure = self.failure or failure
+    def _set_failure(self, error: BaseException) -> None:
+        """End the recording with its first error."""
+        if not isinstance(error, RobotcoreError):
+            problem = f"{type(error).__name__}: {error}"
+            error = RecordingError(self.path, problem, "Report it as a bug", kind="recorder-bug")
+        self.failure = self.failure or error
         self._queue.end()

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sized
-from dataclasses import MISSING, Field, dataclass, fields
+from dataclasses import MISSING, dataclass, fields
 from functools import cache
 from typing import Any, get_type_hints
 
@@ -79,7 +79,8 @@ def parse_tick(content: bytes, before: Tick | None) -> Tick:
             _require_angle(angle)
     if invalid := {error.kind for error in _list_device_errors(tick) if not _is_device_error(error)}:
         raise ValueError(f"tick {tick.number} has a device error of an unknown class: {', '.join(sorted(invalid))}")
-    if tick.error and tick.error.kind == Interrupted.__name__ and not _is_signal(tick.error):
+    error = tick.error
+    if error and error.kind == Interrupted.__name__ and error.attributes.get("exit_status") not in _SIGNALS:
         raise ValueError(f"tick {tick.number} has an interruption without the exit status of a signal")
     return tick
 
@@ -95,7 +96,7 @@ def parse_number(kind: type[Range | Angle | Voltage], content: bytes) -> Range |
 def parse_result(content: bytes) -> RunResult:
     """Parse the result of a run. Unknown keys are ignored."""
     valid = _build_result_model().model_validate_json(content)
-    result = RunResult(**{name: getattr(valid, name) for name in type(valid).model_fields})
+    result = RunResult(**{name: getattr(valid, name) for name in valid.model_fields_set})
     times = {"sim_time_s": result.sim_time_s, "wall_time_s": result.wall_time_s}
     for kind, named in (("milestone", result.milestones), ("intervention", result.intervention_s)):
         _require_few(f"{kind}s", named)
@@ -111,17 +112,15 @@ def parse_result(content: bytes) -> RunResult:
 
 @cache
 def _build_result_model() -> type[BaseModel]:
+    """Return a model with the fields of a result but ``error``. It has no defaults of its own."""
     kinds = get_type_hints(RunResult)
-    recorded = [field for field in fields(RunResult) if field.name != "error"]
-    types = {field.name: (kinds[field.name], _get_default(field)) for field in recorded}
+    types = {
+        each.name: (kinds[each.name], ... if each.default is MISSING and each.default_factory is MISSING else None)
+        for each in fields(RunResult)
+        if each.name != "error"
+    }
     model: type[BaseModel] = create_model("Result", **types)  # type: ignore[call-overload]  # computed fields
     return model
-
-
-def _get_default(field: Field[Any]) -> Any:
-    if field.default_factory is not MISSING:
-        return field.default_factory()
-    return ... if field.default is MISSING else field.default
 
 
 def _list_device_errors(tick: Tick) -> Iterator[RecordedError]:
@@ -134,10 +133,6 @@ def _list_device_errors(tick: Tick) -> Iterator[RecordedError]:
 def _is_device_error(error: RecordedError) -> bool:
     kind = type(error.rebuild())
     return kind is RobotcoreError or issubclass(kind, _DEVICE_ERRORS)
-
-
-def _is_signal(error: RecordedError) -> bool:
-    return error.attributes.get("exit_status") in _SIGNALS
 
 
 def _require_angle(angle: float) -> None:

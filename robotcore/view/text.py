@@ -178,47 +178,41 @@ def _format_size(count: float) -> str:
     return f"{count:.3g} {_UNITS[-1]}"
 
 
-_GOOD, _FAIR, _BAD = "bold green", "bold yellow", "bold red"
-
-
 def format_replay(replay: ReplayResult | Evaluation) -> RenderableType:
     """Return the result of a replay or an evaluation for a terminal."""
     return _format_result(replay) if isinstance(replay, ReplayResult) else _format_evaluation(replay)
 
 
 def _format_result(replayed: ReplayResult) -> RenderableType:
-    verdict, style = _format_verdict(replayed)
-    lines = [Text(verdict, style) + Text(f"  {escape(format_heading(build_result(replayed.recording)))}")]
-    return Text("\n").join([*lines, *(Text(f"  {escape(line)}") for line in _list_findings(replayed))])
-
-
-def _format_verdict(replayed: ReplayResult) -> tuple[str, str]:
+    verdict, style = f"equal within {replayed.largest_difference:.1g} rad/s", "bold yellow"
     if not replayed.is_equal:
-        return "differs", _BAD
-    if replayed.is_exact:
-        return "bit-equal", _GOOD
-    return f"equal within {replayed.largest_difference:.1g} rad/s", _FAIR
+        verdict, style = "differs", _RED
+    elif replayed.is_exact:
+        verdict, style = "bit-equal", "bold green"
+    title = Text(verdict, style) + Text(f"  {escape(format_heading(build_result(replayed.recording)))}")
+    return Text("\n").join([title, *(Text(f"  {escape(line)}") for line in _list_findings(replayed))])
 
 
 def _list_findings(replayed: ReplayResult) -> Iterator[str]:
+    ticks, count = replayed.recording.ticks, pluralize(len(replayed.recording.ticks), "tick")
+    digest, recorded = replayed.trace_sha256, replayed.recorded_sha256
     if deviation := replayed.deviation:
         yield from deviation.lines
-        yield _format_equal_ticks(replayed)
+        if replayed.ticks == len(ticks):
+            yield f"the decisions of all {count} are equal"
+        else:
+            yield f"the decisions before this deviation are equal: {replayed.ticks} of {count}"
     else:
-        yield f"{pluralize(replayed.ticks, 'tick')}, {replayed.recording.ticks[-1].time:.2f} s"
-        yield from _list_digest_findings(replayed)
+        yield f"{pluralize(replayed.ticks, 'tick')}, {ticks[-1].time:.2f} s"
+        if replayed.is_equal:
+            yield f"trace {digest}" + (", as recorded" if recorded == digest else "")
+        else:
+            yield f"trace {digest}, but the recording says {recorded}: the recording was changed after the run"
         if replayed.ended_by:
             yield f"the recording ends here: {replayed.ended_by}"
     yield from _list_app_findings(replayed)
     if replayed.platform:
         yield f"recorded on another platform: {'; '.join(replayed.platform)}"
-
-
-def _format_equal_ticks(replayed: ReplayResult) -> str:
-    recorded = len(replayed.recording.ticks)
-    if replayed.ticks == recorded:
-        return f"the decisions of all {pluralize(recorded, 'tick')} are equal"
-    return f"the decisions before this deviation are equal: {replayed.ticks} of {pluralize(recorded, 'tick')}"
 
 
 def _list_app_findings(replayed: ReplayResult) -> Iterator[str]:
@@ -227,16 +221,6 @@ def _list_app_findings(replayed: ReplayResult) -> Iterator[str]:
         yield f"{name} has changed since it was recorded"
     elif replayed.deviation and replayed.has_app_changed is False and not replayed.platform:
         yield f"{name} has not changed since it was recorded. Does it use random numbers, the time, or another file?"
-
-
-def _list_digest_findings(replayed: ReplayResult) -> Iterator[str]:
-    digest, recorded = replayed.trace_sha256, replayed.recorded_sha256
-    if not replayed.is_equal:
-        yield f"trace {digest}, but the recording says {recorded}: the recording was changed after the run"
-    elif recorded == digest:
-        yield f"trace {digest}, as recorded"
-    else:
-        yield f"trace {digest}"
 
 
 def _format_evaluation(evaluation: Evaluation) -> RenderableType:
