@@ -38,14 +38,6 @@ class CommandBuffer:
     for both motors. If only one motor has a new command, the frame has the previous value of the other motor. An old
     previous value is replaced by 0, because the board may have stopped that motor. Old means older than ``timeout_s``,
     or than `MAX_AGE_S` if the new command is a stop.
-
-    >>> command = CommandBuffer()
-    >>> command.set("left", 2.0, now=0.0)
-    >>> command.take(now=0.0, timeout_s=0.5), command.next_due
-    (None, 0.001)
-    >>> command.set("right", 3.0, now=0.0)
-    >>> command.take(now=0.0, timeout_s=0.5), command.take(now=1.0, timeout_s=0.5)
-    (WheelCommand(left=2.0, right=3.0), None)
     """
 
     def __init__(self) -> None:

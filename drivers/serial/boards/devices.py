@@ -17,12 +17,6 @@ class CountAccumulator:
 
     After `restart`, the next count is the new reference, and the total does not change. The line's thread calls `add`,
     and the app's threads call `angle`.
-
-    >>> counter = CountAccumulator(wraps_at=2**32)
-    >>> for time, count in enumerate((2**31 - 1, -(2**31) + 1)):
-    ...     counter.add(count, time)
-    >>> counter.angle(rad_per_unit=0.5)
-    Angle(angle=1.0, time=1, sequence=1)
     """
 
     def __init__(self, wraps_at: float | None = None) -> None:

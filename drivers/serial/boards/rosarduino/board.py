@@ -104,7 +104,7 @@ class ArduinoProtocol(BoardProtocol):
     def data_to_send(self, now: float) -> bytes:
         self._lose_if_silent(now)
         self._requests.drop_if_timed_out(now)
-        if self._requests.is_pending:
+        if self._requests.times_out_at is not None:
             return self._interrupt_for_stop(now)
         if not self.is_ready:
             return self._ask_for_firmware(now)

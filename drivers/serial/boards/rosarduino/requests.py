@@ -59,11 +59,6 @@ class RequestQueue:
             self._grace_s = GREETING_S
             self.drop()
 
-    @property
-    def is_pending(self) -> bool:
-        """Whether a request is pending."""
-        return self._asked is not None
-
     def is_overdue(self, now: float, timeout_s: float) -> bool:
         """Return whether a request has been pending for longer than ``timeout_s``."""
         return self._asked is not None and now - self._asked_at > timeout_s
