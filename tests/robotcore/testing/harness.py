@@ -39,22 +39,23 @@ def broken(
     rules: str,
     damage: Callable[[Robot], Any] = lambda _: None,
     change_setup: Callable[[Setup], Setup] = lambda setup: setup,
+    suite: type[ConformanceSuite] = Sound,
 ) -> Broken:
-    """Return a sound driver that was changed to do one thing wrong.
+    """Return a driver that was changed to do one thing wrong.
 
     problem: what it does wrong.
     rules: the names of the rules that must fail, separated by spaces.
     damage: changes the open robot.
     change_setup: changes the setup before the robot is opened.
+    suite: the conformance suite on the driver before it is changed.
     """
 
-    class Suite(Sound):
-        def open(self, setup: Setup) -> Robot:
-            robot = super().open(change_setup(setup))
-            damage(robot)
-            return robot
+    def open_damaged(bench: ConformanceSuite, setup: Setup) -> Robot:
+        robot = suite.open(bench, change_setup(setup))
+        damage(robot)
+        return robot
 
-    return Broken(problem, frozenset(rules.split()), Suite)
+    return Broken(problem, frozenset(rules.split()), type("Suite", (suite,), {"open": open_damaged}))
 
 
 def find_failing_rules(suite: type[ConformanceSuite]) -> set[str]:

@@ -10,7 +10,7 @@ from robotcore.hal.devices import Camera, Device, Frame, Image
 from robotcore.hal.robot import Robot
 from robotcore.optics import Intrinsics
 from tests.robotcore.testing.broken.sensing import Damage, change_description, change_samples
-from tests.robotcore.testing.harness import Broken, Sound, broken, replace_attribute
+from tests.robotcore.testing.harness import Sound, broken, replace_attribute
 
 
 def change_pictures(change: Callable[[Image], Any]) -> Damage:
@@ -108,14 +108,8 @@ BROKEN = (
     broken("pictures can be written to", "picture_is_read_only", change_samples(Camera, make_writable)),
     broken("pictures are column-major", "picture_is_contiguous", change_pictures(np.asfortranarray)),
     broken("all pictures lie in one buffer", "pictures_do_not_share_their_memory", share_one_buffer),
-    Broken(
-        "the field of view is narrower than described",
-        frozenset({"field_of_view_equals_the_description"}),
-        WideFieldSuite,
+    broken(
+        "the field of view is narrower than described", "field_of_view_equals_the_description", suite=WideFieldSuite
     ),
-    Broken(
-        "the intrinsics are those of another size",
-        frozenset({"intrinsics_equal_the_description"}),
-        WrongIntrinsicsSuite,
-    ),
+    broken("the intrinsics are those of another size", "intrinsics_equal_the_description", suite=WrongIntrinsicsSuite),
 )

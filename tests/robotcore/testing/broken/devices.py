@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 
 from robotcore.description import BatteryDescription, RobotDescription, load_robot
-from robotcore.hal.backend import Setup
 from robotcore.hal.devices import Battery, Encoder, Image, Voltage
 from robotcore.hal.robot import Robot
 from tests.doubles.battery_backend import BatteryBackend
 from tests.robotcore.testing.broken.sensing import Damage, change_samples
-from tests.robotcore.testing.harness import Broken, Sound, broken, replace_attribute
+from tests.robotcore.testing.harness import Sound, broken, replace_attribute
 
 
 def refuse_grey(robot: Robot) -> None:
@@ -46,16 +44,6 @@ class BatterySuite(Sound):
         return POWERED
 
 
-def broken_battery(problem: str, rules: str, change: Callable[[Voltage], Voltage]) -> Broken:
-    class Suite(BatterySuite):
-        def open(self, setup: Setup) -> Robot:
-            robot = super().open(setup)
-            change_samples(Battery, change)(robot)
-            return robot
-
-    return Broken(problem, frozenset(rules.split()), Suite)
-
-
 def scale_angles(factor: float, offset: float = 0.0) -> Damage:
     return change_samples(Encoder, lambda sample: replace(sample, angle=factor * sample.angle + offset))
 
@@ -72,17 +60,24 @@ def swap_encoders(robot: Robot) -> None:
 BROKEN = (
     broken("the display refuses grey pictures", "display_accepts_a_read_only_picture", refuse_grey),
     broken("the display draws on the app's picture", "display_does_not_change_the_picture", draw_a_frame),
-    broken_battery(
+    broken(
         "a battery that cannot be read has zero volts",
         "voltage_is_a_number_above_zero",
-        lambda sample: replace(sample, voltage=0.0),
+        change_samples(Battery, lambda sample: replace(sample, voltage=0.0)),
+        suite=BatterySuite,
     ),
-    broken_battery(
+    broken(
         "a battery that cannot be read has nan volts",
         "voltage_is_a_number_above_zero",
-        lambda sample: replace(sample, voltage=math.nan),
+        change_samples(Battery, lambda sample: replace(sample, voltage=math.nan)),
+        suite=BatterySuite,
     ),
-    broken_battery("a battery is measured once", "voltage_is_measured_regularly", lambda _: Voltage(7.4, 0.0, 0)),
+    broken(
+        "a battery is measured once",
+        "voltage_is_measured_regularly",
+        change_samples(Battery, lambda _: Voltage(7.4, 0.0, 0)),
+        suite=BatterySuite,
+    ),
     broken("angles do not count from the opening", "encoders_begin_at_zero", scale_angles(1.0, 7.0)),
     broken(
         "encoders count backwards",

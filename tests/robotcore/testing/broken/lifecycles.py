@@ -6,7 +6,7 @@ from types import TracebackType
 from robotcore.hal.backend import Setup
 from robotcore.hal.devices import Display
 from robotcore.hal.robot import Robot
-from tests.robotcore.testing.harness import Broken, Sound, broken, replace_attribute
+from tests.robotcore.testing.harness import Sound, broken, replace_attribute
 
 
 def choose_all(setup: Setup) -> Setup:
@@ -107,19 +107,17 @@ BROKEN = (
     broken("closing twice fails", "closing_twice_is_no_error", refuse_second_close),
     broken("a closed sensor still returns samples", "closed_device_refuses_use", keep_sensor_open),
     broken("a closed display still shows pictures", "closed_device_refuses_use", keep_display_open),
-    Broken(
+    broken(
         "one motor that fails keeps the next from stopping",
-        frozenset({"other_motor_stops_if_one_fails_to_stop"}),
-        FirstErrorSuite,
+        "other_motor_stops_if_one_fails_to_stop",
+        suite=FirstErrorSuite,
     ),
-    Broken(
-        "an error leaves the motors turning",
-        frozenset({"exception_in_the_with_block_stops_every_motor"}),
-        NoCloseOnErrorSuite,
+    broken(
+        "an error leaves the motors turning", "exception_in_the_with_block_stops_every_motor", suite=NoCloseOnErrorSuite
     ),
-    Broken(
+    broken(
         "a robot cannot be opened again",
-        frozenset({"robot_opens_again_after_closing", "only_the_chosen_devices_are_opened"}),
-        SecondOpenSuite,
+        "robot_opens_again_after_closing only_the_chosen_devices_are_opened",
+        suite=SecondOpenSuite,
     ),
 )

@@ -12,7 +12,7 @@ from robotcore.testing import ConformanceSuite, TestSupport
 from robotcore.testing.mock.backend import MockBackend
 from robotcore.testing.mock.devices import LOST
 from tests.robotcore.testing.broken.sensing import Damage, change_description, change_samples, set_attributes
-from tests.robotcore.testing.harness import Broken, broken
+from tests.robotcore.testing.harness import broken
 
 MIN_RANGE, MAX_RANGE, CONE = 0.02, 2.0, 0.5236
 
@@ -93,6 +93,6 @@ BROKEN = (
     ),
     broken("the detected point is mirrored", "detected_point_is_left_positive", change_samples(RangeSensor, mirror)),
     broken("the cone is half the described one", "limits_equal_the_description", set_attributes("nose", cone=CONE / 2)),
-    Broken("a lost echo reads inf", frozenset({"lost_echo_makes_no_new_sample"}), InfiniteEchoLossSuite),
-    Broken("a lost echo reads the old value as new", frozenset({"lost_echo_makes_no_new_sample"}), NewEchoLossSuite),
+    broken("a lost echo reads inf", "lost_echo_makes_no_new_sample", suite=InfiniteEchoLossSuite),
+    broken("a lost echo reads the old value as new", "lost_echo_makes_no_new_sample", suite=NewEchoLossSuite),
 )

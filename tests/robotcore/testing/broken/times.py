@@ -10,7 +10,7 @@ from robotcore.hal.robot import Robot
 from robotcore.testing import Gate
 from tests.robotcore.testing.broken.motors import Apply, change_apply
 from tests.robotcore.testing.broken.sensing import change_samples
-from tests.robotcore.testing.harness import Broken, Sound, broken, replace_attribute
+from tests.robotcore.testing.harness import Sound, broken, replace_attribute
 
 EPOCH_S = 1.7e9
 
@@ -89,7 +89,7 @@ def drop_calls(robot: Robot) -> None:
 
 
 BROKEN = (
-    Broken("a command waits for the hardware", frozenset({"command_does_not_wait_for_hardware"}), MotorWaitSuite),
+    broken("a command waits for the hardware", "command_does_not_wait_for_hardware", suite=MotorWaitSuite),
     broken(
         "capture times are those of the machine",
         "capture_times_are_on_the_robots_clock",
@@ -107,7 +107,7 @@ BROKEN = (
     ),
     broken("the sequence counts reads", "sequence_changes_only_with_the_capture_time", count_reads),
     broken("reading lets time pass", "reading_does_not_advance_the_clock", sleep_in_reads),
-    Broken("reading asks the hardware", frozenset({"reading_does_not_wait_for_hardware"}), HardwareWaitSuite),
+    broken("reading asks the hardware", "reading_does_not_wait_for_hardware", suite=HardwareWaitSuite),
     broken("time begins before the opening", "time_begins_at_zero", sleep_one_step),
     broken("the clock is set back", "time_never_goes_back steps_divide_the_tick", set_back),
     broken(

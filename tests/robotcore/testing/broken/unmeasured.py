@@ -10,7 +10,7 @@ from robotcore.hal.robot import Robot
 from robotcore.testing import ConformanceSuite
 from tests.robotcore.testing.broken.devices import scale_angles
 from tests.robotcore.testing.broken.motors import change_apply, scale
-from tests.robotcore.testing.harness import Broken
+from tests.robotcore.testing.harness import broken
 
 drive_backward = change_apply(scale(-1.0))
 
@@ -67,32 +67,22 @@ class MeasuredWithoutEncodersSuite(MeasuredSuite):
         return ROVER_WITHOUT_ENCODERS
 
 
-class BackwardWithoutEncodersSuite(MeasuredWithoutEncodersSuite):
-    def open(self, setup: Setup) -> Robot:
-        robot = super().open(setup)
-        drive_backward(robot)
-        return robot
-
-
-class BackwardByEncodersSuite(MeasuredSuite):
-    def open(self, setup: Setup) -> Robot:
-        robot = super().open(setup)
-        drive_backward(robot)
-        scale_angles(-1.0)(robot)
-        return robot
+def reverse_motors_and_encoders(robot: Robot) -> None:
+    drive_backward(robot)
+    scale_angles(-1.0)(robot)
 
 
 BROKEN = (
-    Broken(
+    broken(
         "a measured robot without encoders drives backward",
-        frozenset({"positive_velocity_drives_forward", "left_motor_faster_turns_right"}),
-        BackwardWithoutEncodersSuite,
+        "positive_velocity_drives_forward left_motor_faster_turns_right",
+        drive_backward,
+        suite=MeasuredWithoutEncodersSuite,
     ),
-    Broken(
+    broken(
         "a measured robot has reversed motors and encoders",
-        frozenset(
-            {"positive_velocity_drives_forward", "left_motor_faster_turns_right", "pose_moves_as_the_wheels_roll"}
-        ),
-        BackwardByEncodersSuite,
+        "positive_velocity_drives_forward left_motor_faster_turns_right pose_moves_as_the_wheels_roll",
+        reverse_motors_and_encoders,
+        suite=MeasuredSuite,
     ),
 )
