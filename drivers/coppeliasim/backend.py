@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, closing
 from functools import partial
 
-from pydantic import Field, PositiveFloat
+from pydantic import Field
 
 from drivers.coppeliasim.address import Address
 from drivers.coppeliasim.builder import SceneBuilder
@@ -15,47 +15,36 @@ from drivers.coppeliasim.scene import CoppeliaSimScene
 from drivers.coppeliasim.sensors import do_proximity_sensors_work
 from drivers.coppeliasim.simulation import Simulation, build_scene, clear_scene, leave_scene
 from drivers.coppeliasim.simulator_lock import SimulatorLock
-from robotcore.description import RobotDescription, StrictModel, WorldDescription
+from robotcore.description import RobotDescription, WorldDescription
 from robotcore.errors import BackendError, UsageError
 from robotcore.hal.backend import Backend, Capability, Setup
 from robotcore.hal.check_finding import Finding
 from robotcore.hal.cutoff import CutoffSpec
 from robotcore.hal.robot import Robot
-from robotcore.simulation.remote_scene import SimulationControl, State, inspect_scene, open_in_scene, read_bindings
+from robotcore.simulation.remote_scene import (
+    SceneOptions,
+    SimulationControl,
+    State,
+    inspect_scene,
+    open_in_scene,
+    read_bindings,
+)
 from robotcore.text import pluralize
 
 SECTION = "coppeliasim"
 """The section of a robot's file that binds devices to scene objects."""
 
-ANSWER_SHARE = 0.9
-"""The default time limit of a call, as a share of the robot's ``safety.answer_s``.
 
-It is less than 1, so that this driver reports a late answer before the watchdog does. The driver's message has more
-details than the watchdog's.
-"""
-
-GUARDIAN_PATIENCE_S = 60.0
-"""The time by which the guardian extends its lease, in seconds.
-
-It is long, because no wheel turns in the meantime. In lockstep, the simulation waits for the program.
-"""
-
-
-class CoppeliaSimOptions(StrictModel):
+class CoppeliaSimOptions(SceneOptions):
     """The options of the CoppeliaSim backend.
 
     >>> CoppeliaSimOptions(port=23010).simulation.value
     'ours'
     """
 
-    host: str = "127.0.0.1"
     port: int = Field(default=23000, ge=1, le=65535)
-    answer_s: PositiveFloat | None = None
-    """Time limit of a call, in seconds; None stands for `ANSWER_SHARE` of ``safety.answer_s``."""
     keep: bool = False
     """Whether the built robot and world stay in CoppeliaSim after the run. By default the backend removes them."""
-    simulation: SimulationControl = SimulationControl.OURS
-    """Whether this program or the user starts and stops the simulation of an existing scene."""
 
     @property
     def address(self) -> Address:
@@ -105,9 +94,7 @@ class CoppeliaSimBackend(Backend):
             )
         read_bindings(setup.robot, SECTION)  # reports mistakes of the file before it connects
         self.require_installed()
-        with closing(
-            _create_scene(SimulatorConnection.open(options.address, _choose_answer_s(options, setup)))
-        ) as scene:
+        with closing(_create_scene(SimulatorConnection.open(options.address, options.choose_answer_s(setup)))) as scene:
             yield from inspect_scene(setup.robot, SECTION, scene)
 
     def examine(self, robot: RobotDescription | None) -> Iterator[Finding]:
@@ -120,8 +107,8 @@ class CoppeliaSimBackend(Backend):
         options, setup = setup.options_as(CoppeliaSimOptions), setup.without_batteries()
         self.require_installed()
         may_stop = self.builds_world(setup.robot) or options.simulation is SimulationControl.OURS
-        connect = partial(open_scene, options.address, _choose_answer_s(options, setup), may_stop=may_stop)
-        cutoffs = partial(_list_cutoffs, options)
+        connect = partial(open_scene, options.address, options.choose_answer_s(setup), may_stop=may_stop)
+        cutoffs = partial(options.list_cutoffs, "drivers.coppeliasim.cutoff:StopJoints")
         if not self.builds_world(setup.robot):
             if options.keep:
                 raise UsageError(
@@ -133,20 +120,6 @@ class CoppeliaSimBackend(Backend):
         if setup.world is None:
             raise UsageError("the coppeliasim backend needs a world. Name one with --world", kind="missing-world")
         return _open_built(setup, setup.world, connect, cutoffs, keep=options.keep)
-
-
-def _choose_answer_s(options: CoppeliaSimOptions, setup: Setup) -> float:
-    return options.answer_s or ANSWER_SHARE * setup.robot.safety.answer_s
-
-
-def _list_cutoffs(options: CoppeliaSimOptions, joints: Mapping[str, int]) -> Iterator[CutoffSpec]:
-    """Yield the cutoff with which the guardian stops the wheels if this process is killed.
-
-    It is needed because CoppeliaSim then drops this client, and continues the simulation.
-    """
-    if joints:
-        arguments = {"host": options.host, "port": options.port, "joints": list(joints.values())}
-        yield CutoffSpec(" and ".join(joints), "drivers.coppeliasim.cutoff:StopJoints", arguments, GUARDIAN_PATIENCE_S)
 
 
 def _open_built(

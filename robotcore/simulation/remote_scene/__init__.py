@@ -11,7 +11,7 @@ from robotcore.simulation.remote_scene.interface import (
     State,
     compute_horizontal_fov,
 )
-from robotcore.simulation.remote_scene.session import SimulationControl, keep_running, open_in_scene
+from robotcore.simulation.remote_scene.session import SceneOptions, SimulationControl, keep_running, open_in_scene
 
 __all__ = [
     "CameraOptics",
@@ -21,6 +21,7 @@ __all__ = [
     "Scene",
     "SceneBinding",
     "SceneObject",
+    "SceneOptions",
     "SimulationControl",
     "State",
     "compute_horizontal_fov",

@@ -8,6 +8,8 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from enum import Enum
 
+from pydantic import Field
+
 from robotcore.description import (
     CameraDescription,
     DisplayDescription,
@@ -16,6 +18,7 @@ from robotcore.description import (
     RangeSensorDescription,
     RobotDescription,
     SimulatedDevice,
+    StrictModel,
 )
 from robotcore.errors import BackendError
 from robotcore.hal.backend import Setup
@@ -47,6 +50,12 @@ from robotcore.simulation.remote_scene.interface import Scene, State
 FASTEST_RAD_S = 30.0
 """The assumed maximum velocity of a wheel, in rad/s, if the robot's description has none."""
 
+ANSWER_SHARE = 0.9
+"""The default time limit of a call, as a share of the robot's ``safety.answer_s``."""
+
+GUARDIAN_PATIENCE_S = 60.0
+"""The time by which the guardian extends its lease in lockstep, in seconds."""
+
 
 class SimulationControl(str, Enum):
     """Whether this program or the user starts and stops the simulation.
@@ -58,6 +67,37 @@ class SimulationControl(str, Enum):
     """This program starts the simulation if it is stopped, and stops it at the end."""
     THEIRS = "theirs"
     """The user starts and stops the simulation."""
+
+
+class SceneOptions(StrictModel):
+    """The options that the backends of remote simulators have in common."""
+
+    host: str = "127.0.0.1"
+    port: int = Field(ge=1, le=65535)
+    answer_s: float | None = Field(default=None, gt=0, le=3600)
+    """Time limit of a call, in seconds; None stands for 0.9 of ``safety.answer_s``."""
+    simulation: SimulationControl = SimulationControl.OURS
+    """Whether this program or the user starts and stops the simulation of an existing scene."""
+
+    def choose_answer_s(self, setup: Setup) -> float:
+        """Return the time limit of a call, in seconds.
+
+        By default a driver reports a late answer before the watchdog does. The driver's message has more details.
+        """
+        return self.answer_s or ANSWER_SHARE * setup.robot.safety.answer_s
+
+    def list_cutoffs(self, cutoff: str, joints: Mapping[str, int], *, is_stepped: bool = True) -> Iterator[CutoffSpec]:
+        """Yield the cutoff with which the guardian stops the wheels if this process cannot stop them.
+
+        cutoff: the class of the cutoff, as ``module:Class``. Its parameters are ``host``, ``port`` and ``joints``.
+        joints: the handle of the joint of each motor, by the name of the motor.
+        is_stepped: whether the simulation waits for this program. If so, no wheel turns until the guardian acts.
+
+        One cutoff stops all wheels, because a port may serve one connection at a time.
+        """
+        if joints:
+            arguments = {"host": self.host, "port": self.port, "joints": list(joints.values())}
+            yield CutoffSpec(" and ".join(joints), cutoff, arguments, GUARDIAN_PATIENCE_S if is_stepped else 0.0)
 
 
 def _no_cutoffs(_joints: Mapping[str, int]) -> tuple[CutoffSpec, ...]:
