@@ -11,12 +11,11 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from typing import Any
 from uuid import uuid4
 
-import numpy as np
 import zmq
 from coppeliasim_zmqremoteapi_client import RemoteAPIClient, cbor
 
@@ -81,7 +80,7 @@ class Client(RemoteAPIClient):  # type: ignore[misc]  # the library has no types
         time, or sends an invalid reply.
         """
         self._function, self._limit_s, self._deadline = function, within_s, self._clock.now() + within_s
-        return self.call(function, [to_wire(argument) for argument in arguments])
+        return self.call(function, list(arguments))
 
     def queue(self, function: str, arguments: Sequence[Any]) -> None:
         """Send a call without waiting for its answer, although an earlier call may have none.
@@ -92,7 +91,7 @@ class Client(RemoteAPIClient):  # type: ignore[misc]  # the library has no types
         self.uuid, self.sendCnt = str(uuid4()), 0
         self.socket.setsockopt(zmq.REQ_RELAXED, 1)
         self.socket.setsockopt(zmq.LINGER, _LINGER_MS)
-        super()._send({"func": function, "args": [to_wire(argument) for argument in arguments]})
+        super()._send({"func": function, "args": list(arguments)})
 
     def shorten_deadline(self, within_s: float) -> None:
         """Limit the rest of the call in progress to ``within_s`` seconds. Any thread may call this method."""
@@ -191,22 +190,3 @@ class Client(RemoteAPIClient):  # type: ignore[misc]  # the library has no types
             ready = dict(self._poller.poll(math.ceil(min(left, _POLL_S) * 1000)))  # at least one poll
             if ready or not left:
                 return left, ready
-
-
-def to_wire(value: Any) -> Any:
-    """Convert a value to types that CBOR can encode. NumPy's types, mappings and buffers need this.
-
-    >>> to_wire({"size": np.array([1.5, 2.0]), "count": np.int64(3)})
-    {'size': [1.5, 2.0], 'count': 3}
-    """
-    if isinstance(value, np.generic):
-        return value.item()
-    if isinstance(value, np.ndarray):
-        return value.tolist()
-    if isinstance(value, (bytearray, memoryview)):
-        return bytes(value)
-    if isinstance(value, Mapping):
-        return {str(key): to_wire(part) for key, part in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [to_wire(part) for part in value]
-    return value

@@ -197,7 +197,7 @@ class BuiltMotor(Motor):
         self._velocity += missing * self._gain
 
     def _apply(self, rad_s: float) -> None:
-        self._command = rad_s
+        self._command = float(rad_s)  # the remote API encodes no NumPy types
 
     def _send(self, rad_s: float) -> None:
         if rad_s != self._sent:

@@ -10,7 +10,6 @@ from collections.abc import Iterator
 from typing import Any
 
 import cbor
-import numpy as np
 import pytest
 import zmq
 from hypothesis import given, settings
@@ -196,15 +195,6 @@ def test_client_that_was_not_closed_does_not_delay_the_exit(double: Double) -> N
     client.watch_disconnects()
     client.__del__()
     assert client.context.closed
-
-
-def test_numbers_of_numpy_are_sent_as_python_numbers(double: Double) -> None:
-    connection = connect(double.zmq_port)
-    dummy = connection.sim("createDummy", np.float32(0.01))
-    connection.sim("setObjectPosition", np.int64(dummy), np.array([1.0, 2.0, 3.0], np.float32))
-    assert connection.sim("getObjectPosition", dummy) == [1.0, 2.0, 3.0]
-    connection.sim("removeObjects", np.array([dummy]))
-    connection.close()
 
 
 def test_main_keeps_its_own_require(double: Double) -> None:
