@@ -5,7 +5,6 @@ The check itself runs on the robot, and goes on if the connection breaks.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -51,16 +50,12 @@ def rollback(host: RobotAddress, ssh_config: Path | None, release: str | None, o
             raise
 
 
-@dataclass
 class HealthCheckClient:
-    """Begins a health check on a robot, and follows it to its end."""
+    """Begins a health check on a robot, and follows it to its end. ``step`` reports the progress of the check."""
 
-    host: RobotAddress
-    ssh_config: Path | None
-    step: Step
-    """Reports the progress of the check."""
-    release: str | None = None
-    """The name of the checked release; None until the robot has chosen it."""
+    def __init__(self, host: RobotAddress, ssh_config: Path | None, step: Step) -> None:
+        self._host, self._ssh_config, self._step = host, ssh_config, step
+        self._release: str | None = None
 
     def follow(self, link: RobotLink, action: str, release: str | None, **arguments: Any) -> str:
         """Make the robot check a release, and report the progress. Return the name of the healthy release.
@@ -72,41 +67,41 @@ class HealthCheckClient:
         arguments: the other parameters of the action.
         Raises UnhealthyError if the release is not healthy, and DeployError if the client does not get the result.
         """
-        self.release = release
+        self._release = release
         clock = MonotonicClock()
         for attempt in range(1 + ATTEMPTS):
             try:
                 if attempt:
-                    self.step.update(RECONNECTING)
+                    self._step.update(RECONNECTING)
                     clock.sleep_until(clock.now() + PAUSE_S)
                     link.reconnect()
                 result = link.call(
-                    action, HealthAnswer, on_message=self._show_message, release=self.release, **arguments
+                    action, HealthAnswer, on_message=self._show_message, release=self._release, **arguments
                 )
                 break
             except DeployError as error:
                 if attempt == 0 and error.kind != BROKEN:
                     raise
-                if not self.release or attempt == ATTEMPTS:
-                    hint = status_hint(self.host, self.ssh_config)
+                if not self._release or attempt == ATTEMPTS:
+                    hint = status_hint(self._host, self._ssh_config)
                     raise DeployError(f"{error}. {hint}", kind=error.kind) from error
                 action = "activate"
         return self._finish(result)
 
     def _show_message(self, message: ProgressMessage) -> None:
-        self.release = message.release or self.release
-        self.step.update(message.text)
+        self._release = message.release or self._release
+        self._step.update(message.text)
 
     def _finish(self, result: HealthAnswer) -> str:
         if result.outcome != HEALTHY:
             raise UnhealthyError(
-                _format_failure(self.host, result, command_hint("logs", self.host, self.ssh_config)),
+                _format_failure(self._host, result, command_hint("logs", self._host, self._ssh_config)),
                 release=result.release,
                 outcome=result.outcome,
                 current=result.current,
                 lines=tuple(result.lines),
             )
-        self.step.finish(f"{result.release} is healthy; {'it runs' if result.is_running else result.reason}")
+        self._step.finish(f"{result.release} is healthy; {'it runs' if result.is_running else result.reason}")
         return result.release
 
 

@@ -18,7 +18,7 @@ from robotcore.deploy.agent import environments, files
 from robotcore.deploy.agent.environments import EnvironmentSpec, explain_failure
 from robotcore.deploy.agent.errors import AgentError
 from robotcore.deploy.agent.files import Layout
-from tests.robotcore.deploy.agent.sample_releases import NEW, OLD, put_release
+from tests.robotcore.deploy.agent.sample_releases import NEW, OLD
 from tests.texts import CheckText, Raises
 
 WIDGET = "robot_widget"
@@ -145,15 +145,6 @@ def test_failed_environment_is_deleted(layout: Layout, monkeypatch: pytest.Monke
     with pytest.raises(OSError, match=os.strerror(errno.ENOSPC)):
         environments.make_environment(layout, EnvironmentSpec.of([]), NEW, environments.PipInputs())
     assert not any(layout.environments.iterdir())
-
-
-def test_unused_environments_are_deleted(layout: Layout) -> None:
-    put_release(layout, OLD)
-    unused, half = (layout.environments / name for name in ("digest-unused", "digest-half"))
-    for folder in (unused, half):
-        folder.mkdir()
-    environments.discard_unused(layout)
-    assert [path.name for path in layout.environments.iterdir()] == [f"digest-{OLD}"]
 
 
 def _is_link_to(link: Path, folder: Path) -> bool:
