@@ -277,12 +277,12 @@ class RunSession:
         """End the process after the watchdog has stopped the motors, because the run's thread still hangs."""
         try:
             self._reserve.release_memory()
+            faulthandler.dump_traceback(2)  # before the result, which is the last text in a terminal
             # The result includes the interventions that no tick recorded.
             result = self._build_result(error, get_outcome(error))
             unreported = self._loop.unreported_interventions if self._loop else ()
             seconds = {**{each.cause: 0.0 for each in unreported}, **result.intervention_s}
             self._report(replace(result, interventions=result.interventions + len(unreported), intervention_s=seconds))
-            faulthandler.dump_traceback(2)
         finally:
             os._exit(error.exit_status)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from types import FrameType
 
@@ -91,8 +90,7 @@ def close_limit(backend: str) -> TimeLimit:
 
 def _line(kind: type, frame: FrameType | None) -> str:
     """Return the line that a thread executes in an app's file, such as ``, at app.py:42``. Empty if there is none."""
-    file = getattr(sys.modules.get(kind.__module__), "__file__", None)
-    while frame and frame.f_code.co_filename != file:
+    while frame and frame.f_globals.get("__name__") != kind.__module__:
         frame = frame.f_back
     return f", at {_innermost(frame)}" if frame else ""
 

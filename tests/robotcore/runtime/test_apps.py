@@ -7,12 +7,14 @@ import sys
 from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from robotcore.runtime import apps, versions
-from robotcore.runtime.apps import use_script_folder
+from robotcore.runtime.apps import load_app_file, use_script_folder
+from robotcore.runtime.time_limits import step_limit
 
 
 @pytest.fixture(autouse=True)
@@ -88,6 +90,23 @@ def test_library_below_the_folder_and_earlier_modules_stay(
     use_script_folder(other)
     assert sys.modules["library"] is library
     assert sys.modules["cog"] is early
+
+
+def test_line_of_a_step_that_hangs_is_named_for_a_file_in_the_working_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("hanging.py").write_text(HANGING_APP)
+    app: Any = load_app_file("hanging.py")()
+    assert ", at hanging.py:5." in str(step_limit(app, 3.0).error(3.0, app.step(None)))
+
+
+HANGING_APP = """import sys
+from robotcore import Behaviour
+class Hanging(Behaviour):
+    def step(self, robot):
+        return sys._getframe()
+"""
 
 
 def test_version_of_a_library_without_a_known_distribution_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
