@@ -109,12 +109,6 @@ def test_an_exception_in_the_protocol_closes_the_line(bench: Bench, raises: Rais
     assert not isinstance(caught.value, DeviceLostError)
 
 
-def test_a_port_without_an_answer_is_refused(bench: Bench, raises: Raises) -> None:
-    bench.board.is_deaf = True
-    with raises(DeviceError, "board-silent", device="wheel"):
-        bench.open()
-
-
 def test_an_interrupted_opening_leaves_no_file_open(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
     before = _open_files()
     bench.board.is_deaf = True
@@ -126,13 +120,6 @@ def test_an_interrupted_opening_leaves_no_file_open(bench: Bench, monkeypatch: p
     with pytest.raises(KeyboardInterrupt):
         bench.open()
     assert _open_files() == before
-
-
-def test_a_file_that_is_no_port_is_refused(tmp_path: Path, raises: Raises) -> None:
-    file = tmp_path / "file"
-    file.touch()
-    with raises(DeviceError, "port-not-opened", device="wheel"):
-        Line(str(file), PollingProtocol(), MonotonicClock()).open("wheel", 1.0)
 
 
 HOLDING = """

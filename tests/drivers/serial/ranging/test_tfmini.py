@@ -135,13 +135,6 @@ def test_too_much_light_is_no_sample(rig: Rig) -> None:
     assert sensor.read() == before
 
 
-@pytest.mark.parametrize("centimetres, expected", [(201, math.inf), (1200, math.inf), (3, 0.1), (0, 0.1)])
-def test_distances_out_of_range_read_as_every_range_sensors(rig: Rig, centimetres: int, expected: float) -> None:
-    sensor = rig.open()
-    rig.set_frames(frame(centimetres), cycles=1)
-    assert sensor.read().distance == expected
-
-
 def test_dark_at_the_opening_is_an_error_without_echo_free_cycles(rig: Rig, raises: Raises) -> None:
     rig.set_frames(DARK)
     with raises(DeviceError, "no-sample-yet", device="nose"):
@@ -153,12 +146,6 @@ def test_a_wrong_speed_is_reported_by_the_bytes_without_frames(rig: Rig, raises:
     rig.set_frames(random.Random(1).randbytes(9))
     with raises(DeviceError, "board-silent", device="nose"):
         rig.open(baud=9600)
-
-
-def test_a_silent_sensor_is_refused_with_a_remedy(rig: Rig, raises: Raises) -> None:
-    rig.set_frames()
-    with raises(DeviceError, "board-silent", device="nose"):
-        rig.open()
 
 
 def test_the_driver_sends_nothing(rig: Rig) -> None:
