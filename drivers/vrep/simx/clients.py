@@ -249,26 +249,6 @@ def simxSynchronousTrigger(clientID: int) -> int:
     return send(clientID, requests.TRIGGER, c.simx_opmode_blocking)
 
 
-def simxStartSimulation(clientID: int, operationMode: int) -> int:
-    """Start or resume the simulation, and return the return code."""
-    return send(clientID, requests.START, operationMode)
-
-
-def simxPauseSimulation(clientID: int, operationMode: int) -> int:
-    """Pause the simulation, and return the return code."""
-    return send(clientID, requests.PAUSE, operationMode)
-
-
-def simxStopSimulation(clientID: int, operationMode: int) -> int:
-    """Stop the simulation, and return the return code."""
-    return send(clientID, requests.STOP, operationMode)
-
-
-def simxGetLastErrors(clientID: int, operationMode: int) -> tuple[int, list[str]]:
-    """Return the return code, and the messages of the server's errors since the last call, at most 50."""
-    return read(clientID, requests.LAST_ERRORS, operationMode, [])
-
-
 def simxLoadScene(clientID: int, scenePathAndName: str | bytes, options: int, operationMode: int) -> int:
     """Load a scene from the disk of the server, and return the return code.
 

@@ -18,6 +18,7 @@ from drivers.vrep.wire.codec import (
     pack_floats,
     pack_ints,
     pack_text,
+    read_errors,
     read_float,
     read_int,
     read_ints,
@@ -78,14 +79,17 @@ def build_reader(
     return _build(command, decode, parameters, execute, GenericAlias(tuple, (int, value)))
 
 
-def build_writer(command: int, **parameters: Parameter) -> Callable[..., int]:
-    """Build a function that sends a command, and returns the return code. For the parameters see `build_reader`."""
+def build_writer(command: int, first_key: bytes = b"", **parameters: Parameter) -> Callable[..., int]:
+    """Build a function that sends a command, and returns the return code.
+
+    first_key: the part of the key before the arguments. For the other parameters see `build_reader`.
+    """
 
     def execute(client: int, request: Request[None], mode: int) -> int:
         """Send the command, and return the return code."""
         return send(client, request, mode)
 
-    return _build(command, read_nothing, parameters, execute, int)
+    return _build(command, read_nothing, parameters, execute, int, first_key)
 
 
 def _build(
@@ -94,6 +98,7 @@ def _build(
     parameters: dict[str, Parameter],
     execute: Callable[[int, Request[T], int], U],
     returns: Any,
+    first_key: bytes = b"",
 ) -> Callable[..., U]:
     types = {"clientID": int, **{name: each.annotation for name, each in parameters.items()}, "operationMode": int}
     listed = [
@@ -109,7 +114,7 @@ def _build(
                 raise TypeError(f"{call.__name__}: {error}. Its parameters are {', '.join(types)}") from None
         client, *values, mode = args
         encoded = [(each.is_key, each.encode(value)) for each, value in zip(parameters.values(), values, strict=True)]
-        key = b"".join(part for is_key, part in encoded if is_key)
+        key = first_key + b"".join(part for is_key, part in encoded if is_key)
         data = b"".join(part for is_key, part in encoded if not is_key)
         return execute(client, Request(call.__name__, command, key, data, decode), mode)
 
@@ -171,6 +176,10 @@ simxClearStringSignal = build_writer(0x300F, signalName=NAME)
 
 simxAddStatusbarMessage = build_writer(0x3008, message=NAME)
 simxCloseScene = build_writer(0x0005)
+simxStartSimulation = build_writer(0x1007, pack_ints(0))
+simxPauseSimulation = build_writer(0x1007, pack_ints(1))
+simxStopSimulation = build_writer(0x1007, pack_ints(2))
+simxGetLastErrors = build_reader(0x0004, read_errors)
 
 for _name, _function in list(globals().items()):  # the names that help() shows, not those of the aliases below
     if _name.startswith("simx"):

@@ -17,7 +17,6 @@ from drivers.vrep.wire.codec import (
     pack_ints,
     pack_text,
     read_colour,
-    read_errors,
     read_float,
     read_grey,
     read_group,
@@ -32,8 +31,6 @@ T_co = TypeVar("T_co", covariant=True)
 ONESHOT = 0x000000
 BLOCKING = 0x010000
 STREAMING = 0x020000
-ONESHOT_SPLIT = 0x030000
-STREAMING_SPLIT = 0x040000
 DISCONTINUE = 0x050000
 BUFFER = 0x060000
 REMOVE = 0x070000
@@ -101,9 +98,7 @@ def build_request(
 SYNCHRONOUS_ON = build_request("wait for a trigger before each step", 0x0001, read_nothing)
 SYNCHRONOUS_OFF = build_request("run without triggers", 0x0002, read_nothing)
 TRIGGER = build_request("do one step", 0x0003, read_nothing)
-LAST_ERRORS = build_request("read its last errors", 0x0004, read_errors)
 START = Request("start the simulation", 0x1007, pack_ints(0), b"", read_nothing)
-PAUSE = Request("pause the simulation", 0x1007, pack_ints(1), b"", read_nothing)
 STOP = Request("stop the simulation", 0x1007, pack_ints(2), b"", read_nothing)
 CLOCK = build_request("read parameter", 0x1021, read_int, 1)
 """A request for the program's version, such as 41000 for 4.10. Each answer contains the simulation's time.

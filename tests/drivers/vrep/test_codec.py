@@ -161,7 +161,9 @@ def test_answer_in_pieces_is_complete_after_its_last_piece() -> None:
     assert bytes(whole.data) == b"ABCDEFGH"
 
 
-@given(st.binary(max_size=60), st.sampled_from([requests.colour_image(1), requests.proximity(1), requests.LAST_ERRORS]))
+@given(
+    st.binary(max_size=60), st.sampled_from([requests.colour_image(1), requests.proximity(1), requests.OBJECT_NAMES])
+)
 def test_answer_of_any_bytes_is_a_value_or_an_error(data: bytes, request_: Request[object]) -> None:
     with suppress(ProtocolError):
         request_.read(Piece(1, b"", 0, 0, False, memoryview(data)))

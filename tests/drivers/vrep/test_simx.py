@@ -127,7 +127,11 @@ def test_oneshot_command_returns_the_code_of_the_previous_answer(client: int) ->
     simx.simxGetPingTime(client)
     assert simx.simxSetJointTargetVelocity(client, LEFT, 1.0, oneshot) == 0
     assert simx.simxSetJointTargetVelocity(client, UNKNOWN, 1.0, oneshot) == 8
+    _, errors = simx.simxGetLastErrors(client, WAIT)
+    assert errors[0] == "object does not exist. (simSetJointTargetVelocity)"
     assert simx.simxGetJointPosition(client, LEFT, 0x90000) == (4, 0.0)
+    assert simx.simxReadStringStream(client, "s", WAIT) == (4, bytearray())
+    assert simx.simxReadStringStream(client, "s", simx.simx_opmode_streaming) == (1, bytearray())
 
 
 def test_commands_of_a_pause_are_sent_in_one_message(client: int, simulator: Simulator) -> None:
