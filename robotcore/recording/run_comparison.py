@@ -9,7 +9,7 @@ from itertools import zip_longest
 from typing import Any
 
 from robotcore.geometry import Pose
-from robotcore.recording import Recording, Tick
+from robotcore.recording import Recording
 from robotcore.recording.summary import (
     PosePath,
     build_odometry_path,
@@ -71,11 +71,6 @@ class RunSummary:
         return list((self.truth or self.odometry).values())
 
     @property
-    def rate_hz(self) -> float | None:
-        """The number of ticks per second; None if the run took no time."""
-        return measure_rate(self.recording)
-
-    @property
     def interventions(self) -> int:
         return sum(count_interventions(self.recording).values())
 
@@ -90,7 +85,7 @@ class RunSummary:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the JSON fields; an unknown value is None."""
-        result = self.result
+        result, rate = self.result, measure_rate(self.recording)
         return {
             "file": self.name,
             "app": result.app,
@@ -109,7 +104,7 @@ class RunSummary:
             "final_truth": _round_last_pose(self.truth),
             "drift_m": None if self.drift is None else round(self.drift, _DIGITS),
             "interventions": self.interventions,
-            "rate_hz": None if self.rate_hz is None else round(self.rate_hz, _DIGITS),
+            "rate_hz": None if rate is None else round(rate, _DIGITS),
             "overruns": result.overruns,
             "batteries": result.batteries,
         }
@@ -157,7 +152,7 @@ class Comparison:
     def first_difference(self) -> StateDifference | None:
         """The first tick with different states; None if all states are equal."""
         for one, other in zip_longest(self.first.recording.ticks, self.second.recording.ticks):
-            first, second = _get_state(one), _get_state(other)
+            first, second = (tick.state if tick else None for tick in (one, other))
             if first != second:
                 tick = one or other
                 return StateDifference(tick.number, tick.time, first, second)
@@ -189,7 +184,3 @@ class Comparison:
             "second": {**self.second.to_dict(), "milestones": second},
             "exit_status": self.exit_status,
         }
-
-
-def _get_state(tick: Tick | None) -> str | None:
-    return tick.state if tick else None

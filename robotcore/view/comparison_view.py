@@ -11,7 +11,7 @@ from rich.text import Text
 from robotcore.geometry import wrap_angle
 from robotcore.hal.devices import Image
 from robotcore.recording.run_comparison import Comparison, RunSummary
-from robotcore.recording.summary import PosePath, measure_path
+from robotcore.recording.summary import PosePath, measure_path, measure_rate
 from robotcore.text import escape, pluralize
 from robotcore.view.canvas import BAD, FADED, GOOD, INK, RULE, Canvas, Colour, measure_text, shorten_text
 from robotcore.view.overhead import MapPath, draw_map
@@ -168,5 +168,5 @@ def _format_drift(summary: RunSummary) -> str:
 
 
 def _format_loop(summary: RunSummary) -> str:
-    rate = NOTHING if summary.rate_hz is None else f"{summary.rate_hz:.2f} Hz"
-    return f"{rate}, {pluralize(summary.result.overruns, 'overrun')}"
+    rate = measure_rate(summary.recording)
+    return f"{NOTHING if rate is None else f'{rate:.2f} Hz'}, {pluralize(summary.result.overruns, 'overrun')}"

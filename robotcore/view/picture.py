@@ -13,7 +13,7 @@ from robotcore.description import Floor, RobotDescription, WorldDescription
 from robotcore.geometry import Pose
 from robotcore.hal.devices import Frame, Image
 from robotcore.hal.robot import Robot
-from robotcore.recording import Recording, SampleKey, Tick
+from robotcore.recording import Recording, Tick
 from robotcore.recording.summary import build_odometry_path, build_result, build_true_path
 from robotcore.runtime.layers.devices import AppDisplay, AppSensor
 from robotcore.runtime.result import Outcome, RunResult
@@ -51,20 +51,12 @@ class RunFigure:
     """The content of the picture of a run."""
 
     robot: RobotDescription
-    """The robot."""
-
     world: WorldDescription | None
     """The world; None if its description is unknown."""
-
     track: Track
-    """The poses and states of the run."""
-
     last_image: Image | None
     """The last image of a display, else of a camera, BGR or grey; None if there was none."""
-
     result: RunResult
-    """The result of the run."""
-
     recorded: RunResult | None = None
     """The recorded run, if ``result`` is the result of another app on its samples; otherwise None."""
 
@@ -178,17 +170,13 @@ def build_figure(
 
 def find_last_recorded_image(recording: Recording, ticks: Sequence[Tick]) -> Image | None:
     """Return the last image that a display showed in these ticks, else the last camera image, else None."""
-    shown = (each.key for tick in reversed(ticks) for each in reversed(tick.shown))
-    read = (each.key for tick in reversed(ticks) for each in reversed(tick.reads))
-    for keys in (shown, read):
-        if frame := next(filter(None, (_read_frame(recording, key) for key in keys)), None):
-            return frame.image
+    shown = [each.key for tick in ticks for each in tick.shown]
+    read = [each.key for tick in ticks for each in tick.reads]
+    for key in (*reversed(shown), *reversed(read)):
+        sample = recording.samples.get(key) if key else None
+        if isinstance(sample, Frame):
+            return sample.image
     return None
-
-
-def _read_frame(recording: Recording, key: SampleKey | None) -> Frame | None:
-    sample = recording.samples.get(key) if key else None
-    return sample if isinstance(sample, Frame) else None
 
 
 def build_world(recording: Recording, points: Sequence[TrackPoint]) -> WorldDescription:

@@ -28,6 +28,7 @@ class RecordedProgressLine(ProgressLine):
         self.console = Console(file=io.StringIO(), force_terminal=True, width=160)
         self.lines: list[str] = []
         super().__init__(self.console, hint)
+        self._live.auto_refresh = False  # its thread would write into the captured lines
 
     def begin(self, run: Run) -> None:
         self.last_run = run
@@ -110,7 +111,6 @@ def test_the_interventions_so_far_follow_below_the_line(check_text: CheckText) -
 def test_the_line_ends_with_the_newest_hint() -> None:
     hints = iter(["space: stop", *[""] * 5, *["space: stop"] * 5])
     progress = RecordedProgressLine(lambda: next(hints))
-    progress._live.auto_refresh = False
     run(REQUEST, [progress])
     assert ["space: stop" in line for line in progress.lines] == [True, *[False] * 5, *[True] * 5]
 

@@ -16,7 +16,7 @@ from robotcore.hal.devices import Display, Image, RangeSensor, SampleT, Sensor
 from robotcore.hal.robot import Robot
 from robotcore.recording import Recording
 from robotcore.recording.replay import evaluate, replay
-from robotcore.runtime.layers.base import Reader, Show, Tap
+from robotcore.runtime.layers.base import Reader, Show
 from robotcore.runtime.trace import TickRecord
 from tests.robotcore.fakes import NullMotor
 from tests.robotcore.recording.replay.disturbances import Disturbance, EmergencyStopBetween
@@ -107,34 +107,23 @@ class TestMotorOutsideTheDrive:
         assert evaluation.first_difference.tick == 0
 
 
-class RangeReadFailure(Tap):
+class RangeReadFailure(Disturbance):
     """A range sensor whose first read in each third tick fails. A second read succeeds."""
 
-    def __init__(self) -> None:
-        self._ticks = self._reads = 0
+    _failed = -1
 
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
-        if not isinstance(sensor, RangeSensor):
-            return read
-
         def reader() -> SampleT:
-            self._reads += 1
-            if self._ticks % 3 == 0 and self._reads == 1:
+            if isinstance(sensor, RangeSensor) and self.now % 3 == 0 and self._failed != self.now:
+                self._failed = self.now
                 raise DeviceError(sensor.name, "no echo")
             return read()
 
         return reader
 
-    def begin(self, run: object) -> None: ...
-
-    def tick(self, record: TickRecord) -> None:
-        self._ticks, self._reads = self._ticks + 1, 0
-
-    def end(self, result: object) -> None: ...
-
 
 def test_error_of_a_read_by_the_guard_is_not_raised_in_the_app() -> None:
-    recording = record_run(f"{APPS}:DriveThenReadApp", seed=3, disturbance=RangeReadFailure())
+    recording = record_run(f"{APPS}:DriveThenReadApp", seed=3, disturbance=RangeReadFailure(0))
     first = recording.ticks[0]
     assert [(read.by, bool(read.error)) for read in first.reads if read.device == "nose"] == [
         ("guard", True),
@@ -144,7 +133,7 @@ def test_error_of_a_read_by_the_guard_is_not_raised_in_the_app() -> None:
     require_equal(recording)
 
 
-class DisplayFailure(Tap):
+class DisplayFailure(Disturbance):
     """A display that fails to show every fifth picture."""
 
     _count = 0
@@ -158,13 +147,9 @@ class DisplayFailure(Tap):
 
         return flicker
 
-    def begin(self, run: object) -> None: ...
-    def tick(self, record: TickRecord) -> None: ...
-    def end(self, result: object) -> None: ...
-
 
 def test_display_that_failed_fails_again_at_the_same_picture() -> None:
-    recording = record_run(f"{APPS}:DisplayApp", robot="lookout", world="open", seed=3, disturbance=DisplayFailure())
+    recording = record_run(f"{APPS}:DisplayApp", robot="lookout", world="open", seed=3, disturbance=DisplayFailure(0))
     states = [tick.state for tick in recording.ticks]
     assert "shown screen: it is dark" in states
     assert "screen: it is dark shown" in states
