@@ -10,7 +10,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from robotcore.cli.output import write, write_content, write_error, write_failure, write_json, write_line
+from robotcore.cli.output import (
+    format_usage_error,
+    write,
+    write_content,
+    write_error,
+    write_failure,
+    write_json,
+    write_line,
+)
 from robotcore.errors import Interrupted, RobotcoreError, UnknownNameError, UsageError
 
 if TYPE_CHECKING:
@@ -63,7 +71,7 @@ class AnsweringCommand(click.Command):
             return super().parse_args(ctx, args)
         except click.UsageError as error:
             if "--json" in given:
-                self._write_answer(self._parse_leniently(ctx, given), UsageError(error.format_message()))
+                self._write_answer(self._parse_leniently(ctx, given), UsageError(format_usage_error(error)))
             raise
 
     def invoke(self, ctx: click.Context) -> Any:

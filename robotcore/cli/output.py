@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from robotcore.errors import BehaviourError, DescriptionError, Interrupted, RobotcoreError
+from robotcore.errors import BehaviourError, DescriptionError, Interrupted, RobotcoreError, find_nearest
 from robotcore.text import escape
 
 if TYPE_CHECKING:
@@ -120,8 +120,17 @@ def write_error(error: RobotcoreError | Interrupted) -> None:
 def write_usage_error(error: click.ClickException) -> None:
     """Write an error in a command's arguments on stderr, and the command that shows its help."""
     context = getattr(error, "ctx", None)
-    write_failure(error.format_message())
+    write_failure(format_usage_error(error))
     write_line(f"Try '{context.command_path if context else 'robotcore'} --help'.", is_error=True)
+
+
+def format_usage_error(error: click.ClickException) -> str:
+    """Return the message of an error in a command's arguments. For an unknown option, it suggests only a near name."""
+    if not isinstance(error, click.NoSuchOption) or error.ctx is None:
+        return error.format_message()
+    options = (each for each in error.ctx.command.get_params(error.ctx) if isinstance(each, click.Option))
+    nearest = find_nearest(error.option_name, [name for option in options for name in option.opts])
+    return f"unknown option {error.option_name!r}.{f' Did you mean {nearest!r}?' if nearest else ''}"
 
 
 FINDING_STYLES = {"ok": "green", "warning": "yellow", "error": "red"}

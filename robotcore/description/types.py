@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import colorsys
+import math
 import re
 from collections import Counter
 from collections.abc import Iterable
 from typing import Annotated, Any, TypeVar
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo
 
 from robotcore.errors import suggestion
 
@@ -110,8 +111,27 @@ Ordered = AfterValidator(_require_order)
 Metres = Annotated[float, Field(ge=0.001, le=100)]
 """A length in metres, from a millimetre to a hundred metres."""
 
-Radians = Annotated[float, Field(ge=-100, le=100)]
-"""An angle in radians, at most 100 rad (about 16 turns) in either direction."""
+TURN_RAD = 6.3
+"""The greatest angle in a file, in radians: a turn, rounded up. A larger number is probably in degrees."""
+
+
+def describe_degrees(angle: float) -> tuple[str, str]:
+    """Return the problem and the remedy for an angle in radians that is more than a turn."""
+    return (
+        f"{angle:g} rad is more than a turn",
+        f"Did you mean {angle:g} degrees? That is {math.radians(angle):.3g} rad",
+    )
+
+
+def _require_turn(angle: float, info: ValidationInfo) -> float:
+    # Only files are validated with a context. A heading that a seed draws, and a recording has, may be larger.
+    if info.context is not None and abs(angle) > TURN_RAD:
+        raise InvalidValueError("out-of-bounds", "; ".join(describe_degrees(angle)))
+    return angle
+
+
+Radians = Annotated[float, Field(ge=-100, le=100), AfterValidator(_require_turn)]
+"""An angle in radians. In a file, it is at most a turn in either direction."""
 
 Coordinate = Annotated[float, Field(ge=-100, le=100)]
 """A coordinate in metres."""

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pydantic import BaseModel, ValidationError
 
+from robotcore.description.types import TURN_RAD, describe_degrees
 from robotcore.errors import MistakeParts, suggestion
 
 if TYPE_CHECKING:
@@ -199,7 +200,15 @@ def _make_mistake(
         problem, _, remedy = message.rpartition("; ")
         kind = getattr(found["ctx"]["error"], "kind", "invalid-value")
         return Mistake(key, problem, remedy[:1].upper() + remedy[1:], kind)
-    return Mistake(key, message, "Correct it", kind)
+    problem, remedy = describe_degrees(found["input"]) if _is_in_degrees(found) else (message, "Correct it")
+    return Mistake(key, problem, remedy, kind)
+
+
+def _is_in_degrees(found: ErrorDetails) -> bool:
+    """Return whether a value is out of bounds, probably because it is an angle in degrees."""
+    value = found["input"]
+    is_bounded = found["type"] in _BOUNDS and isinstance(value, (int, float))
+    return is_bounded and _format_unit(found["loc"]) == " rad" and abs(value) > TURN_RAD
 
 
 def _list_known_keys(model: type[BaseModel], path: Sequence[str | int]) -> list[str]:

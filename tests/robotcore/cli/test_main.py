@@ -78,11 +78,11 @@ def test_for_an_unknown_command_the_nearest_name_is_suggested(cli: Cli, check_te
     check_text(answer.err)
 
 
-def test_unknown_option_is_reported_in_two_lines(cli: Cli) -> None:
-    answer = cli("run", "--sead", "3")
-    assert answer.status == 2
-    assert "--sead" in answer.err
-    assert "robotcore run --help" in answer.err.splitlines()[1]
+@pytest.mark.parametrize("option", ["--sead", "--runs"])
+def test_for_an_unknown_option_only_a_near_name_is_suggested(cli: Cli, option: str, check_text: CheckText) -> None:
+    answer = cli("sweep", "avoid-obstacles", option, "40")
+    assert (answer.status, answer.out) == (2, "")
+    check_text(answer.err)
 
 
 @pytest.mark.slow

@@ -39,6 +39,8 @@ ROBOT_MISTAKES = [
     ("wheel_width_m = 0.026", "wheel_width_m = 26", "", "wheel-size-not-in-metres"),
     ("centre_x_m = 0.035", "centre_x_m = 0.5", "", "axle-not-under-body"),
     ("clearance_m = 0.018", "clearance_m = 0.0", "", "body-on-floor"),
+    ("cone_rad = 0.5236", "cone_rad = 30", "devices[nose].cone_rad", "out-of-bounds"),
+    ("z_m = 0.10 }\nmin", "z_m = 0.10, yaw_rad = -15.0 }\nmin", "devices[nose].mount.yaw_rad", "out-of-bounds"),
     ("min_range_m = 0.02", "min_range_m = 3.0", "devices[nose]", "ranges-in-wrong-order"),
 ]
 
@@ -51,6 +53,7 @@ WORLD_MISTAKES = [
     ('"cylinder"', '"cone"', "obstacles[yellow-post].shape", "unknown-tag"),
     ("[0.8, 1.25]", "[1.25, 0.8]", "variation.obstacle_scale", "ends-in-wrong-order"),
     ("[0.8, 1.25]", "[1, 2, 3]", "variation.obstacle_scale", "wrong-form"),
+    ("[0.6, 1.4]", "[35, 1.4]", "variation.light_elevation_rad[#1]", "out-of-bounds"),
     ("[0.6, 1.4]", "[-0.6, 1.4]", "variation.light_elevation_rad[#1]", "out-of-bounds"),
     (
         "[variation]",
