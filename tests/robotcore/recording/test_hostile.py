@@ -166,7 +166,7 @@ def test_tick_with_an_impossible_time_of_an_intervention_is_refused(time: object
         parse_tick(content, None)
 
 
-@pytest.mark.parametrize("packing", ["zstd", ""])
+@pytest.mark.parametrize("packing", ["zstd", "", "brotli"])
 def test_place_of_a_damage_is_the_begin_of_its_chunk(base: Path, file: Path, packing: str) -> None:
     content = base.read_bytes()
     end = content.index(b"\x0f\x04\x00\x00\x00\x00\x00\x00\x00", len(content) // 2)
