@@ -5,6 +5,7 @@ Such a module answers a trigger with a pulse whose length is the time until the 
 
 from __future__ import annotations
 
+import itertools
 import math
 import threading
 from collections.abc import Callable, Mapping, Sequence
@@ -195,15 +196,16 @@ class TriggerScheduler:
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
-        self._modules: list[tuple[Cycle, float]] = []
+        self._periods: dict[Cycle, float] = {}
         self._polling: PeriodicTask | None = None
-        self._at = 0
 
     def pause(self) -> None:
         """Stop all triggers until `join`, so that a module receives only its own echo during its opening."""
         if self._polling:
             self._polling.stop()
             self._polling = None
+
+    close = pause
 
     def join(self, cycle: Cycle, period: float) -> None:
         """Add a module, and start or resume triggering.
@@ -212,25 +214,20 @@ class TriggerScheduler:
         period: the module's shortest time between two triggers, in seconds.
         """
         self.pause()
-        self._modules.append((cycle, period))
+        self._periods[cycle] = period
         self._resume()
 
     def leave(self, cycle: Cycle) -> None:
         """Remove the module that ``cycle`` triggers. The other modules continue."""
         self.pause()
-        self._modules = [each for each in self._modules if each[0] != cycle]
+        del self._periods[cycle]
         self._resume()
 
-    def close(self) -> None:
-        """Stop triggering."""
-        self.pause()
-
     def _resume(self) -> None:
-        if self._modules:
-            period = max(period for _, period in self._modules)
-            self._polling = self._clock.every(period, self._run_next, "ultrasonic")
+        if self._periods:
+            self._turns = itertools.cycle(self._periods)
+            self._polling = self._clock.every(max(self._periods.values()), self._run_next, "ultrasonic")
 
     def _run_next(self) -> None:
-        self._at = (self._at + 1) % len(self._modules)
-        cycle, _ = self._modules[self._at]
+        cycle = next(self._turns)
         cycle()

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from drivers.raspberrypi.cutoff import Owner
-from tests.drivers.raspberrypi.lines import END_S, Launch, Lines, Program
+from tests.drivers.raspberrypi.lines import END_S, Launch, Lines, Program, wait_for_end, wait_for_level
 from tests.drivers.raspberrypi.turning import BACKWARD, DUTY, FORWARD, STANDBY
 from tests.texts import CheckText
 
@@ -27,18 +27,6 @@ def start(launch: Launch) -> Start:
         return program
 
     return start
-
-
-def wait_for_end(program: Program) -> tuple[str, str]:
-    """Wait until the program and its guardian have ended; return stdout and stderr."""
-    return program.communicate(timeout=END_S)
-
-
-def wait_for_level(lines: Lines, gpio: int, level: int, program: Program) -> None:
-    """Wait until a line has a level. The test's time limit ends the wait otherwise."""
-    while lines.level(gpio) != level:
-        with pytest.raises(subprocess.TimeoutExpired):
-            program.wait(0.01)
 
 
 def test_without_a_guardian_a_killed_program_leaves_its_motor_on(lines: Lines) -> None:
@@ -104,7 +92,7 @@ def test_a_fork_of_a_killed_program_keeps_no_motor_on(
 @pytest.mark.parametrize("action", ["block", "block_at_rest", "raise_at_rest"])
 def test_a_standby_line_falls_and_its_program_lives_on(start: Start, lines: Lines, action: str) -> None:
     program = start("StandbyLine", action)
-    wait_for_level(lines, STANDBY, 0, program)
+    wait_for_level(lines, STANDBY, program, is_high=False)
     out, _ = wait_for_end(program)
     assert (program.returncode, out) == (0, "lives\n")
 
@@ -114,18 +102,18 @@ def test_a_standby_line_falls_while_its_program_is_suspended_and_rises_when_it_d
     start: Start, lines: Lines
 ) -> None:
     program = start("StandbyLine", "drive")
-    wait_for_level(lines, STANDBY, 1, program)
+    wait_for_level(lines, STANDBY, program, is_high=True)
     program.send_signal(signal.SIGSTOP)
-    wait_for_level(lines, STANDBY, 0, program)
+    wait_for_level(lines, STANDBY, program, is_high=False)
     program.send_signal(signal.SIGCONT)
-    wait_for_level(lines, STANDBY, 1, program)
+    wait_for_level(lines, STANDBY, program, is_high=True)
     program.communicate("end\n", timeout=END_S)
     assert lines.level(STANDBY) == 0
 
 
 def test_a_standby_line_falls_when_its_program_is_killed(start: Start, lines: Lines) -> None:
     program = start("StandbyLine", "drive")
-    wait_for_level(lines, STANDBY, 1, program)
+    wait_for_level(lines, STANDBY, program, is_high=True)
     program.kill()
     wait_for_end(program)
     assert lines.level(STANDBY) == 0

@@ -12,7 +12,7 @@ from contextlib import contextmanager
 
 import pytest
 
-from tests.drivers.raspberrypi.lines import END_S, ROOT, Launch, Lines, Program
+from tests.drivers.raspberrypi.lines import END_S, ROOT, Launch, Lines, Program, wait_for_end, wait_for_level
 from tests.texts import CheckText
 
 GUEST = ROOT / "tests" / "system" / "guest"
@@ -30,19 +30,6 @@ def start(launch: Launch) -> Start:
     return start
 
 
-def wait_for_end(program: Program) -> tuple[str, str]:
-    """Wait until the program and its guardian have ended; return stdout and stderr."""
-    return program.communicate(timeout=END_S)
-
-
-def wait_until_high(lines: Lines, gpio: int, program: Program) -> None:
-    """Wait until a line is high. The test's time limit ends the wait otherwise."""
-    while not lines.level(gpio):
-        assert program.poll() is None, program.communicate()
-        with pytest.raises(subprocess.TimeoutExpired):
-            program.wait(0.01)
-
-
 def levels(lines: Lines) -> set[int]:
     return {lines.level(gpio) for gpio in (*FORWARD, *BACKWARD)}
 
@@ -50,7 +37,7 @@ def levels(lines: Lines) -> set[int]:
 @pytest.mark.slow
 def test_a_run_that_is_terminated_leaves_every_line_low(start: Start, lines: Lines) -> None:
     program = start("plain", "endless_drive")
-    wait_until_high(lines, FORWARD[0], program)
+    wait_for_level(lines, FORWARD[0], program, is_high=True)
     program.terminate()
     out, err = wait_for_end(program)
     assert (program.returncode, json.loads(out)["outcome"]) == (-signal.SIGTERM, "interrupted"), err
@@ -60,7 +47,7 @@ def test_a_run_that_is_terminated_leaves_every_line_low(start: Start, lines: Lin
 @pytest.mark.slow
 def test_the_guardian_pulls_the_lines_of_a_killed_run_low(start: Start, lines: Lines, check_text: CheckText) -> None:
     program = start("plain", "endless_drive")
-    wait_until_high(lines, FORWARD[1], program)
+    wait_for_level(lines, FORWARD[1], program, is_high=True)
     program.kill()
     _, err = wait_for_end(program)
     check_text(err.splitlines()[-1], hide=[program.pid])  # on a busy machine a stop is late, which is a line before
@@ -81,10 +68,8 @@ def test_one_guardian_holds_the_standby_line_of_two_motors_and_does_not_kill_a_h
     start: Start, lines: Lines
 ) -> None:
     program = start("standby", "process_failure")
-    wait_until_high(lines, STANDBY, program)
-    while lines.level(STANDBY):
-        with pytest.raises(subprocess.TimeoutExpired):
-            program.wait(0.01)
+    wait_for_level(lines, STANDBY, program, is_high=True)
+    wait_for_level(lines, STANDBY, program, is_high=False)
     out, err = wait_for_end(program)
     assert (program.returncode, err) == (0, "")
     assert json.loads(out)["outcome"] == "success"

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import sys
 from importlib import resources
 from pathlib import Path
 
@@ -102,3 +103,9 @@ def test_each_mistake_in_a_robot_s_section_is_an_error_and_devices_are_not_check
     findings = [(each.level, each.message.partition(":")[0]) for each in found if each.subject == "robot"]
     assert findings == [(Level.ERROR, "raspberrypi.nose"), (Level.ERROR, "b")]
     assert "camera" not in levels(found)
+
+
+def test_picamera2_is_checked_if_a_device_needs_it(pi_4: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "picamera2", None)
+    found = list(examine(load_robot("rover"), "raspberrypi", pi_4))
+    assert [each.kind for each in found if each.subject == "picamera2"] == ["picamera2-missing"]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 FOLDER = Path(__file__).parent
@@ -41,3 +42,16 @@ class Lines:
     def environment(self) -> dict[str, str]:
         """Return the environment of a process that uses these lines."""
         return {**os.environ, "PYTHONPATH": f"{FOLDER}{os.pathsep}{ROOT}", "FAKE_DEV": str(self._dev)}
+
+
+def wait_for_end(program: Program) -> tuple[str, str]:
+    """Wait until the program and its guardian have ended; return stdout and stderr."""
+    return program.communicate(timeout=END_S)
+
+
+def wait_for_level(lines: Lines, gpio: int, program: Program, *, is_high: bool) -> None:
+    """Wait until a line is high or low. The test's time limit ends the wait otherwise."""
+    while bool(lines.level(gpio)) != is_high:
+        with suppress(subprocess.TimeoutExpired):
+            program.wait(0.01)
+            raise AssertionError(program.communicate())
