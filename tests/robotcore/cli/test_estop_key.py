@@ -20,37 +20,24 @@ import pytest
 
 from robotcore.cli import estop_key as keys
 from robotcore.errors import Interrupted
+from tests.robotcore.cli.conftest import AppFile
 
 ROOT = Path(__file__).parents[3]
 DRIVE = ("avoid-obstacles", "--realtime", "--set", "duration_s=60", "--world", "open")
 LIMIT_S = 60.0
-HANGING = """
-from contextlib import suppress
-from threading import Event
-from robotcore import Behaviour, Role, Status
-
-class Hanging(Behaviour):
-    needs = frozenset({Role.DRIVE})
-
-    def step(self, robot):
-        while robot.clock.now() > 0.5:
-            with suppress(BaseException):
-                Event().wait()
-        return Status.RUNNING
+HANGS = """
+            from contextlib import suppress
+            from threading import Event
+            while True:
+                with suppress(BaseException):
+                    Event().wait()
 """
-
-READING = """
-from robotcore import Behaviour, Role, Status
-
-class Reading(Behaviour):
-    needs = frozenset({Role.DRIVE})
-
-    def step(self, robot):
-        if robot.clock.now() > 0.5:
+ASKS = """
             print("line read:", repr(input("go on? ")), flush=True)
             return Status.SUCCESS
-        return Status.RUNNING
 """
+READS_TO_THE_END = ASKS.replace('input("go on? ")', "__import__('sys').stdin.read()")
+IS_DEBUGGED = "breakpoint()\n            return Status.SUCCESS"
 
 COUNTING = """
 import os, select, sys, tty
@@ -75,24 +62,7 @@ class Counting(Behaviour):
 """
 """An app that reads single keys, and ends after 20."""
 
-HOLDING = """
-from robotcore import Behaviour, Role, Status
-import sys
-
-class Holding(Behaviour):
-    needs = frozenset({Role.DRIVE})
-
-    def step(self, robot):
-        if robot.clock.now() > 0.5:
-            print("at end:", repr(sys.stdin.read()), flush=True)
-            return Status.SUCCESS
-        return Status.RUNNING
-"""
-"""An app that reads until the end of its input."""
-
 TWENTY = b"abcdefghijklmnopqrst"
-
-DEBUGGED = READING.replace('print("line read:", repr(input("go on? ")), flush=True)', "breakpoint()")
 
 JUST_BEHIND = """
 from robotcore.cli import estop_key, main
@@ -209,93 +179,68 @@ def test_other_keys_do_nothing_and_ctrl_c_still_interrupts(terminal: Terminal) -
 
 
 @pytest.mark.slow
-def test_a_process_that_ends_itself_restores_the_terminal(terminal: Terminal, tmp_path: Path) -> None:
-    app = tmp_path / "hanging.py"
-    app.write_text(HANGING)
-    terminal.run(str(app))
+def test_a_process_that_ends_itself_restores_the_terminal(terminal: Terminal, app_file: AppFile) -> None:
+    terminal.run(app_file(HANGS))
     answer, exited = read_end(terminal)
     assert (answer["outcome"], exited) == ("stopped", "exited 4")
     assert terminal.is_restored
 
 
 @pytest.mark.slow
-def test_an_app_can_read_from_the_terminal(terminal: Terminal, tmp_path: Path) -> None:
-    app = tmp_path / "reading.py"
-    app.write_text(READING)
-    terminal.run(str(app))
-    wait_for(lambda: b"go on?" in terminal.output)
-    terminal.type(b"yess\x7f\n")
+@pytest.mark.parametrize(
+    "step, options, prompt, typed, shown",
+    [
+        (ASKS, [], b"go on?", b"yess\x7f\n", [b"line read: 'yes'", b"yess"]),
+        (ASKS, ["--no-estop-key"], b"go on?", b"  \n", [b"line read: '  '"]),
+        (READS_TO_THE_END, ["--realtime"], b"space: stop", b"yes\n\x04", [rb"line read: 'yes\n'"]),
+        (IS_DEBUGGED, [], b"(Pdb)", b"p 6 * 7\ncontinue\n", [b"42"]),
+    ],
+    ids=["line and its echo", "without the key", "to its end", "debugger"],
+)
+def test_an_app_can_read_from_the_terminal(
+    terminal: Terminal,
+    app_file: AppFile,
+    step: str,
+    options: list[str],
+    prompt: bytes,
+    typed: bytes,
+    shown: list[bytes],
+) -> None:
+    terminal.run(app_file(step), *options)
+    wait_for(lambda: prompt in terminal.output)
+    is_key = "--no-estop-key" not in options
+    assert is_key or terminal.is_restored
+    terminal.type(typed)
     answer, exited = read_end(terminal)
     assert (answer["outcome"], exited) == ("success", "exited 0")
-    assert b"line read: 'yes'" in terminal.output
-    assert b"yess" in terminal.output  # the echo
+    assert all(each in terminal.output for each in shown)
+    assert is_key or b"space: stop" not in terminal.output
     assert terminal.is_restored
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("options", [(), ("--no-estop-key",)])
-def test_an_app_gets_each_key_at_once(terminal: Terminal, tmp_path: Path, options: tuple[str, ...]) -> None:
+@pytest.mark.parametrize(
+    "options, typed, outcome, status",
+    [
+        ([], TWENTY, "success", 0),
+        (["--no-estop-key"], b" " + TWENTY[1:], "success", 0),
+        ([], b"abc def", "stopped", 4),
+    ],
+    ids=["other keys", "without the key", "space bar"],
+)
+def test_an_app_gets_each_key_at_once_and_the_space_bar_stops_its_run(
+    terminal: Terminal, tmp_path: Path, options: list[str], typed: bytes, outcome: str, status: int
+) -> None:
     app = tmp_path / "counting.py"
     app.write_text(COUNTING)
     terminal.run(str(app), "--realtime", *options)
     wait_for(lambda: b"ready" in terminal.output)
-    for key in TWENTY:
+    for key in typed:
         terminal.type(bytes([key]))
     answer, exited = read_end(terminal)
-    assert (answer["outcome"], exited) == ("success", "exited 0")
-    assert b"keys: " + TWENTY in terminal.output
-
-
-@pytest.mark.slow
-def test_the_space_bar_stops_a_run_whose_app_reads_the_keys(terminal: Terminal, tmp_path: Path) -> None:
-    app = tmp_path / "counting.py"
-    app.write_text(COUNTING)
-    terminal.run(str(app), "--realtime")
-    wait_for(lambda: b"ready" in terminal.output)
-    terminal.type(b"abc def")
-    answer, exited = read_end(terminal)
-    assert (answer["kind"], exited) == ("emergency-stop", "exited 4")
-    assert terminal.is_restored
-
-
-@pytest.mark.slow
-def test_ctrl_d_ends_the_input_of_an_app(terminal: Terminal, tmp_path: Path) -> None:
-    app = tmp_path / "holding.py"
-    app.write_text(HOLDING)
-    terminal.run(str(app), "--realtime")
-    wait_for(lambda: terminal.is_raw)
-    terminal.type(b"yes\n\x04")
-    answer, exited = read_end(terminal)
-    assert (answer["outcome"], exited) == ("success", "exited 0")
-    assert rb"at end: 'yes\n'" in terminal.output
-
-
-@pytest.mark.slow
-def test_without_the_key_the_terminal_is_left_as_it_is(terminal: Terminal, tmp_path: Path) -> None:
-    app = tmp_path / "reading.py"
-    app.write_text(READING)
-    terminal.run(str(app), "--no-estop-key")
-    wait_for(lambda: b"go on?" in terminal.output)
-    assert terminal.is_restored
-    terminal.type(b"  \n")
-    answer, exited = read_end(terminal)
-    assert (answer["outcome"], exited) == ("success", "exited 0")
-    assert b"line read: '  '" in terminal.output
-    assert b"space: stop" not in terminal.output
-
-
-@pytest.mark.slow
-def test_a_debugger_can_use_the_terminal(terminal: Terminal, tmp_path: Path) -> None:
-    app = tmp_path / "debugged.py"
-    app.write_text(DEBUGGED)
-    terminal.run(str(app))
-    wait_for(lambda: b"(Pdb)" in terminal.output)
-    terminal.type(b"p 6 * 7\n")
-    wait_for(lambda: b"42" in terminal.output)
-    terminal.type(b"continue\n")
-    answer, exited = read_end(terminal)
-    assert (answer["outcome"], exited) == ("success", "exited 0")
-    assert terminal.is_restored
+    assert (answer["outcome"], exited) == (outcome, f"exited {status}")
+    assert status or b"keys: " + typed in terminal.output
+    assert status == 0 or terminal.is_restored
 
 
 @pytest.mark.slow
@@ -314,21 +259,16 @@ def test_a_suspended_run_restores_the_terminal_until_it_continues(terminal: Term
 
 
 @pytest.mark.slow
-def test_a_run_in_the_background_does_not_change_the_terminal(terminal: Terminal) -> None:
-    terminal.run("avoid-obstacles", "--realtime", "--timeout", "1", place="background")
+@pytest.mark.parametrize("program", [("-m", "robotcore"), ("-c", JUST_BEHIND)], ids=["background", "just behind"])
+def test_keys_do_not_stop_a_run_in_the_background_and_its_terminal_stays(
+    terminal: Terminal, program: tuple[str, str]
+) -> None:
+    drive = ("avoid-obstacles", "--realtime", "--timeout", "2", "--world", "open")
+    terminal.run(*drive, place="background", program=program)
     terminal.type(b"  \n")
     answer, exited = read_end(terminal)
     assert (answer["outcome"], exited) == ("timeout", "exited 1")
     assert terminal.is_restored
-
-
-@pytest.mark.slow
-def test_keys_do_not_stop_a_run_in_the_background(terminal: Terminal) -> None:
-    drive = ("avoid-obstacles", "--realtime", "--timeout", "2", "--world", "open")
-    terminal.run(*drive, place="background", program=("-c", JUST_BEHIND))
-    terminal.type(b"  \n")
-    answer, exited = read_end(terminal)
-    assert (answer["outcome"], exited) == ("timeout", "exited 1")
 
 
 @pytest.fixture
@@ -365,32 +305,23 @@ def test_the_hint_is_shown_only_while_the_key_works(
     assert not bar.get_hint()
 
 
-def test_the_terminal_is_restored_after_an_interrupt_while_its_mode_is_set(
-    terminal: Terminal, bar: keys.EmergencyStopKey, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("is_set", [True, False], ids=["mode set", "mode restored"])
+def test_the_terminal_is_restored_after_an_interrupt_while_its_mode_changes(
+    terminal: Terminal, bar: keys.EmergencyStopKey, monkeypatch: pytest.MonkeyPatch, *, is_set: bool
 ) -> None:
-    def take_and_be_interrupted(*answer: Any) -> None:
-        termios.tcsetattr(*answer)
+    set_mode = termios.tcsetattr
+
+    def be_interrupted(*arguments: Any) -> None:
+        if is_set:
+            set_mode(*arguments)
         raise Interrupted(signal.SIGINT)
 
-    monkeypatch.setattr(tty, "tcsetattr", take_and_be_interrupted)
-    with pytest.raises(Interrupted):
+    if not is_set:
         bar.resume()
-    assert terminal.is_raw
-    bar.close()
-    assert terminal.is_restored
-
-
-def test_the_terminal_is_restored_after_an_interrupt_while_its_mode_is_restored(
-    terminal: Terminal, bar: keys.EmergencyStopKey, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def be_interrupted(*answer: Any) -> None:
-        raise Interrupted(signal.SIGINT)
-
-    bar.resume()
     with monkeypatch.context() as patch:
-        patch.setattr(termios, "tcsetattr", be_interrupted)
+        patch.setattr(tty if is_set else termios, "tcsetattr", be_interrupted)
         with pytest.raises(Interrupted):
-            bar.close()
+            (bar.resume if is_set else bar.close)()
     assert terminal.is_raw
     bar.close()
     assert terminal.is_restored
