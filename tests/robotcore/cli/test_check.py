@@ -6,7 +6,6 @@ from collections.abc import Iterator
 
 import pytest
 
-from robotcore.errors import BackendError
 from robotcore.hal.backend import Setup
 from robotcore.hal.check_finding import Finding
 from tests.robotcore.cli.conftest import Cli
@@ -46,18 +45,6 @@ def test_a_missing_device_has_exit_status_1_and_a_remedy(
     answer = cli("check", "rover", "--backend", "memory")
     assert answer.status == 1
     check_text(answer.out)
-
-
-def test_a_simulator_that_does_not_answer_has_exit_status_3(
-    cli: Cli, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
-) -> None:
-    def fail(*_: object) -> Iterator[Finding]:
-        raise BackendError("no server answers at 127.0.0.1:19997")
-
-    monkeypatch.setattr(SceneBackend, "inspect_scene", fail)
-    answer = cli("check", "rover", "--backend", "memory")
-    assert answer.status == 3
-    check_text(answer.err)
 
 
 def test_backend_without_a_scene_is_refused(cli: Cli, monkeypatch: pytest.MonkeyPatch, check_text: CheckText) -> None:

@@ -16,15 +16,6 @@ def test_check_summarises_a_description(cli: Cli, name: str, check_text: CheckTe
     check_text(answer.out.splitlines()[0])
 
 
-def test_check_calls_each_backend_for_its_section(
-    cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
-) -> None:
-    register(monkeypatch)
-    file = tmp_path / "post.toml"
-    file.write_text(robot_file(NECK + EYE))
-    check_text(cli("check", str(file)).out)
-
-
 def test_check_prints_a_warning_and_passes(
     cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
@@ -79,27 +70,11 @@ def test_check_fails_if_a_section_cannot_be_checked_and_checks_the_others(
     check_text(answer.out)
 
 
-def test_check_reads_a_users_own_file(cli: Cli, tmp_path: Path, check_text: CheckText) -> None:
-    file = tmp_path / "yard.toml"
-    file.write_text('name = "yard"\n[floor]\nlength_m = 3.0\nwidth_m = 2.0\n')
-    answer = cli("check", str(file))
-    check_text(answer.out)
-
-
 def test_check_names_the_optional_sections_of_a_world(cli: Cli, tmp_path: Path, check_text: CheckText) -> None:
     file = tmp_path / "yard.toml"
     floor = 'name = "yard"\n[floor]\nlength_m = 3.0\nwidth_m = 2.0\n'
     file.write_text(f"{floor}[conditions]\ncamera_noise = 3.0\n[randomisation]\npatterns = false\n")
     check_text(cli("check", str(file)).out)
-
-
-def test_check_prints_a_problem_in_one_line(cli: Cli, tmp_path: Path, check_text: CheckText) -> None:
-    file = tmp_path / "yard.toml"
-    file.write_text('name = "yard"\n[floor]\nlength_m = -3.0\nwidth_m = 2.0\n')
-    answer = cli("check", str(file))
-    assert (answer.status, answer.out) == (2, "")
-    check_text(answer.err)
-    assert len(answer.err.splitlines()) == 1
 
 
 @pytest.mark.parametrize("command", [("check",), ("run", "green-search", "--world")])

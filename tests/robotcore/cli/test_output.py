@@ -8,7 +8,7 @@ from rich.console import Group
 from rich.text import Text
 
 import robotcore.cli
-from robotcore.cli.output import write, write_failure, write_finding, write_json, write_line, write_table
+from robotcore.cli.output import write, write_failure, write_finding, write_line, write_table
 from robotcore.hal.check_finding import Finding
 from tests.robotcore.cli.conftest import AppFile, Cli
 
@@ -67,23 +67,11 @@ def test_a_long_subject_is_separate_from_its_message(capsys: pytest.CaptureFixtu
     assert "proximity sensors detect a box" in capsys.readouterr().out
 
 
-def test_json_holds_every_control_character_as_an_escape(capsys: pytest.CaptureFixture[str]) -> None:
-    write_json({"reason": HOSTILE})
-    assert all(each.isprintable() for each in capsys.readouterr().out.rstrip("\n"))
-
-
 def test_an_error_of_an_app_cannot_forge_a_line(cli: Cli, app_file: AppFile) -> None:
     result = cli("run", app_file(f"raise ValueError({HOSTILE!r})"))
     assert result.status == 5
     require_harmless(result.err)
     assert all(each.isprintable() or each == "\n" for each in result.out)
-
-
-@pytest.mark.slow
-def test_the_reasons_of_a_sweep_cannot_forge_a_line(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
-    app = app_file(f"raise ValueError({HOSTILE!r})")
-    result = cli("sweep", app, "--world", "open", "--seeds", "1-2", "--jobs", "1", "--out", str(tmp_path / "out"))
-    require_harmless(result.out)
 
 
 def test_every_command_writes_with_the_module_output() -> None:

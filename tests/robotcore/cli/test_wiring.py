@@ -58,26 +58,6 @@ def test_json_has_wires_pads_and_notes(cli: Cli, post: str) -> None:
     assert answer["notes"][0] == {"device": "neck", "note": "Push it in all the way."}
 
 
-def test_a_backend_without_wires_is_refused(cli: Cli, check_text: CheckText) -> None:
-    answer = cli("wiring", "rover", "--backend", "kinematic")
-    assert (answer.status, answer.out) == (2, "")
-    check_text(answer.err)
-
-
-def test_a_wrong_connection_is_reported(cli: Cli, post: str, check_text: CheckText) -> None:
-    Path(post).write_text(robot_file(NECK + EYE.replace("2", "1")))
-    answer = cli("wiring", post, "--backend", "plugboard")
-    assert (answer.status, answer.out) == (2, "")
-    check_text(answer.err)
-
-
-def test_a_missing_section_is_reported(cli: Cli, post: str, check_text: CheckText) -> None:
-    Path(post).write_text(robot_file(""))
-    answer = cli("wiring", post)
-    assert answer.status == 2
-    check_text(answer.err)
-
-
 def row(*wires: Wire) -> str:
     pads = (Pad(1, "GPIO 2", PadKind.SIGNAL), Pad(2, "5 V", PadKind.POWER))
     return list(draw_connector(Wiring(pads, wires, ())))[1]
@@ -102,7 +82,17 @@ def test_a_wire_is_drawn_at_its_best_pad_only() -> None:
     assert drawn.count(FREE) == 2
 
 
-def test_an_unknown_option_is_refused(cli: Cli, post: str, check_text: CheckText) -> None:
-    answer = cli("wiring", post, "--backend", "plugboard", "--port", "7")
-    assert answer.status == 2
+@pytest.mark.parametrize("options", [("kinematic",), ("plugboard", "--port", "7")], ids=["no wires", "unknown option"])
+def test_a_wrong_backend_or_option_is_refused(
+    cli: Cli, post: str, options: tuple[str, ...], check_text: CheckText
+) -> None:
+    answer = cli("wiring", post, "--backend", *options)
+    assert (answer.status, answer.out) == (2, "")
     check_text(answer.err)
+
+
+@pytest.mark.parametrize("command", [("wiring", "rover"), ("doctor", "--robot", "rover"), ("stop",)])
+def test_the_option_port_replaces_the_port_in_the_robots_file(cli: Cli, command: tuple[str, ...]) -> None:
+    answer = cli(*command, "--backend", "serial", "--port", "/dev/elsewhere")
+    assert "/dev/elsewhere" in answer.out + answer.err
+    assert "/dev/ttyACM0" not in answer.out

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import os
-import re
 from pathlib import Path
 
 import pytest
 
-from robotcore.description import load_any, load_robot, load_world, robot_names, world_names
+from robotcore.description import load_any, load_world
 from robotcore.description.loading import MAX_DOTS, MAX_ENTRIES, MAX_FILE_BYTES, read_table
 from robotcore.description.validation import MAX_FILE_ERRORS
 from robotcore.errors import UsageError
@@ -36,11 +35,9 @@ def test_file_that_is_too_large_is_not_read(tmp_path: Path, raises: Raises) -> N
     "content, key",
     [
         (ROVER + '[[devices]]\nkind="display"\n' * MAX_ENTRIES, "devices"),
-        (ROVER + "[serial]\n" + "".join(f"d{number} = 1\n" for number in range(MAX_ENTRIES + 1)), "serial"),
         (ROVER + "".join(f"[z{number}]\n" for number in range(MAX_ENTRIES + 1)), ""),
-        (OPEN + "".join(BALL.format(number, number, 0) for number in range(MAX_ENTRIES + 1)), "targets"),
     ],
-    ids=["list", "section", "file", "list of tables"],
+    ids=["list", "file"],
 )
 def test_too_long_list_is_reported_by_its_key(tmp_path: Path, check_text: CheckText, content: str, key: str) -> None:
     (error,) = find_errors(tmp_path, content)
@@ -56,12 +53,10 @@ LONG_KEY = ".".join("a" * 5_000)
     [
         f"{LONG_KEY} = 1",
         f"[{LONG_KEY}]",
-        f"[[ {LONG_KEY} ]]",
-        f"x = {{ {LONG_KEY} = 1 }}",
         LONG_KEY.replace(".", " . ") + " = 1",
         LONG_KEY.replace("a", '"."') + " = 1",
     ],
-    ids=["key", "table", "item", "inline", "spaces", "quotes"],
+    ids=["key", "table", "spaces", "quotes"],
 )
 def test_key_of_many_dots_is_not_parsed(tmp_path: Path, content: str) -> None:
     clock = MonotonicClock()
@@ -88,14 +83,6 @@ def test_search_for_long_keys_is_quick_in_a_file_that_is_not_toml(tmp_path: Path
     clock = MonotonicClock()
     assert find_errors(tmp_path, text)[0].kind == "not-toml"
     assert clock.now() < SOON_S
-
-
-def test_number_of_many_digits_is_reported_without_its_digits(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    (error,) = find_errors(tmp_path, f"[[devices]]\nkind = 0x{'F' * 20_000}\n")
-    assert (error.key, error.kind) == ("devices[#1].kind", "number-too-long")
-    assert capsys.readouterr().err == ""
 
 
 def test_file_that_takes_all_memory_is_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -130,29 +117,6 @@ def test_number_of_injected_faults_is_limited(tmp_path: Path) -> None:
     assert len(read_specs(["camera drop=0.2"] * MAX_INJECTED_FAULTS)) == MAX_INJECTED_FAULTS
 
 
-@pytest.mark.parametrize(
-    "key, value",
-    [
-        ("body.mass_kg", "1e-9"),
-        ("body.mass_kg", "1e308"),
-        ("safety.max_age_s", "1e300"),
-        ("safety.deceleration_m_s2", "1e300"),
-        ("safety.deceleration_m_s2", "1e-300"),
-        ("devices[left_motor].lag_s", "1e-300"),
-        ("devices[left_motor].lag_s", "1e3"),
-        ("devices[eye].horizontal_fov_rad", "3.14159"),
-    ],
-)
-def test_number_out_of_bounds_is_reported_with_its_unit(
-    tmp_path: Path, check_text: CheckText, key: str, value: str
-) -> None:
-    name = key.rpartition(".")[2]
-    (error,) = find_errors(tmp_path, re.sub(rf"(?m)^{name} = .*", f"{name} = {value}", ROVER, count=1))
-    assert error.key == key
-    assert error.kind in ("out-of-bounds", "lag-too-short")
-    check_text(error)
-
-
 def test_long_texts_of_a_file_are_cut_in_messages(tmp_path: Path) -> None:
     for content in (
         replace(ROVER, 'name = "rover"', f'name = "{"x" * 100_000}"'),
@@ -162,8 +126,3 @@ def test_long_texts_of_a_file_are_cut_in_messages(tmp_path: Path) -> None:
         f"{'x' * 100_000}",
     ):
         assert all(len(str(error)) < 1000 for error in find_errors(tmp_path, content))
-
-
-def test_shipped_files_are_within_the_limits() -> None:
-    assert all(map(load_robot, robot_names()))
-    assert all(map(load_world, world_names()))

@@ -20,16 +20,11 @@ from tests.robotcore.description.files import ARENA, ROVER, find_errors
 from tests.texts import Raises
 
 
-@pytest.mark.parametrize("name", robot_names())
-def test_a_shipped_robot_loads_by_its_name(name: str) -> None:
-    assert load_robot(name) == load_any(name)
-    assert load_robot(name).name == name
-
-
-@pytest.mark.parametrize("name", world_names())
-def test_a_shipped_world_loads_by_its_name(name: str) -> None:
-    assert load_world(name) == load_any(name)
-    assert load_world(name).name == name
+@pytest.mark.parametrize("name", [*robot_names(), *world_names()])
+def test_a_shipped_description_loads_by_its_name(name: str) -> None:
+    load = load_robot if name in robot_names() else load_world
+    assert load(name) == load_any(name)
+    assert load(name).name == name
 
 
 def test_kind_of_a_file_is_found_by_its_content(tmp_path: Path) -> None:
@@ -62,13 +57,14 @@ def test_name_of_a_file_may_be_its_ending_alone(tmp_path: Path, monkeypatch: pyt
 @pytest.mark.parametrize(
     "load, kind", [(load_robot, "unknown-robot"), (load_world, "unknown-world"), (load_any, "unknown-robot-or-world")]
 )
-def test_error_suggests_a_file_that_is_named_without_its_ending(
+def test_error_suggests_the_nearest_name_or_a_file_that_is_named_without_its_ending(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, raises: Raises, load: Callable[[str], object], kind: str
 ) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "my_own.toml").write_text("")
-    with raises(UnknownNameError, kind):
-        load("my_own")
+    for name in ("my_own", "arna", "rovr"):
+        with raises(UnknownNameError, kind):
+            load(name)
 
 
 @pytest.mark.parametrize("name", ["a" * 5000, "a\0b", ""], ids=["long", "NUL", "empty"])
@@ -124,15 +120,6 @@ def test_a_backends_section_is_kept_under_its_name(tmp_path: Path) -> None:
     file = tmp_path / "my.toml"
     file.write_text(ROVER + "[mock]\npins = [1, 2]\n", encoding="utf-8")
     assert load_robot(str(file)).backends["mock"] == {"pins": (1, 2)}
-
-
-def test_unknown_name_suggests_the_nearest_name(raises: Raises) -> None:
-    with raises(UnknownNameError, "unknown-robot"):
-        load_robot("rovr")
-    with raises(UnknownNameError, "unknown-world"):
-        load_world("arna")
-    with raises(UnknownNameError, "unknown-robot-or-world"):
-        load_any("opn")
 
 
 @pytest.mark.parametrize("name", ["missing.toml", ".", "none/such", "with\0null.toml"])
