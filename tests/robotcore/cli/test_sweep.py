@@ -22,7 +22,7 @@ from robotcore.sweep.single_run import RunOutput, perform
 from tests.robotcore.cli.conftest import Cli
 from tests.texts import CheckText
 
-SHORT = ("sweep", "avoid-obstacles", "--world", "open", "--set", "duration_s=0.2")
+SHORT = ("sweep", "mark-green", "--world", "open", "--set", "duration_s=0.2")
 
 
 @pytest.fixture(autouse=True)
@@ -32,7 +32,7 @@ def _enter_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.slow
 def test_every_combination_is_run_and_reported(cli: Cli, requests: list[RunRequest]) -> None:
-    done = cli("sweep", "avoid-obstacles", "--world", "open,arena", "--seeds", "1,3-4", "--set", "duration_s=0.2")
+    done = cli("sweep", "mark-green", "--world", "open,arena", "--seeds", "1,3-4", "--set", "duration_s=0.2")
     assert done.status == 0
     assert {(request.world, request.seed) for request in requests} == {
         (w, s) for w in ("open", "arena") for s in (1, 3, 4)
@@ -233,7 +233,7 @@ def test_a_report_has_all_results_of_the_folder(
     records, directory, pictures = done["given"]
     assert [record.result.seed for record in records] == [1, 2]
     assert (directory, pictures, done["worlds"]) == (Path("page"), Path("here"), [])
-    line = "robotcore sweep avoid-obstacles --world open --set duration_s=0.2 --seeds 1-2 --out here --report page"
+    line = "robotcore sweep mark-green --world open --set duration_s=0.2 --seeds 1-2 --out here --report page"
     assert done["command"] == line
 
 

@@ -23,12 +23,12 @@ from tests.texts import CheckText
 
 @pytest.fixture(scope="module")
 def run() -> Recording:
-    return record_run("avoid-obstacles", seed=1, settings={"duration_s": 6})
+    return record_run("avoid-obstacles", seed=1, settings={"duration_s": 15})
 
 
 @pytest.fixture(scope="module")
 def other() -> Recording:
-    return record_run("avoid-obstacles", seed=2, settings={"duration_s": 6})
+    return record_run("avoid-obstacles", seed=2, settings={"duration_s": 15})
 
 
 def compare(first: Recording, second: Recording) -> Comparison:

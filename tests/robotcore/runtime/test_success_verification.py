@@ -80,7 +80,7 @@ def test_error_of_a_judge_names_the_judge(
 
 def test_app_without_verify_is_no_judge(raises: Raises) -> None:
     with raises(UsageError, "judge-without-verify"):
-        load_judge("avoid-obstacles")
+        load_judge("mark-green")
 
 
 def test_setting_of_a_judge_needs_a_default(app: App, raises: Raises) -> None:

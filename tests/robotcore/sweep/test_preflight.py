@@ -38,7 +38,7 @@ def test_an_app_that_cannot_be_imported_is_refused_by_its_file(
 
 @pytest.mark.parametrize(
     "app, judge, has_verify",
-    [("green-search", None, True), ("avoid-obstacles", None, False), ("avoid-obstacles", "green-search", True)],
+    [("green-search", None, True), ("mark-green", None, False), ("mark-green", "green-search", True)],
 )
 def test_the_preflight_reports_whether_runs_can_be_verified(app: str, judge: str | None, has_verify: bool) -> None:
     assert preflight(Sweep(RunRequest(app, judge=judge), seeds=(1,))) is has_verify
