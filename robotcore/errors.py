@@ -29,6 +29,7 @@
     │   └── RangeFaultError                  a range sensor repeats one distance while the robot moves
     └── BehaviourError                       the app raised an exception: exit 5
     Interrupted (BaseException)              a signal ended the run: exit 128 + its number
+    Mistake (ValueError)                     a value in a file is wrong: a DescriptionError reports it
 
 The name in parentheses is a second base class, so that ``except ValueError`` also catches a UsageError.
 """
@@ -96,8 +97,35 @@ class RobotcoreError(_Portable, Exception):
             self.fields = fields
 
 
-MistakeParts = tuple[str, str, str] | tuple[str, str, str, str]
-"""A mistake in a file: the key, the problem, the remedy, and optionally the kind of the error."""
+class Mistake(ValueError):  # noqa: N818  several of them make one DescriptionError
+    """A mistake in a file. The function that validates a value raises it, and a DescriptionError reports it.
+
+    problem: the problem without a subject, such as ``is missing``.
+    remedy: an instruction for the user, as a sentence without its full stop.
+    kind: a stable identifier in kebab-case, such as ``missing-key``.
+    key: the dotted key of the wrong value; ``""`` if the mistake concerns the whole table or file.
+    """
+
+    def __init__(self, problem: str, remedy: str = "Correct it", *, kind: str = "description", key: str = "") -> None:
+        super().__init__(f"{problem}. {remedy}")
+        self.problem, self.remedy, self.kind, self.key = problem, remedy, kind, key
+
+    @classmethod
+    def from_error(cls, error: ValueError, key: str = "", kind: str = "description") -> Mistake:
+        """Return the mistake for an error that a validator raised for the value of a key.
+
+        The text of a plain ValueError is the problem, a semicolon and a remedy. ``kind`` is the kind of its mistake.
+        """
+        if isinstance(error, Mistake):
+            return cls(error.problem, error.remedy, kind=error.kind, key=key)
+        problem, _, remedy = str(error).rpartition("; ")
+        if not problem:
+            return cls(remedy, kind=kind, key=key)
+        return cls(problem, remedy[:1].upper() + remedy[1:], kind=kind, key=key)
+
+    def below(self, key: str) -> Mistake:
+        """Return the mistake with its key below another key, such as that of the table of the value."""
+        return Mistake(self.problem, self.remedy, kind=self.kind, key=f"{key}.{self.key}".rstrip("."))
 
 
 class UsageError(RobotcoreError, ValueError):
@@ -161,9 +189,9 @@ class DescriptionError(UsageError):
         self.others = tuple(others)
 
     @classmethod
-    def of_all(cls, file: str, mistakes: Sequence[MistakeParts]) -> DescriptionError:
+    def of_all(cls, file: str, mistakes: Sequence[Mistake]) -> DescriptionError:
         """Return one error for all mistakes in a file. ``mistakes`` must not be empty."""
-        first, *others = (cls(file, *parts[:3], kind="".join(parts[3:])) for parts in mistakes)
+        first, *others = (cls(file, each.key, each.problem, each.remedy, kind=each.kind) for each in mistakes)
         return cls(file, first.key, first.problem, first.remedy, others, kind=first.kind)
 
 

@@ -111,9 +111,8 @@ def _validate_table(model: type[ModelT], file: Path, where: str, table: Any) -> 
     try:
         return model.model_validate(table, strict=True)
     except ValidationError as error:
-        mistakes = find_mistakes(error, model, table)
-        keyed = [each._replace(key=f"{where}.{each.key}".rstrip(".")) for each in mistakes]
-        raise DescriptionError.of_all(str(file), keyed) from error
+        mistakes = [each.below(where) for each in find_mistakes(error, model, table)]
+        raise DescriptionError.of_all(str(file), mistakes) from error
 
 
 def resolve_file(folder: Path, base: Path, name: str, kind: str) -> str:

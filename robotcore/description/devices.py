@@ -15,7 +15,8 @@ from pydantic import (
     model_validator,
 )
 
-from robotcore.description.types import Coordinate, InvalidValueError, Name, Radians, StrictModel
+from robotcore.description.types import Coordinate, Name, Radians, StrictModel
+from robotcore.errors import Mistake
 from robotcore.optics import Intrinsics
 
 MIN_LAG_S = 1e-4
@@ -24,9 +25,8 @@ MIN_LAG_S = 1e-4
 
 def _require_measurable_lag(lag: float) -> float:
     if 0 < lag < MIN_LAG_S:
-        raise InvalidValueError(
-            "lag-too-short", f"is {lag:g} s, shorter than a simulator's time step; use 0, or at least {MIN_LAG_S:g} s"
-        )
+        problem = f"is {lag:g} s, shorter than a simulator's time step"
+        raise Mistake(problem, f"Use 0, or at least {MIN_LAG_S:g} s", kind="lag-too-short")
     return lag
 
 
@@ -110,11 +110,8 @@ class RangeSensorDescription(StrictModel):
     @model_validator(mode="after")
     def _ranges_in_order(self) -> RangeSensorDescription:
         if self.min_range_m >= self.max_range_m:
-            raise InvalidValueError(
-                "ranges-in-wrong-order",
-                f"min_range_m, {self.min_range_m:g} m, is not below max_range_m, {self.max_range_m:g} m; correct one "
-                "of them",
-            )
+            problem = f"min_range_m, {self.min_range_m:g} m, is not below max_range_m, {self.max_range_m:g} m"
+            raise Mistake(problem, "Correct one of them", kind="ranges-in-wrong-order")
         return self
 
 

@@ -19,12 +19,11 @@ from robotcore.description.validation import (
     BACKENDS,
     MAX_LIBRARY_MESSAGE,
     MAX_SHOWN_CHARACTERS,
-    Mistake,
     dotted_key,
     find_mistakes,
 )
 from robotcore.description.world import WorldDescription
-from robotcore.errors import DescriptionError, UnknownNameError, UsageError
+from robotcore.errors import DescriptionError, Mistake, UnknownNameError, UsageError
 from robotcore.plugins import backend_names
 
 if sys.version_info >= (3, 11):
@@ -269,18 +268,18 @@ def _parse(file: str, content: bytes) -> Table:
 def _find_long_key(text: str) -> Mistake | None:
     if found := _LONG_KEY.search(_STRING.sub("_", text)):
         problem = f"the key {found[0][:MAX_SHOWN_CHARACTERS]}… has more than {MAX_DOTS} dots"
-        return Mistake("", problem, "Remove the nesting", "too-many-dots")
+        return Mistake(problem, "Remove the nesting", kind="too-many-dots")
     return None
 
 
 def _find_oversized(table: Table, value: Any, path: tuple[str | int, ...] = ()) -> Iterator[Mistake]:
     if isinstance(value, int) and value.bit_length() > MAX_BITS:
         problem = f"has {value.bit_length()} bits, and the limit is {MAX_BITS}"
-        yield Mistake(dotted_key(path, table), problem, "Take a smaller number", "number-too-long")
+        yield Mistake(problem, "Take a smaller number", kind="number-too-long", key=dotted_key(path, table))
     if not isinstance(value, (dict, list)):
         return
     if len(value) > MAX_ENTRIES:
         problem = f"has {len(value)} entries, and the limit is {MAX_ENTRIES}"
-        yield Mistake(dotted_key(path, table), problem, "Remove some", "too-many-entries")
+        yield Mistake(problem, "Remove some", kind="too-many-entries", key=dotted_key(path, table))
     for key, item in value.items() if isinstance(value, dict) else enumerate(value):
         yield from _find_oversized(table, item, (*path, key))

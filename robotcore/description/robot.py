@@ -31,13 +31,13 @@ from robotcore.description.devices import (
 from robotcore.description.types import (
     Colour,
     Coordinate,
-    InvalidValueError,
     Metres,
     Name,
     StrictModel,
     freeze,
     require_unique,
 )
+from robotcore.errors import Mistake
 from robotcore.geometry import DifferentialGeometry
 
 UNIT_ERROR_FACTOR = 10
@@ -126,14 +126,12 @@ class Drive(StrictModel):
     @model_validator(mode="after")
     def _require_two_sides(self) -> Drive:
         if self.left == self.right:
-            raise InvalidValueError("same-motor", f"left and right are the same motor {self.left!r}; name two motors")
+            raise Mistake(f"left and right are the same motor {self.left!r}", "Name two motors", kind="same-motor")
         if (self.left_encoder is None) != (self.right_encoder is None):
-            raise InvalidValueError("one-encoder", "only one wheel has an encoder; name both encoders or none")
+            raise Mistake("only one wheel has an encoder", "Name both encoders or none", kind="one-encoder")
         if self.left_encoder and self.left_encoder == self.right_encoder:
-            raise InvalidValueError(
-                "same-encoder",
-                f"left_encoder and right_encoder are the same encoder {self.left_encoder!r}; name two encoders",
-            )
+            problem = f"left_encoder and right_encoder are the same encoder {self.left_encoder!r}"
+            raise Mistake(problem, "Name two encoders", kind="same-encoder")
         return self
 
     @property
@@ -225,32 +223,22 @@ class RobotDescription(StrictModel):
             return self
         body, across = self.body, drive.track_m + drive.wheel_width_m
         if drive.wheel_radius_m > body.length_m:
-            raise InvalidValueError(
-                "wheel-radius-not-in-metres",
-                f"drive.wheel_radius_m is {drive.wheel_radius_m:g} m, but body.length_m with the wheels is only "
-                f"{body.length_m:g} m; give both in metres",
-            )
+            length = f"body.length_m with the wheels is only {body.length_m:g} m"
+            problem = f"drive.wheel_radius_m is {drive.wheel_radius_m:g} m, but {length}"
+            raise Mistake(problem, "Give both in metres", kind="wheel-radius-not-in-metres")
         for key in ("track_m", "wheel_width_m"):
             if (given := getattr(drive, key)) > UNIT_ERROR_FACTOR * body.width_m:
-                raise InvalidValueError(
-                    "wheel-size-not-in-metres",
-                    f"drive.{key} is {given:g} m, but body.width_m with the wheels is only {body.width_m:g} m; "
-                    "give both in metres",
-                )
+                problem = f"drive.{key} is {given:g} m, but body.width_m with the wheels is only {body.width_m:g} m"
+                raise Mistake(problem, "Give both in metres", kind="wheel-size-not-in-metres")
         if across > body.width_m:
-            raise InvalidValueError(
-                "body-narrower-than-wheels",
-                f"the wheels have a width of {across:g} m over all, but body.width_m is only {body.width_m:g} m; "
-                "include the wheels in body.width_m",
-            )
+            problem = f"the wheels have a width of {across:g} m over all, but body.width_m is only {body.width_m:g} m"
+            raise Mistake(problem, "Include the wheels in body.width_m", kind="body-narrower-than-wheels")
         if not body.front_x_m - body.length_m < 0 < body.front_x_m:
-            raise InvalidValueError(
-                "axle-not-under-body", "the axle is not under the body; correct body.centre_x_m or body.length_m"
-            )
+            remedy = "Correct body.centre_x_m or body.length_m"
+            raise Mistake("the axle is not under the body", remedy, kind="axle-not-under-body")
         if body.clearance_m == 0:
-            raise InvalidValueError(
-                "body-on-floor", "body.clearance_m is 0, so the body lies on the floor; raise it, or remove [drive]"
-            )
+            problem = "body.clearance_m is 0, so the body lies on the floor"
+            raise Mistake(problem, "Raise it, or remove [drive]", kind="body-on-floor")
         return self
 
     @property
@@ -295,8 +283,6 @@ class RobotDescription(StrictModel):
 def _require_devices(table: str, names: Iterable[str], known: set[str], kind: str) -> None:
     for name in names:
         if name not in known:
-            raise InvalidValueError(
-                "no-such-device",
-                f"[{table}] names the {kind} {name!r}, but no {kind} has this name; "
-                f'add [[devices]] with kind = "{kind}" and name = "{name}"',
-            )
+            problem = f"[{table}] names the {kind} {name!r}, but no {kind} has this name"
+            remedy = f'Add [[devices]] with kind = "{kind}" and name = "{name}"'
+            raise Mistake(problem, remedy, kind="no-such-device")

@@ -11,16 +11,16 @@ from robotcore.description.devices import AnyDevice
 from robotcore.description.robot import RobotDescription
 from robotcore.description.types import StrictModel
 from robotcore.description.validation import MAX_FILE_ERRORS, find_mistakes, limit_errors
-from robotcore.errors import MistakeParts, find_nearest
+from robotcore.errors import Mistake, find_nearest
 
 T = TypeVar("T")
 DescribedT = TypeVar("DescribedT", bound=StrictModel)
 
 
 class MistakesError(Exception):
-    """The mistakes in one device's table."""
+    """The mistakes in one device's table, if it has several."""
 
-    def __init__(self, *mistakes: MistakeParts) -> None:
+    def __init__(self, *mistakes: Mistake) -> None:
         super().__init__(mistakes)
         self.mistakes = mistakes
 
@@ -29,15 +29,15 @@ def read_each(
     robot: RobotDescription,
     section: str,
     needed: Collection[str],
-    read: Callable[[AnyDevice, str, Any], T],
+    read: Callable[[AnyDevice, Any], T],
     missing_remedy: Callable[[AnyDevice], str],
-) -> tuple[list[T], list[MistakeParts]]:
+) -> tuple[list[T], list[Mistake]]:
     """Read the tables of all devices. Return the results of ``read``, and the mistakes in the section.
 
     section: the name of the section.
     needed: the names of the devices that must have a table.
-    read: a function that reads the table of a device, or raises MistakesError. Its arguments are the device, the dotted
-        key of the table and the table.
+    read: a function that reads the table of a device, or raises Mistake or MistakesError with keys within the table.
+        Its arguments are the device and the table.
     missing_remedy: a function that returns the remedy for a needed device without a table.
     """
     table = robot.backends.get(section, {})
@@ -48,24 +48,22 @@ def read_each(
         key = f"{section}.{device.name}"
         if device.name in table:
             try:
-                results.append(read(device, key, table[device.name]))
+                results.append(read(device, table[device.name]))
+            except Mistake as mistake:
+                mistakes.append(mistake.below(key))
             except MistakesError as error:
-                mistakes += error.mistakes
+                mistakes += (mistake.below(key) for mistake in error.mistakes)
         elif device.name in needed and device.name not in unknown.values():
-            mistakes.append((key, "is missing", missing_remedy(device), "missing-section"))
+            mistakes.append(Mistake("is missing", missing_remedy(device), kind="missing-section", key=key))
     return results, [*limit_errors(mistakes)]
 
 
-def validate_table(model: type[DescribedT], key: str, table: Mapping[str, Any]) -> DescribedT:
-    """Return the content of a table as an instance of a model. Raises MistakesError with all mistakes in the table.
-
-    key: the dotted key of the table.
-    """
+def validate_table(model: type[DescribedT], table: Mapping[str, Any]) -> DescribedT:
+    """Return the content of a table as an instance of a model. Raises MistakesError with all mistakes in the table."""
     try:
         return model.model_validate(table, strict=True)
     except ValidationError as error:
-        mistakes = find_mistakes(error, model, table)
-        raise MistakesError(*(each._replace(key=f"{key}.{each.key}".rstrip(".")) for each in mistakes)) from error
+        raise MistakesError(*find_mistakes(error, model, table)) from error
 
 
 def _match_unknown_names(robot: RobotDescription, table: Mapping[str, Any]) -> dict[str, str | None]:
@@ -79,7 +77,7 @@ def _match_unknown_names(robot: RobotDescription, table: Mapping[str, Any]) -> d
     }
 
 
-def _find_unknown_names(section: str, unknown: Mapping[str, str | None]) -> Iterator[MistakeParts]:
+def _find_unknown_names(section: str, unknown: Mapping[str, str | None]) -> Iterator[Mistake]:
     for name, device in unknown.items():
         remedy = f"Did you mean {device!r}?" if device else "Remove the table, or add [[devices]] with this name"
-        yield f"{section}.{name}", "no device has this name", remedy, "unknown-device"
+        yield Mistake("no device has this name", remedy, kind="unknown-device", key=f"{section}.{name}")

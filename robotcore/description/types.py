@@ -11,7 +11,7 @@ from typing import Annotated, Any, TypeVar
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo
 
-from robotcore.errors import suggestion
+from robotcore.errors import Mistake, suggestion
 
 COLOURS: dict[str, tuple[int, int, int]] = {
     "black": (25, 25, 25),
@@ -34,24 +34,12 @@ COLOURS: dict[str, tuple[int, int, int]] = {
 Number = TypeVar("Number", bound=float)
 
 
-class InvalidValueError(ValueError):
-    """A validator refuses a value in a description.
-
-    kind: a stable identifier of the mistake, in kebab-case.
-    text: the problem and the remedy, separated by a semicolon.
-    """
-
-    def __init__(self, kind: str, text: str) -> None:
-        super().__init__(text)
-        self.kind = kind
-
-
 class StrictModel(BaseModel):
     """The base class of the models of descriptions.
 
     A model refuses unknown keys and numbers that are not finite. Its instances cannot be changed. Error messages quote
-    the ``description`` of a field's type, which is the form of the value in a file. A validator must raise
-    InvalidValueError, or a ValueError whose text is the problem, a semicolon and a remedy.
+    the ``description`` of a field's type, which is the form of the value in a file. A validator must raise `Mistake`,
+    or a ValueError whose text is the problem, a semicolon and a remedy.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
@@ -74,7 +62,7 @@ def _to_colour(value: Any) -> Any:
     if isinstance(value, str):
         if value not in COLOURS:
             nearest = suggestion(value, list(COLOURS))
-            raise InvalidValueError("unknown-colour", f"unknown colour {value[:40]!r}; {nearest} Or write [r, g, b]")
+            raise Mistake(f"unknown colour {value[:40]!r}", f"{nearest} Or write [r, g, b]", kind="unknown-colour")
         return COLOURS[value]
     return value
 
@@ -91,19 +79,15 @@ Colour = Annotated[
 
 def _require_order(limits: tuple[float, float]) -> tuple[float, float]:
     if limits[0] > limits[1]:
-        raise InvalidValueError(
-            "ends-in-wrong-order", f"the lower end {limits[0]:g} is above the upper end {limits[1]:g}; swap them"
-        )
+        problem = f"the lower end {limits[0]:g} is above the upper end {limits[1]:g}"
+        raise Mistake(problem, "Swap them", kind="ends-in-wrong-order")
     return limits
 
 
 def _require_name(value: str) -> str:
     if not re.fullmatch(r"[a-z][a-z0-9_-]{0,63}", value):
-        raise InvalidValueError(
-            "no-name",
-            f"{value[:40]!r} is not a valid name; take a lower-case letter and up to 63 lower-case letters, digits, _ "
-            "and -",
-        )
+        remedy = "Take a lower-case letter and up to 63 lower-case letters, digits, _ and -"
+        raise Mistake(f"{value[:40]!r} is not a valid name", remedy, kind="no-name")
     return value
 
 
@@ -115,18 +99,16 @@ TURN_RAD = 6.3
 """The greatest angle in a file, in radians: a turn, rounded up. A larger number is probably in degrees."""
 
 
-def describe_degrees(angle: float) -> tuple[str, str]:
-    """Return the problem and the remedy for an angle in radians that is more than a turn."""
-    return (
-        f"{angle:g} rad is more than a turn",
-        f"Did you mean {angle:g} degrees? That is {math.radians(angle):.3g} rad",
-    )
+def make_degrees_mistake(angle: float, key: str = "") -> Mistake:
+    """Return the mistake for an angle of more than a turn, which is probably in degrees."""
+    remedy = f"Did you mean {angle:g} degrees? That is {math.radians(angle):.3g} rad"
+    return Mistake(f"{angle:g} rad is more than a turn", remedy, kind="out-of-bounds", key=key)
 
 
 def _require_turn(angle: float, info: ValidationInfo) -> float:
     # Only files are validated with a context. A heading that a seed draws, and a recording has, may be larger.
     if info.context is not None and abs(angle) > TURN_RAD:
-        raise InvalidValueError("out-of-bounds", "; ".join(describe_degrees(angle)))
+        raise make_degrees_mistake(angle)
     return angle
 
 
@@ -144,13 +126,13 @@ Name = Annotated[str, AfterValidator(_require_name)]
 
 
 def require_unique(kind: str, names: Iterable[str]) -> None:
-    """Raise ValueError if a name occurs twice.
+    """Raise Mistake if a name occurs twice.
 
     kind: the plural noun for the named objects in the message, such as ``devices``.
     """
     doubles = [name for name, count in Counter(names).items() if count > 1]
     if doubles:
-        raise InvalidValueError("same-name", f"two {kind} are named {doubles[0]!r}; rename one of them")
+        raise Mistake(f"two {kind} are named {doubles[0]!r}", "Rename one of them", kind="same-name")
 
 
 def hue_degrees(colour: tuple[int, int, int]) -> float:

@@ -7,12 +7,12 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from itertools import islice
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel, ValidationError
 
-from robotcore.description.types import TURN_RAD, describe_degrees
-from robotcore.errors import MistakeParts, suggestion
+from robotcore.description.types import TURN_RAD, make_degrees_mistake
+from robotcore.errors import Mistake, suggestion
 
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
@@ -115,19 +115,6 @@ _PLAINER = (("Input ", ""), ("greater than or equal to", "at least"), ("less tha
 _KINDS = {"missing": "missing-key", "extra_forbidden": "unknown-key", **dict.fromkeys(_BOUNDS, "out-of-bounds")}
 
 
-class Mistake(NamedTuple):
-    """A mistake in a file."""
-
-    key: str
-    """The dotted key of the wrong value, such as ``devices[nose].mount.x_m``."""
-    problem: str
-    """The problem without a subject, such as ``is missing``."""
-    remedy: str
-    """An instruction for the user, as a sentence without its full stop."""
-    kind: str = "description"
-    """A stable identifier in kebab-case, such as ``missing-key``."""
-
-
 def first_mistake(error: ValidationError) -> tuple[str, str]:
     """Return the dotted key and the problem of the first mistake in pydantic's error.
 
@@ -159,16 +146,18 @@ def find_mistakes(
     all_found = error.errors(include_url=False)
     lists = {found["loc"][:-1] for found in all_found}
     causes = [found for found in all_found if found["type"] != "too_short" or found["loc"] not in lists]
-    mistakes = dict.fromkeys(_make_mistake(found, model, data, sections) for found in causes[: MAX_FILE_ERRORS + 1])
-    return limit_errors(mistake for mistake in mistakes if not _is_misspelt(mistake, mistakes))
+    made = [_make_mistake(found, model, data, sections) for found in causes[: MAX_FILE_ERRORS + 1]]
+    mistakes = {(each.key, each.problem): each for each in made}.values()
+    return limit_errors(each for each in mistakes if not _is_misspelt(each, mistakes))
 
 
-def limit_errors(mistakes: Iterable[MistakeParts]) -> list[Mistake]:
+def limit_errors(mistakes: Iterable[Mistake]) -> list[Mistake]:
     """Return the first `MAX_FILE_ERRORS` mistakes, and if there are more, a last item that reports this."""
-    found = [Mistake(*parts) for parts in islice(mistakes, MAX_FILE_ERRORS + 1)]
-    problem = f"it has more than {MAX_FILE_ERRORS} errors, of which the first {MAX_FILE_ERRORS} are shown"
-    more = Mistake("", problem, "Correct these first", "too-many-mistakes")
-    return [*found[:MAX_FILE_ERRORS], *[more] * (len(found) > MAX_FILE_ERRORS)]
+    found = list(islice(mistakes, MAX_FILE_ERRORS + 1))
+    if len(found) > MAX_FILE_ERRORS:
+        problem = f"it has more than {MAX_FILE_ERRORS} errors, of which the first {MAX_FILE_ERRORS} are shown"
+        found[-1] = Mistake(problem, "Correct these first", kind="too-many-mistakes")
+    return found
 
 
 def _is_misspelt(missing: Mistake, mistakes: Iterable[Mistake]) -> bool:
@@ -183,25 +172,24 @@ def _is_misspelt(missing: Mistake, mistakes: Iterable[Mistake]) -> bool:
 def _make_mistake(
     found: ErrorDetails, model: type[BaseModel], data: Mapping[str, Any], sections: Sequence[str]
 ) -> Mistake:
-    cause, path, key, message = found["type"], found["loc"], dotted_key(found["loc"], data), _format_message(found)
-    kind = _KINDS.get(cause, "wrong-value")
+    cause, path, key = found["type"], found["loc"], dotted_key(found["loc"], data)
     if form := _find_form(model, found):
         problem = f"should be {form}, got {_format_value(found['input'])}"
-        return Mistake(dotted_key(_find_path(found), data), problem, "Correct it", "wrong-form")
-    if cause == "extra_forbidden":
-        known = [*_list_known_keys(model, path), *(sections if len(path) == 1 else ())]
-        return Mistake(key, message, f"Correct or remove the key. {suggestion(_format_key(path[-1]), known)}", kind)
-    if cause == "missing":
-        form = get_form(model, path)
-        return Mistake(key, message, f"Add it: {form}" if form else "Add it", kind)
+        return Mistake(problem, kind="wrong-form", key=dotted_key(_find_path(found), data))
+    if cause == "value_error":
+        return Mistake.from_error(found["ctx"]["error"], key, "invalid-value")
     if cause.startswith("union_tag"):
         return _make_tag_mistake(key, found, model)
-    if cause == "value_error":
-        problem, _, remedy = message.rpartition("; ")
-        kind = getattr(found["ctx"]["error"], "kind", "invalid-value")
-        return Mistake(key, problem, remedy[:1].upper() + remedy[1:], kind)
-    problem, remedy = describe_degrees(found["input"]) if _is_in_degrees(found) else (message, "Correct it")
-    return Mistake(key, problem, remedy, kind)
+    if _is_in_degrees(found):
+        return make_degrees_mistake(found["input"], key)
+    remedy = "Correct it"
+    if cause == "extra_forbidden":
+        known = [*_list_known_keys(model, path), *(sections if len(path) == 1 else ())]
+        remedy = f"Correct or remove the key. {suggestion(_format_key(path[-1]), known)}"
+    elif cause == "missing":
+        form = get_form(model, path)
+        remedy = f"Add it: {form}" if form else "Add it"
+    return Mistake(_format_message(found), remedy, kind=_KINDS.get(cause, "wrong-value"), key=key)
 
 
 def _is_in_degrees(found: ErrorDetails) -> bool:
@@ -235,9 +223,9 @@ def _make_tag_mistake(key: str, found: ErrorDetails, model: type[BaseModel]) -> 
     if found["type"] == "union_tag_not_found":
         *outer, index = found["loc"]
         tags = _find_child(_find_schema(model, outer), index).get("discriminator", {}).get("mapping", {})
-        return Mistake(key, "is missing", f"Add it: {' or '.join(map(json.dumps, tags))}", "missing-tag")
+        return Mistake("is missing", f"Add it: {' or '.join(map(json.dumps, tags))}", kind="missing-tag", key=key)
     tag, known = str(found["ctx"]["tag"])[:MAX_SHOWN_CHARACTERS], re.findall(r"'(\w+)'", found["ctx"]["expected_tags"])
-    return Mistake(key, f"{tag!r} is unknown", suggestion(tag, known), "unknown-tag")
+    return Mistake(f"{tag!r} is unknown", suggestion(tag, known), kind="unknown-tag", key=key)
 
 
 def dotted_key(loc: Sequence[str | int], data: Any) -> str:

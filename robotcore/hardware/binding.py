@@ -8,9 +8,9 @@ from functools import partial
 from typing import Any
 
 from robotcore.description import AnyDevice, BatteryDescription, DisplayDescription, RobotDescription
-from robotcore.description.sections import MistakesError, read_each, validate_table
+from robotcore.description.sections import read_each, validate_table
 from robotcore.description.validation import MAX_SHOWN_CHARACTERS
-from robotcore.errors import BackendMissingError, DescriptionError, MistakeParts, UnknownNameError, suggestion
+from robotcore.errors import BackendMissingError, DescriptionError, Mistake, UnknownNameError, suggestion
 from robotcore.hardware.driver import Connection, DeviceBinding, DeviceDriver
 from robotcore.plugins import DEVICES, device_driver_names, load_registered
 
@@ -61,31 +61,32 @@ def bind_devices(
     return tuple(binding for binding in bindings if binding.name in chosen)
 
 
-def _bind(robot: RobotDescription, description: AnyDevice, key: str, table: Any) -> DeviceBinding:
-    driver = _driver(description, key, table)
-    settings = validate_table(driver.settings, key, {name: value for name, value in table.items() if name != "driver"})
-    if mistakes := list(collect_mistakes(key, partial(driver.check, description, settings, robot))):
-        raise MistakesError(*mistakes)
+def _bind(robot: RobotDescription, description: AnyDevice, table: Any) -> DeviceBinding:
+    driver = _driver(description, table)
+    settings = validate_table(driver.settings, {name: value for name, value in table.items() if name != "driver"})
+    try:
+        driver.check(description, settings, robot)
+    except ValueError as error:
+        raise Mistake.from_error(error) from error
     return DeviceBinding(description, driver, settings)
 
 
-def _driver(description: AnyDevice, key: str, table: Any) -> DeviceDriver[Any, Any]:
+def _driver(description: AnyDevice, table: Any) -> DeviceDriver[Any, Any]:
+    known = list_drivers(description)
     if not isinstance(table, Mapping):
-        raise MistakesError((key, f"should be a table, got {table!r}", f"Name its driver: {list_drivers(description)}"))
+        raise Mistake(f"should be a table, got {table!r}", f"Name its driver: {known}")
     if "driver" not in table:
-        raise MistakesError((f"{key}.driver", "is missing", f"Add it: {list_drivers(description)}"))
+        raise Mistake("is missing", f"Add it: {known}", key="driver")
     if not isinstance(name := table["driver"], str):
-        raise MistakesError(
-            (f"{key}.driver", f"should be a name in quotes, got {name!r}", f"Name one: {list_drivers(description)}")
-        )
+        raise Mistake(f"should be a name in quotes, got {name!r}", f"Name one: {known}", key="driver")
     try:
         driver: DeviceDriver[Any, Any] = load_registered("device driver", DEVICES, name)()
     except UnknownNameError as unknown:
         problem = f"unknown device driver {name[:MAX_SHOWN_CHARACTERS]!r}"
-        raise MistakesError((f"{key}.driver", problem, suggest_driver(name, description))) from unknown
+        raise Mistake(problem, suggest_driver(name, description), key="driver") from unknown
     if not isinstance(description, driver.described):
         problem = f"{name!r} is not a driver for a {description.kind.replace('_', ' ')}"
-        raise MistakesError((f"{key}.driver", problem, f"Name one: {list_drivers(description)}"))
+        raise Mistake(problem, f"Name one: {known}", key="driver")
     return driver
 
 
@@ -137,7 +138,7 @@ def find_drivers(description: AnyDevice) -> dict[str, type[DeviceDriver[Any, Any
     return found
 
 
-def collect_mistakes(key: str, check: Callable[[], object]) -> Iterator[MistakeParts]:
+def collect_mistakes(key: str, check: Callable[[], object]) -> Iterator[Mistake]:
     """Call a check, and yield a mistake if it raises ValueError.
 
     key: the dotted key of the checked table.
@@ -146,13 +147,10 @@ def collect_mistakes(key: str, check: Callable[[], object]) -> Iterator[MistakeP
     try:
         check()
     except ValueError as error:
-        problem, _, remedy = str(error).rpartition("; ")
-        yield (key, problem, remedy[:1].upper() + remedy[1:]) if problem else (key, remedy, "Correct it")
+        yield Mistake.from_error(error, key)
 
 
-def incompatible_drivers(
-    section: str, bindings: Sequence[DeviceBinding], robot: RobotDescription
-) -> Iterator[MistakeParts]:
+def incompatible_drivers(section: str, bindings: Sequence[DeviceBinding], robot: RobotDescription) -> Iterator[Mistake]:
     """Yield a mistake for each device for which `DeviceDriver.check_beside` raises ValueError."""
     drivers = {binding.name: binding.driver for binding in bindings}
     for binding in bindings:
@@ -162,7 +160,7 @@ def incompatible_drivers(
 
 def invalid_pins(
     section: str, bindings: Iterable[DeviceBinding], place: Callable[[Connection], object]
-) -> Iterator[MistakeParts]:
+) -> Iterator[Mistake]:
     """Yield a mistake for each connection to a pin that the board does not have.
 
     place: the function of `bind_devices`.
@@ -174,7 +172,7 @@ def invalid_pins(
 
 def pin_conflicts(
     section: str, bindings: Iterable[DeviceBinding], place: Callable[[Connection], Iterable[Connection]]
-) -> Iterator[MistakeParts]:
+) -> Iterator[Mistake]:
     """Yield a mistake for each pin or port that two connections occupy but cannot share.
 
     place: the function of `bind_devices`.
@@ -185,10 +183,10 @@ def pin_conflicts(
             key = f"{section}.{binding.name}.{wire.signal}"
             first, before = taken.setdefault((wire.bus, wire.where), (key, wire))
             if before is not wire and not wire.can_share(before):
-                yield (
-                    key,
+                yield Mistake(
                     f"{wire} is already {first}{_name_protocol(before)}",
                     f"Connect one of them elsewhere{_format_remedy(wire, before)}",
+                    key=key,
                 )
 
 

@@ -17,6 +17,7 @@ from robotcore.errors import (
     DeviceError,
     DeviceGroupError,
     Interrupted,
+    Mistake,
     RobotcoreError,
     StaleSampleError,
     UnknownNameError,
@@ -94,7 +95,9 @@ def test_unknown_name_has_a_kind_of_its_own() -> None:
 
 
 def test_description_error_for_several_mistakes_has_a_line_for_each() -> None:
-    error = DescriptionError.of_all("r.toml", [("a", "is missing", "Add it", "missing-key"), ("b", "is 1", "Take 2")])
+    error = DescriptionError.of_all(
+        "r.toml", [Mistake("is missing", "Add it", kind="missing-key", key="a"), Mistake("is 1", "Take 2", key="b")]
+    )
     assert (error.key, error.kind, error.others[0].key, error.others[0].kind) == (
         "a",
         "missing-key",

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotcore.description.robot import RobotDescription
-from robotcore.description.validation import Mistake, limit_errors
+from robotcore.description.validation import limit_errors
 from robotcore.description.world import Ball, Box, Cylinder, Floor, Outline, WorldDescription, round_outline
-from robotcore.errors import DescriptionError
+from robotcore.errors import DescriptionError, Mistake
 
 Array = NDArray[np.float64]
 
@@ -113,11 +113,11 @@ def _check_walls(world: WorldDescription, outline: Outline, key: str, subject: s
     if world.walls and gap_to_edge(outline, world.floor) < 0:
         x, y = world.floor.length_m / 2, world.floor.width_m / 2
         remedy = f"Move it between the walls, which are at x = ±{x:g} m and y = ±{y:g} m"
-        yield Mistake(key, f"{subject} is in or beyond a wall", remedy, "beyond-wall")
+        yield Mistake(f"{subject} is in or beyond a wall", remedy, kind="beyond-wall", key=key)
 
 
 def _check_overlaps(bodies: Iterable[WorldBody], key: str, subject: str) -> Iterator[Mistake]:
     for body in bodies:
         kind = "target" if isinstance(body, Ball) else "obstacle"
-        problem, remedy = f"{subject} overlaps the {kind} {body.name!r}", "Move one of the two"
-        yield Mistake(key, problem, remedy, f"in-{kind}")
+        problem = f"{subject} overlaps the {kind} {body.name!r}"
+        yield Mistake(problem, "Move one of the two", kind=f"in-{kind}", key=key)

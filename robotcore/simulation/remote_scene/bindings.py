@@ -20,8 +20,8 @@ from robotcore.description import (
     RobotDescription,
     StrictModel,
 )
-from robotcore.description.sections import MistakesError, read_each, validate_table
-from robotcore.errors import DescriptionError, DeviceError, DeviceGroupError, find_nearest
+from robotcore.description.sections import read_each, validate_table
+from robotcore.errors import DescriptionError, DeviceError, DeviceGroupError, Mistake, find_nearest
 from robotcore.hal.check_finding import Finding
 from robotcore.simulation.remote_scene.devices import choose_intrinsics
 from robotcore.simulation.remote_scene.interface import ObjectKind, Scene, SceneObject
@@ -136,13 +136,13 @@ def _suggest_path(robot: RobotDescription, description: AnyDevice) -> str:
     return f'Name its {_BINDINGS[type(description)][1].value} in the scene: path = "/{robot.name}/{description.name}"'
 
 
-def _read_binding(description: AnyDevice, key: str, table: Any) -> SceneBinding:
+def _read_binding(description: AnyDevice, table: Any) -> SceneBinding:
     if isinstance(description, BatteryDescription):
-        raise MistakesError((key, "is not allowed: a scene has no battery", "Remove it"))
+        raise Mistake("is not allowed: a scene has no battery", "Remove it")
     model, kind = _BINDINGS[type(description)]
     if not isinstance(table, Mapping):
-        raise MistakesError((key, f"should be a table, got {table!r}", f"Write [{key}], and its path in the next line"))
-    return SceneBinding(description, validate_table(model, key, table), kind)
+        raise Mistake(f"should be a table, got {table!r}", "Write it as a table, with its path in the next line")
+    return SceneBinding(description, validate_table(model, table), kind)
 
 
 ObjectsByDevice = dict[str, SceneObject | None]

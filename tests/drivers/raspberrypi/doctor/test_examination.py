@@ -8,7 +8,7 @@ import pytest
 
 from drivers.raspberrypi.doctor import examine
 from robotcore.description import load_robot
-from robotcore.errors import DescriptionError
+from robotcore.errors import DescriptionError, Mistake
 from robotcore.hal.check_finding import Finding, Level
 from tests.drivers.raspberrypi.doctor.conftest import CheckFindings
 from tests.drivers.raspberrypi.doctor.test_devices import EYE, NOSE
@@ -95,7 +95,7 @@ def test_each_mistake_in_a_robot_s_section_is_an_error_and_devices_are_not_check
 ) -> None:
     def fail_import(*_: object) -> None:
         raise DescriptionError.of_all(
-            "robot rover", [("raspberrypi.nose", "is raise_missing", "Add it"), ("b", "c", "D")]
+            "robot rover", [Mistake("is missing", "Add it", key="raspberrypi.nose"), Mistake("c", "D", key="b")]
         )
 
     monkeypatch.setattr("drivers.raspberrypi.doctor.bind_devices", fail_import)

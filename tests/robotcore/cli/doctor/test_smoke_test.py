@@ -4,7 +4,7 @@ import pytest
 
 from robotcore.cli.doctor.smoke_test import diagnose
 from robotcore.description import load_robot
-from robotcore.errors import DescriptionError, DeviceError, DeviceGroupError
+from robotcore.errors import DescriptionError, DeviceError, DeviceGroupError, Mistake
 from robotcore.hal.backend import Backend, Setup, load_backend
 from robotcore.hal.check_finding import Finding, Level
 from robotcore.hal.robot import Robot
@@ -89,7 +89,8 @@ def test_a_window_needs_a_display(monkeypatch: pytest.MonkeyPatch, display: str,
 
 def test_a_wrong_robot_file_is_an_error_with_the_command_that_checks_it(check_text: CheckText) -> None:
     error = DescriptionError.of_all(
-        "my.toml", [("board.nose", "is missing", "Add it"), ("b", "c", "D"), ("e", "f", "G")]
+        "my.toml",
+        [Mistake("is missing", "Add it", key="board.nose"), Mistake("c", "D", key="b"), Mistake("f", "G", key="e")],
     )
     (found,) = diagnose_all(RaisingBackend(error), "lookout")
     assert (found.level, found.kind, found.remedy) == (Level.ERROR, "description", "robotcore check lookout")
