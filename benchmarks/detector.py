@@ -3,7 +3,7 @@
     python -m benchmarks.detector
     python -m benchmarks.detector --tune --seed 11 --frames 600
 
-Two renderers draw the pictures from a seed, and `benchmarks/eyes` degrades them. The detector is compared with the
+`benchmarks.frames` draws the pictures from a seed, with two renderers. The detector is compared with the
 usual pipeline of OpenCV. Each method gives one answer for each frame. The unit of time is the copy of a frame. With
 `--tune`, the script prints the pipeline's best thresholds by F1, the harmonic mean of precision and recall, on the
 frames of two seeds. The exit status is 1 if the detector is worse than the tuned pipeline, or slower than its bound.
@@ -23,7 +23,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from benchmarks.eyes.frames import LabelledFrame, draw_frame
+from benchmarks.frames import LabelledFrame, draw_frame
 from benchmarks.report import Interval, compute_median, parse_options, print_table
 from robotcore.autonomy.navigation.ball import KEPT_PX
 from robotcore.autonomy.vision import ColourDetector

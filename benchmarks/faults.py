@@ -11,8 +11,6 @@ unavoidable; the table has the reason.
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
-from dataclasses import dataclass
 
 from benchmarks.report import parse_options, print_table
 from robotcore.runtime.plan import Plan, RunRequest
@@ -27,105 +25,70 @@ NAMING = (3, 4)
 """The exit statuses of a run that was ended by a device's error or by the safety stage."""
 
 
-@dataclass(frozen=True)
-class Case:
-    """A fault, and the reason why it makes a contact unavoidable. The reason is empty if a contact is avoidable."""
+CASES = {
+    "camera drop=0.3": "",
+    "camera freeze after=5 lasts=0.5": "",
+    "camera freeze after=5": "",
+    "camera delay=0.15": "",
+    "camera noise=15": "",
+    "camera lost=1 after=5": "",
+    "range drop=0.3": "",
+    "range freeze after=5": "",
+    "range delay=0.15": "",
+    "range noise=0.03": "",
+    "range no_echo=0.3": "",
+    "range spikes=0.05": "two false echoes in a row may erase an obstacle from the map",
+    "range stuck=1.5 after=5": "a robot that does not turn may be in a corridor, where echoes stay the same",
+    "range lost=1 after=5": "",
+    "encoders drop=0.2": "",
+    "encoders freeze after=5": "",
+    "encoders delay=0.1": "",
+    "encoders slip=0.05": "until an echo contradicts the map, the pose is wrong",
+    "left_encoder slip=1 after=5": "",
+    "left_motor weak=0.7": "",
+    "left_motor dead after=5": "",
+    "left_motor reversed after=5": "",
+    "drive dead after=5": "",
+    "loop stall=0.3 after=5 every=5": "",
+    "connection lost=1 after=5": "",
+    "display lost=1 after=5": "",
+}
+"""The faults. The value is the reason why a fault makes a contact unavoidable, or empty if a contact is avoidable."""
 
-    spec: str
-    touching: str = ""
-
-
-CASES = (
-    Case("camera drop=0.3"),
-    Case("camera freeze after=5 lasts=0.5"),
-    Case("camera freeze after=5"),
-    Case("camera delay=0.15"),
-    Case("camera noise=15"),
-    Case("camera lost=1 after=5"),
-    Case("range drop=0.3"),
-    Case("range freeze after=5"),
-    Case("range delay=0.15"),
-    Case("range noise=0.03"),
-    Case("range no_echo=0.3"),
-    Case("range spikes=0.05", "two false echoes in a row may erase an obstacle from the map"),
-    Case("range stuck=1.5 after=5", "a robot that does not turn may be in a corridor, where echoes stay the same"),
-    Case("range lost=1 after=5"),
-    Case("encoders drop=0.2"),
-    Case("encoders freeze after=5"),
-    Case("encoders delay=0.1"),
-    Case("encoders slip=0.05", "until an echo contradicts the map, the pose is wrong"),
-    Case("left_encoder slip=1 after=5"),
-    Case("left_motor weak=0.7"),
-    Case("left_motor dead after=5"),
-    Case("left_motor reversed after=5"),
-    Case("drive dead after=5"),
-    Case("loop stall=0.3 after=5 every=5"),
-    Case("connection lost=1 after=5"),
-    Case("display lost=1 after=5"),
+COLUMNS = (
+    *("fault", "backend", "succeeded", "stopped and named", "exit", "otherwise", "with contacts"),
+    "why a contact is excused",
 )
-
-
-@dataclass(frozen=True)
-class Tally:
-    """The runs with one fault on one backend. Each run is in one of three lists, whether or not it had a contact."""
-
-    case: Case
-    backend: str
-    succeeded: Sequence[Record]
-    named: Sequence[Record]
-    others: Sequence[Record]
-
-    @classmethod
-    def of(cls, case: Case, backend: str, records: Sequence[Record]) -> Tally:
-        devices = _list_devices(case.spec)
-        succeeded = [record for record in records if _has_succeeded(record)]
-        named = [record for record in records if _is_named(record, devices)]
-        return cls(case, backend, succeeded, named, [each for each in records if each not in (*succeeded, *named)])
-
-    @property
-    def records(self) -> list[Record]:
-        return [*self.succeeded, *self.named, *self.others]
-
-    @property
-    def touching(self) -> list[Record]:
-        return [record for record in self.records if record.result.contacts != 0]
-
-    @property
-    def suspicious(self) -> list[Record]:
-        """The runs to inspect: those with a contact, or with neither a success nor a reason that names the fault."""
-        return [record for record in self.records if record in self.others or record in self.touching]
-
-    @property
-    def is_passed(self) -> bool:
-        return all(self._is_excused(record) for record in self.suspicious)
-
-    def _is_excused(self, record: Record) -> bool:
-        return bool(self.case.touching and record.result.contacts and record.result.exit_status in NAMING)
 
 
 def main() -> int:
     """Run every fault on every backend, and print the results."""
     options = parse_options(__doc__, seeds="1-20", world="arena", backends="kinematic", jobs=count_cores(), fault="")
-    cases = (Case(options.fault),) if options.fault else CASES
     backends = tuple(options.backends.split(","))
-    sweeps = {case: _build_sweep(case, backends, options.world, parse_seeds(options.seeds)) for case in cases}
-    tallies = [tally for case, sweep in sweeps.items() for tally in _run_case(case, sweep, options.jobs)]
-    columns = "fault, backend, succeeded, stopped and named, exit, otherwise, with contacts, why a contact is excused"
-    print_table(columns.split(", "), map(_build_row, tallies))
-    for tally in tallies:
-        for record in tally.suspicious:
-            print(f"inspect: {record.command}  # {format_failure(record)}")
-    return int(not all(tally.is_passed for tally in tallies))
-
-
-def _build_sweep(case: Case, backends: tuple[str, ...], world: str, seeds: tuple[int, ...]) -> Sweep:
-    return Sweep(RunRequest(APP, faults=(case.spec,)), backends, (world,), seeds)
-
-
-def _run_case(case: Case, sweep: Sweep, jobs: int) -> list[Tally]:
-    records = list(run_sweep(sweep, LocalEngine(jobs)).records())
-    by_backend = {name: [each for each in records if each.result.backend == name] for name in sweep.backends}
-    return [Tally.of(case, backend, found) for backend, found in by_backend.items()]
+    rows, suspicious, is_passed = list[tuple[str, ...]](), list[Record](), True
+    for fault, excuse in {options.fault: ""}.items() if options.fault else CASES.items():
+        request = RunRequest(APP, faults=(fault,))
+        sweep = Sweep(request, backends, (options.world,), parse_seeds(options.seeds))
+        records = list(run_sweep(sweep, LocalEngine(options.jobs)).records())
+        (planned,) = Plan.of(request).faults
+        for backend in backends:
+            runs = [record for record in records if record.result.backend == backend]
+            named = [record for record in runs if _is_named(record, planned.target.devices)]
+            succeeded = [record for record in runs if _has_succeeded(record)]
+            others = [record for record in runs if record not in (*named, *succeeded)]
+            touching = [record for record in runs if record.result.contacts != 0]
+            counts = [f"{len(each)}/{len(runs)}" for each in (succeeded, named, others, touching)]
+            statuses = ", ".join(sorted({str(record.result.exit_status) for record in named}))
+            rows.append((f"`{fault}`", backend, *counts[:2], statuses, *counts[2:], excuse))
+            inspected = [record for record in runs if record in others or record in touching]
+            is_passed &= all(
+                excuse and record.result.contacts and record.result.exit_status in NAMING for record in inspected
+            )
+            suspicious += inspected
+    print_table(COLUMNS, rows)
+    for record in suspicious:
+        print(f"inspect: {record.command}  # {format_failure(record)}")
+    return int(not is_passed)
 
 
 def _has_succeeded(record: Record) -> bool:
@@ -135,25 +98,6 @@ def _has_succeeded(record: Record) -> bool:
 def _is_named(record: Record, devices: frozenset[str]) -> bool:
     result = record.result
     return result.exit_status in NAMING and not result.contacts and any(name in result.reason for name in devices)
-
-
-def _list_devices(spec: str) -> frozenset[str]:
-    (planned,) = Plan.of(RunRequest(APP, faults=(spec,))).faults
-    return planned.target.devices
-
-
-def _build_row(tally: Tally) -> tuple[str, ...]:
-    runs = len(tally.records)
-    return (
-        f"`{tally.case.spec}`",
-        tally.backend,
-        f"{len(tally.succeeded)}/{runs}",
-        f"{len(tally.named)}/{runs}",
-        ", ".join(sorted({str(record.result.exit_status) for record in tally.named})),
-        f"{len(tally.others)}/{runs}",
-        f"{len(tally.touching)}/{runs}",
-        tally.case.touching,
-    )
 
 
 if __name__ == "__main__":

@@ -88,9 +88,9 @@ def encode_result(value: Any) -> bytes:
     return encode_line({"begun": "x"}) + encode_line({"done": value})
 
 
-def encode_list(*names: Any, size: Any = 4, **more: Any) -> bytes:
+def encode_list(*names: str, size: int = 4) -> bytes:
     """Return the robot's answer with a list of recordings."""
-    each = {"bytes": size, "is_file": True, "is_being_written": False, **more}
+    each = {"bytes": size, "is_file": True, "is_being_written": False}
     return encode_result({"recordings": [{"name": name, **each} for name in names]})
 
 
@@ -103,11 +103,7 @@ def build_hostile_robots() -> list[HostileRobot]:
 
 def _list_file_robots() -> Iterator[HostileRobot]:
     fetch = ("fetch",)
-    names = (
-        "evil.py", ".bashrc", ".hidden.mcap", "a b.mcap", f"$({TOUCH}).mcap", f"`{TOUCH}`.mcap", f"; {TOUCH};.mcap",
-        "-e sh.mcap", "--rsh=sh.mcap", "two\nlines.mcap", f"{ESCAPES}.mcap", "ü.mcap",
-        f"{'a' * 200}.mcap", "robot.toml",
-    )  # fmt: skip
+    names = ("evil.py", ".bashrc", f"$({TOUCH}).mcap", f"; {TOUCH};.mcap", "--rsh=sh.mcap", f"two\n{ESCAPES}.mcap")
     for name in names:
         yield HostileRobot(f"file {ascii(name)[:40]}", fetch, furnish=partial(_put, name))
     for name, leads in {"link out": "/etc/hostname", "link to the app": "../../app.py", "link in": RECORDING}.items():
@@ -125,21 +121,12 @@ def _list_list_robots() -> Iterator[HostileRobot]:
         "name of ../": encode_list("../../../../../etc/hostname.mcap"),
         "absolute name": encode_list("/etc/hostname.mcap"),
         "name of ..": encode_list(".."),
-        "name with NUL": encode_list("a\0.mcap"),
-        "name is a number": encode_list(5),
-        "name is null": encode_list(None),
-        "size is text": encode_list(RECORDING, size="4"),
-        "size is NaN": encode_list(RECORDING, size=float("nan")),
-        "size below 0": encode_list(RECORDING, size=-1),
-        "size of 2^200": encode_list(RECORDING, size=1 << 200),
         "size of 2^60": encode_list(RECORDING, size=1 << 60),
         "larger than it says": encode_list(RECORDING, size=1),
-        "smaller than it says": encode_list(RECORDING, size=1000),
         "not there": encode_list("absent.mcap"),
         "link called a file": encode_list("evil.mcap", size=5),
         "pipe called a file": encode_list("pipe.mcap", size=5),
         "twice the same": encode_list(RECORDING, RECORDING),
-        "no list": encode_result({"recordings": {}}),
         "a million names": encode_list(*("x" * 4,) * 1_000_000),
         "50 000 bad names": encode_list(*(f"{number}.py" for number in range(50_000))),
     }
@@ -147,60 +134,37 @@ def _list_list_robots() -> Iterator[HostileRobot]:
         yield HostileRobot(f"list: {name}", ("fetch", "--move"), {"recordings": answer}, furnish=_traps)
 
 
-def _list_damage_robots() -> Iterator[HostileRobot]:
+def _list_answer_robots() -> Iterator[HostileRobot]:
     said = encode_line({"begun": "x"})
-    raw: dict[str, bytes] = {
-        "nothing": b"",
-        "no JSON": b"\x1e{",
-        "a list": encode_line([]),
-        "null": encode_line(None),
-        "no answer": said,
-        "no keys": encode_result({}),
-        "answer is text": encode_result("evil"),
-        "nested": b"\x1e" + b"[" * 1_000_000,
-        "a number of 5000 digits": b'\x1e{"done": ' + b"9" * 5000 + b"}",
-        "not UTF-8": b'\x1e{"done": "\xff"}',
-        "a lone surrogate": b'\x1e{"done": {"state": "\\ud800"}}',
-        "infinite time": encode_result({**STATE, "for_s": float("inf")}),
-        "time of 1e300 s": encode_result({**STATE, "for_s": 1e300}),
-        "release ..": encode_result({**STATE, "release": "../../.."}),
-        "release of text": encode_result({**STATE, "release": f"$({TOUCH})"}),
-        "refusal without a fault": said + encode_line({"refused": {}}),
-        "progress of a number": said + encode_line({"say": 5}),
-        "a line without an end": said + ENDLESS + b"x" * 4096,
-        "an answer without an end": said + b"\x1e" + ENDLESS + b"[" * 4096,
-        "lines without an end": said + ENDLESS + b"evil\n" * 1000,
-        "progress without an end": said + ENDLESS + encode_line({"say": ESCAPES}) * 50,
-    }
-    for number, (name, answer) in enumerate(raw.items()):
-        command = ("status", "logs", "start", "stop", "list", "rollback")[number % 6]
-        action = {"list": "releases"}.get(command, command)
-        yield HostileRobot(f"{command}: {name}", (command,), {action: answer})
-    yield HostileRobot("remove: kept is text", ("remove", "--yes"), {"remove": encode_result({"kept": "evil"})})
-
-
-def _list_text_robots() -> Iterator[HostileRobot]:
-    said = encode_line({"begun": "x"})
+    done = encode_line({"done": {}})
     refusal = encode_line({"refused": {"fault": FORGED + ESCAPES, "remedy": ESCAPES, "kind": ESCAPES}})
-    for command in ("status", "logs", "fetch"):
-        yield HostileRobot(
-            f"{command}: refusal forges a line", (command,), {"recordings": refusal, command: said + refusal}
-        )
-    yield HostileRobot("logs: escapes", ("logs",), {"logs": said + f"{ESCAPES}\n".encode() + encode_line({"done": {}})})
-    yield HostileRobot(
-        "logs: bytes", ("logs",), {"logs": said + bytes(range(32)) * 3 + b"\xff\xfe\n" + encode_line({"done": {}})}
-    )
     texts = {"words": ESCAPES, "reason": FORGED, "lines": [ESCAPES, FORGED], "state": FORGED, "verdict": ESCAPES}
-    yield HostileRobot("status: escapes", ("status",), {"status": encode_result({**STATE, **texts})})
-    yield HostileRobot("status --json: escapes", ("status", "--json"), {"status": encode_result({**STATE, **texts})})
-    yield HostileRobot(
-        "start: 8 MB of escapes", ("start",), {"start": encode_result({**STATE, "reason": ESCAPES * 100_000})}
-    )
-    yield HostileRobot(
-        "rollback: markup",
-        ("rollback",),
-        {"rollback": said + encode_line({"say": "[/] [bold"}) + encode_result({**JUDGED, "outcome": FORGED})},
-    )
+    raw: dict[str, bytes] = {
+        "status: nothing": b"",
+        "status: time of 1e300 s": encode_result({**STATE, "for_s": 1e300}),
+        "status: release ..": encode_result({**STATE, "release": "../../.."}),
+        "status: refusal forges a line": said + refusal,
+        "status: escapes": encode_result({**STATE, **texts}),
+        "status --json: escapes": encode_result({**STATE, **texts}),
+        "logs: no answer": said,
+        "logs: a line without an end": said + ENDLESS + b"x" * 4096,
+        "logs: lines without an end": said + ENDLESS + b"evil\n" * 1000,
+        "logs: refusal forges a line": said + refusal,
+        "logs: escapes": said + f"{ESCAPES}\n".encode() + done,
+        "logs: bytes": said + bytes(range(32)) * 3 + b"\xff\xfe\n" + done,
+        "start: nested": b"\x1e" + b"[" * 1_000_000,
+        "start: 8 MB of escapes": encode_result({**STATE, "reason": ESCAPES * 100_000}),
+        "stop: release of text": encode_result({**STATE, "release": f"$({TOUCH})"}),
+        "list: an answer without an end": said + b"\x1e" + ENDLESS + b"[" * 4096,
+        "rollback: progress without an end": said + ENDLESS + encode_line({"say": ESCAPES}) * 50,
+        "rollback: markup": encode_line({"say": "[/] [bold"}) + encode_result({**JUDGED, "outcome": FORGED}),
+        "remove --yes: kept is text": encode_result({"kept": "evil"}),
+        "fetch: refusal forges a line": refusal,
+    }
+    for name, answer in raw.items():
+        command = name.partition(":")[0].split()
+        action = {"list": "releases", "fetch": "recordings"}.get(command[0], command[0])
+        yield HostileRobot(name, tuple(command), {action: answer})
 
 
 def _list_push_robots() -> Iterator[HostileRobot]:
@@ -212,19 +176,13 @@ def _list_push_robots() -> Iterator[HostileRobot]:
         "discard": encode_result({}),
     }
     bad: dict[str, tuple[str, Any]] = {
-        "no facts": ("probe", {}),
         "facts of escapes": ("probe", {**FACTS, "host": FORGED, "system": ESCAPES}),
-        "machine ../": ("probe", {**FACTS, "machine": "../../x"}),
-        "glibc of 10^9": ("probe", {**FACTS, "libc_version": "2.999999999"}),
-        "Python of a shell": ("probe", {**FACTS, "python": f"3.11.2; {TOUCH}"}),
         "release of a shell": ("begin", {**BEGUN, "release": f"$({TOUCH})"}),
         "sends to ..": ("begin", {**BEGUN, "to": "../.."}),
         "sends to a shell": ("begin", {**BEGUN, "to": f"a;{TOUCH}"}),
         "copies from a shell": ("begin", {**BEGUN, "copy_from": f"`{TOUCH}`"}),
         "findings of escapes": ("install", {**INSTALLED, "findings": [FINDING]}),
-        "findings of numbers": ("install", {**INSTALLED, "findings": [5]}),
         "verdict of escapes": ("activate", {**JUDGED, "outcome": "unhealthy", "reason": FORGED, "lines": [ESCAPES]}),
-        "verdict without lines": ("activate", {**JUDGED, "lines": None}),
     }  # fmt: skip
     for name, (action, answer) in bad.items():
         yield HostileRobot(f"push: {name}", ("push", "--skip-checks"), {**good, action: encode_result(answer)})
@@ -235,8 +193,6 @@ def _list_transfer_robots() -> Iterator[HostileRobot]:
     scripts = {
         "rsync floods stderr": "yes evil | head -c 300000000 >&2; exit 23",
         "rsync writes escapes": f"printf '\\033]0;{CANARY}\\007\\033[2J error: forged\\n' >&2; exit 23",
-        "rsync writes noise": "head -c 1000000 /dev/urandom",
-        "rsync says nothing it should": "echo no; exit 0",
         "rsync sends a folder": f"cd robotcore/recordings; rm *; mkdir {RECORDING}; cd ../..; {sender}",
         "rsync sends a program": f"chmod 6755 robotcore/recordings/*; {sender}",
         "rsync sends more": f"head -c 60000000 /dev/zero > robotcore/recordings/{RECORDING}; {sender}",
@@ -282,8 +238,7 @@ def _link_folder(name: str, desk: Path) -> None:
 _GROUPS = (
     _list_file_robots,
     _list_list_robots,
-    _list_damage_robots,
-    _list_text_robots,
+    _list_answer_robots,
     _list_push_robots,
     _list_transfer_robots,
 )

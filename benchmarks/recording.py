@@ -88,7 +88,7 @@ def _print_cost(file: Path, pairs: int, seconds: float, search: float) -> float:
         ("a tick with one ÷ a tick without", *_format_cells([cost.ratio for cost in costs]), f"≤ {COST_BOUND:g}"),
         ("of that the control thread's own work, ms", *_format_cells([cost.more_work for cost in costs]), ""),
         ("a whole simulated search, with ÷ without", *ratio.format_cells(".3f"), ""),
-        ("the file of that search, KB a simulated second", f"{size / 1e3 / _read_duration_s(file):.0f}", "", ""),
+        ("the file of that search, KB a simulated second", f"{size / 1e3 / read(file).ticks[-1].time:.0f}", "", ""),
     ]
     print_table((f"recording, {pairs} pairs", "median", "95 % interval of it", "bound"), rows)
     return statistics.median(cost.ratio for cost in costs)
@@ -118,10 +118,6 @@ def _run(file: Path | None, request: RunRequest, *watching: Stopwatch) -> None:
     recorder = Recorder(file) if file else None
     run(request, [*([recorder] if recorder else []), *watching], [recorder.layer] if recorder else [])
     assert recorder is None or recorder.failure is None
-
-
-def _read_duration_s(file: Path) -> float:
-    return read(file).ticks[-1].time
 
 
 def _format_cells(values: list[float]) -> tuple[str, str]:

@@ -11,12 +11,12 @@ status is 1 if a goal is missed: 98 % verified, and at most 3 s.
 
 from __future__ import annotations
 
-import argparse
-import random
 import sys
+from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from random import Random
 
+from benchmarks.report import parse_options, print_table
 from robotcore import RunRequest, run
 from robotcore.runtime.observer import Run
 from robotcore.runtime.result import Outcome, RunResult
@@ -35,8 +35,7 @@ class HeldTime:
         self.longest_s = 0.0
         self._since: float | None = None
 
-    def begin(self, run: Run) -> None:
-        """Do nothing."""
+    def begin(self, run: Run) -> None: ...
 
     def tick(self, record: TickRecord) -> None:
         """Measure the time since the guard began to hold the robot."""
@@ -45,66 +44,39 @@ class HeldTime:
         if self._since is not None:
             self.longest_s = max(self.longest_s, record.time - self._since)
 
-    def end(self, result: RunResult) -> None:
-        """Do nothing."""
+    def end(self, result: RunResult) -> None: ...
 
 
-@dataclass(frozen=True)
-class RunEnd:
-    """The end of one run."""
+def main() -> int:
+    """Run the requests on all cores, and print the results."""
+    options = parse_options(__doc__, runs=200, worlds="arena,clutter", backend="kinematic", seed=1)
+    requests = list(_draw_requests(options.runs, options.worlds.split(","), options.backend, Random(options.seed)))
+    with ProcessPoolExecutor(count_cores()) as pool:
+        ends = list(zip(requests, pool.map(_run_request, requests), strict=True))
+    for request, (is_verified, held_s) in ends:
+        if not is_verified or held_s > PUSHING_S:
+            print(f"inspect: {request}: verified {is_verified}, held {held_s:.1f} s")
+    verified, longest_s = sum(is_verified for _, (is_verified, _) in ends), max(held_s for _, (_, held_s) in ends)
+    low, high = wilson(verified, len(ends))
+    row = options.backend, f"{verified}/{len(ends)}", f"{100 * low:.1f} to {100 * high:.1f} %", f"{longest_s:.1f} s"
+    print_table(("backend", "verified", "95 % interval", "longest time against the guard"), [row])
+    return int(verified < GOAL * len(ends) or longest_s > PUSHING_S)
 
-    request: RunRequest
-    is_verified: bool
-    longest_held_s: float
-    headline: str
 
-
-def draw_requests(count: int, worlds: list[str], backend: str, seed: int) -> list[RunRequest]:
+def _draw_requests(count: int, worlds: list[str], backend: str, draw: Random) -> Iterator[RunRequest]:
     """Draw the world's seed, the wheel, the time and the duration of each run."""
-    draw = random.Random(seed)
-    requests = []
     for index in range(count):
         side, after, lasts = draw.choice(["left", "right"]), draw.uniform(1, 20), draw.uniform(0.3, 0.8)
         fault = f"{side}_encoder slip=1 after={after:.2f} lasts={lasts:.2f}"
         world = worlds[index % len(worlds)]
-        requests.append(RunRequest("green-search", backend, world=world, seed=draw.randrange(100_000), faults=(fault,)))
-    return requests
+        yield RunRequest("green-search", backend, world=world, seed=draw.randrange(100_000), faults=(fault,))
 
 
-def try_request(request: RunRequest) -> RunEnd:
-    """Run a request and measure how long the range guard held the robot."""
+def _run_request(request: RunRequest) -> tuple[bool, float]:
+    """Return whether the run is a verified success, and how long the range guard held the robot, in seconds."""
     held = HeldTime()
     result = run(request, [held])
-    is_verified = result.verified is True and result.outcome is Outcome.SUCCESS
-    return RunEnd(request, is_verified, held.longest_s, f"{result.outcome.value} after {result.sim_time_s:.1f} s")
-
-
-def main() -> int:
-    """Run the requests on all cores and print the figures."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
-    parser.add_argument("--runs", type=int, default=200)
-    parser.add_argument("--worlds", default="arena,clutter")
-    parser.add_argument("--backend", default="kinematic")
-    parser.add_argument("--seed", type=int, default=1)
-    options = parser.parse_args()
-    if options.runs < 1:
-        parser.error("--runs must be at least 1")
-    requests = draw_requests(options.runs, options.worlds.split(","), options.backend, options.seed)
-    with ProcessPoolExecutor(count_cores()) as pool:
-        ends = list(pool.map(try_request, requests))
-    for end in ends:
-        if not end.is_verified or end.longest_held_s > PUSHING_S:
-            request = end.request
-            print(
-                f"{request.world} seed {request.seed} --fault '{request.faults[0]}': {end.headline}, "
-                f"verified {end.is_verified}, held {end.longest_held_s:.1f} s"
-            )
-    verified = sum(end.is_verified for end in ends)
-    longest = max(end.longest_held_s for end in ends)
-    low, high = wilson(verified, len(ends))
-    print(f"{options.backend}: {verified} of {len(ends)} verified, 95 % interval {low:.3f} to {high:.3f}")
-    print(f"longest time against the guard: {longest:.1f} s")
-    return 0 if verified >= GOAL * len(ends) and longest <= PUSHING_S else 1
+    return result.verified is True and result.outcome is Outcome.SUCCESS, held.longest_s
 
 
 if __name__ == "__main__":

@@ -74,7 +74,7 @@ class Conditions(NamedTuple):
 
 def apply_camera_effects(image: Image, ball: Mask, how: Conditions, draw: Random) -> Image:
     """Return the picture with all effects of a camera under the conditions ``how``."""
-    light = image.astype(np.float32) * _row(how.gains)
+    light = image.astype(np.float32) * np.array(how.gains, np.float32)
     light = _add_lamp(_add_glare(light, ball, how.glare, draw), how.lamp, draw)
     light = _add_vignette(light * np.float32(how.brightness), how.vignette)
     light = _develop(_blur(light, how), how)
@@ -91,10 +91,6 @@ def add_texture(image: Image, where: Mask, rgb: tuple[int, int, int], draw: Rand
     tone = dice.normal(1.0, 0.06, (height, width, 3))
     blades = np.clip(np.array(rgb[::-1]) * tone * shade[..., None], 0, 255).astype(np.uint8)
     return np.where(where[..., None], blades, image)
-
-
-def _row(gains: Gains) -> Light:
-    return np.array(gains, np.float32)
 
 
 def _add_glare(light: Light, ball: Mask, strength: float, draw: Random) -> Light:
@@ -115,7 +111,7 @@ def _add_lamp(light: Light, strength: float, draw: Random) -> Light:
     height, width = light.shape[:2]
     place = draw.uniform(0, width), draw.uniform(0, height / 2)
     bloom = _spot((height, width), place, draw.uniform(15, 50)) + _spot((height, width), place, 4.0)
-    return light + np.float32(strength) * bloom[..., None] * _row(_draw_gains(draw, 0.2))
+    return light + np.float32(strength) * bloom[..., None] * np.array(_draw_gains(draw, 0.2), np.float32)
 
 
 def _spot(shape: tuple[int, ...], place: tuple[float, float], size: float) -> Light:

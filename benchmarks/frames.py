@@ -1,6 +1,7 @@
-"""Draw scenes: a random world with a ball of random size, which may be partly hidden or absent.
+"""The labelled frames of `benchmarks.detector`. Each frame is drawn from a seed and a number, and is not stored.
 
-Some objects around the ball have similar colours.
+A scene is a random world with a ball of random size, which may be partly hidden or absent. Some objects around the ball
+have similar colours. The painted camera of the kinematic backend and PyBullet's renderer render the scenes in turns.
 """
 
 from __future__ import annotations
@@ -10,7 +11,12 @@ import math
 from random import Random
 from typing import NamedTuple
 
+import numpy as np
+
+from benchmarks.camera_effects import Conditions, Mask, add_texture, apply_camera_effects
 from drivers.kinematic.clearance import Clearance
+from drivers.pybullet.sensors import BulletCamera
+from robotcore.autonomy.vision import HUES
 from robotcore.description import (
     COLOURS,
     Ball,
@@ -27,7 +33,10 @@ from robotcore.description import (
 from robotcore.description.generation.clearance import gap_between
 from robotcore.description.world import Cylinder
 from robotcore.geometry import Pose
+from robotcore.hal.backend import Setup, load_backend
+from robotcore.hal.devices import Image
 from robotcore.optics import CameraView
+from robotcore.simulation.painter import Painter
 
 Rgb = tuple[int, int, int]
 
@@ -39,6 +48,87 @@ APART_DEGREES = 45.0
 HIDING = 0.3
 """The share of scenes in which a screen hides a part of the ball."""
 
+MIN_VISIBLE_PX = 12
+"""The minimum number of visible pixels of a ball. A frame whose ball has fewer is drawn again."""
+
+ABSENT = 0.3
+"""The share of frames without a ball."""
+
+GREENS, OTHERS = ("green",) * 6, ("red", "blue", "yellow", "magenta")
+
+
+class LabelledFrame(NamedTuple):
+    """A frame with its label: the hue and the visible pixels of the ball, and whether the conditions are harsh."""
+
+    image: Image
+    hue: float
+    ball: Mask
+    is_hard: bool
+
+    @property
+    def has_ball(self) -> bool:
+        return bool(self.ball.any())
+
+    @property
+    def centroid(self) -> tuple[float, float]:
+        """The column and the row of the centroid of the visible pixels."""
+        rows, columns = np.nonzero(self.ball)
+        return float(columns.mean()), float(rows.mean())
+
+    def holds(self, u: float, v: float) -> bool:
+        """Return whether a point (column, row) is within the bounding box of the visible pixels."""
+        if not self.has_ball:
+            return False
+        rows, columns = np.nonzero(self.ball)
+        is_beside = u < columns.min() - 0.5 or u > columns.max() + 0.5
+        return not (is_beside or v < rows.min() - 0.5 or v > rows.max() + 0.5)
+
+
+def draw_frame(seed: int, number: int) -> LabelledFrame:
+    """Return the frame with a number. Odd numbers have harsh conditions. The renderers alternate."""
+    draw = Random(f"eyes/{seed}/{number}")
+    is_hard = bool(number % 2)
+    hue, has_ball = HUES[draw.choice(GREENS + OTHERS)], draw.random() > ABSENT
+    while True:
+        scene = _draw_scene(hue, 0.5 if is_hard else 0.1, draw, has_ball=has_ball)
+        image, ball, floor = (_render_with_painter if number % 4 < 2 else _render_with_bullet)(scene)
+        if not has_ball or ball.sum() >= MIN_VISIBLE_PX:
+            break
+    if is_hard and draw.random() < 0.3:
+        image = add_texture(image, floor, _draw_grass_colour(hue, draw), draw)
+    how = Conditions.harsh(draw, scene.diameter_px) if is_hard else Conditions.mild(draw)
+    image = apply_camera_effects(image, ball, how, draw)
+    image.flags.writeable = False
+    return LabelledFrame(image, hue, ball, is_hard)
+
+
+class _Rendering(NamedTuple):
+    """A picture, (height, width, 3), BGR, and the masks of the ball and the floor, (height, width)."""
+
+    image: Image
+    ball: Mask
+    floor: Mask
+
+
+def _render_with_painter(scene: Scene) -> _Rendering:
+    """Render a scene with the painted camera of the kinematic backend."""
+    painter = Painter(scene.world)
+    image, labels = painter.picture(scene.view), painter.labels(scene.view)
+    is_sky = (image == scene.world.light.sky_colour[::-1]).all(axis=2)
+    ball = labels == painter.things.index("ball") + 1 if scene.world.targets else np.zeros(labels.shape, bool)
+    return _Rendering(image, ball, (labels == 0) & ~is_sky)
+
+
+def _render_with_bullet(scene: Scene) -> _Rendering:
+    """Render a scene with PyBullet's software renderer."""
+    with load_backend("pybullet").open(Setup(load_robot("rover"), scene.world, frozenset({"eye"}))) as opened:
+        camera = opened.camera
+        assert isinstance(camera, BulletCamera)
+        image, numbers = camera.picture(scene.view), camera.segmentation(scene.view)
+        things = list(camera.things.values())
+        ball = numbers == camera.things.get("ball", len(things) + 99)
+        return _Rendering(image, ball, (numbers >= 0) & ~np.isin(numbers, things))
+
 
 class Scene(NamedTuple):
     """A world, the camera's view, and the diameter of the whole ball in pixels, if there is one."""
@@ -48,7 +138,7 @@ class Scene(NamedTuple):
     diameter_px: float
 
 
-def draw_scene(hue: float, likeness: float, draw: Random, *, has_ball: bool) -> Scene:
+def _draw_scene(hue: float, likeness: float, draw: Random, *, has_ball: bool) -> Scene:
     """Return a random scene.
 
     hue: the hue of the ball, in degrees.
@@ -65,7 +155,8 @@ def draw_scene(hue: float, likeness: float, draw: Random, *, has_ball: bool) -> 
     looking = pose.compose(Pose(mount.x_m, mount.y_m, 0.0))
     if not has_ball:
         return Scene(world.model_copy(update={"targets": ()}), view, 0.0)
-    ball, diameter = _draw_ball(view, looking, _draw_ball_colour(hue, draw), draw)
+    colour = _make_colour(hue + draw.uniform(-8, 8), draw.uniform(0.65, 0.95), draw.uniform(0.5, 0.9))
+    ball, diameter = _draw_ball(view, looking, colour, draw)
     world = world.model_copy(update={"targets": (ball,)})
     if draw.random() < HIDING:
         world = _add_screen(world, ball, looking, draw)
@@ -122,11 +213,6 @@ def _make_colour(hue: float, saturation: float, value: float) -> Rgb:
     return red, green, blue
 
 
-def _draw_ball_colour(hue: float, draw: Random) -> Rgb:
-    """Draw the colour of a ball: saturated, and near the given hue."""
-    return _make_colour(hue + draw.uniform(-8, 8), draw.uniform(0.65, 0.95), draw.uniform(0.5, 0.9))
-
-
 def _draw_similar_colour(hue: float, draw: Random) -> Rgb:
     """Draw a colour that is similar to a hue. For green: yellow-green, cyan, olive, or the colour of a pale wall."""
     neighbour = _make_colour(
@@ -137,7 +223,7 @@ def _draw_similar_colour(hue: float, draw: Random) -> Rgb:
     return draw.choice((neighbour, neighbour, olive, pale))
 
 
-def draw_grass_colour(hue: float, draw: Random) -> Rgb:
+def _draw_grass_colour(hue: float, draw: Random) -> Rgb:
     """Draw the mean colour of a lawn, which is duller and yellower than a green ball."""
     return _make_colour(hue - draw.uniform(22, 42), draw.uniform(0.25, 0.5), draw.uniform(0.3, 0.65))
 

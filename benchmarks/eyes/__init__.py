@@ -1,1 +1,0 @@
-"""Pictures of balls with labels, and the finders that `benchmarks.detector` compares on them."""
