@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from robotcore.cli.options import parse_pair
+from robotcore.cli.options import backend_option, host_option, merge_options, port_option, refuse_without
 from robotcore.cli.output import write_content, write_finding, write_line
 from robotcore.cli.output_files import require_distinct
 from robotcore.errors import UsageError
@@ -27,11 +27,9 @@ _OPTIONAL_SECTIONS = ("conditions", "randomisation")
 @click.command("check")
 @click.argument("file")
 @click.option("--backend", help="Look for the robot's devices in the open scene of this simulator.")
-@click.option("--host", help="Short for --option host=…")
-@click.option("--port", help="Short for --option port=…")
-@click.option(
-    "--option", "options", metavar="KEY=VALUE", type=parse_pair, multiple=True, help="An option of the backend."
-)
+@host_option
+@port_option
+@backend_option
 def check(
     file: str, backend: str | None, host: str | None, port: str | None, options: tuple[tuple[str, str], ...]
 ) -> int:
@@ -45,25 +43,15 @@ def check(
     """
     from robotcore.description import RobotDescription, load_any
 
-    chosen_options = {
-        **dict(options),
-        **{key: value for key, value in (("host", host), ("port", port)) if value is not None},
-    }
-    if chosen_options and backend is None:
-        raise UsageError(
-            f"option {next(iter(chosen_options))} needs a backend. Add --backend NAME",
-            kind="option-without-effect",
-        )
+    if backend is None:
+        given = {"host": host is not None, "port": port is not None, "option": bool(options)}
+        refuse_without("--backend", "Add the simulator, such as --backend coppeliasim", **given)
     description = load_any(file)
     if isinstance(description, RobotDescription):
         if backend:
-            return _inspect_scene(file, description, backend, chosen_options)
+            return _inspect_scene(file, description, backend, merge_options(options, host=host, port=port))
         return _check_robot(file, description)
-    if backend:
-        raise UsageError(
-            f"{file} describes a world, but --backend needs a robot. Leave --backend out",
-            kind="option-without-effect",
-        )
+    refuse_without("a robot", f"{file} describes a world. Leave the option out", backend=backend is not None)
     write_line(f"{file}: OK, {_format_world(description)}")
     return 0
 
@@ -144,11 +132,8 @@ def export(robot: str, file_format: str, world: str | None, seed: int | None, ou
     robot_description, world_description = load_robot(robot), None
     if world is not None:
         robot_description, world_description = prepare_world(robot_description, world, seed)
-    elif seed is not None:
-        raise UsageError(
-            "--seed has no effect without a world. Add one, for example --world arena",
-            kind="option-without-effect",
-        )
+    else:
+        refuse_without("a world", "Add one, for example --world arena", seed=seed is not None)
     folder = _name_texture_folder(output) if output else None
     model = export_model(file_format, robot_description, world_description, folder)
     _write_model(model, output)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -89,6 +89,12 @@ def parse_faults(_context: click.Context, _parameter: click.Parameter, values: t
 
 Command = Callable[..., Any]
 
+backend_option = click.option(
+    "--option", "options", metavar="KEY=VALUE", type=parse_pair, multiple=True, help="An option of the backend."
+)
+host_option = click.option("--host", help="Short for --option host=…")
+port_option = click.option("--port", help="Short for --option port=…, such as a serial port.")
+
 _OPTIONS = (
     click.option("--robot", default="rover", show_default=True, help="A robot's name, or its .toml file."),
     click.option(
@@ -122,9 +128,7 @@ _OPTIONS = (
     click.option(
         "--set", "settings", metavar="KEY=VALUE", type=parse_pair, multiple=True, help="A setting of the app."
     ),
-    click.option(
-        "--option", "options", metavar="KEY=VALUE", type=parse_pair, multiple=True, help="An option of the backend."
-    ),
+    backend_option,
 )
 
 
@@ -135,17 +139,22 @@ def run_options(command: Command) -> Command:
     return command
 
 
-def connection_options(command: Command) -> Command:
-    """Add ``--port`` and ``--option`` to a command, which passes their values to `merge_options`."""
-    option = click.option(
-        "--option", "options", metavar="KEY=VALUE", type=parse_pair, multiple=True, help="An option of the backend."
-    )
-    return click.option("--port", help="Short for --option port=…, such as a serial port.")(option(command))
+def merge_options(options: Iterable[tuple[str, str]], **short: str | None) -> dict[str, str]:
+    """Return the options of a backend by name. A given value of ``--host`` or ``--port`` replaces that of a pair."""
+    return {**dict(options), **{key: value for key, value in short.items() if value is not None}}
 
 
-def merge_options(port: str | None, options: tuple[tuple[str, str], ...]) -> dict[str, str]:
-    """Return the options of a backend as a dict, with the key ``port`` if ``port`` is given."""
-    return {**dict(options), **({} if port is None else {"port": port})}
+def refuse_without(missing: str, remedy: str, **given: bool) -> None:
+    """Raise UsageError for the first given option, because it has no effect without something else.
+
+    missing: the noun for that, such as ``--backend``.
+    remedy: an instruction for the user, as a sentence without its full stop.
+    given: whether each option is given, by its name with ``_`` in place of ``-``.
+    """
+    for name in (name for name, is_given in given.items() if is_given):
+        option = f"--{name.replace('_', '-')}"
+        text = f"{option} has no effect without {missing}. {remedy}"
+        raise UsageError(text, kind="option-without-effect", option=option)
 
 
 def load_connected_robot(backend: Backend, robot: str, options: Mapping[str, str]) -> RobotDescription:

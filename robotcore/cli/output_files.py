@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from robotcore.cli.options import refuse_without
 from robotcore.cli.output import write_failure
 from robotcore.errors import RecordingError, UsageError
 
@@ -71,21 +72,10 @@ def make_recorder(
     Raises UsageError if the file cannot be written, or exists and must not be overwritten.
     """
     if file is None:
-        for option, is_given in (("--force", is_forced), ("--record-jpeg", is_jpeg), ("--record-limit", limit)):
-            if is_given:
-                raise UsageError(
-                    f"{option} has no effect without a recording. Add --record FILE.mcap",
-                    kind="option-without-effect",
-                    option=option,
-                )
+        given = {"force": is_forced, "record_jpeg": is_jpeg, "record_limit": limit is not None}
+        refuse_without("a recording", "Add --record FILE.mcap", **given)
         return None
-    if any(is_same_file(file, value) for value in options.values()):
-        raise UsageError(
-            f"--record {file}: the backend reads this file. Name another file",
-            kind="output-is-input",
-            option="--record",
-            file=str(file),
-        )
+    require_distinct("--record", file, *options.values())
     from robotcore.recording.mcap_file import require_recordable
     from robotcore.recording.recorder import Recorder
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from robotcore.cli.command_classes import RunCommand, prepare_result, write_result
-from robotcore.cli.options import parse_size, run_options
+from robotcore.cli.options import host_option, merge_options, parse_size, port_option, run_options
 from robotcore.cli.output import redirect_prints, write_failure, write_line
 from robotcore.cli.output_files import finish_recording, make_recorder
 from robotcore.errors import UsageError
@@ -41,8 +41,8 @@ _FIRST_SIMULATOR = "pybullet"
 @click.option("--world", help="A world's name, or its .toml file. Default in simulators: arena.")
 @click.option("--seed", type=int, help="The seed of the world's random variations.")
 @run_options
-@click.option("--host", help="Short for --option host=…")
-@click.option("--port", help="Short for --option port=…")
+@host_option
+@port_option
 @click.option(
     "--picture", metavar="FILE", type=click.Path(path_type=Path), help="Draw the run, seen from above, as a PNG."
 )
@@ -197,8 +197,7 @@ def _make_forced_exit_handler(
 
 
 def _build_request_fields(host: str | None, port: str | None, **values: Any) -> dict[str, Any]:
-    short = {"host": host, "port": port}
-    options = {**dict(values["options"]), **{key: value for key, value in short.items() if value is not None}}
+    options = merge_options(values["options"], host=host, port=port)
     return {**values, "options": options, "settings": dict(values["settings"])}
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from robotcore.cli.options import connection_options, merge_options
+from robotcore.cli.options import backend_option, merge_options, port_option, refuse_without
 from robotcore.cli.output import write_line
 from robotcore.errors import BackendError, BackendMissingError, UsageError
 
@@ -22,7 +22,8 @@ END_S = 5.0
 @click.command("stop")
 @click.option("--backend", "name", help="The robot's backend, such as raspberrypi.")
 @click.option("--robot", help="A robot's name, or its .toml file. With --backend, the default is rover.")
-@connection_options
+@port_option
+@backend_option
 def command(name: str | None, robot: str | None, port: str | None, options: tuple[tuple[str, str], ...]) -> int:
     """Stop every motor of a robot, even during a run.
 
@@ -32,16 +33,10 @@ def command(name: str | None, robot: str | None, port: str | None, options: tupl
     With --backend, uses only the outputs that stop the motors, and ends no program. If another program blocks such an
     output, prints its name and exits with status 3. In a simulator there is nothing to stop.
     """
-    merged = merge_options(port, options)
     if name is not None:
-        return _stop(name, robot or "rover", merged)
-    for option, is_given in (("--robot", robot), ("--port", port), ("--option", options)):
-        if is_given:
-            raise UsageError(
-                f"{option} has no effect without --backend. Add the robot's backend, such as --backend raspberrypi",
-                kind="option-without-effect",
-                option=option,
-            )
+        return _stop(name, robot or "rover", merge_options(options, port=port))
+    remedy = "Add the robot's backend, such as --backend raspberrypi"
+    refuse_without("--backend", remedy, robot=robot is not None, port=port is not None, option=bool(options))
     from robotcore.runtime.active_runs import list_active_runs
 
     runs = list_active_runs()

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from robotcore.cli.options import connection_options, load_connected_robot, merge_options
+from robotcore.cli.options import backend_option, load_connected_robot, merge_options, port_option
 from robotcore.cli.output import as_json, write_json, write_line, write_lines, write_table
 from robotcore.text import escape
 
@@ -74,14 +74,15 @@ def _bold(text: str) -> str:
 @click.command("wiring")
 @click.argument("robot", default="rover")
 @click.option("--backend", default="raspberrypi", show_default=True, help="The backend of the board.")
-@connection_options
+@port_option
+@backend_option
 @as_json
 def command(robot: str, backend: str, port: str | None, options: tuple[tuple[str, str], ...], *, as_json: bool) -> None:
     """Show how to wire ROBOT.
 
     Prints a table of the wires, a drawing of the board's connector if it has one, and the notes of the drivers.
     """
-    wiring = _load_wiring(robot, backend, merge_options(port, options))
+    wiring = _load_wiring(robot, backend, merge_options(options, port=port))
     if as_json:
         write_json({"robot": robot, "backend": backend, **_build_payload(wiring)})
         return

@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from robotcore.cli.options import connection_options, load_connected_robot, merge_options
+from robotcore.cli.options import backend_option, load_connected_robot, merge_options, port_option, refuse_without
 from robotcore.cli.output import as_json, write_finding, write_json, write_line
-from robotcore.errors import UsageError
 from robotcore.text import pluralize
 
 if TYPE_CHECKING:
@@ -32,7 +31,8 @@ MACHINE = "machine"
 @click.option(
     "--backend", help="Check only this backend. Default: the backends of this board, or all on another machine."
 )
-@connection_options
+@port_option
+@backend_option
 @as_json
 def command(
     robot: str | None, backend: str | None, port: str | None, options: tuple[tuple[str, str], ...], *, as_json: bool
@@ -41,12 +41,9 @@ def command(
 
     Prints each finding, with a remedy if something is wrong. The exit status is 1 if there is an error.
     """
-    if (chosen_options := merge_options(port, options)) and not (robot and backend):
-        raise UsageError(
-            f"option {next(iter(chosen_options))} needs a robot and a backend. Add --robot and --backend",
-            kind="option-without-effect",
-        )
-    found = _diagnose(robot, backend, chosen_options)
+    if not (robot and backend):
+        refuse_without("--robot and --backend", "Add both", port=port is not None, option=bool(options))
+    found = _diagnose(robot, backend, merge_options(options, port=port))
     findings = list(found if as_json else _write_and_yield(found))
     levels = [finding.level.value for _, finding in findings]
     warnings, errors = levels.count("warning"), levels.count("error")
@@ -98,7 +95,7 @@ def _choose_backends() -> list[str]:
 def _diagnose_backend(name: str, robot: RobotDescription | None, *, is_chosen: bool) -> Iterator[Finding]:
     from dataclasses import replace
 
-    from robotcore.cli.doctor.smoke_test import diagnose
+    from robotcore.cli.doctor.smoke_test import diagnose, split_remedy
     from robotcore.errors import BackendMissingError
     from robotcore.hal.backend import load_backend
     from robotcore.hal.check_finding import Finding, Level, findings_of
@@ -108,19 +105,13 @@ def _diagnose_backend(name: str, robot: RobotDescription | None, *, is_chosen: b
     except BackendMissingError as error:
         if is_chosen:
             raise
-        yield Finding.error(name, *_split_remedy(str(error)), kind=error.kind)
+        yield Finding.error(name, *split_remedy(str(error)), kind=error.kind)
         return
     is_missing = is_chosen and not backend.is_installed
     for finding in findings_of([(name, lambda: diagnose(backend, robot))]):
         if finding.kind == "no-section" and not is_chosen:
             continue  # the robot is one for another backend
         yield replace(finding, level=Level.ERROR) if is_missing and finding.subject == name else finding
-
-
-def _split_remedy(message: str) -> tuple[str, str]:
-    """Split an error message into the problem and the remedy, which is the last sentence."""
-    problem, _, remedy = message.rpartition(". ")
-    return problem, remedy
 
 
 def _write_and_yield(found: Iterable[AboutFinding]) -> Iterator[AboutFinding]:

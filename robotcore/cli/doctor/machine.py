@@ -1,23 +1,19 @@
 """Check what every backend needs: Python, NumPy and OpenCV.
 
-This module imports NumPy and OpenCV only inside their checks. So a broken library becomes a finding, not an exception.
+A function that runs a library imports it. So a broken library becomes a finding, not an exception.
 """
 
 from __future__ import annotations
 
 import platform
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 
 from robotcore.hal.check_finding import Check, Finding
 
 OLDEST, NEWEST = (3, 10), (3, 13)
 """The oldest and the newest version of Python with which robotcore is tested."""
-
-
-def machine_checks() -> tuple[tuple[str, Check], ...]:
-    """Return the checks that apply to every machine, by name."""
-    return (("Python", check_python), ("NumPy", check_numpy), ("OpenCV", check_opencv))
 
 
 def check_python() -> Iterator[Finding]:
@@ -35,33 +31,38 @@ def check_python() -> Iterator[Finding]:
         )
 
 
-def check_numpy() -> Iterator[Finding]:
-    """Yield whether NumPy can be imported and computes correctly."""
+def check_library(name: str, run: Callable[[], str], remedy: str) -> Iterator[Finding]:
+    """Yield whether a library can be imported and works.
+
+    run: a function that uses the library, and returns its version.
+    """
     try:
-        import numpy as np
-
-        total = int(np.arange(4).sum())
+        yield Finding.ok(name, run(), kind=f"{name.lower()}-works")
     except Exception as error:  # noqa: BLE001  an incompatible build of a library may raise any exception
-        yield _broken("NumPy", error, "pip install --force-reinstall 'numpy>=1.24'")
-    else:
-        assert total == 6, total
-        yield Finding.ok("NumPy", np.__version__, kind="numpy-works")
+        text = " ".join(str(error).split())
+        yield Finding.error(name, f"does not work: {type(error).__name__}: {text}", remedy, kind="library-broken")
 
 
-def check_opencv() -> Iterator[Finding]:
-    """Yield whether OpenCV can be imported and works with the installed NumPy."""
-    try:
-        import cv2
-        import numpy as np
+def _run_numpy() -> str:
+    import numpy as np
 
-        cv2.cvtColor(np.zeros((2, 2, 3), np.uint8), cv2.COLOR_BGR2GRAY)
-    except Exception as error:  # noqa: BLE001  an incompatible build of a library may raise any exception
-        remedy = "pip install --force-reinstall opencv-python-headless; on a Pi: sudo apt install python3-opencv"
-        yield _broken("OpenCV", error, remedy)
-    else:
-        yield Finding.ok("OpenCV", cv2.__version__, kind="opencv-works")
+    assert int(np.arange(4).sum()) == 6
+    return np.__version__
 
 
-def _broken(what: str, error: Exception, remedy: str) -> Finding:
-    text = " ".join(str(error).split())
-    return Finding.error(what, f"does not work: {type(error).__name__}: {text}", remedy, kind="library-broken")
+def _run_opencv() -> str:
+    import cv2
+    import numpy as np
+
+    cv2.cvtColor(np.zeros((2, 2, 3), np.uint8), cv2.COLOR_BGR2GRAY)
+    return cv2.__version__
+
+
+def machine_checks() -> tuple[tuple[str, Check], ...]:
+    """Return the checks that apply to every machine, by name."""
+    opencv = "pip install --force-reinstall opencv-python-headless; on a Pi: sudo apt install python3-opencv"
+    return (
+        ("Python", check_python),
+        ("NumPy", partial(check_library, "NumPy", _run_numpy, "pip install --force-reinstall 'numpy>=1.24'")),
+        ("OpenCV", partial(check_library, "OpenCV", _run_opencv, opencv)),
+    )

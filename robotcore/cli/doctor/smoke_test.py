@@ -52,10 +52,11 @@ def _try_robot(backend: Backend, robot: RobotDescription) -> Finding:
         others = f", and {len(error.others)} more" if error.others else ""
         said = f"cannot open {error.file}: {error.key}: {error.problem}{others}"
         return Finding.error(backend.name, said, f"robotcore check {robot.file or robot.name}", kind=error.kind)
-    except DeviceGroupError as error:
-        return _build_failure(backend, "; ".join(map(str, error.failures)), error.kind)
     except RobotcoreError as error:
-        return _build_failure(backend, str(error), error.kind)
+        text = "; ".join(map(str, error.failures)) if isinstance(error, DeviceGroupError) else str(error)
+        problem, remedy = split_remedy(text)
+        remedy = remedy or f"Try robotcore run green-search --backend {backend.name}"
+        return Finding.error(backend.name, problem, remedy, kind=error.kind)
     except Exception as error:  # noqa: BLE001  an incompatible build of a simulator may raise any exception
         text = " ".join(str(error).split())
         return Finding.error(
@@ -63,12 +64,14 @@ def _try_robot(backend: Backend, robot: RobotDescription) -> Finding:
         )
 
 
-def _build_failure(backend: Backend, text: str, kind: str) -> Finding:
-    """Return an error as a finding. The last sentence of the error's message becomes the remedy."""
-    problem, _, remedy = text.rpartition(". ")
-    if not problem:
-        return Finding.error(backend.name, text, f"Try robotcore run green-search --backend {backend.name}", kind=kind)
-    return Finding.error(backend.name, problem, remedy, kind=kind)
+def split_remedy(message: str) -> tuple[str, str]:
+    """Return the problem and the remedy in an error message. The remedy is the last of several sentences.
+
+    >>> split_remedy("no library. Install it"), split_remedy("no library")
+    (('no library', 'Install it'), ('no library', ''))
+    """
+    problem, _, remedy = message.rpartition(". ")
+    return (problem, remedy) if problem else (remedy, "")
 
 
 def _drive(name: str, robot: Robot) -> Finding:

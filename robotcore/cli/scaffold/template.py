@@ -92,14 +92,9 @@ DRIVER = Template(
 """The template of a package with a backend and its conformance test."""
 
 
-def name_module(name: str) -> str:
-    """Return the name of the module of a project."""
-    return name.replace("-", "_")
-
-
 def _spellings(name: str) -> tuple[str, str, str]:
     """Return a project's name and the names of its module and its class."""
-    return name, name_module(name), "".join(part.capitalize() for part in re.split("[-_]", name))
+    return name, name.replace("-", "_"), "".join(part.capitalize() for part in re.split("[-_]", name))
 
 
 NAME = re.compile(r"[a-z][a-z0-9]*(?:[-_][a-z0-9]+)*")
@@ -112,32 +107,23 @@ def require_free(template: Template, folder: Path) -> None:
     The folder must not exist, its parent must exist, and its name must be valid and free.
     """
     name = folder.name
-    _require_absent(folder)
-    if not NAME.fullmatch(name):
-        raise UsageError(
-            f"{name!r} is not a valid name for a project. Use lower-case letters and digits, with single - or _ "
-            f"between them, and begin with a letter{_format_suggestion(name)}",
-            kind="invalid-project-name",
-            name=name,
-            meant=_suggest_name(name),
-        )
-    if use := _describe_use(template, name):
-        raise UsageError(
-            f"{name!r} is {use}. Choose another name, such as {name}-{template.folder}",
-            kind="project-name-in-use",
-            name=name,
-            use=use,
-        )
-
-
-def _require_absent(folder: Path) -> None:
     if os.path.lexists(folder):
-        raise UsageError(
-            f"{folder} exists already, and was not changed. Choose another name, or move {folder}",
-            kind="folder-exists",
-        )
+        text = f"{folder} exists already, and was not changed. Choose another name, or move {folder}"
+        raise UsageError(text, kind="folder-exists")
     if not os.path.isdir(folder.parent):  # noqa: PTH112  it takes any name, however long
         raise UsageError(f"{folder.parent} is not a folder. Create it first", kind="no-such-folder")
+    if not NAME.fullmatch(name):
+        meant = _suggest_name(name)
+        raise UsageError(
+            f"{name!r} is not a valid name for a project. Use lower-case letters and digits, with single - or _ "
+            f"between them, and begin with a letter{f', such as {meant}' if meant else ''}",
+            kind="invalid-project-name",
+            name=name,
+            meant=meant,
+        )
+    if use := _describe_use(template, name):
+        text = f"{name!r} is {use}. Choose another name, such as {name}-{template.folder}"
+        raise UsageError(text, kind="project-name-in-use", name=name, use=use)
 
 
 def _suggest_name(name: str) -> str:
@@ -145,13 +131,8 @@ def _suggest_name(name: str) -> str:
     return meant if NAME.fullmatch(meant) else ""
 
 
-def _format_suggestion(name: str) -> str:
-    meant = _suggest_name(name)
-    return f", such as {meant}" if meant else ""
-
-
 def _describe_use(template: Template, name: str) -> str:
-    module = name_module(name)
+    module = name.replace("-", "_")
     if iskeyword(module):
         return "a keyword of Python"
     if module in template.reserved_names:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from enum import IntEnum
 from functools import partial
 from random import Random
 from typing import NamedTuple
@@ -18,70 +17,57 @@ from robotcore.description.world import Ball, Box, Cylinder, Outline, Start, Var
 from robotcore.errors import DescriptionError, UsageError
 
 
-class Constraint(IntEnum):
-    """The constraints on a drawn world, in the order in which they are checked."""
+class Constraint(NamedTuple):
+    """A constraint on a drawn world, and the error message for a world in which no drawn layout meets it."""
 
-    OBSTACLE_ROOM = 1
-    START_ROOM = 2
-    TARGET_ROOM = 3
-    TARGET_DISTANCE = 4
-    TARGET_HIDDEN = 5
-    TARGET_IN_VIEW = 6
-    PATH = 7
-
-    @property
-    def advice(self) -> Advice:
-        """The parts of the error message for a world in which no drawn layout meets the constraint."""
-        return _ADVICE[self]
-
-
-class Advice(NamedTuple):
-    """The parts of the error message for a constraint that is not met."""
-
+    number: int
+    """The place in the order in which the constraints are checked."""
+    kind: str
+    """The kind of the error."""
     key: str
     """The key in the world's file that the user can change."""
     problem: str
     remedy: str
 
 
-_ADVICE = {
-    Constraint.OBSTACLE_ROOM: Advice(
-        "variation.gap_m",
-        "there is no room for the obstacles",
-        "Take fewer or smaller obstacles, a smaller gap_m, or wider place_x_m and place_y_m",
-    ),
-    Constraint.START_ROOM: Advice(
-        "variation.place_x_m",
-        "there is no start with room for the robot to turn",
-        "Take fewer or smaller obstacles, or wider place_x_m and place_y_m",
-    ),
-    Constraint.TARGET_ROOM: Advice(
-        "variation.gap_m",
-        "there is no room for a target",
-        "Take fewer or smaller obstacles, a smaller gap_m, or wider place_x_m and place_y_m",
-    ),
-    Constraint.TARGET_DISTANCE: Advice(
-        "variation.target_distance_m",
-        "no position of the target is within target_distance_m from the start",
-        "Widen target_distance_m, or place_x_m and place_y_m",
-    ),
-    Constraint.TARGET_HIDDEN: Advice(
-        "variation.target_hidden",
-        "every position of the target is visible from the start",
-        "Take more or larger obstacles, higher than camera and target, or set target_hidden = false",
-    ),
-    Constraint.TARGET_IN_VIEW: Advice(
-        "variation.target_distance_m",
-        "the robot cannot drive, and no position of the target is in view of its camera",
-        "Take fewer obstacles, another target_distance_m, or another mount of the camera",
-    ),
-    Constraint.PATH: Advice(
-        "variation.gap_m",
-        "there is no path to the target",
-        "Take a larger gap_m, or fewer or smaller obstacles",
-    ),
-}
-
+_MORE_ROOM = "Take fewer or smaller obstacles, a smaller gap_m, or wider place_x_m and place_y_m"
+OBSTACLE_ROOM = Constraint(1, "no-obstacle-room", "variation.gap_m", "there is no room for the obstacles", _MORE_ROOM)
+START_ROOM = Constraint(
+    2,
+    "no-start-room",
+    "variation.place_x_m",
+    "there is no start with room for the robot to turn",
+    "Take fewer or smaller obstacles, or wider place_x_m and place_y_m",
+)
+TARGET_ROOM = Constraint(3, "no-target-room", "variation.gap_m", "there is no room for a target", _MORE_ROOM)
+TARGET_DISTANCE = Constraint(
+    4,
+    "no-target-distance",
+    "variation.target_distance_m",
+    "no position of the target is within target_distance_m from the start",
+    "Widen target_distance_m, or place_x_m and place_y_m",
+)
+TARGET_HIDDEN = Constraint(
+    5,
+    "no-target-hidden",
+    "variation.target_hidden",
+    "every position of the target is visible from the start",
+    "Take more or larger obstacles, higher than camera and target, or set target_hidden = false",
+)
+TARGET_IN_VIEW = Constraint(
+    6,
+    "no-target-in-view",
+    "variation.target_distance_m",
+    "the robot cannot drive, and no position of the target is in view of its camera",
+    "Take fewer obstacles, another target_distance_m, or another mount of the camera",
+)
+PATH = Constraint(
+    7,
+    "no-path",
+    "variation.gap_m",
+    "there is no path to the target",
+    "Take a larger gap_m, or fewer or smaller obstacles",
+)
 
 MAX_LAYOUTS = 100
 """The greatest number of layouts that are drawn for a seed until one meets all constraints."""
@@ -123,8 +109,7 @@ def draw_world(world: WorldDescription, robot: RobotDescription, seed: int) -> W
     for _ in range(MAX_LAYOUTS):
         if drawn := drawing.draw():
             return drawn
-    key, problem, remedy = drawing.last_failed.advice
-    kind = f"no-{drawing.last_failed.name.lower().replace('_', '-')}"
+    _, kind, key, problem, remedy = drawing.last_failed
     raise DescriptionError(f"the world {world.name!r}", key, f"{problem} (seed {seed})", remedy, kind=kind, seed=seed)
 
 
@@ -138,7 +123,7 @@ class _LayoutDrawing:
         self._world, self._robot, self._random = world, robot, random
         self._variation = world.variation or _make_variation(world)
         self._gap = _least_gap(self._variation, robot)
-        self.last_failed = Constraint.OBSTACLE_ROOM
+        self.last_failed = OBSTACLE_ROOM
 
     def draw(self) -> WorldDescription | None:
         """Draw a layout. Return the world with the layout, or None if the layout does not meet all constraints."""
@@ -150,7 +135,7 @@ class _LayoutDrawing:
                 if placed is None:
                     return None
                 drawn = placed
-        return drawn if self._check(Constraint.PATH, is_met=is_solvable(drawn, self._robot)) else None
+        return drawn if self._check(PATH, is_met=is_solvable(drawn, self._robot)) else None
 
     def _steps(self) -> Iterator[PlacementStep]:
         # Each step adds a body at a drawn position, or returns None if there is no room.
@@ -163,21 +148,21 @@ class _LayoutDrawing:
     def _add_obstacle(self, obstacle: Box | Cylinder, world: WorldDescription) -> WorldDescription | None:
         update = {**self._draw_position(obstacle), "yaw_rad": self._draw_yaw(obstacle), **self._draw_size(obstacle)}
         placed = obstacle.model_copy(update=update)
-        if not self._check(Constraint.OBSTACLE_ROOM, is_met=_has_room(placed.outline, world, self._gap)):
+        if not self._check(OBSTACLE_ROOM, is_met=_has_room(placed.outline, world, self._gap)):
             return None
         return world.model_copy(update={"obstacles": (*world.obstacles, placed)})
 
     def _set_start(self, world: WorldDescription) -> WorldDescription | None:
         update = {**self._draw_position(world.start), "yaw_rad": self._draw_yaw(world.start)}
         start = world.start.model_copy(update=update)
-        if not self._check(Constraint.START_ROOM, is_met=_has_room(self._disc(start), world, TURNING_MARGIN_M)):
+        if not self._check(START_ROOM, is_met=_has_room(self._disc(start), world, TURNING_MARGIN_M)):
             return None
         return world.model_copy(update={"start": start})
 
     def _add_target(self, target: Ball, world: WorldDescription) -> WorldDescription | None:
         ball = target.model_copy(update=self._draw_position(target))
         is_apart = gap_between(self._disc(world.start), ball.outline) >= TURNING_MARGIN_M
-        if not self._check(Constraint.TARGET_ROOM, is_met=is_apart and _has_room(ball.outline, world, self._gap)):
+        if not self._check(TARGET_ROOM, is_met=is_apart and _has_room(ball.outline, world, self._gap)):
             return None
         drawn = world.model_copy(update={"targets": (*world.targets, ball)})
         if world.targets:
@@ -188,12 +173,12 @@ class _LayoutDrawing:
     def _check_target(self, world: WorldDescription, ball: Ball) -> bool:
         nearest, farthest = self._variation.target_distance_m or (0.0, math.inf)
         distance = world.start.pose.distance_to(ball.x_m, ball.y_m)
-        if not self._check(Constraint.TARGET_DISTANCE, is_met=nearest <= distance <= farthest):
+        if not self._check(TARGET_DISTANCE, is_met=nearest <= distance <= farthest):
             return False
         if self._fixed_camera:
-            return self._check(Constraint.TARGET_IN_VIEW, is_met=is_target_in_view(world, self._robot))
+            return self._check(TARGET_IN_VIEW, is_met=is_target_in_view(world, self._robot))
         is_met = not self._variation.target_hidden or is_target_hidden(world, self._robot)
-        return self._check(Constraint.TARGET_HIDDEN, is_met=is_met)
+        return self._check(TARGET_HIDDEN, is_met=is_met)
 
     def _face_target(self, world: WorldDescription, ball: Ball) -> WorldDescription:
         # A robot that cannot drive starts with the ball in view.

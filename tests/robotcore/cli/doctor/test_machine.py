@@ -4,13 +4,18 @@ import sys
 
 import pytest
 
-from robotcore.cli.doctor.machine import check_numpy, check_opencv, check_python
-from robotcore.hal.check_finding import Level
+from robotcore.cli.doctor.machine import check_python, machine_checks
+from robotcore.hal.check_finding import Finding, Level
 from tests.texts import CheckText
 
 
+def find_library(name: str) -> Finding:
+    (found,) = dict(machine_checks())[name]()
+    return found
+
+
 def test_numpy_and_opencv_work_here() -> None:
-    found = [*check_numpy(), *check_opencv()]
+    found = [find_library(name) for name in ("NumPy", "OpenCV")]
     assert [(each.kind, each.level) for each in found] == [("numpy-works", Level.OK), ("opencv-works", Level.OK)]
 
 
@@ -27,10 +32,11 @@ def test_an_untested_python_is_a_warning(
     assert found.level is (Level.WARNING if found.remedy else Level.OK)
 
 
-def test_an_opencv_that_was_built_for_another_numpy_is_an_error_with_a_remedy(
-    monkeypatch: pytest.MonkeyPatch, check_text: CheckText
+@pytest.mark.parametrize("name, module", [("NumPy", "numpy"), ("OpenCV", "cv2")])
+def test_a_broken_library_is_an_error_with_a_remedy(
+    monkeypatch: pytest.MonkeyPatch, name: str, module: str, check_text: CheckText
 ) -> None:
-    monkeypatch.setitem(sys.modules, "cv2", None)
-    (found,) = check_opencv()
+    monkeypatch.setitem(sys.modules, module, None)
+    found = find_library(name)
     assert (found.kind, found.level) == ("library-broken", Level.ERROR)
     check_text(found.remedy)
