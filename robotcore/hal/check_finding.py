@@ -90,8 +90,5 @@ def _in_a_line(error: Exception) -> str:
     if isinstance(error, OSError) and error.filename:
         return f"{error.filename}: {error.strerror}"
     text = " ".join(str(error).split())
-    return text if text and isinstance(error, OSError | ValueError | RuntimeError) else _named(error, text)
-
-
-def _named(error: Exception, text: str) -> str:
-    return f"{type(error).__name__}: {text}".removesuffix(": ")
+    is_clear = text and isinstance(error, OSError | ValueError | RuntimeError)
+    return text if is_clear else f"{type(error).__name__}: {text}".removesuffix(": ")

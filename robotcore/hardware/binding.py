@@ -52,9 +52,9 @@ def bind_devices(
         raise DescriptionError(robot.source, section, "is missing", remedy)
     bindings, mistakes = read_each(robot, section, wired, partial(_bind, robot), _missing_hint)
     mistakes += [
-        *incompatible_drivers(section, bindings, robot),
-        *invalid_pins(section, bindings, place),
-        *pin_conflicts(section, bindings, place),
+        *_incompatible_drivers(section, bindings, robot),
+        *_invalid_pins(section, bindings, place),
+        *_pin_conflicts(section, bindings, place),
     ]
     if mistakes:
         raise DescriptionError.of_all(robot.source, mistakes)
@@ -72,63 +72,56 @@ def _bind(robot: RobotDescription, description: AnyDevice, table: Any) -> Device
 
 
 def _driver(description: AnyDevice, table: Any) -> DeviceDriver[Any, Any]:
-    known = list_drivers(description)
     if not isinstance(table, Mapping):
-        raise Mistake(f"should be a table, got {table!r}", f"Name its driver: {known}")
+        raise Mistake(f"should be a table, got {table!r}", f"Name its driver: {_list_drivers(description)}")
     if "driver" not in table:
-        raise Mistake("is missing", f"Add it: {known}", key="driver")
+        raise Mistake("is missing", f"Add it: {_list_drivers(description)}", key="driver")
     if not isinstance(name := table["driver"], str):
-        raise Mistake(f"should be a name in quotes, got {name!r}", f"Name one: {known}", key="driver")
+        raise Mistake(
+            f"should be a name in quotes, got {name!r}", f"Name one: {_list_drivers(description)}", key="driver"
+        )
     try:
         driver: DeviceDriver[Any, Any] = load_registered("device driver", DEVICES, name)()
     except UnknownNameError as unknown:
         problem = f"unknown device driver {name[:MAX_SHOWN_CHARACTERS]!r}"
-        raise Mistake(problem, suggest_driver(name, description), key="driver") from unknown
+        raise Mistake(problem, _suggest_driver(name, description), key="driver") from unknown
     if not isinstance(description, driver.described):
         problem = f"{name!r} is not a driver for a {description.kind.replace('_', ' ')}"
-        raise Mistake(problem, f"Name one: {known}", key="driver")
+        raise Mistake(problem, f"Name one: {_list_drivers(description)}", key="driver")
     return driver
 
 
 def _missing_hint(description: AnyDevice) -> str:
     return (
-        f"Add a table with one of these drivers: {list_drivers(description)}. If the robot has no such device, "
+        f"Add a table with one of these drivers: {_list_drivers(description)}. If the robot has no such device, "
         f"remove {description.name!r} from [[devices]]"
     )
 
 
-def list_drivers(description: AnyDevice) -> str:
-    """Return the names of all drivers for a kind of device, separated by commas."""
-    return ", ".join(find_drivers(description)) or "(none is installed)"
+def _list_drivers(description: AnyDevice) -> str:
+    return ", ".join(_find_drivers(description)) or "(none is installed)"
 
 
-def suggest_driver(name: str, description: AnyDevice) -> str:
-    """Return a sentence that suggests the driver with a similar name or alias, or else lists all drivers.
-
-    name: the unknown driver name in the robot's file.
-    description: the device that the driver is for.
-    """
-    drivers = find_drivers(description)
+def _suggest_driver(name: str, description: AnyDevice) -> str:
+    drivers = _find_drivers(description)
     word = _normalise(name)
-    for driver in drivers:
-        if _normalise(driver) == word:
-            return f"Did you mean {driver!r}?"
-    for driver, kind in drivers.items():
-        if any(part in word or (len(word) > 2 and word in part) for part in map(_normalise, kind.aliases)):
-            return f"Did you mean {driver!r}?"
+    same = [driver for driver in drivers if _normalise(driver) == word]
+    alike = [
+        driver
+        for driver, kind in drivers.items()
+        if any(part in word or (len(word) > 2 and word in part) for part in map(_normalise, kind.aliases))
+    ]
+    for driver in same + alike:
+        return f"Did you mean {driver!r}?"
     return suggestion(name, list(drivers))
 
 
 def _normalise(word: str) -> str:
-    """Return a word in lower case with only its letters and digits."""
     return "".join(letter for letter in word.lower() if letter.isalnum())
 
 
-def find_drivers(description: AnyDevice) -> dict[str, type[DeviceDriver[Any, Any]]]:
-    """Return the classes of the drivers for a kind of device, by name.
-
-    Drivers that cannot be imported are left out.
-    """
+def _find_drivers(description: AnyDevice) -> dict[str, type[DeviceDriver[Any, Any]]]:
+    # Drivers that cannot be imported are left out.
     found = {}
     for name in device_driver_names():
         with suppress(BackendMissingError):
@@ -138,68 +131,47 @@ def find_drivers(description: AnyDevice) -> dict[str, type[DeviceDriver[Any, Any
     return found
 
 
-def collect_mistakes(key: str, check: Callable[[], object]) -> Iterator[Mistake]:
-    """Call a check, and yield a mistake if it raises ValueError.
-
-    key: the dotted key of the checked table.
-    check: the check. The text of its error is the problem, a semicolon and a remedy.
-    """
+def _collect_mistakes(key: str, check: Callable[[], object]) -> Iterator[Mistake]:
+    # The text of the check's ValueError is the problem, a semicolon and a remedy.
     try:
         check()
     except ValueError as error:
         yield Mistake.from_error(error, key)
 
 
-def incompatible_drivers(section: str, bindings: Sequence[DeviceBinding], robot: RobotDescription) -> Iterator[Mistake]:
-    """Yield a mistake for each device for which `DeviceDriver.check_beside` raises ValueError."""
+def _incompatible_drivers(
+    section: str, bindings: Sequence[DeviceBinding], robot: RobotDescription
+) -> Iterator[Mistake]:
     drivers = {binding.name: binding.driver for binding in bindings}
     for binding in bindings:
         check = partial(binding.driver.check_beside, binding.description, binding.settings, robot, drivers)
-        yield from collect_mistakes(f"{section}.{binding.name}", check)
+        yield from _collect_mistakes(f"{section}.{binding.name}", check)
 
 
-def invalid_pins(
+def _invalid_pins(
     section: str, bindings: Iterable[DeviceBinding], place: Callable[[Connection], object]
 ) -> Iterator[Mistake]:
-    """Yield a mistake for each connection to a pin that the board does not have.
-
-    place: the function of `bind_devices`.
-    """
     for binding in bindings:
         for wire in binding.connections:
-            yield from collect_mistakes(f"{section}.{binding.name}.{wire.signal}", partial(place, wire))
+            yield from _collect_mistakes(f"{section}.{binding.name}.{wire.signal}", partial(place, wire))
 
 
-def pin_conflicts(
+def _pin_conflicts(
     section: str, bindings: Iterable[DeviceBinding], place: Callable[[Connection], Iterable[Connection]]
 ) -> Iterator[Mistake]:
-    """Yield a mistake for each pin or port that two connections occupy but cannot share.
-
-    place: the function of `bind_devices`.
-    """
     taken: dict[tuple[str, str], tuple[str, Connection]] = {}
     for binding in bindings:
         for wire in _wires(binding, place):
             key = f"{section}.{binding.name}.{wire.signal}"
             first, before = taken.setdefault((wire.bus, wire.where), (key, wire))
             if before is not wire and not wire.can_share(before):
-                yield Mistake(
-                    f"{wire} is already {first}{_name_protocol(before)}",
-                    f"Connect one of them elsewhere{_format_remedy(wire, before)}",
-                    key=key,
-                )
+                protocol = f", which uses {before.protocol}" if before.protocol else ""
+                remedy = f", or {wire.remedy}" if wire.remedy and wire.signal == before.signal else ""
+                yield Mistake(f"{wire} is already {first}{protocol}", f"Connect one of them elsewhere{remedy}", key=key)
 
 
 def _wires(binding: DeviceBinding, place: Callable[[Connection], Iterable[Connection]]) -> Iterator[Connection]:
     for wire in binding.connections:
         yield wire
-        with suppress(ValueError):  # `invalid_pins` reports it
+        with suppress(ValueError):  # `_invalid_pins` reports it
             yield from place(wire)
-
-
-def _name_protocol(before: Connection) -> str:
-    return f", which uses {before.protocol}" if before.protocol else ""
-
-
-def _format_remedy(wire: Connection, before: Connection) -> str:
-    return f", or {wire.remedy}" if wire.remedy and wire.signal == before.signal else ""

@@ -13,7 +13,7 @@ from robotcore.description import AnyDevice, RobotDescription, StrictModel
 from robotcore.errors import DeviceError, RobotcoreError
 from robotcore.hal.clock import Clock
 from robotcore.hal.cutoff import CutoffSpec
-from robotcore.hal.devices import Device
+from robotcore.hal.devices import Device, build_driver_error
 
 
 @dataclass(frozen=True)
@@ -230,9 +230,7 @@ class DeviceBinding:
                 self.name, f"a library is not installed ({error}). {self.driver.remedy}", kind="library-missing"
             ) from error
         except Exception as error:
-            raise DeviceError(
-                self.name, f"{type(error).__name__}: {error}".removesuffix(": "), kind="driver-failed"
-            ) from error
+            raise build_driver_error(self.name, error, "driver-failed") from error
 
     def cutoffs(self, host: Host) -> tuple[CutoffSpec, ...]:
         """Return the specifications of the cutoffs that stop the device. See `DeviceDriver.cutoffs`."""

@@ -210,12 +210,6 @@ def require_drivable(
 
     The text of the error is the problem, a semicolon and a remedy.
     """
-    _require_reach(description, model)
-    if control:
-        _require_encoder(description.name, robot)
-
-
-def _require_reach(description: MotorDescription, model: MotorModel) -> None:
     for direction, word in ((1, "forward"), (-1, "backward")):
         if (reach := model.reach(direction)) < description.max_velocity_rad_s:
             raise ValueError(
@@ -223,13 +217,10 @@ def _require_reach(description: MotorDescription, model: MotorModel) -> None:
                 f"max_velocity_rad_s is {description.max_velocity_rad_s:g}; reduce max_velocity_rad_s, or correct "
                 f"model.{word}_rad_s or model.max_duty"
             )
-
-
-def _require_encoder(motor: str, robot: RobotDescription) -> None:
-    if encoder_of(motor, robot) is None:
+    if control and encoder_of(description.name, robot) is None:
         raise ValueError(
-            f"control needs an encoder, but the wheel of {motor} has none; name the encoders in [drive], or remove "
-            "control"
+            f"control needs an encoder, but the wheel of {description.name} has none; name the encoders in [drive], or "
+            "remove control"
         )
 
 

@@ -7,7 +7,7 @@ from typing import Generic
 
 from robotcore.description import RangeSensorDescription, RobotDescription
 from robotcore.errors import DeviceError
-from robotcore.hal.devices import Range, SampleT
+from robotcore.hal.devices import Range, SampleT, build_driver_error
 
 
 class LatestSample(Generic[SampleT]):
@@ -38,9 +38,7 @@ class LatestSample(Generic[SampleT]):
         """
         if not isinstance(error, DeviceError):
             cause = error
-            error = DeviceError(
-                self._device, f"{type(cause).__name__}: {cause}".removesuffix(": "), kind="driver-failed"
-            )
+            error = build_driver_error(self._device, cause, "driver-failed")
             error.__cause__ = cause
         self._last = error
 

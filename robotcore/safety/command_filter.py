@@ -7,10 +7,11 @@ from collections.abc import Callable, Sequence
 from threading import RLock
 from typing import NamedTuple, Protocol
 
-from robotcore.errors import DeviceError, DeviceLostError, RobotcoreError
+from robotcore.errors import DeviceLostError, RobotcoreError
 from robotcore.geometry import Wheels
 from robotcore.hal.clock import Clock
-from robotcore.hal.devices import VelocityOutput, invalid_velocity
+from robotcore.hal.devices import VelocityOutput, build_driver_error, invalid_velocity
+from robotcore.hal.drive import WheelStage
 from robotcore.safety.deadman import Deadman, TimedLock
 from robotcore.safety.latch import Latch
 from robotcore.safety.motor_stop import StopGroup
@@ -31,11 +32,9 @@ class Commit(NamedTuple):
     """The changes of the command by the rules, the deadman and the guardian."""
 
 
-class CommandFilter(Protocol):
+class CommandFilter(WheelStage, Protocol):
     """The interface for the commands to a drive. The safety filter and the taps around it implement it."""
 
-    def ask(self, wheels: Wheels) -> Wheels: ...
-    def stop(self) -> None: ...
     def commit(self) -> Commit: ...
 
 
@@ -175,7 +174,7 @@ class SafetyFilter:
                 self._stop_motors(self._clock.now())
                 if isinstance(error, RobotcoreError):
                     raise
-                raise DeviceError(motor.name, f"{type(error).__name__}: {error}", kind="driver-error") from error
+                raise build_driver_error(motor.name, error) from error
             if not self._is_overtaken:
                 self._set_sent(sent, self._clock.now())
                 return sent

@@ -3,46 +3,36 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import ClassVar
 
 from robotcore.geometry import DifferentialGeometry, Wheels
 from robotcore.hal.clock import Clock
 from robotcore.hal.devices import RangeSensor
 
 
+@dataclass(eq=False)
 class RangeGuard:
-    """A rule that removes forward motion near an obstacle. The robot can still turn and drive backward.
+    """A rule that removes forward motion near an obstacle. The robot can still turn and drive backward."""
 
-    geometry: the geometry that converts wheel velocities to a speed.
-    distance: a function that returns the free distance ahead in metres, for the robot's speed in m/s. It is called only
-    if the robot would move forward.
-    stop_distance: the least distance to an obstacle after the stop, in metres.
-    deceleration: how fast the robot brakes, in m/s².
-    """
+    cause: ClassVar = "range guard"
 
-    cause = "range guard"
-
-    def __init__(
-        self,
-        geometry: DifferentialGeometry,
-        distance: Callable[[float], float],
-        stop_distance: float,
-        deceleration: float,
-    ) -> None:
-        self._geometry = geometry
-        self._distance = distance
-        self._stop_distance = stop_distance
-        self._deceleration = deceleration
-
-    def __repr__(self) -> str:
-        return f"RangeGuard(stop_distance={self._stop_distance:g}, deceleration={self._deceleration:g})"
+    geometry: DifferentialGeometry = field(repr=False)
+    """The geometry that converts wheel velocities to a speed."""
+    distance: Callable[[float], float] = field(repr=False)
+    """Returns the free distance ahead in metres, for the robot's speed in m/s. It is called only for forward motion."""
+    stop_distance: float
+    """The least distance to an obstacle after the stop, in metres."""
+    deceleration: float
+    """How fast the robot brakes, in m/s²."""
 
     def __call__(self, command: Wheels, last: Wheels) -> Wheels:
         forward = (command.left + command.right) / 2
         if forward <= 0:
             return command
-        speed = forward * self._geometry.wheel_radius
-        fastest = max(speed, (last.left + last.right) / 2 * self._geometry.wheel_radius)
-        if self._distance(fastest) > stopping_distance(speed, self._stop_distance, self._deceleration):
+        speed = forward * self.geometry.wheel_radius
+        fastest = max(speed, (last.left + last.right) / 2 * self.geometry.wheel_radius)
+        if self.distance(fastest) > stopping_distance(speed, self.stop_distance, self.deceleration):
             return command
         return Wheels(command.left - forward, command.right - forward)
 

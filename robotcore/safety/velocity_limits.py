@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 from robotcore.geometry import Wheels
 
@@ -28,8 +28,10 @@ class Intervention:
 class Rule(Protocol):
     """The interface of a safety rule. A rule returns a command unchanged, or a slower command."""
 
-    cause: str
-    """The name of the rule in interventions."""
+    @property
+    def cause(self) -> str:
+        """The name of the rule in interventions."""
+        ...
 
     def __call__(self, command: Wheels, last: Wheels, /) -> Wheels:
         """Return the command that may be sent.
@@ -40,33 +42,29 @@ class Rule(Protocol):
         ...
 
 
+@dataclass(frozen=True)
 class VelocityLimit:
     """A rule that limits each wheel to ``limit`` rad/s. It multiplies both velocities by the same factor.
 
     >>> limit = VelocityLimit(10.0)
     >>> limit(Wheels(20.0, -5.0), STOPPED)
     Wheels(left=10.0, right=-2.5)
-    >>> limit
-    VelocityLimit(10)
     """
 
-    cause = "velocity limit"
+    cause: ClassVar = "velocity limit"
 
-    def __init__(self, limit: float) -> None:
-        self._limit = limit
-
-    def __repr__(self) -> str:
-        return f"VelocityLimit({self._limit:g})"
+    limit: float
 
     def __call__(self, command: Wheels, last: Wheels) -> Wheels:
         left, right = command
         fastest = max(abs(left), abs(right))
-        if fastest <= self._limit:
+        if fastest <= self.limit:
             return command
-        scale = self._limit / fastest
+        scale = self.limit / fastest
         return Wheels(left * scale, right * scale)
 
 
+@dataclass(frozen=True)
 class AccelerationLimit:
     """A rule that limits the change of each wheel's velocity in a tick to ``change`` rad/s.
 
@@ -76,18 +74,14 @@ class AccelerationLimit:
     Wheels(left=3.0, right=2.5)
     """
 
-    cause = "acceleration limit"
+    cause: ClassVar = "acceleration limit"
 
-    def __init__(self, change: float) -> None:
-        self._change = change
-
-    def __repr__(self) -> str:
-        return f"AccelerationLimit({self._change:g})"
+    change: float
 
     def __call__(self, command: Wheels, last: Wheels) -> Wheels:
         left, right = command.left - last.left, command.right - last.right
         largest = max(abs(left), abs(right))
-        if largest <= self._change:
+        if largest <= self.change:
             return command
-        scale = self._change / largest
+        scale = self.change / largest
         return Wheels(last.left + left * scale, last.right + right * scale)

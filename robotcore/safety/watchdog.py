@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass
-from functools import partial
 from math import inf
-from pathlib import Path
-from threading import Event, Thread, get_ident, get_native_id
+from threading import Event, Thread, get_ident
 from types import FrameType
 from typing import NamedTuple, TypeVar
 
@@ -19,7 +16,6 @@ from robotcore.safety.thread_reserve import Reserve
 from robotcore.threads import start_thread
 
 T = TypeVar("T")
-ArgumentT = TypeVar("ArgumentT")
 
 
 class TimeLimit(NamedTuple):
@@ -35,10 +31,10 @@ class TimeLimit(NamedTuple):
 class ActivityMonitor:
     """Records the activity and the driver call of one thread: the thread that created the monitor."""
 
-    __slots__ = ("activities", "activity", "call", "calls", "native_thread", "thread", "ticks")
+    __slots__ = ("activities", "activity", "call", "calls", "thread", "ticks")
 
     def __init__(self) -> None:
-        self.thread, self.native_thread = get_ident(), get_native_id()
+        self.thread = get_ident()
         self.activity: TimeLimit | None = None
         """The time limit of the present activity. None if the activity has no limit."""
         self.call: TimeLimit | None = None
@@ -55,74 +51,26 @@ class ActivityMonitor:
         self.activity = activity
         self.activities += 1
 
-    def call_driver(self, call: TimeLimit, function: Callable[[], T]) -> T:
+    def call_driver(self, call: TimeLimit, function: Callable[..., T], *args: object) -> T:
         """Call a driver's function and record the call. Calls by other threads are not recorded."""
         if get_ident() != self.thread:
-            return function()
+            return function(*args)
         before, self.call = self.call, call
         self.calls += 1
         try:
-            return function()
+            return function(*args)
         finally:
             self.call = before
-
-    def call_driver_with(self, call: TimeLimit, function: Callable[[ArgumentT], T], argument: ArgumentT) -> T:
-        """Call a driver's function with one argument, like `call_driver`.
-
-        Two methods are faster than one method with ``*args``.
-        """
-        if get_ident() != self.thread:
-            return function(argument)
-        before, self.call = self.call, call
-        self.calls += 1
-        try:
-            return function(argument)
-        finally:
-            self.call = before
-
-
-MAX_LATENESS = 2.0
-"""The longest measured time between two checks, in planned periods.
-
-The watchdog itself wakes up late if the process was suspended. The time beyond this limit does not count.
-"""
-
-
-class RunnableTime:
-    """Measures the time in which a thread could run.
-
-    Two times do not count. The first is the time in which the thread waited for a processor, the second figure of
-    ``schedstat`` on Linux (https://docs.kernel.org/scheduler/sched-stats.html). The second is the delay of a late call
-    of `measure`. Such a delay occurs if the process was suspended, or if a thread held the interpreter's lock.
-
-    native_thread: the thread's identifier in the operating system.
-    period_s: the planned time between two calls of `measure`, in seconds.
-    """
-
-    def __init__(self, native_thread: int, period_s: float) -> None:
-        self._file = Path(f"/proc/self/task/{native_thread}/schedstat")
-        self._longest = MAX_LATENESS * period_s
-        self._wall = MonotonicClock()
-        self._last = 0.0
-        self._waited = self._waiting_time()
-
-    def measure(self) -> float:
-        """Return the seconds since the last call in which the thread could run."""
-        now = self._wall.now()
-        elapsed, self._last = min(now - self._last, self._longest), now
-        waiting = self._waiting_time()
-        waited = max(0.0, min(waiting - self._waited, elapsed))
-        self._waited += waited  # the rest of a longer wait is subtracted next time
-        return elapsed - waited
-
-    def _waiting_time(self) -> float:
-        with suppress(OSError, ValueError, IndexError):
-            return int(self._file.read_text().split()[1]) * 1e-9
-        return 0.0
 
 
 PERIOD_S = 0.05
 """The planned time between two checks, in seconds."""
+
+MAX_PASSED_S = 2 * PERIOD_S
+"""The longest time that counts between two checks, in seconds.
+
+The watchdog itself wakes up late if the process was suspended, or if a thread held the interpreter's lock.
+"""
 
 FIRST_TICK_S = 30.0
 """The least time limit in the first tick, in seconds. Nothing moves yet, and an app may import libraries."""
@@ -179,9 +127,7 @@ class Watchdog:
 
     def start(self) -> None:
         """Start the thread. Raises ResourceError if the system refuses it."""
-        self._thread = start_thread(
-            partial(self._watch, RunnableTime(self._monitor.native_thread, PERIOD_S)), "watchdog"
-        )
+        self._thread = start_thread(self._watch, "watchdog")
 
     def close(self) -> None:
         """End the thread. A second call does nothing."""
@@ -189,11 +135,14 @@ class Watchdog:
         if self._thread:
             self._thread.join()
 
-    def _watch(self, time: RunnableTime) -> None:
+    def _watch(self) -> None:
+        clock, last = MonotonicClock(), 0.0
         while not self._is_closed.is_set():
             try:
                 if not self._is_closed.wait(PERIOD_S):
-                    self._check(time.measure())
+                    now = clock.now()
+                    passed_s, last = min(now - last, MAX_PASSED_S), now
+                    self._check(passed_s)
             except Exception:  # noqa: BLE001, PERF203  without a watchdog a run that hangs never ends
                 self._reserve.release_memory()
 

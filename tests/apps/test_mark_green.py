@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from robotcore import Outcome, RunRequest, RunResult, run
-from robotcore.autonomy.vision.annotate import YELLOW
+from robotcore.autonomy.vision.colour_detector import YELLOW
 from robotcore.runtime.session import Run
 from robotcore.runtime.trace import TickRecord
 

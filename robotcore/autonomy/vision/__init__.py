@@ -1,7 +1,13 @@
 """Vision: finds blobs of a colour in pictures, and draws boxes around them."""
 
-from robotcore.autonomy.vision.annotate import draw_boxes
-from robotcore.autonomy.vision.colour_detector import DEFAULT_TOLERANCE, Blob, ColourDetector
-from robotcore.autonomy.vision.hues import HUE_RANGES, HUES, hue_of
+from robotcore.autonomy.vision.colour_detector import (
+    DEFAULT_TOLERANCE,
+    HUE_RANGES,
+    HUES,
+    Blob,
+    ColourDetector,
+    draw_boxes,
+    hue_of,
+)
 
 __all__ = ["DEFAULT_TOLERANCE", "HUES", "HUE_RANGES", "Blob", "ColourDetector", "draw_boxes", "hue_of"]

@@ -1,8 +1,9 @@
-"""Finds blobs of one hue in pictures."""
+"""Finds blobs of one hue in pictures, and draws boxes around them."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import cv2
@@ -18,10 +19,70 @@ from robotcore.autonomy.vision.hue_segmentation import (
     measure_region,
     pixels_in,
 )
-from robotcore.autonomy.vision.hues import hue_of, limit_tolerance
-from robotcore.errors import UsageError
+from robotcore.errors import UnknownNameError, UsageError
 from robotcore.hal.devices import Image
 from robotcore.optics import Intrinsics
+
+HUES = {
+    "red": 0.0,
+    "orange": 28.0,
+    "yellow": 53.0,
+    "green": 128.0,
+    "cyan": 184.0,
+    "blue": 225.0,
+    "purple": 273.0,
+    "magenta": 316.0,
+}
+"""Hues by name, in degrees on the colour circle."""
+
+HUE_RANGES = {
+    "red": (-22.0, 14.0),
+    "orange": (14.0, 40.5),
+    "yellow": (40.5, 90.5),
+    "green": (90.5, 158.0),
+    "cyan": (158.0, 204.5),
+    "blue": (204.5, 249.0),
+    "purple": (249.0, 294.5),
+    "magenta": (294.5, 338.0),
+}
+"""The smallest and the largest hue of each name, in degrees. Each hue of the circle belongs to one name.
+
+A range ends in the middle between two named hues. Only that of green ends 2 degrees later, at 30 degrees from green.
+"""
+
+
+def hue_of(hue: str | float) -> float:
+    """Return a hue in degrees, in [0, 360). The argument is a name in `HUES` or any number of degrees.
+
+    Raises UnknownNameError for an unknown name, and UsageError for a number that is not finite.
+
+    >>> hue_of("green"), hue_of(-10)
+    (128.0, 350.0)
+    """
+    try:
+        degrees = float(hue)
+    except ValueError:
+        if hue not in HUES:
+            raise UnknownNameError("hue", str(hue), list(HUES)) from None
+        return HUES[str(hue)]
+    if not math.isfinite(degrees):
+        raise UsageError(f"the hue is {hue}; take a name or degrees from 0 to 360", kind="no-hue", hue=hue)
+    return degrees % 360
+
+
+def limit_tolerance(hue: str | float, tolerance: float) -> tuple[float, float]:
+    """Return the tolerance below and above a hue, in degrees. For a name, both end at the limits of `HUE_RANGES`.
+
+    hue: a name in `HUES`, or degrees.
+    tolerance: the greatest difference from the hue, in degrees.
+
+    >>> limit_tolerance("orange", 30), limit_tolerance(28, 30)
+    ((14.0, 12.5), (30, 30))
+    """
+    if hue not in HUES:
+        return tolerance, tolerance
+    smallest, largest = HUE_RANGES[str(hue)]
+    return min(tolerance, HUES[str(hue)] - smallest), min(tolerance, largest - HUES[str(hue)])
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,7 +184,7 @@ class ColourDetector:
             text = f"a picture of the shape {image.shape} has no colours; pass a BGR picture, (height, width, 3)"
             raise UsageError(text, kind="grey-picture", shape=image.shape)
         separate: list[Region] = []
-        for region in sorted(self._find_regions(image), key=_area, reverse=True):
+        for region in sorted(self._find_regions(image), key=lambda region: region.area, reverse=True):
             if not any(region.lies_in(larger.box) for larger in separate):
                 separate.append(region)
         return [_make_blob(region, intrinsics) for region in separate]
@@ -168,11 +229,26 @@ class ColourDetector:
         return max(self._min_saturation, min(self._min_saturation + cast, MAX_MIN_SATURATION))
 
 
-def _area(region: Region) -> int:
-    return region.area
-
-
 def _make_blob(region: Region, intrinsics: Intrinsics) -> Blob:
     left, top, width, height = region.box
     is_clipped = left == 0 or top == 0 or left + width == intrinsics.width or top + height == intrinsics.height
     return Blob(region.centroid, region.box, region.area, intrinsics.bearing(region.centroid[0]), is_clipped)
+
+
+YELLOW = (0, 255, 255)
+
+
+def draw_boxes(image: Image, blobs: Iterable[Blob]) -> Image:
+    """Return a copy of a BGR picture with a yellow rectangle around each blob, one pixel outside the blob's box.
+
+    >>> import numpy as np
+    >>> picture = np.zeros((48, 64, 3), np.uint8)
+    >>> blob = Blob(centroid=(20.0, 15.0), box=(18, 12, 5, 7), area=35, bearing=0.1, is_clipped=False)
+    >>> draw_boxes(picture, [blob])[12, 16].tolist()
+    [0, 255, 255]
+    """
+    picture = image.copy()
+    for blob in blobs:
+        left, top, width, height = blob.box
+        cv2.rectangle(picture, (left - 3, top - 3), (left + width + 2, top + height + 2), YELLOW, 2)
+    return picture

@@ -64,7 +64,7 @@ class CallMonitorLayer(Layer):
         limit, activity = self._limit_call(motor.name), self.activity
         return MotorOutput(
             motor.name,
-            partial(activity.call_driver_with, limit, motor.set_velocity),
+            partial(activity.call_driver, limit, motor.set_velocity),
             partial(activity.call_driver, limit, motor.stop),
         )
 
@@ -105,7 +105,7 @@ class _MonitoredClock(ClockWrapper):
         if ahead > SHORT_S:
             limit = limit._replace(limit_s=limit.limit_s + ahead)
         try:
-            return self._activity.call_driver_with(limit, self._source.sleep_until, deadline)
+            return self._activity.call_driver(limit, self._source.sleep_until, deadline)
         except RobotcoreError:
             raise
         except (OSError, EOFError) as broken:

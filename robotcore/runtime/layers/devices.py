@@ -8,7 +8,7 @@ from typing import Any, cast
 from robotcore.errors import RobotcoreError
 from robotcore.geometry import to_float
 from robotcore.hal.clock import TickClock
-from robotcore.hal.devices import SENSOR_KINDS, Device, Display, Image, Motor, SampleT, Sensor
+from robotcore.hal.devices import SENSOR_KINDS, Device, Display, Image, Motor, SampleT, Sensor, build_driver_error
 from robotcore.runtime.layers.base import MotorOutput, Reader, Show
 
 
@@ -32,7 +32,7 @@ class AppSensor(Sensor[SampleT]):
             except RobotcoreError:
                 raise
             except Exception as error:
-                raise self._build_device_error(error) from error
+                raise build_driver_error(self.name, error) from error
             self._tick = self._clock.tick
         return self.latest
 
@@ -82,7 +82,7 @@ class AppMotor(Motor):
         except RobotcoreError:
             raise
         except Exception as error:
-            raise self._build_device_error(error) from error
+            raise build_driver_error(self.name, error) from error
 
     def stop(self) -> None:
         if not self._is_closed:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import signal
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
+from concurrent.futures import Future, wait
 from contextlib import suppress
 from queue import SimpleQueue
 from socket import socket
-from threading import Event
 from typing import Literal
 
 from robotcore.errors import ResourceError, RobotcoreError
@@ -40,91 +40,67 @@ class CutoffWorker:
         self._spec, self._clock = spec, clock
         self._cutoff: Cutoff | None = None
         self._is_running = True
-        self._tasks = SimpleQueue[_Task]()
+        self._tasks = SimpleQueue[tuple[Action, Future[str | None]]]()
         self._in_place = in_place
         if not in_place:
             start_thread(self._work, spec.device)
 
-    def submit(self, action: Action) -> _Task:
-        """Queue an action, and return its task."""
-        task = _Task(getattr(self, f"_{action}"))
+    def submit(self, action: Action) -> Future[str | None]:
+        """Queue an action, and return the future of its message."""
+        future = Future[str | None]()
         if self._in_place:
-            task.run()
+            self._run(action, future)
         else:
-            self._tasks.put(task)
-        return task
+            self._tasks.put((action, future))
+        return future
 
-    def _open(self) -> None:
-        self._cutoff = self._spec.make()
-        self._cutoff.open()
+    def _work(self) -> None:
+        while self._is_running:
+            self._run(*self._tasks.get())
 
-    def _arm(self) -> None:
-        self._opened.arm()
+    def _run(self, action: Action, future: Future[str | None]) -> None:
+        try:
+            future.set_result(self._do(action))
+        except Exception as error:  # noqa: BLE001  a driver or a vendor's library may raise any exception
+            future.set_exception(error)
 
-    def _rest(self) -> None:
-        self._opened.rest()
+    def _do(self, action: Action) -> str | None:
+        if action == "close":
+            self._is_running = False
+            if self._cutoff is None:
+                return None
+        cutoff = self._cutoff = self._cutoff or self._spec.make()
+        return self._stop(cutoff) if action == "stop" else getattr(cutoff, action)()
 
-    def _stop(self) -> str | None:
+    def _stop(self, cutoff: Cutoff) -> str | None:
         # A stop that fails is repeated for `RETRYING_S`.
         end = self._clock.now() + RETRYING_S
         while True:
             try:
-                return self._opened.stop()
+                return cutoff.stop()
             except Exception:
                 if self._clock.now() >= end:
                     raise
             self._clock.sleep_until(self._clock.now() + _PAUSE_S)
 
-    def _close(self) -> None:
-        self._is_running = False
-        if self._cutoff:
-            self._cutoff.close()
 
-    @property
-    def _opened(self) -> Cutoff:
-        assert self._cutoff, "the cutoff is not open"
-        return self._cutoff
-
-    def _work(self) -> None:
-        while self._is_running:
-            self._tasks.get().run()
-
-
-class _Task:
-    def __init__(self, action: Callable[[], str | None]) -> None:
-        self._action = action
-        self._is_over = Event()
-        self._problem: str | None = None
-        self.message: str | None = None
-
-    def run(self) -> None:
-        try:
-            self.message = self._action()
-        except RobotcoreError as error:
-            self._problem = str(error)
-        except Exception as error:  # noqa: BLE001  a driver or a vendor's library may raise any exception
-            self._problem = f"{type(error).__name__}: {error}"
-        self._is_over.set()
-
-    def wait(self, seconds: float) -> str | None:
-        """Wait at most ``seconds`` for the action. Return the problem as a text, or None if it succeeded."""
-        return self._problem if self._is_over.wait(max(0.0, seconds)) else "does not answer"
-
-
-def run_all(workers: Sequence[CutoffWorker], action: Action, limit: float, clock: Clock) -> Report:
+def run_all(workers: Sequence[CutoffWorker], action: Action, limit: float) -> Report:
     """Run one action on each cutoff in parallel, and wait at most ``limit`` seconds. Return which cutoffs finished."""
     tasks = [(worker.device, worker.submit(action)) for worker in workers]
-    end = clock.now() + limit
-    results = [(device, task.wait(end - clock.now()), task.message) for device, task in tasks]
-    failed = tuple(f"{device}: {problem}" for device, problem, _ in results if problem)
-    succeeded = [(device, message) for device, problem, message in results if not problem]
-    done = tuple(device for device, message in succeeded if not isinstance(message, Unconfirmed))
-    messages = (
-        f"{device}: {message}" if isinstance(message, Unconfirmed) else message
-        for device, message in succeeded
-        if message
-    )
-    return Report(action, done, failed, tuple(dict.fromkeys(messages)))
+    finished, _ = wait([future for _, future in tasks], limit)
+    done, failed, messages = [], [], []
+    for device, future in tasks:
+        if future not in finished:
+            failed.append(f"{device}: does not answer")
+        elif error := future.exception():
+            problem = str(error) if isinstance(error, RobotcoreError) else f"{type(error).__name__}: {error}"
+            failed.append(f"{device}: {problem}")
+        elif isinstance(message := future.result(), Unconfirmed):
+            messages.append(f"{device}: {message}")
+        else:
+            done.append(device)
+            messages += [message] if message else []
+    return Report(action, tuple(done), tuple(failed), tuple(dict.fromkeys(messages)))
 
 
 OPENING_S = 10.0
@@ -168,8 +144,8 @@ class GuardianProcess:
 
     def __init__(self, link: socket, assignment: Assignment) -> None:
         self._link, self._lease, self._app = link, assignment.lease, assignment.app
-        self._clock = MonotonicClock()
-        self._workers = [CutoffWorker(spec, self._clock) for spec in assignment.cutoffs]
+        clock = MonotonicClock()
+        self._workers = [CutoffWorker(spec, clock) for spec in assignment.cutoffs]
         self._arming_s = ARMING_S + max(spec.patience_s for spec in assignment.cutoffs)
         self._is_armed = False
 
@@ -205,7 +181,7 @@ class GuardianProcess:
         self._is_armed = is_driving
 
     def _run_all(self, action: Action, limit: float) -> Report:
-        return run_all(self._workers, action, limit, self._clock)
+        return run_all(self._workers, action, limit)
 
     def _send(self, line: bytes) -> None:
         with suppress(OSError):  # the app is gone: the next read ends the run
@@ -239,10 +215,10 @@ def stop_once(specs: Iterable[CutoffSpec]) -> Report:
     """
     clock = MonotonicClock()
     workers = [_make_worker(spec, clock) for spec in merge_cutoffs(specs)]
-    opened = run_all(workers, "open", LIMIT_S, clock)
+    opened = run_all(workers, "open", LIMIT_S)
     ready = [worker for worker in workers if worker.device in opened.done]
-    stopped = run_all(ready, "stop", LIMIT_S, clock)
-    run_all(workers, "close", LIMIT_S, clock)
+    stopped = run_all(ready, "stop", LIMIT_S)
+    run_all(workers, "close", LIMIT_S)
     return Report("stop", stopped.done, (*opened.failed, *stopped.failed), stopped.messages)
 
 

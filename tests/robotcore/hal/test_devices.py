@@ -8,7 +8,6 @@ import pytest
 from robotcore.errors import BackendError, DeviceClosedError, DeviceError, InvalidCommandError
 from robotcore.hal.clock import SteppedClock
 from robotcore.hal.devices import Frame, MemoryDisplay
-from robotcore.optics import Intrinsics
 from tests.robotcore.fakes import NullMotor, NullRange, picture
 from tests.texts import Raises
 
@@ -80,12 +79,6 @@ class TestMotor:
             motor.set_velocity(velocity)
         assert motor.sent == [3.0, 0.0]
 
-    def test_infinite_velocity_is_refused_without_a_limit(self) -> None:
-        motor = NullMotor("left", math.inf)
-        with pytest.raises(InvalidCommandError):
-            motor.set_velocity(math.inf)
-        assert motor.sent == [0.0]
-
     def test_closing_stops_the_motor_and_releases_it_once(self, motor: NullMotor) -> None:
         motor.set_velocity(3.0)
         motor.close()
@@ -108,10 +101,6 @@ class TestMotor:
 
 
 class TestSensor:
-    def test_read_returns_the_newest_sample(self, sensor: NullRange) -> None:
-        sensor.distance = 0.7
-        assert sensor.read().distance == 0.7
-
     def test_closed_sensor_refuses_to_read(self, sensor: NullRange) -> None:
         sensor.close()
         with pytest.raises(DeviceClosedError):
@@ -145,17 +134,3 @@ class TestFrame:
         assert frame.grey is frame.grey
         with pytest.raises(ValueError, match="read-only"):
             frame.grey[0, 0] = 1
-
-
-class TestIntrinsics:
-    intrinsics = Intrinsics(320, 240, math.radians(90))
-
-    def test_focal_length_is_half_the_width_where_the_field_of_view_is_a_right_angle(self) -> None:
-        assert self.intrinsics.focal_length == pytest.approx(160.0)
-
-    def test_optical_axis_is_between_the_two_middle_pixels(self) -> None:
-        assert (self.intrinsics.cx, self.intrinsics.cy) == (159.5, 119.5)
-
-    @pytest.mark.parametrize("u, degrees", [(159.5, 0.0), (-0.5, 45.0), (319.5, -45.0)])
-    def test_columns_on_the_left_have_positive_bearings(self, u: float, degrees: float) -> None:
-        assert math.degrees(self.intrinsics.bearing(u)) == pytest.approx(degrees)

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 
 import pytest
 
 from robotcore.errors import BackendError, UsageError
-from robotcore.hal.clock import AppClock, SteppedClock, TickClock
-from robotcore.hal.wall_clock import MonotonicClock, PacedClock, ServerClock
+from robotcore.hal.clock import AppClock, Clock, SteppedClock, TickClock
+from robotcore.hal.wall_clock import MonotonicClock, ServerClock
 
 THREAD_TIMEOUT_S = 10.0
 """The longest time, in seconds, that a test waits for a thread."""
@@ -69,13 +69,6 @@ class TestSimulatedTime:
         stepped.every(0.025, task, "echo")
         with pytest.raises(ValueError):  # noqa: PT011  it has no kind
             stepped.sleep_until(1.0)
-
-    def test_tick_and_paced_clocks_pass_tasks_to_the_stepped_clock(self, stepped: SteppedClock) -> None:
-        done: list[str] = []
-        TickClock(stepped).every(0.025, lambda: done.append("tick"), "echo")
-        PacedClock(stepped).every(0.025, lambda: done.append("paced"), "echo")
-        stepped.sleep_until(0.025)
-        assert done == ["tick", "paced"]
 
 
 class TestRealTime:
@@ -147,20 +140,22 @@ class TestRealTime:
         with suppress(ValueError):
             clock.close()
 
-    def test_server_clock_runs_tasks_in_a_thread(self) -> None:
-        done = threading.Event()
-        clock, wall = ServerClock(source := MonotonicClock().now), MonotonicClock()
-        polling = clock.every(0.001, done.set, "echo")
-        assert done.wait(THREAD_TIMEOUT_S)
-        polling.stop()
-        clock.close()
-        wall.close()
-        assert source() > 0
 
-
-def test_app_clock_refuses_periodic_tasks(stepped: SteppedClock) -> None:
-    with pytest.raises(UsageError):
-        AppClock(TickClock(stepped)).every(0.1, lambda: None, "echo")
+@pytest.mark.parametrize(
+    "kind, use",
+    [
+        ("app-sleeps", lambda clock: clock.sleep_until(1.0)),
+        ("app-wants-call", lambda clock: clock.call_at(1.0, print)),
+        ("app-polls", lambda clock: clock.every(0.1, print, "echo")),
+    ],
+)
+def test_an_app_can_only_read_its_clock(stepped: SteppedClock, kind: str, use: Callable[[Clock], object]) -> None:
+    clock = AppClock(TickClock(stepped))
+    with pytest.raises(UsageError) as caught:
+        use(clock)
+    assert caught.value.kind == kind
+    clock.close()
+    assert clock.now() == 0.0
 
 
 def test_lost_server_ends_the_task_and_raises_in_the_sleep() -> None:

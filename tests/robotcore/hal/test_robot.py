@@ -43,13 +43,6 @@ class TestClosing:
         assert all(motor.sent[-1] == 0.0 for motor in motors if not motor.is_broken)
         assert [motor.releases for motor in motors] == [1, 1, 1]
 
-    def test_every_failure_is_reported_once(self) -> None:
-        robot, motors = make("left", "right", "arm")
-        motors[0].is_broken = motors[2].is_broken = True
-        with pytest.raises(DeviceGroupError) as raised:
-            robot.close()
-        assert [each.device for each in raised.value.failures if isinstance(each, DeviceError)] == ["left", "arm"]
-
     def test_backend_is_released_last_even_if_a_device_fails(self) -> None:
         released_after: list[int] = []
         robot, motors = make("left", release=lambda: released_after.append(motors[0].releases))
@@ -58,15 +51,6 @@ class TestClosing:
             robot.close()
         assert released_after == [1]
 
-    def test_failure_of_the_backends_release_is_reported(self) -> None:
-        def release() -> None:
-            raise DeviceError("simulator", "has gone")
-
-        robot, _ = make("left", release=release)
-        with pytest.raises(DeviceGroupError) as raised:
-            robot.close()
-        assert [each.device for each in raised.value.failures if isinstance(each, DeviceError)] == ["simulator"]
-
     def test_equal_failures_are_reported_once(self) -> None:
         beneath, motors = make("left", "right")
         motors[0].is_broken = motors[1].is_broken = True
@@ -74,12 +58,6 @@ class TestClosing:
         with pytest.raises(DeviceGroupError) as raised:
             robot.close()
         assert [each.device for each in raised.value.failures if isinstance(each, DeviceError)] == ["left", "right"]
-
-    def test_closing_cancels_scheduled_calls(self) -> None:
-        robot, _ = make("left")
-        robot.clock.call_at(0.01, lambda: pytest.fail("called after closing"))
-        robot.close()
-        robot.clock.sleep_until(1.0)
 
     def test_second_close_does_nothing(self) -> None:
         releases: list[str] = []

@@ -31,12 +31,6 @@ def test_duty_is_limited_and_has_the_sign_of_its_velocity(model: MotorModel, vel
     assert not velocity or math.copysign(1, duty) == math.copysign(1, velocity)
 
 
-def test_zero_velocity_is_zero_duty_for_any_dead_band() -> None:
-    model = MotorModel(dead_band=0.3, forward_rad_s=10, backward_rad_s=10)
-    assert model.duty(0.0) == 0
-    assert model.duty(-0.0) == 0
-
-
 def test_wheel_does_not_turn_within_the_dead_band() -> None:
     model = MotorModel(dead_band=0.3, forward_rad_s=10, backward_rad_s=10)
     assert [model.velocity(duty) for duty in (0.0, 0.2, -0.3)] == [0, 0, 0]
@@ -47,10 +41,6 @@ def test_full_velocity_differs_by_direction() -> None:
     model = MotorModel(forward_rad_s=16, backward_rad_s=8)
     assert (model.duty(4), model.duty(-4)) == (0.25, -0.5)
     assert (model.reach(1), model.reach(-1)) == (16, 8)
-
-
-def test_reach_is_the_velocity_at_the_greatest_duty() -> None:
-    assert MotorModel(dead_band=0.2, forward_rad_s=12, backward_rad_s=8, max_duty=0.6).reach(-1) == pytest.approx(4)
 
 
 @pytest.mark.parametrize("wrong", [{"dead_band": 1.0}, {"dead_band": -0.1}, {"max_duty": 1.2}, {"forward_rad_s": 0}])

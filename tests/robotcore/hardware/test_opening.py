@@ -160,9 +160,3 @@ def test_a_device_without_a_wheel_has_no_counterpart() -> None:
     bare = ROVER.model_copy(update={"drive": None})
     assert encoder_of("arm", ROVER) is motor_of("knob", ROVER) is None
     assert encoder_of("left_motor", bare) is motor_of("left_encoder", bare) is None
-
-
-def test_a_wheel_may_have_no_encoder() -> None:
-    assert ROVER.drive is not None
-    drive = ROVER.drive.model_copy(update={"left_encoder": None, "right_encoder": None})
-    assert encoder_of("left_motor", ROVER.model_copy(update={"drive": drive})) is None

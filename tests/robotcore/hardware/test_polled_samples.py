@@ -21,12 +21,6 @@ def newest() -> LatestSample[Range]:
     return LatestSample("nose", FIRST)
 
 
-def test_last_sample_is_returned_until_there_is_a_newer_one(newest: LatestSample[Range]) -> None:
-    assert newest.get() is newest.get() is FIRST
-    newest.put(SECOND)
-    assert newest.get() is SECOND
-
-
 def test_a_failure_is_raised_with_the_device_name_until_the_next_sample(
     newest: LatestSample[Range], raises: Raises
 ) -> None:
@@ -43,12 +37,6 @@ def test_device_error_is_raised_unchanged(newest: LatestSample[Range]) -> None:
     with pytest.raises(DeviceError) as caught:
         newest.get()
     assert caught.value is error
-
-
-def test_sample_after_a_failure_is_returned(newest: LatestSample[Range]) -> None:
-    newest.fail(OSError("no answer"))
-    newest.put(SECOND)
-    assert newest.get() is SECOND
 
 
 [NOSE] = load_robot("rover").all_of(RangeSensorDescription)

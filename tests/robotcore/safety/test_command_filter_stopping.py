@@ -45,18 +45,12 @@ class Bench:
         self.filter.commit()
 
 
-def test_e_stop_during_a_commit_prevents_the_command() -> None:
+@pytest.mark.parametrize(
+    "stop", [lambda bench: bench.latch.set(EmergencyStopError("now")), lambda bench: bench.filter.stop()]
+)
+def test_a_stop_during_a_commit_prevents_the_command(stop: Callable[[Bench], object]) -> None:
     bench = Bench()
-    bench.rule.action = lambda: bench.latch.set(EmergencyStopError("now"))
-    assert bench.filter.commit().sent == (0.0, 0.0)
-    for motor in (bench.left, bench.right):
-        assert motor.sent[0] == 2.0
-        assert set(motor.sent[1:]) == {0.0}
-
-
-def test_stop_during_a_commit_prevents_the_command() -> None:
-    bench = Bench()
-    bench.rule.action = bench.filter.stop
+    bench.rule.action = lambda: stop(bench)
     assert bench.filter.commit().sent == (0.0, 0.0)
     for motor in (bench.left, bench.right):
         assert motor.sent[0] == 2.0

@@ -39,12 +39,6 @@ def hung() -> Iterator[HungMotor]:
     motor.release.set()
 
 
-def test_stops_every_motor() -> None:
-    left, right = NullMotor("left_motor"), NullMotor("right_motor")
-    StopGroup.create(left, right).apply()
-    assert (left.sent, right.sent) == ([0.0], [0.0])
-
-
 def test_failure_of_one_motor_is_raised_after_the_other_stopped() -> None:
     left, right = NullMotor("left_motor"), NullMotor("right_motor")
     left.is_broken = True

@@ -28,10 +28,6 @@ class TestRangeGuard:
         assert _guard(limit + 1e-9)(asked, STOPPED) == asked
         assert _guard(limit - 1e-9)(asked, STOPPED) == (0.0, 0.0)
 
-    def test_guard_removes_forward_motion_and_keeps_the_turn(self) -> None:
-        sent = _guard(0.05)(GEOMETRY.to_wheels(0.2, 1.5), STOPPED)
-        assert GEOMETRY.to_twist(sent) == pytest.approx((0.0, 1.5))
-
     @given(st.floats(-0.4, 0.4), st.floats(-5, 5), st.floats(0, 2))
     def test_guard_keeps_the_distance_and_the_turn_for_any_command(
         self, linear: float, angular: float, distance: float
@@ -46,10 +42,6 @@ class TestRangeGuard:
         guard = RangeGuard(GEOMETRY, lambda _: pytest.fail("asked"), 0.10, 0.5)
         asked = GEOMETRY.to_wheels(linear, 2.0)
         assert guard(asked, STOPPED) == asked
-
-    def test_open_space_is_no_obstacle(self) -> None:
-        asked = GEOMETRY.to_wheels(0.4, 0.0)
-        assert _guard(math.inf)(asked, STOPPED) == asked
 
 
 def _guard(distance: float) -> RangeGuard:

@@ -14,7 +14,6 @@ import pytest
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.safety import thread_reserve as reserves
 from robotcore.safety.thread_reserve import Reserve
-from robotcore.threads import start_thread
 
 NO_ROOM_FOR_A_STACK = """
 import resource, threading
@@ -69,24 +68,6 @@ def test_call_runs_in_the_callers_thread_if_none_is_idle(reserve: Reserve) -> No
     assert busy.is_done_within(10)
 
 
-def test_thread_waits_for_the_next_call_after_one(reserve: Reserve) -> None:
-    reserve.hold(threads=1)
-    made_in: set[str] = set()
-    for _ in range(20):
-        call = reserve.call(lambda: made_in.add(threading.current_thread().name))
-        assert call.is_done_within(10)
-        while not reserve._idle:  # the thread has made the call, and is about to wait
-            pass
-    assert made_in == {reserves.THREAD}
-
-
-def test_call_keeps_its_exception(reserve: Reserve) -> None:
-    reserve.hold(threads=1)
-    call = reserve.call(dict[str, int]().popitem)
-    assert call.is_done_within(10)
-    assert isinstance(call.failure, KeyError)
-
-
 def test_call_that_runs_out_of_memory_is_repeated_with_the_reserved_memory(reserve: Reserve) -> None:
     reserve.hold(threads=0)
     tries: list[bool] = []
@@ -111,14 +92,6 @@ def test_close_ends_every_thread_even_a_busy_one(reserve: Reserve) -> None:
     for thread in started:
         thread.join(10)
     assert not any(thread.is_alive() for thread in started)
-
-
-def test_started_thread_has_its_name() -> None:
-    end = threading.Event()
-    thread = start_thread(end.wait, "waits")
-    assert (thread.name, thread.daemon) == ("waits", True)
-    end.set()
-    thread.join()
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="it reads /proc")

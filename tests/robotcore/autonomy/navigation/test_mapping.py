@@ -33,11 +33,6 @@ def test_pose_between_two_is_interpolated(past: PoseHistory) -> None:
     assert past.at(4.0 + 0.0125) == pytest.approx((0.8025, 0.0, 8.025))
 
 
-def test_stored_pose_is_returned_exactly(past: PoseHistory) -> None:
-    assert past.at(99 / 20) == Pose(99 / 100, 0.0, 99 / 10)
-    assert past.at(80 / 20) == Pose(80 / 100, 0.0, 80 / 10)
-
-
 def test_pose_outside_the_history_is_the_nearest(past: PoseHistory) -> None:
     assert past.at(100.0).heading == 9.9
     assert past.at(0.0) == past.at(99 / 20 - HISTORY_S)
@@ -100,23 +95,11 @@ def test_view_through_a_wall_that_an_outlier_removed_is_undone(mapping: MappingR
     assert not seen[mapping.grid.cell_of(1.2, 0.0)]
 
 
-def test_second_outlier_is_undone_too(mapping: MappingRig) -> None:
-    other = MappingRig()
-    mapping.add(0.8, 1.8, 0.8, 1.8, 0.8)
-    other.add(0.8, 0.8, 0.8)
-    assert (mapping.grid.evidence == other.grid.evidence).all()
-
-
 def test_jump_that_the_next_reading_confirms_stays(mapping: MappingRig) -> None:
     mapping.add(0.8, 1.8)
     assert mapping.is_free(1.2)
     mapping.add(1.8, 0.8)
     assert mapping.is_free(1.2)
-
-
-def test_readings_past_an_edge_stay(mapping: MappingRig) -> None:
-    mapping.add(0.8, 1.3, 1.9)
-    assert mapping.is_free(1.5)
 
 
 def test_single_reading_of_a_turning_sensor_is_no_outlier(mapping: MappingRig) -> None:
@@ -153,10 +136,6 @@ def test_new_body_is_mapped_from_its_second_echo(mapping: MappingRig) -> None:
 
 def test_echo_a_little_off_a_mapped_body_deletes_nothing(mapping: MappingRig) -> None:
     assert not any(mapping.add(1.0, 1.0, 1.0, 0.95, 0.95, 1.06, 1.06))
-
-
-def test_echo_from_unknown_cells_deletes_nothing(mapping: MappingRig) -> None:
-    assert not any(mapping.add(1.0, 0.6, 0.6))
 
 
 def test_full_turn_with_exact_odometry_deletes_nothing(mapping: MappingRig) -> None:

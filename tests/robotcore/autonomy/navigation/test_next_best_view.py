@@ -53,11 +53,6 @@ class TestView:
         points = [(-1.0, 0.0), (-0.3, 0.0), (0.3, 0.0), (0.6, 0.0), (1.0, 0.0)]
         assert are_seen(grid, coverage, *points) == [True, True, True, False, False]
 
-    def test_camera_sees_past_the_end_of_a_wall(self, grid: OccupancyGrid, coverage: Coverage) -> None:
-        mark_occupied(grid, 0.5, 0.5, -0.5, 0.5)
-        coverage.add_view(HERE, math.tau)
-        assert are_seen(grid, coverage, (0.7, 1.2)) == [True]
-
     def test_unknown_cells_are_not_seen(self, grid: OccupancyGrid, coverage: Coverage) -> None:
         mark_unknown(grid, 0.5, 0.6, -0.5, 0.5)
         coverage.add_view(HERE, math.tau)
@@ -197,11 +192,6 @@ def test_a_good_view_through_a_narrow_gap_is_worth_more_than_a_poor_one_beside(f
     assert field.grid.point_of(*view.place)[0] > 0.3
 
 
-def test_area_visible_from_here_is_no_other_view(field: NavigationMap) -> None:
-    mark_unseen(field, 0.0, 0.9, 0.1)
-    assert view_from_here(field) is None
-
-
 def test_cell_beside_the_robot_is_no_view(field: NavigationMap) -> None:
     mark_occupied(field.grid, 0.4, 0.5, -0.5, 0.5)
     mark_occupied(field.grid, -0.5, -0.4, -0.5, 0.5)
@@ -209,16 +199,6 @@ def test_cell_beside_the_robot_is_no_view(field: NavigationMap) -> None:
     mark_occupied(field.grid, -0.5, 0.5, -0.5, -0.4)
     mark_unseen(field, 0.0, 0.0, MIN_VIEW_DISTANCE_M)
     assert view_from_here(field) is None
-
-
-def test_a_view_is_worth_going_to_until_it_has_been_seen(field: NavigationMap) -> None:
-    mark_occupied(field.grid, 0.5, 0.6, -1.0, 1.0)
-    mark_unseen(field, 1.2, 0.0, 0.4)
-    view = view_from_here(field)
-    assert view
-    assert view.is_worth_going(field.coverage)
-    field.coverage.seen[:] = True
-    assert not view.is_worth_going(field.coverage)
 
 
 def test_there_is_no_view_without_a_path() -> None:

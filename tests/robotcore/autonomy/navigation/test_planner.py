@@ -86,58 +86,42 @@ def test_there_is_no_path_through_a_wall(field: NavigationMap) -> None:
 BALL = Target(1.4, 0.0, 0.5)
 
 
-class TestTarget:
-    def test_gap_is_the_remaining_distance(self) -> None:
-        assert BALL.gap(HERE) == pytest.approx(0.9)
-        assert BALL.gap(Pose(1.4, 0.4, 0.0)) == pytest.approx(-0.1)
-
-    def test_bearing_is_relative_to_the_robot(self) -> None:
-        assert BALL.bearing(Pose(1.4, -1.0, 0.0)) == pytest.approx(math.pi / 2)
-
-
-class TestUnobstructed:
-    def test_open_ground_is_free(self, field: NavigationMap) -> None:
-        assert is_unobstructed(field.grid, HERE, BALL)
-
-    def test_body_between_blocks(self, field: NavigationMap) -> None:
-        mark_occupied(field.grid, 0.5, 0.6, -0.05, 0.05)
-        assert not is_unobstructed(field.grid, HERE, BALL)
-
-    def test_body_that_the_robot_would_touch_blocks(self, field: NavigationMap) -> None:
-        mark_occupied(field.grid, 0.5, 0.6, 0.07, 0.2)
-        assert not is_unobstructed(field.grid, HERE, BALL)
-
-    def test_body_beside_the_corridor_does_not_block(self, field: NavigationMap) -> None:
-        mark_occupied(field.grid, 0.5, 0.6, 0.2, 0.4)
-        assert is_unobstructed(field.grid, HERE, BALL)
-
-    def test_target_itself_does_not_block(self, field: NavigationMap) -> None:
-        mark_occupied(field.grid, 1.04, 1.5, -0.2, 0.2)
-        assert is_unobstructed(field.grid, HERE, BALL)
-
-    def test_a_target_may_lie_beyond_the_map(self, field: NavigationMap) -> None:
-        assert is_unobstructed(field.grid, HERE, Target(9.0, 1.0, 0.5))
-        mark_occupied(field.grid, 0.5, 0.6, -0.2, 0.4)
-        assert not is_unobstructed(field.grid, HERE, Target(9.0, 1.0, 0.5))
+@pytest.mark.parametrize(
+    "left, right, bottom, top, is_free",
+    [
+        pytest.param(0.5, 0.6, -0.05, 0.05, False, id="between"),
+        pytest.param(0.5, 0.6, 0.07, 0.2, False, id="touched-by-the-robot"),
+        pytest.param(0.5, 0.6, 0.2, 0.4, True, id="beside"),
+        pytest.param(1.04, 1.5, -0.2, 0.2, True, id="the-target"),
+    ],
+)
+def test_a_body_in_the_corridor_blocks_a_straight_path(
+    field: NavigationMap, left: float, right: float, bottom: float, top: float, *, is_free: bool
+) -> None:
+    mark_occupied(field.grid, left, right, bottom, top)
+    assert is_unobstructed(field.grid, HERE, BALL) is is_free
 
 
-class TestBeginsKnown:
-    def test_start_beside_unknown_cells_is_not_known(self, field: NavigationMap) -> None:
-        assert is_start_known(field.grid, HERE, BALL)
-        mark_unknown(field.grid, 0.25, 0.35, 0.05, 0.2)
-        assert not is_start_known(field.grid, HERE, BALL)
+def test_a_target_may_lie_beyond_the_map(field: NavigationMap) -> None:
+    assert is_unobstructed(field.grid, HERE, Target(9.0, 1.0, 0.5))
+    mark_occupied(field.grid, 0.5, 0.6, -0.2, 0.4)
+    assert not is_unobstructed(field.grid, HERE, Target(9.0, 1.0, 0.5))
 
-    def test_unknown_cells_farther_on_are_allowed(self, field: NavigationMap) -> None:
-        mark_unknown(field.grid, 0.7, 0.8, -0.2, 0.2)
-        assert is_start_known(field.grid, HERE, BALL)
 
-    def test_target_itself_is_ignored(self, field: NavigationMap) -> None:
-        mark_occupied(field.grid, 1.02, 1.5, -0.2, 0.2)
-        assert is_start_known(field.grid, Pose(0.55, 0.0, 0.0), BALL)
+@pytest.mark.parametrize("left, bottom, is_known", [(0.25, 0.05, False), (0.7, -0.2, True)])
+def test_only_near_unknown_cells_make_a_start_unknown(
+    field: NavigationMap, left: float, bottom: float, *, is_known: bool
+) -> None:
+    mark_unknown(field.grid, left, left + 0.1, bottom, 0.2)
+    assert is_start_known(field.grid, HERE, BALL) is is_known
 
-    def test_start_at_the_target_is_known(self, field: NavigationMap) -> None:
-        field.grid.evidence[:] = 0.0
-        assert is_start_known(field.grid, Pose(0.95, 0.0, 0.0), BALL)
+
+def test_start_at_the_target_is_known(field: NavigationMap) -> None:
+    field.grid.evidence[:] = 0.0
+    assert is_start_known(field.grid, Pose(0.95, 0.0, 0.0), BALL)
+    mark_occupied(field.grid, 1.02, 1.5, -0.2, 0.2)
+    mark_unknown(field.grid, 1.02, 1.5, -0.2, 0.2)
+    assert is_start_known(field.grid, Pose(0.95, 0.0, 0.0), BALL)
 
 
 class TestStraightStarts:

@@ -29,13 +29,6 @@ def test_chroma_and_saturation_of_the_hue_itself_are_those_of_hsv(hue: float, sa
     assert found.saturation(colour) == pytest.approx(saturation, rel=0.14)
 
 
-@given(HUE, PART, st.floats(0.2, 0.7), st.floats(0.2, 1))
-def test_saturation_stays_in_the_shadow(hue: float, saturation: float, value: float, light: float) -> None:
-    lit, dim = (255 * np.array(colorsys.hsv_to_rgb(hue / 360, saturation, part)) for part in (value, value * light))
-    found = HueClassifier(hue, 30, 30)
-    assert found.saturation(tuple(dim[::-1])) == pytest.approx(found.saturation(tuple(lit[::-1])), abs=0.02)
-
-
 @given(HUE, st.floats(5, 80), st.floats(5, 80))
 def test_hues_pass_within_the_tolerance_only(hue: float, below: float, above: float) -> None:
     tests = HueClassifier(hue, below, above).of_chroma(0.0)
@@ -93,23 +86,6 @@ def draw_mask(*rectangles: Rectangle) -> NDArray[np.uint8]:
 def measure_only_region(mask: NDArray[np.uint8]) -> Region:
     (outline,) = find_contours(mask)
     return measure_region(outline)
-
-
-@given(RECTANGLE)
-def test_a_rectangle_is_measured_exactly(rectangle: Rectangle) -> None:
-    left, top, width, height = rectangle
-    patch = measure_only_region(draw_mask(rectangle))
-    assert (patch.box, patch.area) == (rectangle, width * height)
-    assert patch.centroid == pytest.approx((left + (width - 1) / 2, top + (height - 1) / 2))
-
-
-@given(st.lists(RECTANGLE, min_size=2, max_size=6))
-def test_area_is_the_number_of_pixels_for_any_shape(rectangles: list[Rectangle]) -> None:
-    mask = draw_mask(*rectangles)
-    for outline in find_contours(mask):
-        filled = np.zeros_like(mask)
-        cv2.drawContours(filled, [outline], -1, 1, cv2.FILLED)
-        assert measure_region(outline).area == filled.sum()
 
 
 @given(ELLIPSE)

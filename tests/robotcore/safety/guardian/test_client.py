@@ -64,15 +64,6 @@ def test_guardian_stops_a_motor_after_the_lease(diary: Path) -> None:
 
 
 @pytest.mark.slow
-def test_command_after_the_end_of_a_lease_begins_a_lease(diary: Path) -> None:
-    with Guardian([cutoff(diary)], LEASE_S) as guarding:
-        guarding.renew_lease()
-        guarding.end_lease()
-        guarding.renew_lease()
-        assert next(wait_for_stops(guarding)).done == ("left_motor",)
-
-
-@pytest.mark.slow
 def test_cutoff_that_hangs_does_not_delay_the_others(diary: Path, raises: Raises) -> None:
     cutoffs = [cutoff(diary, "stuck", "hangs in stop"), cutoff(diary, "left_motor"), cutoff(diary, "right_motor")]
     with Guardian(cutoffs, LEASE_S) as guarding:

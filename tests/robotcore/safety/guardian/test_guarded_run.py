@@ -178,18 +178,6 @@ def test_the_guardian_stops_the_motors_if_a_driver_s_stop_hangs(start: Start, ch
 
 
 @pytest.mark.slow
-def test_two_runs_at_once_have_a_guardian_each(start: Start) -> None:
-    killed, other = start("drives"), start("drives")
-    killed.process.kill()
-    killed.end()
-    assert_stopped(killed)
-    assert other.guardian != killed.guardian
-    other.process.terminate()
-    assert other.read_result()["outcome"] == "interrupted"
-    assert not on_each("stop") & set(other.actions)
-
-
-@pytest.mark.slow
 def test_a_cutoff_that_cannot_stop_ends_the_run_with_an_error(start: Start, check_text: CheckText) -> None:
     running = start("holds", "fails to stop")
     out, _ = running.end()

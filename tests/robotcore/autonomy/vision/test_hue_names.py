@@ -5,7 +5,7 @@ import math
 import pytest
 
 from robotcore.autonomy.vision import HUE_RANGES, HUES, ColourDetector, hue_of
-from robotcore.autonomy.vision.hues import limit_tolerance
+from robotcore.autonomy.vision.colour_detector import limit_tolerance
 from robotcore.description import COLOURS, hue_degrees
 from robotcore.errors import UnknownNameError, UsageError
 from tests.robotcore.autonomy.vision.pictures import INTRINSICS, bgr, draw_rectangles
