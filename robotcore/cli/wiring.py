@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from itertools import groupby
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -40,14 +41,10 @@ def draw_connector(wiring: Wiring) -> Iterator[str]:
 def _format_uses(wiring: Wiring, pad: Pad) -> str:
     """Return the devices and signals on a pad, such as ``left_motor + right_motor standby``."""
     here = [wire for wire in wiring.wires if wire.pads[:1] == (pad.number,)]
-    by_signal = groupby(sorted(here, key=_signal), key=_signal)
+    by_signal = groupby(sorted(here, key=attrgetter("signal")), key=attrgetter("signal"))
     text = ", ".join(f"{' + '.join(wire.device for wire in wires)} {signal}" for signal, wires in by_signal)
     text = escape(text)
     return text if len(text) <= USES_WIDTH else f"{text[: USES_WIDTH - 1]}…"
-
-
-def _signal(wire: Wire) -> str:
-    return wire.signal
 
 
 def _left(pad: Pad, uses: str) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import cache
 from random import Random
 from typing import Annotated, Literal, get_args
@@ -50,38 +49,19 @@ class Texture(StrictModel):
 @cache
 def _make_depths(pattern: Pattern) -> Depths:
     """Return the darkness of each pixel of a pattern, from 0 to 1 for the full contrast."""
-    return _PATTERNS[pattern]()
-
-
-def _plain() -> Depths:
-    return np.zeros((TILE_PX, TILE_PX))
-
-
-def _checker() -> Depths:
-    return _enlarge(np.array(((0.0, 1.0), (1.0, 0.0))))
-
-
-def _planks() -> Depths:
-    boards = 0.6 * _make_grain("planks", 8, 1)
-    boards[:: TILE_PX // 8] = 1.0
-    return boards
-
-
-def _speckle() -> Depths:
-    return np.asarray(0.6 * _make_grain("fine", 32, 32) + 0.4 * _make_grain("coarse", 16, 16))
-
-
-def _grass() -> Depths:
-    return np.asarray(0.7 * _make_grain("blades", 8, 64) + 0.3 * _make_grain("patches", 8, 8))
-
-
-_PATTERNS: dict[Pattern, Callable[[], Depths]] = {
-    "plain": _plain,
-    "checker": _checker,
-    "planks": _planks,
-    "speckle": _speckle,
-    "grass": _grass,
-}
+    match pattern:
+        case "plain":
+            return np.zeros((TILE_PX, TILE_PX))
+        case "checker":
+            return _enlarge(np.array(((0.0, 1.0), (1.0, 0.0))))
+        case "planks":
+            boards = 0.6 * _make_grain("planks", 8, 1)
+            boards[:: TILE_PX // 8] = 1.0
+            return boards
+        case "speckle":
+            return np.asarray(0.6 * _make_grain("fine", 32, 32) + 0.4 * _make_grain("coarse", 16, 16))
+        case "grass":
+            return np.asarray(0.7 * _make_grain("blades", 8, 64) + 0.3 * _make_grain("patches", 8, 8))
 
 
 def _make_grain(name: str, rows: int, columns: int) -> Depths:

@@ -7,10 +7,10 @@ from collections.abc import Iterator
 from typing import NamedTuple
 from xml.etree import ElementTree as ET
 
-from robotcore.description.devices import MotorDescription, Mount
-from robotcore.description.robot import Body, Caster, Drive, RobotDescription
+from robotcore.description.devices import MotorDescription
+from robotcore.description.robot import Caster, Drive, RobotDescription
 from robotcore.description.types import Colour
-from robotcore.description.world import Ball, Box, Cylinder, WorldDescription
+from robotcore.description.world import Box, Cylinder, WorldDescription
 
 BASE = "base_link"
 """The name of the link of the robot's body. Its origin is on the floor under the middle of the axle."""
@@ -40,9 +40,7 @@ Vector = tuple[float, float, float]
 ORIGIN: Vector = (0.0, 0.0, 0.0)
 
 
-class Shape(NamedTuple):
-    """The shape of a link."""
-
+class _Shape(NamedTuple):
     tag: str
     """The tag of the URDF element: ``box``, ``cylinder`` or ``sphere``."""
     size: dict[str, str]
@@ -53,9 +51,7 @@ class Shape(NamedTuple):
     """The roll, pitch and yaw of the shape in the link's frame, in radians."""
 
 
-class Inertia(NamedTuple):
-    """The mass, the centre of mass and the moments of inertia of a link."""
-
+class _Inertia(NamedTuple):
     mass: float
     """The mass in kg."""
     moments: Vector
@@ -64,43 +60,31 @@ class Inertia(NamedTuple):
     """The centre of mass in the link's frame, in metres."""
 
 
-TINY_MASS_KG = 1e-6
-TINY_INERTIA = Inertia(TINY_MASS_KG, (TINY_MASS_KG * 1e-4,) * 3)
+_TINY_MASS_KG = 1e-6
+_TINY_INERTIA = _Inertia(_TINY_MASS_KG, (_TINY_MASS_KG * 1e-4,) * 3)
 """The inertia of a link without a mass in the description. With a mass of 0, some physics engines would assume 1 kg."""
 
 
-def link(name: str, inertia: Inertia, visual: Shape, collision: Shape, rgb: Colour) -> ET.Element:
-    """Return a ``link`` element.
-
-    visual, collision: the shapes for pictures and for contacts.
-    rgb: the colour, from 0 to 255 each.
-    """
+def _link(name: str, inertia: _Inertia, visual: _Shape, collision: _Shape, rgb: Colour) -> ET.Element:
     element = ET.Element("link", name=name)
-    element.append(inertial(inertia))
-    appearance = _make_geometry("visual", visual)
+    element.append(_inertial(inertia))
+    appearance = _geometry("visual", visual)
     material = ET.SubElement(appearance, "material", name=f"{name}_colour")
-    ET.SubElement(material, "color", rgba=format_numbers(*(part / 255 for part in rgb), 1.0))
-    element.extend((appearance, _make_geometry("collision", collision)))
+    ET.SubElement(material, "color", rgba=_format(*(part / 255 for part in rgb), 1.0))
+    element.extend((appearance, _geometry("collision", collision)))
     return element
 
 
-def inertial(inertia: Inertia) -> ET.Element:
-    """Return an ``inertial`` element."""
+def _inertial(inertia: _Inertia) -> ET.Element:
     element = ET.Element("inertial")
     element.append(_pose(inertia.centre, ORIGIN))
-    ET.SubElement(element, "mass", value=format_numbers(inertia.mass))
-    ixx, iyy, izz = map(format_numbers, inertia.moments)
+    ET.SubElement(element, "mass", value=_format(inertia.mass))
+    ixx, iyy, izz = map(_format, inertia.moments)
     ET.SubElement(element, "inertia", ixx=ixx, ixy="0", ixz="0", iyy=iyy, iyz="0", izz=izz)
     return element
 
 
-def joint(name: str, kind: str, parent: str, child: str, xyz: Vector, rpy: Vector = ORIGIN) -> ET.Element:
-    """Return a ``joint`` element.
-
-    kind: the type of the joint in URDF, such as ``fixed``.
-    parent, child: the names of the links.
-    xyz, rpy: the pose of the child in the parent's frame, in metres and radians.
-    """
+def _joint(name: str, kind: str, parent: str, child: str, xyz: Vector, rpy: Vector = ORIGIN) -> ET.Element:
     element = ET.Element("joint", name=name, type=kind)
     element.append(_pose(xyz, rpy))
     ET.SubElement(element, "parent", link=parent)
@@ -108,27 +92,7 @@ def joint(name: str, kind: str, parent: str, child: str, xyz: Vector, rpy: Vecto
     return element
 
 
-def box(x: float, y: float, z: float, xyz: Vector = ORIGIN) -> Shape:
-    """Return a box whose edges have the lengths x, y and z, in metres."""
-    return Shape("box", {"size": format_numbers(x, y, z)}, xyz)
-
-
-def cylinder(radius: float, length: float, xyz: Vector = ORIGIN, rpy: Vector = ORIGIN) -> Shape:
-    """Return a cylinder along the z axis. ``radius`` and ``length`` are in metres."""
-    return Shape("cylinder", {"radius": format_numbers(radius), "length": format_numbers(length)}, xyz, rpy)
-
-
-def sphere(radius: float) -> Shape:
-    """Return a sphere. ``radius`` is in metres."""
-    return Shape("sphere", {"radius": format_numbers(radius)})
-
-
-def format_numbers(*values: float) -> str:
-    """Return numbers as the text of an attribute, separated by spaces."""
-    return " ".join(f"{value:.9g}" for value in values)
-
-
-def _make_geometry(role: str, shape: Shape) -> ET.Element:
+def _geometry(role: str, shape: _Shape) -> ET.Element:
     element = ET.Element(role)
     element.append(_pose(shape.xyz, shape.rpy))
     ET.SubElement(ET.SubElement(element, "geometry"), shape.tag, shape.size)
@@ -136,61 +100,63 @@ def _make_geometry(role: str, shape: Shape) -> ET.Element:
 
 
 def _pose(xyz: Vector, rpy: Vector) -> ET.Element:
-    return ET.Element("origin", xyz=format_numbers(*xyz), rpy=format_numbers(*rpy))
+    return ET.Element("origin", xyz=_format(*xyz), rpy=_format(*rpy))
+
+
+def _box(x: float, y: float, z: float, xyz: Vector = ORIGIN) -> _Shape:
+    return _Shape("box", {"size": _format(x, y, z)}, xyz)
+
+
+def _cylinder(radius: float, length: float, xyz: Vector = ORIGIN, rpy: Vector = ORIGIN) -> _Shape:
+    return _Shape("cylinder", {"radius": _format(radius), "length": _format(length)}, xyz, rpy)
+
+
+def _sphere(radius: float) -> _Shape:
+    return _Shape("sphere", {"radius": _format(radius)})
+
+
+def _format(*values: float) -> str:
+    return " ".join(f"{value:.9g}" for value in values)
 
 
 _LYING = (math.pi / 2, 0.0, 0.0)
 
 
-def robot_parts(description: RobotDescription) -> Iterator[ET.Element]:
-    """Yield the elements of all links and joints of a robot."""
-    yield _body(description.body)
-    yield from _wheels(description)
-    if description.drive and description.drive.caster:
-        yield from _caster(description.drive.caster)
-    for sensor, mount in description.mounts.items():
-        yield from _sensor(sensor, mount)
+def _list_robot_parts(robot: RobotDescription) -> Iterator[ET.Element]:
+    body = robot.body
+    shape = _box(body.length_m, body.width_m, body.height_m, body.middle_m)
+    yield _link(BASE, _Inertia(body.mass_kg, body.moments_kg_m2, body.middle_m), shape, shape, body.colour)
+    if robot.drive:
+        for motor in robot.all_of(MotorDescription):
+            if motor.name in (robot.drive.left, robot.drive.right):
+                yield from _list_wheel_parts(motor, robot.drive)
+        if robot.drive.caster:
+            yield from _list_caster_parts(robot.drive.caster)
+    for sensor, mount in robot.mounts.items():
+        element = ET.Element("link", name=sensor_link(sensor))
+        element.append(_inertial(_TINY_INERTIA))
+        yield element
+        rpy = (0.0, mount.pitch_rad, mount.yaw_rad)
+        yield _joint(f"{sensor}_mount", "fixed", BASE, sensor_link(sensor), (mount.x_m, mount.y_m, mount.z_m), rpy)
 
 
-def _body(body: Body) -> ET.Element:
-    x, y, z = body.length_m, body.width_m, body.height_m
-    shape = box(x, y, z, body.middle_m)
-    return link(BASE, Inertia(body.mass_kg, body.moments_kg_m2, body.middle_m), shape, shape, body.colour)
+def _list_wheel_parts(motor: MotorDescription, drive: Drive) -> Iterator[ET.Element]:
+    name, radius = wheel_link(motor.name), drive.wheel_radius_m
+    tyre = _cylinder(radius, drive.wheel_width_m, rpy=_LYING)
+    inertia = _Inertia(drive.wheel_mass_kg, drive.wheel_moments_kg_m2)
+    yield _link(name, inertia, tyre, _sphere(radius), WHEEL_COLOUR)
+    place = (0.0, drive.wheel_y_m(motor.name), radius)
+    axle = _joint(wheel_joint(motor.name), "continuous", BASE, name, place)
+    ET.SubElement(axle, "axis", xyz="0 1 0")
+    ET.SubElement(axle, "limit", effort=_format(motor.max_torque_nm), velocity=_format(motor.max_velocity_rad_s))
+    yield axle
 
 
-def _wheels(description: RobotDescription) -> Iterator[ET.Element]:
-    if (drive := description.drive) is None:
-        return
-    for motor in description.all_of(MotorDescription):
-        if motor.name in (drive.left, drive.right):
-            yield _make_wheel(wheel_link(motor.name), drive)
-            place = (0.0, drive.wheel_y_m(motor.name), drive.wheel_radius_m)
-            axle = joint(wheel_joint(motor.name), "continuous", BASE, wheel_link(motor.name), place)
-            ET.SubElement(axle, "axis", xyz="0 1 0")
-            limits = {"effort": motor.max_torque_nm, "velocity": motor.max_velocity_rad_s}
-            ET.SubElement(axle, "limit", {key: format_numbers(value) for key, value in limits.items()})
-            yield axle
-
-
-def _make_wheel(name: str, drive: Drive) -> ET.Element:
-    tyre = cylinder(drive.wheel_radius_m, drive.wheel_width_m, rpy=_LYING)
-    inertia = Inertia(drive.wheel_mass_kg, drive.wheel_moments_kg_m2)
-    return link(name, inertia, tyre, sphere(drive.wheel_radius_m), WHEEL_COLOUR)
-
-
-def _caster(caster: Caster) -> Iterator[ET.Element]:
-    ball = sphere(caster.radius_m)
-    moment = 0.4 * TINY_MASS_KG * caster.radius_m**2
-    yield link(CASTER, Inertia(TINY_MASS_KG, (moment,) * 3), ball, ball, CASTER_COLOUR)
-    yield joint(f"{CASTER}_place", "fixed", BASE, CASTER, (caster.x_m, 0.0, caster.radius_m))
-
-
-def _sensor(sensor: str, mount: Mount) -> Iterator[ET.Element]:
-    element = ET.Element("link", name=sensor_link(sensor))
-    element.append(inertial(TINY_INERTIA))
-    yield element
-    rpy = (0.0, mount.pitch_rad, mount.yaw_rad)
-    yield joint(f"{sensor}_mount", "fixed", BASE, sensor_link(sensor), (mount.x_m, mount.y_m, mount.z_m), rpy)
+def _list_caster_parts(caster: Caster) -> Iterator[ET.Element]:
+    ball = _sphere(caster.radius_m)
+    moment = 0.4 * _TINY_MASS_KG * caster.radius_m**2
+    yield _link(CASTER, _Inertia(_TINY_MASS_KG, (moment,) * 3), ball, ball, CASTER_COLOUR)
+    yield _joint(f"{CASTER}_place", "fixed", BASE, CASTER, (caster.x_m, 0.0, caster.radius_m))
 
 
 WORLD = "world"
@@ -202,54 +168,43 @@ GROUND_M = 100.0
 
 _GROUND_DEPTH_M = 0.1
 
+_THING = "_thing"
+"""The end of the names of a world's links. It differs from those of a robot's links."""
 
-def world_parts(world: WorldDescription, robot: str, *, is_free: bool) -> Iterator[ET.Element]:
-    """Yield the elements of all links and joints of a world, and of the joint between the world and the robot.
 
-    world: the world.
-    robot: the name of the robot's root link.
+def _list_world_parts(world: WorldDescription, *, is_free: bool) -> Iterator[ET.Element]:
+    """Yield the elements of all links and joints of a world, and the joint between the world and the robot.
+
     is_free: whether the robot can move. Then its joint is floating, and otherwise fixed.
     """
     yield ET.Element("link", name=WORLD)
-    ground = box(GROUND_M, GROUND_M, _GROUND_DEPTH_M, (0.0, 0.0, -_GROUND_DEPTH_M / 2))
-    yield from _make_fixed(FLOOR, ground, world.floor.colour, ORIGIN, 0.0)
+    ground = _box(GROUND_M, GROUND_M, _GROUND_DEPTH_M, (0.0, 0.0, -_GROUND_DEPTH_M / 2))
+    yield from _list_fixed_parts(FLOOR, ground, world.floor.colour, ORIGIN, 0.0)
     for prism in world.prisms:
-        yield from _make_fixed(
-            _body_link(prism.name), _make_shape(prism), prism.colour, (prism.x_m, prism.y_m, 0.0), prism.yaw_rad
-        )
+        place = (prism.x_m, prism.y_m, 0.0)
+        yield from _list_fixed_parts(f"{prism.name}{_THING}", _make_shape(prism), prism.colour, place, prism.yaw_rad)
     for ball in world.targets:
-        yield from _make_fixed(_body_link(ball.name), sphere(ball.radius_m), ball.colour, _middle(ball), 0.0)
+        place = (ball.x_m, ball.y_m, ball.radius_m)
+        yield from _list_fixed_parts(f"{ball.name}{_THING}", _sphere(ball.radius_m), ball.colour, place, 0.0)
     start = world.start
-    yield _place_joint(robot, "floating" if is_free else "fixed", (start.x_m, start.y_m, 0.0), start.yaw_rad)
+    yield _place_joint(BASE, "floating" if is_free else "fixed", (start.x_m, start.y_m, 0.0), start.yaw_rad)
 
 
-def _make_fixed(name: str, shape: Shape, rgb: Colour, xyz: Vector, yaw: float) -> Iterator[ET.Element]:
-    yield link(name, TINY_INERTIA, shape, shape, rgb)
+def _list_fixed_parts(name: str, shape: _Shape, rgb: Colour, xyz: Vector, yaw: float) -> Iterator[ET.Element]:
+    yield _link(name, _TINY_INERTIA, shape, shape, rgb)
     yield _place_joint(name, "fixed", xyz, yaw)
 
 
 def _place_joint(name: str, kind: str, xyz: Vector, yaw: float) -> ET.Element:
-    return joint(f"{name}_place", kind, WORLD, name, xyz, (0.0, 0.0, yaw))
+    return _joint(f"{name}_place", kind, WORLD, name, xyz, (0.0, 0.0, yaw))
 
 
-def _make_shape(prism: Box | Cylinder) -> Shape:
+def _make_shape(prism: Box | Cylinder) -> _Shape:
     # A cylinder is round in URDF, and the corners of its prism of 24 sides are on it.
     middle = (0.0, 0.0, prism.height_m / 2)
     if isinstance(prism, Box):
-        return box(prism.length_m, prism.width_m, prism.height_m, middle)
-    return cylinder(prism.radius_m, prism.height_m, middle)
-
-
-def _middle(ball: Ball) -> Vector:
-    return ball.x_m, ball.y_m, ball.radius_m
-
-
-def _body_link(thing: str) -> str:
-    # This ending differs from those of the names of a robot's links.
-    return f"{thing}_thing"
-
-
-__all__ = ["robot_urdf"]
+        return _box(prism.length_m, prism.width_m, prism.height_m, middle)
+    return _cylinder(prism.radius_m, prism.height_m, middle)
 
 
 def robot_urdf(description: RobotDescription, world: WorldDescription | None = None) -> str:
@@ -265,7 +220,8 @@ def robot_urdf(description: RobotDescription, world: WorldDescription | None = N
     """
     name = f"{description.name} in {world.name}" if world else description.name
     robot = ET.Element("robot", name=name)
-    robot.extend(world_parts(world, BASE, is_free=description.drive is not None) if world else ())
-    robot.extend(robot_parts(description))
+    if world:
+        robot.extend(_list_world_parts(world, is_free=description.drive is not None))
+    robot.extend(_list_robot_parts(description))
     ET.indent(robot)
     return ET.tostring(robot, encoding="unicode", xml_declaration=True) + "\n"

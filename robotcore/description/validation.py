@@ -21,19 +21,8 @@ if TYPE_CHECKING:
 Schema = dict[str, Any]
 
 
-def list_keys(model: type[BaseModel], path: Sequence[str | int]) -> list[str]:
-    """Return the keys that a table of a model may have.
-
-    path: the keys and list indices that lead to the table.
-    """
-    return list(_find_schema(model, path).get("properties", ()))
-
-
-def get_form(model: type[BaseModel], path: Sequence[str | int]) -> str | None:
-    """Return the form of a value in a file, such as ``[from, to]``, or None if the model does not describe it.
-
-    path: the keys and list indices that lead to the value.
-    """
+def _get_form(model: type[BaseModel], path: Sequence[str | int]) -> str | None:
+    """Return the form of a value in a file, such as ``[from, to]``, or None if the model does not describe it."""
     *outer, key = path
     value = _find_child(_find_schema(model, outer), key)
     form: str | None = value.get("description") or " or ".join(map(json.dumps, value.get("enum", ())))
@@ -184,10 +173,11 @@ def _make_mistake(
         return make_degrees_mistake(found["input"], key)
     remedy = "Correct it"
     if cause == "extra_forbidden":
-        known = [*_list_known_keys(model, path), *(sections if len(path) == 1 else ())]
+        keys = _find_schema(model, path[:-1]).get("properties", ())
+        known = [key for key in (*keys, *(sections if len(path) == 1 else ())) if key != BACKENDS]
         remedy = f"Correct or remove the key. {suggestion(_format_key(path[-1]), known)}"
     elif cause == "missing":
-        form = get_form(model, path)
+        form = _get_form(model, path)
         remedy = f"Add it: {form}" if form else "Add it"
     return Mistake(_format_message(found), remedy, kind=_KINDS.get(cause, "wrong-value"), key=key)
 
@@ -199,13 +189,9 @@ def _is_in_degrees(found: ErrorDetails) -> bool:
     return is_bounded and _format_unit(found["loc"]) == " rad" and abs(value) > TURN_RAD
 
 
-def _list_known_keys(model: type[BaseModel], path: Sequence[str | int]) -> list[str]:
-    return [key for key in list_keys(model, path[:-1]) if key != BACKENDS]
-
-
 def _find_form(model: type[BaseModel], found: ErrorDetails) -> str | None:
     has_wrong_form = found["type"].endswith("_type") or found["type"] in ("too_long", "too_short")
-    return get_form(model, _find_path(found)) if has_wrong_form or _lacks_item(found) else None
+    return _get_form(model, _find_path(found)) if has_wrong_form or _lacks_item(found) else None
 
 
 def _find_path(found: ErrorDetails) -> Sequence[str | int]:
