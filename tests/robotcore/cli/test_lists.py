@@ -2,19 +2,13 @@ from __future__ import annotations
 
 import json
 from importlib.metadata import EntryPoint
+from typing import Any
 
 import pytest
 
 from robotcore import plugins as registry
 from tests.robotcore.cli.conftest import Cli
 from tests.texts import CheckText
-
-
-def test_backends_lists_the_capabilities(cli: Cli) -> None:
-    backends = {backend["name"]: backend for backend in cli("backends", "--json").json}
-    assert backends["kinematic"]["installed"] is True
-    assert backends["kinematic"]["remedy"] is None
-    assert set(backends["kinematic"]["vouches_for"]) >= {"contacts", "lockstep", "pose"}
 
 
 def test_a_missing_backend_is_listed_with_the_command_that_installs_it(
@@ -38,25 +32,25 @@ def test_a_broken_plugin_does_not_hide_the_others(cli: Cli, monkeypatch: pytest.
         assert "no_such_package" in answer.out
 
 
-def test_apps_have_needs_settings_and_milestones(cli: Cli) -> None:
-    apps = {app["name"]: app for app in cli("apps", "--json").json}
-    search = apps["green-search"]
-    assert search["needs"] == ["camera", "drive", "range"]
+ROWS: dict[tuple[str, str], dict[str, Any]] = {
+    ("apps", "mark-green"): {"needs": ["camera", "display"], "milestones": ["search", "seen"]},
+    ("backends", "kinematic"): {"installed": True, "remedy": None},
+    ("robots", "lookout"): {"devices": ["eye", "screen"], "drives": False},
+    ("worlds", "clutter"): {"floor_m": [4.0, 4.0], "obstacles": 12, "targets": 1},
+}
+
+
+@pytest.mark.parametrize("command, name", ROWS)
+def test_a_row_describes_its_object(cli: Cli, command: str, name: str) -> None:
+    (row,) = (row for row in cli(command, "--json").json if row["name"] == name)
+    assert {key: row[key] for key in ROWS[command, name]} == ROWS[command, name]
+    assert row["summary"]
+
+
+def test_an_app_is_listed_with_its_settings(cli: Cli) -> None:
+    (search,) = (app for app in cli("apps", "--json").json if app["name"] == "green-search")
     assert search["milestones"] == ["search", "seen", "approach", "arrived"]
     assert {"name": "speed_m_s", "type": "float", "default": 0.25} in search["settings"]
-    assert search["summary"].endswith(".")
-
-
-def test_robots_have_devices(cli: Cli) -> None:
-    robots = {robot["name"]: robot for robot in cli("robots", "--json").json}
-    assert robots["lookout"]["devices"] == ["eye", "screen"]
-    assert (robots["lookout"]["drives"], robots["rover"]["drives"]) == (False, True)
-
-
-def test_worlds_have_a_size_and_objects(cli: Cli) -> None:
-    worlds = {world["name"]: world for world in cli("worlds", "--json").json}
-    assert worlds["open"]["floor_m"] == [6.0, 6.0]
-    assert (worlds["clutter"]["obstacles"], worlds["clutter"]["targets"]) == (12, 1)
 
 
 @pytest.mark.parametrize("name", ["apps", "backends", "faults", "robots", "worlds"])

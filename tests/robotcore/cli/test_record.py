@@ -99,11 +99,8 @@ def test_record_jpeg_is_recorded_as_jpeg(cli: Cli, tmp_path: Path, check_text: C
     [
         ("--record", "run.bag"),
         ("--record", "gone/run.mcap"),
-        ("--record-limit", "1MB"),
         ("--record", "run.mcap", "--record-limit", "0"),
-        ("--record", "run.mcap", "--record-limit", "5 apples"),
-        ("--record-jpeg",),
-        ("--force",),
+        ("--record-limit", "1MB"),
     ],
 )
 def test_a_recording_that_cannot_be_written_is_refused_before_the_run(

@@ -87,9 +87,8 @@ def test_an_unconfirmed_stop_is_not_reported_as_done(
     check_text(answer.out)
 
 
-@pytest.mark.parametrize("backend", ["kinematic", "virtualpi", "mock"])
-def test_a_simulator_has_nothing_to_stop(cli: Cli, backend: str, check_text: CheckText) -> None:
-    answer = cli("stop", "--backend", backend)
+def test_a_simulator_has_nothing_to_stop(cli: Cli, check_text: CheckText) -> None:
+    answer = cli("stop", "--backend", "virtualpi")
     assert (answer.status, answer.err) == (0, "")
     check_text(answer.out)
 
@@ -98,15 +97,15 @@ def test_a_simulator_has_nothing_to_stop(cli: Cli, backend: str, check_text: Che
     "arguments",
     [
         (),
-        ("--robot", "rover"),
         ("--port", "/dev/ttyACM0"),
-        ("--option", "port=/dev/ttyACM0"),
         ("--backend", "raspberypi"),
-        ("--backend", "raspberrypi", "--robot", "gone.toml"),
         ("--backend", "raspberrypi", "--option", "port=7"),
     ],
 )
-def test_wrong_arguments_are_refused(cli: Cli, arguments: tuple[str, ...], check_text: CheckText) -> None:
+def test_wrong_arguments_are_refused(
+    cli: Cli, project: Path, arguments: tuple[str, ...], check_text: CheckText
+) -> None:
+    (project / "pyproject.toml").write_text('[tool.robotcore]\napp = "green-search"\n')
     answer = cli("stop", *arguments)
     assert (answer.status, answer.out) == (2, "")
     check_text(answer.err)
@@ -180,13 +179,6 @@ def test_without_a_run_the_robot_of_the_project_in_this_folder_is_stopped(
     check_text(answer.out)
     (setup,) = backend.asked
     assert (setup.robot.name, dict(setup.options)) == (robot.removesuffix(".toml"), {"port": "7"})
-
-
-def test_a_project_without_a_robot_is_no_robot_to_stop(cli: Cli, project: Path, check_text: CheckText) -> None:
-    (project / "pyproject.toml").write_text('[tool.robotcore]\napp = "green-search"\n')
-    answer = cli("stop")
-    assert (answer.status, answer.out) == (2, "")
-    check_text(answer.err)
 
 
 def test_robot_of_the_project_on_a_machine_without_its_libraries_is_another_machine(

@@ -76,8 +76,8 @@ def test_dots_in_strings_comments_and_numbers_are_not_counted(tmp_path: Path) ->
 
 @pytest.mark.parametrize(
     "text",
-    ["x" * 2**19, '"' * 2**19, '\\"' * 2**18, "a" + " " * 2**19, "x='''" + "''a" * 2**17],
-    ids=["letters", "quotes", "escapes", "spaces", "string"],
+    ["x" * 2**19, '\\"' * 2**18, "a" + " " * 2**19, "x='''" + "''a" * 2**17],
+    ids=["letters", "escapes", "spaces", "string"],
 )
 def test_search_for_long_keys_is_quick_in_a_file_that_is_not_toml(tmp_path: Path, text: str) -> None:
     clock = MonotonicClock()

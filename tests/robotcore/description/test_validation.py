@@ -17,7 +17,6 @@ ROBOT_MISTAKES = [
     ("track_m = 0.155\n", "", "drive.track_m", "missing-key"),
     ("cone_rad", "#", "devices[nose].cone_rad", "missing-key"),
     ("width_m = 0.185", 'width_m = "wide"', "body.width_m", "wrong-value"),
-    ("width_m = 0.185", "width_m = true", "body.width_m", "wrong-value"),
     ("width_m = 0.185", "width_m = nan", "body.width_m", "wrong-value"),
     ("width_m = 0.185", f"width_m = 0x{'f' * 5000}", "body.width_m", "number-too-long"),
     ("[60, 65, 75]", "[60, 65, 256]", "body.colour[#3]", "out-of-bounds"),
@@ -36,7 +35,6 @@ ROBOT_MISTAKES = [
     ("track_m = 0.155", "track_m = 0.3", "", "body-narrower-than-wheels"),
     ("wheel_radius_m = 0.0325", "wheel_radius_m = 32.5", "", "wheel-radius-not-in-metres"),
     ("track_m = 0.155", "track_m = 15.5", "", "wheel-size-not-in-metres"),
-    ("wheel_width_m = 0.026", "wheel_width_m = 26", "", "wheel-size-not-in-metres"),
     ("centre_x_m = 0.035", "centre_x_m = 0.5", "", "axle-not-under-body"),
     ("clearance_m = 0.018", "clearance_m = 0.0", "", "body-on-floor"),
     ("cone_rad = 0.5236", "cone_rad = 30", "devices[nose].cone_rad", "out-of-bounds"),
@@ -49,6 +47,9 @@ ROBOT_MISTAKES = [
 WORLD_MISTAKES = [
     ("radius_m = 0.10", "radius_m = -0.10", "targets[ball].radius_m", "out-of-bounds"),
     ("x_m = 1.35", "x_m = inf", "targets[ball].x_m", "wrong-value"),
+    ("target_hidden = true", 'target_hidden = "no"', "variation.target_hidden", "wrong-value"),
+    ("[[targets]]", "[targets]", "targets", "wrong-form"),
+    ("[floor]", "[[floor]]", "floor", "wrong-value"),
     ('"green"', '"gren"', "targets[ball].colour", "unknown-colour"),
     ('"blue-box"', '"red-box"', "", "same-name"),
     ('"blue-box"', '"wall-north"', "", "same-name"),
@@ -62,12 +63,6 @@ WORLD_MISTAKES = [
         "[randomisation]\ncamera_noise = [8.0, 0.0]\n[variation]",
         "randomisation.camera_noise",
         "ends-in-wrong-order",
-    ),
-    (
-        "[variation]",
-        "[randomisation]\nwheel_gain = [0.0, 1.0]\n[variation]",
-        "randomisation.wheel_gain[#1]",
-        "out-of-bounds",
     ),
     (
         "[variation]",
@@ -116,10 +111,7 @@ def test_mistake_in_a_worlds_file_has_its_key_and_kind(
     [
         ("camera_noise", "3.0"),
         ("camera_noise", "[3.0]"),
-        ("camera_noise", "[]"),
-        ("camera_noise", "[1, 2, 3]"),
         ("camera_noise", "true"),
-        ("camera_noise", '"off"'),
         ("hue_gap_deg", "[10, 60]"),
         ("patterns", "[]"),
         ("patterns", '"plain"'),
@@ -130,22 +122,6 @@ def test_value_of_the_wrong_form_is_reported_with_the_right_form(
 ) -> None:
     (error,) = find_errors(tmp_path, f"{ARENA}[randomisation]\n{key} = {value}\n")
     assert (error.key, error.kind) == (f"randomisation.{key}", "wrong-form")
-    check_text(error)
-
-
-@pytest.mark.parametrize(
-    "old, new, key",
-    [
-        ("target_hidden = true", 'target_hidden = "no"', "variation.target_hidden"),
-        ("[[targets]]", "[targets]", "targets"),
-        ("[floor]", "[[floor]]", "floor"),
-    ],
-)
-def test_value_of_the_wrong_type_is_reported_with_the_right_type(
-    tmp_path: Path, check_text: CheckText, old: str, new: str, key: str
-) -> None:
-    (error,) = find_errors(tmp_path, replace(ARENA, old, new))
-    assert error.key == key
     check_text(error)
 
 
@@ -179,8 +155,3 @@ def test_each_mistake_is_reported_once_without_its_consequences(
     tmp_path: Path, old: str, new: str, keys: list[str]
 ) -> None:
     assert [error.key for error in find_errors(tmp_path, replace(ROVER, old, new))] == keys
-
-
-def test_all_overlaps_are_reported(tmp_path: Path) -> None:
-    world = replace(replace(ARENA, "x_m = 1.35", "x_m = 1.95"), "x_m = -1.4", "x_m = -0.5")
-    assert [error.key for error in find_errors(tmp_path, world)] == ["targets[ball]", "start"]

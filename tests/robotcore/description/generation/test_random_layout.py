@@ -97,13 +97,6 @@ def test_robot_that_cannot_drive_starts_with_the_target_in_view(name: str) -> No
     assert all(is_target_in_view(drawn, LOOKOUT) for drawn in draws(name, "lookout"))
 
 
-def test_positions_cover_the_floor_of_a_world_without_variation() -> None:
-    world = room(box(), ball(x_m=1.0))
-    drawn = [draw_world(world, ROVER, seed) for seed in SEEDS]
-    assert len({one.start.x_m for one in drawn}) == len(SEEDS)
-    assert {one.light for one in drawn} == {world.light}
-
-
 def test_values_without_an_interval_do_not_change() -> None:
     touching = room(box(), box("leg", x_m=0.4), ball(x_m=1.2))
     drawn = draw_world(varied(touching, Variation(light_brightness=(0.5, 0.6))), ROVER, 1)
@@ -125,15 +118,6 @@ def test_distance_interval_applies_only_to_the_first_target() -> None:
         if max(others) > 1.0:
             return
     pytest.fail("every target kept the first one's distance")
-
-
-def test_target_is_outside_the_circle_of_the_turning_robot() -> None:
-    world = varied(room(ball()), Variation(place_x_m=(-0.3, 0.3), place_y_m=(-0.3, 0.3)))
-    for seed in SEEDS:
-        drawn = draw_world(world, ROVER, seed)
-        target = drawn.targets[0]
-        distance = drawn.start.pose.distance_to(target.x_m, target.y_m)
-        assert distance > ROVER.body.reach_m + target.radius_m + 0.045
 
 
 def test_variation_of_the_light_alone_does_not_move_bodies(raises: Raises) -> None:
