@@ -15,7 +15,6 @@ import numpy as np
 
 from benchmarks.camera_effects import Conditions, Mask, add_texture, apply_camera_effects
 from drivers.kinematic.clearance import Clearance
-from drivers.pybullet.sensors import BulletCamera
 from robotcore.autonomy.vision import HUES
 from robotcore.description import (
     COLOURS,
@@ -37,6 +36,7 @@ from robotcore.hal.backend import Setup, load_backend
 from robotcore.hal.devices import Image
 from robotcore.optics import CameraView
 from robotcore.simulation.painter import Painter
+from robotcore.simulation.rigid_body import BodyCamera
 
 Rgb = tuple[int, int, int]
 
@@ -123,7 +123,7 @@ def _render_with_bullet(scene: Scene) -> _Rendering:
     """Render a scene with PyBullet's software renderer."""
     with load_backend("pybullet").open(Setup(load_robot("rover"), scene.world, frozenset({"eye"}))) as opened:
         camera = opened.camera
-        assert isinstance(camera, BulletCamera)
+        assert isinstance(camera, BodyCamera)
         image, numbers = camera.picture(scene.view), camera.segmentation(scene.view)
         things = list(camera.things.values())
         ball = numbers == camera.things.get("ball", len(things) + 99)

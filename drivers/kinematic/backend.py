@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from drivers.kinematic.devices import KinematicCamera, KinematicEncoder, KinematicMotor, KinematicRangeSensor
+from drivers.kinematic.devices import KinematicMotor, Sonar
 from drivers.kinematic.simulation import Simulation
 from robotcore.description import (
     CameraDescription,
@@ -17,6 +17,8 @@ from robotcore.errors import DeviceError, DeviceGroupError, UsageError
 from robotcore.hal.backend import Backend, Capability, Setup
 from robotcore.hal.devices import Device, MemoryDisplay
 from robotcore.hal.robot import Robot
+from robotcore.optics import CameraView
+from robotcore.simulation.sampling import SampledCamera, SampledEncoder, SampledRangeSensor
 
 
 class KinematicOptions(StrictModel):
@@ -65,10 +67,18 @@ def _open_device(description: SimulatedDevice, simulation: Simulation) -> Device
     if isinstance(description, MotorDescription):
         return KinematicMotor(description, simulation.wheels[name])
     if isinstance(description, EncoderDescription):
-        return KinematicEncoder(description, simulation.encoded_wheels[name], simulation.clock)
+        wheel = simulation.encoded_wheels[name]
+        return SampledEncoder(description, simulation.clock, lambda: wheel.angle)
     if isinstance(description, RangeSensorDescription):
-        return KinematicRangeSensor(description, simulation)
+        sonar = Sonar(description, simulation.world)
+        return SampledRangeSensor(description, simulation.clock, lambda: sonar.measure(simulation.body_pose))
     if isinstance(description, CameraDescription):
-        return KinematicCamera(description, simulation)
+        intrinsics, mount = description.intrinsics, description.mount
+        return SampledCamera(
+            name,
+            intrinsics,
+            simulation.clock,
+            lambda: simulation.painter.picture(CameraView.of(intrinsics, mount, simulation.body_pose)),
+        )
     display: DisplayDescription = description  # the type checker reports a new kind of device here
     return MemoryDisplay(display.name)

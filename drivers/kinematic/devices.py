@@ -1,28 +1,18 @@
-"""The devices of a simulated robot. A sensor measures only when it is read."""
+"""The motors and the range sensors of a simulated robot."""
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drivers.kinematic.motion import Wheel
-from drivers.kinematic.simulation import Simulation
-from robotcore.description import (
-    CameraDescription,
-    EncoderDescription,
-    MotorDescription,
-    RangeSensorDescription,
-    WorldDescription,
-)
+from robotcore.description import MotorDescription, RangeSensorDescription, WorldDescription
 from robotcore.geometry import Pose
-from robotcore.hal.clock import Clock
-from robotcore.hal.devices import Angle, Camera, Encoder, Frame, Image, Motor, Range, RangeSensor
-from robotcore.optics import CameraView
+from robotcore.hal.devices import Motor
 from robotcore.raycast import FAN_SETBACK_M, Fan, cast, edges_of
-from robotcore.simulation.sampling import SampleCache
+from robotcore.simulation.sampling import Echo
 
 
 class KinematicMotor(Motor):
@@ -36,74 +26,7 @@ class KinematicMotor(Motor):
         self._wheel.target = rad_s
 
 
-class KinematicEncoder(Encoder):
-    """A simulated encoder that returns the angle of its wheel in whole counts."""
-
-    def __init__(self, description: EncoderDescription, wheel: Wheel, clock: Clock) -> None:
-        super().__init__(description.name)
-        self._wheel = wheel
-        self._quantise = description.quantise
-        self._newest_at = SampleCache(clock, self._read_wheel)
-
-    def _newest(self) -> Angle:
-        return self._newest_at()
-
-    def _read_wheel(self, time: float, sequence: int) -> Angle:
-        return Angle(self._quantise(self._wheel.angle), time, sequence)
-
-
-class KinematicRangeSensor(RangeSensor):
-    """A simulated range sensor that casts a fan of rays."""
-
-    def __init__(self, description: RangeSensorDescription, simulation: Simulation) -> None:
-        super().__init__(
-            description.name,
-            min_range=description.min_range_m,
-            max_range=description.max_range_m,
-            cone=description.cone_rad,
-        )
-        self._sonar = Sonar(description, simulation.world)
-        self._simulation = simulation
-        self._newest_at = SampleCache(simulation.clock, self._measure)
-
-    def _newest(self) -> Range:
-        return self._newest_at()
-
-    def _measure(self, time: float, sequence: int) -> Range:
-        distance, point = self._sonar.measure(self._simulation.body_pose)
-        return Range(distance, time, sequence, point)
-
-
-class KinematicCamera(Camera):
-    """A simulated camera that paints a picture when it is read."""
-
-    def __init__(self, description: CameraDescription, simulation: Simulation) -> None:
-        super().__init__(description.name, description.intrinsics)
-        self._mount = description.mount
-        self._simulation = simulation
-        self._newest_at = SampleCache(simulation.clock, self._expose)
-
-    def _newest(self) -> Frame:
-        return self._newest_at()
-
-    def _expose(self, time: float, sequence: int) -> Frame:
-        view = CameraView.of(self.intrinsics, self._mount, self._simulation.body_pose)
-        image: Image = self._simulation.painter.picture(view)
-        image.flags.writeable = False
-        return Frame(image, time, sequence)
-
-
 Array = NDArray[np.float64]
-Point = tuple[float, float, float]
-
-
-class Echo(NamedTuple):
-    """The distance of an echo, and the point that it came from."""
-
-    distance: float
-    """The distance in metres; ``inf`` if nothing is within the sensor's range."""
-    point: Point | None
-    """The point in the sensor's frame, in metres; None if nothing is within the sensor's range."""
 
 
 class Sonar:

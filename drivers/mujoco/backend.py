@@ -5,25 +5,10 @@ from __future__ import annotations
 import os
 from contextlib import ExitStack
 
-from drivers.mujoco.devices import CameraSet, MujocoEncoder, MujocoMotor, MujocoRangeSensor
-from drivers.mujoco.model import build, compile_model
-from drivers.mujoco.physics import Body, MujocoTruth, Physics
-from drivers.mujoco.window import Window
-from robotcore.description import (
-    CameraDescription,
-    DisplayDescription,
-    EncoderDescription,
-    MotorDescription,
-    RangeSensorDescription,
-    RobotDescription,
-    SimulatedDevice,
-    StrictModel,
-    WorldDescription,
-)
+from drivers.mujoco.simulation import Simulation
+from robotcore.description import RobotDescription, StrictModel, WorldDescription
 from robotcore.errors import BackendMissingError, UsageError
 from robotcore.hal.backend import Backend, Capability, ModelExport, Setup
-from robotcore.hal.clock import SteppedClock
-from robotcore.hal.devices import Device, MemoryDisplay
 from robotcore.hal.robot import Robot
 
 OLDEST = (3, 5)
@@ -85,7 +70,7 @@ class MujocoBackend(Backend):
             cleanup.callback(simulation.close)
             devices = setup.open_each(simulation.open)
             cleanup.pop_all()
-        return Robot(setup.robot.name, simulation.clock, devices, truth=simulation.truth, release=simulation.close)
+        return Robot(setup.robot.name, simulation.clock, devices, truth=simulation, release=simulation.close)
 
     def export(
         self, file_format: str, robot: RobotDescription, world: WorldDescription | None, folder: str | None
@@ -94,44 +79,3 @@ class MujocoBackend(Backend):
 
         self.require_installed()
         return mjcf(robot, world, folder)
-
-
-class Simulation:
-    """A MuJoCo simulation of one robot in one world, and its devices."""
-
-    def __init__(self, setup: Setup, world: WorldDescription) -> None:
-        self._physics = Physics(setup.rate_hz, lambda step: compile_model(build(setup.robot, world, step)))
-        self.model, self.data = self._physics.model, self._physics.data
-        self._body = Body(self.model, self.data, setup.robot)
-        self._cameras = CameraSet(self.model, self.data, world)
-        self.truth = MujocoTruth(self._body, self._physics)
-        self._closing = ExitStack()
-        self._closing.callback(self._cameras.close)
-        if setup.gui:
-            self._open_window(max(world.floor.length_m, world.floor.width_m))
-
-    @property
-    def clock(self) -> SteppedClock:
-        return self._physics.clock
-
-    def open(self, description: SimulatedDevice) -> Device:
-        """Open a device of the robot. Raises DeviceError for a motor or an encoder that is on no wheel."""
-        if isinstance(description, MotorDescription):
-            return MujocoMotor(self.model, self.data, description, self._body)
-        if isinstance(description, EncoderDescription):
-            return MujocoEncoder(description, self.clock, self._body)
-        if isinstance(description, RangeSensorDescription):
-            return MujocoRangeSensor(self.model, self.data, description, self.clock, self._body)
-        if isinstance(description, CameraDescription):
-            return self._cameras.open(description, self.clock, self._body)
-        display: DisplayDescription = description  # the type checker reports a new kind of device here
-        return MemoryDisplay(display.name)
-
-    def close(self) -> None:
-        """Release OpenGL and close the window. Further calls do nothing."""
-        self._closing.close()
-
-    def _open_window(self, width_m: float) -> None:
-        window = Window(self.model, self.data, width_m)
-        self._closing.callback(window.close)
-        self._physics.step_listeners.append(window.show)

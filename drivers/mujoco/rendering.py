@@ -16,12 +16,11 @@ from drivers.mujoco.model.builder import FAR_M, NEAR_M
 from drivers.mujoco.opengl import Context, NoOpenGL, open_context, select_for_mujoco
 from robotcore.hal.devices import Image
 from robotcore.optics import CameraView
+from robotcore.simulation.rigid_body import ObjectIds
 
 if TYPE_CHECKING:
     from mujoco import MjData, MjModel, MjrContext, MjvGLCamera, MjvOption, MjvScene
 
-
-ObjectIds = NDArray[np.int32]
 
 _MOST_GEOMS = 10_000
 

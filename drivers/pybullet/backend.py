@@ -58,4 +58,4 @@ class PyBulletBackend(Backend):
             simulation = Simulation(bullet, setup, setup.world, options.solver_iterations)
             devices = setup.open_each(simulation.open)
             undo.pop_all()
-        return Robot(setup.robot.name, simulation.clock, devices, truth=simulation.truth, release=bullet.close)
+        return Robot(setup.robot.name, simulation.clock, devices, truth=simulation, release=bullet.close)

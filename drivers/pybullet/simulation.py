@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 from drivers.pybullet.body import Body
 from drivers.pybullet.bullet import Bullet
-from drivers.pybullet.physics import BulletMotor, ContactCounter, Physics
+from drivers.pybullet.devices import BulletMotor, BulletRenderer, open_encoder, open_range_sensor
 from drivers.pybullet.scene import Scene
-from drivers.pybullet.sensors import BulletCamera, BulletEncoder, BulletRangeSensor
 from robotcore.description import (
     CameraDescription,
     DisplayDescription,
@@ -20,10 +21,15 @@ from robotcore.geometry import Pose, Twist
 from robotcore.hal.backend import Setup
 from robotcore.hal.clock import SteppedClock
 from robotcore.hal.devices import Device, MemoryDisplay
+from robotcore.hal.truth import RELEASE_M
+from robotcore.simulation.rigid_body import BodyCamera, ContactCounter
 
 
 class Simulation:
-    """A Bullet simulation of one robot in one world, and its devices."""
+    """A Bullet simulation of one robot in one world, and its devices. It is the `TruthSource` of the run.
+
+    The steps of ``clock`` are physics steps of Bullet.
+    """
 
     def __init__(self, bullet: Bullet, setup: Setup, world: WorldDescription, solver_iterations: int) -> None:
         self._bullet = bullet
@@ -33,13 +39,15 @@ class Simulation:
             bullet.set_window_view(width_m=max(world.floor.length_m, world.floor.width_m))
         else:
             self._body.hide()
-        contacts = ContactCounter(bullet, self._body.body_id, self._scene.things.values())
-        self._physics = Physics(bullet, setup.rate_hz, contacts, solver_iterations)
-        self.truth = BulletTruth(self._body, contacts)
-
-    @property
-    def clock(self) -> SteppedClock:
-        return self._physics.clock
+        self.clock = SteppedClock(setup.rate_hz, self._advance)
+        self._motors: list[BulletMotor] = []
+        self._contacts = ContactCounter()
+        self._things = frozenset(self._scene.things.values())
+        self._step, self._contact_points = bullet.stepSimulation, bullet.getContactPoints
+        bullet.setPhysicsEngineParameter(
+            fixedTimeStep=self.clock.step, numSolverIterations=solver_iterations, deterministicOverlappingPairs=1
+        )
+        bullet.setGravity(0.0, 0.0, -9.81)
 
     def open(self, description: SimulatedDevice) -> Device:
         """Open a device of the robot. Raises DeviceError for a motor or an encoder that is on no wheel."""
@@ -47,23 +55,17 @@ class Simulation:
         body = self._body.with_connection(bullet)
         if isinstance(description, MotorDescription):
             motor = BulletMotor(bullet, description, body, self.clock.step)
-            self._physics.motors.append(motor)
+            self._motors.append(motor)
             return motor
         if isinstance(description, EncoderDescription):
-            return BulletEncoder(bullet, description, self.clock, body)
+            return open_encoder(bullet, description, self.clock, body)
         if isinstance(description, RangeSensorDescription):
-            return BulletRangeSensor(bullet, description, self.clock, body)
+            return open_range_sensor(bullet, description, self.clock, body)
         if isinstance(description, CameraDescription):
-            return BulletCamera(bullet, description, self.clock, body, self._scene)
+            renderer = BulletRenderer(bullet, self._scene.light)
+            return BodyCamera(description, self.clock, body.transform, renderer, self._scene.things)
         display: DisplayDescription = description  # the type checker reports a new kind of device here
         return MemoryDisplay(display.name)
-
-
-class BulletTruth:
-    """The true state of the robot in the simulation."""
-
-    def __init__(self, body: Body, contacts: ContactCounter) -> None:
-        self._body, self._contacts = body, contacts
 
     def pose(self) -> Pose:
         return self._body.pose()
@@ -73,3 +75,25 @@ class BulletTruth:
 
     def contacts(self) -> int:
         return self._contacts.count
+
+    def _advance(self, steps: int) -> None:
+        for _ in range(steps):
+            for motor in self._motors:
+                motor.drive()
+            self._step()
+            self._count_contacts()
+
+    def _count_contacts(self) -> None:
+        """Count the contacts that began in the last physics step, except those with the floor.
+
+        Bullet also lists bodies that are near but do not touch. Their gap is greater than 0.
+        """
+        points = self._contact_points(bodyA=self._body.body_id, linkIndexA=-1)
+        if not (points or self._contacts.is_touching):  # the usual case; what follows takes longer than Bullet's call
+            return
+        gaps: dict[int, float] = {}
+        for _, _, thing, _, _, _, _, _, gap, *_ in points:
+            if thing in self._things:
+                gaps[thing] = min(gap, gaps.get(thing, gap))
+        touching = {thing for thing, gap in gaps.items() if gap <= 0}
+        self._contacts.update(touching, lambda thing: gaps.get(thing, math.inf) <= RELEASE_M)

@@ -51,7 +51,7 @@ def add_robot(spec: MjSpec, description: RobotDescription, start: Pose | None) -
 
 
 def _add_body(base: Any, body: Body) -> None:
-    """Add the mass and the collision box of the body. `ContactCounter` expects the box to be the first geom."""
+    """Add the mass and the collision box of the body. `Simulation` expects the box to be the first geom."""
     import mujoco
 
     base.explicitinertial = True

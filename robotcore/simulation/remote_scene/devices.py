@@ -11,10 +11,10 @@ from robotcore.description import CameraDescription, EncoderDescription, MotorDe
 from robotcore.errors import DeviceError
 from robotcore.geometry import Pose, Twist
 from robotcore.hal.clock import Clock
-from robotcore.hal.devices import Angle, Camera, Display, Encoder, Frame, Image, Motor, Range, RangeSensor
+from robotcore.hal.devices import Angle, Display, Encoder, Image, Motor
 from robotcore.optics import Intrinsics
 from robotcore.simulation.remote_scene.interface import CameraOptics, Point, RawPicture, Scene
-from robotcore.simulation.sampling import SampleCache
+from robotcore.simulation.sampling import Echo, SampleCache, SampledCamera, SampledRangeSensor
 
 
 class SceneMotor(Motor):
@@ -75,43 +75,34 @@ class SceneEncoder(Encoder):
         self._polling.stop()
 
 
-class SceneRangeSensor(RangeSensor):
+class SceneRangeSensor(SampledRangeSensor):
     """A range sensor that returns the distance to the point that a proximity sensor of the scene detects.
 
     The samples do not contain the point itself, because the proximity sensor may be rotated about its own axis.
     """
 
     def __init__(self, description: RangeSensorDescription, scene: Scene, sensor: int, clock: Clock) -> None:
-        limits = {"min_range": description.min_range_m, "max_range": description.max_range_m}
-        super().__init__(description.name, cone=description.cone_rad, **limits)
+        super().__init__(description, clock, self._measure)
         self._scene, self._sensor = scene, sensor
-        self._newest_at = SampleCache(clock, self._sense)
 
-    def _newest(self) -> Range:
-        return self._newest_at()
-
-    def _sense(self, time: float, sequence: int) -> Range:
+    def _measure(self) -> Echo:
         point = self._scene.detect(self._sensor)
         distance = math.inf if point is None else math.hypot(*point)
-        return Range(math.inf if distance > self.max_range else max(distance, self.min_range), time, sequence)
+        return Echo(math.inf if distance > self.max_range else max(distance, self.min_range), None)
 
 
 SAME_FOV_RAD = math.radians(0.5)
 """The greatest difference, in radians, between two fields of view that count as equal."""
 
 
-class SceneCamera(Camera):
+class SceneCamera(SampledCamera):
     """A camera that takes its pictures from a vision sensor of the scene."""
 
     def __init__(self, name: str, intrinsics: Intrinsics, scene: Scene, sensor: int, clock: Clock) -> None:
-        super().__init__(name, intrinsics)
+        super().__init__(name, intrinsics, clock, self._take_picture)
         self._scene, self._sensor = scene, sensor
-        self._newest_at = SampleCache(clock, self._expose)
 
-    def _newest(self) -> Frame:
-        return self._newest_at()
-
-    def _expose(self, time: float, sequence: int) -> Frame:
+    def _take_picture(self) -> Image:
         raw = self._scene.read_picture(self._sensor)
         if (raw.width, raw.height) != (self.intrinsics.width, self.intrinsics.height):
             raise DeviceError(
@@ -123,7 +114,7 @@ class SceneCamera(Camera):
                 width=raw.width,
                 height=raw.height,
             )
-        return Frame(to_opencv(raw), time, sequence)
+        return to_opencv(raw)
 
 
 class SceneDisplay(Display):
@@ -144,7 +135,7 @@ class SceneDisplay(Display):
 
 
 def to_opencv(raw: RawPicture) -> Image:
-    """Convert a simulator's picture to the layout of OpenCV: BGR, first row at the top. The result is read-only.
+    """Convert a simulator's picture to the layout of OpenCV: BGR, first row at the top.
 
     >>> to_opencv(RawPicture(bytes([1, 2, 3, 4, 5, 6]), width=1, height=2)).tolist()
     [[[6, 5, 4]], [[3, 2, 1]]]
@@ -152,9 +143,7 @@ def to_opencv(raw: RawPicture) -> Image:
     import cv2
 
     rgb = np.frombuffer(raw.pixels, dtype=np.uint8).reshape(raw.height, raw.width, 3)
-    image = np.asarray(cv2.cvtColor(cv2.flip(rgb, 0), cv2.COLOR_RGB2BGR), dtype=np.uint8)
-    image.flags.writeable = False
-    return image
+    return np.asarray(cv2.cvtColor(cv2.flip(rgb, 0), cv2.COLOR_RGB2BGR), dtype=np.uint8)
 
 
 def from_opencv(image: Image) -> RawPicture:

@@ -10,7 +10,8 @@ from zlib import crc32
 import mujoco
 import pytest
 
-from drivers.mujoco.backend import OLDEST, MujocoBackend, Simulation
+from drivers.mujoco.backend import OLDEST, MujocoBackend
+from drivers.mujoco.simulation import Simulation
 from robotcore.errors import (
     BackendError,
     BackendMissingError,
@@ -117,7 +118,7 @@ def test_a_reset_of_mujocos_state_is_an_error(monkeypatch: pytest.MonkeyPatch, t
         simulation.clock.sleep_until(0.05)
     assert raised.value.kind == "state-lost"
     with pytest.raises(BackendError):
-        simulation.truth.pose()
+        simulation.pose()
 
 
 def run_program() -> str:

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any, ClassVar
 
-from drivers.mujoco.devices import MujocoCamera
-from drivers.pybullet.sensors import BulletCamera
 from robotcore.description import (
     COLOURS,
     Ball,
@@ -24,6 +22,7 @@ from robotcore.description import (
 from robotcore.hal.backend import Backend, Setup
 from robotcore.hal.robot import Robot
 from robotcore.hal.truth import TruthSource
+from robotcore.simulation.rigid_body import BodyCamera
 
 Thing = Box | Cylinder | Ball
 
@@ -91,9 +90,9 @@ class EngineTests:
         return self.backend().open(setup(described))
 
 
-def get_camera(robot: Robot) -> BulletCamera | MujocoCamera:
+def get_camera(robot: Robot) -> BodyCamera:
     """Return the camera of the driver, whose ``numbers`` has the body of each pixel."""
-    assert isinstance(robot.camera, BulletCamera | MujocoCamera)
+    assert isinstance(robot.camera, BodyCamera)
     return robot.camera
 
 

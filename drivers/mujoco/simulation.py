@@ -1,0 +1,125 @@
+"""A MuJoCo simulation of one robot in one world, and the robot's true state."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+
+import numpy as np
+
+from drivers.mujoco.body import Body
+from drivers.mujoco.devices import CameraSet, MujocoMotor, open_range_sensor
+from drivers.mujoco.model import build, compile_model
+from drivers.mujoco.window import Window
+from robotcore.description import (
+    CameraDescription,
+    DisplayDescription,
+    EncoderDescription,
+    MotorDescription,
+    RangeSensorDescription,
+    SimulatedDevice,
+    WorldDescription,
+)
+from robotcore.description.urdf import BASE
+from robotcore.errors import BackendError
+from robotcore.geometry import Pose, Twist
+from robotcore.hal.backend import Setup
+from robotcore.hal.clock import SteppedClock
+from robotcore.hal.devices import Device, MemoryDisplay
+from robotcore.hal.truth import RELEASE_M
+from robotcore.simulation.rigid_body import ContactCounter
+from robotcore.simulation.sampling import SampledEncoder
+
+
+class Simulation:
+    """A MuJoCo simulation of one robot in one world, and its devices. It is the `TruthSource` of the run.
+
+    The steps of ``clock`` are physics steps of MuJoCo. Each has two halves: `mj_step1` computes the contacts of the
+    current positions, and `mj_step2` computes the next positions. After both, the contacts would be one step older than
+    the positions. So this class calls `mj_step2` and then `mj_step1`, and all of ``data`` belongs to the same time.
+    """
+
+    def __init__(self, setup: Setup, world: WorldDescription) -> None:
+        from mujoco import MjData, mj_step1, mj_step2, mjtGeom
+
+        self.clock = SteppedClock(setup.rate_hz, self._advance)
+        self.model = compile_model(build(setup.robot, world, self.clock.step))
+        self.data = MjData(self.model)
+        self._finish_step, self._begin_step = mj_step2, mj_step1
+        self._begin_step(self.model, self.data)
+        self._body = Body(self.model, self.data, setup.robot)
+        self._box = int(self.model.body(BASE).geomadr[0])
+        self._ignored = {self._box, *np.flatnonzero(self.model.geom_type == mjtGeom.mjGEOM_PLANE).tolist()}
+        self._contacts = ContactCounter()
+        self._cameras = CameraSet(self.model, self.data, world)
+        self._closing = ExitStack()
+        self._closing.callback(self._cameras.close)
+        self._window: Window | None = None
+        if setup.gui:
+            self._window = Window(self.model, self.data, max(world.floor.length_m, world.floor.width_m))
+            self._closing.callback(self._window.close)
+
+    def open(self, description: SimulatedDevice) -> Device:
+        """Open a device of the robot. Raises DeviceError for a motor or an encoder that is on no wheel."""
+        if isinstance(description, MotorDescription):
+            return MujocoMotor(self.model, self.data, description, self._body)
+        if isinstance(description, EncoderDescription):
+            body, joint = self._body, self._body.find_joint(description.name)
+            return SampledEncoder(description, self.clock, lambda: body.angle(joint))
+        if isinstance(description, RangeSensorDescription):
+            return open_range_sensor(self.model, self.data, description, self.clock, self._body)
+        if isinstance(description, CameraDescription):
+            return self._cameras.open(description, self.clock, self._body)
+        display: DisplayDescription = description  # the type checker reports a new kind of device here
+        return MemoryDisplay(display.name)
+
+    def close(self) -> None:
+        """Release OpenGL and close the window. Further calls do nothing."""
+        self._closing.close()
+
+    def pose(self) -> Pose:
+        self._require_sound()
+        return self._body.pose()
+
+    def twist(self) -> Twist:
+        self._require_sound()
+        return self._body.twist()
+
+    def contacts(self) -> int:
+        self._require_sound()
+        return self._contacts.count
+
+    def _advance(self, steps: int) -> None:
+        for _ in range(steps):
+            self._finish_step(self.model, self.data)
+            self._begin_step(self.model, self.data)
+            self._count_contacts()
+        self._require_sound()
+        if self._window:
+            self._window.show()
+
+    def _count_contacts(self) -> None:
+        """Count the contacts that began in the last physics step, except those with the floor."""
+        pairs = self.data.contact.geom.tolist()
+        touching = {thing for pair in pairs if self._box in pair for thing in pair} - self._ignored
+        if touching or self._contacts.is_touching:
+            self._contacts.update(touching, self._is_near)
+
+    def _is_near(self, thing: int) -> bool:
+        from mujoco import mj_geomDistance
+
+        return bool(mj_geomDistance(self.model, self.data, self._box, thing, 2 * RELEASE_M, None) <= RELEASE_M)
+
+    def _require_sound(self) -> None:
+        """Raise BackendError, with MuJoCo's message, if MuJoCo has reset the simulation.
+
+        If a velocity becomes too great, MuJoCo moves all bodies back to the start, and continues with a warning.
+        """
+        warning = self.data.warning
+        if warning.number.any():
+            from mujoco import mju_warningText
+
+            kind = int(warning.number.argmax())
+            text = mju_warningText(kind, int(warning.lastinfo[kind]))
+            raise BackendError(
+                f"mujoco: {text} Check the masses and torques in the robot's description", kind="state-lost"
+            )

@@ -1,0 +1,111 @@
+"""The sensors and the contacts of a robot whose body a physics engine moves."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robotcore.description import CameraDescription, RangeSensorDescription
+from robotcore.geometry import Pose
+from robotcore.hal.clock import Clock
+from robotcore.hal.devices import Image
+from robotcore.optics import CameraView
+from robotcore.raycast import Fan
+from robotcore.simulation.sampling import Echo, SampledCamera, SampledRangeSensor
+
+Array = NDArray[np.float64]
+ObjectIds = NDArray[np.int32]
+
+Transform = Callable[[], tuple[Array, Array]]
+"""Returns the pose of the robot's frame in the world: a rotation matrix (3, 3), and an origin (3,) in metres."""
+
+
+class RayFanSensor(SampledRangeSensor):
+    """A range sensor on a body, which casts a fan of rays.
+
+    cast: returns the length of each ray up to its hit, (n,) in metres, and ``inf`` without a hit. Its arguments are
+        the common start of the rays, (3,), and the rays, (n, 3), both in the world.
+    ray_length: the length of the rays that ``cast`` gets, in metres.
+    """
+
+    def __init__(
+        self,
+        description: RangeSensorDescription,
+        clock: Clock,
+        transform: Transform,
+        cast: Callable[[Array, Array], Array],
+        ray_length: float = 1.0,
+    ) -> None:
+        super().__init__(description, clock, self._measure)
+        self._transform, self._cast = transform, cast
+        self._fan = Fan(self.cone, self.min_range, self.max_range)
+        self._origin, directions = self._fan.rays(description.mount)
+        self._rays = directions * ray_length
+
+    def _measure(self) -> Echo:
+        rotation, origin = self._transform()
+        lengths = self._cast(origin + rotation @ self._origin, self._rays @ rotation.T)
+        return Echo(self._fan.reading(lengths), self._fan.point(lengths))
+
+
+class Renderer(Protocol):
+    """Renders the pictures of a simulation."""
+
+    def picture(self, view: CameraView) -> Image:
+        """Return the picture of a view, (height, width, 3), BGR."""
+
+    def segmentation(self, view: CameraView) -> ObjectIds:
+        """Return the id of the object at each pixel of a view, (height, width); -1 for the sky."""
+
+
+class BodyCamera(SampledCamera):
+    """A camera on a body.
+
+    ``things`` holds the ids of the things in the segmentation, by the name of the thing.
+    """
+
+    def __init__(
+        self,
+        description: CameraDescription,
+        clock: Clock,
+        transform: Transform,
+        renderer: Renderer,
+        things: Mapping[str, int],
+    ) -> None:
+        super().__init__(description.name, description.intrinsics, clock, lambda: self.picture(self._view()))
+        self.things, self.segmentation = things, renderer.segmentation
+        self._transform, self._renderer = transform, renderer
+        self._on_body = CameraView.of(self.intrinsics, description.mount, Pose(0.0, 0.0, 0.0))
+
+    def picture(self, view: CameraView) -> Image:
+        """Return the picture of a view, which may differ from the view of this camera."""
+        return self._renderer.picture(view)
+
+    def _view(self) -> CameraView:
+        rotation, origin = self._transform()
+        local = self._on_body
+        return CameraView(self.intrinsics, origin + rotation @ local.eye, local.rotation @ rotation.T)
+
+
+class ContactCounter:
+    """Counts the contacts of a robot's body with other bodies. A contact counts once, even if it lasts."""
+
+    def __init__(self) -> None:
+        self.count = 0
+        self._touched: set[int] = set()
+
+    @property
+    def is_touching(self) -> bool:
+        return bool(self._touched)
+
+    def update(self, touching: set[int], is_near: Callable[[int], bool]) -> None:
+        """Count the contacts that began in the last physics step.
+
+        touching: the bodies that the robot touches.
+        is_near: returns whether the gap to a body is at most `RELEASE_M`. A greater gap ends a contact.
+        """
+        self.count += len(touching - self._touched)
+        self._touched = touching | {body for body in self._touched if is_near(body)}
