@@ -123,8 +123,13 @@ def serving(folder: Path, *more: str, path: str = SYSTEM_PATH) -> Iterator[Sshd]
     """
     if not (SERVER and shutil.which("ssh") and shutil.which("rsync")):
         pytest.skip("needs sshd, ssh and rsync")
-    _make_privilege_folder()
-    _make_files(folder)
+    if os.geteuid() == 0:
+        Path("/run/sshd").mkdir(mode=0o755, exist_ok=True)  # on other systems it exists after the boot
+    for name in ("home", "bin"):
+        (folder / name).mkdir(parents=True)
+    for name in ("host_key", "key"):
+        make_key(folder / name)
+    (folder / "bin" / "python3").symlink_to(Path(sys.executable).resolve())  # the base Python of the tests
     port, process = _start(folder, "\n".join(more), f"{folder}/bin:{path}".rstrip(":"))
     try:
         yield Sshd(folder, folder / "home", port, process.pid)
@@ -133,27 +138,12 @@ def serving(folder: Path, *more: str, path: str = SYSTEM_PATH) -> Iterator[Sshd]
         process.communicate()
 
 
-def _make_files(folder: Path) -> None:
-    """Make the keys, the home, and a folder with the base Python of the tests."""
-    for name in ("home", "bin"):
-        (folder / name).mkdir(parents=True)
-    for name in ("host_key", "key"):
-        make_key(folder / name)
-    (folder / "bin" / "python3").symlink_to(Path(sys.executable).resolve())
-
-
 def slow_rsync(folder: Path) -> Path:
     """Make a folder with an rsync of 3 MB/s, so that a test can interrupt a transfer."""
     folder.mkdir()
     (folder / "rsync").write_text(f'#!/bin/sh\nexec {shutil.which("rsync")} --bwlimit=3000 "$@"\n', encoding="utf-8")
     (folder / "rsync").chmod(0o755)
     return folder
-
-
-def _make_privilege_folder() -> None:
-    """Make the folder that a server of root needs. On other systems it exists after the boot."""
-    if os.geteuid() == 0:
-        Path("/run/sshd").mkdir(mode=0o755, exist_ok=True)
 
 
 def make_key(file: Path) -> None:
@@ -165,39 +155,22 @@ def make_key(file: Path) -> None:
 def _start(folder: Path, more: str, path: str) -> tuple[int, subprocess.Popen[str]]:
     """Start the server. If another process has taken the port, try another port."""
     while True:
-        port = _free_port()
-        _configure(folder, port, more, path)
+        with socket.create_server(("127.0.0.1", 0)) as server:
+            port: int = server.getsockname()[1]
+        known = {"folder": folder, "port": port, "path": path, "more": more, "user": getpass.getuser()}
+        (folder / "sshd_config").write_text(SERVER_CONFIG.format(**known), encoding="utf-8")
+        (folder / "config").write_text(CLIENT_CONFIG.format(**known), encoding="utf-8")
+        key = (folder / "host_key.pub").read_text(encoding="ascii")
+        (folder / "known_hosts").write_text(f"[127.0.0.1]:{port} {key}", encoding="ascii")
         process = subprocess.Popen(
             [str(SERVER), "-D", "-e", "-f", folder / "sshd_config"], stderr=subprocess.PIPE, text=True
         )
-        output = _read_until_listening(process)
-        if process.poll() is None:
-            return port, process
+        assert process.stderr
+        output = ""
+        for line in process.stderr:
+            output += line
+            if "Server listening" in line:
+                return port, process
         process.communicate()
         if "in use" not in output:
             pytest.skip(f"sshd does not start here: {output}")
-
-
-def _read_until_listening(process: subprocess.Popen[str]) -> str:
-    assert process.stderr
-    output = ""
-    for line in process.stderr:
-        output += line
-        if "Server listening" in line:
-            return output
-    process.wait()
-    return output
-
-
-def _free_port() -> int:
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        port: int = server.getsockname()[1]
-        return port
-
-
-def _configure(folder: Path, port: int, more: str, path: str) -> None:
-    known = {"folder": folder, "port": port, "path": path, "more": more, "user": getpass.getuser()}
-    (folder / "sshd_config").write_text(SERVER_CONFIG.format(**known), encoding="utf-8")
-    (folder / "config").write_text(CLIENT_CONFIG.format(**known), encoding="utf-8")
-    key = (folder / "host_key.pub").read_text(encoding="ascii")
-    (folder / "known_hosts").write_text(f"[127.0.0.1]:{port} {key}", encoding="ascii")

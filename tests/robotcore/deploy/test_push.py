@@ -189,16 +189,6 @@ def test_nothing_is_sent_before_every_check_is_passed(
     assert [list_folders(robot, below) for below in ("releases", "incoming")] == before
 
 
-def test_a_robot_that_cannot_be_reached_ends_the_push_before_the_checks(
-    push_request: Push, monkeypatch: pytest.MonkeyPatch, raises: Raises
-) -> None:
-    install_checks(monkeypatch, lambda _project, _say: CheckResult("3 of 3 verified"))
-    steps: list[StepProgress] = []
-    with raises(DeployError, "unknown"):
-        push(replace(push_request, is_checked=True, host=RobotAddress("nobody.invalid")), steps.append)
-    assert steps == [StepProgress("robot")]
-
-
 @pytest.mark.parametrize("step", ["", "robot", "tests", "files", "simulation", "sent", "doctor", "release"])
 def test_interrupted_push_describes_the_state_of_the_robot(
     push_request: Push, step: str, check_text: CheckText

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import json
 import subprocess
 from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from robotcore.deploy import robot_answers as answers
 from robotcore.deploy import rpc
@@ -31,12 +28,6 @@ from tests.robotcore.deploy.conftest import ECHO, WAIT, AddAction
 from tests.robotcore.deploy.sshd import serving
 from tests.texts import Raises
 
-MODELS = [each for each in vars(answers).values() if isinstance(each, type) and issubclass(each, RobotMessage)]
-KEYS = sorted(
-    {field.alias or name for model in MODELS for name, field in model.model_fields.items()}
-    | {"done", "refused", "say", "begun"}
-)
-
 FACTS: dict[str, Any] = {
     "host": "rover",
     "machine": "aarch64",
@@ -47,47 +38,6 @@ FACTS: dict[str, Any] = {
     "free_bytes": 1,
     "has_environment": True,
 }
-
-VALUES = st.recursive(
-    st.none()
-    | st.booleans()
-    | st.integers()
-    | st.floats()
-    | st.text()
-    | st.sampled_from(["2026-11-21T22-40-03Z", "a/b"]),
-    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.sampled_from(KEYS) | st.text(), inner, max_size=8),
-    max_leaves=8,
-)
-
-
-def list_texts(value: Any) -> list[str]:
-    if isinstance(value, dict):
-        return [text for each in value.values() for text in list_texts(each)]
-    if isinstance(value, (list, tuple)):
-        return [text for each in value for text in list_texts(each)]
-    return [value] if isinstance(value, str) else []
-
-
-def parse_texts(model: type[RobotMessage], *pieces: bytes) -> list[str]:
-    """Parse the output of a robot. Return all texts that the client gets from it, also in an error."""
-    said: list[str] = []
-    call = RemoteCall("status", model, on_message=lambda message: said.append(message.text), on_line=said.append)
-    try:
-        answer = call.parse_answer(pieces)
-    except MalformedError as error:
-        return [*said, str(error)]
-    return [*said, *list_texts(answer.model_dump() if answer else None)]
-
-
-@pytest.mark.slow
-@settings(max_examples=100, deadline=None)
-@given(model=st.sampled_from(MODELS), messages=st.lists(st.dictionaries(st.sampled_from(KEYS), VALUES), max_size=3))
-def test_any_json_is_an_answer_or_damaged_and_its_texts_are_printable(
-    model: type[RobotMessage], messages: list[dict[str, Any]]
-) -> None:
-    raw = "".join(f"\x1e{json.dumps(each)}\n" for each in ({"begun": "status"}, *messages)).encode()
-    assert all(text.replace("\t", "").isprintable() for text in parse_texts(model, raw))
-
 
 HEALTH: dict[str, Any] = {
     **dict.fromkeys(("outcome", "reason"), ""),

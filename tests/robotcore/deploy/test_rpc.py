@@ -19,7 +19,6 @@ from robotcore.deploy.host import RobotAddress
 from robotcore.deploy.robot_answers import EmptyAnswer, ProgressMessage, RobotMessage
 from robotcore.deploy.rpc import RobotLink
 from robotcore.errors import DeployError
-from robotcore.text import escape
 from tests.robotcore.deploy.conftest import ECHO, WAIT, AddAction
 from tests.robotcore.deploy.sshd import Sshd, serving, slow_rsync
 from tests.texts import Raises
@@ -43,21 +42,6 @@ def test_call_needs_only_the_standard_library_on_the_robot(add_action: AddAction
     assert not list(tmp_path.iterdir())
 
 
-IMPORT_ALL = """
-from importlib import import_module
-
-def act(layout, files):
-    names = [file.removesuffix(".py").removesuffix("/__init__").replace("/", ".") for file in files]
-    return {"files": [import_module(name).__file__ for name in names]}
-"""
-
-
-def test_every_module_of_the_agent_is_sent_and_can_be_imported(add_action: AddAction, tmp_path: Path) -> None:
-    sent = {"files": sorted(rpc.read_agent_sources())}
-    add_action("import_all", IMPORT_ALL)
-    assert answers(rpc.build_script("import_all", sent), tmp_path)[-1] == {"done": sent}
-
-
 def test_old_python_refuses_the_call(tmp_path: Path) -> None:
     script = rpc.build_script("probe", {}).replace("OLDEST = (3, 10)", "OLDEST = (9, 0)")
     _, refused = answers(script, tmp_path)
@@ -76,21 +60,11 @@ GONE_S = 10
 
 LONG = 12 << 20
 
-REPORT = """
-from robotcore.deploy.agent.errors import AgentError
-from robotcore.deploy.agent.rpc import report_progress
-
-def act(layout, refuses=False):
-    report_progress("half of it", part=0.5)
+PRINT_LINE = """
+def act(layout):
     print("a line of a log")
-    if refuses:
-        raise AgentError("no room", "Make some", "full")
-    return {"home": str(layout.home)}
+    return {}
 """
-
-
-class Home(RobotMessage):
-    home: str
 
 
 class Echo(RobotMessage):
@@ -142,29 +116,13 @@ def read_contents(folder: Path) -> dict[str, bytes]:
     return {str(file.relative_to(folder)): file.read_bytes() for file in folder.rglob("*") if file.is_file()}
 
 
-def test_refusal_has_the_kind_and_the_remedy_of_the_robot(
-    link: RobotLink, add_action: AddAction, raises: Raises
-) -> None:
-    add_action("report", REPORT)
-    with raises(DeployError, "full"):
-        link.call("report", Home, refuses=True)
-
-
-def test_arguments_arrive_unchanged_and_no_shell_runs_them(
-    link: RobotLink, robot: Sshd, add_action: AddAction, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    add_action("echo", ECHO)
-    given: dict[str, Any] = {f"setting {name}": name for name in NAMES}
-    assert link.call("echo", Echo, **given).arguments == {key: escape(value) for key, value in given.items()}
-    assert not list(tmp_path.rglob("canary"))
-
-
 def test_files_of_any_name_arrive_and_no_shell_runs_them(
     link: RobotLink, robot: Sshd, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("RSYNC_CHECKSUM_LIST", "of a user's own")
+    (robot.home / "robotcore" / "incoming" / "new" / "of a broken push").mkdir()
     transfer = rsync.send(link, folder, "incoming/new")
+    assert not (robot.home / "robotcore" / "incoming" / "new" / "of a broken push").exists()
     assert read_contents(robot.home / "robotcore" / "incoming" / "new") == read_contents(folder)
     assert transfer.files == transfer.changed == len(NAMES)
     assert not list(folder.parent.rglob("canary"))
@@ -185,14 +143,6 @@ def test_equal_files_with_other_times_are_copied_on_the_robot(link: RobotLink, r
     assert read_contents(root / "current") != read_contents(folder)
     assert (second.files, second.changed) == (len(NAMES), 1)
     assert second.sent < first.sent
-
-
-def test_files_of_a_broken_push_are_deleted(link: RobotLink, robot: Sshd, folder: Path) -> None:
-    there = robot.home / "robotcore" / "incoming" / "new"
-    (there / "deleted").mkdir(parents=True)
-    (there / "deleted" / "app.py").write_text("of before")
-    rsync.send(link, folder, "incoming/new")
-    assert {path.name for path in there.iterdir()} == {path.name for path in folder.iterdir()}
 
 
 @pytest.mark.slow
@@ -263,14 +213,14 @@ def test_closed_link_leaves_no_process_and_no_file(sshd: Sshd, monkeypatch: pyte
 def test_login_shell_that_prints_disturbs_transfers_but_no_calls(
     tmp_path: Path, add_action: AddAction, raises: Raises
 ) -> None:
-    add_action("report", REPORT)
+    add_action("print_line", PRINT_LINE)
     shell = "echo Welcome; printf '$ '; echo oops >&2; eval \"$SSH_ORIGINAL_COMMAND\""
     with (
         serving(tmp_path / "sshd", f"ForceCommand {shell}") as sshd,
         RobotLink(RobotAddress.parse("robot"), sshd.config) as link,
     ):
         lines: list[str] = []
-        link.stream("report", lines.append, max_bytes=None)
+        link.stream("print_line", lines.append, max_bytes=None)
         assert lines == ["a line of a log"]
         (sshd.home / "robotcore" / "new").mkdir(parents=True)
         with raises(DeployError, "unclean-shell"):

@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 from socket import AF_UNIX, SOCK_DGRAM, socket
@@ -67,14 +67,6 @@ def run_ticks(
     return messages
 
 
-def tick_with_error(error: Exception, tick: Callable[[], object]) -> None:
-    """Report a tick in which an error ends the run, as the control loop does."""
-    try:
-        raise error
-    finally:
-        tick()
-
-
 def result(outcome: Outcome = Outcome.SUCCESS, reason: str = "") -> RunResult:
     return RunResult("an-app", "kinematic", "rover", "open", 1, outcome, 0, reason)
 
@@ -96,8 +88,11 @@ def test_status_names_a_lost_device_and_the_voltage_of_a_battery(
 
 def test_first_tick_with_an_error_is_not_ready(systemd: Listener, path: str, clock: SteppedClock) -> None:
     notifier = Notifier(path, clock=clock)
-    with pytest.raises(EmergencyStopError):
-        tick_with_error(EmergencyStopError("a test"), lambda: run_ticks(notifier, clock, 0.05))
+    with suppress(EmergencyStopError):
+        try:
+            raise EmergencyStopError("a test")
+        finally:
+            run_ticks(notifier, clock, 0.05)
     assert systemd.read_messages() == ["STATUS=search, 0 s"]
 
 
@@ -107,10 +102,6 @@ def test_watchdog_is_reset_four_times_within_its_limit_and_twice_a_second(
 ) -> None:
     messages = run_ticks(Notifier(path, watchdog_s, clock), clock, 10.0, systemd=systemd)
     assert messages.count("WATCHDOG=1") == fed
-
-
-def test_missing_watchdog_is_not_reset(systemd: Listener, path: str, clock: SteppedClock) -> None:
-    assert "WATCHDOG=1" not in run_ticks(Notifier(path, clock=clock), clock, 10.0, systemd=systemd)
 
 
 def test_status_is_one_short_line_each_second(systemd: Listener, path: str, clock: SteppedClock) -> None:

@@ -1,10 +1,6 @@
 from __future__ import annotations
 
 import os
-import pty
-import subprocess
-import sys
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -18,23 +14,6 @@ from tests.robotcore.cli.deploy.conftest import Deploy
 from tests.robotcore.deploy.conftest import AddAction
 from tests.robotcore.deploy.sshd import Sshd
 from tests.texts import CheckText
-
-
-def run_on_terminal(*arguments: str) -> bytes:
-    """Run a command of robotcore on a terminal; return its output."""
-    line, its_end = pty.openpty()
-    screen = b""
-    with subprocess.Popen(
-        [sys.executable, "-m", "robotcore", *arguments], stdin=its_end, stdout=its_end, stderr=its_end
-    ) as process:
-        os.close(its_end)
-        with suppress(OSError):  # the terminal closes with the command
-            while piece := os.read(line, 4096):
-                screen += piece
-        process.wait()
-    os.close(line)
-    return screen
-
 
 OLD, NEW = "2026-11-21T22-40-03Z", "2026-11-21T22-52-10Z"
 
@@ -166,21 +145,6 @@ def test_status_as_json_is_the_robots_answer(deploy: Deploy, add_action: AddActi
     assert deploy("status", "--json").json == {"host": "robot", **STATE, "exit_status": 0}
 
 
-def test_stop_of_a_robot_without_a_release_succeeds(
-    deploy: Deploy, add_action: AddAction, check_text: CheckText
-) -> None:
-    add_action("stop", build_action({**STATE, **EMPTY}))
-    result = deploy("stop")
-    assert result.status == 0
-    check_text(result.out)
-
-
-def test_rollback_to_an_unknown_release_is_wrong_usage(deploy: Deploy, check_text: CheckText) -> None:
-    result = deploy("rollback", "2026-01-01T00-00-00Z")
-    assert result.status == 2
-    check_text(result.err)
-
-
 @pytest.mark.slow
 def test_list_names_each_release_with_its_result_and_checks(deploy: Deploy, robot: Sshd) -> None:
     root = robot.home / "robotcore"
@@ -205,11 +169,13 @@ def test_list_names_each_release_with_its_result_and_checks(deploy: Deploy, robo
 
 def test_start_and_stop_print_the_new_state(deploy: Deploy, add_action: AddAction, check_text: CheckText) -> None:
     add_action("start", build_action(STATE))
+    started = deploy("start")
     add_action("stop", build_action({**STATE, "state": "stopped", "for_s": None, "restarts": 0}))
-    started, stopped = deploy("start"), deploy("stop")
-    assert (started.status, stopped.status) == (0, 0)
-    check_text(started.out)
-    check_text(stopped.out)
+    stopped = deploy("stop")
+    add_action("stop", build_action({**STATE, **EMPTY}))
+    for result in (started, stopped, deploy("stop")):
+        assert result.status == 0
+        check_text(result.out)
 
 
 def test_logs_are_printed_until_ctrl_c(deploy: Deploy, add_action: AddAction) -> None:
@@ -220,22 +186,9 @@ def test_logs_are_printed_until_ctrl_c(deploy: Deploy, add_action: AddAction) ->
     assert (result.status, result.err) == (130, "")
 
 
-@pytest.mark.slow
-def test_logs_are_escaped_in_a_pipe_and_on_a_terminal(deploy: Deploy, add_action: AddAction, robot: Sshd) -> None:
+def test_logs_are_escaped(deploy: Deploy, add_action: AddAction) -> None:
     add_action("logs", HOSTILE_LOG)
-    result = deploy("logs")
-    assert result.out == "a \\x1b]0;title\\x07\\x1b[2J\\r \tend\n"
-    (robot.folder / "bin" / "python3").unlink()
-    (robot.folder / "bin" / "python3").write_text(f"#!/bin/sh\ncat >/dev/null; cat {robot.folder}/answer\n")
-    (robot.folder / "bin" / "python3").chmod(0o755)
-    (robot.folder / "answer").write_bytes(b'\x1e{"begun": 1}\na \x1b]0;title\x07\x1b[2J\n\x1e{"done": {}}\n')
-    try:
-        screen = run_on_terminal("deploy", "logs", robot.host, "--ssh-config", str(robot.config))
-    finally:
-        (robot.folder / "bin" / "python3").unlink()
-        (robot.folder / "bin" / "python3").symlink_to(Path(sys.executable).resolve())
-    assert b"\\x1b]0;title\\x07\\x1b[2J" in screen
-    assert b"\x1b]0" not in screen
+    assert deploy("logs").out == "a \\x1b]0;title\\x07\\x1b[2J\\r \tend\n"
 
 
 @pytest.mark.parametrize("command", ["list", "logs", "fetch"])
@@ -248,18 +201,6 @@ def test_refusal_cannot_forge_a_line(
     assert (result.status, result.out) == (3, "")
     assert result.err.removesuffix("\n").isprintable()
     check_text(result.err)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("command", ["list", "fetch"])
-def test_damaged_answer_exits_3(deploy: Deploy, add_action: AddAction, command: str) -> None:
-    for answer in ("5", "{}", "{'recordings': 5}"):
-        for action in ("releases", "rollback", "status", "start", "stop", "recordings"):
-            add_action(action, f"def act(layout, **arguments):\n    return {answer}\n")
-        result = deploy(command)
-        assert result.status == 3, answer
-        assert result.err.removesuffix("\n").isprintable(), answer
-        assert result.err, answer
 
 
 def test_spinner_does_not_interpret_markup_of_a_robot() -> None:
@@ -276,8 +217,8 @@ def test_ctrl_c_in_a_health_check_names_the_command_for_its_result(
     check_text(result.err, hide=[robot.config])
 
 
-@pytest.mark.parametrize("name", ["", "v1", "../../etc"])
-def test_rollback_to_an_invalid_name_is_wrong_usage(deploy: Deploy, name: str, check_text: CheckText) -> None:
+@pytest.mark.parametrize("name", ["", "../../etc", "2026-01-01T00-00-00Z"])
+def test_rollback_to_an_unknown_release_is_wrong_usage(deploy: Deploy, name: str, check_text: CheckText) -> None:
     result = deploy("rollback", name)
     assert result.status == 2
     check_text(result.err)
@@ -303,30 +244,31 @@ def test_remove_keeps_recordings_by_default(
     check_text(result.out, hide=[robot.config])
 
 
-def test_fetch_prints_a_replay_command_with_a_quoted_name(deploy: Deploy, robot: Sshd, tmp_path: Path) -> None:
-    recordings = robot.home / "robotcore" / "recordings"
-    recordings.mkdir(parents=True)
-    (recordings / f"{OLD}.mcap").write_text("seen")
+@pytest.fixture
+def recordings(deploy: Deploy, robot: Sshd) -> Path:
+    """The folder of the robot's recordings, with one recording."""
+    folder = robot.home / "robotcore" / "recordings"
+    folder.mkdir(parents=True)
+    (folder / f"{NEW}.mcap").write_text("seen")
+    return folder
+
+
+@pytest.mark.usefixtures("recordings")
+def test_fetch_prints_a_replay_command_with_a_quoted_name(deploy: Deploy, tmp_path: Path) -> None:
     result = deploy("fetch", "-o", str(tmp_path / "from rover"))
     assert result.status == 0
-    assert f"robotcore replay '{tmp_path}/from rover/{OLD}.mcap'" in result.out
+    assert f"robotcore replay '{tmp_path}/from rover/{NEW}.mcap'" in result.out
 
 
-def test_fetch_into_an_impossible_folder_is_wrong_usage(deploy: Deploy, robot: Sshd, check_text: CheckText) -> None:
-    recordings = robot.home / "robotcore" / "recordings"
-    recordings.mkdir(parents=True, exist_ok=True)
-    (recordings / f"{NEW}.mcap").write_text("seen")
+@pytest.mark.usefixtures("recordings")
+def test_fetch_into_an_impossible_folder_is_wrong_usage(deploy: Deploy, check_text: CheckText) -> None:
     result = deploy("fetch", "-o", "/proc/nowhere")
     assert result.status == 2
     check_text(result.err)
 
 
-def test_fetch_as_json_sorts_the_files(deploy: Deploy, robot: Sshd, tmp_path: Path) -> None:
-    recordings = robot.home / "robotcore" / "recordings"
-    recordings.mkdir(parents=True, exist_ok=True)
-    for file in recordings.iterdir():
-        file.unlink()
-    for name in (f"{OLD}.mcap", f"{NEW}.mcap", "evil\x1b.py"):
+def test_fetch_as_json_sorts_the_files(deploy: Deploy, recordings: Path, tmp_path: Path) -> None:
+    for name in (f"{OLD}.mcap", "evil\x1b.py"):
         (recordings / name).write_text("seen")
     (tmp_path / f"{OLD}.mcap").write_text("mine, and longer")
     result = deploy("fetch", "--json", "--move", "-o", str(tmp_path))
@@ -345,13 +287,11 @@ def test_fetch_as_json_sorts_the_files(deploy: Deploy, robot: Sshd, tmp_path: Pa
     }
 
 
+@pytest.mark.usefixtures("recordings")
 @pytest.mark.parametrize("link", ["recordings", "recordings/robot"])
 def test_fetch_follows_a_link_only_if_the_user_names_it(
-    deploy: Deploy, robot: Sshd, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, link: str, check_text: CheckText
+    deploy: Deploy, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, link: str, check_text: CheckText
 ) -> None:
-    recordings = robot.home / "robotcore" / "recordings"
-    recordings.mkdir(parents=True, exist_ok=True)
-    (recordings / f"{NEW}.mcap").write_text("seen")
     (tmp_path / "elsewhere").mkdir()
     (tmp_path / "project" / link).parent.mkdir(parents=True)
     (tmp_path / "project" / link).symlink_to(tmp_path / "elsewhere")

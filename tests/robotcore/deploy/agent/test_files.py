@@ -6,8 +6,6 @@ import os
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -17,14 +15,6 @@ from robotcore.deploy.agent.errors import AgentError
 from robotcore.deploy.agent.files import Layout, hold_lock
 from tests.robotcore.deploy.agent.sample_releases import NEW, OLD, put_release, send_release
 from tests.texts import Raises
-
-
-def test_file_is_replaced_without_leftovers(tmp_path: Path) -> None:
-    file = tmp_path / "trial.json"
-    files.write_file(file, "old")
-    files.write_file(file, "new")
-    assert [path.name for path in tmp_path.iterdir()] == ["trial.json"]
-    assert file.read_text() == "new"
 
 
 def test_failed_write_keeps_the_old_content(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -62,37 +52,11 @@ def test_content_is_synced_before_the_rename_and_the_folder_after_it(
     assert seen == [(f".trial.json.{os.getpid()}", False), (tmp_path.name, True)]
 
 
-HOLD = """
-import subprocess, sys
-from pathlib import Path
-from robotcore.deploy.agent.files import Layout, hold_lock
-with hold_lock(Layout(Path(sys.argv[1])), "installation of another release") as handle:
-    print("held", flush=True)
-    sys.stdin.read()
-"""
-
-
-@contextmanager
-def other_process(layout: Layout) -> Iterator[subprocess.Popen[str]]:
-    command = [sys.executable, "-c", HOLD, str(layout.home)]
-    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
-        assert process.stdout
-        assert process.stdout.readline() == "held\n"
-        yield process
-        process.kill()
-
-
-def test_busy_error_names_the_holder(layout: Layout) -> None:
-    with other_process(layout) as process, pytest.raises(AgentError) as refused, hold_lock(layout, "push", 0.2):
-        pytest.fail("two at a time")
-    assert refused.value.kind == "busy"
-    assert refused.value.fields["holder"] == f"installation of another release, process {process.pid}"
-
-
 def test_child_with_the_handle_holds_the_lock_after_its_parent_has_ended(layout: Layout, raises: Raises) -> None:
     with hold_lock(layout, "installation") as handle:
         child = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE, pass_fds=(handle,))
-    with child, raises(AgentError, "busy", hide=[os.getpid()]), hold_lock(layout, "push", 0.2):
+    holder = f"installation, process {os.getpid()}"
+    with child, raises(AgentError, "busy", hide=[os.getpid()], holder=holder), hold_lock(layout, "push", 0.2):
         pytest.fail("the child's work is not over")
     with hold_lock(layout, "push", 0.2):
         pass
@@ -143,26 +107,16 @@ def start_push(robot: Layout, release: str) -> subprocess.Popen[str]:
     return connection
 
 
-def test_upload_of_a_running_push_is_kept(robot: Layout) -> None:
-    with start_push(robot, OLD):
-        (robot.incoming / OLD / "half").write_text("sent")
-        assert not any(uploads.open_upload(robot, NEW).iterdir())
-        assert (robot.incoming / OLD / "half").exists()
-
-
-def test_new_push_takes_over_a_broken_upload(robot: Layout) -> None:
+def test_new_push_takes_over_a_broken_upload_and_deletes_the_others(robot: Layout) -> None:
     with start_push(robot, OLD) as connection:
         (robot.incoming / OLD / "half").write_text("sent")
+        assert not any(uploads.open_upload(robot, NEW).iterdir()), "a running push keeps its upload"
         connection.kill()
-    assert [path.name for path in uploads.open_upload(robot, NEW).iterdir()] == ["half"]
-    assert not (robot.incoming / OLD).exists()
-
-
-def test_other_broken_uploads_are_deleted(robot: Layout) -> None:
-    for name in ("2026-01-01T00-00-00Z", OLD, f"gone-1-{OLD}"):
+    uploads.discard(robot, robot.incoming / NEW)
+    for name in ("2026-01-01T00-00-00Z", f"gone-1-{OLD}"):
         send_release(robot, name)
     (robot.incoming / "a user's notes").write_text("")
-    uploads.open_upload(robot, NEW)
+    assert [path.name for path in uploads.open_upload(robot, NEW).iterdir()] == ["half"]
     assert {path.name for path in robot.incoming.iterdir()} == {NEW, f"{NEW}.pushed-by"}
 
 

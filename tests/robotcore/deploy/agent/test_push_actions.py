@@ -119,11 +119,6 @@ def full_robot(layout: Layout) -> Layout:
     return layout
 
 
-def test_newest_current_and_previous_releases_are_kept(full_robot: Layout) -> None:
-    assert push_actions.prune_releases(full_robot, keep=3) == tuple(reversed(NAMES[2:7]))
-    assert releases.list_names(full_robot) == list(reversed(NAMES[:2] + NAMES[7:]))
-
-
 def test_old_releases_are_deleted_if_the_disk_is_nearly_full(
     full_robot: Layout, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -143,10 +138,10 @@ def test_failed_releases_displace_no_healthy_ones(full_robot: Layout) -> None:
     assert push_actions.prune_releases(full_robot) == (NAMES[6], NAMES[0])
 
 
-def test_releases_of_a_pending_check_are_kept(full_robot: Layout) -> None:
+def test_newest_current_and_previous_releases_and_those_of_a_pending_check_are_kept(full_robot: Layout) -> None:
     files.write_file(full_robot.health_check, f'{{"release": "{NAMES[3]}", "previous": "{NAMES[2]}"}}')
-    push_actions.prune_releases(full_robot, keep=1)
-    assert releases.list_names(full_robot) == [NAMES[8], NAMES[3], NAMES[2], NAMES[1], NAMES[0]]
+    assert push_actions.prune_releases(full_robot, keep=2) == tuple(reversed(NAMES[4:7]))
+    assert releases.list_names(full_robot) == list(reversed(NAMES[:4] + NAMES[7:]))
 
 
 OURS, ANOTHERS = 1234, 4321
