@@ -1,8 +1,7 @@
-"""Fixtures for programs and pins on the tests' simulated lines."""
+"""Fixtures for pins on the tests' simulated lines."""
 
 from __future__ import annotations
 
-import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import Any
 import pytest
 
 from drivers.raspberrypi.pins import open_pins
-from tests.drivers.raspberrypi.lines import END_S, ROOT, Launch, Lines, Program, lgpio
+from tests.drivers.raspberrypi.lines import Lines, lgpio
 
 PI_3 = 0xA02082
 
@@ -38,27 +37,3 @@ def pins(fake_lgpio: Lines) -> Iterator[Any]:
     made = open_pins()
     yield made
     made.close()
-
-
-@pytest.fixture
-def launch(lines: Lines) -> Iterator[Launch]:
-    """Start a Python module on the lines; its processes are killed after the test."""
-    programs: list[Program] = []
-
-    def launch(*module: str, stdin: int = subprocess.DEVNULL) -> Program:
-        program = subprocess.Popen(
-            [sys.executable, "-m", *module],
-            cwd=ROOT,
-            env=lines.environment,
-            stdin=stdin,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-        programs.append(program)
-        return program
-
-    yield launch
-    for program in programs:
-        program.kill()
-        program.communicate(timeout=END_S)

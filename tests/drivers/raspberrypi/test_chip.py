@@ -1,25 +1,18 @@
-"""The import of lgpio, the header's chip, the holder of a GPIO, and the double of lgpio."""
+"""The import of lgpio, the header's chip, and the holder of a GPIO."""
 
 from __future__ import annotations
 
-import inspect
 import os
 import subprocess
 import sys
-from importlib.util import find_spec
 from pathlib import Path
-from types import ModuleType
-from typing import Any
 
 import pytest
 
 from drivers.raspberrypi import chip
 from drivers.raspberrypi.chip import find_holder
 from tests.drivers.raspberrypi.doctor.trees import create_chip
-from tests.drivers.raspberrypi.lines import ROOT, Lines
-from tests.drivers.raspberrypi.lines import lgpio as ours
-
-needs_lgpio = pytest.mark.skipif(find_spec("lgpio") is None, reason="lgpio is not installed here")
+from tests.drivers.raspberrypi.lines import Lines
 
 LEAVING = """
 import os
@@ -51,26 +44,15 @@ assert dict(os.environ) == before
 
 
 def run(code: str, folder: Path, environment: dict[str, str]) -> str:
-    ran = subprocess.run(
-        [sys.executable, "-c", code],
-        cwd=folder,
-        env=environment,
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
-    assert ran.returncode == 0, ran.stderr
-    return ran.stdout.strip()
+    command = [sys.executable, "-c", code]
+    return subprocess.check_output(command, cwd=folder, env=environment, text=True, timeout=60).strip()
 
 
-@pytest.mark.parametrize("library", [pytest.param("real", marks=needs_lgpio), "ours"])
-def test_importing_leaves_no_side_effects(library: str, tmp_path: Path) -> None:
+def test_importing_leaves_no_side_effects(tmp_path: Path) -> None:
     here, temporary = tmp_path / "here", tmp_path / "tmp"
     here.mkdir()
     temporary.mkdir()
-    base = Lines(tmp_path / "dev").environment if library == "ours" else environment()
-    printed = run(LEAVING, here, {**base, "TMPDIR": str(temporary)})
+    printed = run(LEAVING, here, {**Lines(tmp_path / "dev").environment, "TMPDIR": str(temporary)})
     assert Path(printed).samefile(here)
     assert not [*here.iterdir(), *temporary.iterdir()]
 
@@ -79,19 +61,6 @@ def test_importing_leaves_no_side_effects(library: str, tmp_path: Path) -> None:
 def test_threads_can_import_at_the_same_time(tmp_path: Path) -> None:
     """The guardian opens the cutoffs of two motors in two threads, which import lgpio at the same time."""
     run(AT_ONCE, tmp_path, {**Lines(tmp_path / "dev").environment, "TMPDIR": str(tmp_path)})
-
-
-@needs_lgpio
-def test_the_configured_folder_of_the_fifo_is_used(tmp_path: Path) -> None:
-    with pytest.raises(AssertionError, match=r"No such file or directory: .*missing"):
-        run(LEAVING, tmp_path, environment(LG_WD=str(tmp_path / "missing")))
-
-
-def test_pypi_s_empty_lgpio_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "lgpio", ModuleType("lgpio"))
-    with pytest.raises(ImportError) as raised:
-        chip.load()
-    assert raised.value.args == (chip.STUB,)
 
 
 @pytest.mark.parametrize(
@@ -119,34 +88,6 @@ def test_the_header_s_chip_is_found_by_its_driver(chips: dict[int, str], number:
     for each, driver in chips.items():
         create_chip(tmp_path, each, driver)
     assert chip.find_chip_number(tmp_path) == number
-
-
-@needs_lgpio
-def test_the_double_has_lgpio_s_functions(tmp_path: Path) -> None:
-    """Import lgpio in another process, because lgpio's thread never ends."""
-    run("from tests.drivers.raspberrypi.test_chip import compare; compare()", tmp_path, environment())
-
-
-def compare() -> None:
-    real = chip.load()
-    for name in (name for name in vars(ours) if not name.startswith("_") and hasattr(real, name)):
-        mine, theirs = getattr(ours, name), getattr(real, name)
-        if inspect.isfunction(mine):
-            assert parameters(mine) == parameters(theirs), name
-        elif isinstance(mine, int):
-            assert mine == theirs, name
-    for status in (ours.CANNOT_OPEN_CHIP, ours.GPIO_BUSY):
-        assert ours.error_text(status) == real.error_text(status)
-    assert str(ours.error("GPIO busy")) == str(real.error("GPIO busy"))
-    assert ours.error("GPIO busy").value == real.error("GPIO busy").value
-
-
-def parameters(function: Any) -> list[tuple[str, Any]]:
-    return [(each.name, each.default) for each in inspect.signature(function).parameters.values()]
-
-
-def environment(**more: str) -> dict[str, str]:
-    return {**os.environ, "PYTHONPATH": str(ROOT), **more}
 
 
 HANDLE = "anon_inode:gpio-line"

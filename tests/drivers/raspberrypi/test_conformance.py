@@ -15,7 +15,7 @@ from robotcore.hal.backend import Setup
 from robotcore.hal.robot import Robot
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.testing import ConformanceSuite, Gate, TestSupport
-from tests.drivers.raspberrypi.virtual.fakes import FakeRange
+from tests.drivers.raspberrypi.ranging.modules import FakeRange
 
 
 class TestRaspberryPi(ConformanceSuite):

@@ -10,24 +10,22 @@ from typing import Any
 
 import pytest
 from gpiozero import InputDevice, OutputDevice
-from gpiozero.exc import PinEdgeDetectUnsupported
 from gpiozero.pins.mock import MockFactory, MockPWMPin
 from hypothesis import given
 from hypothesis import strategies as st
 
 from drivers.raspberrypi.encoders import EdgeCounter, PinEncoder, QuadratureDecoder
 from robotcore.errors import DescriptionError, DeviceClosedError, DeviceError
-from robotcore.hal.clock import SteppedClock
-from robotcore.hal.devices import Angle, Device, Encoder
+from robotcore.hal.devices import Angle
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.hardware import Host, bind_devices, open_devices
+from robotcore.hardware import bind_devices
 from tests.drivers.raspberrypi.motors.rig import Rig, rover
 from tests.texts import Raises
 
 A, B = 5, 6
 QUADRATURE = {"driver": "quadrature", "a": A, "b": B}
 PULSES = {"driver": "pulses", "gpio": A}
-PHASES = ((0, 0), (1, 0), (1, 1), (0, 1))
+PHASES = ((1, 1), (0, 1), (0, 0), (1, 0))
 """The levels of a and b after each forward edge."""
 
 TURN = 24
@@ -36,49 +34,15 @@ TURN = 24
 EDGE = math.tau / TURN / 4
 
 
-class Wires:
-    """The left encoder of a rover, open on mock pins, which a test turns edge by edge."""
+def open_encoder(section: Mapping[str, Any] = QUADRATURE, **options: Any) -> Rig:
+    """Open the left encoder of a rover, whose motor is not open."""
+    return Rig(encoder=section, slots=TURN, names=("left_encoder",), **options)
 
-    def __init__(
-        self, section: Mapping[str, Any] = QUADRATURE, pins: Any = None, opened: dict[str, Device] | None = None
-    ) -> None:
-        self.pins = pins or MockFactory(pin_class=MockPWMPin)
-        self.clock = SteppedClock(50.0, lambda steps: None)
-        self.opened = {} if opened is None else opened
-        robot = rover({"left_encoder": section}, TURN)
-        open_devices(
-            bind_devices(robot, "raspberrypi", ["left_encoder"]),
-            Host(robot, self.clock, self.pins, self.opened),
-            self.opened,
-        )
 
-    @property
-    def encoder(self) -> Encoder:
-        encoder = self.opened["left_encoder"]
-        assert isinstance(encoder, Encoder)
-        return encoder
-
-    def angle(self) -> float:
-        """Return the angle at the next instant, in rad."""
-        self.clock.sleep_until(self.clock.now() + self.clock.step)
-        return self.encoder.read().angle
-
-    def set(self, number: int, is_high: int) -> None:
-        pin = self.pins.pin(number)
-        pin.drive_high() if is_high else pin.drive_low()
-
-    def turn(self, edges: int, start: int = 2) -> None:
-        """Turn by this many edges of two channels, by default from the position with both channels high."""
-        sign = 1 if edges > 0 else -1
-        for edge in range(start + sign, start + edges + sign, sign):
-            for number, level in zip((A, B), PHASES[edge % 4], strict=True):
-                self.set(number, level)
-
-    def pulse(self, cycles: int) -> None:
-        """Turn by this many cycles of one channel."""
-        for _ in range(cycles):
-            self.set(A, 0)
-            self.set(A, 1)
+def read_angle(rig: Rig) -> float:
+    """Return the angle at the next instant, in rad."""
+    rig.pass_time(rig.clock.step)
+    return rig.encoder.read().angle
 
 
 @pytest.mark.parametrize(
@@ -94,9 +58,9 @@ class Wires:
 def test_every_edge_of_two_channels_counts_with_its_direction(
     changed: dict[str, Any], edges: int, angle: float
 ) -> None:
-    wires = Wires({**QUADRATURE, **changed})
-    wires.turn(edges)
-    assert wires.angle() == pytest.approx(angle)
+    rig = open_encoder({**QUADRATURE, **changed})
+    rig.turn_to(edges * EDGE)
+    assert read_angle(rig) == pytest.approx(angle)
 
 
 @pytest.mark.parametrize("start", range(4))
@@ -104,23 +68,16 @@ def test_the_angle_begins_at_zero_at_every_position_of_the_wheel(start: int) -> 
     pins = MockFactory(pin_class=MockPWMPin)
     for number, level in zip((A, B), PHASES[start], strict=True):
         pins.pin(number).drive_high() if level else pins.pin(number).drive_low()
-    wires = Wires({**QUADRATURE, "pull_up": False}, pins)
-    assert wires.angle() == 0
-    wires.turn(1, start)
-    assert wires.angle() == pytest.approx(EDGE)
-
-
-def test_a_wheel_that_trembles_at_an_edge_does_not_drift() -> None:
-    wires = Wires()
-    for _ in range(10):
-        wires.set(A, 0)
-        wires.set(A, 1)
-    assert wires.angle() == 0
+    rig = open_encoder({**QUADRATURE, "pull_up": False}, pins=pins)
+    rig.angle = start * EDGE
+    assert read_angle(rig) == 0
+    rig.turn_to((start + 1) * EDGE)
+    assert read_angle(rig) == pytest.approx(EDGE)
 
 
 @given(st.lists(st.sampled_from([1, -1]), max_size=200))
 def test_the_count_is_the_sum_of_all_steps(steps: list[int]) -> None:
-    decoder, phase = QuadratureDecoder(a=False, b=False), 0
+    decoder, phase = QuadratureDecoder(a=True, b=True), 0
     for step in steps:
         phase += step
         decoder.on_edge_a(0.0, PHASES[phase % 4][0])
@@ -130,7 +87,7 @@ def test_the_count_is_the_sum_of_all_steps(steps: list[int]) -> None:
 
 @given(st.integers(0, 40))
 def test_a_missed_edge_costs_at_most_a_cycle(missed: int) -> None:
-    decoder = QuadratureDecoder(a=False, b=False)
+    decoder = QuadratureDecoder(a=True, b=True)
     for edge in range(1, 101):
         a, b = PHASES[edge % 4]
         if edge != missed:
@@ -142,20 +99,20 @@ def test_a_missed_edge_costs_at_most_a_cycle(missed: int) -> None:
 
 
 def test_a_sample_is_made_by_reading_and_once_at_each_time() -> None:
-    wires = Wires()
-    first = wires.encoder.read()
-    wires.turn(1)
-    assert wires.encoder.read() is first
-    wires.clock.sleep_until(0.5)
-    second = wires.encoder.read()
+    rig = open_encoder()
+    first = rig.encoder.read()
+    rig.turn_to(EDGE)
+    assert rig.encoder.read() is first
+    rig.clock.sleep_until(0.5)
+    second = rig.encoder.read()
     assert (second.time, second.sequence) == (0.5, 1)
     assert second.angle > first.angle == 0
 
 
 @pytest.mark.parametrize("pull_up, pull", [(True, "up"), (False, "floating")])
 def test_the_pull_up_and_the_debounce_time_follow_the_settings(pull_up: bool, pull: str) -> None:
-    wires = Wires({**QUADRATURE, "pull_up": pull_up, "bounce_s": 0.002})
-    pins = [wires.pins.pin(number) for number in (A, B)]
+    rig = open_encoder({**QUADRATURE, "pull_up": pull_up, "bounce_s": 0.002})
+    pins = [rig.pins.pin(number) for number in (A, B)]
     assert [(pin.pull, pin.bounce) for pin in pins] == [(pull, 0.002)] * 2
 
 
@@ -167,13 +124,13 @@ class LateEdgePin(MockPWMPin):  # type: ignore[misc]  # gpiozero has no types
 
 
 def test_closing_frees_the_pins_and_stops_counting() -> None:
-    wires = Wires(QUADRATURE, MockFactory(pin_class=LateEdgePin))
-    wires.encoder.close()
+    rig = open_encoder(pin_class=LateEdgePin)
+    rig.encoder.close()
     for number in (A, B):
-        assert wires.pins.pin(number).when_changed is None
-        InputDevice(number, pin_factory=wires.pins).close()
+        assert rig.pins.pin(number).when_changed is None
+        InputDevice(number, pin_factory=rig.pins).close()
     with pytest.raises(DeviceClosedError):
-        wires.encoder.read()
+        rig.encoder.read()
 
 
 @pytest.mark.parametrize("taken, other", [(A, B), (B, A)])
@@ -181,26 +138,13 @@ def test_a_pin_in_use_is_reported_and_the_other_is_freed(taken: int, other: int,
     pins = MockFactory(pin_class=MockPWMPin)
     with OutputDevice(taken, pin_factory=pins):
         with raises(DeviceError, "gpio-in-use"):
-            Wires(QUADRATURE, pins)
+            open_encoder(pins=pins)
         InputDevice(other, pin_factory=pins).close()
-
-
-class PinWithoutEdgeDetection(MockPWMPin):  # type: ignore[misc]  # gpiozero has no types
-    def _enable_event_detect(self) -> None:
-        raise PinEdgeDetectUnsupported("no edges here")
-
-
-def test_a_pin_without_edge_detection_is_reported_and_both_are_freed(raises: Raises) -> None:
-    pins = MockFactory(pin_class=PinWithoutEdgeDetection)
-    with raises(DeviceError, "gpio-failed"):
-        Wires(QUADRATURE, pins)
-    for number in (A, B):
-        InputDevice(number, pin_factory=pins).close()
 
 
 def test_a_pull_that_a_pin_cannot_have_is_reported_with_a_remedy(raises: Raises) -> None:
     with raises(DeviceError, "gpio-failed"):
-        Wires({**QUADRATURE, "a": 2, "pull_up": False})
+        open_encoder({**QUADRATURE, "a": 2, "pull_up": False})
 
 
 class SlowCounter(EdgeCounter):
@@ -234,19 +178,18 @@ def test_threads_that_read_at_once_get_samples_of_one_row() -> None:
 
 @pytest.mark.parametrize("counts, turns", [("cycles", 1), ("edges", 2)])
 def test_every_edge_of_one_channel_counts(counts: str, turns: int) -> None:
-    wires = Wires({**PULSES, "counts": counts})
-    wires.pulse(TURN)
-    assert wires.angle() == pytest.approx(turns * math.tau)
+    rig = open_encoder({**PULSES, "counts": counts})
+    rig.turn_to(math.tau)
+    assert read_angle(rig) == pytest.approx(turns * math.tau)
 
 
 def test_one_channel_counts_in_the_direction_of_the_motor_s_last_command() -> None:
-    wires, rig = Wires(PULSES), Rig()
-    wires.opened["left_motor"] = rig.motor  # motors are opened after encoders
+    rig = Rig(encoder=PULSES, slots=TURN, wheel={"dead_band": 0.99})  # only the test turns the wheel
     angles = []
     for command in (-3.0, 3.0, 0.0, -3.0):  # a stopped wheel coasts
         rig.motor.set_velocity(command)
-        wires.pulse(1)
-        angles.append(wires.angle())
+        rig.turn_to(rig.angle + 4 * EDGE)
+        angles.append(read_angle(rig))
     assert angles == pytest.approx([-4 * EDGE, 0, 4 * EDGE, 0])
 
 

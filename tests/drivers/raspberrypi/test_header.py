@@ -61,13 +61,6 @@ def test_supply_wires_go_to_the_nearest_free_pads() -> None:
     assert wires[5].pads[0] != 30
 
 
-def test_more_devices_than_pads_share_them() -> None:
-    names = ("left_motor", "right_motor", "left_encoder", "right_encoder")
-    wires = build_wiring([binding(name, kind=SuppliedDriver) for name in names]).wires
-    taken = [wire.pads[0] for wire in wires if wire.signal == "supply"]
-    assert sorted(taken) == sorted(2 * find_pads("3.3 V"))
-
-
 @pytest.mark.parametrize("number, pad", [(0, 27), (15, 10)])
 def test_a_gpio_that_the_pi_itself_uses_has_a_pad_and_a_note(number: int, pad: int, check_text: CheckText) -> None:
     wiring = build_wiring([binding("nose", gpio("trigger", number), notes=("hold it level",))])

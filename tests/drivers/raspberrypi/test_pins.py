@@ -5,11 +5,14 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Iterator
+from contextlib import nullcontext
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import pytest
+from gpiozero import LED, PWMLED
+from gpiozero.exc import PinUnknownPi
 
 from drivers.raspberrypi.chip import Chip, HeldError
 from drivers.raspberrypi.pins import build_pin_error, open_pins, stop_edge_detection, translate_pin_errors
@@ -19,7 +22,7 @@ from robotcore.errors import (
     DeviceClosedError,
     DeviceError,
 )
-from tests.drivers.raspberrypi.lines import Lines
+from tests.drivers.raspberrypi.lines import Lines, lgpio
 from tests.texts import CheckText, Raises
 
 pytestmark = pytest.mark.usefixtures("fake_lgpio")
@@ -36,8 +39,6 @@ def other() -> Iterator[Chip]:
 def test_the_pins_are_lgpio_s_whatever_gpiozero_s_variable_says_and_closing_frees_every_line(
     lines: Lines, pins: Any, other: Chip
 ) -> None:
-    from gpiozero import PWMLED
-
     lamp = PWMLED(17, pin_factory=pins)
     lamp.value = 0.6
     assert lines.level(17) == 60
@@ -50,8 +51,6 @@ def test_the_pins_are_lgpio_s_whatever_gpiozero_s_variable_says_and_closing_free
 def test_a_line_that_another_process_holds_is_reported_with_its_holder(
     pins: Any, other: Chip, raises: Raises, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from gpiozero import LED
-
     other.claim_low([17])
     monkeypatch.setattr("drivers.raspberrypi.pins.find_holder", lambda _gpio: "process 12 (python3)")
     with raises(DeviceError, "gpio-held", device="lamp", gpios=(17,)), translate_pin_errors("lamp", [17]):
@@ -59,8 +58,6 @@ def test_a_line_that_another_process_holds_is_reported_with_its_holder(
 
 
 def test_a_line_that_two_devices_of_a_program_use_is_reported(pins: Any, raises: Raises) -> None:
-    from gpiozero import LED
-
     with (
         LED(22, pin_factory=pins),
         raises(DeviceError, "gpio-in-use", device="lamp", gpios=(22,)),
@@ -99,8 +96,6 @@ def test_a_missing_or_empty_lgpio_is_reported_with_the_command_that_installs_it(
 def test_a_machine_that_is_no_pi_is_reported(
     *, has_lgpio: bool, monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:
-    from gpiozero.exc import PinUnknownPi
-
     def unknown() -> int:
         raise PinUnknownPi("unable to locate Pi revision")
 
@@ -123,57 +118,46 @@ def test_a_chip_that_cannot_be_opened_is_reported_with_a_remedy(
 
 
 def test_any_other_failure_is_reported_with_the_gpios_the_cause_and_a_remedy(check_text: CheckText) -> None:
-    failure = build_pin_error("nose", (16, 26), LgpioError("bad handle"))
+    failure = build_pin_error("nose", (16, 26), lgpio.error("bad handle"))
     assert (failure.kind, failure.fields["gpios"]) == ("gpio-failed", (16, 26))
     check_text(failure)
 
 
 def test_an_error_of_robotcore_is_not_translated() -> None:
-    closed = DeviceClosedError("nose")
-    with pytest.raises(DeviceClosedError) as raised, translate_pin_errors("nose", (16,)):
-        raise closed
-    assert raised.value is closed
+    with pytest.raises(DeviceClosedError), translate_pin_errors("nose", (16,)):
+        raise DeviceClosedError("nose")
 
 
-class LgpioError(Exception):
-    """The text of the error is in quotes, like that of lgpio's error."""
+class BusyPin:
+    """A pin that raises an error a number of times when edge detection is switched off."""
 
-    def __str__(self) -> str:
-        return repr(self.args[0])
-
-
-class Pin:
-    """A pin that raises one of ``errors`` each time that edge detection is switched off, in their order."""
-
-    def __init__(self, *raised: str) -> None:
-        self._raised = list(raised)
+    def __init__(self, message: str, failures: int) -> None:
+        self._message, self._failures = message, failures
         self.is_detecting = True
 
-    @property
-    def when_changed(self) -> Any:
-        raise NotImplementedError
-
-    @when_changed.setter
-    def when_changed(self, _: None) -> None:
-        if self._raised:
-            raise OSError(self._raised.pop(0))
-        self.is_detecting = False
-
-
-def test_a_line_that_lgpio_s_thread_still_waits_for_is_tried_again() -> None:
-    pin = Pin("GPIO busy", "GPIO busy")
-    stop_edge_detection(pin)
-    assert not pin.is_detecting
+    def __setattr__(self, name: str, value: object) -> None:
+        if name == "when_changed":
+            if self._failures:
+                self._failures -= 1
+                raise OSError(self._message)
+            self.is_detecting = False
+        else:
+            super().__setattr__(name, value)
 
 
-@pytest.mark.slow
-def test_a_line_that_stays_busy_is_reported_after_the_time_limit() -> None:
-    with pytest.raises(OSError):  # noqa: PT011  the library's own
-        stop_edge_detection(Pin(*["GPIO busy"] * 200))
-
-
-def test_an_error_other_than_busy_is_raised_at_once() -> None:
-    pin = Pin("unknown handle")
-    with pytest.raises(OSError):  # noqa: PT011  the library's own
+@pytest.mark.parametrize(
+    "message, failures, is_detecting",
+    [
+        ("GPIO busy", 2, False),
+        pytest.param("GPIO busy", 200, True, marks=pytest.mark.slow),
+        ("unknown handle", 1, True),
+    ],
+    ids=["busy", "long-busy", "other"],
+)
+def test_a_line_that_lgpio_s_thread_still_waits_for_is_tried_again_up_to_a_time_limit(
+    message: str, failures: int, is_detecting: bool
+) -> None:
+    pin = BusyPin(message, failures)
+    with pytest.raises(OSError) if is_detecting else nullcontext():  # noqa: PT011  the library's own
         stop_edge_detection(pin)
-    assert pin.is_detecting
+    assert pin.is_detecting is is_detecting

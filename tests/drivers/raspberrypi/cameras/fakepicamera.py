@@ -16,7 +16,6 @@ import numpy as np
 from robotcore.hal.devices import Image
 from tests.drivers.raspberrypi.cameras.fakes import RED_RGB, LabClock
 
-STREAM_KEYS = {"format", "size", "stride", "preserve_ar"}
 CHANNELS = {"BGR888": (0, 1, 2), "RGB888": (2, 1, 0)}
 """The order of red, green and blue in an array: the reverse of the format's name."""
 
@@ -32,11 +31,10 @@ IMX219 = [
 
 
 class FakeRequest:
-    """A buffer of the camera, which must be released."""
+    """A buffer of the camera, which must be released once."""
 
     def __init__(self, camera: FakePicamera2, metadata: dict[str, Any]) -> None:
         self._camera, self._metadata = camera, metadata
-        self._is_released = False
 
     def get_metadata(self) -> dict[str, Any]:
         return dict(self._metadata)
@@ -44,103 +42,67 @@ class FakeRequest:
     def make_array(self, name: str) -> Image:
         stream = self._camera.config[name]
         width, height = stream["size"]
-        colour = [RED_RGB[channel] for channel in CHANNELS[stream["format"]]]
+        colour = np.array([RED_RGB[channel] for channel in CHANNELS[stream["format"]]])
         seen = self._metadata["ExposureTime"] * self._metadata["AnalogueGain"] / (FOUND_US * FOUND_GAIN)
-        lit = np.clip(np.array(colour) * seen * self._camera.lamp, 0, 255)
-        return np.full((height, width, 3), lit, np.uint8)
+        return np.full((height, width, 3), np.clip(colour * seen * self._camera.hardware.lamp, 0, 255), np.uint8)
 
     def release(self) -> None:
-        assert not self._is_released, "lock now has negative ref_count"
-        self._is_released = True
         self._camera.outstanding -= 1
+        assert self._camera.outstanding >= 0, "lock now has negative ref_count"
 
 
 class FakePicamera2:
-    """Settles its exposure in twenty pictures. ``bench`` is the simulated hardware."""
+    """An open camera, which settles its exposure in twenty pictures."""
 
-    bench: ClassVar[FakeCamera]
+    hardware: ClassVar[FakeCamera]
 
     def __init__(self, camera_num: int = 0) -> None:
-        self.bench.opened.append(self)
-        if self.bench.is_busy:
+        if self.hardware.is_busy:
             raise RuntimeError("Camera __init__ sequence did not complete.")
+        self.hardware.last = self
+        self.camera_controls = dict.fromkeys(self.hardware.controls, (0, 1, None))
         self.config: dict[str, Any] = {}
         self.set: dict[str, Any] = {}
-        self.outstanding = 0
+        self.outstanding = self.flushes = 0
         self.is_started = self.is_closed = False
-        self.flushes = 0
         self._exposures = [FOUND_US * step // 20 for step in range(1, 20)]
 
     @staticmethod
     def global_camera_info() -> list[dict[str, Any]]:
-        return [
-            {"Model": model, "Location": 2, "Rotation": 180, "Id": f"/base/{model}", "Num": number}
-            for number, model in enumerate(FakePicamera2.bench.models)
-        ]
-
-    @property
-    def lamp(self) -> float:
-        return self.bench.lamp
-
-    @property
-    def camera_controls(self) -> dict[str, tuple[Any, Any, Any]]:
-        return dict.fromkeys(self.bench.controls, (0, 1, None))
+        return [{"Model": model, "Num": number} for number, model in enumerate(FakePicamera2.hardware.models)]
 
     @property
     def sensor_modes(self) -> list[dict[str, Any]]:
         assert not self.is_started, "Camera must be stopped before configuring"
-        return self.bench.modes
+        return self.hardware.modes
 
     def create_video_configuration(
-        self,
-        main: Mapping[str, Any] = {},
-        lores: Mapping[str, Any] | None = None,
-        raw: Mapping[str, Any] | None = {},
-        controls: Mapping[str, Any] = {},
-        sensor: Mapping[str, Any] | None = {},
-        *,
-        queue: bool = True,
-        buffer_count: int = 6,
+        self, *, main: Mapping[str, Any], raw: None, sensor: Mapping[str, Any], controls: Mapping[str, Any]
     ) -> dict[str, Any]:
-        if not set(main) <= STREAM_KEYS:
-            raise ValueError(f"valid stream configuration keys are {STREAM_KEYS}")
-        stream = {"format": "XBGR8888", "size": (1280, 720), "preserve_ar": True, **main}
-        width, height = stream["size"]
-        stream["size"] = (width - width % 2, height - height % 2)
-        return {
-            "main": stream,
-            "lores": lores,
-            "raw": raw,
-            "sensor": sensor,
-            "queue": queue,
-            "buffer_count": buffer_count,
-            "controls": {"FrameDurationLimits": (33333, 33333), **controls},
-        }
+        assert set(main) <= {"format", "size", "stride", "preserve_ar"}
+        width, height = main["size"]
+        stream = {**main, "size": (width - width % 2, height - height % 2)}
+        return {"main": stream, "raw": raw, "sensor": sensor, "buffer_count": 6, "controls": dict(controls)}
 
     def configure(self, config: dict[str, Any]) -> None:
-        if self.is_started:
-            raise RuntimeError("Camera must be stopped before configuring")
-        if unknown := set(config["sensor"] or {}) - {"bit_depth", "output_size"}:
-            raise RuntimeError(f"Unexpected keys {unknown} in sensor configuration")
+        assert not self.is_started, "Camera must be stopped before configuring"
+        assert set(config["sensor"]) <= {"bit_depth", "output_size"}
         assert config["main"]["format"] in CHANNELS
-        assert type(config["main"]["size"]) is tuple
         self.config = config
         self.set_controls(config["controls"])
 
     def set_controls(self, controls: Mapping[str, Any]) -> None:
-        for name in controls:
-            if name not in self.bench.controls:
-                raise RuntimeError(f"Control {name} is not advertised by libcamera")
+        if unknown := set(controls) - set(self.hardware.controls):
+            raise RuntimeError(f"Control {unknown} is not advertised by libcamera")
         self.set |= controls
 
     def start(self) -> None:
-        if not self.config:
-            raise RuntimeError("Camera has not been configured")
+        assert self.config, "Camera has not been configured"
         self.is_started = True
 
     def capture_request(self, wait: float | None = None) -> FakeRequest:
         assert self.is_started
-        if self.bench.is_hanging or self.outstanding == self.config["buffer_count"]:
+        if self.hardware.is_hanging or self.outstanding == self.config["buffer_count"]:
             assert wait, "without a timeout this wait would never end"
             raise TimedOutError
         self.outstanding += 1
@@ -153,42 +115,36 @@ class FakePicamera2:
         self.is_closed = True
 
     def _metadata(self) -> dict[str, Any]:
-        is_searching = bool(self._exposures)
-        exposure = self._exposures.pop(0) if self._exposures else FOUND_US
+        is_searching, hardware = bool(self._exposures), self.hardware
+        exposure = self._exposures.pop(0) if is_searching else FOUND_US
         if self.set.get("AeEnable", True):
-            exposure = round(exposure / self.lamp)
-        metadata: dict[str, Any] = {
-            "SensorTimestamp": round((self.bench.clock.monotonic_s - self.bench.latency_s) * 1e9),
+            exposure = round(exposure / hardware.lamp)
+        return {
+            "SensorTimestamp": round((hardware.clock.monotonic_s - hardware.latency_s) * 1e9),
             "ExposureTime": self.set.get("ExposureTime", exposure),
             "AnalogueGain": self.set.get("AnalogueGain", FOUND_GAIN),
             "ColourGains": self.set.get("ColourGains", FOUND_GAINS),
+            **({"AeState": 1 if is_searching else 2} if hardware.is_new else {"AeLocked": not is_searching}),
         }
-        return metadata | (
-            {"AeState": 1 if is_searching else 2} if self.bench.is_new else {"AeLocked": not is_searching}
-        )
 
 
 class FakeCamera:
-    """The simulated hardware: the cameras, the brightness, and whether captures hang."""
+    """The simulated hardware, and in ``last`` the camera that was opened last."""
+
+    last: FakePicamera2
 
     def __init__(self, clock: LabClock) -> None:
         self.clock = clock
         self.models = ["imx219"]
         self.modes: list[dict[str, Any]] = list(IMX219)
         self.controls: tuple[str, ...] = CONTROLS
-        self.lamp = 1.0
-        self.latency_s = 0.012
+        self.lamp, self.latency_s = 1.0, 0.012
         self.is_busy = self.is_hanging = False
         self.is_new = True
-        self.opened: list[FakePicamera2] = []
-
-    @property
-    def last(self) -> FakePicamera2:
-        return self.opened[-1]
 
     def module(self) -> ModuleType:
         """Return the module for ``import picamera2``."""
         module = ModuleType("picamera2")
-        FakePicamera2.bench = self
+        FakePicamera2.hardware = self
         module.Picamera2 = FakePicamera2  # type: ignore[attr-defined]
         return module

@@ -105,6 +105,15 @@ FOUND_UNITS, FOUND_KELVIN = 156.0, 4600.0
 """The results of the automatic controls: 15.6 ms, in V4L2's unit of 100 us, and an office's colour temperature."""
 
 
+FORMAT = {
+    cv2.CAP_PROP_FOURCC,
+    cv2.CAP_PROP_FRAME_WIDTH,
+    cv2.CAP_PROP_FRAME_HEIGHT,
+    cv2.CAP_PROP_FPS,
+    cv2.CAP_PROP_BUFFERSIZE,
+}
+
+
 class FakeWebcam:
     """The simulated hardware of a webcam. Its controls stay after the end of a capture.
 
@@ -127,13 +136,7 @@ class FakeWebcam:
         self.broken = 0
         self.is_busy = False
         self.captures: list[FakeCapture] = []
-        self.plug_in()
-
-    def plug_in(self) -> None:
-        self.path.touch()
-
-    def pull_out(self) -> None:
-        self.path.unlink()
+        path.touch()
 
     def meter(self) -> None:
         """Set exposure and white balance to the values of the automatic controls, if these are on."""
@@ -168,21 +171,19 @@ class FakeCapture:
         return self._camera.path.exists() and not self._camera.is_busy
 
     def set(self, prop: int, value: float) -> bool:
-        if prop in {cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT, cv2.CAP_PROP_FPS, cv2.CAP_PROP_BUFFERSIZE}:
+        if prop in FORMAT:
+            assert prop != cv2.CAP_PROP_FOURCC or not self.asked, "a format after the size resets it"
             self.asked[prop] = value
             return True
-        if prop == cv2.CAP_PROP_FOURCC:
-            assert not self.asked, "a format after the size resets it"
-            self.asked[prop] = value
-            return True
-        if prop not in self._camera.controls:
-            return False
-        if prop == cv2.CAP_PROP_AUTO_EXPOSURE and value not in {MANUAL, self._camera.only_auto}:
-            return False
-        if prop == cv2.CAP_PROP_EXPOSURE and self._camera.controls[cv2.CAP_PROP_AUTO_EXPOSURE] != MANUAL:
-            return False
-        self._camera.controls[prop] = value
-        return True
+        controls = self._camera.controls
+        is_refused = (
+            prop not in controls
+            or (prop == cv2.CAP_PROP_AUTO_EXPOSURE and value not in {MANUAL, self._camera.only_auto})
+            or (prop == cv2.CAP_PROP_EXPOSURE and controls[cv2.CAP_PROP_AUTO_EXPOSURE] != MANUAL)
+        )
+        if not is_refused:
+            controls[prop] = value
+        return not is_refused
 
     def get(self, prop: int) -> float:
         if prop == cv2.CAP_PROP_POS_MSEC:

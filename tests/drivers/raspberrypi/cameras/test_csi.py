@@ -8,13 +8,13 @@ from typing import Any
 
 import pytest
 
-from drivers.raspberrypi.cameras.capture import CapturingCamera, Shot
-from drivers.raspberrypi.cameras.csi import CsiSource, PiCamera, PiCameraSettings, choose_mode
+from drivers.raspberrypi.cameras.capture import CapturingCamera
+from drivers.raspberrypi.cameras.csi import PiCamera, PiCameraSettings
 from robotcore.description import CameraDescription, load_robot
 from robotcore.errors import DeviceError
 from robotcore.hardware import Host
-from tests.drivers.raspberrypi.cameras.fakepicamera import FOUND_GAIN, FOUND_GAINS, FOUND_US, IMX219, FakeCamera
-from tests.drivers.raspberrypi.cameras.fakes import EYE, RED_BGR, LabClock, plain
+from tests.drivers.raspberrypi.cameras.fakepicamera import FOUND_GAIN, FOUND_GAINS, FOUND_US, FakeCamera
+from tests.drivers.raspberrypi.cameras.fakes import EYE, RED_BGR, LabClock
 from tests.texts import CheckText, Raises
 
 ROVER = load_robot("rover")
@@ -53,32 +53,11 @@ def test_a_frame_s_time_is_the_sensor_s(clock: LabClock, camera: FakeCamera) -> 
 def test_exposure_is_locked_if_the_light_changes(is_new: bool, clock: LabClock, camera: FakeCamera) -> None:
     camera.is_new = is_new
     eye = open_camera(clock)
-    assert camera.last.set["AeEnable"] is camera.last.set["AwbEnable"] is False
-    assert camera.last.set["ExposureTime"] == FOUND_US
-    assert camera.last.set["AnalogueGain"] == FOUND_GAIN
-    assert camera.last.set["ColourGains"] == FOUND_GAINS
+    found = {"ExposureTime": FOUND_US, "AnalogueGain": FOUND_GAIN, "ColourGains": FOUND_GAINS}
+    assert camera.last.set.items() >= {"AeEnable": False, "AwbEnable": False, **found}.items()
     camera.lamp = 0.5
     clock.pass_time(0.1)
     assert tuple(eye.read().image[0, 0]) == tuple(level // 2 for level in RED_BGR)
-
-
-@pytest.mark.parametrize(
-    "metadata, is_settled",
-    [
-        ({"AeState": 1}, False),
-        ({"AeState": 2}, True),
-        ({"AeState": 0}, True),  # fixed exposure: nothing has to settle
-        ({"AeLocked": False}, False),
-        ({"AeLocked": True}, True),
-        ({}, None),
-    ],
-)
-def test_the_state_of_the_exposure_is_read_from_old_and_new_libraries(
-    metadata: dict[str, Any], is_settled: bool | None, clock: LabClock
-) -> None:
-    source = CsiSource(EYE, PiCameraSettings(), clock)
-    shot = Shot(plain(), 0.0, {"ExposureTime": 10_000, "AnalogueGain": 2.0, **metadata})
-    assert source.read_exposure(shot) == ((20_000.0,), is_settled)
 
 
 def test_fixed_settings_hold_from_the_first_picture(clock: LabClock, camera: FakeCamera) -> None:
@@ -100,33 +79,18 @@ def test_a_camera_without_colours_opens_and_its_refused_settings_are_logged(
     assert "AeEnable" in camera.last.set
 
 
-def test_the_mode_has_the_whole_field_of_view(clock: LabClock, camera: FakeCamera) -> None:
-    open_camera(clock)
-    assert camera.last.config["sensor"] == {"output_size": (1640, 1232), "bit_depth": 10}
-    assert camera.last.config["raw"] is None
-
-
-@pytest.mark.parametrize(
-    "fps, size, depth",
-    [(30, (1640, 1232), 10), (60, (1640, 1232), 8), (200, (1640, 1232), 8)],
-)
-def test_modes_are_chosen_by_field_of_view_then_rate_then_depth(fps: float, size: tuple[int, int], depth: int) -> None:
-    mode = choose_mode(IMX219, fps)
-    assert mode
-    assert (mode["size"], mode["bit_depth"]) == (size, depth)
+@pytest.mark.parametrize("fps, depth", [(30, 10), (60, 8), (200, 8)])
+def test_modes_are_chosen_by_field_of_view_then_rate_then_depth(
+    fps: float, depth: int, clock: LabClock, camera: FakeCamera
+) -> None:
+    open_camera(clock, fps=fps)
+    assert camera.last.config["sensor"] == {"output_size": (1640, 1232), "bit_depth": depth}
 
 
 def test_libcamera_chooses_the_mode_of_a_sensor_without_modes(clock: LabClock, camera: FakeCamera) -> None:
     camera.modes = [{"format": "MJPEG"}]
     open_camera(clock)
     assert camera.last.config["sensor"] == {}
-
-
-def test_every_buffer_is_released(clock: LabClock, camera: FakeCamera) -> None:
-    eye = open_camera(clock)
-    clock.pass_time(1.0)
-    assert camera.last.outstanding == 0
-    assert eye.read().sequence > camera.last.config["buffer_count"]
 
 
 def test_a_capture_that_hangs_is_reported_flushed_and_repeated(
@@ -142,21 +106,9 @@ def test_a_capture_that_hangs_is_reported_flushed_and_repeated(
     assert hung.is_closed
     camera.is_hanging = False
     clock.pass_time(1.0)
-    assert eye.read().sequence > 0
+    assert eye.read().sequence > camera.last.config["buffer_count"]
     assert camera.last is not hung
-    assert camera.last.set["AeEnable"] is False
-
-
-def test_a_camera_that_closes_with_an_error_is_closed(
-    clock: LabClock, camera: FakeCamera, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    eye = open_camera(clock)
-
-    def fail() -> None:
-        raise RuntimeError("Unable to stop preview.")
-
-    monkeypatch.setattr(camera.last, "close", fail)
-    eye.close()
+    assert camera.last.outstanding == 0
 
 
 @pytest.mark.parametrize("models", [[], ["imx219"]])

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import os
 import subprocess
-from collections.abc import Callable
-from contextlib import suppress
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 FOLDER = Path(__file__).parent
@@ -15,9 +16,6 @@ SET_PULL_DOWN = 64
 
 END_S = 60.0
 """The time limit for the end of a program."""
-
-Program = subprocess.Popen[str]
-Launch = Callable[..., Program]
 
 
 class Lines:
@@ -44,14 +42,22 @@ class Lines:
         return {**os.environ, "PYTHONPATH": f"{FOLDER}{os.pathsep}{ROOT}", "FAKE_DEV": str(self._dev)}
 
 
-def wait_for_end(program: Program) -> tuple[str, str]:
-    """Wait until the program and its guardian have ended; return stdout and stderr."""
-    return program.communicate(timeout=END_S)
+HOLDING = """
+import lgpio, sys
+chip = lgpio.gpiochip_open(0)
+for gpio in map(int, sys.argv[1:]):
+    lgpio.gpio_claim_output(chip, gpio, 1)
+print("holds", flush=True)
+sys.stdin.read()
+"""
 
 
-def wait_for_level(lines: Lines, gpio: int, program: Program, *, is_high: bool) -> None:
-    """Wait until a line is high or low. The test's time limit ends the wait otherwise."""
-    while bool(lines.level(gpio)) != is_high:
-        with suppress(subprocess.TimeoutExpired):
-            program.wait(0.01)
-            raise AssertionError(program.communicate())
+@contextmanager
+def hold_lines(lines: Lines, *gpios: int) -> Iterator[subprocess.Popen[bytes]]:
+    """Run a program that holds these lines high, and kill the program at the end."""
+    command, pipe = [sys.executable, "-c", HOLDING, *map(str, gpios)], subprocess.PIPE
+    with subprocess.Popen(command, env=lines.environment, stdin=pipe, stdout=pipe) as program:
+        assert program.stdout
+        assert program.stdout.readline() == b"holds\n"
+        yield program
+        program.kill()

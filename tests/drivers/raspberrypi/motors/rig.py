@@ -77,10 +77,11 @@ class Rig:
         for _ in range(steps):
             target = self.wheel.velocity(self.duty())
             self.velocity += (target - self.velocity) * (1 - math.exp(-self.clock.step / 0.05))
-            self._turn_to(self.angle + self.velocity * self.clock.step)
+            self.turn_to(self.angle + self.velocity * self.clock.step)
             self.on_step()
 
-    def _turn_to(self, angle: float) -> None:
+    def turn_to(self, angle: float) -> None:
+        """Turn the wheel to this angle in rad, edge by edge. At the angle 0, both channels are high."""
         edge_rad = math.tau / self._slots / 4
         edge, to = round(self.angle / edge_rad), round(angle / edge_rad)
         while edge != to:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from contextlib import ExitStack
 from typing import Any
 
 import pytest
@@ -21,7 +22,7 @@ from robotcore.hal.devices import Motor
 from robotcore.hardware import Host, bind_devices, static_cutoffs
 from tests.drivers.raspberrypi.lines import Lines
 from tests.drivers.raspberrypi.motors.rig import BACKWARD, FORWARD, H_BRIDGE, MODEL, Rig, rover
-from tests.texts import CheckText, Raises
+from tests.texts import Raises
 
 PWM, ENABLE, STANDBY = 13, 12, 22
 WITH_PWM = {**H_BRIDGE, "pwm": PWM}
@@ -114,11 +115,6 @@ def test_a_command_like_the_last_corrects_a_line_that_another_process_has_change
     assert levels(rig, board) == sent
 
 
-def test_only_lines_with_pwm_have_the_frequency_of_the_settings() -> None:
-    rig = Rig({**WITH_PWM, "frequency_hz": 1000})
-    assert [rig.pins.pin(number).frequency for number in (FORWARD, BACKWARD, PWM)] == [None, None, 1000]
-
-
 def test_an_enable_line_is_high_while_the_motor_is_open() -> None:
     rig = Rig({**H_BRIDGE, "enable": ENABLE})
     pin = rig.pins.pin(ENABLE)
@@ -126,11 +122,6 @@ def test_an_enable_line_is_high_while_the_motor_is_open() -> None:
     assert (pin.function, pin.state) == ("output", 1)
     rig.close()
     assert (pin.function, pin.state) == ("input", 0)
-
-
-def test_the_standby_line_is_left_to_the_guardian() -> None:
-    rig = Rig({**H_BRIDGE, "standby": STANDBY})
-    OutputDevice(STANDBY, pin_factory=rig.pins).close()
 
 
 @BOARDS
@@ -146,8 +137,6 @@ def test_closing_stops_the_motor_and_frees_every_line_with_a_pull_down(board: Bo
 
 
 def test_a_line_with_a_fixed_pull_up_can_be_closed() -> None:
-    from contextlib import ExitStack
-
     pins = MockFactory(pin_class=MockPWMPin)
     with ExitStack() as opened:
         open_output("left_motor", 2, pins, opened)
@@ -169,13 +158,12 @@ def test_a_line_that_fails_does_not_keep_another_high(board: Board, leave: Any, 
 
 
 def test_a_stop_that_fails_leaves_no_line_without_its_pwm(raises: Raises) -> None:
-    rig = Rig(pin_class=TestedPin)
+    rig = Rig({**H_BRIDGE, "frequency_hz": 1000}, pin_class=TestedPin)
     rig.motor.set_velocity(7.0)
     rig.pins.pin(FORWARD).is_broken = True
-    with raises(DeviceError, "gpio-failed") as raised:
+    with raises(DeviceError, "gpio-failed"):
         rig.motor.stop()
-    assert isinstance(raised.value.__cause__, PinInvalidState)
-    assert rig.pins.pin(FORWARD).frequency == 100
+    assert rig.pins.pin(FORWARD).frequency == 1000
 
 
 def test_a_line_that_cannot_be_pulled_down_is_reported_and_the_other_is_pulled_down(raises: Raises) -> None:
@@ -291,17 +279,7 @@ def bind(**sections: Board) -> RobotDescription:
 def test_a_line_that_is_pulled_up_and_turns_the_motor_while_the_pi_starts_has_a_warning(
     board: Board, is_warned: bool
 ) -> None:
-    robot = rover({"left_motor": board})
-    (binding,) = bind_devices(robot, "raspberrypi", ["left_motor"])
-    assert any("are pulled up" in note for note in binding.notes) is is_warned
-    assert bool(binding.warnings) is is_warned
-
-
-def test_a_check_warns_of_a_line_that_is_pulled_up_while_the_pi_starts(check_text: CheckText) -> None:
-    backend = RaspberryPiBackend()
-    (warning,) = backend.warnings(bind(left_motor={**H_BRIDGE, "forward": 8}))
-    check_text(warning)
-    assert backend.warnings(load_robot("rover")) == []
+    assert bool(RaspberryPiBackend().warnings(bind(left_motor=board))) is is_warned
 
 
 @pytest.mark.parametrize(

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
-from gpiozero.pins.mock import MockFactory, MockPin
-from gpiozero.pins.pi import PiPin
-
 from drivers.raspberrypi.ranging.ultrasonic_driver import Ultrasonic, UltrasonicSettings, speed_of_sound
+from drivers.raspberrypi.virtual.models import VirtualPins
 from robotcore.description import RangeSensorDescription, load_robot
 from robotcore.hal.clock import Clock, SteppedClock
-from robotcore.hal.devices import RangeSensor
+from robotcore.hal.devices import Range, RangeSensor
 from robotcore.hardware import Host
 
 TRIGGER, ECHO = 16, 26
@@ -25,42 +23,15 @@ Edges = Sequence[tuple[float, bool]]
 """The edges after a trigger: the time after the trigger in seconds, and the level."""
 
 
-class TimedPin(MockPin):  # type: ignore[misc]  # gpiozero has no types
-    """A pin whose edges have the ticks that a test sets. Its callbacks continue after its closing, as with lgpio."""
+class FakeRange(RangeSensor):
+    """A simulator's range sensor, which returns the distance that a test has set."""
 
-    ticks: float = 0.0
-    on_fall: Callable[[], object] = staticmethod(lambda: None)
+    def __init__(self, distance: float) -> None:
+        super().__init__("nose", min_range=0.02, max_range=4.3, cone=0.5)
+        self.distance = distance
 
-    def drive(self, ticks: float, is_high: bool) -> None:
-        self.ticks = ticks
-        self.drive_high() if is_high else self.drive_low()
-
-    def close(self) -> None:
-        self.function = "input"
-
-    def report_edge(self, ticks: float, is_high: bool) -> None:
-        """Report an edge, even if it repeats the last level."""
-        PiPin._call_when_changed(self, ticks, is_high)
-
-    def _call_when_changed(self) -> None:
-        PiPin._call_when_changed(self, self.ticks, self._state)
-
-    def _set_state(self, value: Any) -> None:
-        has_fallen = self._state and not value
-        super()._set_state(value)
-        if has_fallen:
-            self.on_fall()
-
-
-class TimedFactory(MockFactory):  # type: ignore[misc]  # gpiozero has no types
-    """Pins whose ticks are a clock's seconds plus an offset."""
-
-    def __init__(self, clock: Clock) -> None:
-        super().__init__(pin_class=TimedPin)
-        self.clock = clock
-
-    def ticks(self) -> float:
-        return 1000.0 + self.clock.now()
+    def _newest(self) -> Range:
+        return Range(self.distance, 0.0, 0)
 
 
 @dataclass
@@ -71,7 +42,7 @@ class Module:
     """
 
     clock: Clock
-    pins: TimedFactory
+    pins: VirtualPins
     pulses: list[Edges]
     triggers: list[float] = field(default_factory=list)
     is_immediate: bool = False
@@ -79,18 +50,20 @@ class Module:
 
     def __post_init__(self) -> None:
         self.trigger, self.echo = map(self.pins.pin, self.gpios)
-        self.trigger.on_fall = self._on_trigger
+        self.trigger.on_change(self._on_trigger)
 
     def _on_trigger(self) -> None:
+        if self.trigger.state:
+            return
         now = self.clock.now()
         answer = self.pulses[min(len(self.triggers), len(self.pulses) - 1)]
         self.triggers.append(now)
         for after, level in answer:
             ticks = self.pins.ticks() + after
             if self.is_immediate:
-                self.echo.drive(ticks, level)
+                self.echo.drive(level, ticks)
             else:
-                self.clock.call_at(now + after, partial(self.echo.drive, ticks, level))
+                self.clock.call_at(now + after, partial(self.echo.drive, level, ticks))
 
 
 def pulse(seconds: float) -> Edges:
@@ -117,7 +90,7 @@ class Bench:
 
     def __post_init__(self) -> None:
         self.clock = SteppedClock(10000, lambda _steps: None)
-        self.pins = TimedFactory(self.clock)
+        self.pins = VirtualPins(self.clock)
         self.host = Host(load_robot("rover"), self.clock, self.pins)
         self.module = Module(self.clock, self.pins, self.pulses)
 

@@ -90,8 +90,10 @@ def pulses(events: list[Event]) -> list[float]:
 @pytest.mark.slow
 @UNHURRIED
 @given(event_rows())
-def test_every_value_comes_from_a_measured_pulse(events: list[Event]) -> None:
-    for sample, count in take_samples(events):
+def test_every_sample_comes_from_a_measured_pulse_of_the_newest_trigger(events: list[Event]) -> None:
+    samples = list(take_samples(events))
+    for sample, count in samples:
+        assert sample.time == max(event.ticks for event in events[:count] if event.kind == "trigger")
         *_, pulse = row = pulses(events[:count])
         if math.isfinite(sample.distance):
             assert sample.distance == pytest.approx(max(pulse * SPEED / 2, NOSE.min_range_m))
@@ -99,15 +101,6 @@ def test_every_value_comes_from_a_measured_pulse(events: list[Event]) -> None:
         elif not 2 * NOSE.max_range_m / SPEED < pulse <= LONGEST_ECHO_S:
             assert len(row) >= ECHO_FREE_CYCLES
             assert all(SILENCE_S <= silent <= STUCK_S for silent in row[-ECHO_FREE_CYCLES:])
-
-
-@pytest.mark.slow
-@UNHURRIED
-@given(event_rows())
-def test_a_sample_belongs_to_the_newest_trigger_and_each_trigger_gives_at_most_one(events: list[Event]) -> None:
-    samples = list(take_samples(events))
-    for sample, count in samples:
-        assert sample.time == max(event.ticks for event in events[:count] if event.kind == "trigger")
     assert all(before.time < after.time for (before, _), (after, _) in pairwise(samples))
     assert [sample.sequence for sample, _ in samples] == list(range(len(samples)))
 

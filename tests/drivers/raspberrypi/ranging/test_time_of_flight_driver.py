@@ -81,19 +81,6 @@ def test_each_measurement_is_a_sample_of_the_cycle_before(bench: Bench) -> None:
     assert (sample.distance, sample.time, sample.sequence) == pytest.approx((0.8, 0.05, 2))
 
 
-def test_a_measurement_is_returned_once(bench: Bench) -> None:
-    sensor = bench.open()
-    taken = bench.chip.cleared
-    bench.cycles()
-    assert bench.chip.cleared == taken + 1
-    bench.cycles(100)
-    assert sensor.read().sequence == 101
-    bench.chip.is_frozen = True
-    first = sensor.read()
-    bench.cycles(5)
-    assert sensor.read() is first
-
-
 def test_nearer_than_min_range_reads_min_range(bench: Bench) -> None:
     sensor = bench.open()
     bench.set_measurement(bench.kind.target, 3)
@@ -153,17 +140,6 @@ def test_a_chip_that_stops_measuring_fails_and_is_connected_again(bench: Bench, 
     bench.chip.is_frozen = False
     bench.cycles()
     assert sensor.read().sequence == 1
-
-
-def test_a_chip_that_is_connected_again_has_time_to_measure(monkeypatch: pytest.MonkeyPatch, raises: Raises) -> None:
-    bench = Bench(KINDS[0], monkeypatch)
-    sensor = bench.open()
-    bench.chip.is_plugged_in = False
-    bench.cycles(30)
-    bench.chip.is_plugged_in = bench.chip.is_frozen = True
-    bench.cycles(2)
-    with raises(DeviceError, "chip-unanswered"):
-        sensor.read()
 
 
 def test_a_broken_laser_is_reported(bench: Bench, raises: Raises) -> None:

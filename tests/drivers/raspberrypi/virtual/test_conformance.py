@@ -7,12 +7,11 @@ from typing import ClassVar
 import pytest
 
 from drivers.raspberrypi.virtual.backend import VirtualPiBackend
-from robotcore.description import RobotDescription
-from robotcore.hal.backend import Setup
+from robotcore.description import RobotDescription, load_robot
+from robotcore.hal.backend import Setup, load_backend
 from robotcore.hal.robot import Robot
 from robotcore.testing import ConformanceSuite, TestSupport
 from robotcore.testing.bench import TestBench
-from tests.drivers.raspberrypi.virtual.fakes import rewire
 from tests.robotcore.testing.variant_suites import DriveAndRangeSuite, DriveSuite
 
 
@@ -34,7 +33,7 @@ class TestVirtualPi(VirtualBench, ConformanceSuite):
     pass
 
 
-@pytest.mark.usefixtures("pybullet")
+@pytest.mark.skipif(not load_backend("pybullet").is_installed, reason="pybullet is not installed")
 class TestVirtualPiOnBullet(VirtualBench, DriveAndRangeSuite):
     options: ClassVar = {"simulator": "pybullet"}
 
@@ -44,4 +43,12 @@ class TestVirtualPiWiredOtherwise(VirtualBench, DriveSuite):
 
     @property
     def description(self) -> RobotDescription:
-        return rewire()
+        rover = load_robot("rover")
+        board = {"driver": "phase-enable", "model": {"dead_band": 0.05, "forward_rad_s": 16.0, "backward_rad_s": 15.0}}
+        section = rover.backends["raspberrypi"] | {
+            "left_motor": {**board, "phase": 17, "enable": 27},
+            "right_motor": {**board, "phase": 23, "enable": 24},
+            "left_encoder": {"driver": "pulses", "gpio": 5},
+            "right_encoder": {"driver": "pulses", "gpio": 20},
+        }
+        return rover.model_copy(update={"backends": rover.backends | {"raspberrypi": section}})

@@ -3,26 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 
 import pytest
-from gpiozero import Device, DigitalInputDevice, Motor, OutputDevice, PhaseEnableMotor, PWMOutputDevice, RotaryEncoder
+from gpiozero import DigitalInputDevice, OutputDevice, PWMOutputDevice
 
 from drivers.raspberrypi.virtual.models import (
-    QUADRATURE,
     SILENCE_S,
-    SLOTS,
-    Disc,
     VirtualEcho,
     VirtualPins,
-    read_phase_and_enable,
     read_two_inputs,
-    wire_motor,
 )
 from robotcore.hal.clock import SteppedClock
-from robotcore.hardware.motor_model import MotorModel
-from tests.drivers.raspberrypi.virtual.fakes import FakeEncoder, FakeMotor, FakeRange
+from tests.drivers.raspberrypi.ranging.modules import FakeRange
 
 EDGE = 0.01
 
@@ -43,24 +37,6 @@ def test_duty_is_cut_to_whole_percent_as_lgpio_does_it(pins: VirtualPins) -> Non
         for duty, sent in ((0.379, 0.37), (0.29, 0.28), (1.0, 1.0), (0.0, 0.0)):
             output.value = duty
             assert pins.pin(17).state == sent
-
-
-def test_a_listener_is_called_at_every_change_and_only_then(pins: VirtualPins) -> None:
-    levels: list[float] = []
-    pins.pin(17).on_change(lambda: levels.append(pins.pin(17).state))
-    with PWMOutputDevice(17, pin_factory=pins) as output:
-        for value in (0.5, 0.5, 0.25):
-            output.value = value
-    assert levels == [0.5, 0.25, 0.0]
-
-
-def test_closing_the_factory_lets_every_pin_fall(clock: SteppedClock) -> None:
-    pins = VirtualPins(clock)
-    output = OutputDevice(17, initial_value=True, pin_factory=pins)
-    pin = pins.pin(17)
-    pins.close()
-    assert not pin.state
-    output.close()
 
 
 @contextmanager
@@ -96,39 +72,6 @@ def test_a_driven_level_overrides_the_pull_of_an_input_and_an_output_ignores_it(
     with OutputDevice(5, pin_factory=pins):
         pins.pin(5).drive(1)
         assert not pins.pin(5).state
-
-
-def test_robots_share_no_pins_and_gpiozero_s_default_factory_is_unchanged(
-    clock: SteppedClock, pins: VirtualPins
-) -> None:
-    before = Device.pin_factory
-    with VirtualPins(clock) as other, OutputDevice(17, pin_factory=pins) as one, OutputDevice(17, pin_factory=other):
-        one.on()
-        assert (pins.pin(17).state, other.pin(17).state) == (True, False)
-    assert Device.pin_factory is before
-
-
-@pytest.mark.parametrize("angles, steps", [([43 * EDGE], 10), ([-43 * EDGE], -10), ([0.40, -0.40, 0.0], 0)])
-def test_gpiozero_counts_the_whole_cycles_of_a_quadrature_disc_with_their_sign(
-    angles: list[float], steps: int, pins: VirtualPins
-) -> None:
-    wheel = FakeEncoder()
-    disc = Disc(wheel, EDGE, QUADRATURE, [pins.pin(5), pins.pin(6)])
-    with RotaryEncoder(5, 6, max_steps=0, pin_factory=pins) as counter:
-        for angle in angles:
-            wheel.angle = angle
-            disc.update()
-        assert counter.steps == steps
-
-
-@pytest.mark.parametrize("edges", [10, -10])
-def test_slots_rise_and_fall_in_both_directions(edges: int, pins: VirtualPins) -> None:
-    wheel = FakeEncoder()
-    disc = Disc(wheel, EDGE, SLOTS, [pins.pin(5)])
-    with record_edges(5, pins) as seen:
-        wheel.angle = edges * EDGE
-        disc.update()
-    assert [is_high for _, is_high in seen] == [True, False] * 5
 
 
 SPEED = 343.0
@@ -195,22 +138,6 @@ def test_both_edges_come_at_once_while_the_robot_opens(nose: Module) -> None:
     nose.ping()
     assert nose.edges[:2] == nose.edges[2:]
     assert nose.edges[1][0] - nose.edges[0][0] == pytest.approx(2 * 1.7 / SPEED)
-
-
-MODEL = MotorModel(forward_rad_s=10.0, backward_rad_s=10.0)
-
-
-@pytest.mark.parametrize(
-    "duty, board", [(read_two_inputs, Motor), (read_phase_and_enable, PhaseEnableMotor)], ids=["two inputs", "phase"]
-)
-def test_a_board_turns_the_wheel_at_once(duty: Callable[..., float], board: type[Motor], pins: VirtualPins) -> None:
-    wheel = FakeMotor()
-    wire_motor(wheel, MODEL, [pins.pin(17), pins.pin(27)], duty)
-    with board(17, 27, pin_factory=pins) as motor:
-        for value in (0.5, -0.25, 0.0, 0.5):
-            motor.value = value
-            assert wheel.velocity == pytest.approx(10 * value)
-    assert wheel.velocity == 0
 
 
 def test_gates_scale_the_duty_and_equal_inputs_brake() -> None:
