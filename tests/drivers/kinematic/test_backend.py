@@ -4,18 +4,11 @@ import pytest
 
 from drivers.kinematic.backend import KinematicBackend
 from robotcore.description import MotorDescription, Start, load_robot, load_world, world_names
-from robotcore.errors import DeviceClosedError, DeviceGroupError, UnknownNameError, UsageError
-from robotcore.hal.backend import Capability, Setup, load_backend
+from robotcore.errors import DeviceGroupError, UnknownNameError, UsageError
+from robotcore.hal.backend import Setup
 from robotcore.hal.devices import MemoryDisplay
 from tests.drivers.kinematic.rooms import ROVER, ball, get_truth, open_robot, room, sleep
 from tests.texts import Raises
-
-
-def test_backend_is_registered_and_installed() -> None:
-    backend = load_backend("kinematic")
-    assert isinstance(backend, KinematicBackend)
-    assert backend.is_installed
-    assert backend.capabilities == {Capability.CONTACTS, Capability.POSE, Capability.LOCKSTEP}
 
 
 @pytest.mark.parametrize("world", world_names())
@@ -23,11 +16,6 @@ def test_every_shipped_world_opens(world: str) -> None:
     with open_robot(load_world(world)) as robot:
         assert robot.camera.read().image.any()
         assert robot.range.read().distance > 0
-
-
-def test_only_the_chosen_devices_are_opened() -> None:
-    with open_robot(devices={"eye", "right_motor"}) as robot:
-        assert list(robot.devices) == ["right_motor", "eye"]
 
 
 def test_a_single_motor_turns_the_robot_about_the_other_wheel() -> None:
@@ -69,13 +57,3 @@ def test_missing_world_is_refused(raises: Raises) -> None:
 def test_option_is_refused(raises: Raises) -> None:
     with raises(UnknownNameError, "unknown-option"):
         open_robot(camera_noise=3.0)
-
-
-def test_a_closed_robot_refuses_reads_and_commands() -> None:
-    robot = open_robot()
-    eye, motor = robot.camera, robot.motors["left_motor"]
-    robot.close()
-    with pytest.raises(DeviceClosedError):
-        eye.read()
-    with pytest.raises(DeviceClosedError):
-        motor.set_velocity(1.0)

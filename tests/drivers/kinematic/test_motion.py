@@ -7,7 +7,7 @@ import pytest
 from drivers.kinematic.motion import Wheel
 from robotcore.description import Start
 from robotcore.geometry import Pose
-from tests.drivers.kinematic.rooms import build_rover, drive, get_truth, open_robot, room, sleep
+from tests.drivers.kinematic.rooms import drive, get_truth, open_robot, room, sleep
 
 COASTING_S = 3.0
 
@@ -19,26 +19,12 @@ def drive_to_pose(linear: float, angular: float, seconds: float, rate_hz: float 
         return get_truth(robot).pose()
 
 
-def test_straight_motion_ends_after_one_metre() -> None:
-    assert drive_to_pose(0.2, 0.0, 5.0) == pytest.approx((1.0, 0.0, 0.0), abs=1e-9)
-
-
-def test_turn_on_the_spot_does_not_change_the_position() -> None:
-    assert drive_to_pose(0.0, math.tau / 4, 3.0) == pytest.approx((0.0, 0.0, -math.pi / 2), abs=1e-9)
-
-
 @pytest.mark.parametrize("rate_hz", [20.0, 50.0, 7.0])
 def test_an_arc_follows_the_circle_at_every_rate(rate_hz: float) -> None:
     linear, angular, seconds = 0.15, 0.6, 5.0
     radius, turn = linear / angular, angular * seconds
     circle = (radius * math.sin(turn), radius * (1 - math.cos(turn)), turn)
     assert drive_to_pose(linear, angular, seconds, rate_hz) == pytest.approx(circle, abs=1e-9)
-
-
-def test_lag_shortens_the_path_until_the_stop() -> None:
-    with open_robot() as robot:
-        drive(robot, 0.2, 0.0, 5.0)
-        assert get_truth(robot).pose().x == pytest.approx(1.0 - 0.2 * 0.05, abs=1e-9)
 
 
 def test_velocity_follows_the_first_order_lag() -> None:
@@ -48,15 +34,6 @@ def test_velocity_follows_the_first_order_lag() -> None:
         wheel.advance()
     assert wheel.velocity == pytest.approx(6.0 * (1 - math.exp(-2)), abs=1e-12)
     assert wheel.angle == pytest.approx(6.0 * (0.1 - 0.05 * (1 - math.exp(-2))), abs=1e-12)
-
-
-def test_robot_without_a_lag_has_its_velocity_at_once() -> None:
-    with open_robot(robot=build_rover(lag_s=0.0)) as robot:
-        drive(robot, 0.3, 0.0, 1.0)
-        assert get_truth(robot).pose().x == pytest.approx(0.3, abs=1e-9)
-        assert get_truth(robot).twist() == pytest.approx((0.3, 0.0))
-        sleep(robot, 1.0)
-        assert get_truth(robot).pose().x == pytest.approx(0.3, abs=1e-9)
 
 
 def test_wheel_without_a_lag_has_its_velocity_in_its_first_step() -> None:
@@ -74,18 +51,6 @@ def test_twist_includes_the_lag() -> None:
         sleep(robot, 0.05)
         twist = get_truth(robot).twist()
     assert twist == pytest.approx((6.0 * 0.0325 * (1 - math.exp(-1)), 0.0))
-
-
-def test_one_long_sleep_equals_many_short_ones() -> None:
-    poses = []
-    for naps in (1, 40):
-        with open_robot() as robot:
-            for motor, velocity in zip(robot.motors.values(), (3.0, 5.0), strict=True):
-                motor.set_velocity(velocity)
-            for _ in range(naps):
-                sleep(robot, 2.0 / naps)
-            poses.append(get_truth(robot).pose())
-    assert poses[0] == poses[1]
 
 
 def test_robot_starts_at_the_start_of_the_world() -> None:

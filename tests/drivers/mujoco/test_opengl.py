@@ -67,13 +67,6 @@ def test_osmesa_is_used_if_there_is_no_egl(monkeypatch: pytest.MonkeyPatch) -> N
     assert context.name == "osmesa"
 
 
-def test_only_the_library_that_the_user_names_is_tried(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(egl, "EGL_LIBRARIES", NOWHERE)
-    monkeypatch.setenv("MUJOCO_GL", "EGL")
-    with pytest.raises(NoOpenGL, match=r"MUJOCO_GL .* libNoSuchLibrary\.so\.1"):
-        open_context()
-
-
 @pytest.mark.usefixtures("no_opengl")
 @pytest.mark.parametrize("way, packages", [("egl", "libegl1 libgl1-mesa-dri"), ("osmesa", "libosmesa6")])
 def test_only_the_packages_of_the_named_library_are_suggested(
@@ -139,16 +132,6 @@ def test_both_libraries_draw_the_same_picture() -> None:
 @pytest.mark.slow
 def test_the_environment_and_pyopengl_are_unchanged() -> None:
     run_program("assert not {'MUJOCO_GL', 'PYOPENGL_PLATFORM'} & set(os.environ) and 'OpenGL' not in sys.modules")
-
-
-@pytest.mark.slow
-def test_a_library_that_mujoco_does_not_support_is_reported_in_one_line() -> None:
-    environment_ = {**os.environ, "MUJOCO_GL": "eggs"}
-    command = [sys.executable, "-c", PROGRAM]
-    done = subprocess.run(command, capture_output=True, text=True, env=environment_, check=False)
-    assert done.stderr.splitlines()[-1].endswith(
-        "Unset MUJOCO_GL, which is 'eggs'. robotcore then chooses a renderer that works"
-    )
 
 
 OWN_RENDERER = """

@@ -50,11 +50,6 @@ class Driving(EngineTests):
         assert meant.distance_to(reached.x, reached.y) <= 0.002 * abs(linear * seconds) + 1e-4
         assert abs(wrap_angle(reached.heading - meant.heading)) <= 0.002 * abs(angular * seconds) + 2e-3
 
-    def test_axle_starts_at_the_start_of_the_world(self) -> None:
-        with self.open_robot(start=START) as robot:
-            pose = get_truth(robot).pose()
-        assert (pose.x, pose.y, pose.heading) == pytest.approx((-1.0, 0.5, 2.5), abs=1e-9)
-
     def test_twist_is_that_of_the_axle(self) -> None:
         assert ROVER.drive
         with self.open_robot() as robot:
@@ -85,16 +80,6 @@ class Driving(EngineTests):
         counts = left / math.tau * 960, right / math.tau * 960
         assert counts == pytest.approx([round(count) for count in counts], abs=1e-6)
         assert (left, right) == pytest.approx((6.0, -6.0), abs=0.02)
-
-    def test_encoders_of_a_standing_robot_stay_at_zero(self) -> None:
-        angles = set()
-        with self.open_robot() as robot:
-            encoder = robot["left_encoder"]
-            assert isinstance(encoder, Encoder)
-            for tick in range(20):
-                robot.clock.sleep_until(tick / 20)
-                angles.add(encoder.read().angle)
-        assert angles == {0.0}
 
     @pytest.mark.parametrize("thing", [box(0.5), post(0.5), ball(0.5)], ids=["box", "post", "ball"])
     def test_contact_counts_once_until_the_robot_retreats(self, thing: Thing) -> None:
@@ -127,11 +112,6 @@ class Driving(EngineTests):
             drive(robot, 8.0, 8.3, 4.0)
             assert get_truth(robot).contacts() == 1
             assert get_truth(robot).pose().x > 0.9
-
-    def test_robot_aligns_with_an_oblique_wall(self) -> None:
-        with self.open_robot(box(0.6, yaw=0.3)) as robot:
-            drive(robot, 8.0, 8.0, 6.0)
-            assert get_truth(robot).pose().heading == pytest.approx(0.3, abs=0.01)
 
     def test_wall_stops_the_front_of_the_robot(self) -> None:
         with self.open_robot(box(0.5, width=3.0)) as robot:

@@ -19,10 +19,9 @@ from robotcore.description import (
 )
 from robotcore.description.texture import PATTERNS, Pattern
 from robotcore.geometry import Pose
-from robotcore.hal.devices import Image
 from robotcore.optics import CameraView
 from robotcore.simulation.painter import Painter
-from tests.drivers.physics.worlds import LOOKOUT, ROVER, EngineTests, ball, box, drive, get_camera, post, world
+from tests.drivers.physics.worlds import LOOKOUT, ROVER, EngineTests, ball, box, get_camera, post, world
 
 EYE = Mount(x_m=0.14, z_m=0.10)
 
@@ -54,16 +53,6 @@ class Seeing(EngineTests):
             mask = camera.segmentation(view) == camera.things["ball"]
         ideal = np.pi * camera.intrinsics.focal_length**2 * 0.01 / (1.0 - 0.01)
         assert mask.sum() == pytest.approx(ideal, rel=0.03)
-
-    def test_a_picture_is_bgr_contiguous_and_read_only(self) -> None:
-        with self.open_robot(box(0.5, width=4.0, height=1.0), with_camera=True) as robot:
-            image = robot.camera.read().image
-        assert image.shape == (240, 320, 3)
-        assert image.dtype == np.uint8
-        assert image.flags.c_contiguous
-        assert not image.flags.writeable
-        blue, green, red = (int(part) for part in image[120, 160])
-        assert red > 3 * green > green > blue
 
     def test_sky_is_above_the_horizon_and_the_floor_below(self) -> None:
         with self.open_robot(with_camera=True) as robot:
@@ -110,26 +99,6 @@ class Seeing(EngineTests):
             camera = get_camera(robot)
             view = CameraView.of(camera.intrinsics, Mount(x_m=0.14, z_m=0.10, pitch_rad=0.6), Pose(0.0, 0.0, 0.0))
             assert (robot.camera.read().image == camera.picture(view)).all()
-
-    def test_picture_is_rendered_once_when_it_is_read(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        with self.open_robot(with_camera=True) as robot:
-            camera = get_camera(robot)
-            rendered, render = list[CameraView](), camera.picture
-
-            def picture(view: CameraView) -> Image:
-                rendered.append(view)
-                return render(view)
-
-            monkeypatch.setattr(camera, "picture", picture)
-            drive(robot, 3.0, 3.0, 1.0)
-            assert not rendered
-            first, again = robot.camera.read(), robot.camera.read()
-            drive(robot, 3.0, 3.0, 0.05)
-            later = robot.camera.read()
-        assert len(rendered) == 2
-        assert first is again
-        assert (first.time, later.time) == (1.0, 1.05)
-        assert later.sequence == first.sequence + 1
 
 
 MIN_PIXELS = 150

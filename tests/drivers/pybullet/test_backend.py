@@ -17,7 +17,7 @@ from robotcore.errors import (
     UsageError,
 )
 from robotcore.hal.devices import Encoder
-from tests.drivers.physics.worlds import ROVER, drive, get_truth, setup, world
+from tests.drivers.physics.worlds import ROVER, get_truth, setup, world
 from tests.drivers.pybullet.worlds import opened
 from tests.texts import Raises
 
@@ -34,11 +34,6 @@ def connections(monkeypatch: pytest.MonkeyPatch) -> list[Bullet]:
 
     monkeypatch.setattr(Bullet, "connect", connect_noted)
     return made
-
-
-def test_only_the_requested_devices_are_opened() -> None:
-    with PyBulletBackend().open(setup(world(), devices=["nose", "screen"])) as robot:
-        assert list(robot.devices) == ["nose", "screen"]
 
 
 def test_closing_the_robot_twice_ends_its_server_once(connections: list[Bullet]) -> None:
@@ -129,10 +124,3 @@ def test_prints_of_bullet_do_not_reach_the_output() -> None:
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert done.stdout == "(240, 320, 3)\n"
     assert done.stderr == ""
-
-
-def test_a_motor_turns_no_faster_than_its_limit() -> None:
-    with opened() as robot:
-        assert robot.motors["left_motor"].set_velocity(50.0) == 12.0
-        drive(robot, 50.0, 50.0, 1.0)
-        assert get_truth(robot).twist().linear == pytest.approx(12.0 * 0.0325, rel=0.01)

@@ -84,20 +84,6 @@ def _find_normal(outline: tuple[tuple[float, float], ...], point: np.ndarray) ->
     return np.array((*normals[side], 0.0))
 
 
-def test_pattern_changes_only_the_pixels_of_its_surface() -> None:
-    world = room(box(1.4, 0.7, 0.3, 0.5), ball(1.0, 0.0), walls=Walls(height_m=0.5))
-    plain = Painter(world).picture(view())
-    floor = world.floor.model_copy(update={"texture": COARSE})
-    patterned = Painter(world.model_copy(update={"floor": floor})).picture(view())
-    is_floor = _find_floor_pixels(world)
-    assert np.array_equal(patterned[~is_floor], plain[~is_floor])
-    assert not np.array_equal(patterned[is_floor], plain[is_floor])
-
-
-def _find_floor_pixels(world: WorldDescription) -> np.ndarray:
-    return np.asarray((Painter(world).labels(view()) == 0) & (compute_rays(view())[..., 2] < 0))
-
-
 def test_ball_has_no_pattern() -> None:
     world = apply_texture(room(ball(1.0, 0.3)), COARSE)
     shown = Painter(world).labels(view()) == 1
