@@ -10,10 +10,13 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
+from typing import TypeVar
 
 from robotcore.errors import BackendError
 from robotcore.hal.clock import Callback, Clock, ClockWrapper, PeriodicTask
 from robotcore.threads import is_out_of_memory, start_thread
+
+T = TypeVar("T")
 
 STOPPING_S = 1.0
 """The longest time, in seconds, that `ThreadedTask.stop` waits for a running call."""
@@ -117,38 +120,27 @@ class MonotonicClock(Clock):
 
     def _call(self) -> None:
         try:
-            while (callback := self._next_due()) is not None:
-                self._attempt(partial(self._call_until_memory_suffices, callback))
+            while (callback := self._repeat_without_memory(self._wait_for_next)) is not None:
+                self._attempt(partial(self._repeat_without_memory, callback))
         except Exception as failure:  # noqa: BLE001  `sleep_until` raises the error
             self._failure = failure
 
-    def _call_until_memory_suffices(self, callback: Callback) -> None:
+    def _repeat_without_memory(self, function: Callable[[], T]) -> T | None:
         # A call may stop the motors, so it must not be lost if memory runs out.
-        is_made = False
-        while not (is_made or self._is_closed):
+        while not self._is_closed:
             try:
-                callback()
-                is_made = True
-            except Exception as error:  # noqa: PERF203
+                return function()
+            except Exception as error:
                 if not is_out_of_memory(error):
                     raise
-                time.sleep(WITHOUT_MEMORY_S)
+            time.sleep(WITHOUT_MEMORY_S)
+        return None
 
     def _attempt(self, callback: Callable[[], object]) -> None:
         try:
             callback()
         except Exception as failure:  # noqa: BLE001  `sleep_until` raises it
             self._failure = self._failure or failure
-
-    def _next_due(self) -> Callback | None:
-        # A call may stop the motors, so it must not be lost if memory runs out.
-        while True:
-            try:
-                return self._wait_for_next()
-            except Exception as error:
-                if not is_out_of_memory(error):
-                    raise
-            time.sleep(WITHOUT_MEMORY_S)
 
     def _wait_for_next(self) -> Callback | None:
         with self._wake:

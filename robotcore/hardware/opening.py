@@ -89,7 +89,9 @@ def open_devices(bindings: Iterable[DeviceBinding], host: Host, opened: dict[str
     failures: list[Exception] = []
     notes = []
     with ExitStack() as undo:
-        for binding in sorted(bindings, key=_rank):
+        for binding in sorted(
+            bindings, key=lambda binding: [not isinstance(binding.description, kind) for kind in _ORDER]
+        ):
             try:
                 device = binding.open(host)
             except DeviceError as failure:
@@ -122,10 +124,6 @@ def _close(device: Device, failures: list[Exception]) -> None:
         device.close()
     except Exception as failure:  # noqa: BLE001  all failures are raised together
         failures.append(failure)
-
-
-def _rank(binding: DeviceBinding) -> int:
-    return next((rank for rank, kind in enumerate(_ORDER) if isinstance(binding.description, kind)), len(_ORDER))
 
 
 def encoder_of(motor: str, robot: RobotDescription) -> str | None:

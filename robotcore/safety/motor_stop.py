@@ -48,11 +48,8 @@ class MotorStop:
         """
         call = self._under_way
         if call is None or not call.is_under_way:
-            self._under_way = call = self._reserve.retry_on_memory_error(self._call)
+            self._under_way = call = self._reserve.retry_on_memory_error(lambda: self._reserve.call(self._stop))
         return lambda: self._get_failure(call) if call.is_done_within(within_s) else self._build_hang_error(within_s)
-
-    def _call(self) -> BackgroundCall:
-        return self._reserve.call(self._stop)
 
     def _stop(self) -> None:
         self._reserve.retry_on_memory_error(self.motor.stop)
@@ -116,7 +113,11 @@ class StopGroup:
 
         DeviceLostError is raised only if there is no other exception.
         """
-        failures = self._stop_in_turn() if get_ident() == self._owner else self.apply_apart()
+        failures: list[Exception] = []
+        if get_ident() == self._owner:
+            _try_all([stop.apply for stop in self._stops], failures)
+        else:
+            failures = self.apply_apart()
         if failures:
             raise min(failures, key=lambda failure: isinstance(failure, DeviceLostError))
 
@@ -125,11 +126,6 @@ class StopGroup:
         failures: list[Exception] = []
         waits = _try_all([partial(stop.begin, within_s) for stop in self._stops], failures)
         return failures + [failure for wait in waits if (failure := wait())]
-
-    def _stop_in_turn(self) -> list[Exception]:
-        failures: list[Exception] = []
-        _try_all([stop.apply for stop in self._stops], failures)
-        return failures
 
 
 def _try_all(tries: Iterable[Callable[[], T]], failures: list[Exception]) -> list[T]:

@@ -14,7 +14,8 @@ Cell = tuple[int, int]
 
 UNREACHED = np.iinfo(np.int32).max
 _CROSS = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
-_SQUARE = cv2.getStructuringElement(cv2.MORPH_RECT, (3, 3))
+SQUARE = cv2.getStructuringElement(cv2.MORPH_RECT, (3, 3))
+"""A cell and its eight neighbours, for the morphological functions of OpenCV."""
 
 
 def wavefront(start: Cell, open_cells: Mask, goals: Mask | None = None) -> Steps:
@@ -50,7 +51,7 @@ def _flood(steps: Steps, passable: NDArray[np.uint8], goals: Mask | None) -> Non
     reached = (steps == 0).astype(np.uint8)
     idle = 0
     for step in range(1, steps.size):
-        grown = passable & np.asarray(cv2.dilate(reached, _SQUARE if step % 2 else _CROSS), np.uint8)
+        grown = passable & np.asarray(cv2.dilate(reached, SQUARE if step % 2 else _CROSS), np.uint8)
         new = grown != reached
         idle = 0 if new.any() else idle + 1
         if idle == 2:

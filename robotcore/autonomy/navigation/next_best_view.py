@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotcore.autonomy.navigation.grid_paths import (
+    SQUARE,
     UNREACHED,
     Angles,
     Cell,
@@ -46,8 +47,6 @@ COARSE_RAYS = 36
 
 COARSE_CELLS = 2
 """The distance between successive points of one of these `COARSE_RAYS`, in cells."""
-
-_SQUARE = cv2.getStructuringElement(cv2.MORPH_RECT, (3, 3))
 
 Areas = NDArray[np.float64]
 Probabilities = NDArray[np.float64]
@@ -118,7 +117,7 @@ class Coverage:
 
         Walls are widened by one cell, so that no ray passes between two cells that touch at a corner.
         """
-        thick = np.asarray(cv2.dilate(walls.astype(np.uint8), _SQUARE), np.bool_)
+        thick = np.asarray(cv2.dilate(walls.astype(np.uint8), SQUARE), np.bool_)
         return np.asarray(rays.of(thick) | ~rays.inside)
 
     def _mark_seen(self, rays: Rays, is_seen: Mask) -> None:
@@ -177,7 +176,8 @@ def best_viewpoint(ground: Traversability, coverage: Coverage, here: Cell) -> Vi
     """
     masks = ground.open_cells(here)
     waves = [wavefront(here, mask) for mask in masks]
-    cells = _list_reachable_candidates(waves[-1])
+    is_reached = waves[-1][::CANDIDATE_STRIDE, ::CANDIDATE_STRIDE] != UNREACHED
+    cells = np.argwhere(is_reached) * CANDIDATE_STRIDE
     gains = coverage.gains(cells)
     utilities = np.stack([_compute_utilities(gains, wave[tuple(cells.T)], ground.grid.cell) for wave in waves])
     utilities *= MARGIN_FACTOR ** np.arange(len(MARGINS_M))[:, None]
@@ -187,10 +187,6 @@ def best_viewpoint(ground: Traversability, coverage: Coverage, here: Cell) -> Vi
     place = int(cells[best, 0]), int(cells[best, 1])
     path = GridPath(backtrack(waves[margin], place), masks[margin])
     return Viewpoint(place, path, max(MIN_GAIN_M2, MIN_GAIN_SHARE * float(gains[best])))
-
-
-def _list_reachable_candidates(steps: Steps) -> Cells:
-    return np.argwhere(steps[::CANDIDATE_STRIDE, ::CANDIDATE_STRIDE] != UNREACHED) * CANDIDATE_STRIDE
 
 
 def _compute_utilities(gains: Areas, steps: Steps, cell: float) -> Areas:

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from robotcore.autonomy.navigation.grid_paths import Cell, Mask
+from robotcore.autonomy.navigation.grid_paths import SQUARE, Cell, Mask
 from robotcore.geometry import Pose
 
 FREE_EVIDENCE = -1.5
@@ -31,8 +31,6 @@ CLOSE_M = 0.6
 
 A farther echo marks a wider arc of cells, which may include a gap wide enough for a small robot.
 """
-
-_SQUARE = cv2.getStructuringElement(cv2.MORPH_RECT, (3, 3))
 
 Metres = NDArray[np.float32]
 Window = tuple[slice, slice]
@@ -173,7 +171,11 @@ class OccupancyGrid:
         with_unknown: whether unknown cells count as occupied.
         overlook: cells that count as free.
         """
-        open_cells = self._closed(self.free) & ~self.taken if with_unknown else ~self.taken
+        open_cells = ~self.taken
+        if with_unknown:
+            # A turning sensor leaves gaps of up to two cells between the cones of successive readings.
+            closed = cv2.morphologyEx(self.free.astype(np.uint8), cv2.MORPH_CLOSE, SQUARE)
+            open_cells &= np.asarray(closed, np.bool_)
         if overlook is not None:
             open_cells = open_cells | overlook
         distance = cv2.distanceTransform(open_cells.astype(np.uint8), cv2.DIST_L2, 5)
@@ -214,8 +216,3 @@ class OccupancyGrid:
         """Return the slices of rows and columns of a square around (x, y). Each side is ``2 * reach`` metres long."""
         (top, left), (bottom, right) = self.cell_of(x - reach, y - reach), self.cell_of(x + reach, y + reach)
         return slice(max(top, 0), max(bottom + 1, 0)), slice(max(left, 0), max(right + 1, 0))
-
-    @staticmethod
-    def _closed(free: Mask) -> Mask:
-        """Fill gaps of up to two cells, which a turning sensor leaves between the cones of successive readings."""
-        return np.asarray(cv2.morphologyEx(free.astype(np.uint8), cv2.MORPH_CLOSE, _SQUARE), np.bool_)

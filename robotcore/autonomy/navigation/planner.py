@@ -235,7 +235,8 @@ def plan_path(ground: Traversability, here: Cell, goals: Mask, *, is_surveyed: b
     is_surveyed: whether the robot has surveyed its surroundings from here.
     """
     for _ in range(TRIES):
-        candidate = _find_cheapest(ground, here, goals)
+        candidates = [_find_widest_path(ground, here, goals, trust) for trust in Certainty]
+        candidate = min(filter(None, candidates), key=lambda candidate: candidate.cost, default=None)
         if candidate is None:
             return NO_PATH_PLAN
         detour = _split_path(ground, candidate)
@@ -245,11 +246,6 @@ def plan_path(ground: Traversability, here: Cell, goals: Mask, *, is_surveyed: b
             return PathPlan(NO_PATH, detour.unknown_part)
         ground.bar(detour.unknown_part[0])
     return NO_PATH_PLAN
-
-
-def _find_cheapest(ground: Traversability, here: Cell, goals: Mask) -> _Candidate | None:
-    candidates = [_find_widest_path(ground, here, goals, trust) for trust in Certainty]
-    return min(filter(None, candidates), key=lambda candidate: candidate.cost, default=None)
 
 
 def _find_widest_path(ground: Traversability, here: Cell, goals: Mask, trust: Certainty) -> _Candidate | None:

@@ -133,17 +133,14 @@ class Guardian:
         try:
             data = receive(self._link, MSG_DONTWAIT)
         except BlockingIOError:
-            self._require_answer()
+            since, now = self._unanswered_since, self._clock.now()
+            if since is not None and now - since > ANSWER_TIMEOUT_S:
+                raise self._fail(f"has not answered for {now - since:.1f} s", "guardian-silent") from None
             return b""
         if not data:
             raise self._fail_dead()
         self._unanswered_since = None
         return data
-
-    def _require_answer(self) -> None:
-        since, now = self._unanswered_since, self._clock.now()
-        if since is not None and now - since > ANSWER_TIMEOUT_S:
-            raise self._fail(f"has not answered for {now - since:.1f} s", "guardian-silent")
 
     def __enter__(self) -> Guardian:
         return self

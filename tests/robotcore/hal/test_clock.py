@@ -41,6 +41,11 @@ def monotonic() -> Iterator[MonotonicClock]:
     clock.close()
 
 
+@pytest.fixture
+def clock() -> SteppedClock:
+    return SteppedClock(20, lambda _: None)
+
+
 class TestSteppedClock:
     @pytest.mark.parametrize("rate_hz", [7, 20, 30, 1000])
     def test_every_tick_takes_the_same_whole_number_of_steps(self, rate_hz: float) -> None:
@@ -87,22 +92,21 @@ class TestSteppedClock:
             clock.sleep_until(1.0)
             assert taken == [steps, 240 - steps], steps
 
-    def test_calls_come_in_the_order_of_their_times_then_of_asking(self) -> None:
-        clock, calls = SteppedClock(20, lambda _: None), list[str]()
+    def test_calls_come_in_the_order_of_their_times_then_of_asking(self, clock: SteppedClock) -> None:
+        calls = list[str]()
         for name, deadline in (("c", 0.03), ("a", 0.01), ("b1", 0.02), ("b2", 0.02)):
             clock.call_at(deadline, lambda name=name: calls.append(name))  # type: ignore[misc]
         clock.sleep_until(0.05)
         assert calls == ["a", "b1", "b2", "c"]
 
-    def test_a_call_that_is_overdue_is_made_first_and_turns_nothing_back(self) -> None:
-        clock, called_at = SteppedClock(20, lambda _: None), list[float]()
+    def test_a_call_that_is_overdue_is_made_first_and_turns_nothing_back(self, clock: SteppedClock) -> None:
+        called_at = list[float]()
         clock.sleep_until(0.1)
         clock.call_at(0.05, lambda: called_at.append(clock.now()))
         clock.sleep_until(0.15)
         assert called_at == [0.1]
 
-    def test_a_deadline_that_has_passed_takes_no_step(self) -> None:
-        clock = SteppedClock(20, lambda _: None)
+    def test_a_deadline_that_has_passed_takes_no_step(self, clock: SteppedClock) -> None:
         assert clock.sleep_until(0.1)
         assert clock.sleep_until(0.1)
         assert not clock.sleep_until(0.05)

@@ -36,14 +36,17 @@ def test_conversion_to_a_twist_and_back_returns_the_wheel_velocities(left: float
     assert GEOMETRY.to_wheels(*GEOMETRY.to_twist(Wheels(left, right))) == pytest.approx((left, right), abs=1e-9)
 
 
+@pytest.fixture
+def stage() -> KeepingStage:
+    return KeepingStage()
+
+
 class TestDifferentialDrive:
-    def test_twist_is_converted_to_wheels_and_the_sent_wheels_to_a_twist(self) -> None:
-        stage = KeepingStage()
+    def test_twist_is_converted_to_wheels_and_the_sent_wheels_to_a_twist(self, stage: KeepingStage) -> None:
         assert _drive(stage).set_velocity(0.4, 1.0) == pytest.approx((0.2, 0.5))
         assert stage.asked == [pytest.approx((6.0, 10.0))]
 
-    def test_wheel_velocities_are_passed_unchanged(self) -> None:
-        stage = KeepingStage()
+    def test_wheel_velocities_are_passed_unchanged(self, stage: KeepingStage) -> None:
         assert _drive(stage).set_wheels(3.0, -4.0) == (1.5, -2.0)
         assert stage.asked == [(3.0, -4.0)]
 
@@ -55,8 +58,7 @@ class TestDifferentialDrive:
         assert stage.asked == [(3.0, -4.0), pytest.approx((60.0, 60.0))]
         assert {type(velocity) for wheels in stage.asked for velocity in wheels} == {float}
 
-    def test_stop_is_not_sent_as_a_command(self) -> None:
-        stage = KeepingStage()
+    def test_stop_is_not_sent_as_a_command(self, stage: KeepingStage) -> None:
         _drive(stage).stop()
         assert (stage.stops, stage.asked) == (1, [])
 
@@ -91,8 +93,7 @@ class TestOdometry:
 
 class TestCommandedWheels:
     def test_angles_follow_the_commands(self) -> None:
-        clock = SteppedClock(20, lambda _: None)
-        wheels = CommandIntegrator(clock)
+        wheels = CommandIntegrator(clock := SteppedClock(20, lambda _: None))
         wheels.turn_at(Wheels(2.0, 4.0), clock.now())
         clock.sleep_until(0.5)
         wheels.turn_at(Wheels(-1.0, 0.0), clock.now())
@@ -105,8 +106,7 @@ class TestCommandedWheels:
         [(1.5, (0.0, 0.0)), (2.0, (0.0, 0.0)), (1.0, (-0.5, 0.0)), (0.25, (-0.5, 1.0)), (-1.0, (0.0, 2.0))],
     )
     def test_rotation_since_a_time_includes_all_later_commands(self, time: float, turned: Wheels) -> None:
-        clock = SteppedClock(20, lambda _: None)
-        wheels = CommandIntegrator(clock)
+        wheels = CommandIntegrator(clock := SteppedClock(20, lambda _: None))
         wheels.turn_at(Wheels(2.0, 4.0), 0.0)
         clock.sleep_until(0.5)
         wheels.turn_at(Wheels(-1.0, 0.0), 0.5)

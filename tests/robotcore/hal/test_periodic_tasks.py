@@ -29,19 +29,6 @@ def monotonic() -> Iterator[MonotonicClock]:
 
 
 class TestSimulatedTime:
-    def test_a_sleep_makes_each_due_call_in_the_sleeping_thread(self, stepped: SteppedClock) -> None:
-        times: list[float] = []
-        threads: set[threading.Thread] = set()
-
-        def task() -> None:
-            times.append(stepped.now())
-            threads.add(threading.current_thread())
-
-        stepped.every(0.025, task, "echo")
-        stepped.sleep_until(0.1)
-        assert times == pytest.approx([0.025, 0.05, 0.075, 0.1])
-        assert threads == {threading.current_thread()}
-
     def test_period_that_is_no_multiple_of_a_step_does_not_drift(self, stepped: SteppedClock) -> None:
         times: list[float] = []
         stepped.every(0.0601, lambda: times.append(stepped.now()), "echo")

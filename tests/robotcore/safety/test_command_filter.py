@@ -32,6 +32,11 @@ class Bench:
             on_sent=lambda wheels, time: self.heard.append((wheels, time)),
         )
 
+    def drive(self, wheels: Wheels) -> None:
+        """Send a command in a tick."""
+        self.filter.ask(wheels)
+        self.filter.commit()
+
     def sleep(self, seconds: float) -> None:
         self.clock.sleep_until(self.clock.now() + seconds)
 
@@ -61,36 +66,34 @@ class Blocking:
         return Wheels(0.0, 0.0) if self._is_near() else asked
 
 
+@pytest.fixture
+def bench() -> Bench:
+    return Bench()
+
+
 class TestCommit:
-    def test_last_command_of_a_tick_is_sent(self) -> None:
-        bench = Bench()
+    def test_last_command_of_a_tick_is_sent(self, bench: Bench) -> None:
         bench.filter.ask(Wheels(1.0, 2.0))
         bench.filter.ask(Wheels(3.0, 4.0))
         assert bench.filter.commit() == ((3.0, 4.0), (3.0, 4.0), ())
         assert bench.sent == [(3.0, 4.0)]
 
-    def test_stop_is_sent_once(self) -> None:
-        bench = Bench()
-        bench.filter.ask(Wheels(1.0, 2.0))
-        bench.filter.commit()
+    def test_stop_is_sent_once(self, bench: Bench) -> None:
+        bench.drive(Wheels(1.0, 2.0))
         bench.filter.stop()
         assert bench.filter.commit() == ((0.0, 0.0), (0.0, 0.0), ())
         assert bench.sent == [(1.0, 2.0), (0.0, 0.0)]
 
-    def test_failed_stop_is_sent_again(self) -> None:
-        bench = Bench()
-        bench.filter.ask(Wheels(1.0, 2.0))
-        bench.filter.commit()
+    def test_failed_stop_is_sent_again(self, bench: Bench) -> None:
+        bench.drive(Wheels(1.0, 2.0))
         bench.left.is_broken = True
         with pytest.raises(DeviceError):
             bench.filter.stop()
         with pytest.raises(DeviceError):
             bench.filter.commit()
 
-    def test_tick_without_a_command_sends_nothing(self) -> None:
-        bench = Bench()
-        bench.filter.ask(Wheels(1.0, 1.0))
-        bench.filter.commit()
+    def test_tick_without_a_command_sends_nothing(self, bench: Bench) -> None:
+        bench.drive(Wheels(1.0, 1.0))
         assert bench.filter.commit() == (None, None, ())
         assert len(bench.sent) == 1
 
@@ -117,14 +120,11 @@ class TestCommit:
         bench = Bench(AccelerationLimit(2.0))
         for _ in range(3):
             bench.filter.ask(Wheels(9.0, 9.0))
-            bench.filter.ask(Wheels(9.0, 9.0))
-            bench.filter.commit()
+            bench.drive(Wheels(9.0, 9.0))
         assert bench.sent == [(2.0, 2.0), (4.0, 4.0), (6.0, 6.0)]
 
-    def test_command_is_not_sent_if_a_rule_raises(self) -> None:
-        bench = Bench()
-        bench.filter.ask(Wheels(5.0, 5.0))
-        bench.filter.commit()
+    def test_command_is_not_sent_if_a_rule_raises(self, bench: Bench) -> None:
+        bench.drive(Wheels(5.0, 5.0))
         bench.filter._rules = (Failing(),)
         with pytest.raises(DeviceError):
             bench.filter.ask(Wheels(1.0, 1.0))
@@ -132,15 +132,13 @@ class TestCommit:
             bench.filter.commit()
         assert bench.sent == [(5.0, 5.0)]
 
-    def test_sent_velocities_are_those_that_the_motors_accepted(self) -> None:
-        bench = Bench()
+    def test_sent_velocities_are_those_that_the_motors_accepted(self, bench: Bench) -> None:
         bench.right.max_velocity = 2.0
         bench.filter.ask(Wheels(3.0, 3.0))
         assert bench.filter.commit().sent == (3.0, 2.0)
         assert bench.heard == [(Wheels(3.0, 2.0), 0.0)]
 
-    def test_failure_of_one_motor_stops_the_other(self) -> None:
-        bench = Bench()
+    def test_failure_of_one_motor_stops_the_other(self, bench: Bench) -> None:
         bench.right.is_broken = True
         bench.filter.ask(Wheels(5.0, 5.0))
         with pytest.raises(DeviceError):
@@ -160,8 +158,7 @@ class TestCommit:
 class TestThreads:
     """The deadman stops the motors in another thread while the loop runs."""
 
-    def test_deadman_stops_both_motors_while_a_command_hangs(self) -> None:
-        bench = Bench()
+    def test_deadman_stops_both_motors_while_a_command_hangs(self, bench: Bench) -> None:
         going_on = threading.Event()
         bench.left.on_command = lambda velocity: going_on.wait(10) if velocity else None
         bench.filter.ask(Wheels(5.0, 5.0))
@@ -178,16 +175,14 @@ class TestThreads:
     def test_command_before_a_deadman_stop_passes_the_rules_again(self) -> None:
         bench = Bench(AccelerationLimit(3.0))
         for _ in range(3):
-            bench.filter.ask(Wheels(9.0, 9.0))
-            bench.filter.commit()
+            bench.drive(Wheels(9.0, 9.0))
         bench.filter.ask(Wheels(9.0, 9.0))
         bench.filter._stop_after_lease(0.1)
         assert bench.filter.commit().sent == (3.0, 3.0)
 
 
 class TestLatch:
-    def test_latch_trips_even_if_a_motor_fails_to_stop(self) -> None:
-        bench = Bench()
+    def test_latch_trips_even_if_a_motor_fails_to_stop(self, bench: Bench) -> None:
         bench.left.is_broken = True
         with pytest.raises(InvalidCommandError):
             bench.filter.ask(Wheels(math.nan, 0.0))
@@ -197,8 +192,7 @@ class TestLatch:
 
 
 class TestStop:
-    def test_stop_replaces_an_earlier_command_of_the_tick(self) -> None:
-        bench = Bench()
+    def test_stop_replaces_an_earlier_command_of_the_tick(self, bench: Bench) -> None:
         bench.filter.ask(Wheels(9.0, 9.0))
         bench.filter.stop()
         assert bench.filter.commit() == ((0.0, 0.0), (0.0, 0.0), ())
@@ -207,17 +201,14 @@ class TestStop:
     def test_command_after_a_stop_begins_at_rest(self) -> None:
         bench = Bench(AccelerationLimit(2.0))
         for _ in range(2):
-            bench.filter.ask(Wheels(9.0, 9.0))
-            bench.filter.commit()
+            bench.drive(Wheels(9.0, 9.0))
         bench.filter.stop()
         assert bench.sent[-1] == (0.0, 0.0)
         assert bench.filter.ask(Wheels(9.0, 9.0)) == (2.0, 2.0)
 
     @pytest.mark.parametrize("broken", ["left", "right"])
-    def test_other_wheel_stops_if_one_fails(self, broken: str) -> None:
-        bench = Bench()
-        bench.filter.ask(Wheels(5.0, 5.0))
-        bench.filter.commit()
+    def test_other_wheel_stops_if_one_fails(self, bench: Bench, broken: str) -> None:
+        bench.drive(Wheels(5.0, 5.0))
         getattr(bench, broken).is_broken = True
         with pytest.raises(DeviceError) as raised:
             bench.filter.stop()
@@ -228,10 +219,8 @@ class TestStop:
 
 class TestNumbers:
     @pytest.mark.parametrize("wheels", [Wheels(math.nan, 1.0), Wheels(1.0, math.nan), Wheels(math.inf, 0.0)])
-    def test_invalid_velocity_stops_both_motors_at_once(self, wheels: Wheels) -> None:
-        bench = Bench()
-        bench.filter.ask(Wheels(5.0, 5.0))
-        bench.filter.commit()
+    def test_invalid_velocity_stops_both_motors_at_once(self, bench: Bench, wheels: Wheels) -> None:
+        bench.drive(Wheels(5.0, 5.0))
         for use in (lambda: bench.filter.ask(wheels), lambda: bench.filter.ask(Wheels(1.0, 1.0)), bench.filter.commit):
             with pytest.raises(InvalidCommandError):
                 use()
@@ -244,10 +233,8 @@ class TestNumbers:
 
 
 class TestDeadman:
-    def test_deadman_stop_between_ticks_is_an_intervention_of_the_next_tick(self) -> None:
-        bench = Bench()
-        bench.filter.ask(Wheels(5.0, 4.0))
-        bench.filter.commit()
+    def test_deadman_stop_between_ticks_is_an_intervention_of_the_next_tick(self, bench: Bench) -> None:
+        bench.drive(Wheels(5.0, 4.0))
         bench.sleep(0.5)
         assert bench.sent == [(5.0, 4.0), (0.0, 0.0)]
         (cut,) = bench.filter.commit().interventions
@@ -256,14 +243,11 @@ class TestDeadman:
         assert bench.filter.commit().interventions == ()
 
     @pytest.mark.parametrize("is_stop", [True, False])
-    def test_deadman_does_not_stop_stopped_wheels(self, is_stop: bool) -> None:
-        bench = Bench()
-        bench.filter.ask(Wheels(5.0, 5.0))
-        bench.filter.commit()
+    def test_deadman_does_not_stop_stopped_wheels(self, bench: Bench, is_stop: bool) -> None:
+        bench.drive(Wheels(5.0, 5.0))
         if is_stop:
             bench.filter.stop()
         else:
-            bench.filter.ask(Wheels(0.0, 0.0))
-            bench.filter.commit()
+            bench.drive(Wheels(0.0, 0.0))
         bench.sleep(1.0)
         assert bench.filter.commit().interventions == ()

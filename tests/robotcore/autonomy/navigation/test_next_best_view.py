@@ -79,8 +79,7 @@ class TestGains:
         assert measure_gain(grid, coverage) == pytest.approx(math.pi * VIEW_M**2 / 2, rel=0.1)
 
     def test_walls_hide_cells_behind_them(self, grid: OccupancyGrid, coverage: Coverage) -> None:
-        coverage.seen[:] = True
-        coverage.seen[grid.disc(1.2, 0.0, 0.3)] = False
+        coverage.seen[:] = ~grid.disc(1.2, 0.0, 0.3)
         assert measure_gain(grid, coverage) > 0.2
         mark_occupied(grid, 0.5, 0.5, -1.0, 1.0)
         assert measure_gain(grid, coverage) == 0.0
@@ -89,21 +88,18 @@ class TestGains:
     def test_view_passes_a_little_unknown_area(
         self, grid: OccupancyGrid, coverage: Coverage, thickness: float, is_seen: bool
     ) -> None:
-        coverage.seen[:] = True
-        coverage.seen[grid.disc(1.2, 0.0, 0.3)] = False
+        coverage.seen[:] = ~grid.disc(1.2, 0.0, 0.3)
         mark_unknown(grid, 0.2, 0.2 + thickness, -1.0, 1.0)
         assert (measure_gain(grid, coverage) > 0.2) is is_seen
 
     def test_area_behind_a_near_uncertain_wall_counts_less(self, grid: OccupancyGrid, coverage: Coverage) -> None:
-        coverage.seen[:] = True
-        coverage.seen[grid.disc(1.2, 0.0, 0.3)] = False
+        coverage.seen[:] = ~grid.disc(1.2, 0.0, 0.3)
         open_gain = measure_gain(grid, coverage)
         mark_occupied(grid, CLOSE_M - 0.1, CLOSE_M - 0.1, -1.0, 1.0, nearest_echo=1.0)
         assert measure_gain(grid, coverage) == pytest.approx(GAP_PROBABILITY * open_gain)
 
     def test_far_uncertain_walls_hide_cells(self, grid: OccupancyGrid, coverage: Coverage) -> None:
-        coverage.seen[:] = True
-        coverage.seen[grid.disc(1.4, 0.0, 0.2)] = False
+        coverage.seen[:] = ~grid.disc(1.4, 0.0, 0.2)
         mark_occupied(grid, CLOSE_M + 0.2, CLOSE_M + 0.2, -1.0, 1.0, nearest_echo=1.0)
         assert measure_gain(grid, coverage) == 0.0
 
@@ -130,22 +126,19 @@ class TestLookRound:
 
 class TestUnseenBearings:
     def test_bearings_point_to_unseen_area(self, grid: OccupancyGrid, coverage: Coverage) -> None:
-        coverage.seen[:] = True
-        coverage.seen[grid.disc(0.0, 1.0, 0.4)] = False
+        coverage.seen[:] = ~grid.disc(0.0, 1.0, 0.4)
         bearings = coverage.unseen_bearings(HERE)
         assert bearings.mean() == pytest.approx(math.pi / 2, abs=0.1)
         assert np.ptp(bearings) < 1.3
 
     def test_bearings_are_relative_to_the_heading(self, grid: OccupancyGrid, coverage: Coverage) -> None:
-        coverage.seen[:] = True
-        coverage.seen[grid.disc(0.0, 1.0, 0.4)] = False
+        coverage.seen[:] = ~grid.disc(0.0, 1.0, 0.4)
         bearings = coverage.unseen_bearings(Pose(0.0, 0.0, -math.pi / 2 + 0.5 + math.tau))
         assert ((bearings >= -math.pi) & (bearings < math.pi)).all()
         assert np.cos(bearings).max() < -0.2
 
     def test_tiny_area_has_no_bearing(self, grid: OccupancyGrid, coverage: Coverage) -> None:
-        coverage.seen[:] = True
-        coverage.seen[grid.disc(0.0, 1.0, 0.07)] = False
+        coverage.seen[:] = ~grid.disc(0.0, 1.0, 0.07)
         assert not coverage.unseen_bearings(HERE).size
 
 
