@@ -6,7 +6,6 @@ The check itself runs on the robot, and goes on if the connection breaks.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 from robotcore.deploy.agent.releases import HEALTHY, HEALTHY_WITHIN_S, UNHEALTHY
 from robotcore.deploy.errors import BROKEN
@@ -38,71 +37,65 @@ def rollback(host: RobotAddress, ssh_config: Path | None, release: str | None, o
     ssh_config: an ssh configuration in place of the user's.
     release: the release's name; None for the newest healthy release before the current one.
     on_step: this function is called with the progress.
-    Raises UsageError if the robot has no release of that name, and the errors of `HealthCheckClient.follow`.
+    Raises UsageError if the robot has no release of that name, and the errors of `follow_check`.
     """
     with RobotLink(host, ssh_config) as link:
-        check = HealthCheckClient(host, ssh_config, Step(STEP, on_step))
         try:
-            return check.follow(link, "rollback", release=release, healthy_within_s=HEALTHY_WITHIN_S)
+            return follow_check(link, ssh_config, Step(STEP, on_step), "rollback", release, HEALTHY_WITHIN_S)
         except DeployError as error:
             if error.kind == UNKNOWN_RELEASE:
                 raise UsageError(str(error)) from error
             raise
 
 
-class HealthCheckClient:
-    """Begins a health check on a robot, and follows it to its end. ``step`` reports the progress of the check."""
+def follow_check(
+    link: RobotLink, ssh_config: Path | None, step: Step, action: str, release: str | None, healthy_within_s: float
+) -> str:
+    """Make the robot check a release, and report the progress. Return the name of the healthy release.
 
-    def __init__(self, host: RobotAddress, ssh_config: Path | None, step: Step) -> None:
-        self._host, self._ssh_config, self._step = host, ssh_config, step
-        self._release: str | None = None
+    If the connection breaks, the function connects again. It needs the release's name to ask for the result.
 
-    def follow(self, link: RobotLink, action: str, release: str | None, **arguments: Any) -> str:
-        """Make the robot check a release, and report the progress. Return the name of the healthy release.
+    link: an open link to the robot.
+    ssh_config: an ssh configuration in place of the user's, for the commands in error messages.
+    step: reports the progress of the check.
+    action: ``activate`` or ``rollback``.
+    release: the release's name; None if the robot shall choose the release.
+    healthy_within_s: the time limit for the app's first tick, in s.
+    Raises UnhealthyError if the release is not healthy, and DeployError if the client does not get the result.
+    """
 
-        If the connection breaks, the method connects again. It needs the release's name to ask for the result.
+    def show_message(message: ProgressMessage) -> None:
+        nonlocal release
+        release = message.release or release
+        step.update(message.text)
 
-        action: ``activate`` or ``rollback``.
-        release: the release's name; None if the robot shall choose the release.
-        arguments: the other parameters of the action.
-        Raises UnhealthyError if the release is not healthy, and DeployError if the client does not get the result.
-        """
-        self._release = release
-        clock = MonotonicClock()
-        for attempt in range(1 + ATTEMPTS):
-            try:
-                if attempt:
-                    self._step.update(RECONNECTING)
-                    clock.sleep_until(clock.now() + PAUSE_S)
-                    link.reconnect()
-                result = link.call(
-                    action, HealthAnswer, on_message=self._show_message, release=self._release, **arguments
-                )
-                break
-            except DeployError as error:
-                if attempt == 0 and error.kind != BROKEN:
-                    raise
-                if not self._release or attempt == ATTEMPTS:
-                    hint = status_hint(self._host, self._ssh_config)
-                    raise DeployError(f"{error}. {hint}", kind=error.kind) from error
-                action = "activate"
-        return self._finish(result)
-
-    def _show_message(self, message: ProgressMessage) -> None:
-        self._release = message.release or self._release
-        self._step.update(message.text)
-
-    def _finish(self, result: HealthAnswer) -> str:
-        if result.outcome != HEALTHY:
-            raise UnhealthyError(
-                _format_failure(self._host, result, command_hint("logs", self._host, self._ssh_config)),
-                release=result.release,
-                outcome=result.outcome,
-                current=result.current,
-                lines=tuple(result.lines),
+    clock = MonotonicClock()
+    for attempt in range(1 + ATTEMPTS):
+        try:
+            if attempt:
+                step.update(RECONNECTING)
+                clock.sleep_until(clock.now() + PAUSE_S)
+                link.reconnect()
+            result = link.call(
+                action, HealthAnswer, on_message=show_message, release=release, healthy_within_s=healthy_within_s
             )
-        self._step.finish(f"{result.release} is healthy; {'it runs' if result.is_running else result.reason}")
-        return result.release
+            break
+        except DeployError as error:
+            if attempt == 0 and error.kind != BROKEN:
+                raise
+            if not release or attempt == ATTEMPTS:
+                raise DeployError(f"{error}. {status_hint(link.host, ssh_config)}", kind=error.kind) from error
+            action = "activate"
+    if result.outcome != HEALTHY:
+        raise UnhealthyError(
+            _format_failure(link.host, result, command_hint("logs", link.host, ssh_config)),
+            release=result.release,
+            outcome=result.outcome,
+            current=result.current,
+            lines=tuple(result.lines),
+        )
+    step.finish(f"{result.release} is healthy; {'it runs' if result.is_running else result.reason}")
+    return result.release
 
 
 def status_hint(host: RobotAddress, ssh_config: Path | None) -> str:

@@ -89,8 +89,8 @@ def push(request: Push, on_step: OnStep = print) -> str:
             wheels = shutil.copytree(fetch_wheels(release.requirements, target, step.update), bundle.folder / WHEELS)
             step.finish(f"{len(list(wheels.iterdir()))} for {target}")
         name = _upload(link, release, bundle, on_step, is_offline=request.is_offline)
-        check = health.HealthCheckClient(request.host, request.ssh_config, Step(health.STEP, on_step))
-        return check.follow(link, "activate", name, healthy_within_s=request.healthy_within_s)
+        step = Step(health.STEP, on_step)
+        return health.follow_check(link, request.ssh_config, step, "activate", name, request.healthy_within_s)
 
 
 def _build_checked_bundle(request: Push, folder: Path, on_step: OnStep) -> tuple[Bundle, tuple[str, ...]]:

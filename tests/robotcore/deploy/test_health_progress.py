@@ -48,11 +48,10 @@ def prompt(monkeypatch: pytest.MonkeyPatch, robot: Sshd) -> None:
     (robot.home / "begun").unlink(missing_ok=True)
 
 
-def follow(link: RobotLink, robot: Sshd, release: str | None = NEW) -> list[StepProgress]:
+def follow(link: RobotLink, robot: Sshd) -> list[StepProgress]:
     """Follow a health check; return its progress."""
     steps: list[StepProgress] = []
-    check = health.HealthCheckClient(link.host, robot.config, Step(health.STEP, steps.append))
-    check.follow(link, "activate", release, healthy_within_s=5.0)
+    health.follow_check(link, robot.config, Step(health.STEP, steps.append), "activate", NEW, 5.0)
     return steps
 
 
@@ -68,8 +67,7 @@ def follow_broken_connection(robot: Sshd, action: str = "activate", release: str
                 os.kill(pid, signal.SIGKILL)
 
     with RobotLink(RobotAddress(robot.host), robot.config) as link:
-        check = health.HealthCheckClient(link.host, robot.config, Step(health.STEP, break_connection))
-        check.follow(link, action, release, healthy_within_s=5.0)
+        health.follow_check(link, robot.config, Step(health.STEP, break_connection), action, release, 5.0)
     return steps
 
 

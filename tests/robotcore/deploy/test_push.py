@@ -3,7 +3,6 @@ from __future__ import annotations
 import os
 import shutil
 import signal
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -157,20 +156,15 @@ def test_release_that_cannot_be_installed_is_deleted_and_the_current_one_stays(
     assert (list_folders(robot, "releases"), (root / "current").readlink()) == before
 
 
-def install_checks(monkeypatch: pytest.MonkeyPatch, of_bundle: Callable[[object, Report], CheckResult]) -> None:
-    """Replace the checks of the project, which it passes, and that of the bundle."""
-    for name in ("run_tests", "check_descriptions"):
-        monkeypatch.setattr(push_module, name, lambda _project, _report: CheckResult("12 passed"))
-    monkeypatch.setattr(push_module, "simulate", of_bundle)
-
-
 def test_nothing_is_sent_before_every_check_is_passed(
     push_request: Push, robot: Sshd, monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:
     def fail(_project: object, report: Report) -> CheckResult:
         raise UnprovenError("simulation: 1 of 3 verified", kind="run-failed")
 
-    install_checks(monkeypatch, fail)
+    for name in ("run_tests", "check_descriptions"):
+        monkeypatch.setattr(push_module, name, lambda _project, _report: CheckResult("12 passed"))
+    monkeypatch.setattr(push_module, "simulate", fail)
     before = [list_folders(robot, below) for below in ("releases", "incoming")]
     steps: list[StepProgress] = []
     with raises(UnprovenError, "run-failed"):

@@ -121,14 +121,10 @@ def test_platforms_depend_on_the_version_of_the_c_library() -> None:
 
 
 def test_too_old_python_is_refused(tmp_path: Path, raises: Raises) -> None:
-    project = write_project(
-        tmp_path, '[project]\nrequires-python = ">=3.12"\n[tool.robotcore]\napp="app.py"\nrobot="rover"\n'
-    )
+    table = '[project]\nrequires-python = "{}"\n[tool.robotcore]\napp="app.py"\nrobot="rover"\n'
+    project = write_project(tmp_path, table.format(">=3.12"))
     Platform("3.13.0rc1", "aarch64").require_python(project)
     with raises(DeployError, "python-version", required=">=3.12", found="3.11.2"):
         Platform("3.11.2", "aarch64").require_python(project)
-    project = write_project(
-        tmp_path, '[project]\nrequires-python = "three"\n[tool.robotcore]\napp="app.py"\nrobot="rover"\n'
-    )
     with raises(DescriptionError, key="project.requires-python"):
-        Platform("3.11.2", "aarch64").require_python(project)
+        Platform("3.11.2", "aarch64").require_python(write_project(tmp_path, table.format("three")))

@@ -36,32 +36,24 @@ def test_release_of_another_format_is_listed_as_unreadable(layout: Layout) -> No
     assert answer["unreadable"] == "release.json has the format 2; this robotcore reads 1"
 
 
-def test_recording_that_is_being_written_is_marked(layout: Layout) -> None:
+def test_links_folders_and_recordings_that_are_being_written_are_marked(layout: Layout) -> None:
     layout.recordings.mkdir(parents=True)
-    (layout.recordings / "ended 'ü'.mcap").write_bytes(b"whole")
+    (layout.recordings / os.fsdecode("ended 'ü' ".encode() + b"\xff.mcap")).write_bytes(b"whole")
     (layout.recordings / "empty.mcap").touch()
+    (layout.recordings / "folder").mkdir()
+    (layout.recordings / "link.mcap").symlink_to("/etc/hostname")
     with (layout.recordings / "running.mcap").open("wb") as file:
         file.write(b"half")
         file.flush()
         answer = admin_actions.list_recordings(layout)["recordings"]
-    assert answer == [
-        {"name": "ended 'ü'.mcap", "bytes": 5, "is_file": True, "is_being_written": False},
-        {"name": "running.mcap", "bytes": 4, "is_file": True, "is_being_written": True},
+    assert [(each["name"], each["is_file"], each["is_being_written"]) for each in answer] == [
+        ("ended 'ü' \\xff.mcap", True, False),
+        ("folder", False, False),
+        ("link.mcap", False, False),
+        ("running.mcap", True, True),
     ]
+    assert (answer[0]["bytes"], answer[-1]["bytes"]) == (5, 4)
     assert not any(each["is_being_written"] for each in admin_actions.list_recordings(layout)["recordings"])
-
-
-def test_links_folders_and_names_that_are_not_text_are_listed(layout: Layout) -> None:
-    layout.recordings.mkdir(parents=True)
-    (layout.recordings / "folder").mkdir()
-    (layout.recordings / "link.mcap").symlink_to("/etc/hostname")
-    (layout.recordings / os.fsdecode(b"\xff.mcap")).write_bytes(b"x")
-    listed = admin_actions.list_recordings(layout)["recordings"]
-    assert [(each["name"], each["is_file"]) for each in listed] == [
-        ("folder", False),
-        ("link.mcap", False),
-        ("\\xff.mcap", True),
-    ]
 
 
 def test_only_closed_recordings_with_equal_content_are_erased(layout: Layout) -> None:

@@ -99,16 +99,11 @@ def robot(layout: Layout) -> Layout:
     return layout
 
 
-def start_push(robot: Layout, release: str) -> subprocess.Popen[str]:
-    command = [sys.executable, "-c", BEGIN, str(robot.home), release]
-    connection = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-    assert connection.stdout
-    assert connection.stdout.readline() == "begun\n"
-    return connection
-
-
 def test_new_push_takes_over_a_broken_upload_and_deletes_the_others(robot: Layout) -> None:
-    with start_push(robot, OLD) as connection:
+    command = [sys.executable, "-c", BEGIN, str(robot.home), OLD]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as connection:
+        assert connection.stdout
+        assert connection.stdout.readline() == "begun\n"
         (robot.incoming / OLD / "half").write_text("sent")
         assert not any(uploads.open_upload(robot, NEW).iterdir()), "a running push keeps its upload"
         connection.kill()

@@ -110,14 +110,19 @@ def test_push_killed_at_any_moment_changes_no_release_and_the_next_one_works(lay
     put_releases(layout, OLD, current=OLD)
     before = read_files(layout.releases / OLD)
     deaths = 0
-    while _install_killed(layout, NEW, deaths) == -signal.SIGKILL:
+    while True:
+        push_actions.begin_upload(layout, release=NEW, size=0)
+        send_release(layout, NEW)
+        command = [sys.executable, "-c", INSTALL, str(layout.home), NEW, str(deaths), *CHANGES]
+        if subprocess.run(command, stdout=subprocess.DEVNULL, check=False).returncode != -signal.SIGKILL:
+            break
         deaths += 1
         assert read_files(layout.releases / OLD) == before
         answer = admin_actions.list_releases(layout)
         assert answer["current"] == OLD
         if (layout.incoming / NEW).exists():
             assert [each["name"] for each in answer["releases"]] == [OLD]
-            _abandon_upload(layout, NEW)
+            (layout.incoming / NEW).rename(layout.incoming / OLD)  # the upload of a process that no longer runs
         else:
             _require_complete(layout.releases / NEW)
             (layout.releases / NEW).rename(layout.home / f"installed-{deaths}")
@@ -131,17 +136,3 @@ def test_push_killed_at_any_moment_changes_no_release_and_the_next_one_works(lay
 def _require_complete(release: Path) -> None:
     assert Release.read(release).name == NEW
     assert (release / "environment" / "bin" / "python").exists()
-
-
-def _install_killed(layout: Layout, release: str, deaths: int) -> int:
-    push_actions.begin_upload(layout, release=release, size=0)
-    send_release(layout, release)
-    arguments = [str(layout.home), release, str(deaths), *CHANGES]
-    return subprocess.run(
-        [sys.executable, "-c", INSTALL, *arguments], stdout=subprocess.DEVNULL, check=False
-    ).returncode
-
-
-def _abandon_upload(layout: Layout, release: str) -> None:
-    """Give the upload of a killed push a process that no longer runs."""
-    (layout.incoming / release).rename(layout.incoming / "2026-01-01T00-00-00Z")
