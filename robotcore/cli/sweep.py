@@ -12,7 +12,7 @@ from robotcore.cli.command_classes import AnsweringCommand
 from robotcore.cli.options import FolderType, parse_count, parse_names, run_options
 from robotcore.cli.output import redirect_prints, write_line
 from robotcore.cli.sweep_output import show_resumed, show_sweep
-from robotcore.errors import BackendError, Interrupted, UsageError
+from robotcore.errors import BackendError, Interrupted, RobotcoreError, UsageError
 
 if TYPE_CHECKING:
     from robotcore.runtime.plan import RunRequest
@@ -123,8 +123,13 @@ def command(
     results = Results(sweep, out, fresh=fresh)
     with redirect_prints(as_json=as_json):
         has_verify = preflight(sweep)
-        ended_by = _execute_missing_runs(results, engine, is_quiet=as_json)
-    page = _write_report(results, report, line, bounds) if report and not ended_by else None
+        ended_by: Interrupted | RobotcoreError | None = _execute_missing_runs(results, engine, is_quiet=as_json)
+    page = None
+    if report and not ended_by:
+        try:
+            page = _write_report(results, report, line, bounds)
+        except UsageError as error:  # the summary comes first
+            ended_by = error
     status = show_sweep(results, bounds, ended_by, as_json=as_json, has_verify=has_verify)
     if page:
         write_line(f"The report: {page}", is_error=as_json)

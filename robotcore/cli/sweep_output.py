@@ -7,7 +7,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from robotcore.cli.output import write, write_failure, write_json, write_line
-from robotcore.errors import BackendError, Interrupted
+from robotcore.errors import Interrupted, RobotcoreError
 
 if TYPE_CHECKING:
     from robotcore.sweep.record import Record
@@ -38,7 +38,7 @@ def show_resumed(results: Results, done: int) -> None:
 def show_sweep(
     results: Results,
     requirements: Sequence[Requirement],
-    ended_by: Interrupted | BackendError | None,
+    ended_by: Interrupted | RobotcoreError | None,
     *,
     as_json: bool,
     has_verify: bool,
@@ -47,7 +47,7 @@ def show_sweep(
 
     results: the results of the sweep.
     requirements: the bounds of ``--require``. They are only checked if all runs are done.
-    ended_by: the error that ended the sweep early, or None.
+    ended_by: the error that ended the sweep, or that prevented its report; None if there was none.
     as_json: whether to print one line of JSON instead of the summary.
     has_verify: whether a judge is named or the app has a method ``verify``.
     """
@@ -55,7 +55,8 @@ def show_sweep(
 
     groups = group_records(results.records())
     failing = [record for record in results.records() if record.is_failure]
-    checked = [] if ended_by else requirements
+    done = sum(group.runs for group in groups)
+    checked = requirements if done == len(results.sweep) else []
     misses = list_missed_requirements(checked, groups)
     status = ended_by.exit_status if ended_by else REQUIREMENT_MISSED if misses else 0
     if as_json:
@@ -107,8 +108,8 @@ def _round(value: Any) -> Any:
     return round(value, DIGITS) if isinstance(value, float) else value
 
 
-def _make_error_payload(ended_by: Interrupted | BackendError | None) -> dict[str, str]:
-    return {"error": str(ended_by), "kind": ended_by.kind} if isinstance(ended_by, BackendError) else {}
+def _make_error_payload(ended_by: Interrupted | RobotcoreError | None) -> dict[str, str]:
+    return {"error": str(ended_by), "kind": ended_by.kind} if isinstance(ended_by, RobotcoreError) else {}
 
 
 def _write_summary(results: Results, groups: Sequence[Group], failing: Sequence[Record], *, has_verify: bool) -> None:
@@ -136,7 +137,7 @@ def _show_ending(
     results: Results,
     groups: Sequence[Group],
     misses: Sequence[str],
-    ended_by: Interrupted | BackendError | None,
+    ended_by: Interrupted | RobotcoreError | None,
 ) -> None:
     for miss in misses:
         write_failure(miss)

@@ -40,10 +40,8 @@ def write_report(
     from robotcore.sweep.report.page import render_page
 
     html = render_page(records, folder, command, worlds, requirements)
-    with _report_errors(directory):
-        directory.mkdir(parents=True, exist_ok=True)
-        with replace_text(directory / PAGE, errors="replace") as file:
-            file.write(html)
+    with _make_folder(directory), replace_text(directory / PAGE, errors="replace") as file:
+        file.write(html)
     return directory / PAGE
 
 
@@ -59,18 +57,16 @@ def require_writable(directory: Path) -> None:
             module="jinja2",
             extra="sweep",
         )
-    made = [folder for folder in (directory, *directory.parents) if not folder.exists()]
-    with _report_errors(directory):
-        directory.mkdir(parents=True, exist_ok=True)
+    with _make_folder(directory):
         require_replaceable(directory / PAGE)
-    with suppress(OSError):  # a folder stays if another process has written a file into it
-        for folder in made:
-            folder.rmdir()
 
 
 @contextmanager
-def _report_errors(directory: Path) -> Iterator[None]:
+def _make_folder(directory: Path) -> Iterator[None]:
+    """Create the folder of a report, and report errors. A folder that is still empty at the end is deleted again."""
+    made = [folder for folder in (directory, *directory.parents) if not folder.exists()]
     try:
+        directory.mkdir(parents=True, exist_ok=True)
         yield
     except OSError as error:
         raise UsageError(
@@ -78,3 +74,7 @@ def _report_errors(directory: Path) -> Iterator[None]:
             kind="unusable-folder",
             directory=str(directory),
         ) from error
+    finally:
+        with suppress(OSError):  # the folder has a file
+            for folder in made:
+                folder.rmdir()

@@ -1,22 +1,24 @@
 from __future__ import annotations
 
+import errno
 import json
 import os
 import re
+import shlex
 import signal
 import subprocess
 import sys
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
+from html import unescape
 from pathlib import Path
-from types import ModuleType
-from typing import Any
+from unittest.mock import Mock
 
 import pytest
 
 from robotcore import Outcome, RunRequest
 from robotcore.cli.sweep import command
-from robotcore.errors import BackendError, BackendMissingError
+from robotcore.errors import BackendError
 from robotcore.sweep import Record, Sweep
 from robotcore.sweep.single_run import RunOutput, perform
 from tests.robotcore.cli.conftest import Cli
@@ -42,46 +44,27 @@ def test_every_combination_is_run_and_reported(cli: Cli, requests: list[RunReque
     assert done.err == ""
 
 
-def test_json_is_one_line(cli: Cli, requests: list[RunRequest]) -> None:
-    done = cli(*SHORT, "--seeds", "1-2", "--json", "--out", "here")
+@pytest.mark.slow
+def test_json_is_one_line_with_the_request_and_each_documented_key(
+    cli: Cli, requests: list[RunRequest], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def perform_verified(request: RunRequest) -> RunOutput:
+        assert request.seed
+        ended = perform(request)
+        result = replace(ended.record.result, sim_time_s=20 + request.seed / 3, verified=True)
+        return RunOutput(replace(ended.record, result=result))
+
+    monkeypatch.setattr("tests.robotcore.cli.conftest.perform", perform_verified)
+    done = cli(*SHORT, "--judge", "green-search", "--seeds", "5,1-2", "--json", "--out", "here")
     assert (done.status, done.err) == (0, "")
-    assert (done.json["runs"], done.json["done"], done.json["failing"], done.json["missed"]) == (2, 2, 0, [])
-    assert done.json["directory"] == "here"
     (group,) = done.json["groups"]
-    assert (group["backend"], group["world"], group["verified"], group["contacts"]) == ("kinematic", "open", None, 0)
-    assert (group["verified_share"], group["success_share"]) == (None, 1.0)
-
-
-@pytest.mark.slow
-def test_json_repeats_the_request(cli: Cli, requests: list[RunRequest]) -> None:
-    arguments = ("sweep", "green-search", "--timeout", "0.1", "--judge", "green-search", "--world", "open,arena")
-    done = cli(*arguments, "--seeds", "5,1-2", "--json").json
-    assert (done["app"], done["judge"], done["seeds"]) == ("green-search", "green-search", "5,1-2")
-    assert (done["backends"], done["worlds"]) == (["kinematic"], ["open", "arena"])
-
-
-@pytest.mark.slow
-def test_the_page_explains_every_key(cli: Cli, requests: list[RunRequest]) -> None:
-    done = cli(*SHORT, "--seeds", "1", "--json").json
     guide = (Path(__file__).parents[3] / "docs" / "sweeps.md").read_text(encoding="utf-8")
-    assert [key for key in (*done, *done["groups"][0]) if f"`{key}`" not in guide] == []
-
-
-@pytest.mark.slow
-def test_json_numbers_have_six_decimals(cli: Cli, requests: list[RunRequest], monkeypatch: pytest.MonkeyPatch) -> None:
-    times = iter((26.4, 26.500000000000007))
-    monkeypatch.setattr(
-        "tests.robotcore.cli.conftest.perform", lambda request: _perform_with_time(request, next(times))
-    )
-    (group,) = cli(*SHORT, "--seeds", "1-2", "--json").json["groups"]
-    assert group["median_time_s"] == 26.45
-    assert group["verified_95"] == [0.34238, 1.0]
-
-
-def _perform_with_time(request: RunRequest, time: float) -> RunOutput:
-    ended = perform(request)
-    result = replace(ended.record.result, sim_time_s=time, verified=True)
-    return RunOutput(replace(ended.record, result=result))
+    assert [key for key in (*done.json, *group) if f"`{key}`" not in guide] == []
+    expected = {"app": "mark-green", "judge": "green-search", "seeds": "5,1-2", "backends": ["kinematic"]}
+    counts = {"worlds": ["open"], "runs": 3, "done": 3, "failing": 0, "missed": [], "directory": "here"}
+    assert done.json | expected | counts == done.json
+    assert (group["backend"], group["world"], group["verified"], group["contacts"]) == ("kinematic", "open", 3, 0)
+    assert group | {"success_share": 1.0, "verified_95": [0.438503, 1.0], "median_time_s": 20.666667} == group
 
 
 @pytest.mark.slow
@@ -186,16 +169,6 @@ def test_an_exclusive_simulator_has_one_run_at_a_time(
     assert given == [at_a_time]
 
 
-def test_a_missing_backend_has_exit_status_3(cli: Cli, monkeypatch: pytest.MonkeyPatch, check_text: CheckText) -> None:
-    def rehearse(_: object) -> None:
-        raise BackendMissingError("no simulator")
-
-    monkeypatch.setattr("robotcore.sweep.preflight.preflight", rehearse)
-    answer = cli(*SHORT)
-    assert (answer.status, answer.out) == (3, "")
-    check_text(answer.err)
-
-
 @pytest.mark.slow
 def test_ctrl_c_in_a_terminal_stops_at_once(tmp_path: Path) -> None:
     app = tmp_path / "slow.py"
@@ -223,35 +196,29 @@ def test_every_field_of_a_request_has_an_option_except_gui_and_realtime() -> Non
 
 
 @pytest.mark.slow
-def test_a_report_has_all_results_of_the_folder(
-    cli: Cli, requests: list[RunRequest], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    done = _replace_report(monkeypatch)
-    assert cli(*SHORT, "--seeds", "1-2", "--out", "here", "--report", "page").out.endswith(
-        "The report: page/index.html\n"
-    )
-    records, directory, pictures = done["given"]
-    assert [record.result.seed for record in records] == [1, 2]
-    assert (directory, pictures, done["worlds"]) == (Path("page"), Path("here"), [])
-    line = "robotcore sweep mark-green --world open --set duration_s=0.2 --seeds 1-2 --out here --report page"
-    assert done["command"] == line
+def test_a_report_has_all_results_of_the_folder_and_the_requirements(cli: Cli, requests: list[RunRequest]) -> None:
+    arguments = (*SHORT, "--seeds", "1-2", "--out", "here", "--report", "page", "--require", "contacts<=0")
+    assert cli(*arguments).out.endswith("The report: page/index.html\n")
+    page = re.sub("<[^>]*>", "", Path("page/index.html").read_text(encoding="utf-8"))
+    words = (shlex.join(["robotcore", *arguments]), "Seeds1-2", "contacts<=0")
+    assert [text for text in words if text not in unescape(page)] == []
 
 
 @pytest.mark.slow
-def test_a_report_has_the_requirements(cli: Cli, requests: list[RunRequest], monkeypatch: pytest.MonkeyPatch) -> None:
-    done = _replace_report(monkeypatch)
-    cli(*SHORT, "--seeds", "1", "--out", "here", "--report", "page", "--require", "contacts<=0")
-    assert [str(each) for each in done["requirements"]] == ["contacts<=0"]
-
-
-def test_a_report_that_cannot_be_written_is_reported_before_the_sweep(
-    cli: Cli, requests: list[RunRequest], monkeypatch: pytest.MonkeyPatch, check_text: CheckText
+@pytest.mark.parametrize("options", [(), ("--json",)], ids=["text", "json"])
+def test_a_report_that_does_not_fit_on_the_disk_is_reported_after_the_results(
+    cli: Cli, requests: list[RunRequest], monkeypatch: pytest.MonkeyPatch, options: tuple[str], check_text: CheckText
 ) -> None:
-    _replace_report(monkeypatch, BackendMissingError("no Jinja2"))
-    answer = cli(*SHORT, "--report", "page")
-    assert (answer.status, answer.out) == (3, "")
-    check_text(answer.err)
-    assert requests == []
+    full = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    monkeypatch.setattr("robotcore.sweep.report.replace_text", Mock(side_effect=full))
+    arguments = (*SHORT, "--seeds", "1", "--out", "here", "--report", "new/page", "--require", "contacts<=0")
+    done = cli(*arguments, *options)
+    assert (done.status, Path("new").exists()) == (2, False)
+    check_text(done.err)
+    if options:
+        assert (done.json["done"], done.json["kind"], done.json["exit_status"]) == (1, "unusable-folder", 2)
+    else:
+        assert done.out.endswith("The results: here\n\nMet in every group: contacts<=0\n")
 
 
 def test_a_report_into_an_impossible_folder_is_refused_before_the_sweep(
@@ -260,21 +227,3 @@ def test_a_report_into_an_impossible_folder_is_refused_before_the_sweep(
     done = cli(*SHORT, "--report", "/proc/nope")
     assert (done.status, requests) == (2, [])
     check_text(done.err)
-
-
-def _replace_report(monkeypatch: pytest.MonkeyPatch, error: Exception | None = None) -> dict[str, Any]:
-    """Replace the module that writes reports. Return a dict that receives the arguments of ``write_report``."""
-    done: dict[str, Any] = {}
-
-    def require_writable(directory: Path) -> None:
-        if error:
-            raise error
-
-    def write_report(records: Any, directory: Path, pictures: Path, **more: Any) -> Path:
-        done.update(given=(records, directory, pictures), **more)
-        return directory / "index.html"
-
-    report = ModuleType("robotcore.sweep.report")
-    vars(report).update(require_writable=require_writable, write_report=write_report)
-    monkeypatch.setitem(sys.modules, report.__name__, report)
-    return done
