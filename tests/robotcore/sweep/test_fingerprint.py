@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import platform
 import sys
 from dataclasses import replace
@@ -60,22 +59,14 @@ def test_a_judge_counts_with_the_modules_beside_it(app_file: AppFile, tmp_path: 
     judge.parent.mkdir()
     judge.write_text("LIMIT = 1\n")
     judge.with_name("helper.py").touch()
+    judge.with_name(".#strict.py").symlink_to("somebody@somewhere.1234")  # Emacs locks a file with a broken link
+    judge.with_name("notes.py").mkdir()
     sweep = make_sweep(app_file())
     judged = replace(sweep, request=replace(sweep.request, judge=f"{judge}:Strict"))
     assert set(read_own_files(judged)) - set(read_own_files(sweep)) == {judge, judge.with_name("helper.py")}
     before = _digest(judged)
     judge.write_text("LIMIT = 2\n")
     assert len({before, _digest(judged), _digest(sweep)}) == 3
-
-
-def test_a_file_that_cannot_be_imported_does_not_count(app_file: AppFile) -> None:
-    """Emacs creates a broken link to lock a file. macOS creates a second file for attributes on a foreign disk."""
-    app = Path(app_file())
-    app.with_name(".#odd.py").symlink_to("somebody@somewhere.1234")
-    app.with_name("._odd.py").touch()
-    app.with_name("notes.py").mkdir()
-    app.with_name("helper.py").touch()
-    assert {file.name for file in read_own_files(make_sweep(str(app)))} == {"odd.py", "helper.py"}
 
 
 def _change_request(sweep: Sweep = SWEEP, **changes: Any) -> Sweep:
@@ -104,14 +95,18 @@ def _list_changes(directory: Path, sweep: Sweep = SWEEP) -> list[str]:
         (SWEEP, _change_request(settings={"speed_m_s": "0.2"})),
         (SWEEP, _change_request(randomise=True, rate_hz=10.0)),
         (_change_request(judge="green-search"), SWEEP),
+        (_change_request(settings={f"key{n}": "1" for n in range(7)}), SWEEP),
     ],
-    ids=["other setting", "new setting", "two fields", "no judge"],
+    ids=["other setting", "new setting", "two fields", "no judge", "many"],
 )
-def test_changes_of_the_request_are_listed_by_key(
-    tmp_path: Path, old: Sweep, new: Sweep, check_text: CheckText
+def test_changes_of_the_request_are_listed_by_key_and_leave_the_folder_unchanged(
+    tmp_path: Path, old: Sweep, new: Sweep, raises: Raises
 ) -> None:
-    _begin(tmp_path, old)
-    check_text("\n".join(_list_changes(tmp_path, new)))
+    before = _begin(tmp_path, old).read_bytes()
+    with raises(UsageError, "other-results", directory=str(tmp_path)), Results(new, tmp_path):
+        pass
+    assert {file.name for file in tmp_path.iterdir()} == {MANIFEST, "results.jsonl"}
+    assert (tmp_path / MANIFEST).read_bytes() == before
 
 
 def test_changes_of_the_users_files_are_listed_by_path(
@@ -143,12 +138,6 @@ def test_changes_of_code_and_libraries_are_listed_by_name(
     check_text("\n".join(_list_changes(tmp_path)[:2]))
 
 
-def test_the_error_names_a_few_of_many_changes(tmp_path: Path, raises: Raises) -> None:
-    _begin(tmp_path, _change_request(settings={f"key{n}": "1" for n in range(7)}))
-    with raises(UsageError, "other-results"), Results(SWEEP, tmp_path):
-        pass
-
-
 @pytest.mark.parametrize("content", [b"", b"[]", b"{}", b"\xff"])
 def test_a_damaged_manifest_is_refused_and_fresh_replaces_it(
     tmp_path: Path, content: bytes, check_text: CheckText
@@ -159,17 +148,3 @@ def test_a_damaged_manifest_is_refused_and_fresh_replaces_it(
     check_text("\n".join(_list_changes(tmp_path)))
     with Results(SWEEP, tmp_path, fresh=True):
         assert manifest.read_bytes() == whole
-
-
-def test_the_manifest_has_the_seeds_of_the_last_sweep(tmp_path: Path) -> None:
-    manifest = _begin(tmp_path)
-    assert json.loads(manifest.read_text())["seeds"] == "1-3"
-    _begin(tmp_path, replace(SWEEP, seeds=(5, 7, 8, 9, 2)))
-    assert json.loads(manifest.read_text())["seeds"] == "5,7-9,2"
-
-
-def test_a_refused_folder_does_not_change(tmp_path: Path) -> None:
-    before = _begin(tmp_path).read_bytes()
-    _list_changes(tmp_path, _change_request(rate_hz=10.0))
-    assert {file.name for file in tmp_path.iterdir()} == {MANIFEST, "results.jsonl"}
-    assert (tmp_path / MANIFEST).read_bytes() == before

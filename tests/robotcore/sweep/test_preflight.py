@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import os
-import signal
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,8 +12,8 @@ from robotcore import RunRequest
 from robotcore.errors import BackendError, BehaviourError, UnknownNameError, UsageError
 from robotcore.sweep import LocalEngine, Sweep, run_sweep
 from robotcore.sweep.preflight import preflight
-from tests.robotcore.sweep.conftest import SWEEP_ID, AppFile, make_sweep
-from tests.texts import CheckText, Raises
+from tests.robotcore.sweep.conftest import AppFile, make_sweep
+from tests.texts import Raises
 
 
 @pytest.mark.slow
@@ -64,24 +61,6 @@ def test_an_error_at_import_comes_with_its_traceback(app_file: AppFile, raises: 
     assert 'odd.py", line 5, in <module>\n    1 / 0' in raised.value.traceback
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "sweep, error, status",
-    [
-        (Sweep(RunRequest("green-serch")), UnknownNameError, 2),
-        (Sweep(RunRequest("green-search", settings={"speed_m_s": "fast"})), UsageError, 2),
-    ],
-)
-def test_the_error_equals_that_of_a_check_in_this_process(sweep: Sweep, error: type[UsageError], status: int) -> None:
-    with pytest.raises(error) as expected:
-        sweep.check()
-    with pytest.raises(error) as received:
-        preflight(sweep)
-    assert type(expected.value) is type(received.value)
-    assert str(expected.value) == str(received.value)
-    assert received.value.exit_status == status
-
-
 def test_a_backend_that_ends_the_process_is_refused(app_file: AppFile, raises: Raises) -> None:
     app = Path(app_file())
     app.write_text(app.read_text() + "\n    stopping = property(lambda self: os._exit(7))\n")
@@ -90,28 +69,20 @@ def test_a_backend_that_ends_the_process_is_refused(app_file: AppFile, raises: R
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("code", ["pass", "os._exit(0)", "1 / 0"])
-def test_the_process_of_the_sweep_does_not_import_the_app(app_file: AppFile, tmp_path: Path, code: str) -> None:
+def test_the_process_of_the_sweep_does_not_import_the_app(app_file: AppFile, tmp_path: Path) -> None:
     importers = tmp_path / "importers"
-    app = app_file(code, head=f"print(os.getpid(), file=open({str(importers)!r}, 'a'))")
+    app = app_file("os._exit(0)", head=f"print(os.getpid(), file=open({str(importers)!r}, 'a'))")
     run_sweep(make_sweep(app, seeds=1), LocalEngine(1), tmp_path / "out")
     assert importers.read_text()
     assert str(os.getpid()) not in importers.read_text().split()
 
 
 @pytest.mark.slow
-def test_ctrl_c_during_the_preflight_ends_both_processes(
-    app_file: AppFile, tmp_path: Path, check_text: CheckText
-) -> None:
-    id_file = tmp_path / "child"
-    code = f"open({str(id_file)!r}, 'w').write(str(os.getpid())); os.kill({SWEEP_ID}, signal.SIGINT); Event().wait()"
-    done = subprocess.run(
-        [sys.executable, "-m", "robotcore", "sweep", app_file(head=code), "--out", str(tmp_path / "out")],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == -signal.SIGINT
-    check_text(done.stderr)
-    with pytest.raises(ProcessLookupError):
-        os.kill(int(id_file.read_text()), 0)
+@pytest.mark.parametrize(
+    "request_, kind",
+    [(RunRequest("green-serch"), "unknown-app"), (RunRequest("green-search", options={"a": "1"}), "unknown-option")],
+    ids=["app", "option"],
+)
+def test_a_mistake_that_the_check_finds_is_refused(request_: RunRequest, kind: str, raises: Raises) -> None:
+    with raises(UnknownNameError, kind):
+        preflight(Sweep(request_))

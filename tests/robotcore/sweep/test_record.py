@@ -18,12 +18,6 @@ def test_json_holds_a_complete_record(path: tuple[tuple[float, float, float], ..
     assert Record.from_json(record.to_json()) == record
 
 
-def test_json_is_one_line_with_the_keys_of_the_result_first() -> None:
-    line = make_record().to_json()
-    assert "\n" not in line
-    assert list(json.loads(line)) == [*json.loads(make_record().result.to_json()), "command", "path", "picture"]
-
-
 def test_nan_becomes_null_and_its_points_are_left_out() -> None:
     record = replace(make_record(), path=((0.0, 1.0, 2.0), (0.5, math.nan, 2.0), (1.0, 1.0, math.inf)))
     record = replace(record, result=replace(record.result, distance_to_target_m=math.nan))
@@ -35,10 +29,6 @@ def _make_line(**changes: object) -> str:
     return json.dumps({**json.loads(make_record().to_json()), **changes})
 
 
-def _make_line_without(key: str) -> str:
-    return json.dumps({name: value for name, value in json.loads(_make_line()).items() if name != key})
-
-
 @pytest.mark.parametrize(
     "line",
     [
@@ -47,7 +37,6 @@ def _make_line_without(key: str) -> str:
         pytest.param(b'{"app": "caf\xe9"}\n', id="no Unicode"),
         pytest.param("[]", id="no object"),
         pytest.param("{}", id="no keys"),
-        pytest.param(_make_line_without("path"), id="no path"),
         pytest.param(_make_line(verified="maybe"), id="verified maybe"),
         pytest.param(_make_line(seed="3"), id="seed text"),
         pytest.param(_make_line(sim_time_s=math.nan), id="time nan"),

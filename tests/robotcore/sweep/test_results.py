@@ -7,6 +7,7 @@ import errno
 import os
 from dataclasses import replace
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 
@@ -57,21 +58,15 @@ def test_a_torn_last_line_is_deleted_and_its_run_repeated(tmp_path: Path) -> Non
         assert [record.result.seed for record in again.records()] == [1, 3]
 
 
-def test_fresh_deletes_results_and_pictures(tmp_path: Path) -> None:
-    with Results(SWEEP, tmp_path) as results:
-        record = results.add(_make_output(1, Outcome.TIMEOUT, b"png"))
-    assert record.picture
-    with Results(SWEEP, tmp_path, fresh=True) as again:
-        assert len(again.missing()) == 3
-    assert not (tmp_path / record.picture).exists()
-
-
-def test_a_picture_is_named_by_its_record(tmp_path: Path) -> None:
+def test_a_picture_is_named_by_its_record_and_fresh_deletes_both(tmp_path: Path) -> None:
     with Results(SWEEP, tmp_path) as results:
         results.add(_make_output(1, Outcome.TIMEOUT, b"png"))
         (record,) = results.records()
-    assert record.picture == "failures/kinematic-open-1.png"
-    assert (tmp_path / record.picture).read_bytes() == b"png"
+    picture = tmp_path / "failures" / "kinematic-open-1.png"
+    assert (record.picture, picture.read_bytes()) == ("failures/kinematic-open-1.png", b"png")
+    with Results(SWEEP, tmp_path, fresh=True) as again:
+        assert len(again.missing()) == 3
+    assert not picture.exists()
 
 
 @pytest.mark.parametrize("name", ["thesis.tex", "results.jsonl"])
@@ -87,7 +82,7 @@ def test_a_sweep_that_was_killed_during_its_first_file_begins_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fresh: bool
 ) -> None:
     with monkeypatch.context() as killing:
-        killing.setattr(Path, "replace", _raise_exit)
+        killing.setattr(Path, "replace", Mock(side_effect=SystemExit))
         killing.setattr(Path, "unlink", lambda *_, **__: None)
         with pytest.raises(SystemExit), Results(SWEEP, tmp_path):
             pass
@@ -96,10 +91,6 @@ def test_a_sweep_that_was_killed_during_its_first_file_begins_again(
     with Results(SWEEP, tmp_path, fresh=fresh) as again:
         assert len(again.missing()) == 3
     assert {file.name for file in tmp_path.iterdir()} == {"sweep.json", "results.jsonl"}
-
-
-def _raise_exit(*arguments: object) -> None:
-    raise SystemExit
 
 
 def test_a_run_is_on_the_disk_before_the_next_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -145,21 +136,15 @@ def test_the_name_of_the_folder_depends_on_the_fingerprint(app_file: AppFile, tm
     assert Results(make_sweep(app, seeds=3)).directory in names
 
 
-def test_results_of_other_seeds_stay_and_are_used_again(tmp_path: Path) -> None:
-    _write_results(tmp_path, 2, 1, 3)
-    assert _list_seeds(tmp_path, make_sweep("green-search", seeds=5)) == ([2, 1, 3], [4, 5])
-    assert _list_seeds(tmp_path, make_sweep("green-search", seeds=2)) == ([2, 1], [])
-    assert _list_seeds(tmp_path) == ([2, 1, 3], [])
-
-
-def test_the_tables_have_the_seeds_of_the_last_sweep(tmp_path: Path) -> None:
+def test_results_of_other_seeds_stay_and_the_tables_have_the_seeds_of_the_last_sweep(tmp_path: Path) -> None:
     _write_results(tmp_path, 2, 1, 3, with_tables=True)
     assert _read_seeds_of_table(tmp_path) == ["2", "1", "3"]
-    for seeds in (2, 3):
+    for seeds, done, missing in ((5, [2, 1, 3], [4, 5]), (2, [2, 1], []), (3, [2, 1, 3], [])):
+        assert _list_seeds(tmp_path, make_sweep("green-search", seeds)) == (done, missing)
+        assert not (tmp_path / "results.csv").exists()
         with Results(make_sweep("green-search", seeds), tmp_path) as results:
-            assert not (tmp_path / "results.csv").exists()
             results.write_tables()
-        assert len(_read_seeds_of_table(tmp_path)) == seeds
+        assert _read_seeds_of_table(tmp_path) == list(map(str, done))
 
 
 def test_a_run_of_another_sweep_is_ignored(tmp_path: Path) -> None:
@@ -179,53 +164,24 @@ def test_the_user_s_world_has_the_name_in_its_file(tmp_path: Path) -> None:
     assert _list_seeds(tmp_path / "out", sweep) == ([2], [1])
 
 
-def test_a_run_with_two_lines_is_refused(tmp_path: Path, raises: Raises) -> None:
-    file = _write_results(tmp_path, 1, 2)
-    lines = file.read_text().splitlines(keepends=True)
-    file.write_text("".join([*lines, lines[0]]))
-    with raises(UsageError, "duplicate-run", where=f"{file}, line 3"):
-        _list_seeds(tmp_path)
-
-
-@pytest.mark.parametrize("number", [1, 3])
-def test_a_damaged_line_is_refused_and_without_it_only_its_run_is_missing(
-    tmp_path: Path, number: int, raises: Raises
+@pytest.mark.parametrize("line, kind", [(b"damaged\n", "bad-record"), (None, "duplicate-run")])
+def test_a_damaged_or_second_line_is_refused_and_without_it_only_its_run_is_missing(
+    tmp_path: Path, line: bytes | None, kind: str, raises: Raises
 ) -> None:
     file = _write_results(tmp_path, 1, 2, 3)
-    lines = file.read_bytes().splitlines(keepends=True)
-    file.write_bytes(b"".join([*lines[: number - 1], b"damaged\n", *lines[number:]]))
-    with raises(UsageError, "bad-record", where=f"{file}, line {number}"):
+    first, second, _ = file.read_bytes().splitlines(keepends=True)
+    file.write_bytes(first + second + (line or first))
+    with raises(UsageError, kind, where=f"{file}, line 3"):
         _list_seeds(tmp_path)
-    file.write_bytes(b"".join([*lines[: number - 1], *lines[number:]]))
-    assert _list_seeds(tmp_path)[1] == [number]
-
-
-def _raise_disk_full(*_: object, **__: object) -> None:
-    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
-
-def _enter_folder(directory: Path) -> None:
-    with Results(SWEEP, directory):
-        pass
+    file.write_bytes(first + second)
+    assert _list_seeds(tmp_path)[1] == [3]
 
 
 def test_a_folder_that_cannot_be_made_is_reported(tmp_path: Path, raises: Raises) -> None:
     (tmp_path / "file").touch()
     for name in ("file/sweep", "file"):
         with raises(UsageError, "unusable-folder", directory=f"{tmp_path}/{name}"):
-            _enter_folder(tmp_path / name)
-
-
-def test_a_disk_that_is_full_before_the_first_run_is_reported(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, raises: Raises
-) -> None:
-    with monkeypatch.context() as before:
-        before.setattr(Path, "replace", _raise_disk_full)
-        with raises(UsageError, "unusable-folder", directory=str(tmp_path / "here")):
-            _enter_folder(tmp_path / "here")
-    assert [file.name for file in (tmp_path / "here").iterdir()] == ["results.jsonl"]
-    with Results(SWEEP, tmp_path / "here") as again:
-        assert len(again.missing()) == 3
+            Results(SWEEP, tmp_path / name).__enter__()
 
 
 @pytest.mark.parametrize("fresh", [False, True])
@@ -243,34 +199,21 @@ def test_a_disk_that_fills_during_the_sweep_is_reported_and_leaves_whole_lines(
     assert file.read_bytes() == whole
 
 
-def test_a_table_that_cannot_be_replaced_is_reported_and_leaves_no_part(
+def test_a_file_that_cannot_be_replaced_is_reported_and_leaves_no_part(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:
     def raise_permission_error(source: Path, target: Path) -> None:
         raise PermissionError(errno.EPERM, os.strerror(errno.EPERM), str(target))
 
+    picture = "failures/kinematic-open-1.png"
     with Results(SWEEP, tmp_path) as results:
         results.add(ENDED)
-        with monkeypatch.context() as meanwhile:
-            meanwhile.setattr(Path, "replace", raise_permission_error)
-            with raises(UsageError, "results-not-written", file=str(tmp_path / "results.csv")):
-                results.write_tables()
-        assert {file.name for file in tmp_path.iterdir()} == {"sweep.json", "results.jsonl"}
-        results.write_tables()
-    assert (tmp_path / "results.csv").exists()
-
-
-def test_a_full_disk_leaves_no_half_picture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, raises: Raises) -> None:
-    def write_half(path: Path, content: bytes) -> None:
-        with path.open("wb") as file:
-            file.write(content[:1])
-        _raise_disk_full()
-
-    with Results(SWEEP, tmp_path) as results:
-        monkeypatch.setattr(Path, "write_bytes", write_half)
-        with raises(UsageError, "results-not-written", file=str(tmp_path)):
+        monkeypatch.setattr(Path, "replace", raise_permission_error)
+        with raises(UsageError, "results-not-written", file=str(tmp_path / "results.csv")):
+            results.write_tables()
+        with raises(UsageError, "results-not-written", file=str(tmp_path / picture)):
             results.add(_make_output(1, Outcome.TIMEOUT, b"png"))
-    assert list((tmp_path / "failures").iterdir()) == []
+    assert {file.name for file in tmp_path.rglob("*.*")} == {"sweep.json", "results.jsonl"}
 
 
 class _FullDisk:
@@ -284,7 +227,7 @@ class _FullDisk:
 
     def write(self, content: bytes) -> int:
         if not self._room:
-            _raise_disk_full()
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         written, self._room = self._room, 0
         self._file.write(content[:written])  # type: ignore[attr-defined]
         return written

@@ -7,12 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from robotcore import RunRequest
 from robotcore.cli.run import command
-from robotcore.errors import BackendMissingError, UsageError
+from robotcore.errors import UsageError
 from robotcore.sweep import Sweep
 from robotcore.sweep.spec import format_command, parse_seeds
 from tests.texts import Raises
@@ -28,21 +26,19 @@ def test_seeds_are_read_from_numbers_and_ranges(text: str, seeds: tuple[int, ...
     assert parse_seeds(text) == seeds
 
 
-@pytest.mark.parametrize("text", ["", "a", "1-", "-3", "1..4", "4-1", "1,,2", "1.5"])
+@pytest.mark.parametrize("text", ["", "a", "1-", "-3", "1..4", "1,,2", "1.5", "9" * 19])
 def test_a_text_that_is_no_seed_is_refused(text: str, raises: Raises) -> None:
-    with raises(UsageError, "reversed-seeds" if text == "4-1" else "bad-seed", seeds=text):
+    with raises(UsageError, "bad-seed", seeds=text):
         parse_seeds(text)
 
 
-@pytest.mark.parametrize("text", ["0-9999999999999", "1-1000000,1000001", "1-600000,1-600000"])
-def test_too_many_seeds_are_refused_before_they_fill_the_memory(text: str, raises: Raises) -> None:
-    with raises(UsageError, "too-many-seeds", seeds=text):
+@pytest.mark.parametrize(
+    "text, kind",
+    [("4-1", "reversed-seeds"), ("0-9999999999999", "too-many-seeds"), ("1-600000,1-600000", "too-many-seeds")],
+)
+def test_a_range_that_is_reversed_or_would_fill_the_memory_is_refused(text: str, kind: str, raises: Raises) -> None:
+    with raises(UsageError, kind, seeds=text):
         parse_seeds(text)
-
-
-def test_a_seed_of_too_many_digits_is_refused(raises: Raises) -> None:
-    with raises(UsageError, "bad-seed", hide=["9" * 5000], part="9" * 5000):
-        parse_seeds("9" * 5000)
 
 
 def test_each_combination_has_one_request() -> None:
@@ -57,12 +53,6 @@ def test_each_combination_has_one_request() -> None:
 def test_an_empty_sweep_is_refused(sweep: Sweep, raises: Raises) -> None:
     with raises(UsageError, "empty-sweep"):
         sweep.check()
-
-
-def test_a_missing_backend_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("drivers.pybullet.backend.PyBulletBackend.modules", ("no_such_simulator",))
-    with pytest.raises(BackendMissingError):
-        Sweep(RunRequest("green-search"), ("kinematic", "pybullet"), ("open",)).check()
 
 
 def test_a_backend_without_worlds_is_refused(raises: Raises) -> None:
@@ -80,7 +70,7 @@ def test_two_worlds_with_one_name_are_refused(tmp_path: Path, raises: Raises) ->
 @pytest.mark.parametrize(
     "fields",
     [
-        {"backend": "pybullet", "robot": "lookout", "world": "arena", "seed": 0, "rate_hz": 12.5, "timeout_s": 7.0},
+        {"backend": "pybullet", "robot": "lookout", "world": "arena", "seed": 0, "rate_hz": 1 / 3, "timeout_s": 7.0},
         {"settings": {"speed_m_s": 0.3, "name": "a b'c"}, "options": {"note": "$HOME; rm"}},
         {"app": "my apps/odd.py:Odd", "gui": True, "realtime": True},
         {"app": "odd.py", "judge": "my apps/judge.py:Strict"},
@@ -98,9 +88,3 @@ def test_a_command_can_be_parsed_into_the_same_request(fields: dict[str, Any]) -
             assert dict(got) == {key: str(value) for key, value in expected.items()}
         else:
             assert got == expected
-
-
-@given(st.floats(min_value=0, exclude_min=True, allow_infinity=False))
-def test_a_command_has_all_digits_of_a_number(number: float) -> None:
-    arguments = shlex.split(format_command(RunRequest("green-search", timeout_s=number)))[2:]
-    assert command.make_context("run", arguments).params["timeout_s"] == number

@@ -59,29 +59,20 @@ def test_tables_have_a_column_for_each_milestone_and_failures_a_table(tmp_path: 
     assert [row["seed"] for row in _read_rows(tmp_path / "failures.csv")] == ["2"]
 
 
-def test_only_tables_that_are_older_than_the_results_are_written(tmp_path: Path) -> None:
+@pytest.mark.parametrize("changed", ["results.csv", "failures.csv", "results.jsonl", ""])
+def test_tables_are_written_again_if_one_is_missing_or_older_than_the_results(tmp_path: Path, changed: str) -> None:
     with Results(SWEEP, tmp_path) as results:
-        results.add(RunOutput(make_record(seed=1)))
+        results.add(RunOutput(make_record(Outcome.TIMEOUT, seed=1)))
         results.write_tables()
         os.utime(tmp_path / "results.jsonl", ns=(0, LONG_AGO_NS))
         (tmp_path / "results.csv").write_text("sorted by hand")
+        if changed == "results.jsonl":
+            os.utime(tmp_path / "results.csv", ns=(0, LONG_AGO_NS))
+        elif changed:
+            (tmp_path / changed).unlink()
         results.write_tables()
-        assert (tmp_path / "results.csv").read_text() == "sorted by hand"
-        results.add(RunOutput(make_record(seed=2)))
-        os.utime(tmp_path / "results.csv", ns=(0, LONG_AGO_NS))
-        results.write_tables()
-    assert [row["seed"] for row in _read_rows(tmp_path / "results.csv")] == ["1", "2"]
-
-
-@pytest.mark.parametrize("name", ["results.csv", "failures.csv"])
-def test_a_deleted_table_is_written_again(tmp_path: Path, name: str) -> None:
-    with Results(SWEEP, tmp_path) as results:
-        results.add(RunOutput(make_record(Outcome.TIMEOUT)))
-        results.write_tables()
-        os.utime(tmp_path / "results.jsonl", ns=(0, LONG_AGO_NS))
-        (tmp_path / name).unlink()
-        results.write_tables()
-    assert len(_read_rows(tmp_path / name)) == 1
+    assert ((tmp_path / "results.csv").read_text() == "sorted by hand") == (not changed)
+    assert [row["seed"] for row in _read_rows(tmp_path / "failures.csv")] == ["1"]
 
 
 def _read_rows(file: Path) -> list[dict[str, str]]:
