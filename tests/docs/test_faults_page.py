@@ -22,7 +22,7 @@ from robotcore.runtime.faults.spec import forms_of, read_specs
 from tests.docs.listings import ConsoleCommand, find_code, list_commands, list_listings, read_rows
 from tests.robotcore.fakes import picture
 from tests.robotcore.runtime.faults.rigs import build_rig
-from tests.robotcore.runtime.test_device_loss import Board, Line
+from tests.robotcore.runtime.test_device_loss import Board, lose_motors
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -85,7 +85,7 @@ def test_app_of_the_page_survives_a_lost_connection_if_the_robot_waits_for_it(fo
     patient = runpy.run_path(str(folder / "patient.py"))["Patient"]
     waiting, impatient = Board(), Board(outage=0.0)
     for board in (waiting, impatient):
-        Line(board.rig, board.rig.left, board.rig.right)
+        lose_motors(board.rig, board.rig.left, board.rig.right)
     assert waiting.run(patient().step) is Outcome.TIMEOUT
     with pytest.raises(DeviceLostError):
         impatient.run(patient().step)

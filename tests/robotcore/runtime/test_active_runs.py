@@ -63,15 +63,11 @@ def test_a_run_of_another_process_is_listed_with_the_absolute_path_of_its_robot(
 
 def test_the_file_of_a_killed_run_is_ignored_and_deleted(runtime: Path) -> None:
     kill(register_in_other_process())
-    assert find_files(runtime)
+    (file,) = find_files(runtime)
+    with_another_pid = json.dumps({**json.loads(file.read_text()), "process": os.getppid()})
     assert list_active_runs() == []
     assert find_files(runtime) == []
-
-
-def test_a_file_with_the_pid_of_another_program_is_ignored(runtime: Path) -> None:
-    kill(register_in_other_process())
-    (file,) = find_files(runtime)
-    file.write_text(json.dumps({**json.loads(file.read_text()), "process": os.getppid()}))
+    file.write_text(with_another_pid)  # that of a program that is no run
     assert list_active_runs() == []
 
 

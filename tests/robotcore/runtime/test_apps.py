@@ -56,22 +56,14 @@ def test_module_of_another_folder_is_not_found(folders: tuple[Path, Path]) -> No
         import_module("extra")
 
 
-def test_folder_is_in_the_path_once(folders: tuple[Path, Path]) -> None:
-    one, other = folders
-    before = list(sys.path)
-    for app in (one, one, other, one):
-        use_script_folder(app)
-    assert sys.path == [str(one.parent), *before]
-
-
-def test_folder_that_was_in_the_path_before_stays_there(
+def test_folder_is_in_the_path_once_and_an_earlier_entry_stays(
     folders: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     one, other = folders
     monkeypatch.syspath_prepend(one.parent)
     before = list(sys.path)
-    use_script_folder(one)
-    use_script_folder(other)
+    for app in (one, one, other, one, other):
+        use_script_folder(app)
     assert sys.path == [str(other.parent), *before]
 
 
@@ -96,17 +88,10 @@ def test_line_of_a_step_that_hangs_is_named_for_a_file_in_the_working_folder(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    Path("hanging.py").write_text(HANGING_APP)
+    head = "import sys\nfrom robotcore import Behaviour\nclass Hanging(Behaviour):\n"
+    Path("hanging.py").write_text(f"{head}    def step(self, robot):\n        return sys._getframe()\n")
     app: Any = load_app_file("hanging.py")()
     assert ", at hanging.py:5." in str(step_limit(app, 3.0).error(3.0, app.step(None)))
-
-
-HANGING_APP = """import sys
-from robotcore import Behaviour
-class Hanging(Behaviour):
-    def step(self, robot):
-        return sys._getframe()
-"""
 
 
 def test_version_of_a_library_without_a_known_distribution_is_found(monkeypatch: pytest.MonkeyPatch) -> None:

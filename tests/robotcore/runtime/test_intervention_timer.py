@@ -20,8 +20,8 @@ def guarded(time: float, *, asked: Wheels | None = FORWARD) -> TickRecord:
     return TickRecord(0, time, "drive", asked, STOPPED, (changed("range guard", time),))
 
 
-def free(time: float) -> TickRecord:
-    return TickRecord(0, time, "drive", FORWARD, FORWARD, ())
+def free(time: float, *interventions: Intervention) -> TickRecord:
+    return TickRecord(0, time, "drive", FORWARD, FORWARD, interventions)
 
 
 def silent(time: float, *interventions: Intervention, lost: str | None = None) -> TickRecord:
@@ -29,50 +29,48 @@ def silent(time: float, *interventions: Intervention, lost: str | None = None) -
     return TickRecord(0, time, "wait", None, None, interventions, lost)
 
 
-@pytest.fixture
-def timer() -> InterventionTimer:
-    return InterventionTimer()
-
-
-def measure(timer: InterventionTimer, *records: TickRecord) -> dict[str, float]:
+def measure(*records: TickRecord) -> dict[str, float]:
+    timer = InterventionTimer()
     for record in records:
         timer.add(record)
     return timer.measure()
 
 
-def test_changed_command_lasts_until_the_next_command(timer: InterventionTimer) -> None:
-    assert measure(timer, guarded(1.0), guarded(1.1), free(1.2), free(1.3)) == {"range guard": 0.2}
+CASES = {
+    "a changed command lasts until the next command": (
+        [guarded(1.0), guarded(1.1), free(1.2), free(1.3)],
+        {"range guard": 0.2},
+    ),
+    "a change of a command in force lasts until the next command": (
+        [free(1.0), guarded(1.1, asked=None), silent(1.2), free(1.3)],
+        {"range guard": 0.2},
+    ),
+    "a stop that a command ends lasts from its own time": (
+        [free(1.0), free(3.0, changed("deadman", 1.25)), free(3.1)],
+        {"deadman": 1.75},
+    ),
+    "a stop without a new command lasts until the next command": (
+        [free(1.0), silent(1.3, changed("deadman", 1.25)), silent(2.0), free(2.25)],
+        {"deadman": 1.0},
+    ),
+    "the loss of a device ends other causes": (
+        [guarded(1.0), silent(1.1, lost="nose"), silent(2.0, lost="nose"), free(3.0, changed("lost device", 1.1))],
+        {"range guard": 0.1, "lost device": 1.9},
+    ),
+    "two causes in one tick have the same duration": (
+        [free(1.0, changed("range guard", 1.0), changed("acceleration limit", 1.0)), free(1.1)],
+        {"range guard": 0.1, "acceleration limit": 0.1},
+    ),
+    "a stop after the last tick has no negative duration": ([silent(1.0, changed("deadman", 1.2))], {"deadman": 0.0}),
+}
 
 
-def test_change_of_a_command_that_is_in_force_lasts_until_the_next_command(timer: InterventionTimer) -> None:
-    assert measure(timer, free(1.0), guarded(1.1, asked=None), silent(1.2), free(1.3)) == {"range guard": 0.2}
+@pytest.mark.parametrize("records, durations", CASES.values(), ids=CASES)
+def test_durations_of_causes(records: list[TickRecord], durations: dict[str, float]) -> None:
+    assert measure(*records) == durations
 
 
-def test_stop_that_a_command_ends_lasts_from_its_own_time(timer: InterventionTimer) -> None:
-    late = free(3.0)._replace(interventions=(changed("deadman", 1.25),))
-    assert measure(timer, free(1.0), late, free(3.1)) == {"deadman": 1.75}
-
-
-def test_stop_without_a_new_command_lasts_until_the_next_command(timer: InterventionTimer) -> None:
-    assert measure(timer, free(1.0), silent(1.3, changed("deadman", 1.25)), silent(2.0), free(2.25)) == {"deadman": 1.0}
-
-
-def test_loss_of_a_device_ends_other_causes(timer: InterventionTimer) -> None:
-    back = free(3.0)._replace(interventions=(changed("lost device", 1.1),))
-    records = guarded(1.0), silent(1.1, lost="nose"), silent(2.0, lost="nose"), back
-    assert measure(timer, *records) == {"range guard": 0.1, "lost device": 1.9}
-
-
-def test_two_causes_in_one_tick_have_the_same_duration(timer: InterventionTimer) -> None:
-    both = free(1.0)._replace(interventions=(changed("range guard", 1.0), changed("acceleration limit", 1.0)))
-    assert measure(timer, both, free(1.1)) == {"range guard": 0.1, "acceleration limit": 0.1}
-
-
-def test_time_of_a_stop_after_its_tick_does_not_make_the_duration_negative(timer: InterventionTimer) -> None:
-    assert measure(timer, silent(1.0, changed("deadman", 1.2))) == {"deadman": 0.0}
-
-
-def test_durations_are_rounded(timer: InterventionTimer) -> None:
+def test_durations_are_rounded() -> None:
     times = [sum([0.05] * tick) for tick in range(11)]
     assert sum(later - time for time, later in pairwise(times)) != 0.5
-    assert measure(timer, *map(guarded, times)) == {"range guard": 0.5}
+    assert measure(*map(guarded, times)) == {"range guard": 0.5}

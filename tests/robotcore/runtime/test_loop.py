@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import pytest
 
@@ -24,82 +24,72 @@ def loop_of(
     return Loop(rig.assembled, FunctionApp(step), rig.rate_hz, timeout, [observer])
 
 
-def returning(*statuses: Status) -> Callable[[Robot], Status]:
-    """Return a step that drives slowly and returns one of these statuses in each tick."""
-    remaining: Iterator[Status] = iter(statuses)
-
-    def drive(robot: Robot) -> Status:
-        robot.drive.set_wheels(2.0, 2.0)
-        return next(remaining)
-
-    return drive
-
-
 def forever(robot: Robot) -> Status:
     robot.drive.set_wheels(2.0, 2.0)
     return Status.RUNNING
 
 
-class TestOutcome:
-    def test_success_in_the_last_tick_counts(self) -> None:
-        loop = loop_of(Rig(), lambda robot: Status.SUCCESS if robot.clock.now() >= 0.5 else Status.RUNNING, 0.5)
-        assert loop.run() is Outcome.SUCCESS
+def test_one_period_passes_between_two_ticks_and_a_success_in_the_last_tick_counts() -> None:
+    rig, times = Rig(rate_hz=7), list[float]()
+
+    def drive_a_while(robot: Robot) -> Status:
+        forever(robot)
+        return Status.SUCCESS if len(times) == 3 else Status.RUNNING
+
+    assert loop_of(rig, drive_a_while, 3 / 7, lambda record: times.append(record.time)).run() is Outcome.SUCCESS
+    assert [time * 245 for time in times] == [0, 35, 70, 105]
+    assert sum(rig.steps) == 105
 
 
-class TestTick:
-    def test_one_period_passes_between_two_ticks(self) -> None:
-        rig, records = Rig(rate_hz=7), list[TickRecord]()
-        loop_of(rig, returning(*[Status.RUNNING] * 3, Status.SUCCESS), observer=records.append).run()
-        assert [record.time * 245 for record in records] == [0, 35, 70, 105]
-        assert sum(rig.steps) == 105
+def test_command_is_sent_after_the_step() -> None:
+    rig = Rig()
+    sent_by_then: list[int] = []
 
-    def test_command_is_sent_after_the_step(self) -> None:
-        rig = Rig()
-        sent_by_then: list[int] = []
+    def drive(robot: Robot) -> Status:
+        robot.drive.set_wheels(9.0, 9.0)
+        robot.drive.set_wheels(2.0, 1.0)
+        sent_by_then.append(len(rig.left.sent))
+        return Status.RUNNING
 
-        def drive(robot: Robot) -> Status:
-            robot.drive.set_wheels(9.0, 9.0)
-            robot.drive.set_wheels(2.0, 1.0)
-            sent_by_then.append(len(rig.left.sent))
-            return Status.RUNNING
-
-        loop_of(rig, drive).tick()
-        assert sent_by_then == [0]
-        assert (rig.left.sent, rig.right.sent) == ([2.0], [1.0])
-
-    def test_record_has_the_state_and_both_commands(self) -> None:
-        rig, records = Rig(), list[TickRecord]()
-        rig.nose.distance = 0.05
-        loop_of(rig, forever, observer=records.append).tick()
-        (record,) = records
-        assert (record.tick, record.time, record.state) == (0, 0.0, "start")
-        assert (record.asked, record.sent) == (Wheels(2.0, 2.0), Wheels(0.0, 0.0))
-        assert [each.cause for each in record.interventions] == ["range guard"]
-
-    def test_overruns_are_counted_and_missed_ticks_are_left_out(self) -> None:
-        rig = Rig()
-
-        def stall(robot: Robot) -> Status:
-            if rig.assembled.clock.tick == 2:
-                rig.clock.sleep_until(rig.clock.now() + 0.12)
-            return Status.RUNNING
-
-        times: list[float] = []
-        loop = loop_of(rig, stall, timeout=0.4, observer=lambda record: times.append(record.time))
-        loop.run()
-        assert loop.overruns == 1
-        assert times == pytest.approx([0.0, 0.05, 0.1, 0.22, 0.27, 0.32, 0.37, 0.42], abs=1 / 240)
+    loop_of(rig, drive).tick()
+    assert sent_by_then == [0]
+    assert (rig.left.sent, rig.right.sent) == ([2.0], [1.0])
 
 
-class TestApp:
-    def test_a_state_that_is_no_text_is_an_error_of_the_app(self, raises: Raises) -> None:
-        rig = Rig()
-        loop = loop_of(rig, lambda _: Status.RUNNING)
-        loop.behaviour.state = None  # type: ignore[assignment]
-        with raises(BehaviourError, "state-not-a-text"):
-            loop.tick()
+def test_record_has_the_state_and_both_commands() -> None:
+    rig, records = Rig(), list[TickRecord]()
+    rig.nose.distance = 0.05
+    loop_of(rig, forever, observer=records.append).tick()
+    (record,) = records
+    assert (record.tick, record.time, record.state) == (0, 0.0, "start")
+    assert (record.asked, record.sent) == (Wheels(2.0, 2.0), Wheels(0.0, 0.0))
+    assert [each.cause for each in record.interventions] == ["range guard"]
 
-    @pytest.mark.parametrize("returned", [None, True, "success"])
-    def test_step_must_return_a_status(self, returned: object, raises: Raises) -> None:
-        with raises(BehaviourError, "not-a-status"):
-            loop_of(Rig(), lambda _: returned).run()  # type: ignore[arg-type,return-value]
+
+def test_overruns_are_counted_and_missed_ticks_are_left_out() -> None:
+    rig = Rig()
+
+    def stall(robot: Robot) -> Status:
+        if rig.assembled.clock.tick == 2:
+            rig.clock.sleep_until(rig.clock.now() + 0.12)
+        return Status.RUNNING
+
+    times: list[float] = []
+    loop = loop_of(rig, stall, timeout=0.4, observer=lambda record: times.append(record.time))
+    loop.run()
+    assert loop.overruns == 1
+    assert times == pytest.approx([0.0, 0.05, 0.1, 0.22, 0.27, 0.32, 0.37, 0.42], abs=1 / 240)
+
+
+def test_a_state_that_is_no_text_is_an_error_of_the_app(raises: Raises) -> None:
+    rig = Rig()
+    loop = loop_of(rig, lambda _: Status.RUNNING)
+    loop.behaviour.state = None  # type: ignore[assignment]
+    with raises(BehaviourError, "state-not-a-text"):
+        loop.tick()
+
+
+@pytest.mark.parametrize("returned", [None, True, "success"])
+def test_step_must_return_a_status(returned: object, raises: Raises) -> None:
+    with raises(BehaviourError, "not-a-status"):
+        loop_of(Rig(), lambda _: returned).run()  # type: ignore[arg-type,return-value]

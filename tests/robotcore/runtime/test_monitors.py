@@ -22,71 +22,45 @@ from tests.texts import CheckText
 ROVER = load_robot("rover")
 
 
-def robot_with_voltage(volts: Script, warn_below_v: float | None = 6.6) -> MockRobot:
-    battery = BatteryDescription(kind="battery", name="cells", warn_below_v=warn_below_v)
-    robot = ROVER.model_copy(update={"devices": (*ROVER.devices, battery)})
-    return MockRobot(robot, readings={"cells": volts})
-
-
-class Idle(FunctionApp):
-    """An app that needs no device and never ends."""
-
-    needs = frozenset()
-
-    def __init__(self) -> None:
-        super().__init__(lambda _: Status.RUNNING)
-
-
-def after(seconds: float, robot: MockRobot) -> MockRobot:
-    assert robot.run(Idle(), int(seconds * robot.rate_hz)) is Status.RUNNING
+def run_with_voltage(volts: Script, seconds: float) -> MockRobot:
+    """Run an app that reads nothing on a robot whose battery has this voltage, and a warning below 6.6 V."""
+    battery = BatteryDescription(kind="battery", name="cells", warn_below_v=6.6)
+    description = ROVER.model_copy(update={"devices": (*ROVER.devices, battery)})
+    robot, app = MockRobot(description, readings={"cells": volts}), FunctionApp(lambda _: Status.RUNNING)
+    app.needs = frozenset()  # type: ignore[misc]
+    assert robot.run(app, int(seconds * robot.rate_hz)) is Status.RUNNING
     return robot
 
 
-def warnings(robot: MockRobot) -> list[tuple[float, str]]:
-    return [(round(tick.time, 6), warning) for tick in robot.ticks for warning in tick.warnings]
-
-
 def test_battery_is_read_once_a_second_even_if_the_app_reads_nothing() -> None:
-    robot = after(2.5, robot_with_voltage(lambda time: 7.0 + time))
-    voltages = {round(tick.voltages["cells"], 6) for tick in robot.ticks}
-    assert voltages == {7.0, 8.0, 9.0}
+    robot = run_with_voltage(lambda time: 7.0 + time, 2.5)
+    assert {round(tick.voltages["cells"], 6) for tick in robot.ticks} == {7.0, 8.0, 9.0}
 
 
-def test_lasting_low_voltage_causes_one_warning(check_text: CheckText) -> None:
-    robot = after(12.0, robot_with_voltage(lambda time: 7.0 if time < 2 else 6.4))
-    ((when, warning),) = warnings(robot)
-    assert when == 1.0 + LOW_VOLTAGE_S
-    check_text(warning)
+BROKEN = DeviceError("cells", "no answer")
 
 
-def test_low_voltage_for_a_moment_causes_no_warning() -> None:
-    assert warnings(after(12.0, robot_with_voltage(lambda time: 6.0 if time % 3 else 7.0))) == []
-
-
-def test_low_voltage_at_the_start_causes_a_warning_at_once() -> None:
-    assert [when for when, _ in warnings(after(9.0, robot_with_voltage(6.0)))] == [0.0]
-
-
-def test_failing_battery_is_reported_once_and_the_run_continues(check_text: CheckText) -> None:
-    broken = DeviceError("cells", "no answer")
-    robot = after(9.0, robot_with_voltage(lambda time: broken if 2 <= time < 4 or time > 6 else 7.0 + time / 10))
-    assert [when for when, _ in warnings(robot)] == [2.0]
-    check_text(warnings(robot)[0][1])
-    assert robot.ticks[-1].voltages["cells"] == pytest.approx(7.6)
-
-
-def test_voltage_that_is_nan_is_never_reported(check_text: CheckText) -> None:
-    robot = after(3.0, robot_with_voltage(math.nan))
-    ((_, warning),) = warnings(robot)
-    check_text(warning)
-    assert robot.ticks[-1].voltages == {}
-
-
-def test_old_voltage_ends_no_run_and_causes_no_warning() -> None:
-    assert ROVER.safety.max_age_s < 4.0
-    robot = after(5.0, robot_with_voltage([6.7, LOST]))
-    assert robot.ticks[-1].voltages == {"cells": 6.7}
-    assert warnings(robot) == []
+@pytest.mark.parametrize(
+    "volts, warned_at, last_v",
+    [
+        (lambda time: 7.0 if time < 2 else 6.4, [1.0 + LOW_VOLTAGE_S], 6.4),
+        (lambda time: 6.0 if time % 3 else 7.0, [], 6.0),
+        (6.0, [0.0], 6.0),
+        (lambda time: BROKEN if 2 <= time < 4 or time > 6 else 7.0 + time / 10, [2.0], 7.6),
+        (math.nan, [0.0], None),
+        ([6.7, LOST], [], 6.7),
+    ],
+    ids=["low", "low for moments", "low from the start", "failing", "nan", "old"],
+)
+def test_lasting_low_voltage_or_failure_causes_one_warning_and_ends_no_run(
+    volts: Script, warned_at: list[float], last_v: float | None, check_text: CheckText
+) -> None:
+    robot = run_with_voltage(volts, 12.0)
+    warnings = [(round(tick.time, 6), warning) for tick in robot.ticks for warning in tick.warnings]
+    assert [time for time, _ in warnings] == warned_at
+    for _, warning in warnings:
+        check_text(warning)
+    assert robot.ticks[-1].voltages == ({"cells": pytest.approx(last_v)} if last_v else {})
 
 
 @pytest.fixture
@@ -94,18 +68,13 @@ def rover(tmp_path: Path) -> RobotDescription:
     return battery_backend.load_battery_rover(tmp_path)
 
 
-def run_rover(rover: RobotDescription, backend: str = "powered", **asked: object) -> RunResult:
-    settings = {"duration_s": 6.0}
-    return run(RunRequest("avoid-obstacles", backend, str(rover.file), "open", settings=settings, **asked))  # type: ignore[arg-type]
-
-
-def run_with_voltage(monkeypatch: pytest.MonkeyPatch, rover: RobotDescription, volts: Script) -> RunResult:
-    battery_backend.install(monkeypatch, volts)
-    return run_rover(rover)
+def run_rover(rover: RobotDescription, backend: str = "powered") -> RunResult:
+    return run(RunRequest("avoid-obstacles", backend, str(rover.file), "open", settings={"duration_s": 6.0}))
 
 
 def test_result_has_the_lowest_and_the_last_voltage(monkeypatch: pytest.MonkeyPatch, rover: RobotDescription) -> None:
-    result = run_with_voltage(monkeypatch, rover, lambda time: 7.4 - time % 3 / 10)
+    battery_backend.install(monkeypatch, lambda time: 7.4 - time % 3 / 10)
+    result = run_rover(rover)
     assert result.batteries == {"cells": {"lowest_v": 7.2, "last_v": 7.4}}
     assert json.loads(result.to_json())["batteries"]["cells"]["lowest_v"] == 7.2
 
@@ -115,10 +84,12 @@ def test_no_decision_depends_on_the_voltage(
     monkeypatch: pytest.MonkeyPatch, rover: RobotDescription, volts: Script
 ) -> None:
     without = run_rover(rover, "kinematic")
-    result = run_with_voltage(monkeypatch, rover, volts)
+    battery_backend.install(monkeypatch, volts)
+    result = run_rover(rover)
     assert (result.trace_sha256, result.ticks, result.outcome) == (without.trace_sha256, without.ticks, without.outcome)
 
 
 def test_battery_that_cannot_be_opened_is_a_note(monkeypatch: pytest.MonkeyPatch, rover: RobotDescription) -> None:
-    result = run_with_voltage(monkeypatch, rover, None)
+    battery_backend.install(monkeypatch, None)
+    result = run_rover(rover)
     assert (result.exit_status, result.notes, result.batteries) == (0, ["cells: no answer"], {})

@@ -53,21 +53,18 @@ def test_plan_has_every_part_of_the_request(backend: RigBackend) -> None:
     assert backend.rigs == []
 
 
-@pytest.mark.parametrize("key", ["rate_hz", "timeout_s"])
+@pytest.mark.parametrize("key, kind", [("rate_hz", "rate-out-of-range"), ("timeout_s", "not-positive")])
 @pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])
-def test_rate_and_timeout_must_be_positive_numbers(key: str, value: float, raises: Raises) -> None:
-    with raises(UsageError, "rate-out-of-range" if key == "rate_hz" else "not-positive"):
+def test_rate_and_timeout_must_be_positive_numbers(key: str, kind: str, value: float, raises: Raises) -> None:
+    with raises(UsageError, kind):
         plan(**{key: value})
 
 
 def test_app_that_stops_behind_the_range_guard_is_refused(raises: Raises) -> None:
+    assert plan(settings={"distance_m": 0.27, "speed_m_s": 0.4})
+    assert plan(settings={"distance_m": 0.25, "speed_m_s": 0.3})
     with raises(UsageError, "stops-behind-guard", distance_m=0.25, speed_m_s=0.4):
         plan(settings={"distance_m": 0.25, "speed_m_s": 0.4})
-
-
-@pytest.mark.parametrize("settings", [{"distance_m": 0.27, "speed_m_s": 0.4}, {"distance_m": 0.25, "speed_m_s": 0.3}])
-def test_app_that_stops_before_the_range_guard_is_accepted(settings: dict[str, float]) -> None:
-    assert plan(settings=settings)
 
 
 def test_backend_without_a_window_refuses_gui(check_text: CheckText) -> None:
@@ -86,6 +83,32 @@ def test_missing_library_is_reported(monkeypatch: pytest.MonkeyPatch, raises: Ra
         plan()
 
 
+YARD = {"wheel_gain_left": 0.9, "wheel_lag_s": 0.3}
+
+
+@pytest.fixture
+def yard(tmp_path: Path) -> str:
+    """The file of a world with fixed conditions."""
+    file = tmp_path / "yard.toml"
+    conditions = "".join(f"{name} = {value}\n" for name, value in YARD.items())
+    file.write_text(f'name = "yard"\n[floor]\nlength_m = 4.0\nwidth_m = 4.0\n[conditions]\n{conditions}')
+    return str(file)
+
+
+def test_conditions_of_a_world_do_not_apply_to_a_real_robot(yard: str) -> None:
+    found = plan(world=yard)
+    assert (found.conditions, found.setup.robot, found.drawn) == (Conditions(), ROVER, {})
+
+
+@pytest.mark.parametrize("needs_world, seed, kind", [(True, None, "seed-missing"), (False, 7, "nothing-to-randomise")])
+def test_randomise_needs_a_seed_and_a_simulated_world(
+    monkeypatch: pytest.MonkeyPatch, needs_world: bool, seed: int | None, kind: str, raises: Raises
+) -> None:
+    monkeypatch.setattr(RigBackend, "needs_world", needs_world)
+    with raises(UsageError, kind):
+        plan(world="open", seed=seed, randomise=True)
+
+
 class TestRandomise:
     @pytest.fixture(autouse=True)
     def simulator(self, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -100,19 +123,22 @@ class TestRandomise:
         assert other.drawn["camera_noise"] == other.conditions.camera_noise > 0
         assert plain.drawn.keys() < other.drawn.keys()
 
-    def test_drawn_layout_reports_its_light(self) -> None:
-        drawn = plan(world="open", seed=7)
+    def test_default_world_is_the_arena_and_a_drawn_layout_reports_its_light(self) -> None:
+        drawn, plain = plan(seed=0), plan()
         assert drawn.world
+        assert plain.world
+        assert drawn.world.name == plain.world.name == "arena"
+        assert drawn.world != plain.world
         assert drawn.drawn == {
             "light_azimuth_rad": drawn.world.light.azimuth_rad,
             "light_elevation_rad": drawn.world.light.elevation_rad,
             "light_brightness": drawn.world.light.brightness,
         }
-        assert plan(world="open").drawn == {}
+        assert plain.drawn == {}
 
     @pytest.mark.parametrize("seed", [None, 7])
-    def test_fixed_conditions_of_a_world_are_reported(self, seed: int | None, tmp_path: Path) -> None:
-        drawn = plan(world=_yard(tmp_path), seed=seed).drawn
+    def test_fixed_conditions_of_a_world_are_reported(self, seed: int | None, yard: str) -> None:
+        drawn = plan(world=yard, seed=seed).drawn
         assert {name: drawn[name] for name in drawn if not name.startswith("light")} == YARD
 
     def test_drawn_lag_is_in_the_setup_and_not_in_the_description(self) -> None:
@@ -120,43 +146,3 @@ class TestRandomise:
         lags = {motor.name: motor.lag_s for motor in found.setup.robot.all_of(MotorDescription)}
         assert set(lags.values()) == {found.conditions.wheel_lag_s}
         assert found.description == ROVER
-
-    def test_randomise_without_a_seed_is_refused(self, raises: Raises) -> None:
-        with raises(UsageError, "seed-missing"):
-            plan(world="open", randomise=True)
-
-    def test_backend_that_simulates_no_world_refuses_randomise(
-        self, monkeypatch: pytest.MonkeyPatch, raises: Raises
-    ) -> None:
-        monkeypatch.setattr(RigBackend, "needs_world", False)
-        with raises(UsageError, "nothing-to-randomise"):
-            plan(world="open", seed=7, randomise=True)
-
-
-def test_conditions_of_a_world_do_not_apply_to_a_real_robot(tmp_path: Path) -> None:
-    found = plan(world=_yard(tmp_path))
-    assert found.conditions == Conditions()
-    assert found.setup.robot == ROVER
-    assert found.drawn == {}
-
-
-YARD = {"wheel_gain_left": 0.9, "wheel_lag_s": 0.3}
-
-
-def _yard(folder: Path) -> str:
-    """Write a world with fixed conditions. Return its file."""
-    file = folder / "yard.toml"
-    conditions = "".join(f"{name} = {value}\n" for name, value in YARD.items())
-    file.write_text(f'name = "yard"\n[floor]\nlength_m = 4.0\nwidth_m = 4.0\n[conditions]\n{conditions}')
-    return str(file)
-
-
-class TestWorld:
-    def test_default_world_of_a_simulator_is_the_arena(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr(RigBackend, "needs_world", True)
-        world = plan().world
-        assert world
-        assert world.name == "arena"
-
-    def test_seed_zero_is_a_seed(self) -> None:
-        assert plan(world="open", seed=0).world != plan(world="open").world

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from importlib import resources
 from pathlib import Path
-from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, example, given, settings
@@ -18,28 +17,7 @@ SHIPPED = resources.files("robotcore.description")
 ROBOT = SHIPPED.joinpath("robots", "rover.toml").read_text(encoding="utf-8")
 WORLDS = [SHIPPED.joinpath("worlds", f"{name}.toml").read_text(encoding="utf-8") for name in ("arena", "open")]
 NUMBER = re.compile(r"(?<=[= \[])-?\d+(?:\.\d+)?(?=[,\] \n])")
-NUMBERS = [
-    "0",
-    "0.0",
-    "1e-300",
-    "1e-9",
-    "0.001",
-    "0.5",
-    "1",
-    "3.14",
-    "16",
-    "100.0",
-    "1000",
-    "1e6",
-    "1e300",
-    "-1",
-    "-0.5",
-]
-QUICK = settings(
-    deadline=None,
-    derandomize=True,
-    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
-)
+NUMBERS = ["0", "1e-300", "1e-9", "0.001", "0.5", "1", "3.14", "16", "100.0", "1000", "1e6", "1e300", "-1", "-0.5"]
 
 
 @st.composite
@@ -53,15 +31,14 @@ def other_numbers(draw: st.DrawFn, texts: st.SearchStrategy[str]) -> str:
     return text
 
 
-def files(folder: Path, robot: str, world: str) -> dict[str, Any]:
-    (folder / "robot.toml").write_text(robot)
-    (folder / "world.toml").write_text(world)
-    return {"robot": str(folder / "robot.toml"), "world": str(folder / "world.toml")}
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("backend", ["kinematic", "mock", "pybullet"])
-@settings(QUICK, max_examples=60)
+@settings(
+    max_examples=60,
+    deadline=None,
+    derandomize=True,
+    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
+)
 @given(
     robot=other_numbers(st.just(ROBOT)),
     world=other_numbers(st.sampled_from(WORLDS)),
@@ -74,8 +51,11 @@ def test_readable_descriptions_can_be_run(
 ) -> None:
     if backend == "pybullet":
         pytest.importorskip("pybullet")
+    files = tmp_path / "robot.toml", tmp_path / "world.toml"
+    for file, text in zip(files, (robot, world), strict=True):
+        file.write_text(text)
     try:
-        result = run(RunRequest(app, backend, seed=seed, timeout_s=0.15, **files(tmp_path, robot, world)))
+        result = run(RunRequest(app, backend, str(files[0]), str(files[1]), seed=seed, timeout_s=0.15))
     except UsageError:
         return
     assert result.error is None, result.reason

@@ -1,32 +1,45 @@
 from __future__ import annotations
 
 import signal
+from typing import Any
 
 import pytest
 
 from robotcore.errors import BackendError, BehaviourError, DeviceError, DeviceGroupError
 from robotcore.geometry import Pose, Twist
-from robotcore.hal.robot import Robot, Role
+from robotcore.hal.robot import Robot
 from robotcore.hal.truth import Truth
 from robotcore.runtime.behaviour import Status
 from robotcore.runtime.result import Outcome
 from robotcore.runtime.session import RunRequest
 from robotcore.runtime.signals import SignalGuard
-from tests.robotcore.fakes import FunctionApp, Rig, RigBackend, StillTruth
+from tests.robotcore.fakes import FunctionApp, RigBackend, StillTruth
 from tests.robotcore.runs import Runner, drive_then
 from tests.texts import CheckText
+
+
+def raise_error(error: Exception) -> Any:
+    raise error
+
+
+AHEAD = Pose(0.0, 0.0, 0.0)
+
+
+class Verifying(FunctionApp):
+    """Verifies that the robot is at rest."""
+
+    def verify(self, truth: Truth) -> bool | None:
+        return truth.is_at_rest
 
 
 def test_failure_to_close_turns_a_success_into_an_error(
     perform: Runner, backend: RigBackend, check_text: CheckText
 ) -> None:
     def unplug(robot: Robot) -> Status:
-        backend.rig.eye.close = _fail_to_close  # type: ignore[method-assign]
+        backend.rig.left._release = lambda: raise_error(DeviceError("left_motor", "stuck"))  # type: ignore[method-assign]
         return Status.SUCCESS
 
-    app = drive_then(unplug)
-    app.needs = frozenset({Role.DRIVE, Role.CAMERA})  # type: ignore[misc]
-    result = perform(app)
+    result = perform(drive_then(unplug))
     assert (result.outcome, result.exit_status) == (Outcome.ERROR, 3)
     assert isinstance(result.error, DeviceGroupError)
     check_text(result.reason)
@@ -64,36 +77,12 @@ def test_late_signal_does_not_prevent_closing(
     assert (backend.rig.left.releases, backend.rig.right.releases) == (1, 1)
 
 
-def test_failure_to_open_the_robot_is_an_error_of_the_run(
-    perform: Runner, backend: RigBackend, check_text: CheckText
-) -> None:
-    def fail(rig: Rig) -> None:
-        raise DeviceGroupError("opening rover", [DeviceError("eye", "no picture")])
-
-    backend._prepare = fail
+def test_failure_to_open_the_robot_is_an_error_of_the_run(perform: Runner, backend: RigBackend) -> None:
+    error = DeviceGroupError("opening rover", [DeviceError("eye", "no picture")])
+    backend._prepare = lambda _: raise_error(error)
     result = perform(drive_then(lambda _: Status.SUCCESS))
-    assert (result.outcome, result.exit_status, result.ticks) == (Outcome.ERROR, 3, 0)
+    assert (result.outcome, result.exit_status, result.ticks, result.error) == (Outcome.ERROR, 3, 0, error)
     assert (result.trace_sha256, result.sim_time_s) == (None, 0.0)
-    check_text(result.reason)
-
-
-def _fail_to_close() -> None:
-    raise DeviceError("eye", "stuck")
-
-
-AHEAD = Pose(0.0, 0.0, 0.0)
-
-
-class Verifying(FunctionApp):
-    """Verifies that the robot is at rest."""
-
-    def verify(self, truth: Truth) -> bool | None:
-        return truth.is_at_rest
-
-
-class Confused(FunctionApp):
-    def verify(self, truth: Truth) -> bool | None:
-        raise IndexError("index")
 
 
 @pytest.mark.parametrize(
@@ -116,7 +105,9 @@ def test_success_is_verified_by_the_simulators_truth(
 
 def test_exception_in_verify_is_a_behaviour_error_and_the_robot_is_closed(perform: Runner, backend: RigBackend) -> None:
     backend._prepare = lambda rig: setattr(rig, "truth", StillTruth(AHEAD, contacts=2))
-    result = perform(Confused(lambda _: Status.SUCCESS), RunRequest("app", world="open"))
+    app = FunctionApp(lambda _: Status.SUCCESS)
+    app.verify = lambda truth: raise_error(IndexError("index"))  # type: ignore[method-assign]
+    result = perform(app, RunRequest("app", world="open"))
     assert (result.outcome, result.exit_status) == (Outcome.ERROR, 5)
     assert (result.verified, result.contacts) == (None, 2)
     assert isinstance(result.error, BehaviourError)
@@ -131,9 +122,5 @@ def test_simulator_that_died_hides_no_error(perform: Runner, backend: RigBackend
 
     backend._prepare = lambda rig: setattr(rig, "truth", Dead(AHEAD))
     error = DeviceError("nose", "no echo")
-    result = perform(Verifying(lambda _: raise_(error)), RunRequest("app", world="open"))
+    result = perform(Verifying(lambda _: raise_error(error)), RunRequest("app", world="open"))
     assert (result.error, result.verified, result.contacts) == (error, None, None)
-
-
-def raise_(error: Exception) -> Status:
-    raise error

@@ -15,8 +15,13 @@ from robotcore.runtime.settings import configure, list_settings
 from tests.texts import Raises
 
 
+class PlainApp(Behaviour):
+    def step(self, robot: Robot) -> Status:
+        return Status.SUCCESS
+
+
 @dataclass
-class App(Behaviour):
+class App(PlainApp):
     speed_m_s: Annotated[float, Field(gt=0)] = 0.25
     hue: str = "green"
     laps: int = 3
@@ -29,37 +34,20 @@ class App(Behaviour):
             raise UsageError("no hue")
         self.inverse = 1 / (self.laps - 7)
 
-    def step(self, robot: Robot) -> Status:
-        return Status.SUCCESS
-
 
 @dataclass
-class InvalidAnnotationApp(Behaviour):
+class InvalidAnnotationApp(PlainApp):
     speed_m_s: Annotated[flaot, Field(gt=0)] = 0.25  # type: ignore[name-defined]  # noqa: F821
 
-    def step(self, robot: Robot) -> Status:
-        return Status.SUCCESS
-
 
 @dataclass
-class FailingDefaultApp(Behaviour):
+class FailingDefaultApp(PlainApp):
     ratio: float = field(default_factory=lambda: 1 / 0)
 
-    def step(self, robot: Robot) -> Status:
-        return Status.SUCCESS
-
 
 @dataclass
-class RequiredSettingApp(Behaviour):
+class RequiredSettingApp(PlainApp):
     goal: str
-
-    def step(self, robot: Robot) -> Status:
-        return Status.SUCCESS
-
-
-class PlainApp(Behaviour):
-    def step(self, robot: Robot) -> Status:
-        return Status.SUCCESS
 
 
 def test_settings_are_the_fields_of_the_constructor() -> None:

@@ -6,9 +6,8 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -16,8 +15,6 @@ from robotcore.errors import Interrupted
 from robotcore.runtime.signals import LAST_SIGNAL, WATCHDOG_SIGNAL, SignalGuard, WatchdogInterrupt
 
 SIGNALS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT]
-
-RUN = Path(__file__).with_name("interrupted_run.py")
 
 
 @pytest.fixture(autouse=True)
@@ -130,77 +127,74 @@ class TestSignalGuard:
 
 @pytest.mark.parametrize("number", SIGNALS)
 def test_process_dies_of_the_signal_despite_a_handler(number: signal.Signals) -> None:
-    before = f"signal.signal({number}, lambda *_: print('heard'))"
-    assert (
-        _status_of(
-            f"import signal; from robotcore.runtime.signals import end_by_signal; {before}; end_by_signal({number})"
-        )
-        == -number
-    )
+    handle = f"import signal; signal.signal({number}, lambda *_: print('heard'))"
+    code = f"{handle}; from robotcore.runtime.signals import end_by_signal; end_by_signal({number})"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == -number
 
 
-def _status_of(code: str) -> int:
-    return subprocess.run([sys.executable, "-c", code], check=False).returncode
+Starter = Callable[..., subprocess.Popen[str]]
 
 
 @pytest.fixture
-def interrupted() -> Iterator[Callable[[str, signal.Signals], tuple[int, dict[str, Any]]]]:
-    """Return a function that ends a run in another process by a signal, and returns its exit status and result."""
-    processes: list[subprocess.Popen[str]] = []
+def start() -> Iterator[Starter]:
+    """Return a function that starts a run in another process, and waits until it moves."""
+    with ExitStack() as processes:
 
-    def run(app: str, number: signal.Signals) -> tuple[int, dict[str, Any]]:
-        command = [sys.executable, "-m", "tests.robotcore.runtime.interrupted_run", app]
-        process = subprocess.Popen(command, cwd=RUN.parents[3], stdout=subprocess.PIPE, text=True)
-        processes.append(process)
-        assert process.stdout
-        assert process.stdout.readline() == "moving\n"
-        process.send_signal(number)
-        result, _ = process.communicate(timeout=60)
-        return process.returncode, json.loads(result.splitlines()[-1])
+        def run(*app: str) -> subprocess.Popen[str]:
+            process = processes.enter_context(
+                subprocess.Popen(
+                    [sys.executable, "-m", "tests.robotcore.runtime.interrupted_run", *app],
+                    cwd=Path(__file__).parents[3],
+                    stdout=subprocess.PIPE,
+                    stderr=subprocess.PIPE,
+                    text=True,
+                )
+            )
+            processes.callback(process.kill)
+            assert process.stdout
+            assert process.stdout.readline() == "moving\n"
+            return process
 
-    yield run
-    for process in processes:
-        process.kill()
-        process.communicate()
+        yield run
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize("app", ["ordinary", "hung", "waiting", "deaf"])
-def test_signal_stops_the_motors_and_ends_the_run(
-    interrupted: Callable[[str, signal.Signals], tuple[int, dict[str, Any]]], app: str, number: signal.Signals
-) -> None:
-    status, result = interrupted(app, number)
-    assert status == 128 + number
-    assert result["outcome"] == "interrupted"
-    assert result["reason"] == f"interrupted by {number.name}"
-    assert result["wheels"] == [0.0, 0.0]
-    assert result["releases"] == [1, 1]
+@pytest.mark.parametrize(
+    "app, number",
+    [
+        ("ordinary", signal.SIGTERM),
+        ("hung", signal.SIGINT),
+        ("waiting", signal.SIGTERM),
+        ("waiting", signal.SIGINT),
+        ("deaf", signal.SIGTERM),
+    ],
+)
+def test_signal_stops_the_motors_and_ends_the_run(start: Starter, app: str, number: signal.Signals) -> None:
+    process = start(app)
+    process.send_signal(number)
+    result = json.loads(process.communicate(timeout=60)[0].splitlines()[-1])
+    assert process.returncode == 128 + number
+    assert (result["outcome"], result["reason"]) == ("interrupted", f"interrupted by {number.name}")
+    assert (result["wheels"], result["releases"]) == ([0.0, 0.0], [1, 1])
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("app", [["impervious"], ["beyond_python"], ["hung", "in_a_thread"]])
-def test_process_of_an_app_that_never_returns_ends_after_stop_and_report(app: list[str]) -> None:
-    command = [sys.executable, "-m", "tests.robotcore.runtime.interrupted_run", *app]
-    ended = subprocess.run(command, cwd=RUN.parents[3], capture_output=True, text=True, timeout=60, check=False)
-    moving, *_, observed, result = ended.stdout.splitlines()
-    assert (moving, observed) == ("moving", "observed")
-    assert ended.returncode == 4
-    assert json.loads(result)["outcome"] == "stopped"
-    assert json.loads(result)["wheels"] == [0.0, 0.0]
-    assert f"in {app[0]}" in ended.stderr, "the lines of every thread"
+def test_process_of_an_app_that_never_returns_ends_after_stop_and_report(start: Starter, app: list[str]) -> None:
+    process = start(*app)
+    output, errors = process.communicate(timeout=60)
+    *_, observed, result = output.splitlines()
+    assert (process.returncode, observed) == (4, "observed")
+    assert (json.loads(result)["outcome"], json.loads(result)["wheels"]) == ("stopped", [0.0, 0.0])
+    assert f"in {app[0]}" in errors, "the lines of every thread"
 
 
 @pytest.mark.slow
-def test_third_signal_ends_the_process_after_stop_and_report() -> None:
-    command = [sys.executable, "-m", "tests.robotcore.runtime.interrupted_run", "impervious"]
-    with subprocess.Popen(command, cwd=RUN.parents[3], stdout=subprocess.PIPE, text=True) as process:
-        assert process.stdout
-        assert process.stdout.readline() == "moving\n"
-        for _ in range(LAST_SIGNAL):
-            assert process.stdout.readline() == "impervious\n"
-            process.send_signal(signal.SIGTERM)
-        observed, result = process.stdout.read().splitlines()
-    assert process.returncode == -signal.SIGTERM
-    assert observed == "observed"
-    assert json.loads(result)["wheels"] == [0.0, 0.0]
-    assert json.loads(result)["outcome"] == "interrupted"
+def test_third_signal_ends_the_process_after_stop_and_report(start: Starter) -> None:
+    process = start("impervious")
+    assert process.stdout
+    for _ in range(LAST_SIGNAL):
+        assert process.stdout.readline() == "impervious\n"
+        process.send_signal(signal.SIGTERM)
+    observed, result = process.communicate(timeout=60)[0].splitlines()
+    assert (process.returncode, observed) == (-signal.SIGTERM, "observed")
+    assert (json.loads(result)["outcome"], json.loads(result)["wheels"]) == ("interrupted", [0.0, 0.0])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -21,13 +21,13 @@ from robotcore.runtime.result import Outcome
 from robotcore.runtime.time_limits import judge_limit
 from robotcore.runtime.trace import TickRecord
 from robotcore.safety.motor_stop import STOP_S
-from tests.robotcore.fakes import FunctionApp, RigBackend
+from tests.robotcore.fakes import FunctionApp, Rig, RigBackend
 from tests.robotcore.runs import Runner, Watcher, drive_then, last_cause
 from tests.texts import CheckText
 
 
 class Judge(FunctionApp):
-    pass
+    """An app of this module."""
 
 
 def test_error_of_a_judge_that_hangs_has_its_line(check_text: CheckText) -> None:
@@ -86,46 +86,37 @@ def test_app_that_does_not_return_is_stopped(
     assert "watchdog" in result.intervention_s
 
 
-def test_error_of_a_sensor_that_hangs_has_its_name(
-    perform: Runner, backend: RigBackend, hasty: RunRequest, gate: threading.Event
+def hang_sensor(rig: Rig, gate: threading.Event) -> None:
+    rig.nose._newest = gate.wait  # type: ignore[method-assign, assignment]
+
+
+def hang_simulator(rig: Rig, gate: threading.Event) -> None:
+    rig.clock._advance = lambda _: gate.wait()  # type: ignore[assignment]
+
+
+def hang_motor(rig: Rig, gate: threading.Event) -> None:
+    rig.left.on_command = lambda _: gate.wait()
+
+
+@pytest.mark.parametrize("hang, device", [(hang_sensor, "nose"), (hang_simulator, None), (hang_motor, "left_motor")])
+def test_error_of_a_part_that_hangs_has_its_name_and_the_motors_stop(
+    perform: Runner,
+    backend: RigBackend,
+    hasty: RunRequest,
+    gate: threading.Event,
+    hang: Callable[[Rig, threading.Event], None],
+    device: str | None,
 ) -> None:
-    def hang(robot: Robot) -> None:
-        backend.rig.nose._newest = gate.wait  # type: ignore[method-assign, assignment]
-
-    result = perform(drive_then(hang), hasty)
-    assert (result.outcome, result.exit_status) == (Outcome.ERROR, 3)
-    assert isinstance(result.error, DeviceError)
-    assert result.error.device == "nose"
-    assert backend.rig.wheels == (0.0, 0.0)
-    assert backend.rig.left.releases == 1
-
-
-def test_simulator_that_hangs_in_a_sleep_ends_the_run(
-    perform: Runner, backend: RigBackend, hasty: RunRequest, gate: threading.Event
-) -> None:
-    def hang(robot: Robot) -> None:
-        backend.rig.clock._advance = lambda _: gate.wait()  # type: ignore[assignment]
-
     watcher = Watcher()
-    result = perform(drive_then(hang), hasty, observers=[watcher])
+    result = perform(drive_then(lambda _: hang(backend.rig, gate)), hasty, observers=[watcher])
     assert (result.outcome, result.exit_status) == (Outcome.ERROR, 3)
-    assert isinstance(result.error, BackendError)
+    assert isinstance(result.error, DeviceError if device else BackendError)
+    assert getattr(result.error, "device", None) == device
     assert last_cause(watcher) == "watchdog"
-    assert backend.rig.wheels == (0.0, 0.0)
-
-
-@pytest.mark.slow
-def test_other_motor_stops_if_one_hangs(
-    perform: Runner, backend: RigBackend, hasty: RunRequest, gate: threading.Event
-) -> None:
-    def hang(robot: Robot) -> None:
-        backend.rig.left.on_command = lambda _: gate.wait()
-
-    result = perform(drive_then(hang), hasty)
-    assert (result.outcome, result.exit_status) == (Outcome.ERROR, 3)
-    assert isinstance(result.error, DeviceError)
-    assert result.error.device == "left_motor"
     assert backend.rig.right.sent[-1] == 0.0
+    if hang is not hang_motor:
+        assert backend.rig.left.sent[-1] == 0.0
+        assert backend.rig.left.releases == 1
 
 
 def test_stop_that_hangs_at_the_end_is_reported_and_the_other_motor_stops(

@@ -58,25 +58,11 @@ def test_deadman_stops_a_faulty_motor(effect: str) -> None:
     assert rig.wheels == (0.0, 0.0)
 
 
-def test_stop_during_a_call_that_hangs_is_repeated_after_the_call() -> None:
-    motor, gains = NullMotor("left_motor"), iter((1.0, 0.5, 0.5))
-    weak = FaultyMotor(MotorOutput.of(motor), lambda: next(gains))
-    weak.set_velocity(4.0)
-    stopping = Thread(target=weak.stop)
-
-    def hang_until_stopped(rad_s: float) -> None:
-        if rad_s == 2.0:
-            stopping.start()
-            stopping.join()
-
-    motor.on_command = hang_until_stopped
-    weak.renew()
-    assert motor.received == [4.0, 2.0, 0.0, 0.0]
-    assert motor.sent[-1] == 0.0
-
-
-def test_stop_from_another_thread_wins_over_a_renewed_command() -> None:
-    """A deadman on a real clock stops from a thread of its own."""
+@pytest.mark.parametrize(
+    "call_s, received", [(None, [4.0, 2.0, 0.0, 0.0]), (LOCK_TIMEOUT_S / 2, [4.0, 2.0, 0.0])], ids=["hangs", "returns"]
+)
+def test_stop_from_another_thread_wins_over_a_renewed_command(call_s: float | None, received: list[float]) -> None:
+    """A deadman on a real clock stops from a thread of its own. During a call that hangs it does not wait."""
     motor, gains = NullMotor("left_motor"), iter((1.0, 0.5, 0.5))
     weak = FaultyMotor(MotorOutput.of(motor), lambda: next(gains))
     weak.set_velocity(4.0)
@@ -85,9 +71,10 @@ def test_stop_from_another_thread_wins_over_a_renewed_command() -> None:
     def stop_meanwhile(rad_s: float) -> None:
         if rad_s == 2.0:
             stopping.start()
-            stopping.join(LOCK_TIMEOUT_S / 2)
+            stopping.join(call_s)
 
     motor.on_command = stop_meanwhile
     weak.renew()
     stopping.join()
-    assert motor.sent == [4.0, 2.0, 0.0]
+    assert motor.received == received
+    assert motor.sent[-1] == 0.0

@@ -20,10 +20,6 @@ class TestStall:
     def test_time_passes_without_ticks_during_a_stall(self) -> None:
         assert _tick_times("loop stall=0.3 after=0.1", 5) == pytest.approx([0.0, 0.05, 0.1, 0.4, 0.45])
 
-    def test_outage_repeats_until_lasts_is_over(self) -> None:
-        times = _tick_times("loop stall=0.1 after=0.1 every=0.2 lasts=0.4", 10)
-        assert times == pytest.approx([0.0, 0.05, 0.1, 0.2, 0.25, 0.3, 0.4, 0.45, 0.5, 0.55])
-
     def test_stall_between_two_ticks_is_not_missed(self) -> None:
         assert _tick_times("loop stall=0.1 after=0.06", 4) == pytest.approx([0.0, 0.05, 0.1, 0.2])
 

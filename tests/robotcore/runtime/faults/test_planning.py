@@ -51,23 +51,15 @@ def test_target_is_a_device_a_role_the_loop_or_the_connection(spec: str, kind: T
     "spec, kind",
     [
         ("eyes drop=0.2", "unknown-target"),
-        ("screen drop=0.2", "fault-not-on-this-kind"),
         ("connection lost=2 lasts=1", "fault-parameter"),
         ("camera dorp=0.2", "unknown-effect"),
         ("camera drop=0.2 aftr=5", "fault-parameter"),
-        ("camera drop=0.2 value=0.3", "fault-parameter"),
         ("camera drop=1.5", "fault-parameter"),
         ("camera drop=much", "fault-parameter"),
-        ("camera drop=nan", "fault-parameter"),
-        ("camera drop=0.2 after=-1", "fault-parameter"),
         ("camera drop", "fault-parameter"),
-        ("nose noise=2", "fault-parameter"),
-        ("camera noise=0", "fault-parameter"),
         ("camera freeze=1", "fault-parameter"),
         ("left_motor drop=0.2", "fault-not-on-this-kind"),
-        ("camera stall=1", "fault-not-on-this-kind"),
         ("loop stall=2 every=1", "fault-parameter"),
-        ("loop stall=1000", "fault-parameter"),
     ],
 )
 def test_wrong_specification_is_refused_with_the_right_form(spec: str, kind: str, raises: Raises) -> None:
@@ -104,18 +96,14 @@ class Biased(Layer):
         return lambda: replace(read(), distance=read().distance + self._fault.value)
 
 
-def test_fault_of_another_package_changes_readings(register: Register) -> None:
-    register("bias", f"{__name__}:Bias")
-    rig = build_rig("nose bias=0.25")
-    rig.nose.distance = 1.0
-    assert rig.robot.range.read().distance == 1.25
-
-
 def test_another_package_can_add_an_effect_for_another_kind_of_device(register: Register) -> None:
     register("weak.range", f"{__name__}:Bias")
-    names = {"nose", "left_motor"}
-    weak = plan_faults(["range weak=-0.5", "left_motor weak=0.5"], ROVER, names)
-    assert [type(planned.fault).__name__ for planned in weak] == ["Bias", "Weak"]
+    rig = build_rig("nose weak=0.25", "left_motor weak=0.5")
+    rig.nose.distance = 1.0
+    assert rig.robot.range.read().distance == 1.25
+    rig.robot.drive.set_wheels(4.0, 4.0)
+    rig.commit()
+    assert rig.wheels == (2.0, 4.0)
 
 
 def test_code_digest_of_a_sweep_includes_a_fault_of_another_package(register: Register) -> None:

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from collections.abc import Callable
 
 import pytest
 
 from robotcore import Outcome, RunRequest, RunResult
+from robotcore.errors import DeviceError
+from robotcore.hal.robot import Robot
 from robotcore.plugins import fault_names
+from robotcore.runtime.behaviour import Status
 from robotcore.runtime.faults.planning import load_fault
 from robotcore.runtime.session import run
+from tests.robotcore.fakes import FunctionApp
 from tests.robotcore.runtime.faults.conftest import Wheels
 
 SPECS = {
@@ -83,45 +87,39 @@ def test_fault_that_does_not_begin_leaves_the_trace_unchanged() -> None:
     assert search(*later).trace_sha256 == search().trace_sha256
 
 
-DEVICE_LOSS_APP = """
-from robotcore import Behaviour, Role, Status
-from robotcore.errors import DeviceError
+def drive_and_wait(on_loss: Callable[[Robot], object], *faults: str) -> RunResult:
+    """Run an app that drives 0.3 m, and calls ``on_loss`` while a device is lost."""
 
-class DeviceLossApp(Behaviour):
-    needs = frozenset({Role.DRIVE, Role.RANGE})
-
-    def step(self, robot):
+    def step(robot: Robot) -> Status:
         try:
             is_there = robot.drive.pose.x > 0.3
             robot.drive.set_velocity(0.2, 0.0)
         except DeviceError:
-            STOP
-            self.state = "waiting"
+            on_loss(robot)
             return Status.RUNNING
-        self.state = "driving"
         return Status.SUCCESS if is_there else Status.RUNNING
-"""
+
+    return run(RunRequest(FunctionApp(step), world="open", timeout_s=5.0, faults=faults))
 
 
-def run_device_loss_app(folder: Path, stop: str, *faults: str) -> RunResult:
-    app = folder / "device_loss_app.py"
-    app.write_text(DEVICE_LOSS_APP.replace("STOP", stop))
-    return run(RunRequest(str(app), world="open", timeout_s=5.0, faults=faults))
-
-
-def test_app_that_stops_its_wheels_continues_after_a_lost_connection(wheels: Wheels, tmp_path: Path) -> None:
-    plain = run_device_loss_app(tmp_path, "robot.drive.stop()")
-    result = run_device_loss_app(tmp_path, "robot.drive.stop()", "connection lost=1 after=0.5")
+def test_app_that_stops_its_wheels_continues_after_a_lost_connection(wheels: Wheels) -> None:
+    plain = drive_and_wait(lambda robot: robot.drive.stop())
+    result = drive_and_wait(lambda robot: robot.drive.stop(), "connection lost=1 after=0.5")
     assert (result.outcome, result.reason) == (Outcome.SUCCESS, "")
     assert plain.sim_time_s + 0.9 < result.sim_time_s < plain.sim_time_s + 1.3
     assert wheels == {"left_motor": 0.0, "right_motor": 0.0}
 
 
-@pytest.mark.parametrize("instead", ["pass", "robot.drive.stop(); robot.drive.set_wheels(1.0, 1.0)"])
+def stop_and_drive(robot: Robot) -> None:
+    robot.drive.stop()
+    robot.drive.set_wheels(1.0, 1.0)
+
+
+@pytest.mark.parametrize("instead", [lambda _: None, stop_and_drive], ids=["nothing", "stop and drive"])
 def test_lost_connection_ends_the_run_unless_the_app_stops_every_wheel(
-    wheels: Wheels, tmp_path: Path, instead: str
+    wheels: Wheels, instead: Callable[[Robot], object]
 ) -> None:
-    result = run_device_loss_app(tmp_path, instead, "connection lost=1 after=0.5")
+    result = drive_and_wait(instead, "connection lost=1 after=0.5")
     assert (result.outcome, result.exit_status) == (Outcome.ERROR, 3)
     assert result.reason.endswith('is disconnected by the fault "connection lost=1 after=0.5"')
     assert wheels == {"left_motor": 0.0, "right_motor": 0.0}

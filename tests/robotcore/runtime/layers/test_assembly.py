@@ -12,39 +12,34 @@ from robotcore.errors import (
     UsageError,
 )
 from robotcore.geometry import Wheels
-from robotcore.hal.devices import Device, Display, SampleT, Sensor
+from robotcore.hal.devices import Display, SampleT, Sensor
 from robotcore.hal.robot import Robot, Role
-from robotcore.runtime.faults import plan_faults
 from robotcore.runtime.layers import assemble, needed_devices
 from robotcore.runtime.layers.base import MotorOutput, Reader, Show, Tap
 from robotcore.safety import CommandFilter
-from tests.robotcore.fakes import ROVER, UNHURRIED, NullEncoder, NullMotor, Rig
+from tests.robotcore.fakes import ROVER, UNHURRIED, NullEncoder, Rig
+from tests.robotcore.runtime.faults.rigs import layers
 from tests.texts import Raises
-
-WHEELS = {"left_motor", "right_motor", "left_encoder", "right_encoder"}
 
 
 class TestNeededDevices:
     @pytest.mark.parametrize(
-        "role, names",
+        "robot, needs, wants, names",
         [
-            (Role.DRIVE, WHEELS | {"nose"}),
-            (Role.CAMERA, {"eye"}),
-            (Role.RANGE, {"nose"}),
-            (Role.DISPLAY, {"screen"}),
+            ("rover", Role.DRIVE, set(), {"left_motor", "right_motor", "left_encoder", "right_encoder", "nose"}),
+            ("rover", Role.CAMERA, {Role.DISPLAY}, {"eye", "screen"}),
+            ("rover", Role.RANGE, set(), {"nose"}),
+            ("lookout", Role.CAMERA, {Role.DRIVE}, {"eye"}),
         ],
     )
-    def test_roles_need_their_devices_and_a_drive_its_range_sensor(self, role: Role, names: set[str]) -> None:
-        assert needed_devices(ROVER, {role}) == names
+    def test_roles_need_their_devices_and_a_drive_its_range_sensor(
+        self, robot: str, needs: Role, wants: set[Role], names: set[str]
+    ) -> None:
+        assert needed_devices(load_robot(robot), {needs}, wants) == names
 
     def test_unmet_need_is_refused(self) -> None:
         with pytest.raises(UnmetNeedError):
             needed_devices(load_robot("lookout"), {Role.CAMERA, Role.DRIVE})
-
-    def test_wanted_role_that_the_robot_lacks_is_left_out(self) -> None:
-        camera = needed_devices(load_robot("lookout"), {Role.CAMERA})
-        assert needed_devices(load_robot("lookout"), {Role.CAMERA}, {Role.DRIVE}) == camera
-        assert needed_devices(ROVER, {Role.CAMERA}, {Role.DISPLAY}) == {"eye", "screen"}
 
 
 class TestSensors:
@@ -55,10 +50,6 @@ class TestSensors:
         assert rig.nose.reads == 1
         rig.sleep(0.05)
         assert rig.robot.range.read() is not first
-
-    def test_mounts_equal_the_description(self) -> None:
-        rig = Rig()
-        assert rig.robot.range.mount == rig.robot.camera.mount == (0.14, 0.0, 0.0)
 
 
 class TestConditions:
@@ -81,11 +72,6 @@ class TestDrive:
         assert rig.assembled.command_filter is None
         assert not rig.robot.has(Role.DRIVE)
 
-    def test_slower_motor_limits_both_wheels(self) -> None:
-        rig = Rig(description=UNHURRIED)
-        rig.right = NullMotor("right_motor", 4.0)
-        assert rig.robot.drive.set_wheels(12.0, 8.0) == pytest.approx((4.0, 8.0 / 3))
-
     def test_pose_without_encoders_follows_the_commands_until_the_deadman_stops(self) -> None:
         rig = Rig(description=UNHURRIED)
         rig.robot.drive.set_velocity(0.2, 0.0)
@@ -100,8 +86,7 @@ class TestEncoders:
         rig = Rig(description=UNHURRIED)
         encoders = NullEncoder(rig.clock, "left_encoder"), NullEncoder(rig.clock, "right_encoder")
         raw = Robot("rig", rig.clock, [rig.left, rig.right, *encoders])
-        faults = [fault.layer(rig.clock, 1) for fault in plan_faults(["encoders delay=0.1"], ROVER, list(raw.devices))]
-        assembled = assemble(raw, UNHURRIED, 20, faults=faults)
+        assembled = assemble(raw, UNHURRIED, 20, faults=layers("encoders delay=0.1", clock=rig.clock))
         drive, poses = assembled.robot.drive, []
         for _ in range(6):
             drive.set_velocity(0.2, 0.0)
@@ -140,20 +125,12 @@ class RecordingTap(Tap):
         return lambda: Wheels(2.0, 2.0)
 
 
-class TestTaps:
-    def test_tap_gets_the_apps_command_before_any_rule(self) -> None:
-        rig, tap = Rig(), RecordingTap()
-        robot = assemble(rig.raw, ROVER, 20, taps=[tap]).robot
-        assert robot.drive.set_wheels(12.0, 6.0) == (3.0, 1.5)
-        assert tap.calls == ["screen", (12.0, 6.0), "nose"]
-
-    def test_tap_can_replace_the_wheel_angles(self) -> None:
-        robot = assemble(Rig().raw, ROVER, 20, taps=[RecordingTap()]).robot
-        assert robot.drive.pose == pytest.approx((0.065, 0.0, 0.0))
-
-
-def _is_closed(device: Device) -> bool:
-    return device._is_closed
+def test_tap_gets_the_apps_command_before_any_rule_and_can_replace_the_wheel_angles() -> None:
+    rig, tap = Rig(), RecordingTap()
+    robot = assemble(rig.raw, ROVER, 20, taps=[tap]).robot
+    assert robot.drive.set_wheels(12.0, 6.0) == (3.0, 1.5)
+    assert tap.calls == ["screen", (12.0, 6.0), "nose"]
+    assert robot.drive.pose == pytest.approx((0.065, 0.0, 0.0))
 
 
 class Broken(Tap):
@@ -185,7 +162,9 @@ def test_exception_of_a_layer_is_a_device_error_and_stops_the_wheels(raises: Rai
 
 
 def test_app_sensor_shows_the_attributes_of_its_kind() -> None:
-    sensor = Rig().robot.range
+    robot = Rig().robot
+    sensor = robot.range
+    assert sensor.mount == robot.camera.mount == (0.14, 0.0, 0.0)
     assert {"cone", "min_range", "max_range", "mount"} <= set(dir(sensor))
     assert type(sensor).__name__ == "RangeSensor"
     with pytest.raises(AttributeError):

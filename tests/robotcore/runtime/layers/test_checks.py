@@ -1,7 +1,5 @@
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import pytest
 
 from robotcore.errors import BackendError, DeviceError, RobotcoreError, StaleSampleError
@@ -9,62 +7,37 @@ from robotcore.hal.clock import SteppedClock, TickClock
 from robotcore.hal.devices import Range
 from robotcore.runtime.layers.base import MotorOutput
 from robotcore.runtime.layers.checks import CallMonitorLayer, MaxAgeLayer
-from robotcore.runtime.layers.devices import AppSensor, wrap_sensor
 from robotcore.safety import ActivityMonitor, Latch, TimeLimit
-from tests.robotcore.fakes import NullMotor, NullRange
+from tests.robotcore.fakes import NullMotor, NullRange, Rig
 from tests.texts import CheckText, Raises
 
 
-@pytest.fixture
-def clock() -> TickClock:
-    return TickClock(SteppedClock(20, lambda _: None))
-
-
-def build_counter() -> Callable[[], Range]:
-    samples = (Range(1.0, 0.0, sequence) for sequence in range(100))
-    return lambda: next(samples)
-
-
-def wrap(clock: TickClock, read: Callable[[], Range]) -> AppSensor[Range]:
-    sensor = wrap_sensor(NullRange(clock), clock, read)
-    assert isinstance(sensor, AppSensor)
-    return sensor
-
-
-def test_failed_read_is_repeated(clock: TickClock) -> None:
-    outcomes: list[DeviceError | Range] = [DeviceError("nose", "no echo"), Range(1.0, 0.0, 0)]
-
-    def read() -> Range:
-        outcome = outcomes.pop(0)
-        if isinstance(outcome, DeviceError):
-            raise outcome
-        return outcome
-
-    once = wrap(clock, read)
-    with pytest.raises(DeviceError):
-        once.read()
-    assert once.read().distance == 1.0
-
-
-def read_checked(clock: TickClock, latch: Latch) -> Range:
-    """Read a sample that was captured at 0 s. The age limit is 0.5 s."""
-    return MaxAgeLayer(clock, 0.5, latch).sensor(NullRange(clock), lambda: Range(1.0, 0.0, 0))()
-
-
-def test_sample_exactly_at_the_age_limit_is_accepted(clock: TickClock) -> None:
+def test_sample_beyond_the_age_limit_ends_the_run_even_if_the_app_catches_the_error() -> None:
+    clock, latch = TickClock(SteppedClock(20, lambda _: None)), Latch()
+    read = MaxAgeLayer(clock, 0.5, latch).sensor(NullRange(clock), lambda: Range(1.0, 0.0, 0))
     clock.sleep_until(0.5)
-    assert read_checked(clock, Latch()).sequence == 0
-
-
-def test_older_sample_ends_the_run_even_if_the_app_catches_the_error(clock: TickClock) -> None:
-    clock.sleep_until(0.55)
-    latch = Latch()
+    read()
     latch.check()
+    clock.sleep_until(0.55)
     with pytest.raises(StaleSampleError) as raised:
-        read_checked(clock, latch)
+        read()
     assert [raised.value.age, raised.value.limit] == pytest.approx([0.55, 0.5])
     with pytest.raises(StaleSampleError):
         latch.check()
+
+
+def test_failed_read_is_repeated() -> None:
+    rig = Rig()
+    newest = rig.nose._newest
+
+    def raise_once() -> Range:
+        rig.nose._newest = newest  # type: ignore[method-assign]
+        raise DeviceError("nose", "no echo")
+
+    rig.nose._newest = raise_once  # type: ignore[method-assign]
+    with pytest.raises(DeviceError):
+        rig.robot.range.read()
+    assert rig.robot.range.read().sequence == 1
 
 
 class Bench:
@@ -88,29 +61,15 @@ def bench() -> Bench:
     return Bench()
 
 
-def test_call_of_a_motor_is_recorded_with_its_name(bench: Bench) -> None:
+def test_call_of_a_device_is_recorded_with_its_name(bench: Bench) -> None:
     inner = NullMotor("left_motor")
     inner.on_command = bench.record
     motor = bench.layer.motor(MotorOutput.of(inner))
     assert motor.set_velocity(99.0) == 12.0
     motor.stop()
-    assert [(error.kind, error.device) for error in bench.errors() if isinstance(error, DeviceError)] == [
-        ("device-hangs", "left_motor")
-    ] * 2
-
-
-def test_read_of_a_sensor_is_recorded_with_its_name(bench: Bench) -> None:
-    nose = NullRange(SteppedClock(20, lambda _: None))
-    read = nose.read
-
-    def record_and_read() -> object:
-        bench.record()
-        return read()
-
-    bench.layer.sensor(nose, record_and_read)()  # type: ignore[arg-type]
-    (error,) = bench.errors()
-    assert isinstance(error, DeviceError)
-    assert (error.kind, error.device) == ("device-hangs", "nose")
+    bench.layer.sensor(NullRange(SteppedClock(20, lambda _: None)), bench.record)()  # type: ignore[arg-type]
+    errors = [(error.kind, error.device) for error in bench.errors() if isinstance(error, DeviceError)]
+    assert errors == [("device-hangs", name) for name in ("left_motor", "left_motor", "nose")]
 
 
 def test_limit_of_a_sleep_is_its_duration_plus_that_of_a_call(bench: Bench, check_text: CheckText) -> None:

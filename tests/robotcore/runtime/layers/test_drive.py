@@ -97,18 +97,14 @@ def test_e_stop_stops_the_motor_until_the_end(bench: Bench) -> None:
         bench.gripper.set_velocity(1.0)
 
 
-def test_e_stop_during_a_command_stops_the_motor(bench: Bench) -> None:
-    stop = EmergencyStop(bench.assembled.latch)
-    bench.inner.on_command = lambda rad_s: stop.press("the button") if rad_s else None
-    assert bench.gripper.set_velocity(2.0) == 0.0
-    assert bench.inner.sent[-1] == 0.0
-
-
-def test_e_stop_between_the_check_and_the_command_stops_the_motor(
-    bench: Bench, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.mark.parametrize("moment", ["check", "call"])
+def test_e_stop_during_a_command_stops_the_motor(bench: Bench, moment: str, monkeypatch: pytest.MonkeyPatch) -> None:
     latch = bench.assembled.latch
-    monkeypatch.setattr(latch, "check", lambda: EmergencyStop(latch).press("the button"))
+    stop = EmergencyStop(latch)
+    if moment == "check":  # the button is pressed between the check and the call
+        monkeypatch.setattr(latch, "check", lambda: stop.press("the button"))
+    else:
+        bench.inner.on_command = lambda rad_s: stop.press("the button") if rad_s else None
     assert bench.gripper.set_velocity(2.0) == 0.0
     assert bench.inner.sent[-1] == 0.0
 

@@ -13,6 +13,7 @@ from robotcore.hal.robot import Robot
 from robotcore.runtime.layers import assemble
 from robotcore.runtime.layers.base import MotorOutput
 from robotcore.runtime.layers.guardian import GuardianLayer, guard_motors
+from robotcore.safety import CommandFilter
 from robotcore.safety.deadman import LOCK_TIMEOUT_S
 from robotcore.safety.guardian.client import Guardian
 from robotcore.safety.guardian.protocol import Report
@@ -108,34 +109,32 @@ def test_dead_guardian_refuses_commands_and_every_motor_stops() -> None:
     assert guarded.log == ["driving", "left 1", "left 0", "right 0"]
 
 
+def assemble_guarded(guardian: GuardianSpy, rig: Rig) -> CommandFilter:
+    guard = GuardianLayer(cast("Guardian", guardian))
+    command_filter = assemble(rig.raw, rig.description, rig.rate_hz, guard=guard).command_filter
+    assert command_filter
+    return command_filter
+
+
 def test_stop_by_the_guardian_is_an_intervention_and_later_commands_pass() -> None:
     guardian, rig = GuardianSpy(), Rig(description=UNHURRIED)
-    guard = GuardianLayer(cast("Guardian", guardian))
-    assembled = assemble(rig.raw, rig.description, rig.rate_hz, guard=guard)
-    assert assembled.command_filter
-    assembled.command_filter.ask(Wheels(1.0, 2.0))
-    assembled.command_filter.commit()
+    command_filter = assemble_guarded(guardian, rig)
+    command_filter.ask(Wheels(1.0, 2.0))
+    command_filter.commit()
     guardian.reports = [Report("stop", ("left_motor",), ())]
-    assembled.command_filter.ask(Wheels(1.0, 2.0))
-    commit = assembled.command_filter.commit()
-    (intervention,) = commit.interventions
-    assert (intervention.cause, intervention.asked, intervention.sent) == (
-        "guardian",
-        Wheels(1.0, 2.0),
-        Wheels(0.0, 0.0),
-    )
+    command_filter.ask(Wheels(1.0, 2.0))
+    (stop,) = command_filter.commit().interventions
+    assert (stop.cause, stop.asked, stop.sent) == ("guardian", Wheels(1.0, 2.0), Wheels(0.0, 0.0))
     assert rig.left.received == [1.0, 0.0, 1.0]  # the layer sends the guardian's stop to the motor too
-    assert not assembled.command_filter.commit().interventions
+    assert not command_filter.commit().interventions
 
 
 def test_commit_without_a_command_raises_if_the_guardian_is_dead() -> None:
     guardian, rig = GuardianSpy(), Rig()
-    guard = GuardianLayer(cast("Guardian", guardian))
-    assembled = assemble(rig.raw, rig.description, rig.rate_hz, guard=guard)
-    assert assembled.command_filter
+    command_filter = assemble_guarded(guardian, rig)
     guardian.is_dead = True
     with pytest.raises(GuardianError):
-        assembled.command_filter.commit()
+        command_filter.commit()
     assert rig.wheels == (0.0, 0.0)
 
 
@@ -165,9 +164,6 @@ def test_acceleration_limit_does_not_use_a_drivers_rounded_velocity() -> None:
     rig = Rig(description=UNHURRIED)
     apply = rig.left.set_velocity
     rig.left.set_velocity = lambda rad_s: round(apply(rad_s))  # type: ignore[method-assign]
-    guardian = GuardianSpy()
-    guard = GuardianLayer(cast("Guardian", guardian))
-    assembled = assemble(rig.raw, rig.description, rig.rate_hz, guard=guard)
-    assert assembled.command_filter
-    assembled.command_filter.ask(Wheels(0.4, 0.4))
-    assert assembled.command_filter.commit().sent == Wheels(0.4, 0.4)
+    command_filter = assemble_guarded(GuardianSpy(), rig)
+    command_filter.ask(Wheels(0.4, 0.4))
+    assert command_filter.commit().sent == Wheels(0.4, 0.4)
