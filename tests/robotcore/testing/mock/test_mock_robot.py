@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ import pytest
 from robotcore.errors import (
     BehaviourError,
     DeviceError,
+    RobotcoreError,
     UnknownNameError,
     UnmetNeedError,
     UsageError,
@@ -58,10 +60,12 @@ class Undeclared(Behaviour):
         return Status.RUNNING
 
 
-def test_each_tick_has_one_reading_and_the_last_one_is_repeated() -> None:
+def test_each_tick_has_one_reading_of_a_list_or_a_function() -> None:
     app = Ahead()
     MockRobot(range=[1.0, 0.9, 0.8]).run(app, ticks=5)
     assert app.seen == [1.0, 0.9, 0.8, 0.8, 0.8]
+    MockRobot(range=lambda time: 1.0 - time).run(app, ticks=3)
+    assert app.seen[5:] == pytest.approx([1.0, 0.95, 0.9])
 
 
 @pytest.mark.parametrize("rate_hz", [3.0, 7.0, 20.0, 30.0, 50.0, 300.0])
@@ -69,12 +73,6 @@ def test_no_reading_is_left_out_at_any_rate(rate_hz: float) -> None:
     app, script = Ahead(), [1.0 + i / 100 for i in range(60)]
     MockRobot(range=script, rate_hz=rate_hz).run(app, ticks=60)
     assert app.seen == script
-
-
-def test_script_may_be_a_function_of_the_time() -> None:
-    app = Ahead()
-    MockRobot(range=lambda time: 1.0 - time).run(app, ticks=3)
-    assert app.seen == pytest.approx([1.0, 0.95, 0.9])
 
 
 def test_lost_echo_leaves_the_last_sample() -> None:
@@ -95,11 +93,6 @@ def test_reading_that_was_not_read_counts_as_a_sample() -> None:
     assert (sample.distance, sample.time, sample.sequence) == (0.9, 0.05, 1)
 
 
-def test_script_without_a_first_reading_fails(raises: Raises) -> None:
-    with raises(DeviceError, "nothing-read"):
-        MockRobot(range=LOST).run(Ahead())
-
-
 def test_exception_in_a_script_fails_the_device_at_that_tick(raises: Raises) -> None:
     robot = MockRobot(range=[1.0, OSError("the wire is off"), 0.8])
     robot.run(Ahead())
@@ -114,12 +107,6 @@ def test_distances_keep_the_limits_of_the_sensor() -> None:
     app = Ahead(linear=0.0)
     MockRobot(range=[0.001, 2.5, math.inf]).run(app, ticks=3)
     assert app.seen == [0.02, math.inf, math.inf]
-
-
-@pytest.mark.parametrize("reading", [math.nan, -0.1, "near", None])
-def test_script_of_no_distance_is_refused(reading: object, raises: Raises) -> None:
-    with raises(BehaviourError):
-        MockRobot(range=[reading]).run(Ahead())
 
 
 def test_range_guard_acts_as_in_a_real_run() -> None:
@@ -164,14 +151,10 @@ def test_pictures_are_played_and_kept() -> None:
     black, white = (np.full((240, 320, 3), level, dtype=np.uint8) for level in (0, 255))
     robot = MockRobot(camera=[black, white])
     robot.run(Marking(), ticks=3)
-    assert [picture[0, 0, 0] for picture in robot.pictures] == [0, 255, 255]
-
-
-def test_picture_is_copied() -> None:
-    robot, canvas = MockRobot(), np.zeros((240, 320, 3), dtype=np.uint8)
+    canvas = black.copy()
     robot.layered.display.show(canvas)
-    canvas[:] = 255
-    assert not robot.pictures[0].any()
+    canvas[:] = 99
+    assert [picture[0, 0, 0] for picture in robot.pictures] == [0, 255, 255, 0]
 
 
 def test_without_a_script_nothing_is_in_range_and_the_picture_is_grey() -> None:
@@ -180,9 +163,24 @@ def test_without_a_script_nothing_is_in_range_and_the_picture_is_grey() -> None:
     assert (robot.camera.read().image == 128).all()
 
 
-def test_picture_of_another_size_is_refused(raises: Raises) -> None:
-    with raises(BehaviourError):
-        MockRobot(camera=np.zeros((10, 10, 3), dtype=np.uint8)).run(Marking())
+@pytest.mark.parametrize(
+    "script, app, error, kind",
+    [
+        ({"range": [math.nan]}, Ahead, BehaviourError, ""),
+        ({"range": [-0.1]}, Ahead, BehaviourError, ""),
+        ({"range": ["near"]}, Ahead, BehaviourError, ""),
+        ({"range": [None]}, Ahead, BehaviourError, ""),
+        ({"range": LOST}, Ahead, DeviceError, "nothing-read"),
+        ({"range": []}, Ahead, UsageError, "script-empty"),
+        ({"camera": np.zeros((10, 10, 3), dtype=np.uint8)}, Marking, BehaviourError, ""),
+    ],
+    ids=["nan", "negative", "text", "None", "no first reading", "empty", "small picture"],
+)
+def test_script_that_cannot_be_played_is_refused(
+    script: dict[str, Any], app: type[Behaviour], error: type[RobotcoreError], kind: str, raises: Raises
+) -> None:
+    with raises(error, kind):
+        MockRobot(**script).run(app())
 
 
 def test_device_that_the_app_does_not_need_is_not_open(raises: Raises) -> None:
@@ -202,11 +200,6 @@ def test_script_for_a_device_that_is_not_there_is_refused(raises: Raises) -> Non
         MockRobot("lookout", range=1.0)
     with raises(UnknownNameError, "unknown-scripted-sensor"):
         MockRobot(readings={"noes": 1.0}).run(Ahead())
-
-
-def test_empty_script_is_refused(raises: Raises) -> None:
-    with raises(UsageError, "script-empty"):
-        MockRobot(range=[]).run(Ahead())
 
 
 def test_mock_runs_from_the_command_line_too() -> None:
