@@ -2,7 +2,7 @@
 
     python -m benchmarks.hostile_recordings
 
-The files of `tests.robotcore.recording.hostile_files.files`, and files with random changes, go through `robotcore info`
+The files of `tests.robotcore.recording.hostile_files`, and files with random changes, go through `robotcore info`
 with all its outputs, `replay`, `replay --set` and `compare`, each in its own process. Memory is the largest resident
 size of a process with its interpreter and libraries, less the size of the file. Time is processor time.
 
@@ -26,8 +26,8 @@ from time import monotonic, sleep
 from typing import NamedTuple
 
 from benchmarks.report import parse_options, print_table
-from tests.robotcore.recording.hostile_files.files import PROOF, name_files
-from tests.robotcore.recording.hostile_files.mutations import SourceRecording, mutate
+from tests.robotcore.recording.hostile_files import PROOF, mutate, name_files
+from tests.robotcore.recording.mcap_builder import read_raw
 
 MEMORY_BOUND_MB, TIME_BOUND_S = 300.0, 5.0
 HANGS_S = 120.0
@@ -90,7 +90,7 @@ def _make_file(name: str, base: Path, file: Path) -> None:
 
 
 def _make_random_file(name: str, base: Path, file: Path) -> None:
-    file.write_bytes(mutate(SourceRecording.of(base), Random(name)))
+    file.write_bytes(mutate(read_raw(base), Random(name)))
 
 
 def _measure(name: str, base: Path, file: Path) -> Iterator[Cost]:

@@ -10,8 +10,8 @@ import cv2
 import pytest
 
 from tests.robotcore.cli.conftest import Cli, RecordedRun
-from tests.robotcore.recording.hostile_files.files import ESCAPES, name_files
-from tests.robotcore.recording.hostile_files.mcap_builder import change_json
+from tests.robotcore.recording.hostile_files import ESCAPES, name_files
+from tests.robotcore.recording.mcap_builder import change_json
 from tests.texts import CheckText
 
 

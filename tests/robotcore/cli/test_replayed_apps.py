@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.robotcore.cli.conftest import AppFile, Cli
-from tests.robotcore.recording.hostile_files.mcap_builder import change_json
+from tests.robotcore.recording.mcap_builder import change_json
 from tests.texts import CheckText
 
 CHOOSING = """

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import struct
 import zlib
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,7 @@ from mcap.records import Channel
 
 from robotcore.recording.chunks import MAGIC, ChunkedFile, read_records, unpack
 
-HEADER, FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, DATA_END = 0x01, 0x02, 0x03, 0x04, 0x05, 0x06, 0x0F
+HEADER, FOOTER, CHANNEL, MESSAGE, CHUNK, DATA_END = 0x01, 0x02, 0x04, 0x05, 0x06, 0x0F
 
 Raw = tuple[int, bytes]
 """A record of an MCAP file: its opcode and its body."""
@@ -30,15 +30,12 @@ def build_chunk(
     *,
     packed: bytes | None = None,
     size: int | None = None,
-    crc: int | None = None,
     packing: str = "zstd",
 ) -> bytes:
-    """Return a chunk of records as bytes. ``packed``, ``size`` and ``crc`` replace the true values."""
+    """Return a chunk of records as bytes. ``packed`` and ``size`` replace the true values."""
     if packed is None:
         packed = zstandard.compress(content, 1) if packing == "zstd" else content
-    head = struct.pack(
-        "<QQQI", 0, 0, len(content) if size is None else size, zlib.crc32(content) if crc is None else crc
-    )
+    head = struct.pack("<QQQI", 0, 0, len(content) if size is None else size, zlib.crc32(content))
     name = packing.encode()
     body = head + struct.pack("<I", len(name)) + name + struct.pack("<Q", len(packed)) + packed
     return build_record(CHUNK, body)
@@ -50,18 +47,13 @@ def build_file(*parts: bytes) -> bytes:
     return b"".join((MAGIC, header, *parts, end, build_record(FOOTER, bytes(20)), MAGIC))
 
 
-def build_schema(number: int, name: str) -> bytes:
-    text = name.encode()
-    return build_record(SCHEMA, struct.pack("<HI", number, len(text)) + text + bytes(8))
-
-
-def build_channel(number: int, topic: str, schema: int = 0) -> bytes:
+def build_channel(number: int, topic: str) -> bytes:
     text = topic.encode()
-    return build_record(CHANNEL, struct.pack("<HHI", number, schema, len(text)) + text + bytes(8))
+    return build_record(CHANNEL, struct.pack("<HHI", number, 0, len(text)) + text + bytes(8))
 
 
-def build_message(channel: int, content: bytes, sequence: int = 1) -> bytes:
-    return build_record(MESSAGE, struct.pack("<HIQQ", channel, sequence, 0, 0) + content)
+def build_message(channel: int, content: bytes) -> bytes:
+    return build_record(MESSAGE, struct.pack("<HIQQ", channel, 1, 0, 0) + content)
 
 
 def read_raw(file: Path) -> list[list[Raw]]:
@@ -82,14 +74,6 @@ def _split(data: bytes) -> list[Raw]:
     return records
 
 
-def join_raw(chunks: Iterable[Iterable[Raw]]) -> bytes:
-    """Return an MCAP file as bytes.
-
-    chunks: the records of each chunk, as `read_raw` returns them.
-    """
-    return build_file(*(build_chunk(b"".join(build_record(*record) for record in records)) for records in chunks))
-
-
 def change_messages(file: Path, topic: str, change: Callable[[int, bytes], bytes]) -> bytes:
     """Return the file with each message of a topic changed, with valid checksums.
 
@@ -103,7 +87,7 @@ def change_messages(file: Path, topic: str, change: Callable[[int, bytes], bytes
             elif opcode == MESSAGE and int.from_bytes(body[:2], "little") in numbers:
                 records[index] = opcode, body[:22] + change(count, body[22:])
                 count += 1
-    return join_raw(chunks)
+    return build_file(*(build_chunk(b"".join(build_record(*record) for record in records)) for records in chunks))
 
 
 def change_json(file: Path, topic: str, change: Callable[[int, Any], Any]) -> bytes:

@@ -1,1 +1,0 @@
-"""Files that attack programs that read recordings."""
