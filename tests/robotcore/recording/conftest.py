@@ -1,43 +1,21 @@
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from robotcore.errors import DeviceError
-from robotcore.geometry import Pose
 from robotcore.hal.devices import Camera, SampleT, Sensor
 from robotcore.recording import Recording, read
 from robotcore.recording.recorder import Recorder
-from robotcore.recording.tap import RecordingTap, TickEvents
 from robotcore.runtime.layers.base import Reader, Tap
-from robotcore.runtime.result import RunResult
-from robotcore.runtime.session import Run, RunRequest, run
-from robotcore.runtime.trace import TickRecord
+from robotcore.runtime.session import RunRequest, run
 from tests.robotcore.recording import irregular_app
+from tests.robotcore.recording.replay.memory import Memory
 
 IRREGULAR_APP = str(Path(irregular_app.__file__))
-
-
-class MemoryRecorder:
-    """An observer that keeps the events of a run in memory, to compare them with the file."""
-
-    def __init__(self) -> None:
-        self.layer = RecordingTap(lambda: True)
-        self.ticks: list[tuple[TickRecord, TickEvents]] = []
-        self.poses: list[Pose] = []
-        self.result: RunResult | None = None
-
-    def begin(self, run: Run) -> None:
-        self.run = run
-
-    def tick(self, record: TickRecord) -> None:
-        self.ticks.append((record, self.layer.take()))
-        self.poses.append(self.run.robot.drive._odometry.latest)
-
-    def end(self, result: RunResult) -> None:
-        self.result = result
 
 
 class FailingCameraTap(Tap):
@@ -58,11 +36,12 @@ class FailingCameraTap(Tap):
         return read_or_fail
 
 
+@dataclass(frozen=True)
 class RecordedRun:
     """A run that was recorded in a file and in memory."""
 
-    def __init__(self, file: Path, witness: MemoryRecorder, recorder: Recorder) -> None:
-        self.file, self.witness, self.recorder = file, witness, recorder
+    file: Path
+    witness: Memory
 
     @property
     def recording(self) -> Recording:
@@ -71,9 +50,9 @@ class RecordedRun:
 
 def record(file: Path, *below: Tap, is_jpeg: bool = False, app: str = IRREGULAR_APP, **asked: Any) -> RecordedRun:
     """Record a run of `IrregularApp`, or of another app."""
-    recorder, witness = Recorder(file, is_jpeg=is_jpeg), MemoryRecorder()
+    recorder, witness = Recorder(file, is_jpeg=is_jpeg), Memory()
     run(RunRequest(app, **{"seed": 3, **asked}), [recorder, witness], [*below, recorder.layer, witness.layer])
-    return RecordedRun(file, witness, recorder)
+    return RecordedRun(file, witness)
 
 
 @pytest.fixture(scope="session")

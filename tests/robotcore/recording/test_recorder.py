@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import os
 import queue
+import resource
 import signal
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -21,25 +23,30 @@ from robotcore.runtime.result import Outcome
 from robotcore.runtime.session import RunRequest, run
 from robotcore.runtime.trace import TickRecord
 from tests.robotcore.recording.conftest import IRREGULAR_APP, record
-from tests.robotcore.runs import Watcher
+from tests.robotcore.runs import CallOnce, Watcher
 from tests.texts import Raises
-
-COMMAND = [sys.executable, "-m", "tests.robotcore.recording.recording_run"]
 
 
 @pytest.mark.slow
 def test_killed_process_loses_only_the_last_moment(file: Path) -> None:
-    with subprocess.Popen([*COMMAND, str(file)], stdout=subprocess.PIPE, text=True) as process:
-        assert process.stdout
-        lines = ["0.0"]
-        while float(lines[-1]) < 1.5:
-            lines.append(process.stdout.readline())
-        process.send_signal(signal.SIGKILL)
-        lines += process.stdout.read().split()
+    request = f"RunRequest({IRREGULAR_APP!r}, settings={{'ticks': 9999}}, realtime=True)"
+    script = f"""
+from pathlib import Path
+from robotcore.recording.recorder import Recorder
+from robotcore.runtime.session import RunRequest, run
+recorder = Recorder(Path({str(file)!r}))
+run({request}, [recorder], [recorder.layer])
+"""
+    with subprocess.Popen([sys.executable, "-c", script]) as process:
+        begin = None
+        while begin is None or time.monotonic() - begin < 1.5:
+            time.sleep(0.01)
+            begin = begin or (time.monotonic() if file.exists() and file.stat().st_size > 1000 else None)
+        process.kill()
     recording = read(file)
     assert recording.is_cut
     assert recording.is_replayable
-    assert float(lines[-1]) - recording.ticks[-1].time < 1.2
+    assert recording.ticks[-1].time > 0.5
 
 
 def test_first_tick_is_in_the_file_at_once(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -60,17 +67,12 @@ def test_first_tick_is_in_the_file_at_once(file: Path, monkeypatch: pytest.Monke
     run(RunRequest(IRREGULAR_APP), [recorder, Waiting()], [recorder.layer])
 
 
-@pytest.mark.slow
 def test_recording_of_an_interrupted_run_is_whole(file: Path) -> None:
-    with subprocess.Popen([*COMMAND, str(file)], stdout=subprocess.PIPE, text=True) as process:
-        assert process.stdout
-        for _ in range(5):
-            process.stdout.readline()
-        process.send_signal(signal.SIGTERM)
-        lines = process.stdout.read().split()
-    assert lines[-2:] == ["interrupted", "None"]
+    recorder = Recorder(file)
+    observers = [recorder, CallOnce(lambda: signal.raise_signal(signal.SIGTERM))]
+    assert run(RunRequest(IRREGULAR_APP), observers, [recorder.layer]).outcome is Outcome.INTERRUPTED
     recording = read(file)
-    assert not recording.is_cut
+    assert (recording.is_cut, recorder.failure) == (False, None)
     assert recording.result
     assert recording.result.exit_status == 143
 
@@ -91,13 +93,20 @@ def test_signal_before_the_metadata_leaves_a_closed_file(
 
 @pytest.mark.slow
 @pytest.mark.parametrize("limit", [100, 20_000])
-def test_full_disk_ends_the_recording_and_not_the_run(file: Path, limit: int) -> None:
-    done = subprocess.run([*COMMAND, str(file), str(limit)], capture_output=True, text=True, check=True, timeout=100)
-    outcome, message = done.stdout.splitlines()[-2:]
-    assert outcome == "success"
-    assert message == f"{file}: File too large. Free disk space, or name a file on another disk"
-    assert done.stderr == ""
+def test_full_disk_ends_the_recording_and_not_the_run(
+    raises: Raises, file: Path, capfd: pytest.CaptureFixture[str], limit: int
+) -> None:
+    recorder, limits = Recorder(file), resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limits[1]))
+    try:
+        result = run(RunRequest(IRREGULAR_APP, settings={"ticks": 100}), [recorder], [recorder.layer])
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert (result.ticks, capfd.readouterr().err) == (100, "")
     assert file.stat().st_size <= limit
+    assert recorder.failure
+    with raises(RecordingError, "file-not-writable"):
+        raise recorder.failure
 
 
 @pytest.mark.slow
@@ -191,15 +200,6 @@ def test_missing_extra_is_reported(
         ask(file)
 
 
-def test_queue_keeps_the_order_and_a_full_queue_accepts_entries() -> None:
-    backlog: WriteQueue[int] = WriteQueue(room=10)
-    for entry in range(3):
-        assert backlog.has_room() == (entry < 2)
-        backlog.put(entry, 9, waits=False)
-    assert [backlog.get() for _ in range(4)] == [0, 1, 2, None]
-    assert backlog.has_room()
-
-
 @pytest.mark.parametrize("finish", [WriteQueue.get, WriteQueue.end, WriteQueue.abandon])
 def test_waiting_put_returns_when_there_is_room_or_the_queue_ends(finish: Callable[[WriteQueue[int]], object]) -> None:
     backlog: WriteQueue[int] = WriteQueue(room=10)
@@ -213,12 +213,14 @@ def test_waiting_put_returns_when_there_is_room_or_the_queue_ends(finish: Callab
     assert not putting.is_alive()
 
 
-def test_ended_queue_discards_entries() -> None:
+def test_queue_keeps_the_order_accepts_entries_if_full_and_discards_them_after_its_end() -> None:
     backlog: WriteQueue[int] = WriteQueue(room=10)
     for entry in range(3):
+        assert backlog.has_room() == (entry < 2)
         backlog.put(entry, 9, waits=False)
+    assert backlog.get() == 0
     backlog.end()
     backlog.put(4, 9, waits=True)
-    assert (backlog.get(), backlog.is_over) == (0, False)
+    assert (backlog.get(), backlog.is_over) == (1, False)
     backlog.abandon()
     assert (backlog.has_room(), backlog.is_over, backlog.get()) == (True, True, None)

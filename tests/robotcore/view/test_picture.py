@@ -12,12 +12,13 @@ import pytest
 
 from robotcore import RunRequest, run
 from robotcore.errors import UsageError
+from robotcore.geometry import Pose
 from robotcore.hal.devices import Frame, Image
 from robotcore.runtime.layers.devices import AppDisplay, AppSensor
 from robotcore.runtime.session import Run
 from robotcore.view import page
-from robotcore.view.canvas import BAD, FAIR, GOOD, Canvas, choose_state_colours
-from robotcore.view.overhead import MapTransform, Track
+from robotcore.view.canvas import BAD, FAIR, GOOD, Canvas, choose_state_colours, measure_text
+from robotcore.view.overhead import MapTransform, Track, TrackPoint
 from robotcore.view.page import EDGE, HEIGHT, MAP, SIDE, TOP, begin_page, join_titles, require_writable
 from robotcore.view.picture import (
     PictureRecorder,
@@ -48,25 +49,17 @@ def find_pixel(figure: RunFigure, x: float, y: float) -> tuple[float, float]:
     return column + EDGE, row + TOP
 
 
-def test_ball_and_obstacles_are_drawn_in_their_colours(figure: RunFigure) -> None:
+def test_ball_obstacles_robot_and_path_are_drawn_in_their_colours(figure: RunFigure) -> None:
     assert figure.world
     assert figure.world.target
     image = draw_figure(figure)
     for thing in (figure.world.target, *figure.world.obstacles):
         assert thing.colour in list_colours_near(image, *find_pixel(figure, thing.x_m, thing.y_m))
-
-
-def test_the_path_has_the_colour_of_its_state(figure: RunFigure) -> None:
-    image = draw_figure(figure)
+    belly = figure.track.points[-1].pose.to_world(0.05, 0.06)
+    assert figure.robot.body.colour in list_colours_near(image, *find_pixel(figure, *belly))
     colours = choose_state_colours(figure.track.states)
     for step in figure.track.points[16:34:4]:
         assert colours[step.state] in list_colours_near(image, *find_pixel(figure, step.pose.x, step.pose.y), reach=4)
-
-
-def test_the_robot_is_drawn_at_its_last_pose(figure: RunFigure) -> None:
-    pose = figure.track.points[-1].pose
-    belly = pose.to_world(0.05, 0.06)
-    assert figure.robot.body.colour in list_colours_near(draw_figure(figure), *find_pixel(figure, *belly))
 
 
 def test_milestones_at_one_pose_do_not_hide_each_other(figure: RunFigure) -> None:
@@ -139,19 +132,13 @@ def test_a_run_without_camera_world_and_truth_has_a_picture(figure: RunFigure) -
     assert draw_figure(bare).shape == (1000, 1600, 3)
 
 
-def test_a_state_has_the_same_colour_in_every_picture() -> None:
+def test_a_state_has_the_same_colour_in_every_picture_and_colours_repeat_after_eight() -> None:
     states = ["search", "seen", "explore", "approach", "survey", "avoid", "retreat", "arrived"]
     colours = choose_state_colours(states)
     assert len(set(colours.values())) == len(states)
-    assert all(
-        choose_state_colours(part) == {name: colours[name] for name in part} for part in (["seen"], states[:2:-1])
-    )
-
-
-def test_colours_repeat_if_there_are_many_states() -> None:
-    colours = choose_state_colours([str(number) for number in range(20)])
-    assert len(colours) == 20
-    assert len(set(colours.values())) == 8
+    for part in (["seen"], states[:2:-1]):
+        assert choose_state_colours(part) == {name: colours[name] for name in part}
+    assert len(set(choose_state_colours([str(number) for number in range(20)]).values())) == 8
 
 
 @pytest.mark.parametrize("words", ["", "w" * 300])
@@ -184,12 +171,6 @@ class RunKeeper(PictureRecorder):
         self.run = run
 
 
-def record_picture(app: str = "avoid-obstacles", **request: Any) -> RunKeeper:
-    recorder = RunKeeper()
-    run(RunRequest(app, settings={"duration_s": 0.5}, **request), [recorder])
-    return recorder
-
-
 def test_the_recorder_stores_the_true_pose_of_every_tick_and_reads_no_camera() -> None:
     recorder = RunKeeper()
     result = run(RunRequest("avoid-obstacles", world="open", settings={"duration_s": 8.0}), [recorder])
@@ -202,15 +183,18 @@ def test_the_recorder_stores_the_true_pose_of_every_tick_and_reads_no_camera() -
 
 
 def test_the_picture_on_a_display_comes_before_the_camera_image() -> None:
-    robot = record_picture("mark-green", world="open", seed=3).run.robot
+    recorder = RunKeeper()
+    run(RunRequest("mark-green", world="open", seed=3, settings={"duration_s": 0.5}), [recorder])
+    robot = recorder.run.robot
     assert isinstance(robot.display, AppDisplay)
     assert isinstance(robot.camera, AppSensor)
     assert robot.camera.latest is not None
     assert find_last_image(robot) is robot.display.latest is not robot.camera.latest.image
 
 
-def test_a_run_without_truth_has_a_picture_and_a_missing_folder_is_reported(raises: Raises, tmp_path: Path) -> None:
-    recorder = record_picture(backend="mock")
+def test_a_run_without_truth_has_a_picture_with_its_states(raises: Raises, tmp_path: Path) -> None:
+    recorder = PictureRecorder()
+    result = run(RunRequest("mark-green", "mock", settings={"duration_s": 0.2}), [recorder])
     require_writable(tmp_path / "run.png")
     assert not list(tmp_path.iterdir())
     recorder.save(tmp_path / "run.png")
@@ -219,13 +203,26 @@ def test_a_run_without_truth_has_a_picture_and_a_missing_folder_is_reported(rais
     assert picture.shape == (1000, 1600, 3)
     with raises(UsageError, "file-not-writable"):
         recorder.save(tmp_path / "missing" / "run.png")
-
-
-def test_states_of_a_run_without_poses_are_listed() -> None:
-    recorder = PictureRecorder()
-    result = run(RunRequest("mark-green", "mock", settings={"duration_s": 0.2}), [recorder])
     assert recorder._figure
     assert not recorder._figure.track.is_located
     ((state, first_s, duration_s),) = recorder._figure.track.list_state_durations()
-    assert (state, first_s) == ("search", 0.0)
-    assert duration_s == pytest.approx(result.sim_time_s)
+    assert (state, first_s, duration_s) == ("search", 0.0, pytest.approx(result.sim_time_s))
+
+
+def test_a_track_has_the_segments_the_durations_and_the_milestones_of_its_states() -> None:
+    track = Track()
+    assert track.find_milestone_poses({"a": 0.0}) == {}
+    track.points = [TrackPoint(float(time), state, Pose(time, 0.0, 0.0)) for time, state in enumerate("aabba")]
+    assert track.states == ["a", "b"]
+    times = [(state, [step.time for step in steps]) for state, steps in track.list_segments()]
+    assert times == [("a", [0, 1]), ("b", [1, 2, 3]), ("a", [3, 4])]
+    assert list(track.list_state_durations()) == [("a", 0.0, 2.0), ("b", 2.0, 2.0)]
+    assert track.find_milestone_poses({"b": 2.2}) == {"b": Pose(2, 0.0, 0.0)}
+
+
+def test_text_that_opencv_cannot_write_is_drawn_as_its_escape() -> None:
+    sheets = []
+    for words in ("\ud800", r"\ud800"):
+        sheets.append(Canvas(100, 40, (255, 255, 255)))
+        assert sheets[-1].write_text((5, 30), words, (0, 0, 0), 12) == measure_text(words, 12) > 0
+    assert np.array_equal(sheets[0].render(), sheets[1].render())

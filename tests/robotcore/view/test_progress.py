@@ -3,6 +3,7 @@ from __future__ import annotations
 import io
 import re
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import replace
 
 import pytest
@@ -115,22 +116,16 @@ def test_the_line_ends_with_the_newest_hint() -> None:
     assert ["space: stop" in line for line in progress.lines] == [True, *[False] * 5, *[True] * 5]
 
 
-def test_the_line_ends_if_the_run_raises() -> None:
-    class BrokenProgressLine(RecordedProgressLine):
-        def begin(self, run: Run) -> None:
-            super().begin(run)
-            raise ArithmeticError
-
-    progress = BrokenProgressLine()
-    with pytest.raises(ArithmeticError):
+@pytest.mark.parametrize("is_broken", [False, True])
+def test_after_a_run_the_line_is_gone_and_the_cursor_is_shown(
+    monkeypatch: pytest.MonkeyPatch, *, is_broken: bool
+) -> None:
+    progress = RecordedProgressLine()
+    if is_broken:
+        monkeypatch.setattr(progress, "tick", lambda _: int("an error"))
+    with pytest.raises(ValueError, match="an error") if is_broken else nullcontext():
         run(REQUEST, [progress])
     progress.close()
-    assert not progress._live.is_started
-
-
-def test_after_a_run_the_line_is_gone_and_the_cursor_is_shown() -> None:
-    progress = RecordedProgressLine()
-    run(REQUEST, [progress])
     written = progress.console.file.getvalue()  # type: ignore[attr-defined]  # the file is ours
     assert written.rindex("\x1b[?25h") > written.rindex("\x1b[?25l")
     assert not progress._live.is_started

@@ -1,16 +1,20 @@
-"""Record runs in memory, without a file."""
+"""Record runs in memory, without a file, and disturb them."""
 
 from __future__ import annotations
 
+import signal
 import sys
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
 from robotcore.errors import Interrupted, RobotcoreError
-from robotcore.recording import GroundTruthSample, Metadata, RecordedError, RecordedSample, Recording, SampleKey, Tick
+from robotcore.hal.devices import SampleT, Sensor
+from robotcore.recording import GroundTruthSample, RecordedError, RecordedSample, Recording, SampleKey, Tick
 from robotcore.recording.recording import build_metadata
 from robotcore.recording.tap import RecordingTap
 from robotcore.recording.writer import TickBuilder
+from robotcore.runtime.layers.base import Reader, Tap
 from robotcore.runtime.result import RunResult
 from robotcore.runtime.session import Run, RunRequest, run
 from robotcore.runtime.trace import TickRecord
@@ -24,23 +28,18 @@ class Memory:
         self.ticks: list[Tick] = []
         self.samples: dict[SampleKey, RecordedSample] = {}
         self.truth: list[GroundTruthSample] = []
-        self.about: Metadata | None = None
         self.result: RunResult | None = None
-        self._run: Run | None = None
-        self._ticks: TickBuilder | None = None
 
     def begin(self, run: Run) -> None:
-        self._run, self.about = run, build_metadata(run)
-        self._ticks = TickBuilder(run.description)
+        self.run, self.metadata = run, build_metadata(run)
+        self._builder = TickBuilder(run.description)
 
     def tick(self, record: TickRecord) -> None:
-        notes, error = self.layer.take(), self.layer.find_latched(record.interventions) or sys.exc_info()[1]
-        self.samples |= dict(notes.samples)  # type: ignore[arg-type]  # samples of ours are recorded ones
-        assert self._ticks, "a run has begun"
+        events, error = self.layer.take(), self.layer.find_latched(record.interventions) or sys.exc_info()[1]
+        self.samples |= dict(events.samples)  # type: ignore[arg-type]  # samples of ours are recorded ones
         raised = RecordedError.of(error) if isinstance(error, (RobotcoreError, Interrupted)) else None
-        self.ticks.append(self._ticks.build(record, notes, raised))
-        if self._run and self._run.truth:
-            truth = self._run.truth
+        self.ticks.append(self._builder.build(record, events, raised))
+        if truth := self.run.truth:
             self.truth.append(GroundTruthSample(record.tick, record.time, truth.pose, truth.contacts))
 
     def end(self, result: RunResult) -> None:
@@ -48,18 +47,53 @@ class Memory:
 
     @property
     def recording(self) -> Recording:
-        assert self.about, "a run has begun"
-        return Recording(self.about, self.ticks, self.samples, self.result, self.truth)
+        return Recording(self.metadata, self.ticks, self.samples, self.result, self.truth)
 
 
-def record_run(app: str = "green-search", *, disturbance: Any = None, **asked: Any) -> Recording:
+class Disturbance(Tap):
+    """A tap and observer that calls a function before tick ``at``, or at each read of a sensor in this tick."""
+
+    def __init__(self, at: int, disturb: Callable[[Run], object], *, is_in_tick: bool = False) -> None:
+        self._at, self._disturb, self._is_in_tick = at, disturb, is_in_tick
+        self._now = 0
+
+    def begin(self, run: Run) -> None:
+        self._run = run
+
+    def tick(self, record: TickRecord) -> None:
+        self._now = record.tick + 1
+        if self._now == self._at and not self._is_in_tick:
+            self._disturb(self._run)
+
+    def end(self, result: RunResult) -> None:
+        """Do nothing, because the disturbance came before, or the run ended earlier."""
+
+    def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
+        def reader() -> SampleT:
+            if self._now == self._at and self._is_in_tick:
+                self._disturb(self._run)
+            return read()
+
+        return reader
+
+
+def press_emergency_stop(run: Run) -> None:
+    run.emergency.press("the button was pressed")
+
+
+def send_signal(number: signal.Signals) -> Callable[[Run], None]:
+    return lambda _: signal.raise_signal(number)
+
+
+def record_run(
+    app: str = "green-search", *, disturbance: Disturbance | None = None, below: Sequence[Tap] = (), **asked: Any
+) -> Recording:
     """Run an app, and return its recording.
 
-    disturbance: an observer and layer below the recording layer, which disturbs the run.
+    below: taps below the recording layer, which disturb the run. The ``disturbance`` is one of them.
     """
-    memory = Memory()
-    others = [disturbance] if disturbance else []
-    run(RunRequest(app, **asked), [memory, *others], [*others, memory.layer])
+    memory, others = Memory(), [disturbance] if disturbance else []
+    run(RunRequest(app, **asked), [memory, *others], [*others, *below, memory.layer])
     return memory.recording
 
 

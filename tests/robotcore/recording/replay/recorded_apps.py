@@ -12,18 +12,7 @@ from robotcore.hal.devices import Image, Motor
 from robotcore.hal.robot import Robot, Role
 from robotcore.runtime.behaviour import Behaviour, Status
 
-FinalAction = Literal[
-    "succeed",
-    "fail",
-    "go_on",
-    "divide",
-    "command_nan",
-    "swallow_nan",
-    "rename_nan",
-    "stop_and_go",
-    "command_one_wheel",
-    "rest",
-]
+FinalAction = Literal["succeed", "fail", "go_on", "divide", "command_nan", "swallow_nan", "rename_nan", "stop_and_go"]
 
 
 @dataclass
@@ -78,19 +67,11 @@ class FinalActionApp(Behaviour):
 
     def stop_and_go(self, robot: Robot) -> Status:
         robot.drive.stop()
-        robot.drive.set_wheels(3, 4)
+        robot.drive.set_wheels(self.count / 3, 0.0)
         if self.count % 2:
             robot.drive.stop()
-        return Status.SUCCESS if self.count == 20 else Status.RUNNING
-
-    def command_one_wheel(self, robot: Robot) -> Status:
-        robot.drive.set_wheels(self.count / 3, 0.0)
         self.state += f" {robot.drive.pose.heading!r}"
         return Status.SUCCESS if self.count == 20 else Status.RUNNING
-
-    def rest(self, robot: Robot) -> Status:
-        """Give no command, as a resting app does."""
-        return Status.RUNNING
 
 
 @dataclass
@@ -156,36 +137,22 @@ class DriveThenReadApp(Behaviour):
 
 
 class DisplayApp(Behaviour):
-    """Shows the camera's pictures, if there is a display."""
+    """Shows each picture of the camera twice, and raises an error with an address of an object."""
 
     needs = frozenset({Role.CAMERA, Role.DISPLAY})
     count = 0
 
     def step(self, robot: Robot) -> Status:
         self.count += 1
+        if self.count == 13:
+            raise RuntimeError(f"seen enough: {object()!r}")
         image = robot.camera.read().image
-        self.state = " ".join(self._shown(robot, image) for _ in range(2))
-        return Status.SUCCESS if self.count == 12 else Status.RUNNING
+        self.state = " ".join(self._show(robot, image) for _ in range(2))
+        return Status.RUNNING
 
-    def _shown(self, robot: Robot, image: Image) -> str:
+    def _show(self, robot: Robot, image: Image) -> str:
         try:
             robot.display.show(image)
         except DeviceError as error:
             return str(error)
         return "shown"
-
-
-class CameraApp(Behaviour):
-    """Reads the camera without driving, and shows the pictures."""
-
-    needs = frozenset({Role.CAMERA})
-    wants = frozenset({Role.DISPLAY})
-    count = 0
-
-    def step(self, robot: Robot) -> Status:
-        self.count += 1
-        image = robot.camera.read().image
-        self.state = f"mean {image.mean()!r}"
-        if self.count == 7:
-            raise RuntimeError(f"seen enough: {object()!r}")
-        return Status.RUNNING

@@ -14,13 +14,17 @@ from robotcore.errors import DeviceError
 from robotcore.hal.backend import Setup
 from robotcore.hal.devices import Display, Image, RangeSensor, SampleT, Sensor
 from robotcore.hal.robot import Robot
-from robotcore.recording import Recording
+from robotcore.recording import MotorCommand, Recording
 from robotcore.recording.replay import evaluate, replay
-from robotcore.runtime.layers.base import Reader, Show
-from robotcore.runtime.trace import TickRecord
+from robotcore.runtime.layers.base import Reader, Show, Tap
 from tests.robotcore.fakes import NullMotor
-from tests.robotcore.recording.replay.disturbances import Disturbance, EmergencyStopBetween
-from tests.robotcore.recording.replay.memory import change_tick, record_run
+from tests.robotcore.recording.replay.memory import (
+    Disturbance,
+    change_tick,
+    press_emergency_stop,
+    record_run,
+    send_signal,
+)
 from tests.robotcore.recording.replay.test_verification import require_equal
 
 APPS = str(Path(__file__).parent / "recorded_apps.py")
@@ -51,13 +55,7 @@ def gripper(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(KinematicBackend, "open", open_with_gripper)
 
 
-class Suspension(Disturbance):
-    """Suspends and continues the program between two ticks, as by Ctrl-Z."""
-
-    def tick(self, record: TickRecord) -> None:
-        super().tick(record)
-        if self.now == self.at:
-            signal.raise_signal(signal.SIGTSTP)
+SUSPENSION = Disturbance(5, send_signal(signal.SIGTSTP))
 
 
 @pytest.fixture
@@ -75,31 +73,26 @@ def record_gripper(**asked: Any) -> Recording:
 @pytest.mark.usefixtures("gripper", "shell")
 class TestMotorOutsideTheDrive:
     @pytest.mark.parametrize("action", ["succeed", "command_nan"])
-    @pytest.mark.parametrize("disturbance", [None, EmergencyStopBetween(6), Suspension(5)])
+    @pytest.mark.parametrize("disturbance", [None, Disturbance(6, press_emergency_stop), SUSPENSION])
     def test_command_gets_the_recorded_answer(self, action: str, disturbance: Disturbance | None) -> None:
         recording = record_gripper(settings={"action": action}, disturbance=disturbance)
         assert recording.ticks[4].state == "gripper: it is tired"
-        if action == "succeed" and not isinstance(disturbance, EmergencyStopBetween):
-            assert [len(tick.motor_asks) for tick in recording.ticks] == [1, 1, 2] * 4
         require_equal(recording)
 
-    def test_other_command_is_a_difference(self) -> None:
-        recording = record_gripper()
-        first, *others = recording.ticks[7].motor_asks
-        slower = type(first)(first.device, 0.25, 0.25)
-        deviation = replay(change_tick(recording, 7, motor_asks=(slower, *others))).deviation
+    @pytest.mark.parametrize(
+        "tick, asked, recorded, replayed",
+        [
+            (7, [0.25], "gripper 0.25 rad/s", "gripper 12.0 rad/s"),
+            (6, [10.5, 10.5], "gripper 10.5 rad/s", "no command"),
+            (8, [13.5], "no command", "gripper stop"),
+        ],
+    )
+    def test_other_commands_are_a_difference(self, tick: int, asked: list[float], recorded: str, replayed: str) -> None:
+        commands = tuple(MotorCommand("gripper", each, 9.0) for each in asked)
+        deviation = replay(change_tick(record_gripper(), tick, motor_asks=commands)).deviation
         assert deviation
-        assert (deviation.tick, deviation.subject) == (7, "the command")
-        assert (deviation.recorded, deviation.replayed) == ("gripper 0.25 rad/s", "gripper 12.0 rad/s")
-
-    @pytest.mark.parametrize("tick", [6, 8])
-    def test_other_number_of_commands_is_a_difference(self, tick: int) -> None:
-        recording = record_gripper()
-        asks = recording.ticks[8].motor_asks[:1] * (1 if tick == 8 else 2)
-        asks = (recording.ticks[tick].motor_asks[0], *asks[1:])
-        deviation = replay(change_tick(recording, tick, motor_asks=asks)).deviation
-        assert deviation
-        assert "no command" in (deviation.recorded, deviation.replayed)
+        assert (deviation.tick, deviation.subject) == (tick, "the command")
+        assert (deviation.recorded, deviation.replayed) == (recorded, replayed)
 
     def test_evaluation_compares_its_commands(self) -> None:
         evaluation = evaluate(record_gripper(), settings={"speed": 1.25})
@@ -107,15 +100,15 @@ class TestMotorOutsideTheDrive:
         assert evaluation.first_difference.tick == 0
 
 
-class RangeReadFailure(Disturbance):
-    """A range sensor whose first read in each third tick fails. A second read succeeds."""
+class RangeReadFailure(Tap):
+    """A range sensor whose every second read fails."""
 
-    _failed = -1
+    _count = 0
 
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
         def reader() -> SampleT:
-            if isinstance(sensor, RangeSensor) and self.now % 3 == 0 and self._failed != self.now:
-                self._failed = self.now
+            self._count += isinstance(sensor, RangeSensor)
+            if isinstance(sensor, RangeSensor) and self._count % 2:
                 raise DeviceError(sensor.name, "no echo")
             return read()
 
@@ -123,7 +116,7 @@ class RangeReadFailure(Disturbance):
 
 
 def test_error_of_a_read_by_the_guard_is_not_raised_in_the_app() -> None:
-    recording = record_run(f"{APPS}:DriveThenReadApp", seed=3, disturbance=RangeReadFailure(0))
+    recording = record_run(f"{APPS}:DriveThenReadApp", seed=3, below=[RangeReadFailure()])
     first = recording.ticks[0]
     assert [(read.by, bool(read.error)) for read in first.reads if read.device == "nose"] == [
         ("guard", True),
@@ -133,7 +126,7 @@ def test_error_of_a_read_by_the_guard_is_not_raised_in_the_app() -> None:
     require_equal(recording)
 
 
-class DisplayFailure(Disturbance):
+class DisplayFailure(Tap):
     """A display that fails to show every fifth picture."""
 
     _count = 0
@@ -149,17 +142,15 @@ class DisplayFailure(Disturbance):
 
 
 def test_display_that_failed_fails_again_at_the_same_picture() -> None:
-    recording = record_run(f"{APPS}:DisplayApp", robot="lookout", world="open", seed=3, disturbance=DisplayFailure(0))
-    states = [tick.state for tick in recording.ticks]
-    assert "shown screen: it is dark" in states
-    assert "screen: it is dark shown" in states
+    recording = record_run(f"{APPS}:DisplayApp", robot="lookout", world="open", seed=3, below=[DisplayFailure()])
+    assert {"shown screen: it is dark", "screen: it is dark shown"} < {tick.state for tick in recording.ticks}
     assert sum(each.error is not None for tick in recording.ticks for each in tick.shown) == 4
     require_equal(recording)
 
 
 @pytest.mark.usefixtures("shell")
 def test_suspension_is_an_intervention_and_no_command() -> None:
-    recording = record_run(f"{APPS}:IntermittentApp", disturbance=Suspension(5), seed=2, timeout_s=2.0)
+    recording = record_run(f"{APPS}:IntermittentApp", disturbance=SUSPENSION, seed=2, timeout_s=2.0)
     causes = [each.cause for tick in recording.ticks for each in tick.interventions]
     assert causes.count("suspension") == 1
     require_equal(recording)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import signal
 from collections.abc import Sequence
 from dataclasses import replace
 from importlib import resources
@@ -18,14 +19,13 @@ from robotcore.recording.replay import replay
 from robotcore.runtime.result import Outcome, RunResult
 from robotcore.runtime.trace import TickRecord, Trace
 from robotcore.safety import Intervention
-from tests.robotcore.recording.replay.disturbances import (
+from tests.robotcore.recording.replay.memory import (
     Disturbance,
-    EmergencyStopBetween,
-    EmergencyStopInTick,
-    SignalBetween,
-    SignalInTick,
+    change_tick,
+    press_emergency_stop,
+    record_run,
+    send_signal,
 )
-from tests.robotcore.recording.replay.memory import change_tick, record_run
 from tests.robotcore.recording.replay.recorded_apps import FinalAction
 from tests.texts import Raises
 
@@ -82,14 +82,14 @@ def test_pose_without_encoders_is_computed_from_the_recorded_angles(tmp_path: Pa
     rover = resources.files("robotcore.description").joinpath("robots/rover.toml").read_text()
     parts = [part for part in rover.split("\n\n") if 'kind = "encoder"' not in part]
     robot.write_text("\n".join(line for line in "\n\n".join(parts).split("\n") if "_encoder =" not in line))
-    recording = record_final_action("command_one_wheel", robot=str(robot))
+    recording = record_final_action("stop_and_go", robot=str(robot))
     assert "left_encoder" not in recording.metadata.devices
     robot.unlink()
     require_equal(recording)
 
 
 def test_object_addresses_in_a_reason_are_ignored() -> None:
-    recording = record_run(f"{APPS}:CameraApp", robot="lookout", world="open", seed=3)
+    recording = record_run(f"{APPS}:DisplayApp", robot="lookout", world="open", seed=3)
     assert "0x" in get_result(recording).reason
     require_equal(recording)
 
@@ -180,16 +180,20 @@ def change_platform(recording: Recording) -> Recording:
     return replace(recording, metadata=replace(recording.metadata, platform=platform))
 
 
-@pytest.mark.parametrize("kind", [EmergencyStopBetween, EmergencyStopInTick, SignalBetween, SignalInTick])
-@pytest.mark.parametrize("app", ["avoid-obstacles", f"{APPS}:CameraApp"])
-def test_external_stop_ends_the_replay_in_the_same_tick(kind: type[Disturbance], app: str) -> None:
-    recording = record_run(app, disturbance=kind(6), seed=2, timeout_s=2.0)
-    assert get_result(recording).outcome in (Outcome.STOPPED, Outcome.INTERRUPTED)
+@pytest.mark.parametrize("is_in_tick", [False, True])
+@pytest.mark.parametrize("app", ["avoid-obstacles", f"{APPS}:DisplayApp"])
+@pytest.mark.parametrize("number", [None, signal.SIGINT, signal.SIGTERM])
+def test_external_stop_ends_the_replay_in_the_same_tick(
+    app: str, number: signal.Signals | None, *, is_in_tick: bool
+) -> None:
+    disturbance = Disturbance(6, send_signal(number) if number else press_emergency_stop, is_in_tick=is_in_tick)
+    recording = record_run(app, disturbance=disturbance, seed=2, timeout_s=2.0)
+    assert get_result(recording).outcome is (Outcome.INTERRUPTED if number else Outcome.STOPPED)
     replayed = replay(recording)
-    cut_short = kind is SignalInTick and len(recording.ticks) == 7
-    assert (replayed.deviation, replayed.ticks) == (None, len(recording.ticks) - cut_short)
+    cut_short = number and is_in_tick and len(recording.ticks) == 7
+    assert (replayed.deviation, replayed.ticks) == (None, len(recording.ticks) - bool(cut_short))
     assert replayed.exit_status == 0
-    if kind in (EmergencyStopBetween, EmergencyStopInTick):
+    if not number:
         assert (replayed.result.outcome, replayed.result.reason) == (Outcome.STOPPED, get_result(recording).reason)
         assert replayed.trace_sha256 == get_result(recording).trace_sha256
 
