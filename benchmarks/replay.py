@@ -9,10 +9,12 @@ and replayed. The benchmark prints each deviation with its run. The exit status 
 from __future__ import annotations
 
 import random
+import signal
 import sys
 from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -23,13 +25,7 @@ from robotcore.recording.recorder import Recorder
 from robotcore.recording.replay import ReplayResult, replay
 from robotcore.runtime.plan import RunRequest
 from robotcore.runtime.session import run
-from tests.robotcore.recording.replay.disturbances import (
-    Disturbance,
-    EmergencyStopBetween,
-    EmergencyStopInTick,
-    SignalBetween,
-    SignalInTick,
-)
+from tests.robotcore.recording.replay.memory import Disturbance, press_emergency_stop, send_signal
 
 CLUMSY = str(Path(__file__).with_name("clumsy_search.py"))
 FAULTS = (
@@ -47,7 +43,12 @@ FAULTS = (
     "loop stall=0.3 every=1.5",
     "connection lost=2 after=3",
 )
-DISTURBANCES = (EmergencyStopBetween, EmergencyStopInTick, SignalBetween, SignalInTick)
+DISTURBANCES = (
+    partial(Disturbance, disturb=press_emergency_stop),
+    partial(Disturbance, disturb=press_emergency_stop, is_in_tick=True),
+    partial(Disturbance, disturb=send_signal(signal.SIGINT)),
+    partial(Disturbance, disturb=send_signal(signal.SIGTERM), is_in_tick=True),
+)
 
 
 @dataclass(frozen=True)

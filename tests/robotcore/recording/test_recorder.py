@@ -9,7 +9,6 @@ import signal
 import subprocess
 import sys
 import threading
-import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -29,24 +28,18 @@ from tests.texts import Raises
 
 @pytest.mark.slow
 def test_killed_process_loses_only_the_last_moment(file: Path) -> None:
-    request = f"RunRequest({IRREGULAR_APP!r}, settings={{'ticks': 9999}}, realtime=True)"
-    script = f"""
-from pathlib import Path
-from robotcore.recording.recorder import Recorder
-from robotcore.runtime.session import RunRequest, run
-recorder = Recorder(Path({str(file)!r}))
-run({request}, [recorder], [recorder.layer])
-"""
-    with subprocess.Popen([sys.executable, "-c", script]) as process:
-        begin = None
-        while begin is None or time.monotonic() - begin < 1.5:
-            time.sleep(0.01)
-            begin = begin or (time.monotonic() if file.exists() and file.stat().st_size > 1000 else None)
-        process.kill()
+    command = [sys.executable, "-m", "tests.robotcore.recording.recording_run", str(file)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout
+        lines = ["0.0"]
+        while float(lines[-1]) < 1.5:
+            lines.append(process.stdout.readline())
+        process.send_signal(signal.SIGKILL)
+        lines += process.stdout.read().split()
     recording = read(file)
     assert recording.is_cut
     assert recording.is_replayable
-    assert recording.ticks[-1].time > 0.5
+    assert float(lines[-1]) - recording.ticks[-1].time < 1.2
 
 
 def test_first_tick_is_in_the_file_at_once(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -69,8 +62,9 @@ def test_first_tick_is_in_the_file_at_once(file: Path, monkeypatch: pytest.Monke
 
 def test_recording_of_an_interrupted_run_is_whole(file: Path) -> None:
     recorder = Recorder(file)
-    observers = [recorder, CallOnce(lambda: signal.raise_signal(signal.SIGTERM))]
-    assert run(RunRequest(IRREGULAR_APP), observers, [recorder.layer]).outcome is Outcome.INTERRUPTED
+    interrupt = CallOnce(lambda: signal.raise_signal(signal.SIGTERM))
+    result = run(RunRequest(IRREGULAR_APP), [recorder, interrupt], [recorder.layer])
+    assert result.outcome is Outcome.INTERRUPTED
     recording = read(file)
     assert (recording.is_cut, recorder.failure) == (False, None)
     assert recording.result
