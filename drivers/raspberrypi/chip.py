@@ -19,7 +19,7 @@ from robotcore.processes import describe_process, list_open_files
 FIFO_FOLDER = "LG_WD"
 """The environment variable with the folder of lgpio's FIFO. The default is the working directory."""
 
-STUB = "pip installed an empty lgpio, without gpiochip_open"
+STUB = "pip installed an empty lgpio, without gpiochip_open: run pip uninstall lgpio"
 """The message for lgpio 0.0.0.2, one empty file, which pip installs without a wheel and a compiler."""
 
 HEADER_DRIVERS = ("pinctrl-rp1", "pinctrl-bcm2835")

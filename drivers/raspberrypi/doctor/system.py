@@ -59,10 +59,6 @@ def check_release() -> Iterator[Finding]:
         yield Finding.warning("system", f"{about['PRETTY_NAME']} is not tested", remedy, kind="system-untested")
 
 
-EMPTY_STUB = "0.0.0.2"
-"""The version of lgpio that pip installs for Python 3.13 on a Pi. It is empty, and in a venv it hides the lgpio of
-apt."""
-
 OLDEST_GPIOZERO = (2, 0, 1)
 """The oldest supported version of gpiozero, the same as in the extra ``pi`` of pyproject.toml."""
 
@@ -70,10 +66,6 @@ OLDEST_GPIOZERO = (2, 0, 1)
 def check_library() -> Iterator[Finding]:
     """Check that lgpio and gpiozero are installed and work. No pin is changed."""
     subject, lgpio, gpiozero = "pin factory", find_version("lgpio"), find_version("gpiozero") or "0"
-    if lgpio == EMPTY_STUB:
-        remedy = "pip uninstall lgpio; sudo apt install python3-lgpio, and a venv made with --system-site-packages"
-        yield Finding.error(subject, f"lgpio {EMPTY_STUB} is an empty stub", remedy, kind="lgpio-stub")
-        return
     if tuple(int(part) for part in gpiozero.split(".")[:3] if part.isdecimal()) < OLDEST_GPIOZERO:
         remedy = "pip install --upgrade 'gpiozero>=2.0.1'"
         yield Finding.error(subject, f"gpiozero {gpiozero} is too old", remedy, kind="gpiozero-too-old")

@@ -1,4 +1,4 @@
-"""Device drivers of another package, and the rover with them."""
+"""A device driver of another package, and the rover with other drivers."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from robotcore import plugins as registry
-from robotcore.description import MotorDescription, RangeSensorDescription, RobotDescription, StrictModel, load_robot
+from robotcore.description import RangeSensorDescription, RobotDescription, StrictModel, load_robot
 from robotcore.hal.devices import Device
 from robotcore.hardware import Connection, DeviceDriver, Host
 
@@ -35,30 +35,13 @@ class IrSwitch(DeviceDriver[RangeSensorDescription, IrSettings]):
         raise NotImplementedError
 
 
-class Nothing(StrictModel):
-    """No settings."""
-
-
-class Hat(DeviceDriver[MotorDescription, Nothing]):
-    """A motor on a board that is plugged onto the header."""
-
-    name = "hat"
-    summary = "for tests"
-    described = MotorDescription
-    settings = Nothing
-
-    def open(self, description: MotorDescription, settings: Nothing, host: Host) -> Device:
-        raise NotImplementedError
-
-
 def install(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Add the drivers of this module to the installed drivers."""
-    points = {group: dict(registry._points(group)) for group in (registry.BACKENDS, registry.DEVICES)}
-    points[registry.DEVICES] |= {
-        kind.name: EntryPoint(kind.name, f"{__name__}:{kind.__name__}", registry.DEVICES) for kind in (IrSwitch, Hat)
-    }
-    before = registry._points
-    monkeypatch.setattr("robotcore.plugins._points", lambda group: points.get(group) or before(group))
+    """Add the driver `IrSwitch` to the installed drivers."""
+    found = registry._points
+    own = {IrSwitch.name: EntryPoint(IrSwitch.name, f"{__name__}:IrSwitch", registry.DEVICES)}
+    monkeypatch.setattr(
+        "robotcore.plugins._points", lambda group: {**found(group), **(own if group == registry.DEVICES else {})}
+    )
 
 
 def rover(**sections: dict[str, Any]) -> RobotDescription:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
 from drivers.raspberrypi.backend import RaspberryPiBackend
@@ -14,18 +16,19 @@ from tests.drivers.raspberrypi import foreign
 from tests.texts import Raises
 
 
+def wheels_at(path: str) -> dict[str, dict[str, Any]]:
+    """Return the tables of two motors on a serial board, which reports no direction."""
+    return {
+        f"{side}_motor": {"driver": "waveshare-motor", "port": path, "side": side, "board_timeout_s": 5}
+        for side in ("left", "right")
+    }
+
+
 def test_a_pin_of_the_port_cannot_be_used_twice(raises: Raises) -> None:
-    port = {"driver": "waveshare-motor", "board_timeout_s": 5}
-    section = {"left_motor": {**port, "side": "left"}, "right_motor": {**port, "side": "right"}}
     nose = {"driver": "hc-sr04", "trigger": 14, "echo": 26}
-
-    def bind(path: str) -> None:
-        wheels = {name: {**motor, "port": path} for name, motor in section.items()}
-        RaspberryPiBackend().bind(foreign.rover(nose=nose, **wheels))
-
     with raises(DescriptionError):
-        bind("/dev/serial0")
-    bind("/dev/ttyUSB0")
+        RaspberryPiBackend().check(foreign.rover(nose=nose, **wheels_at("/dev/serial0")))
+    assert RaspberryPiBackend().check(foreign.rover(nose=nose, **wheels_at("/dev/ttyUSB0")))
 
 
 def test_the_name_of_a_part_suggests_its_driver() -> None:
@@ -64,12 +67,9 @@ def test_a_gpio_off_the_header_is_refused_also_for_drivers_of_other_packages(
     assert backend.check(foreign.rover(nose={"driver": "ir-switch", "out": 16}))
 
 
-def test_an_encoder_without_a_direction_needs_a_motor_that_reports_one(
-    monkeypatch: pytest.MonkeyPatch, raises: Raises
-) -> None:
-    foreign.install(monkeypatch)
-    pulses = {"driver": "pulses", "gpio": 5}
+def test_an_encoder_without_a_direction_needs_a_motor_that_reports_one(raises: Raises) -> None:
+    pulses, wheels = {"driver": "pulses", "gpio": 5}, wheels_at("/dev/ttyUSB0")
     assert RaspberryPiBackend().check(foreign.rover(left_encoder=pulses))
-    assert RaspberryPiBackend().check(foreign.rover(left_motor={"driver": "hat"}))
+    assert RaspberryPiBackend().check(foreign.rover(**wheels))
     with raises(DescriptionError, key="raspberrypi.left_encoder"):
-        RaspberryPiBackend().check(foreign.rover(left_encoder=pulses, left_motor={"driver": "hat"}))
+        RaspberryPiBackend().check(foreign.rover(left_encoder=pulses, **wheels))

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import builtins
 import sys
 from typing import Any
+from unittest.mock import Mock
 
 import pytest
 
@@ -136,14 +136,8 @@ def test_a_camera_that_another_program_uses_is_reported(clock: LabClock, camera:
 def test_a_library_that_cannot_be_imported_is_reported_with_the_remedy(
     failure: Exception, kind: str, clock: LabClock, monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:
-    real = builtins.__import__
-
-    def fail_import(name: str, *args: Any) -> Any:
-        if name == "picamera2":
-            raise failure
-        return real(name, *args)
-
+    finder = Mock(**{"find_spec.side_effect": failure})
     monkeypatch.delitem(sys.modules, "picamera2", raising=False)
-    monkeypatch.setattr(builtins, "__import__", fail_import)
+    monkeypatch.setattr(sys, "meta_path", [finder])
     with raises(DeviceError, kind):
         open_camera(clock)

@@ -130,7 +130,6 @@ def test_the_driver_of_another_board_s_pins_does_not_count(pi_5: Path, driver: s
         ("0.2.2.0", "2.0.1.post3", ["pin-factory-ok"]),
         ("0.2.2.0", "2.1", ["pin-factory-ok"]),
         ("0.2.2.0", "2.0.0", ["gpiozero-too-old", "pin-factory-ok"]),
-        ("0.0.0.2", "2.0.1", ["lgpio-stub"]),
         ("", "2.0.1", ["pin-factory-fails"]),
     ],
 )

@@ -9,10 +9,8 @@ process that is suspended before the end of the PWM cycle.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
 from fcntl import LOCK_EX, LOCK_NB, flock
 from pathlib import Path
-from typing import Any
 
 SET_PULL_UP, SET_PULL_DOWN, SET_PULL_NONE = 32, 64, 128
 RISING_EDGE, FALLING_EDGE, BOTH_EDGES = 1, 2, 3
@@ -101,13 +99,7 @@ def gpio_claim_output(handle: int, gpio: int, level: int = 0, lFlags: int = 0) -
     return _chip(handle).claim(gpio, _OUTPUT, level, lFlags)
 
 
-def gpio_claim_alert(
-    handle: int,
-    gpio: int,
-    eFlags: int,  # noqa: N803
-    lFlags: int = 0,  # noqa: N803
-    notify_handle: int | None = None,
-) -> int:
+def gpio_claim_alert(handle: int, gpio: int, *_: object) -> int:
     return _chip(handle).claim(gpio, _INPUT)
 
 
@@ -134,14 +126,7 @@ def gpio_write(handle: int, gpio: int, level: int) -> int:
     return 0
 
 
-def tx_pwm(
-    handle: int,
-    gpio: int,
-    pwm_frequency: float,
-    pwm_duty_cycle: float,
-    pulse_offset: int = 0,
-    pulse_cycles: int = 0,
-) -> int:
+def tx_pwm(handle: int, gpio: int, pwm_frequency: float, pwm_duty_cycle: float, *_: object) -> int:
     if pwm_frequency:
         gpio_claim_output(handle, gpio)
         if pwm_duty_cycle:
@@ -153,12 +138,7 @@ class _Callback:
     def cancel(self) -> None: ...
 
 
-def callback(
-    handle: int,
-    gpio: int,
-    edge: int = RISING_EDGE,
-    func: Callable[..., Any] | None = None,
-) -> _Callback:
+def callback(handle: int, gpio: int, *_: object) -> _Callback:
     return _Callback()
 
 
