@@ -4,7 +4,7 @@ import pytest
 
 from drivers.kinematic.backend import KinematicBackend
 from robotcore.description import MotorDescription, Start, load_robot, load_world, world_names
-from robotcore.errors import DeviceGroupError, UnknownNameError, UsageError
+from robotcore.errors import DeviceGroupError, UsageError
 from robotcore.hal.backend import Setup
 from robotcore.hal.devices import MemoryDisplay
 from tests.drivers.kinematic.rooms import ROVER, ball, get_truth, open_robot, room, sleep
@@ -52,8 +52,3 @@ def test_every_encoder_without_a_wheel_is_named(raises: Raises) -> None:
 def test_missing_world_is_refused(raises: Raises) -> None:
     with raises(UsageError, "world-missing"):
         KinematicBackend().open(Setup(ROVER, None, frozenset()))
-
-
-def test_option_is_refused(raises: Raises) -> None:
-    with raises(UnknownNameError, "unknown-option"):
-        open_robot(camera_noise=3.0)

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from drivers.kinematic.clearance import Clearance
-from robotcore.description import Box, Cylinder, Start, Walls
+from robotcore.description import Box, Cylinder, Walls
 from robotcore.description.generation.clearance import gap_between
 from robotcore.geometry import Pose
 from robotcore.hal.robot import Robot
@@ -44,13 +44,6 @@ def test_contact_after_a_retreat_counts_again() -> None:
             drive(robot, 0.3, 0.0, 3.0)
             drive(robot, -0.1, 0.0, 1.0)
         assert count_contacts(robot) == 3
-
-
-def test_two_things_touched_at_once_are_two_contacts() -> None:
-    pair = (box(0.5, 0.2, 0.2, 0.3, name="one"), box(0.5, -0.2, 0.2, 0.3, name="two"))
-    with open_robot(room(*pair)) as robot:
-        drive(robot, 0.3, 0.0, 3.0)
-        assert count_contacts(robot) == 2
 
 
 def test_wheels_stall_while_an_obstacle_stops_the_robot() -> None:
@@ -114,10 +107,3 @@ def test_gaps_equal_those_of_gap_between() -> None:
 def test_the_gap_to_a_ball_is_the_distance_to_its_circle(x: float, y: float, expected: float) -> None:
     gaps = Clearance(ROVER.body.footprint, room(ball(x, y))).measure_gaps(Pose(0.0, 0.0, 0.0))
     assert gaps == pytest.approx([expected])
-
-
-def test_an_empty_world_has_no_contacts() -> None:
-    with open_robot(room(start=Start(x_m=1.9))) as robot:
-        drive(robot, 0.3, 0.0, 3.0)
-        assert get_truth(robot).pose().x > 2.5
-        assert count_contacts(robot) == 0

@@ -17,7 +17,6 @@ from robotcore.errors import (
     BackendMissingError,
     DeviceClosedError,
     DeviceGroupError,
-    UnknownNameError,
     UsageError,
 )
 from tests.drivers.physics.worlds import ROVER, ball, box, drive, get_truth, setup, world
@@ -69,11 +68,6 @@ def test_every_device_without_a_wheel_is_named(closed: list[Simulation], raises:
     with raises(DeviceGroupError):
         MujocoBackend().open(setup(world(), robot=robot))
     assert closed
-
-
-def test_unknown_option_is_refused(raises: Raises) -> None:
-    with raises(UnknownNameError, "unknown-option"):
-        MujocoBackend().open(setup(world(), options={"solver_iterations": 10}))
 
 
 def test_missing_world_is_refused(raises: Raises) -> None:

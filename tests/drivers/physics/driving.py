@@ -113,11 +113,6 @@ class Driving(EngineTests):
             assert get_truth(robot).contacts() == 1
             assert get_truth(robot).pose().x > 0.9
 
-    def test_wall_stops_the_front_of_the_robot(self) -> None:
-        with self.open_robot(box(0.5, width=3.0)) as robot:
-            drive(robot, 8.0, 8.0, 4.0)
-            assert get_truth(robot).pose().x == pytest.approx(0.4 - ROVER.body.front_x_m, abs=0.001)
-
     def test_two_runs_are_bitwise_equal(self) -> None:
         def run() -> tuple[object, ...]:
             with self.open_robot(box(0.8, yaw=0.4), ball(0.5, 0.5), start=START, with_camera=True) as robot:

@@ -49,7 +49,3 @@ class Ranging(EngineTests):
         ]
         with self.open_robot(robot=ROVER.model_copy(update={"devices": tuple(moved)})) as robot:
             assert robot.range.read().distance == math.inf
-
-    def test_post_beside_the_cone_is_not_detected(self) -> None:
-        with self.open_robot(post(NOSE_X + 0.5, 0.35)) as robot:
-            assert robot.range.read().distance == math.inf

@@ -18,7 +18,6 @@ from robotcore.errors import (
 )
 from robotcore.hal.devices import Encoder
 from tests.drivers.physics.worlds import ROVER, get_truth, setup, world
-from tests.drivers.pybullet.worlds import opened
 from tests.texts import Raises
 
 
@@ -37,7 +36,7 @@ def connections(monkeypatch: pytest.MonkeyPatch) -> list[Bullet]:
 
 
 def test_closing_the_robot_twice_ends_its_server_once(connections: list[Bullet]) -> None:
-    robot = opened()
+    robot = PyBulletBackend().open(setup(world()))
     assert connections[0].isConnected()
     robot.close()
     robot.close()
@@ -54,7 +53,7 @@ def test_a_connection_is_closed_if_opening_fails(
 
     monkeypatch.setattr(simulation, "Scene", broken)
     with raises(BackendError):
-        opened()
+        PyBulletBackend().open(setup(world()))
     assert not connections[0].isConnected()
 
 
@@ -62,12 +61,12 @@ def test_every_device_without_a_wheel_is_named_and_all_is_closed(connections: li
     spare = [device.model_copy(update={"name": f"spare_{device.kind}"}) for device in ROVER.devices[1:3]]
     robot = ROVER.model_copy(update={"devices": (*ROVER.devices, *spare)})
     with raises(DeviceGroupError):
-        opened(robot=robot)
+        PyBulletBackend().open(setup(world(), robot=robot))
     assert not connections[0].isConnected()
 
 
 def test_an_error_about_a_dead_server_names_the_device(connections: list[Bullet], raises: Raises) -> None:
-    with opened() as robot:
+    with PyBulletBackend().open(setup(world())) as robot:
         encoder = robot["left_encoder"]
         assert isinstance(encoder, Encoder)
         connections[0].close()
@@ -115,9 +114,9 @@ def test_a_window_without_a_screen_is_refused_before_bullet_ends_the_process(
 @pytest.mark.slow
 def test_prints_of_bullet_do_not_reach_the_output() -> None:
     program = (
-        "from tests.drivers.physics.worlds import drive\n"
-        "from tests.drivers.pybullet.worlds import opened\n"
-        "with opened() as robot:\n"
+        "from tests.drivers.physics.worlds import drive, setup, world\n"
+        "from drivers.pybullet.backend import PyBulletBackend\n"
+        "with PyBulletBackend().open(setup(world())) as robot:\n"
         "    drive(robot, 3.0, 3.0, 0.1)\n"
         "    print(robot.camera.read().image.shape)\n"
     )

@@ -11,8 +11,7 @@ import pytest
 from drivers.pybullet.backend import PyBulletBackend
 from robotcore.description import Texture
 from tests.drivers.physics import driving, ranging, seeing
-from tests.drivers.physics.worlds import box
-from tests.drivers.pybullet.worlds import opened
+from tests.drivers.physics.worlds import box, setup, world
 
 
 class TestDriving(driving.Driving):
@@ -34,6 +33,6 @@ class TestTexturing(seeing.Texturing):
 def test_no_file_is_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     wooden = box(0.6).model_copy(update={"texture": Texture(pattern="planks")})
-    with opened(wooden) as robot:
+    with PyBulletBackend().open(setup(world(wooden))) as robot:
         assert list(tmp_path.iterdir()) == []
         assert np.ptp(robot.camera.read().image[100:140, 100:220, 2]) > 5

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from robotcore.description import RobotDescription, load_robot
-from robotcore.errors import BackendError, DescriptionError, DeviceError, DeviceGroupError, UsageError
+from robotcore.errors import BackendError, DeviceError, DeviceGroupError, UsageError
 from robotcore.hal.backend import Setup
 from robotcore.hal.devices import Camera, MemoryDisplay
 from robotcore.hal.robot import Robot
@@ -82,12 +82,6 @@ def test_simulation_that_must_not_be_started_is_refused_and_unchanged(
     assert scene.diary == ["leave"]
 
 
-def test_missing_section_is_an_error_before_connecting(raises: Raises) -> None:
-    setup = create_setup(load_robot("rover").model_copy(update={"backends": {}}))
-    with raises(DescriptionError):
-        open_in_scene(setup, "memory", lambda: pytest.fail("connected"))
-
-
 def test_one_error_names_all_unusable_objects_with_suggestions(raises: Raises) -> None:
     setup = create_setup(rover(nose={"path": "/rover/nos"}, eye={"path": "/rover/leftMotor"}))
     scene = MemoryScene(setup)
@@ -144,19 +138,14 @@ def test_optional_display_without_an_object_keeps_pictures_in_memory() -> None:
         assert isinstance(robot.display, MemoryDisplay)
 
 
-def test_camera_as_found_has_the_scenes_intrinsics() -> None:
+def test_camera_as_found_has_the_scenes_intrinsics_and_refuses_pictures_of_another_size(raises: Raises) -> None:
     setup = create_setup(rover(eye={"path": "/rover/eye", "as_found": True}), "eye")
     scene = create_scene(setup, lambda scene: setattr(scene, "eye", CameraOptics(256, 128, 1.0)))
     with open_robot(scene, setup) as robot:
         intrinsics = robot.camera.intrinsics
-    assert (intrinsics.width, intrinsics.height, intrinsics.horizontal_fov) == (256, 128, 1.0)
-
-
-def test_picture_of_another_size_during_a_run_is_an_error(raises: Raises) -> None:
-    setup = create_setup(rover(eye={"path": "/rover/eye", "as_found": True}), "eye")
-    scene = create_scene(setup, lambda scene: setattr(scene, "eye", CameraOptics(256, 128, 1.0)))
-    with open_robot(scene, setup) as robot, raises(DeviceError, "picture-size", width=320, height=240):
-        robot.camera.read()
+        assert (intrinsics.width, intrinsics.height, intrinsics.horizontal_fov) == (256, 128, 1.0)
+        with raises(DeviceError, "picture-size", width=320, height=240):
+            robot.camera.read()
 
 
 def test_shown_picture_is_scaled_and_upright() -> None:
