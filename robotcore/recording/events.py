@@ -154,8 +154,6 @@ class Tick:
     asks: Events[DriveCommand] = ()
     motor_asks: Events[MotorCommand] = ()
     turned: Events[WheelAngles] = ()
-    standing: Events[Wheels] = ()
-    """In recordings of earlier versions, the drive's command, each time it was read to command a single wheel."""
     pose: Pose | None = None
     """The pose by odometry, relative to the start; None without a drive."""
     asked: Wheels | None = None

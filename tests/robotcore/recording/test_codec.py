@@ -63,6 +63,11 @@ def test_lone_surrogate_is_refused_in_any_string(text: bytes) -> None:
             from_json(RecordedError, content % text)
 
 
+def test_unknown_field_of_another_version_is_ignored() -> None:
+    content = b'{"number":1,"time":0,"state":"","standing":[{"left":1.0,"right":1.0}]}'
+    assert from_json(Tick, content) == Tick(1, 0.0, "")
+
+
 def test_surrogate_pair_is_decoded() -> None:
     assert from_json(RecordedError, to_json(RecordedError("\U0001f600", ""))) == RecordedError("\U0001f600", "")
 

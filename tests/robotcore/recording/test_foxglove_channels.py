@@ -74,7 +74,6 @@ def test_schemas_have_the_fields_of_the_events_and_their_simple_types() -> None:
     wheels = {"type": "object", "properties": {"left": {"type": "number"}, "right": {"type": "number"}}}
     tick = TICK_SCHEMA["properties"]
     assert (TICK_SCHEMA["title"], tick["sent"]) == ("robotcore.Tick", wheels)
-    assert tick["standing"] == {"type": "array", "items": wheels}
     assert tick["warnings"] == {"type": "array", "items": {"type": "string"}}
     assert tick["reads"]["items"]["properties"]["number"] == {"type": "integer"}
     assert tick["error"]["properties"]["attributes"] == {"type": "object", "properties": {}}

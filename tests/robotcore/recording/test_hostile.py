@@ -132,7 +132,6 @@ def test_place_of_a_damage_is_the_begin_of_its_chunk(base: Path, file: Path, pac
         ("asks", {}),
         ("motor_asks", {"device": "m"}),
         ("turned", {}),
-        ("standing", WHEELS),
         ("interventions", {"time": 0, "cause": "", "asked": WHEELS, "sent": WHEELS}),
         ("shown", {"device": "s"}),
     ],
