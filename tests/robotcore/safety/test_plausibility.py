@@ -113,7 +113,7 @@ FORWARD, ON_THE_SPOT, BACKWARD = Wheels(4.0, 4.0), Wheels(-4.0, 4.0), Wheels(-4.
 class RangeBench:
     """A robot that a test moves, with a range sensor."""
 
-    def __init__(self, distance: float = 1.5) -> None:
+    def __init__(self, distance: float = 1.0) -> None:
         self.nose = NullRange(SteppedClock(20, lambda _: None), distance=distance)
         self.pose = Pose(0.0, 0.0, 0.0)
         self.latch = Latch()

@@ -207,10 +207,14 @@ IMAGE = draw_rectangles((bgr(128), BOX))
 BLOBS = ColourDetector("green").find(IMAGE, INTRINSICS)
 
 
-def test_blob_and_a_pixel_around_it_stay_unchanged() -> None:
+def test_a_rectangle_is_drawn_a_pixel_outside_the_blob_s_box() -> None:
     left, top, width, height = BOX
-    inside = slice(top - 1, top + height + 1), slice(left - 1, left + width + 1)
-    assert (draw_boxes(IMAGE, BLOBS)[inside] == IMAGE[inside]).all()
+    picture = draw_boxes(IMAGE, BLOBS)
+    drawn = (picture == YELLOW).all(axis=2)
+    for line, begin, length in ((drawn[top], left, width), (drawn[:, left], top, height)):
+        before, after = range(begin - 4, begin - 1), range(begin + length + 1, begin + length + 4)
+        assert np.flatnonzero(line).tolist() == [*before, *after]
+    assert (picture[~drawn] == IMAGE[~drawn]).all()
 
 
 @pytest.mark.parametrize("box", [(0, 0, 6, 6), (58, 42, 6, 6)])
