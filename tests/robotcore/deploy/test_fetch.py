@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from robotcore.deploy.fetch import FetchResult, fetch
+from robotcore.deploy.fetch import FetchResult, IncomingFiles, fetch
 from robotcore.deploy.progress import StepProgress
 from robotcore.deploy.rpc import RobotLink
 from robotcore.errors import DeployError
@@ -178,3 +178,13 @@ def test_robot_without_recordings_makes_no_folder(link: RobotLink, remote_folder
     fetched, _ = fetch_all(link, local_folder)
     assert fetched.newest is None
     assert not local_folder.exists()
+
+
+def test_links_and_too_long_leftovers_of_a_broken_fetch_are_deleted(tmp_path: Path) -> None:
+    partial = tmp_path / ".partial"
+    partial.mkdir()
+    (partial / FIRST).symlink_to(tmp_path / "mine.py")
+    (partial / SECOND).write_text("too long")
+    (partial / THIRD).write_text("half")
+    with IncomingFiles(tmp_path, {FIRST: 5, SECOND: 5, THIRD: 5}):
+        assert list_file_names(partial) == [THIRD]
