@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
 import platform
 import signal
@@ -85,10 +86,15 @@ def _is_installed(name: str) -> bool:
 
 
 def _apt(*arguments: str, folder: Path | None = None) -> str:
-    """Run apt-get; return the last line of its error, or an empty text on success."""
+    """Run apt-get; return the last line of its error, or an empty text on success.
+
+    apt-get does not wait for another apt-get. A lock lets system tests that run at the same time take turns.
+    """
     environment = {**os.environ, "DEBIAN_FRONTEND": "noninteractive"}
     command = ["apt-get", "--quiet", *arguments]
-    run = subprocess.run(command, env=environment, cwd=folder, capture_output=True, text=True, check=False)
+    with (cache() / "apt.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        run = subprocess.run(command, env=environment, cwd=folder, capture_output=True, text=True, check=False)
     return last_line(run.stderr or run.stdout) if run.returncode else ""
 
 
