@@ -58,7 +58,7 @@ class Connection:
     timeout_s: time limit of a request, in seconds.
 
     Once the connection is lost, each call raises the error that has ended it. If the server refuses a posted command,
-    a later call raises RefusedError.
+    a later `call`, `step` or `read_newest` raises RefusedError.
 
     The main thread of the simulator executes the requests of a message later than the server replies to the message. So
     a value takes two round trips, and a time step with any number of values takes three.
@@ -116,9 +116,10 @@ class Connection:
     def post(self, request: Request[None]) -> None:
         """Queue a command for the next message. It replaces a queued command with the same number and key.
 
-        This method never waits, not even for a time step in another thread. So wheels can always be stopped.
+        This method never waits, not even for a time step in another thread. It does not raise the refusal of an
+        earlier command. So wheels can always be stopped.
         """
-        self._check()
+        self._require_connection()
         self._posted[request.identity] = request
         self._pump.post(request, ONESHOT)
 
@@ -222,9 +223,12 @@ class Connection:
             raise self._pump.failure or self._timeout_error()
         return answers
 
-    def _check(self) -> None:
+    def _require_connection(self) -> None:
         if failure := self._pump.failure:
             raise failure
+
+    def _check(self) -> None:
+        self._require_connection()
         for identity, request in list(self._posted.items()):
             if answer := self._pump.take(request):
                 self._posted.pop(identity, None)

@@ -134,6 +134,17 @@ def test_refusal_is_raised_by_the_call_that_receives_it(stepped: Connection, rai
     stepped.step(requests.joint_position(LEFT))
 
 
+def test_wheel_is_stopped_although_a_command_was_refused(connection: Connection, simulator: Simulator) -> None:
+    connection.call(requests.joint_target_velocity(LEFT, 3.0))
+    refused = requests.set_colour_image(CAMERA, bytes(3))
+    connection.post(refused)
+    wait_for(lambda: connection._pump.newest(refused))
+    connection.post(requests.joint_target_velocity(LEFT, 0.0))
+    with pytest.raises(RefusedError):
+        connection.call(requests.CLOCK)
+    assert read_target(simulator, LEFT) == 0.0
+
+
 def test_step_of_a_running_simulation_that_waits_for_no_trigger_is_an_error(
     connection: Connection, raises: Raises
 ) -> None:
