@@ -83,15 +83,16 @@ class Client(RemoteAPIClient):  # type: ignore[misc]  # the library has no types
         return self.call(function, list(arguments))
 
     def queue(self, function: str, arguments: Sequence[Any]) -> None:
-        """Send a call without waiting for its answer, although an earlier call may have none.
+        """Send a call without waiting for its answer, although an earlier call may have none. No error is raised.
 
         A frozen server executes the call once it continues, even if this client is closed. The call has a new client's
         identifier, because the server takes the next message of a client that waits for a step as part of the wait.
         """
         self.uuid, self.sendCnt = str(uuid4()), 0
-        self.socket.setsockopt(zmq.REQ_RELAXED, 1)
-        self.socket.setsockopt(zmq.LINGER, _LINGER_MS)
-        super()._send({"func": function, "args": list(arguments)})
+        with suppress(zmq.ZMQError):  # the server has ended, or the queue is full
+            self.socket.setsockopt(zmq.REQ_RELAXED, 1)
+            self.socket.setsockopt(zmq.LINGER, _LINGER_MS)
+            super()._send({"func": function, "args": list(arguments)})
 
     def shorten_deadline(self, within_s: float) -> None:
         """Limit the rest of the call in progress to ``within_s`` seconds. Any thread may call this method."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import suppress
 
-from drivers.coppeliasim.address import Address, RefusedError, is_listening
+from drivers.coppeliasim.address import Address, RefusedError
 from robotcore.errors import BackendError
 from robotcore.hal.cutoff import Cutoff, Unconfirmed
 
@@ -47,7 +47,7 @@ class StopJoints(Cutoff):
                     client.call_within("sim.setJointTargetVelocity", [joint, 0.0], SHORT_S)
             client.call_within("_*end*_", [], SHORT_S)
         except BackendError as failure:
-            if not is_listening(address):
+            if failure.kind == "server-gone":
                 return Unconfirmed(f"no server listens at {address}. If the simulator has ended, no wheel turns")
             return Unconfirmed(f"simulated wheels may still turn: {failure}")
         finally:

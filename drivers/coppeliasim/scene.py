@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from functools import partial
 from typing import Any
 
@@ -180,13 +181,12 @@ class CoppeliaSimScene(Scene):
 
     def close(self) -> None:
         """Release the lock, and disconnect. If the server is frozen, its wheels stop once it continues."""
-        for joint in self._joints:
-            self.connection.queue("setJointTargetVelocity", joint, 0.0)
-        try:
+        with ExitStack() as steps:
+            steps.callback(self.connection.close)
             if self._lock:
-                self._lock.release()
-        finally:
-            self.connection.close()
+                steps.callback(self._lock.release)
+            for joint in self._joints:
+                self.connection.queue("setJointTargetVelocity", joint, 0.0)
 
     def _render_picture(self, sensor: int) -> RawPicture:
         if self._is_explicit(sensor):

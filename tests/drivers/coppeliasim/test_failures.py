@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import socket
 import subprocess
 import sys
 import threading
@@ -12,10 +13,12 @@ from types import MappingProxyType
 from typing import Any
 
 import pytest
+import zmq
 
 from drivers.coppeliasim import simulator_lock
-from drivers.coppeliasim.address import Address
+from drivers.coppeliasim.address import Address, build_error
 from drivers.coppeliasim.connection import SimulatorConnection
+from drivers.coppeliasim.cutoff import StopJoints
 from drivers.coppeliasim.scene import CoppeliaSimScene
 from robotcore.errors import BackendError
 from robotcore.hal.wall_clock import MonotonicClock
@@ -96,6 +99,28 @@ def test_wheels_stop_once_a_server_that_hung_answers() -> None:
         assert isinstance(result.error, BackendError)
         assert result.error.kind == "timeout"
         wait_until_wheels_stop(simulator)
+
+
+def test_scene_is_closed_although_no_stop_can_be_sent(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object) -> None:
+        raise zmq.Again
+
+    with Double(bubblerob_scene()) as double:
+        connection = SimulatorConnection.open(Address(port=double.zmq_port), 1.0)
+        scene = CoppeliaSimScene(connection)
+        for joint in double.simulator.graph.all_of(Joint):
+            scene.set_joint_velocity(joint.handle, 0.0)
+        connection.fail(build_error(connection.address, "timeout", "no answer"))
+        monkeypatch.setattr("drivers.coppeliasim.client.RemoteAPIClient._send", fail)
+        scene.close()
+    assert connection._client.socket.closed
+
+
+def test_guardian_reports_that_the_server_has_ended(monkeypatch: pytest.MonkeyPatch, check_text: CheckText) -> None:
+    monkeypatch.setattr("drivers.coppeliasim.client.is_listening", lambda _: False)
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        port = silent.getsockname()[1]
+        check_text(StopJoints("127.0.0.1", port, [1]).stop(), hide=[port])
 
 
 def drive_until_it_hangs(double: Double, **request: Any) -> RunResult:
