@@ -42,6 +42,9 @@ If the server fails, the time-out of the message comes first. Its error has more
 _HALTING_S, _NAP_S = 0.3, 0.002
 """Time limit until a simulation that is about to stop has stopped, and the time between two reads, in seconds."""
 
+TIME_STANDS = "the simulation's time has not advanced"
+"""The beginning of an error message."""
+
 
 class TimedValue(NamedTuple):
     """A value, and the simulation's time at which the server has read it."""
@@ -70,7 +73,6 @@ class Connection:
         self._lock = threading.RLock()
         self._posted: dict[Identity, Request[None]] = {}
         self._streams: set[Identity] = set()
-        self._is_stuck = False
 
     @classmethod
     def open(
@@ -174,7 +176,7 @@ class Connection:
         while any(answer.time_ms <= trigger.time_ms for answer in answers):  # read before the step
             self.require_running()
             if self._clock.now() > deadline:
-                raise self._timeout_error()
+                raise self._stalled_error(TIME_STANDS)
             answers = self._fetch_all(wanted)
         return tuple(read.read(answer) for read, answer in zip(reads, answers, strict=False))
 
@@ -185,25 +187,30 @@ class Connection:
     def start(self) -> None:
         """Start or resume the simulation, and return when it runs."""
         self.call(requests.START)
-        self.await_condition(lambda: self.server.is_running and not self.server.is_paused)
+        self.await_condition(
+            lambda: self.server.is_running and not self.server.is_paused, "the simulation has not started"
+        )
 
     def stop(self) -> None:
         """Stop the simulation, and return when it has stopped."""
         self.call(requests.STOP)
-        self.await_condition(lambda: not self.server.is_running)
+        self.await_condition(lambda: not self.server.is_running, "the simulation has not stopped")
 
-    def await_condition(self, condition: Callable[[], bool]) -> None:
-        """Send requests until a condition is true. Raises ServerTimeoutError after the time limit of a request."""
+    def await_condition(self, condition: Callable[[], bool], problem: str) -> None:
+        """Send requests until a condition is true. Raises ServerTimeoutError after the time limit of a request.
+
+        problem: the beginning of the error message, such as ``the simulation has not stopped``.
+        """
         deadline = self._clock.now() + self._timeout_s
         while not condition():
             if self._clock.now() > deadline:
-                raise self._timeout_error()
+                raise self._stalled_error(problem)
             self.call(requests.CLOCK)
             self._clock.sleep_until(self._clock.now() + _NAP_S)
 
     def close(self) -> None:
-        """Disconnect. If the server still answers, wait first until it has executed the posted commands."""
-        self._pump.close(self._timeout_s, finish=not self._is_stuck)
+        """Disconnect. If the server still executes commands, wait first until it has executed the posted ones."""
+        self._pump.close(self._timeout_s, finish=self._pump.silence_s <= self._timeout_s)
 
     def __enter__(self) -> Connection:
         return self
@@ -248,11 +255,18 @@ class Connection:
             raise build_halted_error("paused" if self.server.is_paused else "stopped")
 
     def _timeout_error(self) -> ServerTimeoutError:
-        self._is_stuck = True
         return ServerTimeoutError(
             f"the simulator answers, but has executed no command for {self._timeout_s:g} s. Check whether it shows a "
             "dialogue, or waits for a trigger of another program",
             kind="simulator-busy",
+            timeout_s=self._timeout_s,
+        )
+
+    def _stalled_error(self, problem: str) -> ServerTimeoutError:
+        return ServerTimeoutError(
+            f"{problem} within {self._timeout_s:g} s, although the simulator executes commands. Check whether it shows "
+            "a message, is too slow, or waits for a trigger of another program",
+            kind="simulation-stalled",
             timeout_s=self._timeout_s,
         )
 

@@ -9,7 +9,7 @@ from functools import cached_property
 from threading import Lock
 from typing import Any, TypeVar
 
-from drivers.vrep.connection import Connection, TimedValue, build_halted_error
+from drivers.vrep.connection import TIME_STANDS, Connection, TimedValue, build_halted_error
 from drivers.vrep.wire import requests
 from drivers.vrep.wire.errors import RefusedError, RemoteApiError, ServerTimeoutError, SimulationHaltedError
 from drivers.vrep.wire.requests import Identity, Request
@@ -273,7 +273,9 @@ class StreamedScene(LegacyScene):
     def _await_next(self, request: Request[Any]) -> tuple[TimedValue, TimedValue]:
         """Return the newest value of a request, and the value after the next time step."""
         before = self._connection.read_newest(request)
-        self._connection.await_condition(lambda: self._connection.read_newest(request).time_s != before.time_s)
+        self._connection.await_condition(
+            lambda: self._connection.read_newest(request).time_s != before.time_s, TIME_STANDS
+        )
         return before, self._connection.read_newest(request)
 
     def _read_newest(self, request: Request[T]) -> T:

@@ -275,6 +275,21 @@ def test_simulator_that_does_nothing_times_out(
         assert await_error(scene.read_time).kind == "simulator-busy"
 
 
+@pytest.mark.slow
+def test_time_that_stands_is_an_error_and_later_commands_are_executed(
+    server: LegacyServer, simulator: Simulator, raises: Raises
+) -> None:
+    with Connection.open(HOST, server.port, 0.5) as connection:
+        scene = StreamedScene(connection)
+        scene.start()
+        with simulator.lock:
+            simulator.hold("another program")
+        with raises(ServerTimeoutError, "simulation-stalled", timeout_s=0.5):
+            scene.read_velocity(BODY)
+        scene.set_joint_velocity(LEFT, 2.0)
+    assert read_target(simulator, LEFT) == 2.0
+
+
 @contextmanager
 def serve_reply(reply: bytes) -> Iterator[int]:
     """Listen on a port, send one client these bytes, and close the connection."""
