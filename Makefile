@@ -1,5 +1,5 @@
 # make demo and make test set up all they need in a virtual environment in this folder.
-# PYTHON=python3.12 make test takes another Python. WORKERS=1 make test uses one core.
+# PYTHON=python3.12 make test takes another Python.
 
 PYTHON ?= python3
 VENV ?= .venv
@@ -9,8 +9,6 @@ DEMO := $(VENV)/.demo-$(VERSION)
 READY := $(VENV)/.ready-$(VERSION)
 UV := $(shell command -v uv 2>/dev/null)
 INSTALL := $(if $(UV),$(UV) pip install --quiet --python $(BIN)/python,$(BIN)/python -m pip install --quiet --disable-pip-version-check)
-
-WORKERS ?= auto
 
 .DEFAULT_GOAL := help
 .PHONY: help demo test test-slow test-all system system-gpio system-arm64 system-deploy system-firmware system-coppeliasim system-vrep lint types rules package coverage check clean
@@ -38,10 +36,10 @@ demo: $(DEMO)  ## watch the robot find the green ball; leaves demo.png
 	@$(BIN)/robotcore demo
 
 test: $(READY)  ## run the quick tests, on all cores
-	@$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal -m 'not slow' $(ARGS)
+	@$(BIN)/python -m pytest -n auto --dist worksteal -m 'not slow' $(ARGS)
 
 test-slow: $(READY)  ## run the slow tests: whole runs, processes, servers and ssh
-	@$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal -m slow $(ARGS)
+	@$(BIN)/python -m pytest -n auto --dist worksteal -m slow $(ARGS)
 
 test-all:  ## run the quick tests on every Python from 3.10 to 3.13 that is on this machine
 	@for version in 3.10 3.11 3.12 3.13; do \
@@ -84,7 +82,7 @@ package: $(READY)  ## build the wheel and look at what is in it
 	@rm -rf dist && $(BIN)/python -m build --quiet --installer $(if $(UV),uv,pip) >/dev/null && $(BIN)/check-wheel-contents dist
 
 coverage: $(READY)  ## run all tests with branch coverage
-	@$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal --cov --cov-report=term:skip-covered
+	@$(BIN)/python -m pytest -n auto --dist worksteal --cov --cov-report=term:skip-covered
 
 check: lint types rules package coverage  ## all that CI does, but for the system tests
 
