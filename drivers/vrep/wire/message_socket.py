@@ -85,11 +85,19 @@ class MessageSocket:
             self._socket.settimeout(self._timeout_s)
             self._socket.sendall(encode_packets(message))
             self._incoming.deadline = deadline
-            return read_packets(self._reader.read)
+            reply = read_packets(self._read)
         except TimeoutError as error:
             raise self._timeout_error() from error
         except OSError as error:
             raise self._lost_error(error) from error
+        if self._incoming.unread:
+            raise ProtocolError(f"{self._incoming.unread} bytes follow the end of the reply")
+        return reply
+
+    def _read(self, size: int) -> bytes:
+        data = self._reader.read(size)
+        self._incoming.unread -= len(data)
+        return data
 
     def _client_time_ms(self) -> int:
         return int(self._clock.now() * 1000) & _CLIENT_TIME_MASK
@@ -140,6 +148,8 @@ class _Incoming(io.RawIOBase):
         self._socket = connection
         self._clock = MonotonicClock()
         self.deadline = 0.0
+        self.unread = 0
+        """The number of received bytes that `MessageSocket` has not read."""
 
     def readable(self) -> bool:
         return True
@@ -152,7 +162,9 @@ class _Incoming(io.RawIOBase):
             # A server delays each small packet until the previous one is acknowledged (Nagle's algorithm). Without
             # this option, every second packet of an image would take 40 ms. The system may reset it at any time.
             self._socket.setsockopt(socket.IPPROTO_TCP, _QUICKACK, 1)
-        return self._socket.recv_into(buffer)
+        size = self._socket.recv_into(buffer)
+        self.unread += size
+        return size
 
 
 class AnswerAssembler:

@@ -392,6 +392,11 @@ def test_port_of_the_zeromq_remote_api_is_an_error(raises: Raises) -> None:
         Connection.open(HOST, double.zmq_port, LONGER_S)
 
 
+def test_bytes_after_the_end_of_a_reply_are_an_error(raises: Raises) -> None:
+    with serve_reply(2 * WHOLE_REPLY) as port, raises(ProtocolError):
+        MessageSocket.open(HOST, port, LONGER_S).exchange(0, [])
+
+
 @pytest.mark.slow
 @settings(max_examples=40, deadline=None)
 @given(st.binary(max_size=80) | st.integers(0, len(WHOLE_REPLY) - 1).map(lambda size: WHOLE_REPLY[:size]))
