@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
@@ -18,7 +19,7 @@ from robotcore.description import (
 from robotcore.errors import DeviceLostError, UnknownNameError, UnmetNeedError, UsageError
 from robotcore.geometry import Pose
 from robotcore.hal.clock import AppClock, Clock, TickClock
-from robotcore.hal.devices import Battery, Camera, Device, Display, Motor, RangeSensor, Sensor
+from robotcore.hal.devices import Battery, Camera, Device, Display, Motor, RangeSensor, Sensor, invalid_velocity
 from robotcore.hal.robot import Robot, Role
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.runtime.layers.base import Layer, MotorOutput, Reader, Show, Tap
@@ -159,7 +160,7 @@ def assemble(
         suspend_functions.append(guarded.suspend)
     for name, motor in raw.motors.items():
         if guarded and drive and name in (drive.left, drive.right):
-            output = MotorOutput(name, partial(_refuse_command, name), guarded.command_filter.stop)
+            output = MotorOutput(name, partial(_refuse_command, name, latch), guarded.command_filter.stop)
         else:
             lease = safety.lease_ticks / rate_hz
             stops = motor_stops.select(motors[name])
@@ -193,7 +194,9 @@ def _wrap_device(device: Device, clock: TickClock, layers: Sequence[Layer]) -> D
     return device
 
 
-def _refuse_command(wheel: str, _rad_s: float) -> float:
+def _refuse_command(wheel: str, latch: Latch, rad_s: float) -> float:
+    if not math.isfinite(rad_s):
+        latch.trip(invalid_velocity(wheel, rad_s))
     raise UsageError(
         f"{wheel} is a wheel of the drive. Command both wheels: robot.drive.set_wheels(left, right)",
         kind="wheel-of-the-drive",

@@ -27,6 +27,17 @@ def test_command_for_one_wheel_of_the_drive_is_refused(raises: Raises) -> None:
     assert rig.left.sent == []
 
 
+def test_invalid_command_for_one_wheel_of_the_drive_stops_the_robot_for_ever() -> None:
+    rig = Rig(description=UNHURRIED)
+    rig.robot.drive.set_wheels(1.0, 2.0)
+    rig.commit()
+    with pytest.raises(InvalidCommandError):
+        rig.robot.motors["left_motor"].set_velocity(math.nan)
+    assert rig.wheels == (0.0, 0.0)
+    with pytest.raises(InvalidCommandError):
+        rig.robot.drive.set_wheels(1.0, 2.0)
+
+
 def test_stop_of_one_wheel_stops_the_robot_at_once() -> None:
     rig = Rig(description=UNHURRIED)
     rig.robot.drive.set_wheels(1.0, 2.0)
