@@ -34,7 +34,7 @@ from robotcore.runtime.time_limits import (
 )
 from robotcore.safety import ActivityMonitor, EmergencyStop, Watchdog
 from robotcore.safety.motor_stop import STOP_S
-from robotcore.safety.thread_reserve import Reserve
+from robotcore.safety.thread_reserve import BackgroundCall, Reserve
 
 __all__ = ["Observer", "Run", "RunRequest", "RunResult", "run"]
 
@@ -44,10 +44,11 @@ WAKE_UP_S = 0.3
 SHUTDOWN_GRACE_S = 0.2
 """The time limit on a forced exit for closing the robot, and for each function that gets the result, in seconds."""
 
-SHUTDOWN_THREADS = 4
+SHUTDOWN_THREADS = 7
 """The number of reserved threads for the calls that may hang on a forced exit.
 
-The calls are the latch, the closing of the robot, the observers and ``on_forced_exit``.
+The calls are the latch, the closing of the robot, the observers and ``on_forced_exit``. Others write two notes of the
+watchdog, and the lines of all threads.
 """
 
 
@@ -270,14 +271,14 @@ class RunSession:
 
     def _add_note(self, note: str) -> None:
         self._plan = replace(self._plan, notes=(*self._plan.notes, note))
-        with suppress(OSError):
-            os.write(2, f"note: {note}\n".encode())
+        self._write_to_stderr(f"note: {note}\n".encode())
 
     def _end_after_hang(self, error: RobotcoreError) -> None:
         """End the process after the watchdog has stopped the motors, because the run's thread still hangs."""
         try:
             self._reserve.release_memory()
-            faulthandler.dump_traceback(2)  # before the result, which is the last text in a terminal
+            with suppress(OSError, MemoryError):  # before the result, which is the last text in a terminal
+                self._write_to_stderr(_format_stacks()).is_done_within(SHUTDOWN_GRACE_S)
             # The result includes the interventions that no tick recorded.
             result = self._build_result(error, get_outcome(error))
             unreported = self._loop.unreported_interventions if self._loop else ()
@@ -303,6 +304,10 @@ class RunSession:
                 if raised := self._signals.raised:
                     self._report(self._build_result(raised, get_outcome(raised)))
 
+    def _write_to_stderr(self, text: bytes) -> BackgroundCall:
+        # In another thread, because a full pipe or a terminal that is paused with Ctrl-S blocks the call.
+        return self._reserve.call(partial(os.write, 2, text))
+
     def _report(self, result: RunResult) -> None:
         for receive in (partial(notify_end, self._observers), self._on_forced_exit):
             self._reserve.call(partial(receive, result)).is_done_within(SHUTDOWN_GRACE_S)
@@ -311,6 +316,22 @@ class RunSession:
         return build_result(
             self._plan, self._loop, self._verification, outcome, error, self._late_failure, self._wall.now()
         )
+
+
+def _format_stacks() -> bytes:
+    """Return the lines that all threads execute. Raises OSError if the system refuses a pipe.
+
+    `faulthandler` holds the interpreter lock while it writes, so it writes to a pipe that never blocks. The pipe drops
+    what does not fit.
+    """
+    receiver, sender = os.pipe()
+    try:
+        os.set_blocking(sender, False)
+        faulthandler.dump_traceback(sender)
+    finally:
+        os.close(sender)
+    with os.fdopen(receiver, "rb") as pipe:
+        return pipe.read()
 
 
 def print_reason(result: RunResult) -> None:

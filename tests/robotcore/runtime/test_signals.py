@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -140,13 +141,13 @@ def start() -> Iterator[Starter]:
     """Return a function that starts a run in another process, and waits until it moves."""
     with ExitStack() as processes:
 
-        def run(*app: str) -> subprocess.Popen[str]:
+        def run(*app: str, stderr: int = subprocess.PIPE) -> subprocess.Popen[str]:
             process = processes.enter_context(
                 subprocess.Popen(
                     [sys.executable, "-m", "tests.robotcore.runtime.interrupted_run", *app],
                     cwd=Path(__file__).parents[3],
                     stdout=subprocess.PIPE,
-                    stderr=subprocess.PIPE,
+                    stderr=stderr,
                     text=True,
                 )
             )
@@ -186,6 +187,21 @@ def test_process_of_an_app_that_never_returns_ends_after_stop_and_report(start: 
     assert (process.returncode, observed) == (4, "observed")
     assert (json.loads(result)["outcome"], json.loads(result)["wheels"]) == ("stopped", [0.0, 0.0])
     assert f"in {app[0]}" in errors, "the lines of every thread"
+
+
+@pytest.mark.slow
+def test_full_stderr_does_not_keep_a_process_whose_app_never_returns(start: Starter) -> None:
+    receiver, sender = os.pipe()
+    os.set_blocking(sender, False)
+    with suppress(BlockingIOError):
+        while True:
+            os.write(sender, b"x")
+    os.set_blocking(sender, True)
+    process = start("beyond_python", stderr=sender)
+    process.communicate(timeout=60)
+    os.close(sender)
+    os.close(receiver)
+    assert process.returncode == 4
 
 
 @pytest.mark.slow

@@ -49,6 +49,21 @@ def test_error_of_a_simulator_that_returns_no_truth_has_its_name(check_text: Che
 HASTY = "watchdog_s = 0.4\nanswer_s = 0.3\n"
 
 
+def test_note_that_cannot_be_written_does_not_block_the_watchdog(
+    perform: Runner, hasty: RunRequest, gate: threading.Event, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("robotcore.safety.watchdog.NOTICE_S", 0.1)
+    monkeypatch.setattr("robotcore.safety.watchdog.FIRST_TICK_S", 0.3)
+    monkeypatch.setattr("robotcore.runtime.session.os.write", lambda *_: gate.wait())
+
+    def hang(robot: Robot) -> None:
+        gate.wait(10.0)
+
+    result = perform(FunctionApp(hang), hasty)
+    assert isinstance(result.error, WatchdogError)
+    assert len(result.notes) == 1
+
+
 @pytest.fixture
 def hasty(tmp_path: Path) -> RunRequest:
     """The request of a run with a robot whose time limits are short."""
