@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from multiprocessing.pool import ThreadPool
 from pathlib import Path
 from queue import SimpleQueue
+from threading import Semaphore
 from typing import Protocol
 
 from robotcore.runtime.plan import RunRequest
@@ -99,8 +100,10 @@ class LocalEngine:
         limit = compute_hang_limit(sweep.request, self.wall_timeout_s)
         workers = [WorkerProcess() for _ in range(self.jobs)]
         idle: SimpleQueue[WorkerProcess] = SimpleQueue()
+        unconsumed = Semaphore(2 * self.jobs)  # limits the outputs that wait in memory for a slow disk
 
         def attempt_in_worker(request: RunRequest) -> RunOutput:
+            unconsumed.acquire()
             worker = idle.get()
             try:
                 return attempt(worker, request, limit)
@@ -113,7 +116,10 @@ class LocalEngine:
                 idle.put(worker)
                 stack.callback(worker.close)
             stack.callback(threads.join)
+            stack.callback(unconsumed.release, 2 * self.jobs)  # no thread waits for an output to be consumed
             for worker in workers:
                 stack.callback(worker.kill)
             stack.callback(threads.terminate)
-            yield from threads.imap_unordered(attempt_in_worker, requests)
+            for output in threads.imap_unordered(attempt_in_worker, requests):
+                yield output
+                unconsumed.release()

@@ -8,6 +8,7 @@ from contextlib import closing, suppress
 from dataclasses import replace
 from pathlib import Path
 from select import select
+from threading import Event
 from unittest.mock import Mock
 
 import pytest
@@ -180,6 +181,26 @@ def test_closing_the_generator_ends_the_running_run(app_file: AppFile, tmp_path:
     )
     with closing(LocalEngine(1, wall_timeout_s=1e6).perform(sweep, sweep.requests())) as outputs:
         next(outputs)
+
+
+def test_at_most_two_outputs_a_job_wait_for_a_slow_consumer(monkeypatch: pytest.MonkeyPatch) -> None:
+    seeds: list[int | None] = []
+    is_third_started = Event()
+
+    def attempt_at_once(_: WorkerProcess, request: RunRequest, __: float) -> RunOutput:
+        seeds.append(request.seed)
+        if len(seeds) == 3:
+            is_third_started.set()
+        return RunOutput(Record(replace(FORGED, seed=request.seed), None, ""))
+
+    monkeypatch.setattr("robotcore.sweep.engine.attempt", attempt_at_once)
+    sweep = make_sweep("green-search", seeds=9)
+    with closing(LocalEngine(1).perform(sweep, sweep.requests())) as outputs:
+        next(outputs)
+        assert not is_third_started.wait(0.2)
+        assert len(list(outputs)) == 8
+    with closing(LocalEngine(1).perform(sweep, sweep.requests())) as outputs:
+        next(outputs)  # closing ends the thread that waits
 
 
 def test_workers_compute_with_one_thread_and_block_no_signals(app_file: AppFile) -> None:
