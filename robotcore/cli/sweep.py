@@ -174,7 +174,7 @@ def _limit_jobs(jobs: int | None, backends: tuple[str, ...]) -> int | None:
     return 1 if alone else jobs
 
 
-def _execute_missing_runs(results: Results, engine: Engine, *, is_quiet: bool) -> Interrupted | BackendError | None:
+def _execute_missing_runs(results: Results, engine: Engine, *, is_quiet: bool) -> Interrupted | RobotcoreError | None:
     from robotcore.runtime.signals import SignalGuard
     from robotcore.sweep.engine import execute
     from robotcore.sweep.summary import show_progress
@@ -189,6 +189,10 @@ def _execute_missing_runs(results: Results, engine: Engine, *, is_quiet: bool) -
                     execute(results, engine, advance)
         except (Interrupted, BackendError) as error:
             return error
+        except UsageError as error:
+            if error.kind != "results-not-written":
+                raise
+            return error  # the summary of the saved runs comes first
         finally:
             interrupts.mask()
     return None

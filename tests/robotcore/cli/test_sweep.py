@@ -20,6 +20,7 @@ from robotcore import Outcome, RunRequest
 from robotcore.cli.sweep import command
 from robotcore.errors import BackendError
 from robotcore.sweep import Record, Sweep
+from robotcore.sweep.results_file import Journal
 from robotcore.sweep.single_run import RunOutput, perform
 from tests.robotcore.cli.conftest import Cli
 from tests.texts import CheckText
@@ -219,6 +220,23 @@ def test_a_report_that_does_not_fit_on_the_disk_is_reported_after_the_results(
         assert (done.json["done"], done.json["kind"], done.json["exit_status"]) == (1, "unusable-folder", 2)
     else:
         assert done.out.endswith("The results: here\n\nMet in every group: contacts<=0\n")
+
+
+@pytest.mark.slow
+def test_a_disk_that_fills_during_the_runs_is_reported_after_the_results(
+    cli: Cli, requests: list[RunRequest], monkeypatch: pytest.MonkeyPatch, check_text: CheckText
+) -> None:
+    def append(journal: Journal, line: str) -> None:
+        if len(requests) == 2:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        append_line(journal, line)
+
+    append_line = Journal.append
+    monkeypatch.setattr(Journal, "append", append)
+    done = cli(*SHORT, "--seeds", "1-3", "--out", "here", "--report", "page")
+    assert (done.status, len(requests), Path("page").exists()) == (2, 2, False)
+    assert "\nkinematic  open        ?/1 " in done.out
+    check_text(done.err)
 
 
 def test_a_report_into_an_impossible_folder_is_refused_before_the_sweep(
