@@ -89,9 +89,9 @@ class Explanation(NamedTuple):
 def explain(records: Iterable[Record]) -> Explanation:
     """Return the conditions under which more runs fail. Records without conditions are ignored.
 
-    Fisher's exact test compares both sides of each split. A number is split at up to nine thresholds, and each word is
-    split from all others. The p-values are corrected for the number of tests by Holm's method. So if no condition
-    matters, the result has a split in at most one of twenty sweeps.
+    Fisher's exact test compares both sides of each split. A number is split at up to nine thresholds. Each word is
+    split from all others, and two words are one split. The p-values are corrected for the number of tests by Holm's
+    method. So if no condition matters, the result has a split in at most one of twenty sweeps.
 
     S. Holm, A simple sequentially rejective multiple test procedure, Scandinavian Journal of Statistics 6 (1979).
 
@@ -142,31 +142,36 @@ def _log_choose(n: int, k: int) -> float:
     return math.lgamma(n + 1) - math.lgamma(k + 1) - math.lgamma(n - k + 1)
 
 
-def _make_strata(records: Iterable[Record]) -> list[tuple[GroupKey, list[Record]]]:
+class _Run(NamedTuple):
+    """The part of a record that the analysis compares. Unlike the record, it has no path."""
+
+    is_failure: bool
+    conditions: dict[str, float | str]
+
+
+def _make_strata(records: Iterable[Record]) -> list[tuple[GroupKey, list[_Run]]]:
     """Return the runs that have conditions, grouped by backend, world and the names of the conditions.
 
     Worlds differ in their share of failing runs and in the conditions that are drawn, so a world could look like a
     cause.
     """
-    strata: dict[tuple[GroupKey, tuple[str, ...]], list[Record]] = {}
+    strata: dict[tuple[GroupKey, tuple[str, ...]], list[_Run]] = {}
     for record in records:
-        if record.result.conditions:
-            strata.setdefault((GroupKey.of(record), tuple(sorted(record.result.conditions))), []).append(record)
+        if conditions := record.result.conditions:
+            stratum = strata.setdefault((GroupKey.of(record), tuple(sorted(conditions))), [])
+            stratum.append(_Run(record.is_failure, conditions))
     return [(key, runs) for (key, _), runs in sorted(strata.items(), key=lambda item: item[0])]
 
 
-def _split_runs(group: GroupKey, records: Sequence[Record]) -> Iterator[Split]:
+def _split_runs(group: GroupKey, runs: Sequence[_Run]) -> Iterator[Split]:
     """Yield all splits of comparable runs by their conditions, with the p-value of each."""
-    if not _is_mixed(records):
+    if not _is_mixed(runs):
         return
-    failing = [record.result.conditions for record in records if record.is_failure]
-    for name in sorted(records[0].result.conditions):
-        values, failing_values = (
-            [record.result.conditions[name] for record in records],
-            [each[name] for each in failing],
-        )
+    failing = [run.conditions for run in runs if run.is_failure]
+    for name in sorted(runs[0].conditions):
+        values, failing_values = [run.conditions[name] for run in runs], [each[name] for each in failing]
         for sign, value, inside in _list_sides(values, failing_values):
-            outside = Share(len(failing) - inside.failing, len(records) - inside.runs)
+            outside = Share(len(failing) - inside.failing, len(runs) - inside.runs)
             p = compute_fisher_p(inside, outside)
             if inside.failing * outside.runs >= outside.failing * inside.runs:
                 yield Split(group, name, sign, value, inside, outside, p)
@@ -188,9 +193,12 @@ def _list_sides(
         for threshold in _choose_thresholds(numbers):
             yield "<", threshold, Share(bisect_left(failing_numbers, threshold), bisect_left(numbers, threshold))
         return
-    words, failing_words = Counter(map(str, values)), Counter(map(str, failing))
-    for word in sorted(words) if len(words) > 1 else ():
-        yield "=", word, Share(failing_words[word], words[word])
+    counts, failing_counts = Counter(map(str, values)), Counter(map(str, failing))
+    words = sorted(counts) if len(counts) > 1 else []
+    if len(words) == 2:  # both words have the same split
+        words = [max(words, key=lambda word: failing_counts[word] / counts[word])]
+    for word in words:
+        yield "=", word, Share(failing_counts[word], counts[word])
 
 
 def _choose_thresholds(numbers: Sequence[float]) -> list[float]:
@@ -217,11 +225,11 @@ def _correct(splits: Iterable[Split]) -> list[Split]:
     return corrected
 
 
-def _is_mixed(records: Sequence[Record]) -> bool:
-    return len({record.is_failure for record in records}) == 2
+def _is_mixed(runs: Sequence[_Run]) -> bool:
+    return len({run.is_failure for run in runs}) == 2
 
 
-def _find_reason(strata: Sequence[tuple[GroupKey, Sequence[Record]]], ranked: Sequence[Split]) -> str:
+def _find_reason(strata: Sequence[tuple[GroupKey, Sequence[_Run]]], ranked: Sequence[Split]) -> str:
     runs, failing = sum(len(each) for _, each in strata), sum(run.is_failure for _, each in strata for run in each)
     counts = f"({runs} runs, {failing} failing)"
     if not failing:

@@ -53,8 +53,10 @@ def test_fishers_p_has_the_values_of_the_literature(inside: Share, outside: Shar
         (["wood"] * 12 + ["tiles", "plain"] * 94, "light = wood", Share(7, 12), Share(3, 188)),
         ([0.5] * 12 + ["auto"] * 188, "light = 0.5", Share(7, 12), Share(3, 188)),
         (["wood", "tiles"] * 6 + ["plain"] * 188, "light ≠ plain", Share(7, 12), Share(3, 188)),
+        (["wood"] * 12 + ["plain"] * 188, "light = wood", Share(7, 12), Share(3, 188)),
+        (["plain"] * 12 + ["wood"] * 188, "light = plain", Share(7, 12), Share(3, 188)),
     ],
-    ids=["below", "above", "a word", "a word and a number", "all but a word"],
+    ids=["below", "above", "a word", "a word and a number", "all but a word", "second of two", "first of two"],
 )
 def test_the_side_on_which_more_runs_fail_is_reported(
     values: Sequence[float | str], side: str, inside: Share, outside: Share
@@ -73,6 +75,11 @@ def test_the_p_is_corrected_for_the_number_of_tests_by_holms_method() -> None:
     strong, weak = explain(records).splits
     assert strong.p == pytest.approx(2 * compute_fisher_p(Share(6, 6), Share(0, 54)))
     assert weak.p == pytest.approx(compute_fisher_p(Share(6, 11), Share(0, 49)))
+
+
+def test_two_words_are_one_test() -> None:
+    (split,) = explain([run(fails=at < 9, floor="wood" if at < 9 else "tiles") for at in range(29)]).splits
+    assert split.p == pytest.approx(compute_fisher_p(Share(9, 9), Share(0, 20)))
 
 
 @pytest.mark.parametrize("backends", [("kinematic",), ("kinematic", "pybullet")])
