@@ -164,8 +164,9 @@ class Results:
             )
 
     def _claim_folder(self, journal: Journal) -> None:
-        for part in find_parts(self.directory):
-            part.unlink()
+        for folder in (self.directory, self.directory / PICTURES):
+            for part in find_parts(folder) if folder.is_dir() else ():
+                part.unlink()
         manifest, content = (
             self.directory / MANIFEST,
             format_manifest(self._dependencies, format_seeds(self.sweep.seeds)),

@@ -216,6 +216,17 @@ def test_a_file_that_cannot_be_replaced_is_reported_and_leaves_no_part(
     assert {file.name for file in tmp_path.rglob("*.*")} == {"sweep.json", "results.jsonl"}
 
 
+def test_parts_of_killed_writes_are_deleted_from_both_folders(tmp_path: Path) -> None:
+    _write_results(tmp_path, 1)
+    parts = [tmp_path / f".{'a' * 16}.csv", tmp_path / "failures" / f".{'b' * 16}.png"]
+    picture = parts[1].with_name("kinematic-open-1.png")
+    picture.parent.mkdir()
+    for file in (*parts, picture):
+        file.touch()
+    _write_results(tmp_path)
+    assert [file.exists() for file in (*parts, picture)] == [False, False, True]
+
+
 class _FullDisk:
     """A file on a disk with ten free bytes."""
 
