@@ -96,19 +96,24 @@ Metres = Annotated[float, Field(ge=0.001, le=100)]
 """A length in metres, from a millimetre to a hundred metres."""
 
 TURN_RAD = 6.3
-"""The greatest angle in a file, in radians: a turn, rounded up. A larger number is probably in degrees."""
+"""The greatest angle in a file, in radians: a turn, rounded up."""
+
+LEAST_DEGREES = 10.0
+"""The least number that is probably an angle in degrees, if a file has it in place of radians."""
 
 
-def make_degrees_mistake(angle: float, key: str = "") -> Mistake:
-    """Return the mistake for an angle of more than a turn, which is probably in degrees."""
-    remedy = f"Did you mean {angle:g} degrees? That is {math.radians(angle):.3g} rad"
+def make_turn_mistake(angle: float, key: str = "") -> Mistake:
+    """Return the mistake for an angle of more than a turn. If it is at least `LEAST_DEGREES`, suggest degrees."""
+    remedy = f"Take an angle from {-TURN_RAD} to {TURN_RAD}"
+    if abs(angle) >= LEAST_DEGREES:
+        remedy = f"Did you mean {angle:g} degrees? That is {math.radians(angle):.3g} rad"
     return Mistake(f"{angle:g} rad is more than a turn", remedy, kind="out-of-bounds", key=key)
 
 
 def _require_turn(angle: float, info: ValidationInfo) -> float:
     # Only files are validated with a context. A heading that a seed draws, and a recording has, may be larger.
     if info.context is not None and abs(angle) > TURN_RAD:
-        raise make_degrees_mistake(angle)
+        raise make_turn_mistake(angle)
     return angle
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel, ValidationError
 
-from robotcore.description.types import TURN_RAD, make_degrees_mistake
+from robotcore.description.types import LEAST_DEGREES, make_turn_mistake
 from robotcore.errors import Mistake, suggestion
 
 if TYPE_CHECKING:
@@ -170,7 +170,7 @@ def _make_mistake(
     if cause.startswith("union_tag"):
         return _make_tag_mistake(key, found, model)
     if _is_in_degrees(found):
-        return make_degrees_mistake(found["input"], key)
+        return make_turn_mistake(found["input"], key)
     remedy = "Correct it"
     if cause == "extra_forbidden":
         keys = _find_schema(model, path[:-1]).get("properties", ())
@@ -186,7 +186,7 @@ def _is_in_degrees(found: ErrorDetails) -> bool:
     """Return whether a value is out of bounds, probably because it is an angle in degrees."""
     value = found["input"]
     is_bounded = found["type"] in _BOUNDS and isinstance(value, (int, float))
-    return is_bounded and _format_unit(found["loc"]) == " rad" and abs(value) > TURN_RAD
+    return is_bounded and _format_unit(found["loc"]) == " rad" and abs(value) >= LEAST_DEGREES
 
 
 def _find_form(model: type[BaseModel], found: ErrorDetails) -> str | None:

@@ -39,6 +39,7 @@ ROBOT_MISTAKES = [
     ("clearance_m = 0.018", "clearance_m = 0.0", "", "body-on-floor"),
     ("cone_rad = 0.5236", "cone_rad = 30", "devices[nose].cone_rad", "out-of-bounds"),
     ("z_m = 0.10 }\nmin", "z_m = 0.10, yaw_rad = -15.0 }\nmin", "devices[nose].mount.yaw_rad", "out-of-bounds"),
+    ("z_m = 0.10 }\nmin", "z_m = 0.10, pitch_rad = 6.4 }\nmin", "devices[nose].mount.pitch_rad", "out-of-bounds"),
     ("lag_s = 0.05", "lag_s = 1e-300", "devices[left_motor].lag_s", "lag-too-short"),
     ("mass_kg = 1.07", "mass_kg = 1e308", "body.mass_kg", "out-of-bounds"),
     ("min_range_m = 0.02", "min_range_m = 3.0", "devices[nose]", "ranges-in-wrong-order"),
