@@ -216,7 +216,10 @@ class PictureRecorder:
         if self._run:
             truth = self._run.truth
             self._track.is_located = truth is not None
-            self._track.points.append(TrackPoint(record.time, record.state, truth.pose if truth else ORIGIN))
+            points = self._track.points
+            if truth is None and [each.state for each in points[-2:]] == [record.state] * 2:
+                points.pop()  # without poses, the first and the last point of each state are enough
+            points.append(TrackPoint(record.time, record.state, truth.pose if truth else ORIGIN))
 
     def end(self, result: RunResult) -> None:
         if run := self._run:
