@@ -66,7 +66,8 @@ system-firmware: $(READY)  ## test the firmware on a simulated AVR, with the dri
 system-coppeliasim: $(READY)  ## test coppeliasim on a real CoppeliaSim: ROBOTCORE_COPPELIASIM=HOST:PORT
 	@$(BIN)/python -m tests.system.coppeliasim || [ $$? -eq 77 ]
 
-system-vrep: $(READY)  ## test vrep on a real simulator: ROBOTCORE_VREP=HOST:PORT, and ROBOTCORE_COPPELIASIM of the same
+# Both use one simulator, so vrep waits for coppeliasim if make runs both.
+system-vrep: $(READY) | $(filter system-coppeliasim,$(MAKECMDGOALS:system=system-coppeliasim))  ## test vrep on a real simulator: ROBOTCORE_VREP=HOST:PORT, and ROBOTCORE_COPPELIASIM of the same
 	@$(BIN)/python -m tests.system.vrep || [ $$? -eq 77 ]
 
 lint: $(READY)  ## style: ruff
