@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import json
-import re
 from pathlib import Path
 
 import pytest
 
 from robotcore.errors import UnknownNameError, UsageError
-from tests.texts import FILE, Raises
+from tests.texts import FILE, Raises, _update, has_test
 
 FOLDER = Path(__file__).parent
 
@@ -34,9 +33,16 @@ def test_another_kind_fails(raises: Raises) -> None:
         raise UsageError("a run needs an app", kind="another")
 
 
+def test_an_update_drops_the_texts_of_removed_tests(tmp_path: Path) -> None:
+    (tmp_path / "test_it.py").write_text("def test_this(): ...\ndef test_that(): ...\n")
+    kept = {"test_it::test_that[a]": "1", "test_it::test_that[a] 2": "2"}
+    file = tmp_path / FILE
+    file.write_text(json.dumps({**kept, "test_it::test_gone": "3", "test_no::test_this": "4"}))
+    assert _update(file, "test_it::test_this", "5") == {**kept, "test_it::test_this": "5"}
+    assert json.loads(file.read_text()) == {**kept, "test_it::test_this": "5"}
+
+
 def test_each_text_belongs_to_a_test() -> None:
     for file in sorted(FOLDER.rglob(FILE)):
         for key in json.loads(file.read_text(encoding="utf-8")):
-            module, _, test = key.partition("::")
-            name = re.split(r"[\[ ]", test)[0]
-            assert f"def {name}(" in (file.parent / f"{module}.py").read_text(encoding="utf-8"), key
+            assert has_test(file, key), f"{file}: {key}"

@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import fcntl
 import json
+import re
 from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
+from functools import cache
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
@@ -92,10 +94,23 @@ def _read(file: Path) -> dict[str, str]:
     return texts
 
 
+def has_test(file: Path, key: str) -> bool:
+    """Return whether the test function of a key in a file of texts exists."""
+    module, _, test = key.partition("::")
+    name = re.split(r"[\[ ]", test)[0]
+    return f"def {name}(" in _read_module(file.parent / f"{module}.py")
+
+
+@cache
+def _read_module(module: Path) -> str:
+    return module.read_text(encoding="utf-8") if module.is_file() else ""
+
+
 def _update(file: Path, key: str, text: str) -> dict[str, str]:
-    """Write one text and return all; processes of pytest-xdist take turns."""
+    """Write one text, drop those of removed tests, and return all; processes of pytest-xdist take turns."""
     with file.with_suffix(".lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        texts = dict(sorted({**_read(file), key: text}.items()))
+        kept = {each: known for each, known in _read(file).items() if has_test(file, each)}
+        texts = dict(sorted({**kept, key: text}.items()))
         file.write_text(json.dumps(texts, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
         return texts
