@@ -11,13 +11,15 @@ import subprocess
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from email import message_from_string
 from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from zipfile import ZipFile
 
 from robotcore.deploy.progress import Report
 from robotcore.deploy.project import FILE, Project
-from robotcore.deploy.requirements import Requirement, SpecifierSet
+from robotcore.deploy.requirements import Requirement, SpecifierSet, canonicalize_name
 from robotcore.deploy.robot_answers import ProbeAnswer
 from robotcore.errors import DeployError, DescriptionError
 
@@ -124,7 +126,7 @@ def fetch_wheels(requirements: Iterable[str], target: Platform, report: Report, 
     target: the robot's platform.
     report: this function is called with the current activity in words.
     cache: the folder of the cache; by default ``~/.cache/robotcore/wheels``.
-    Raises DeployError if a requirement has no wheel for the robot, or if no package index can be reached.
+    Raises DeployError if a requirement has an address or no wheel for the robot, or if no package index can be reached.
     """
     texts = sorted(requirements)
     key = json.dumps([texts, target.python_version, target.platforms])
@@ -135,7 +137,10 @@ def fetch_wheels(requirements: Iterable[str], target: Platform, report: Report, 
             whole = Path(scratch, "wheels")
             whole.mkdir()
             report(f"downloading wheels for {target}")
-            _download([*map(Requirement, texts)], target, whole)
+            wanted = [*map(Requirement, texts)]
+            _refuse_addresses(wanted, target, whole)
+            _download(wanted, target, whole)
+            _refuse_addresses(wanted, target, whole)
             try:
                 whole.rename(folder)
             except OSError:
@@ -148,11 +153,16 @@ def _find_cache_folder() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache", "robotcore", "wheels")
 
 
-def _download(requirements: list[Requirement], target: Platform, folder: Path) -> None:
-    """Download wheels for the robot. If a pure Python package has no wheel, build one."""
-    for each in requirements:
-        is_needed = each.marker is None or each.marker.evaluate({**target.markers, "extra": ""})
-        if each.url and is_needed:  # pip on the robot would use the address instead of the wheel
+def _refuse_addresses(requirements: Iterable[Requirement], target: Platform, folder: Path) -> None:
+    """Raise DeployError if a requirement, or one of the wheels in the folder, requires a package from an address.
+
+    pip on the robot would use the address instead of the wheel.
+    """
+    dependencies = dict(map(_read_name_and_dependencies, folder.glob("*.whl")))
+    queue, seen = _select_applicable(requirements, target, {""}), set()
+    while queue:
+        each = queue.pop()
+        if each.url:
             raise DeployError(
                 f"{each.name} is required from an address, which a robot without a network cannot reach. Require it by "
                 "name and version, or put its code into the project. Or connect the robot once, and push without "
@@ -160,6 +170,28 @@ def _download(requirements: list[Requirement], target: Platform, folder: Path) -
                 kind="requirement-from-address",
                 requirement=each.name,
             )
+        if str(each) not in seen:
+            seen.add(str(each))
+            queue += _select_applicable(dependencies.get(canonicalize_name(each.name), ()), target, {"", *each.extras})
+
+
+def _select_applicable(
+    requirements: Iterable[Requirement], target: Platform, extras: Iterable[str]
+) -> list[Requirement]:
+    """Return the requirements whose markers apply to the robot and to one of the extras."""
+    environments = [{**target.markers, "extra": extra} for extra in extras]
+    return [each for each in requirements if each.marker is None or any(map(each.marker.evaluate, environments))]
+
+
+def _read_name_and_dependencies(wheel: Path) -> tuple[str, list[Requirement]]:
+    with ZipFile(wheel) as opened:
+        (file,) = (name for name in opened.namelist() if re.fullmatch(r"[^/]+\.dist-info/METADATA", name))
+        metadata = message_from_string(opened.read(file).decode())
+    return canonicalize_name(metadata["Name"]), [*map(Requirement, metadata.get_all("Requires-Dist", ()))]
+
+
+def _download(requirements: list[Requirement], target: Platform, folder: Path) -> None:
+    """Download wheels for the robot. If a pure Python package has no wheel, build one."""
     platforms = [word for platform in target.platforms for word in ("--platform", platform)]
     python = ("--implementation", "cp", "--python-version", target.python_version)
     where = ("--only-binary=:all:", "--dest", str(folder), "--find-links", str(folder), *python, *platforms)

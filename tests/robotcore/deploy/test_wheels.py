@@ -77,6 +77,20 @@ def test_requirement_with_an_address_is_refused(tmp_path: Path, address: str, ra
 
 
 @pytest.mark.slow
+def test_dependency_with_an_address_is_refused_and_nothing_is_cached(
+    tmp_path: Path, publish: Publish, raises: Raises
+) -> None:
+    publish("thing")
+    address = f"thing @ file://{tmp_path}/index/thing-1.0-py3-none-any.whl"
+    publish("plain", requires=(f"{address} ; extra == 'more'",))
+    publish("other", requires=(f"{address} ; python_version == '3.12'",))
+    assert fetch(tmp_path, "plain") == ["plain-1.0-py3-none-any.whl"]
+    with raises(DeployError, "requirement-from-address", requirement="thing"):
+        fetch(tmp_path, "plain", "other")
+    assert len(list((tmp_path / "cache").iterdir())) == 1
+
+
+@pytest.mark.slow
 def test_pure_python_package_without_a_wheel_is_built(tmp_path: Path, publish: Publish) -> None:
     publish("source")
     wheel = tmp_path / "index" / "source-1.0-py3-none-any.whl"
