@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import Generic, TypeVar
 
-from robotcore.errors import Interrupted, RecordingError, RobotcoreError
+from robotcore.errors import BackendMissingError, Interrupted, RecordingError, RobotcoreError
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.recording.events import GroundTruthSample, RecordedError
 from robotcore.recording.mcap_file import McapFile
@@ -231,7 +231,7 @@ class Recorder:
 
     def _set_failure(self, error: BaseException) -> None:
         """End the recording with its first error."""
-        if not isinstance(error, RobotcoreError):
+        if not isinstance(error, (RecordingError, BackendMissingError)):
             problem = f"{type(error).__name__}: {error}"
             error = RecordingError(self.path, problem, "Report it as a bug", kind="recorder-bug")
         self.failure = self.failure or error

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from robotcore.errors import BackendMissingError, Interrupted, RecordingError
+from robotcore.errors import BackendMissingError, Interrupted, RecordingError, UsageError
 from robotcore.recording import read
 from robotcore.recording.mcap_file import McapFile, require_recordable
 from robotcore.recording.recorder import Recorder, WriteQueue
@@ -123,9 +123,12 @@ def test_limit_ends_the_recording_and_not_the_run(
     assert recorder.ended_early == recording.ended_early
 
 
-def test_bug_of_the_writer_ends_the_recording_and_not_the_run(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("error", [TypeError("a bug"), UsageError("a bug")], ids=["any error", "own error"])
+def test_bug_of_the_writer_ends_the_recording_and_not_the_run(
+    file: Path, monkeypatch: pytest.MonkeyPatch, error: Exception
+) -> None:
     def failing(*_: object) -> None:
-        raise TypeError("a bug")
+        raise error
 
     monkeypatch.setattr("robotcore.recording.writer.to_json", failing)
     recorder = Recorder(file)
