@@ -160,7 +160,8 @@ def _read_upload(folder: Path, release: str) -> Release:
 
 def discard_upload(layout: Layout, *, release: str) -> dict[str, Any]:
     """Delete the upload of a release. Return whether the robot had such an upload."""
-    return {"discarded": uploads.discard_upload(layout, require_name(release))}
+    with hold_lock(layout, f"deletion of the upload of {require_name(release)}"):
+        return {"discarded": uploads.discard_upload(layout, release)}
 
 
 DOCTOR_TIMEOUT_S = 180

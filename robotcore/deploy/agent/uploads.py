@@ -39,11 +39,14 @@ def open_upload(layout: Layout, release: str) -> Path:
 def _is_in_use(path: Path) -> bool:
     """Return whether the push that made a folder or its owner's file is still connected."""
     owner = path if path.suffix == _PUSHED_BY else _owner_file(path)
-    return owner.is_file() and is_process_alive(owner.read_text())
+    try:
+        return is_process_alive(owner.read_text())
+    except OSError:  # without an owner's file, or after another process has deleted it
+        return False
 
 
 def discard_upload(layout: Layout, release: str) -> bool:
-    """Delete the upload of a release. Return whether such an upload existed."""
+    """Delete the upload of a release. Return whether such an upload existed. The caller must hold the lock."""
     folder = layout.incoming / release
     was_there = folder.is_dir()
     if was_there:
