@@ -23,6 +23,9 @@ REMOTE_FOLDER = re.compile(r"\w[\w.-]*(?:/\w[\w.-]*)*", re.ASCII)
 MOST_ITEMS = 100_000
 """The greatest number of items of a list in a robot's answer."""
 
+MAX_PROBLEM_LENGTH = 200
+"""The greatest length of a problem in an error message. A problem may quote a value of any length."""
+
 AnswerT = TypeVar("AnswerT", bound="RobotMessage")
 
 
@@ -288,7 +291,7 @@ def validate(model: type[AnswerT], data: Any, where: str) -> AnswerT:
     except ValidationError as error:
         problem = error.errors(include_url=False, include_context=False, include_input=False)[0]
         key = ".".join(map(str, (where, *problem["loc"])))
-        raise MalformedError(f"has an error at {key}: {problem['msg']}") from error
+        raise MalformedError(f"has an error at {key}: {problem['msg'][:MAX_PROBLEM_LENGTH]}") from error
 
 
 def _escape_strings(value: Any) -> Any:

@@ -14,6 +14,7 @@ from robotcore.deploy.errors import CALL_FAILED, DAMAGED
 from robotcore.deploy.host import RobotAddress
 from robotcore.deploy.process_output import MalformedError
 from robotcore.deploy.robot_answers import (
+    BeginAnswer,
     EmptyAnswer,
     HealthAnswer,
     ProbeAnswer,
@@ -70,6 +71,18 @@ def test_impossible_value_is_damaged(model: type[RobotMessage], valid: dict[str,
     answers.validate(model, {**valid, "unknown": 1}, "done")
     with pytest.raises(MalformedError, match=rf"done\.{key}: "):
         answers.validate(model, {**valid, key: value}, "done")
+
+
+def test_message_quotes_only_the_beginning_of_a_long_value() -> None:
+    with pytest.raises(MalformedError, match=r"done\.to: ") as caught:
+        answers.validate(BeginAnswer, {"release": HEALTH["release"], "to": "/" * 1_000_000, "copy_from": None}, "done")
+    assert len(str(caught.value)) < 300
+
+
+@pytest.mark.parametrize("message", [b'{"other": 1}', b"{}"])
+def test_unknown_message_is_damaged(message: bytes) -> None:
+    with pytest.raises(MalformedError, match="neither progress, nor an answer, nor a refusal"):
+        RemoteCall("raw", Home).parse_answer([b'\x1e{"begun": "raw"}\n\x1e' + message + b"\n"])
 
 
 RAW = """
