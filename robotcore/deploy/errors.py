@@ -19,6 +19,9 @@ COMMAND_NOT_FOUND = 127
 BROKEN, DAMAGED = "broken", "damaged"
 """The kinds of a DeployError if the connection broke, and if a robot's answer is malformed."""
 
+TRANSIENT = {BROKEN, "unknown", "refused", "no-route", "time-out", "hung-up", "login-time-out", "ssh-failed"}
+"""The kinds of a DeployError after which a new attempt to connect may succeed, without a change by the user."""
+
 CALL_FAILED, RSYNC_FAILED = "call-failed", "rsync-failed"
 """The kinds of a DeployError if a call or a transfer failed for an unknown reason, such as a broken connection."""
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from robotcore.deploy.agent.releases import HEALTHY, HEALTHY_WITHIN_S, UNHEALTHY
-from robotcore.deploy.errors import BROKEN
+from robotcore.deploy.errors import BROKEN, TRANSIENT
 from robotcore.deploy.host import RobotAddress, command_hint
 from robotcore.deploy.progress import OnStep, Step
 from robotcore.deploy.robot_answers import HealthAnswer, ProgressMessage
@@ -53,7 +53,8 @@ def follow_check(
 ) -> str:
     """Make the robot check a release, and report the progress. Return the name of the healthy release.
 
-    If the connection breaks, the function connects again. It needs the release's name to ask for the result.
+    If the connection breaks, the function connects again, unless ssh fails for a reason that lasts, such as a changed
+    host key. It needs the release's name to ask for the result.
 
     link: an open link to the robot.
     ssh_config: an ssh configuration in place of the user's, for the commands in error messages.
@@ -83,7 +84,7 @@ def follow_check(
         except DeployError as error:
             if attempt == 0 and error.kind != BROKEN:
                 raise
-            if not release or attempt == ATTEMPTS:
+            if not release or attempt == ATTEMPTS or error.kind not in TRANSIENT:
                 raise DeployError(f"{error}. {status_hint(link.host, ssh_config)}", kind=error.kind) from error
             action = "activate"
     if result.outcome != HEALTHY:

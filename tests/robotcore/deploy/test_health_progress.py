@@ -148,6 +148,25 @@ def test_lost_robot_is_an_error_with_the_command_for_its_status(
     assert command_hint("status", RobotAddress("robot"), robot.config) in str(caught.value)
 
 
+@pytest.mark.parametrize("kind, attempts", [("denied", 1), ("host-key-changed", 1), ("time-out", health.ATTEMPTS)])
+def test_client_connects_again_only_if_that_may_succeed(
+    robot: Sshd, monkeypatch: pytest.MonkeyPatch, kind: str, attempts: int
+) -> None:
+    kinds: list[str] = []
+
+    def fail(failure: str) -> None:
+        kinds.append(failure)
+        raise DeployError("it failed", kind=failure)
+
+    link = RobotLink(RobotAddress("robot"))
+    monkeypatch.setattr(link, "call", lambda *_, **__: fail(BROKEN))
+    monkeypatch.setattr(link, "reconnect", lambda: fail(kind))
+    with pytest.raises(DeployError) as caught:
+        follow(link, robot)
+    assert caught.value.kind == kind
+    assert kinds == [BROKEN, *[kind] * attempts]
+
+
 def test_client_does_not_connect_again_after_a_refusal(
     link: RobotLink, robot: Sshd, add_action: AddAction, raises: Raises
 ) -> None:
