@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import shutil
 import stat
@@ -179,8 +180,8 @@ class IncomingFiles:
             self.missing = [name for name in self.missing if not self._move_if_complete(name)]
         finally:
             shutil.rmtree(self.path, ignore_errors=True)
-            self._remove_leftovers()
             with suppress(OSError):
+                self._remove_leftovers()
                 self.partial.rmdir()
 
     def check_limits(self) -> None:
@@ -210,7 +211,8 @@ class IncomingFiles:
     def _remove_leftovers(self) -> None:
         """Delete everything but incomplete requested files from the folder `partial`.
 
-        rsync would follow a link in this folder, and overwrite the target of the link.
+        rsync would follow a link in this folder, and overwrite the target of the link. Raises OSError if a file or
+        folder cannot be deleted.
         """
         if self.partial.is_symlink():
             self.partial.unlink()
@@ -218,6 +220,8 @@ class IncomingFiles:
             size = _measure_file(path)
             if size is None or size > self._sizes.get(path.name, -1):
                 delete(path)
+                if os.path.lexists(path):
+                    raise OSError(errno.EPERM, f"{escape(path.name)} cannot be deleted")
 
     def _move_if_complete(self, name: str) -> bool:
         file, target = self.path / name, self._folder / name

@@ -8,10 +8,11 @@ import pytest
 from robotcore.deploy.fetch import FetchResult, IncomingFiles, fetch
 from robotcore.deploy.progress import StepProgress
 from robotcore.deploy.rpc import RobotLink
-from robotcore.errors import DeployError
+from robotcore.errors import DeployError, UsageError
 from robotcore.text import escape
 from tests.robotcore.deploy.conftest import AddAction
 from tests.robotcore.deploy.sshd import Sshd, slow_rsync
+from tests.texts import Raises
 
 FIRST, SECOND, THIRD = (f"2026-11-21T22-4{minute}-00Z.mcap" for minute in range(3))
 
@@ -188,3 +189,12 @@ def test_links_and_too_long_leftovers_of_a_broken_fetch_are_deleted(tmp_path: Pa
     (partial / THIRD).write_text("half")
     with IncomingFiles(tmp_path, {FIRST: 5, SECOND: 5, THIRD: 5}):
         assert list_file_names(partial) == [THIRD]
+
+
+def test_leftover_that_cannot_be_deleted_stops_the_fetch(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, raises: Raises
+) -> None:
+    (tmp_path / ".partial" / FIRST).mkdir(parents=True)
+    monkeypatch.setattr("robotcore.deploy.fetch.delete", str)
+    with raises(UsageError, "folder-not-writable"), IncomingFiles(tmp_path, {FIRST: 5}):
+        pytest.fail("rsync may follow a link in the leftover")
