@@ -119,7 +119,7 @@ def read_bindings(
         path = f"/{robot.name}/{name}"
         remedy = f'Add the scene object of each device: [{section}.{name}] with path = "{path}"'
         raise DescriptionError(robot.source, section, "is missing", remedy)
-    bound, mistakes = read_each(robot, section, needed, _read_binding, partial(_suggest_path, robot))
+    bound, mistakes = read_each(robot, section, needed, partial(_read_binding, section), partial(_suggest_path, robot))
     if mistakes:
         raise DescriptionError.of_all(robot.source, mistakes)
     return tuple(
@@ -136,12 +136,13 @@ def _suggest_path(robot: RobotDescription, description: AnyDevice) -> str:
     return f'Name its {_BINDINGS[type(description)][1].value} in the scene: path = "/{robot.name}/{description.name}"'
 
 
-def _read_binding(description: AnyDevice, table: Any) -> SceneBinding:
+def _read_binding(section: str, description: AnyDevice, table: Any) -> SceneBinding:
     if isinstance(description, BatteryDescription):
         raise Mistake("is not allowed: a scene has no battery", "Remove it")
     model, kind = _BINDINGS[type(description)]
     if not isinstance(table, Mapping):
-        raise Mistake(f"should be a table, got {table!r}", "Write it as a table, with its path in the next line")
+        remedy = f"Write [{section}.{description.name}], and its path in the next line"
+        raise Mistake(f"should be a table, got {table!r}", remedy)
     return SceneBinding(description, validate_table(model, table), kind)
 
 
