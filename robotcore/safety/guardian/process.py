@@ -70,7 +70,10 @@ class CutoffWorker:
             if self._cutoff is None:
                 return None
         cutoff = self._cutoff = self._cutoff or self._spec.make()
-        return self._stop(cutoff) if action == "stop" else getattr(cutoff, action)()
+        if action == "stop":
+            return self._stop(cutoff)
+        getattr(cutoff, action)()  # only a stop returns a message
+        return None
 
     def _stop(self, cutoff: Cutoff) -> str | None:
         # A stop that fails is repeated for `RETRYING_S`.

@@ -5,11 +5,12 @@ from pathlib import Path
 import pytest
 
 from robotcore.errors import ResourceError
+from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.safety.guardian import process
-from robotcore.safety.guardian.process import stop_once
+from robotcore.safety.guardian.process import CutoffWorker, run_all, stop_once
 from robotcore.safety.guardian.protocol import Report
 from tests.robotcore.safety.guardian.doubles import cutoff
-from tests.robotcore.safety.guardian.recorder import notes
+from tests.robotcore.safety.guardian.recorder import Recorder, notes
 
 
 @pytest.fixture
@@ -35,6 +36,12 @@ def test_a_cutoff_that_fails_is_reported_and_does_not_delay_the_others(diary: Pa
 def test_an_unconfirmed_stop_is_a_message_and_not_in_done(diary: Path) -> None:
     report = stop_once([cutoff(diary, "left_motor"), cutoff(diary, "right_motor", "is unsure")])
     assert report == Report("stop", ("left_motor",), (), ("right_motor: the port is gone",))
+
+
+def test_only_a_stop_has_a_message(diary: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Recorder, "open", lambda _: 3)
+    worker = CutoffWorker(cutoff(diary), MonotonicClock(), in_place=True)
+    assert run_all([worker], "open", 1.0) == Report("open", ("left_motor",), ())
 
 
 def test_motors_stop_also_if_the_system_refuses_threads(diary: Path, monkeypatch: pytest.MonkeyPatch) -> None:
