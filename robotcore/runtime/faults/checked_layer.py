@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
+from numbers import Real
 from pathlib import Path
 from traceback import extract_tb
-from typing import ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar
 
 from robotcore.errors import BackendError, DeviceError, RobotcoreError, UsageError
 from robotcore.hal.clock import Clock, ClockWrapper
@@ -26,24 +27,35 @@ class FaultCode:
 
     def __init__(self, fault: str) -> None:
         self._fault = fault
+        self._failure_below: Exception | None = None
 
     def call(self, device: str, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
         """Call a function of this code. ``device`` is the device of the call, or an empty text."""
         try:
             return function(*args, **kwargs)
         except (Exception, SystemExit) as error:
-            if isinstance(error, RobotcoreError) and not isinstance(error, UsageError):
+            is_of_a_device = isinstance(error, RobotcoreError) and not isinstance(error, UsageError)
+            if is_of_a_device or error is self._failure_below:
                 raise
             last = extract_tb(error.__traceback__)[-1]
             line = "" if last.filename == __file__ else f", at {Path(last.filename).name}:{last.lineno}"
             problem = f"{type(error).__name__}: {error}".removesuffix(": ") + line
             raise self._build_error(problem, device) from error
 
-    def get(self, device: str, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
-        """Call a function as `call` does. A result of None is an error too, because a ``return`` is missing."""
+    def call_below(self, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
+        """Call a function of the backend that this code uses. `call` raises an exception of the function unchanged."""
+        try:
+            return function(*args, **kwargs)
+        except Exception as error:
+            self._failure_below = error
+            raise
+
+    def get(self, device: str, kind: Any, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
+        """Call a function as `call` does. A result of None, or of another type than ``kind``, is an error too."""
         result = self.call(device, function, *args, **kwargs)
-        if result is None:
-            raise self._build_error(f"{getattr(function, '__qualname__', function)} returned None", device)
+        if result is None or not isinstance(result, kind):
+            name = getattr(function, "__qualname__", function)
+            raise self._build_error(f"{name} returned {result!r:.50}", device)
         return result
 
     def _build_error(self, problem: str, device: str) -> RobotcoreError:
@@ -65,13 +77,13 @@ class CheckedLayer(Layer):
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
         if sensor.name not in self._devices:
             return read
-        changed = self._code.get(sensor.name, self._layer.sensor, sensor, read)
-        return lambda: self._code.get(sensor.name, changed)
+        changed = self._code.get(sensor.name, Callable, self._layer.sensor, sensor, read)
+        return lambda: self._code.get(sensor.name, object, changed)
 
     def motor(self, motor: MotorOutput) -> MotorOutput:
         if motor.name not in self._devices:
             return motor
-        changed = self._code.get(motor.name, self._layer.motor, motor)
+        changed = self._code.get(motor.name, MotorOutput, self._layer.motor, motor)
 
         def stop() -> None:
             try:
@@ -80,17 +92,35 @@ class CheckedLayer(Layer):
                 motor.stop()
                 raise
 
-        return MotorOutput(motor.name, lambda rad_s: self._code.get(motor.name, changed.set_velocity, rad_s), stop)
+        def set_velocity(rad_s: float) -> float:
+            return self._code.get(motor.name, Real, changed.set_velocity, rad_s)
+
+        return MotorOutput(motor.name, set_velocity, stop)
 
     def display(self, display: Display, show: Show) -> Show:
         if display.name not in self._devices:
             return show
-        changed = self._code.get(display.name, self._layer.display, display, show)
+        changed = self._code.get(display.name, Callable, self._layer.display, display, show)
         return lambda image: self._code.call(display.name, changed, image)
 
     def clock(self, clock: Clock) -> Clock:
-        changed = self._code.get("", self._layer.clock, clock)
-        return clock if changed is clock else _CheckedClock(changed, self._code)
+        below = _ClockBelow(clock, self._code)
+        changed = self._code.get("", Clock, self._layer.clock, below)
+        return clock if changed is below else _CheckedClock(changed, self._code)
+
+
+class _ClockBelow(ClockWrapper):
+    """The clock that the code of a fault gets."""
+
+    def __init__(self, source: Clock, code: FaultCode) -> None:
+        super().__init__(source)
+        self._code = code
+
+    def now(self) -> float:
+        return self._code.call_below(self._source.now)
+
+    def sleep_until(self, deadline: float) -> bool:
+        return self._code.call_below(self._source.sleep_until, deadline)
 
 
 class _CheckedClock(ClockWrapper):
@@ -99,7 +129,7 @@ class _CheckedClock(ClockWrapper):
         self._code = code
 
     def now(self) -> float:
-        return self._code.get("", self._source.now)
+        return self._code.get("", Real, self._source.now)
 
     def sleep_until(self, deadline: float) -> bool:
         return self._code.call("", self._source.sleep_until, deadline)

@@ -149,7 +149,7 @@ class PlannedFault:
     def layer(self, clock: Clock, seed: int) -> Layer:
         """Return the layer that makes the devices of the target fail in one run."""
         code = FaultCode(str(self))
-        layer = code.get("", self.fault.layer, FaultContext(clock, seed, self.position, str(self)))
+        layer = code.get("", Layer, self.fault.layer, FaultContext(clock, seed, self.position, str(self)))
         return CheckedLayer(layer, code, self.target.devices)
 
     def is_on(self, time: float) -> bool:

@@ -10,13 +10,13 @@ import pytest
 
 from robotcore import Outcome, RunRequest, RunResult
 from robotcore.errors import BackendError, DeviceError
-from robotcore.hal.clock import Clock, ClockWrapper
+from robotcore.hal.clock import Clock, ClockWrapper, SteppedClock
 from robotcore.runtime.faults import Fault, FaultContext, TargetKind, plan_faults
 from robotcore.runtime.layers.base import Layer
 from robotcore.runtime.session import run
 from tests.robotcore.fakes import ROVER
 from tests.robotcore.runtime.faults.conftest import Register, Wheels
-from tests.robotcore.runtime.faults.rigs import build_rig
+from tests.robotcore.runtime.faults.rigs import build_rig, layers
 
 
 def _divide_by_zero(*_: object) -> None:
@@ -53,12 +53,14 @@ def replace_functions(function: Any) -> Layer:
 LAYERS: dict[str, Any] = {
     "no functions": build_layer(sensor=return_none, motor=return_none),
     "failing methods": build_layer(sensor=divide_by_zero, motor=divide_by_zero),
+    "texts": build_layer(sensor=lambda *_: "read", motor=lambda _: "motor"),
     "no results": replace_functions(return_none),
     "failing functions": replace_functions(divide_by_zero),
     "no layer": None,
     "no clock": build_layer(clock=return_none),
     "no time": build_layer(clock=lambda clock: build_clock(clock, now=return_none)),
     "failing sleep": build_layer(clock=lambda clock: build_clock(clock, sleep_until=divide_by_zero)),
+    "forwarding clock": build_layer(clock=build_clock),
     "failing stop": build_layer(motor=lambda motor: replace(motor, stop=divide_by_zero)),
     "exiting stop": build_layer(motor=lambda motor: replace(motor, stop=lambda: sys.exit(7))),
     "forwarding": build_layer(sensor=lambda _sensor, read: lambda: read()),  # noqa: PLW0108  another function
@@ -97,7 +99,7 @@ def require_error_of_the_fault(result: RunResult, kind: type[Exception], spec: s
 
 
 @pytest.mark.parametrize("target", ["camera", "left_motor"])
-@pytest.mark.parametrize("layer", ["no functions", "failing methods", "no results", "failing functions"])
+@pytest.mark.parametrize("layer", ["no functions", "texts", "failing methods", "no results", "failing functions"])
 def test_fault_of_a_device_that_does_not_work_is_a_device_error(wheels: Wheels, layer: str, target: str) -> None:
     result = search(target, layer)
     require_error_of_the_fault(result, DeviceError, f"{target} broken")
@@ -131,6 +133,14 @@ def test_error_of_is_on_contains_the_fault() -> None:
     with pytest.raises(BackendError) as raised:
         fault.is_on(1.0)
     assert raised.value.kind == "fault-code"
+
+
+def test_error_of_the_backend_below_a_fault_of_the_loop_is_unchanged() -> None:
+    Broken.built = "forwarding clock"
+    clock = SteppedClock(20, divide_by_zero)
+    (layer,) = layers("loop broken", clock=clock)
+    with pytest.raises(ZeroDivisionError):
+        layer.clock(clock).sleep_until(1.0)
 
 
 def test_error_of_a_driver_below_a_fault_does_not_contain_the_fault() -> None:
