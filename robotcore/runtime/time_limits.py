@@ -52,7 +52,7 @@ def step_limit(app: Behaviour, limit_s: float) -> TimeLimit:
             state=state,
         )
 
-    return TimeLimit(limit_s, build_error, GRACE_S)
+    return TimeLimit(limit_s, build_error, GRACE_S, is_step=True)
 
 
 def observer_limit(limit_s: float) -> TimeLimit:

@@ -26,6 +26,8 @@ class TimeLimit(NamedTuple):
     """A function that returns the error. Its arguments are the limit in seconds and the thread's innermost frame."""
     grace_s: float
     """The time that the thread has to continue after the interruption, in seconds."""
+    is_step: bool = False
+    """Whether the activity is the app's step, of which the watchdog reports a long first tick."""
 
 
 class ActivityMonitor:
@@ -157,7 +159,11 @@ class Watchdog:
             self._time_out(call)
         elif activity and activity_s > self._limit_of(activity):
             self._time_out(activity)
-        elif activity and monitor.ticks == 1 and activity_s > NOTICE_S and not self._has_reported_first_tick:
+        elif activity and activity.is_step and monitor.ticks == 1 and activity_s > NOTICE_S:
+            self._report_first_tick(activity)
+
+    def _report_first_tick(self, activity: TimeLimit) -> None:
+        if not self._has_reported_first_tick:
             self._has_reported_first_tick = True
             error = activity.error(NOTICE_S, self._get_frame())
             self._report(f"{error}. A first tick that lasts {self._limit_of(activity):g} s ends the run")

@@ -13,7 +13,7 @@ from robotcore.safety import ActivityMonitor, TimeLimit, Watchdog
 from robotcore.safety.thread_reserve import Reserve
 from robotcore.safety.watchdog import FIRST_TICK_S, MAX_PASSED_S, NOTICE_S
 
-STEP = TimeLimit(3.0, lambda seconds, _: WatchdogError(f"the app, {seconds:.1f} s"), 1.0)
+STEP = TimeLimit(3.0, lambda seconds, _: WatchdogError(f"the app, {seconds:.1f} s"), 1.0, is_step=True)
 EYE = TimeLimit(1.0, lambda seconds, _: DeviceError("eye", f"{seconds:.1f} s"), 0.3)
 
 
@@ -106,6 +106,13 @@ def test_long_first_tick_is_reported_once(bench: Bench) -> None:
     assert not bench.notes
     bench.pass_time(NOTICE_S)
     assert [note.partition(",")[0] for note in bench.notes] == ["the app"]
+
+
+def test_long_activity_after_the_step_of_the_first_tick_is_not_reported(bench: Bench) -> None:
+    bench.monitor.ticks = 1
+    bench.monitor.begin(STEP._replace(is_step=False))
+    bench.pass_time(2 * NOTICE_S)
+    assert not bench.notes
 
 
 def test_scale_is_a_factor_on_every_limit() -> None:
