@@ -38,7 +38,9 @@ def run_program(
     with subprocess.Popen(command, text=True) as process:
         try:
             board.wait(
-                lambda: has_ended(process) or min(board.velocities) > 1.0, "the robot to drive", scaled(STARTED_S)
+                lambda: has_ended(process) or min(map(abs, board.velocities)) > 1.0,
+                "the wheels to turn",
+                scaled(STARTED_S),
             )
             assert process.poll() is None, f"the run has ended with {process.returncode}"
             yield process
