@@ -38,19 +38,17 @@ from __future__ import annotations
 
 import signal
 from collections.abc import Mapping, Sequence
-from difflib import get_close_matches
 from traceback import format_exception
 from types import MappingProxyType, TracebackType
 from typing import Any, ClassVar
+
+from robotcore.text import suggestion
 
 _CALLERS = {"robotcore", "importlib", "_frozen_importlib", "_frozen_importlib_external"}
 """The packages that import or call an app. Their stack frames are left out of a traceback of the app."""
 
 _PLAIN = (str, int, float, bool, type(None))
 """The types of values that every process can unpickle."""
-
-_SEPARATORS = "-_./ "
-"""The characters between the words of a name."""
 
 MAX_EXCEPTION_TEXT = 2000
 """The greatest number of characters of an app's exception in a BehaviourError.
@@ -497,40 +495,3 @@ def _restore(kind: type[_Portable], args: tuple[Any, ...], state: dict[str, Any]
     error.args = args
     error.__dict__.update(state)
     return error
-
-
-def suggestion(name: str, known: Sequence[str]) -> str:
-    """Return a sentence that suggests the known name that `find_nearest` returns, or else lists all known names.
-
-    >>> suggestion("gren", ["green", "blue"]), suggestion("xyz", ["green", "blue"])
-    ("Did you mean 'green'?", 'There are: blue, green.')
-    """
-    if close := find_nearest(name, known):
-        return f"Did you mean {close!r}?"
-    return f"There are: {', '.join(sorted(known)) or 'none'}."
-
-
-def find_nearest(name: str, known: Sequence[str]) -> str | None:
-    """Return the known name that ``name`` probably stands for, or None if no known name is near.
-
-    A name is near if it has whole words of the other name at its start or its end, or two thirds of its letters.
-
-    >>> find_nearest("speed", ["seeds", "speed_m_s"]), find_nearest("--sead", ["--seed"])
-    ('speed_m_s', '--seed')
-    """
-    plain = _strip_name(name)
-    by_name = {_strip_name(each): each for each in known}
-    with_its_words = (each for each in by_name if _has_words_of(*sorted((plain, each), key=len)))
-    close = (*with_its_words, *get_close_matches(plain, by_name, n=1, cutoff=2 / 3))
-    return by_name[close[0]] if close else None
-
-
-def _strip_name(name: str) -> str:
-    return name.lower().strip(_SEPARATORS)
-
-
-def _has_words_of(part: str, whole: str) -> bool:
-    """Return whether a name begins or ends with all words of a shorter name. A letter at the end is no word."""
-    begins = whole.startswith(part) and whole[len(part) :][:1] in tuple(_SEPARATORS)
-    ends = len(part) > 1 and whole.endswith(part) and whole[: -len(part)][-1:] in tuple(_SEPARATORS)
-    return bool(part) and (begins or ends)

@@ -1,8 +1,9 @@
-"""Functions that format text for messages."""
+"""Functions that format text for messages, and find the known name that a wrong one stands for."""
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
+from difflib import get_close_matches
 
 
 def pluralize(number: int, noun: str) -> str:
@@ -47,3 +48,44 @@ def list_names(names: Collection[str], most: int = MOST_NAMED) -> str:
     """
     more = f" and {len(names) - most} more" if len(names) > most else ""
     return f"{', '.join(map(escape, list(names)[:most]))}{more}"
+
+
+_SEPARATORS = "-_./ "
+"""The characters between the words of a name."""
+
+
+def suggestion(name: str, known: Sequence[str]) -> str:
+    """Return a sentence that suggests the known name that `find_nearest` returns, or else lists all known names.
+
+    >>> suggestion("gren", ["green", "blue"]), suggestion("xyz", ["green", "blue"])
+    ("Did you mean 'green'?", 'There are: blue, green.')
+    """
+    if close := find_nearest(name, known):
+        return f"Did you mean {close!r}?"
+    return f"There are: {', '.join(sorted(known)) or 'none'}."
+
+
+def find_nearest(name: str, known: Sequence[str]) -> str | None:
+    """Return the known name that ``name`` probably stands for, or None if no known name is near.
+
+    A name is near if it has whole words of the other name at its start or its end, or two thirds of its letters.
+
+    >>> find_nearest("speed", ["seeds", "speed_m_s"]), find_nearest("--sead", ["--seed"])
+    ('speed_m_s', '--seed')
+    """
+    plain = _strip_name(name)
+    by_name = {_strip_name(each): each for each in known}
+    with_its_words = (each for each in by_name if _has_words_of(*sorted((plain, each), key=len)))
+    close = (*with_its_words, *get_close_matches(plain, by_name, n=1, cutoff=2 / 3))
+    return by_name[close[0]] if close else None
+
+
+def _strip_name(name: str) -> str:
+    return name.lower().strip(_SEPARATORS)
+
+
+def _has_words_of(part: str, whole: str) -> bool:
+    """Return whether a name begins or ends with all words of a shorter name. A letter at the end is no word."""
+    begins = whole.startswith(part) and whole[len(part) :][:1] in tuple(_SEPARATORS)
+    ends = len(part) > 1 and whole.endswith(part) and whole[: -len(part)][-1:] in tuple(_SEPARATORS)
+    return bool(part) and (begins or ends)

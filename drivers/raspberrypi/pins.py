@@ -20,8 +20,8 @@ _REMEDY = f"On the Pi: sudo apt install python3-lgpio, and a venv made with --sy
 def open_pins() -> Factory:
     """Return gpiozero's pin factory on lgpio. Its ``close`` frees every line.
 
-    Only lgpio is used, whatever GPIOZERO_PIN_FACTORY says, because lines of other libraries are not the kernel's. Then
-    the guardian could not stop the motors of an app that hangs.
+    GPIOZERO_PIN_FACTORY has no effect: the lines of other libraries are not the kernel's, so the guardian could not
+    stop the motors of an app that hangs.
 
     Raises BackendMissingError if lgpio is not installed, and BackendError if this user cannot open the pins.
     """

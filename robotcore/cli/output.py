@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from robotcore.errors import BehaviourError, DescriptionError, Interrupted, RobotcoreError, find_nearest
-from robotcore.text import escape
+from robotcore.errors import BehaviourError, DescriptionError, Interrupted, RobotcoreError
+from robotcore.text import escape, find_nearest
 
 if TYPE_CHECKING:
     from rich.console import Console, ConsoleOptions, RenderableType, RenderResult

@@ -11,7 +11,8 @@ from robotcore.description.devices import AnyDevice
 from robotcore.description.robot import RobotDescription
 from robotcore.description.types import StrictModel
 from robotcore.description.validation import MAX_FILE_ERRORS, find_mistakes, limit_errors
-from robotcore.errors import Mistake, find_nearest
+from robotcore.errors import Mistake
+from robotcore.text import find_nearest
 
 T = TypeVar("T")
 DescribedT = TypeVar("DescribedT", bound=StrictModel)

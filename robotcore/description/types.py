@@ -11,7 +11,8 @@ from typing import Annotated, Any, TypeVar
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo
 
-from robotcore.errors import Mistake, suggestion
+from robotcore.errors import Mistake
+from robotcore.text import suggestion
 
 COLOURS: dict[str, tuple[int, int, int]] = {
     "black": (25, 25, 25),

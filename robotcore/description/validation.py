@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 from pydantic import BaseModel, ValidationError
 
 from robotcore.description.types import LEAST_DEGREES, make_turn_mistake
-from robotcore.errors import Mistake, suggestion
+from robotcore.errors import Mistake
+from robotcore.text import suggestion
 
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails

@@ -10,9 +10,10 @@ from typing import Any
 from robotcore.description import AnyDevice, BatteryDescription, DisplayDescription, RobotDescription
 from robotcore.description.sections import read_each, validate_table
 from robotcore.description.validation import MAX_SHOWN_CHARACTERS
-from robotcore.errors import BackendMissingError, DescriptionError, Mistake, UnknownNameError, suggestion
+from robotcore.errors import BackendMissingError, DescriptionError, Mistake, UnknownNameError
 from robotcore.hardware.driver import Connection, DeviceBinding, DeviceDriver
 from robotcore.plugins import DEVICES, device_driver_names, load_registered
+from robotcore.text import suggestion
 
 _OPTIONAL = (BatteryDescription, DisplayDescription)
 

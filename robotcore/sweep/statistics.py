@@ -10,9 +10,10 @@ from dataclasses import dataclass
 from itertools import combinations
 from typing import TypeVar
 
-from robotcore.errors import UsageError, suggestion
+from robotcore.errors import UsageError
 from robotcore.runtime.result import Outcome, RunResult
 from robotcore.sweep.record import GroupKey, Record
+from robotcore.text import suggestion
 
 Z_95 = 1.959964
 """The standard deviations around the mean within which 95 % of a normal distribution lies."""

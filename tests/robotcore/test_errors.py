@@ -21,8 +21,8 @@ from robotcore.errors import (
     RobotcoreError,
     StaleSampleError,
     UnknownNameError,
-    suggestion,
 )
+from robotcore.text import suggestion
 from tests.texts import CheckText
 
 BRANCH = re.compile(r"^ *(?P<stem>[│├└─ ]*)(?P<name>\w+)(?: \((?P<builtin>\w+)\))? *(?P<meaning>.*)$")

@@ -10,13 +10,14 @@ from typing import NamedTuple
 from pydantic import ValidationError
 
 from robotcore.description import RobotDescription, first_mistake
-from robotcore.errors import BackendMissingError, UnknownNameError, UsageError, suggestion
+from robotcore.errors import BackendMissingError, UnknownNameError, UsageError
 from robotcore.hal.clock import Clock
 from robotcore.plugins import FAULTS, fault_names, load_registered
 from robotcore.runtime.faults.base import Fault, FaultContext, TargetKind
 from robotcore.runtime.faults.checked_layer import CheckedLayer, FaultCode
 from robotcore.runtime.faults.spec import VALUE, Spec, forms_of, quote_text
 from robotcore.runtime.layers.base import Layer
+from robotcore.text import suggestion
 
 ROLES = {
     TargetKind.CAMERA: "camera",

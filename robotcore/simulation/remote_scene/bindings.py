@@ -21,10 +21,11 @@ from robotcore.description import (
     StrictModel,
 )
 from robotcore.description.sections import read_each, validate_table
-from robotcore.errors import DescriptionError, DeviceError, DeviceGroupError, Mistake, find_nearest
+from robotcore.errors import DescriptionError, DeviceError, DeviceGroupError, Mistake
 from robotcore.hal.check_finding import Finding
 from robotcore.simulation.remote_scene.devices import choose_intrinsics
 from robotcore.simulation.remote_scene.interface import ObjectKind, Scene, SceneObject
+from robotcore.text import find_nearest
 
 Paths = Annotated[
     tuple[Annotated[str, Field(min_length=1)], ...],
