@@ -122,6 +122,10 @@ def release_lines() -> None:
 
 
 AT_THE_DESK = "At the desk: --backend virtualpi"
+INSTALL = (
+    "On the Pi: sudo apt install python3-lgpio, and pip install 'robotcore[pi]' in a venv made with "
+    f"--system-site-packages. {AT_THE_DESK}"
+)
 
 
 class HeldError(BackendError):

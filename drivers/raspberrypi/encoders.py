@@ -7,17 +7,17 @@ from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from threading import Lock
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Generic, Literal, TypeVar
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from pydantic import Field
 
 from drivers.raspberrypi.header import Gpio, gpio
 from drivers.raspberrypi.pins import stop_edge_detection, translate_pin_errors
-from robotcore.description import EncoderDescription, RobotDescription, StrictModel
+from robotcore.description import EncoderDescription, RobotDescription
 from robotcore.errors import DeviceError
 from robotcore.hal.clock import Clock
 from robotcore.hal.devices import Angle, Device, Encoder
-from robotcore.hardware import Connection, DeviceDriver, Host, motor_of
+from robotcore.hardware import Connection, DeviceDriver, Drivers, Host, motor_of
 from robotcore.simulation.sampling import SampleCache
 
 if TYPE_CHECKING:
@@ -29,29 +29,6 @@ LEVELS = (
     "5 V, and each output needs a divider, 1 kΩ and 2 kΩ to ground."
 )
 """The note that `robotcore wiring` prints for each encoder."""
-
-
-class EncoderSettings(StrictModel):
-    """The settings of any encoder on GPIOs."""
-
-    edges_per_cycle: ClassVar[int]
-
-    counts: Literal["cycles", "edges"] = "cycles"
-    """The unit of ``counts_per_turn`` in the robot's description.
-
-    "cycles" are the cycles of one channel: the PPR of a data sheet, or the slots of a disc. "edges" are the edges of
-    all channels, often called CPR. A turn is a turn of the wheel, not of the motor in front of a gear.
-    """
-
-    pull_up: bool = True
-    """Whether the Pi's pull-up resistors are connected, which open-collector outputs need."""
-
-    bounce_s: Annotated[float, Field(gt=0, le=0.01)] | None = None
-    """The debounce time of mechanical contacts, in seconds. A shorter change of a level is ignored."""
-
-    def edges_per_turn(self, description: EncoderDescription) -> int:
-        """Return the number of edges of all channels in a turn of the wheel."""
-        return description.counts_per_turn * (self.edges_per_cycle if self.counts == "cycles" else 1)
 
 
 class EdgeCounter:
@@ -89,40 +66,57 @@ class PinEncoder(Encoder):
         self._opened.close()
 
 
-SettingsT = TypeVar("SettingsT", bound=EncoderSettings)
 OnEdge = Callable[[float, int], None]
 """A function that receives the tick and the level, 0 or 1, of each edge."""
 
 
-class EncoderDriver(DeviceDriver[EncoderDescription, SettingsT], Generic[SettingsT]):
+class EncoderDriver(DeviceDriver):
     """The base class of the drivers of encoders on GPIOs."""
 
     described = EncoderDescription
     modules = ("gpiozero",)
     supply = ("3.3 V", "ground")
     remedy = "pip install 'robotcore[pi]'"
+    edges_per_cycle: ClassVar[int]
 
-    def notes(self, description: EncoderDescription, settings: SettingsT) -> Sequence[str]:
+    counts: Literal["cycles", "edges"] = "cycles"
+    """The unit of ``counts_per_turn`` in the robot's description.
+
+    "cycles" are the cycles of one channel: the PPR of a data sheet, or the slots of a disc. "edges" are the edges of
+    all channels, often called CPR. A turn is a turn of the wheel, not of the motor in front of a gear.
+    """
+
+    pull_up: bool = True
+    """Whether the Pi's pull-up resistors are connected, which open-collector outputs need."""
+
+    bounce_s: Annotated[float, Field(gt=0, le=0.01)] | None = None
+    """The debounce time of mechanical contacts, in seconds. A shorter change of a level is ignored."""
+
+    def edges_per_turn(self, description: EncoderDescription) -> int:
+        """Return the number of edges of all channels in a turn of the wheel."""
+        return description.counts_per_turn * (self.edges_per_cycle if self.counts == "cycles" else 1)
+
+    def notes(self, description: EncoderDescription) -> Sequence[str]:
         return (LEVELS,)
 
-    def open(self, description: EncoderDescription, settings: SettingsT, host: Host) -> Encoder:
+    def open(self, description: EncoderDescription, host: Host) -> Encoder:
         from gpiozero import InputDevice
 
-        pull = {"pull_up": True} if settings.pull_up else {"pull_up": None, "active_state": True}
-        numbers = [int(wire.where) for wire in self.connections(settings)]
+        pull = {"pull_up": True} if self.pull_up else {"pull_up": None, "active_state": True}
+        numbers = [int(wire.where) for wire in self.connections()]
         inputs = []
         with ExitStack() as opened:
             for number in numbers:
                 with translate_pin_errors(description.name, (number,)):
                     inputs.append(opened.enter_context(InputDevice(number, pin_factory=host.pins, **pull)))
-                    inputs[-1].pin.bounce = settings.bounce_s
+                    inputs[-1].pin.bounce = self.bounce_s
                     inputs[-1].pin.edges = "both"
             counter, callbacks = self.build_counter(description, inputs, host)
             for number, line, on_edge in zip(numbers, inputs, callbacks, strict=True):
                 with translate_pin_errors(description.name, (number,)):
                     opened.callback(stop_edge_detection, line.pin)
                     line.pin.when_changed = on_edge  # gpiozero has only a weak reference to the counter
-            edges_per_turn = settings.edges_per_turn(description)
+            edges_per_turn = self.edges_per_turn(description)
             return PinEncoder(description.name, host.clock, counter, edges_per_turn, opened.pop_all())
 
     @abstractmethod
@@ -132,30 +126,24 @@ class EncoderDriver(DeviceDriver[EncoderDescription, SettingsT], Generic[Setting
         """Return a counter, and its functions for the edges of each input."""
 
 
-class QuadratureSettings(EncoderSettings):
-    """The settings of an encoder with two channels. If it counts the wrong way, swap the two GPIOs."""
+class Quadrature(EncoderDriver):
+    """Opens encoders with two channels. If one counts the wrong way, swap its two GPIOs.
 
-    edges_per_cycle: ClassVar[int] = 4
+    All four edges of a cycle are counted. It does not use gpiozero's RotaryEncoder, which is made for knobs with
+    detents and counts only whole cycles. The velocity control of a wheel needs every edge.
+    """
+
+    name = "quadrature"
+    summary = "a wheel's encoder with two channels on GPIOs"
+    edges_per_cycle = 4
 
     a: Gpio
     """The GPIO of the channel that leads if the wheel turns forward."""
 
     b: Gpio
 
-
-class Quadrature(EncoderDriver[QuadratureSettings]):
-    """Opens encoders with two channels. All four edges of a cycle are counted.
-
-    It does not use gpiozero's RotaryEncoder, which is made for knobs with detents and counts only whole cycles. The
-    velocity control of a wheel needs every edge.
-    """
-
-    name = "quadrature"
-    summary = "a wheel's encoder with two channels on GPIOs"
-    settings = QuadratureSettings
-
-    def connections(self, settings: QuadratureSettings) -> Sequence[Connection]:
-        return gpio("a", settings.a), gpio("b", settings.b)
+    def connections(self) -> Sequence[Connection]:
+        return gpio("a", self.a), gpio("b", self.b)
 
     def build_counter(
         self, description: EncoderDescription, inputs: Sequence[InputDevice], host: Host
@@ -200,16 +188,7 @@ _NEXT = (0b10, 0b00, 0b11, 0b01)
 01."""
 
 
-class PulsesSettings(EncoderSettings):
-    """The settings of an encoder with one channel."""
-
-    edges_per_cycle: ClassVar[int] = 2
-
-    gpio: Gpio
-    """The GPIO of the channel, whose rising and falling edges are counted."""
-
-
-class Pulses(EncoderDriver[PulsesSettings]):
+class Pulses(EncoderDriver):
     """Opens encoders with one channel, which count in the direction of the last command to the wheel's motor.
 
     The count is right while the motor turns the wheel, and while the wheel coasts after a stop. The count is wrong if
@@ -219,27 +198,21 @@ class Pulses(EncoderDriver[PulsesSettings]):
 
     name = "pulses"
     summary = "a wheel's encoder with one channel on a GPIO; the motor's command gives the direction"
-    settings = PulsesSettings
     aliases = ("slotted", "light-barrier")
+    edges_per_cycle = 2
 
-    def connections(self, settings: PulsesSettings) -> Sequence[Connection]:
-        return (gpio("gpio", settings.gpio),)
+    gpio: Gpio
+    """The GPIO of the channel, whose rising and falling edges are counted."""
 
-    def check(self, description: EncoderDescription, settings: PulsesSettings, robot: RobotDescription) -> None:
-        if motor_of(description.name, robot) is None:
+    def connections(self) -> Sequence[Connection]:
+        return (gpio("gpio", self.gpio),)
+
+    def check(self, description: EncoderDescription, robot: RobotDescription, drivers: Drivers) -> None:
+        if (motor := motor_of(description.name, robot)) is None:
             raise ValueError(
                 f"{description.name} is on no wheel of the drive, so no motor gives its direction; name it in [drive], "
                 "or use a quadrature encoder"
             )
-
-    def check_beside(
-        self,
-        description: EncoderDescription,
-        settings: PulsesSettings,
-        robot: RobotDescription,
-        drivers: Mapping[str, DeviceDriver[Any, Any]],
-    ) -> None:
-        motor = motor_of(description.name, robot) or ""
         if motor in drivers and not drivers[motor].reports_direction:
             raise ValueError(
                 f"the driver of {motor}, {drivers[motor].name!r}, reports no direction, and "

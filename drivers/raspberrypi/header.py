@@ -6,7 +6,7 @@ Source: https://www.raspberrypi.com/documentation/computers/raspberry-pi.html#gp
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from typing import Annotated
 
@@ -81,26 +81,21 @@ def build_wiring(bindings: Iterable[DeviceBinding]) -> Wiring:
     return Wiring(HEADER, wires, tuple(notes))
 
 
-def count_wires(bindings: Sequence[DeviceBinding]) -> str:
-    """Return a text with the numbers of devices and wires, such as ``6 devices, 14 wires``."""
-    return f"{len(bindings)} devices, {sum(len(binding.connections) for binding in bindings)} wires"
-
-
 def find_pads(name: str) -> tuple[int, ...]:
     """Return the numbers of the pads with this name, such as ``ground``."""
     return tuple(pad.number for pad in HEADER if pad.name == name)
 
 
 def _signal_wires(binding: DeviceBinding) -> Iterator[Wire]:
-    for connection in binding.connections:
+    for connection in binding.driver.connections():
         for wire in (connection, *resolve_pins(connection)):
             place = str(wire)
-            yield Wire(binding.name, _label(binding), wire.signal, place, find_pads(_RENAMED.get(place, place)))
+            yield Wire(binding.name, binding.label, wire.signal, place, find_pads(_RENAMED.get(place, place)))
 
 
 def _gpio_notes(binding: DeviceBinding) -> Iterator[str]:
     places = {wire.where for wire in _signal_wires(binding)}
-    if any(map(is_header_port, binding.connections)):
+    if any(map(is_header_port, binding.driver.connections())):
         yield PORT_NOTE
     yield from (note for gpios, note in GPIO_NOTES.items() if places & {f"GPIO {gpio}" for gpio in gpios})
 
@@ -111,15 +106,11 @@ def _supply_wires(binding: DeviceBinding, signals: Iterable[Wire], taken: Counte
     middle = sum(rows) / len(rows)
     for name in binding.driver.supply:
         pads = sorted(find_pads(name), key=lambda pad: (taken[pad], abs(_row(pad) - middle)))
-        yield Wire(binding.name, _label(binding), "ground" if name == "ground" else "supply", name, tuple(pads))
+        yield Wire(binding.name, binding.label, "ground" if name == "ground" else "supply", name, tuple(pads))
 
 
 def _row(pad: int) -> int:
     return (pad + 1) // 2
-
-
-def _label(binding: DeviceBinding) -> str:
-    return f"{binding.description.kind.replace('_', ' ')}, {binding.driver.name}"
 
 
 GPIOS = range(28)

@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from threading import Event
+from traceback import clear_frames
 from typing import TYPE_CHECKING
 
-from drivers.raspberrypi.chip import AT_THE_DESK, explain_closed_chip, find_chip_number, find_holder, load
+from drivers.raspberrypi.chip import AT_THE_DESK, INSTALL, explain_closed_chip, find_chip_number, find_holder, load
 from robotcore.errors import BackendError, BackendMissingError, DeviceError, RobotcoreError
 
 if TYPE_CHECKING:
     from gpiozero import Factory, Pin
-
-
-_REMEDY = f"On the Pi: sudo apt install python3-lgpio, and a venv made with --system-site-packages. {AT_THE_DESK}"
 
 
 def open_pins() -> Factory:
@@ -36,7 +34,7 @@ def open_pins() -> Factory:
         lgpio = load()
         from gpiozero.pins.lgpio import LGPIOFactory
     except ImportError as error:
-        raise BackendMissingError(f"lgpio cannot be used: {error}. {_REMEDY}", kind="lgpio-missing") from error
+        raise BackendMissingError(f"lgpio cannot be used: {error}. {INSTALL}", kind="lgpio-missing") from error
     number = find_chip_number()
     try:
         return LGPIOFactory(number)  # the guardian uses the same number
@@ -58,6 +56,7 @@ def translate_pin_errors(device: str, gpios: Sequence[int]) -> Iterator[None]:
     except RobotcoreError:
         raise
     except Exception as error:
+        clear_frames(error.__traceback__)  # they refer to gpiozero's failed device, which would keep its GPIO reserved
         raise build_pin_error(device, gpios, error) from error
 
 

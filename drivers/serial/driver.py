@@ -1,14 +1,13 @@
-"""The base classes of the settings and the drivers of devices on a serial port."""
+"""The base class of the drivers of devices on a serial port."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Annotated, ClassVar, Literal, TypeVar
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import AfterValidator, Field
 
 from drivers.serial.port import USB
-from robotcore.description import StrictModel
 from robotcore.hardware import Connection, DeviceBinding, DeviceDriver
 from robotcore.text import pluralize
 
@@ -32,15 +31,20 @@ PortPlace = Annotated[
 """The type of a serial port in a robot's file."""
 
 
-class PortSettings(StrictModel):
-    """The settings of a device on a serial port."""
+Side = Literal["left", "right"]
+"""The side of a motor or an encoder on its board. If the robot turns the wrong way, swap the two sides."""
+
+
+class SerialDriver(DeviceDriver):
+    """The base class of the drivers of devices on a serial port."""
+
+    modules = ("serial",)
+    remedy = "pip install 'robotcore[serial]'"
 
     protocol_name: ClassVar[str]
     """The name of the protocol on the line. Only devices with the same protocol may share a port."""
-
     default_baud: ClassVar[int]
     """The usual baud rate of boards with this protocol."""
-
     is_mute: ClassVar[bool] = False
     """Whether the board never sends anything. The driver then cannot detect whether the board is connected."""
 
@@ -53,56 +57,21 @@ class PortSettings(StrictModel):
         """The speed of the line in baud."""
         return self.baud or self.default_baud
 
-    def connections(self, part: str = "") -> tuple[Connection, ...]:
-        """Return the device's connection to its port, and a second connection to ``part`` of the board if it is given.
+    @property
+    def part(self) -> str:
+        """The part of the board that only one device may use, such as ``left motor``; ``""`` if there is one device."""
+        return ""
 
-        part: a part of the board that only one device may use, such as ``sonar``.
-        """
+    def connections(self) -> Sequence[Connection]:
         protocol = f"{self.protocol_name} at {self.speed} baud"
-        remedy = "write the same baud for all devices of one board"
-        port = Connection("port", "serial", self.port, is_shared=True, remedy=remedy, protocol=protocol)
-        return (port, Connection("side", self.protocol_name, f"{part} at {self.port}")) if part else (port,)
-
-
-class TimeoutSettings(PortSettings):
-    """The settings of a motor on a board with an adjustable time-out."""
-
-    board_timeout_s: Annotated[float, Field(ge=0.1, le=5)] = 0.5
-    """The board stops its motors if it receives no command for this many seconds."""
-
-
-Side = Literal["left", "right"]
-"""The side of a motor or an encoder on its board. If the robot turns the wrong way, swap the two sides."""
-
-
-class SideSettings(PortSettings):
-    """The settings of a device on one side of a board for two motors."""
-
-    side: Side
-
-    def connections(self, part: str = "") -> tuple[Connection, ...]:
-        return super().connections(f"{self.side} {part}")
-
-
-DescriptionT = TypeVar("DescriptionT", bound=StrictModel)
-SettingsT = TypeVar("SettingsT", bound=PortSettings)
-
-
-class SerialDriver(DeviceDriver[DescriptionT, SettingsT]):
-    """The base class of the drivers of devices on a serial port."""
-
-    modules = ("serial",)
-    remedy = "pip install 'robotcore[serial]'"
-    part: ClassVar[str]
-    """The part of the board that only one device may use, such as "motor"."""
-
-    def connections(self, settings: SettingsT) -> Sequence[Connection]:
-        return settings.connections(self.part)
+        remedy = "write the same baud for all devices of one board" if self.part else ""
+        port = Connection("port", "serial", self.port, bool(self.part), remedy, protocol)
+        return (port, Connection("side", self.protocol_name, f"{self.part} at {self.port}")) if self.part else (port,)
 
 
 def list_ports(bindings: Iterable[DeviceBinding]) -> tuple[str, ...]:
     """Return the serial ports of the devices without duplicates, in the order of the robot's file."""
-    wires = (wire for binding in bindings for wire in binding.connections)
+    wires = (wire for binding in bindings for wire in binding.driver.connections())
     return tuple(dict.fromkeys(wire.where for wire in wires if wire.bus == "serial"))
 
 

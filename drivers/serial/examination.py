@@ -5,27 +5,26 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator
 from functools import partial
 
-from drivers.serial.boards.board import SharedBoardError
-from drivers.serial.driver import PortSettings, summarize_devices
+from drivers.serial.boards.drivers import SharedBoardError
+from drivers.serial.driver import SerialDriver
 from drivers.serial.port import Port, PortError, describe_ports, find_other_users
 from robotcore.description import RobotDescription
 from robotcore.errors import DeviceError, DeviceGroupError, RobotcoreError
 from robotcore.hal.backend import Backend, Setup
 from robotcore.hal.check_finding import Check, Finding, Level, findings_of
 from robotcore.hal.devices import Angle, Device, Frame, Range, Sensor, Voltage
-from robotcore.hardware import bind_devices
+from robotcore.hardware import HardwareBackend
 from robotcore.hardware.diagnosis import check_batteries, check_description
 
 MUTE = "Lift the robot, and turn its wheels for a moment"
 
 
-def examine(backend: Backend, robot: RobotDescription | None, section: str) -> Iterator[Finding]:
+def examine(backend: HardwareBackend, robot: RobotDescription | None) -> Iterator[Finding]:
     """Yield the findings about the computer's ports, and about the ports and boards of a robot.
 
     No motor turns, but opening a port resets an Arduino.
 
     robot: None checks only the computer.
-    section: the name of the section in the robot's file that lists the devices and their ports.
     """
     if not backend.is_installed:
         yield Finding.warning(backend.name, "is not installed", backend.remedy, kind="not-installed")
@@ -34,22 +33,22 @@ def examine(backend: Backend, robot: RobotDescription | None, section: str) -> I
     if robot is None:
         remedy = "Name the robot: robotcore doctor --robot FILE.toml"
         yield Finding.warning("robot", "no robot was named, so no robot's ports are checked", remedy, kind="no-robot")
-    elif section in robot.backends:
-        yield from _examine_robot(backend, robot, section)
+    elif backend.section in robot.backends:
+        yield from _examine_robot(backend, robot)
     else:
-        message = f"{robot.source} has no section [{section}], so no device is on a serial port"
+        message = f"{robot.source} has no section [{backend.section}], so no device is on a serial port"
         yield Finding.warning("robot", message, "Name another robot; robotcore robots lists them", kind="no-section")
 
 
-def _examine_robot(backend: Backend, robot: RobotDescription, section: str) -> Iterator[Finding]:
-    bindings = yield from check_description(robot, partial(bind_devices, robot, section), summarize_devices)
+def _examine_robot(backend: HardwareBackend, robot: RobotDescription) -> Iterator[Finding]:
+    bindings = yield from check_description(robot, partial(backend.bind, robot), backend.summarize)
     if bindings is None:
         return
-    serial = {each.name: each.settings for each in bindings if isinstance(each.settings, PortSettings)}
-    lines = dict.fromkeys((settings.port, settings.speed) for settings in serial.values())
+    serial = {each.name: each.driver for each in bindings if isinstance(each.driver, SerialDriver)}
+    lines = dict.fromkeys((driver.port, driver.speed) for driver in serial.values())
     found = [_check_port(place, baud) for place, baud in lines]
     yield from found
-    mute = [name for name, settings in serial.items() if settings.is_mute]
+    mute = [name for name, driver in serial.items() if driver.is_mute]
     checks: list[tuple[str, Check]] = []
     if not any(finding.level is Level.ERROR for finding in found):
         checks.append(("boards", partial(_check_devices, backend, robot, "boards", serial, mute)))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from functools import partial
 from typing import Any
 
 from robotcore.description import AnyDevice, BatteryDescription, DisplayDescription, RobotDescription
@@ -16,12 +15,6 @@ from robotcore.plugins import DEVICES, device_driver_names, load_registered
 from robotcore.text import suggestion
 
 _OPTIONAL = (BatteryDescription, DisplayDescription)
-
-
-def batteries_in(robot: RobotDescription, section: str) -> frozenset[str]:
-    """Return the names of the robot's batteries that have a table in a backend's section."""
-    tables = robot.backends.get(section, {})
-    return frozenset(battery.name for battery in robot.all_of(BatteryDescription) if battery.name in tables)
 
 
 def bind_devices(
@@ -51,28 +44,20 @@ def bind_devices(
     if section not in robot.backends and wired:
         remedy = f"Add a table for each device, such as [{section}.{wired[0]}]"
         raise DescriptionError(robot.source, section, "is missing", remedy)
-    bindings, mistakes = read_each(robot, section, wired, partial(_bind, robot), _missing_hint)
-    mistakes += [
-        *_incompatible_drivers(section, bindings, robot),
-        *_invalid_pins(section, bindings, place),
-        *_pin_conflicts(section, bindings, place),
-    ]
+    bindings, mistakes = read_each(robot, section, wired, _bind, _missing_hint)
+    mistakes += [*_contradictions(section, bindings, robot), *_pin_mistakes(section, bindings, place)]
     if mistakes:
         raise DescriptionError.of_all(robot.source, mistakes)
     return tuple(binding for binding in bindings if binding.name in chosen)
 
 
-def _bind(robot: RobotDescription, description: AnyDevice, table: Any) -> DeviceBinding:
-    driver = _driver(description, table)
-    settings = validate_table(driver.settings, {name: value for name, value in table.items() if name != "driver"})
-    try:
-        driver.check(description, settings, robot)
-    except ValueError as error:
-        raise Mistake.from_error(error) from error
-    return DeviceBinding(description, driver, settings)
+def _bind(description: AnyDevice, table: Any) -> DeviceBinding:
+    kind = _driver(description, table)
+    settings = {name: value for name, value in table.items() if name != "driver"}
+    return DeviceBinding(description, validate_table(kind, settings))
 
 
-def _driver(description: AnyDevice, table: Any) -> DeviceDriver[Any, Any]:
+def _driver(description: AnyDevice, table: Any) -> type[DeviceDriver]:
     if not isinstance(table, Mapping):
         raise Mistake(f"should be a table, got {table!r}", f"Name its driver: {_list_drivers(description)}")
     if "driver" not in table:
@@ -82,7 +67,7 @@ def _driver(description: AnyDevice, table: Any) -> DeviceDriver[Any, Any]:
             f"should be a name in quotes, got {name!r}", f"Name one: {_list_drivers(description)}", key="driver"
         )
     try:
-        driver: DeviceDriver[Any, Any] = load_registered("device driver", DEVICES, name)()
+        driver: type[DeviceDriver] = load_registered("device driver", DEVICES, name)
     except UnknownNameError as unknown:
         problem = f"unknown device driver {name[:MAX_SHOWN_CHARACTERS]!r}"
         raise Mistake(problem, _suggest_driver(name, description), key="driver") from unknown
@@ -121,58 +106,41 @@ def _normalise(word: str) -> str:
     return "".join(letter for letter in word.lower() if letter.isalnum())
 
 
-def _find_drivers(description: AnyDevice) -> dict[str, type[DeviceDriver[Any, Any]]]:
+def _find_drivers(description: AnyDevice) -> dict[str, type[DeviceDriver]]:
     # Drivers that cannot be imported are left out.
     found = {}
     for name in device_driver_names():
         with suppress(BackendMissingError):
-            driver: type[DeviceDriver[Any, Any]] = load_registered("device driver", DEVICES, name)
+            driver: type[DeviceDriver] = load_registered("device driver", DEVICES, name)
             if isinstance(description, driver.described):
                 found[name] = driver
     return found
 
 
-def _collect_mistakes(key: str, check: Callable[[], object]) -> Iterator[Mistake]:
-    # The text of the check's ValueError is the problem, a semicolon and a remedy.
-    try:
-        check()
-    except ValueError as error:
-        yield Mistake.from_error(error, key)
-
-
-def _incompatible_drivers(
-    section: str, bindings: Sequence[DeviceBinding], robot: RobotDescription
-) -> Iterator[Mistake]:
+def _contradictions(section: str, bindings: Sequence[DeviceBinding], robot: RobotDescription) -> Iterator[Mistake]:
     drivers = {binding.name: binding.driver for binding in bindings}
     for binding in bindings:
-        check = partial(binding.driver.check_beside, binding.description, binding.settings, robot, drivers)
-        yield from _collect_mistakes(f"{section}.{binding.name}", check)
+        try:
+            binding.driver.check(binding.description, robot, drivers)
+        except ValueError as error:  # noqa: PERF203  all mistakes are reported
+            yield Mistake.from_error(error, f"{section}.{binding.name}", "setting-conflict")
 
 
-def _invalid_pins(
-    section: str, bindings: Iterable[DeviceBinding], place: Callable[[Connection], object]
-) -> Iterator[Mistake]:
-    for binding in bindings:
-        for wire in binding.connections:
-            yield from _collect_mistakes(f"{section}.{binding.name}.{wire.signal}", partial(place, wire))
-
-
-def _pin_conflicts(
+def _pin_mistakes(
     section: str, bindings: Iterable[DeviceBinding], place: Callable[[Connection], Iterable[Connection]]
 ) -> Iterator[Mistake]:
     taken: dict[tuple[str, str], tuple[str, Connection]] = {}
-    for binding in bindings:
-        for wire in _wires(binding, place):
-            key = f"{section}.{binding.name}.{wire.signal}"
+    for name, connection in ((binding.name, wire) for binding in bindings for wire in binding.driver.connections()):
+        pins: Iterable[Connection] = ()
+        try:
+            pins = place(connection)
+        except ValueError as error:
+            yield Mistake.from_error(error, f"{section}.{name}.{connection.signal}", "unknown-pin")
+        for wire in (connection, *pins):
+            key = f"{section}.{name}.{wire.signal}"
             first, before = taken.setdefault((wire.bus, wire.where), (key, wire))
             if before is not wire and not wire.can_share(before):
                 protocol = f", which uses {before.protocol}" if before.protocol else ""
                 remedy = f", or {wire.remedy}" if wire.remedy and wire.signal == before.signal else ""
-                yield Mistake(f"{wire} is already {first}{protocol}", f"Connect one of them elsewhere{remedy}", key=key)
-
-
-def _wires(binding: DeviceBinding, place: Callable[[Connection], Iterable[Connection]]) -> Iterator[Connection]:
-    for wire in binding.connections:
-        yield wire
-        with suppress(ValueError):  # `_invalid_pins` reports it
-            yield from place(wire)
+                problem = f"{wire} is already {first}{protocol}"
+                yield Mistake(problem, f"Connect one of them elsewhere{remedy}", kind="pin-conflict", key=key)

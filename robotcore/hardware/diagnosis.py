@@ -77,7 +77,7 @@ def check_description(
         return None
     yield Finding.ok("robot", f"{robot.file or robot.name} OK, {count_parts(bindings)}", kind="description-ok")
     for binding in bindings:
-        for warning in binding.warnings:
+        for warning in binding.driver.warnings():
             said, _, remedy = warning.partition(". ")
             yield Finding.warning("robot", f"{binding.name}: {said}", remedy, kind="connection-risk")
     return bindings

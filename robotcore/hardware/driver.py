@@ -7,7 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, Generic, Protocol, TypeVar
+from typing import Any, ClassVar, Protocol, TypeVar
 
 from robotcore.description import AnyDevice, RobotDescription, StrictModel
 from robotcore.errors import DeviceError, RobotcoreError
@@ -101,10 +101,6 @@ class Shared:
         self._opened.close()
 
 
-DescriptionT = TypeVar("DescriptionT", bound=StrictModel)
-SettingsT = TypeVar("SettingsT", bound=StrictModel)
-
-
 @dataclass(frozen=True)
 class Host:
     """The robot, its clock, and the open resources that a driver may use to open a device."""
@@ -125,19 +121,17 @@ class Host:
     """
 
 
-class DeviceDriver(ABC, Generic[DescriptionT, SettingsT]):
+class DeviceDriver(StrictModel, ABC):
     """The base class of device drivers, which are entry points of the group ``robotcore.devices``.
 
-    `check` and `check_beside` raise ValueError for a mistake in the settings. The text of the error is the problem, a
-    semicolon and a remedy.
+    An instance is the driver of one device. Its fields are the settings, the keys of the device's table in the
+    backend's section, without the key ``driver``.
     """
 
     name: ClassVar[str]
     summary: ClassVar[str]
     described: ClassVar[type[StrictModel]]
     """The class of the descriptions of the devices that the driver opens, such as MotorDescription."""
-    settings: ClassVar[type[StrictModel]]
-    """The model of a device's table in the backend's section, without the key ``driver``."""
     modules: ClassVar[tuple[str, ...]] = ()
     """The Python modules that the driver needs. Checks search for them without an import."""
     remedy: ClassVar[str] = ""
@@ -150,41 +144,34 @@ class DeviceDriver(ABC, Generic[DescriptionT, SettingsT]):
     """Whether the driver's motors have the property ``direction``, as `DutyMotor` has."""
 
     @abstractmethod
-    def open(self, description: DescriptionT, settings: SettingsT, host: Host) -> Device:
+    def open(self, description: Any, host: Host) -> Device:
         """Open a device and return it. A sensor must have its first sample.
 
         Raises DeviceError with the device's name and a remedy. Then nothing stays open.
         """
 
-    def check(self, description: DescriptionT, settings: SettingsT, robot: RobotDescription) -> None:
-        """Raise ValueError if the settings contradict the description of the robot."""
+    def check(self, description: Any, robot: RobotDescription, drivers: Drivers) -> None:
+        """Raise ValueError if the settings contradict the robot's description or its other devices.
 
-    def check_beside(
-        self,
-        description: DescriptionT,
-        settings: SettingsT,
-        robot: RobotDescription,
-        drivers: Mapping[str, DeviceDriver[Any, Any]],
-    ) -> None:
-        """Raise ValueError if the device cannot work together with the robot's other devices.
+        The text of the error is the problem, a semicolon and a remedy.
 
         drivers: the drivers of the robot's devices, by the names of the devices. A device whose table has a mistake is
             left out.
         """
 
-    def connections(self, settings: SettingsT) -> Sequence[Connection]:
+    def connections(self) -> Sequence[Connection]:
         """Return the wires and plugs of the device."""
         return ()
 
-    def notes(self, description: DescriptionT, settings: SettingsT) -> Sequence[str]:
+    def notes(self, description: Any) -> Sequence[str]:
         """Return sentences that help the user to connect the device."""
         return ()
 
-    def warnings(self, settings: SettingsT) -> Sequence[str]:
+    def warnings(self) -> Sequence[str]:
         """Return warnings about dangerous connections. Each is a sentence with the danger and one with the remedy."""
         return ()
 
-    def cutoffs(self, description: DescriptionT, settings: SettingsT, host: Host) -> Sequence[CutoffSpec]:
+    def cutoffs(self, description: Any, host: Host) -> Sequence[CutoffSpec]:
         """Return the specifications of the cutoffs that stop the device; none for a device that moves nothing.
 
         A run calls this after the device was opened, for the guardian. `robotcore stop` calls it without an open
@@ -193,36 +180,35 @@ class DeviceDriver(ABC, Generic[DescriptionT, SettingsT]):
         return ()
 
 
+Drivers = Mapping[str, DeviceDriver]
+"""The drivers of a robot's devices, by the names of the devices."""
+
+
 @dataclass(frozen=True)
 class DeviceBinding:
-    """A device of a robot with its driver and the settings for the driver."""
+    """A device of a robot and its driver."""
 
     description: AnyDevice
-    driver: DeviceDriver[Any, Any]
-    settings: StrictModel
-    """The device's table in the backend's section, without the key ``driver``."""
+    driver: DeviceDriver
 
     @property
     def name(self) -> str:
         return self.description.name
 
     @property
-    def connections(self) -> tuple[Connection, ...]:
-        return tuple(self.driver.connections(self.settings))
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        return tuple(self.driver.warnings(self.settings))
+    def label(self) -> str:
+        """The kind of the device and the name of its driver, such as ``range sensor, hc-sr04``."""
+        return f"{self.description.kind.replace('_', ' ')}, {self.driver.name}"
 
     @property
     def notes(self) -> tuple[str, ...]:
         """The driver's notes for the user, and then its warnings."""
-        return (*self.driver.notes(self.description, self.settings), *self.warnings)
+        return (*self.driver.notes(self.description), *self.driver.warnings())
 
     def open(self, host: Host) -> Device:
         """Open the device and return it. Raises the driver's exceptions as DeviceErrors."""
         try:
-            return self.driver.open(self.description, self.settings, host)
+            return self.driver.open(self.description, host)
         except RobotcoreError:
             raise
         except ImportError as error:
@@ -231,7 +217,3 @@ class DeviceBinding:
             ) from error
         except Exception as error:
             raise build_driver_error(self.name, error, "driver-failed") from error
-
-    def cutoffs(self, host: Host) -> tuple[CutoffSpec, ...]:
-        """Return the specifications of the cutoffs that stop the device. See `DeviceDriver.cutoffs`."""
-        return tuple(self.driver.cutoffs(self.description, self.settings, host))

@@ -18,12 +18,9 @@ from robotcore.description import (
 from robotcore.errors import DeviceError, DeviceGroupError
 from robotcore.hal.backend import Setup
 from robotcore.hal.clock import Clock
-from robotcore.hal.cutoff import CutoffSpec
 from robotcore.hal.devices import Device, MemoryDisplay
 from robotcore.hal.robot import Robot
 from robotcore.hal.truth import TruthSource
-from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.hardware.binding import bind_devices
 from robotcore.hardware.driver import DeviceBinding, Host
 
 _ORDER = (EncoderDescription, RangeSensorDescription, CameraDescription, DisplayDescription, BatteryDescription)
@@ -31,7 +28,7 @@ _ORDER = (EncoderDescription, RangeSensorDescription, CameraDescription, Display
 
 def open_robot(
     setup: Setup,
-    section: str,
+    bindings: Iterable[DeviceBinding],
     clock: Clock,
     *,
     pins: Any = None,
@@ -45,13 +42,13 @@ def open_robot(
     the robot gets a note about it. If opening fails, and when the robot is closed, the devices are closed, then their
     shared resources, and then ``release`` is called.
 
-    section: the name of the backend's section in the robot's file.
+    bindings: the devices with their drivers.
     pins: gpiozero's pin factory; None if the backend has no pins.
     release: closes the backend's own resources.
     truth: the source of the true state of a simulated robot.
-    opened: the devices that are open already, by name.
+    opened: the devices that are open already, by name, which need no driver.
 
-    Raises the errors of `bind_devices` and `open_devices`.
+    Raises the errors of `open_devices`.
     """
     opened = dict(opened)
     host = Host(setup.robot, clock, pins, opened)
@@ -59,23 +56,17 @@ def open_robot(
         resources = undo.enter_context(ExitStack())
         resources.callback(release)
         resources.callback(host.shared.close)
-        bindings = bind_devices(setup.robot, section, setup.devices - opened.keys())
+        bindings = [binding for binding in bindings if binding.name not in opened]
         notes = open_devices(bindings, host, opened)
         for device in opened.values():
             undo.callback(device.close)
         devices = _in_order(setup, opened)
-        cutoffs = [cutoff for binding in bindings for cutoff in binding.cutoffs(host)]
+        cutoffs = [each for binding in bindings for each in binding.driver.cutoffs(binding.description, host)]
         robot = Robot(
             setup.robot.name, clock, devices, truth=truth, release=resources.close, cutoffs=cutoffs, notes=notes
         )
         undo.pop_all()
     return robot
-
-
-def static_cutoffs(robot: RobotDescription, bindings: Iterable[DeviceBinding]) -> tuple[CutoffSpec, ...]:
-    """Return the specifications of the cutoffs of devices that are not open."""
-    host = Host(robot, MonotonicClock(), owner=None)
-    return tuple(cutoff for binding in bindings for cutoff in binding.cutoffs(host))
 
 
 def open_devices(bindings: Iterable[DeviceBinding], host: Host, opened: dict[str, Device]) -> Sequence[str]:

@@ -7,7 +7,7 @@ from typing import Generic
 
 from robotcore.description import RangeSensorDescription, RobotDescription
 from robotcore.errors import DeviceError
-from robotcore.hal.devices import Range, SampleT, build_driver_error
+from robotcore.hal.devices import Range, RangeSensor, SampleT, build_driver_error
 
 
 class LatestSample(Generic[SampleT]):
@@ -127,6 +127,22 @@ class RangeSampler:
         self._last = Range(distance, time, self._last.sequence + 1 if self._last else 0)
         self.has_result = True
         self.newest.put(self._last)
+
+
+class SampledRangeSensor(RangeSensor):
+    """A range sensor that returns the newest sample of a `RangeSampler`."""
+
+    def __init__(self, description: RangeSensorDescription, sampler: RangeSampler) -> None:
+        super().__init__(
+            description.name,
+            min_range=description.min_range_m,
+            max_range=description.max_range_m,
+            cone=description.cone_rad,
+        )
+        self._sampler = sampler
+
+    def _newest(self) -> Range:
+        return self._sampler.newest.get()
 
 
 def require_timely(echo_free_cycles: int, cycle_s: float, robot: RobotDescription, modules: int = 1) -> None:

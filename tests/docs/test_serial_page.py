@@ -35,5 +35,5 @@ def test_the_table_has_every_driver_and_no_other() -> None:
 
 @pytest.mark.parametrize("section", [*sections()], ids=lambda section: section["driver"])
 def test_the_sections_are_valid_for_their_drivers(section: dict[str, Any]) -> None:
-    settings = DRIVERS[section["driver"]].load().settings
-    settings.model_validate({key: value for key, value in section.items() if key != "driver"})
+    driver = DRIVERS[section["driver"]].load()
+    driver.model_validate({key: value for key, value in section.items() if key != "driver"})

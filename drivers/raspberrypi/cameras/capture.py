@@ -13,7 +13,7 @@ from typing import Annotated, Any, ClassVar, Generic, NamedTuple, TypeVar
 import numpy as np
 from pydantic import Field
 
-from robotcore.description import CameraDescription, StrictModel
+from robotcore.description import CameraDescription
 from robotcore.errors import DeviceError, ResourceError
 from robotcore.hal.clock import Clock
 from robotcore.hal.devices import Camera, Frame, Image
@@ -21,28 +21,6 @@ from robotcore.hardware import DeviceDriver, Host, LatestSample
 from robotcore.threads import start_thread
 
 Seconds = Annotated[float, Field(gt=0, le=1)]
-
-
-class CameraSettings(StrictModel):
-    """The mounting, the exposure and the white balance of a camera."""
-
-    fps: Annotated[float, Field(ge=1, le=240)] = 30.0
-    """The number of pictures a second."""
-
-    lock: bool = True
-    """Whether exposure and white balance are locked when they have settled. Programs miss targets if colours drift."""
-
-    settle_s: Annotated[float, Field(gt=0, le=30)] = 2.0
-    """The longest wait for exposure and white balance to settle, in seconds. After this time they are locked anyway."""
-
-    exposure_s: Seconds | None = None
-    """A fixed exposure time in seconds; None means automatic."""
-
-    rotate_180: bool = False
-    """Whether the camera is mounted upside down."""
-
-    flip_horizontal: bool = False
-    flip_vertical: bool = False
 
 
 class Shot(NamedTuple):
@@ -69,7 +47,7 @@ class ExposureState(NamedTuple):
     """Whether the camera reports that the exposure has settled; None if the camera does not report it."""
 
 
-SettingsT = TypeVar("SettingsT", bound=CameraSettings)
+SettingsT = TypeVar("SettingsT", bound="CameraDriver")
 
 
 class Source(ABC, Generic[SettingsT]):
@@ -283,7 +261,7 @@ class CapturingCamera(Camera):
 class FrameConverter:
     """Converts pictures to frames with the size and the orientation of the description, numbered from 0."""
 
-    def __init__(self, description: CameraDescription, settings: CameraSettings) -> None:
+    def __init__(self, description: CameraDescription, settings: CameraDriver) -> None:
         self._description = description
         self._rows = slice(None, None, -1 if settings.flip_vertical != settings.rotate_180 else 1)
         self._columns = slice(None, None, -1 if settings.flip_horizontal != settings.rotate_180 else 1)
@@ -315,13 +293,31 @@ class FrameConverter:
         return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
 
 
-class CameraDriver(DeviceDriver[CameraDescription, SettingsT], Generic[SettingsT]):
-    """The base class of the drivers of cameras."""
+class CameraDriver(DeviceDriver):
+    """The base class of the drivers of cameras. Its settings are the mounting, the exposure and the white balance."""
 
     described = CameraDescription
     source: ClassVar[type[Source[Any]]]
 
-    def open(self, description: CameraDescription, settings: SettingsT, host: Host) -> CapturingCamera:
-        camera = CapturingCamera(self.source(description, settings, host.clock))
+    fps: Annotated[float, Field(ge=1, le=240)] = 30.0
+    """The number of pictures a second."""
+
+    lock: bool = True
+    """Whether exposure and white balance are locked when they have settled. Programs miss targets if colours drift."""
+
+    settle_s: Annotated[float, Field(gt=0, le=30)] = 2.0
+    """The longest wait for exposure and white balance to settle, in seconds. After this time they are locked anyway."""
+
+    exposure_s: Seconds | None = None
+    """A fixed exposure time in seconds; None means automatic."""
+
+    rotate_180: bool = False
+    """Whether the camera is mounted upside down."""
+
+    flip_horizontal: bool = False
+    flip_vertical: bool = False
+
+    def open(self, description: CameraDescription, host: Host) -> CapturingCamera:
+        camera = CapturingCamera(self.source(description, self, host.clock))
         camera.open()
         return camera

@@ -16,7 +16,6 @@ from pydantic import Field
 
 from drivers.raspberrypi.cameras.capture import (
     CameraDriver,
-    CameraSettings,
     ExposureState,
     Shot,
     Source,
@@ -54,20 +53,7 @@ Gain = Annotated[float, Field(gt=0, le=32)]
 Gains = Annotated[tuple[Gain, Gain], Field(description="[red, blue]")]
 
 
-class PiCameraSettings(CameraSettings):
-    """The settings of a camera on the Pi's connector."""
-
-    camera: Annotated[int, Field(ge=0, le=7)] = 0
-    """The number of the camera in the list of ``rpicam-hello --list-cameras``."""
-
-    gain: Annotated[float, Field(ge=1, le=64)] | None = None
-    """A fixed gain of the sensor; None means automatic."""
-
-    colour_gains: Gains | None = None
-    """The gains of red and blue, for a fixed white balance. None means automatic."""
-
-
-class CsiSource(Source[PiCameraSettings]):
+class CsiSource(Source["PiCamera"]):
     """Takes pictures from a camera on the Pi's connector by picamera2.
 
     The time of a picture is the sensor's timestamp of reading the first row, right after the exposure of that row. It
@@ -149,7 +135,7 @@ class CsiSource(Source[PiCameraSettings]):
         )
 
 
-def _build_controls(settings: PiCameraSettings) -> dict[str, Any]:
+def _build_controls(settings: PiCamera) -> dict[str, Any]:
     frame_us = round(1e6 / settings.fps)
     exposure_us = None if settings.exposure_s is None else round(settings.exposure_s * 1e6)
     controls = {
@@ -209,16 +195,24 @@ def choose_mode(modes: Sequence[Mode], fps: float) -> Mode | None:
     return max(wide, key=lambda mode: mode["fps"], default=None)
 
 
-class PiCamera(CameraDriver[PiCameraSettings]):
+class PiCamera(CameraDriver):
     """Opens cameras on the Pi's connector by picamera2. Raspberry Pi OS has version 0.3.20 or newer."""
 
     name = "picamera2"
     summary = "a camera on the Pi's ribbon connector"
-    settings = PiCameraSettings
     source = CsiSource
     aliases = ("pi-camera", "csi", "libcamera", "camera-module")
     modules = ("picamera2",)
     remedy = REMEDY
 
-    def connections(self, settings: PiCameraSettings) -> Sequence[Connection]:
-        return (Connection("camera", "CSI", str(settings.camera)),)
+    camera: Annotated[int, Field(ge=0, le=7)] = 0
+    """The number of the camera in the list of ``rpicam-hello --list-cameras``."""
+
+    gain: Annotated[float, Field(ge=1, le=64)] | None = None
+    """A fixed gain of the sensor; None means automatic."""
+
+    colour_gains: Gains | None = None
+    """The gains of red and blue, for a fixed white balance. None means automatic."""
+
+    def connections(self) -> Sequence[Connection]:
+        return (Connection("camera", "CSI", str(self.camera)),)

@@ -13,7 +13,6 @@ from pydantic import AfterValidator, Field
 
 from drivers.raspberrypi.cameras.capture import (
     CameraDriver,
-    CameraSettings,
     ExposureState,
     Shot,
     Source,
@@ -34,26 +33,6 @@ Node = Annotated[
     AfterValidator(_path),
     Field(description='"/dev/video0", "/dev/v4l/by-id/…" or a number'),
 ]
-
-
-class UsbCameraSettings(CameraSettings):
-    """The settings of a camera on USB."""
-
-    device: Node = "/dev/video0"
-    """The camera's device file, or the number N of /dev/videoN. A name in ``/dev/v4l/by-id`` never changes."""
-
-    pixel_format: Annotated[str, Field(pattern=r"^[A-Z0-9]{4}$")] | None = None
-    """V4L2's name of the pixel format, four characters. MJPG is compressed, so large pictures have the full rate."""
-
-    gain: Annotated[int, Field(ge=0)] | None = None
-    """A fixed gain in the camera's own unit; None means automatic."""
-
-    white_balance_k: Annotated[int, Field(ge=1000, le=20000)] | None = None
-    """A fixed white balance in kelvin; None means automatic."""
-
-    @property
-    def path(self) -> Path:
-        return Path(f"/dev/video{self.device}" if isinstance(self.device, int) else self.device)
 
 
 NODES = Path("/sys/class/video4linux")
@@ -90,7 +69,7 @@ BROKEN_IN_A_ROW = 5
 """The camera has failed after this many broken pictures in a row. Cheap cables and starting cameras cause a few."""
 
 
-class UsbSource(Source[UsbCameraSettings]):
+class UsbSource(Source["UsbCamera"]):
     """Takes pictures from a USB camera by OpenCV.
 
     The time of a picture is the kernel's timestamp of the arrival of its first bytes, right after the exposure. It is
@@ -199,16 +178,31 @@ class UsbSource(Source[UsbCameraSettings]):
         return bool(self._capture.set(control, value))
 
 
-class UsbCamera(CameraDriver[UsbCameraSettings]):
+class UsbCamera(CameraDriver):
     """Opens cameras by OpenCV and V4L2."""
 
     name = "v4l2"
     summary = "a camera on USB"
-    settings = UsbCameraSettings
     source = UsbSource
     aliases = ("usb", "webcam", "uvc")
     modules = ("cv2",)
     remedy = "pip install opencv-python-headless"
 
-    def connections(self, settings: UsbCameraSettings) -> Sequence[Connection]:
-        return (Connection("camera", "USB", str(settings.path)),)
+    device: Node = "/dev/video0"
+    """The camera's device file, or the number N of /dev/videoN. A name in ``/dev/v4l/by-id`` never changes."""
+
+    pixel_format: Annotated[str, Field(pattern=r"^[A-Z0-9]{4}$")] | None = None
+    """V4L2's name of the pixel format, four characters. MJPG is compressed, so large pictures have the full rate."""
+
+    gain: Annotated[int, Field(ge=0)] | None = None
+    """A fixed gain in the camera's own unit; None means automatic."""
+
+    white_balance_k: Annotated[int, Field(ge=1000, le=20000)] | None = None
+    """A fixed white balance in kelvin; None means automatic."""
+
+    @property
+    def path(self) -> Path:
+        return Path(f"/dev/video{self.device}" if isinstance(self.device, int) else self.device)
+
+    def connections(self) -> Sequence[Connection]:
+        return (Connection("camera", "USB", str(self.path)),)

@@ -27,20 +27,18 @@ from drivers.raspberrypi.doctor.system import (
     check_release,
     is_raspberry_pi,
 )
-from drivers.raspberrypi.header import count_wires, resolve_pins
 from robotcore.description import RobotDescription
 from robotcore.hal.check_finding import Check, Finding, findings_of
-from robotcore.hardware import DeviceBinding, bind_devices
+from robotcore.hardware import DeviceBinding, HardwareBackend
 from robotcore.hardware.diagnosis import check_description
 
 __all__ = ["examine", "is_raspberry_pi"]
 
 
-def examine(robot: RobotDescription | None, section: str, root: Path = Path("/")) -> Iterator[Finding]:
+def examine(backend: HardwareBackend, robot: RobotDescription | None, root: Path = Path("/")) -> Iterator[Finding]:
     """Yield the findings about this Pi and about the robot's devices.
 
     robot: None checks only the Pi.
-    section: the name of the section in the robot's file that lists the devices' drivers and pins.
     root: the root of the file system.
     """
     if not is_raspberry_pi(root):
@@ -48,8 +46,8 @@ def examine(robot: RobotDescription | None, section: str, root: Path = Path("/")
         yield Finding.warning(
             "board", "this is no Raspberry Pi: its pins and cameras are not checked", remedy, kind="no-raspberry-pi"
         )
-        if robot and section in robot.backends:
-            yield from _check_file(robot, section)
+        if robot and backend.section in robot.backends:
+            yield from _check_file(backend, robot)
         return
     yield from findings_of(
         [
@@ -58,7 +56,7 @@ def examine(robot: RobotDescription | None, section: str, root: Path = Path("/")
             ("pin factory", check_library),
             ("permissions", partial(check_permissions, root)),
             ("killed runs", partial(check_persistence, root)),
-            ("robot", partial(_check_devices, root, robot, section)),
+            ("robot", partial(_check_devices, root, backend, robot)),
             ("power", partial(check_power, root)),
             ("disk", partial(check_disk, root)),
             ("clock", partial(check_clock, root)),
@@ -66,18 +64,20 @@ def examine(robot: RobotDescription | None, section: str, root: Path = Path("/")
     )
 
 
-def _check_devices(root: Path, robot: RobotDescription | None, section: str) -> Iterator[Finding]:
+def _check_devices(root: Path, backend: HardwareBackend, robot: RobotDescription | None) -> Iterator[Finding]:
     if robot is None:
         message, remedy = "no robot was named, so no devices are checked", "robotcore doctor --robot FILE.toml"
         yield Finding.warning("robot", message, f"Name the robot: {remedy}", kind="no-robot")
         return
-    bindings = yield from _check_file(robot, section)
+    bindings = yield from _check_file(backend, robot)
     if bindings is not None:
         yield from findings_of(_list_checks(root, bindings))
 
 
-def _check_file(robot: RobotDescription, section: str) -> Generator[Finding, None, Sequence[DeviceBinding] | None]:
-    return check_description(robot, partial(bind_devices, robot, section, None, resolve_pins), count_wires)
+def _check_file(
+    backend: HardwareBackend, robot: RobotDescription
+) -> Generator[Finding, None, Sequence[DeviceBinding] | None]:
+    return check_description(robot, partial(backend.bind, robot), backend.summarize)
 
 
 def _list_checks(root: Path, bindings: Iterable[DeviceBinding]) -> Iterator[tuple[str, Check]]:

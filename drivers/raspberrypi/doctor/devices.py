@@ -37,8 +37,8 @@ def check_pins(bindings: Iterable[DeviceBinding]) -> Iterator[Finding]:
     owners = {
         int(wire.where): binding.name
         for binding in bindings
-        if all(wire.bus != "I2C" for wire in binding.connections)
-        for wire in binding.connections
+        if all(wire.bus != "I2C" for wire in binding.driver.connections())
+        for wire in binding.driver.connections()
         if wire.bus == "GPIO"
     }
     held = find_holders(sorted(owners)) if owners else {}
@@ -110,7 +110,7 @@ def check_bus(root: Path, bindings: Iterable[DeviceBinding]) -> Iterator[Finding
 
 
 def _list_places(bindings: Iterable[DeviceBinding], bus: str) -> list[tuple[DeviceBinding, str]]:
-    return [(binding, wire.where) for binding in bindings for wire in binding.connections if wire.bus == bus]
+    return [(binding, wire.where) for binding in bindings for wire in binding.driver.connections() if wire.bus == bus]
 
 
 SWITCH_ON = "sudo raspi-config nonint do_serial_hw 0, or enable_uart=1 in /boot/firmware/config.txt, and restart"

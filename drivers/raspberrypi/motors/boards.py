@@ -7,16 +7,16 @@ from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
-from typing import Annotated, ClassVar, Generic, TypeVar
+from typing import Annotated, ClassVar
 
 from pydantic import Field
 
 from drivers.raspberrypi.header import HELD_UP, PULLED_UP, Gpio, gpio
 from drivers.raspberrypi.motors.bridge import Bridge, open_output
-from robotcore.description import MotorDescription, RobotDescription, StrictModel
+from robotcore.description import MotorDescription, RobotDescription
 from robotcore.hal.cutoff import CutoffSpec
 from robotcore.hal.devices import Motor
-from robotcore.hardware import Connection, DeviceDriver, Host
+from robotcore.hardware import Connection, DeviceDriver, Drivers, Host
 from robotcore.hardware.motor_control import Control, open_motor, require_drivable
 from robotcore.hardware.motor_model import Model
 
@@ -44,8 +44,21 @@ MAX_SILENCE_S = 0.25
 or waiting for a slow SD card."""
 
 
-class MotorSettings(StrictModel):
-    """The settings that all motors on pins share."""
+class MotorDriver(DeviceDriver):
+    """The base class of the drivers of motors on GPIOs. A subclass defines the signals and their levels.
+
+    A new duty takes effect with the next cycle of lgpio's software PWM, up to ``1 / frequency_hz`` seconds later. A
+    stop takes effect at once.
+    """
+
+    described = MotorDescription
+    modules = ("gpiozero",)
+    supply = ("ground",)
+    remedy = "pip install 'robotcore[pi]'"
+    reports_direction = True
+
+    signals: ClassVar[tuple[str, ...]]
+    """The keys of the settings with the motor's own GPIOs. A GPIO without a level is high while the motor is open."""
 
     standby: Gpio | None = None
     """The GPIO of the board's standby input (TB6612: STBY, DRV8833: nSLEEP). Several motors may share it.
@@ -63,96 +76,76 @@ class MotorSettings(StrictModel):
     control: Control | None = None
     """The settings of velocity control by the wheel's encoder. If it is None, the model alone gives the duty."""
 
-
-SettingsT = TypeVar("SettingsT", bound=MotorSettings)
-
-
-class MotorDriver(DeviceDriver[MotorDescription, SettingsT], Generic[SettingsT]):
-    """The base class of the drivers of motors on GPIOs. A subclass defines the signals and their levels.
-
-    A new duty takes effect with the next cycle of lgpio's software PWM, up to ``1 / frequency_hz`` seconds later. A
-    stop takes effect at once.
-    """
-
-    described = MotorDescription
-    modules = ("gpiozero",)
-    supply = ("ground",)
-    remedy = "pip install 'robotcore[pi]'"
-    reports_direction = True
-
-    signals: ClassVar[tuple[str, ...]]
-    """The keys of the settings with the motor's own GPIOs. A GPIO without a level is high while the motor is open."""
-
     @abstractmethod
-    def levels(self, settings: SettingsT, duty: float) -> Mapping[int, float]:
+    def levels(self, duty: float) -> Mapping[int, float]:
         """Return the level of each GPIO at a duty from -1 to 1, in the order in which the levels are set.
 
         A GPIO whose level is a bool has no PWM. If all others are low, the motor stands.
         """
 
-    def wires(self, settings: SettingsT) -> Sequence[Connection]:
+    def wires(self) -> Sequence[Connection]:
         """Return the connections to the motor's own GPIOs, without standby."""
-        lines = ((signal, getattr(settings, signal)) for signal in self.signals)
+        lines = ((signal, getattr(self, signal)) for signal in self.signals)
         return [gpio(signal, line) for signal, line in lines if line is not None]
 
-    def connections(self, settings: SettingsT) -> Sequence[Connection]:
-        wires = self.wires(settings)
-        return wires if settings.standby is None else (*wires, gpio("standby", settings.standby, is_shared=True))
+    def connections(self) -> Sequence[Connection]:
+        wires = self.wires()
+        return wires if self.standby is None else (*wires, gpio("standby", self.standby, is_shared=True))
 
-    def notes(self, description: MotorDescription, settings: SettingsT) -> Sequence[str]:
-        return (BATTERY, UNGUARDED if settings.standby is None else PULLED_DOWN.format(line=settings.standby))
+    def notes(self, description: MotorDescription) -> Sequence[str]:
+        return (BATTERY, UNGUARDED if self.standby is None else PULLED_DOWN.format(line=self.standby))
 
-    def warnings(self, settings: SettingsT) -> Sequence[str]:
-        lines = [line for line in self._find_turning_lines(settings) if line in PULLED_UP]
+    def warnings(self) -> Sequence[str]:
+        lines = [line for line in self._find_turning_lines() if line in PULLED_UP]
         return (RISING.format(lines=f"GPIO {', '.join(map(str, lines))}"),) if lines else ()
 
-    def check(self, description: MotorDescription, settings: SettingsT, robot: RobotDescription) -> None:
-        if held := [line for line in self._find_turning_lines(settings) if line in HELD_UP]:
+    def check(self, description: MotorDescription, robot: RobotDescription, drivers: Drivers) -> None:
+        if held := [line for line in self._find_turning_lines() if line in HELD_UP]:
             raise ValueError(
                 f"GPIO {held[0]} is held high by a resistor on the Pi, so {description.name} may turn while no program "
                 "runs; use another GPIO, best of 9 to 27"
             )
-        require_drivable(description, settings.model, settings.control, robot)
-        if settings.control and settings.control.period_s * settings.frequency_hz < 1:
+        require_drivable(description, self.model, self.control, robot)
+        if self.control and self.control.period_s * self.frequency_hz < 1:
             raise ValueError(
-                f"control.period_s {settings.control.period_s:g} is shorter than a cycle of {settings.frequency_hz} "
+                f"control.period_s {self.control.period_s:g} is shorter than a cycle of {self.frequency_hz} "
                 "Hz; lengthen it, or raise frequency_hz"
             )
 
-    def open(self, description: MotorDescription, settings: SettingsT, host: Host) -> Motor:
-        bridge = partial(self._open_bridge, description.name, settings, host)
-        return open_motor(description, settings.model, settings.control, bridge, host)
+    def open(self, description: MotorDescription, host: Host) -> Motor:
+        bridge = partial(self._open_bridge, description.name, host)
+        return open_motor(description, self.model, self.control, bridge, host)
 
-    def cutoffs(self, description: MotorDescription, settings: SettingsT, host: Host) -> Sequence[CutoffSpec]:
+    def cutoffs(self, description: MotorDescription, host: Host) -> Sequence[CutoffSpec]:
         from gpiozero.pins.mock import MockFactory
 
         if isinstance(host.pins, MockFactory):  # no other process sees these pins
             return ()
-        if settings.standby is not None:
-            return (CutoffSpec(description.name, "drivers.raspberrypi.cutoff:StandbyLine", {"line": settings.standby}),)
-        lines = {"lines": self._find_lines(settings), "owner": host.owner}
+        if self.standby is not None:
+            return (CutoffSpec(description.name, "drivers.raspberrypi.cutoff:StandbyLine", {"line": self.standby}),)
+        lines = {"lines": self._find_lines(), "owner": host.owner}
         return (CutoffSpec(description.name, "drivers.raspberrypi.cutoff:MotorLines", lines, MAX_SILENCE_S),)
 
-    def _open_bridge(self, name: str, settings: SettingsT, host: Host) -> Bridge:
+    def _open_bridge(self, name: str, host: Host) -> Bridge:
         with ExitStack() as opened:
             outputs = {}
-            for line, level in self.levels(settings, 0.0).items():
-                frequency_hz = None if isinstance(level, bool) else settings.frequency_hz
+            for line, level in self.levels(0.0).items():
+                frequency_hz = None if isinstance(level, bool) else self.frequency_hz
                 outputs[line] = open_output(name, line, host.pins, opened, frequency_hz=frequency_hz)
-            for line in self._find_lines(settings):
+            for line in self._find_lines():
                 if line not in outputs:
                     open_output(name, line, host.pins, opened, is_high=True)
-            return Bridge(name, outputs, partial(self.levels, settings), opened.pop_all())
+            return Bridge(name, outputs, self.levels, opened.pop_all())
 
-    def _find_lines(self, settings: SettingsT) -> list[int]:
-        return [int(wire.where) for wire in self.wires(settings)]
+    def _find_lines(self) -> list[int]:
+        return [int(wire.where) for wire in self.wires()]
 
-    def _find_turning_lines(self, settings: SettingsT) -> list[int]:
+    def _find_turning_lines(self) -> list[int]:
         """Return the GPIOs that may turn the motor if they are high."""
-        if settings.standby is not None:
-            return [settings.standby]
-        levels = self.levels(settings, 0.0)
-        return [line for line in self._find_lines(settings) if not isinstance(levels.get(line), bool)]
+        if self.standby is not None:
+            return [self.standby]
+        levels = self.levels(0.0)
+        return [line for line in self._find_lines() if not isinstance(levels.get(line), bool)]
 
 
 INPUTS = (
@@ -163,8 +156,17 @@ INPUTS = (
 """The note that `robotcore wiring` prints for a motor on an H-bridge."""
 
 
-class HBridgeSettings(MotorSettings):
-    """The settings of a motor on an H-bridge. If its wheel turns the wrong way, swap ``forward`` and ``backward``."""
+class HBridge(MotorDriver):
+    """Opens motors on an H-bridge with two inputs. If a wheel turns the wrong way, swap ``forward`` and ``backward``.
+
+    The input of the commanded direction is high, and the other input is low. The input ``pwm`` has the PWM. A board
+    without it has the PWM at the input of the commanded direction.
+    """
+
+    name = "h-bridge"
+    summary = "a motor on an H-bridge with two inputs: L298N, DRV8833, TB6612, L9110S"
+    aliases = ("l298", "tb6612", "drv8833", "l9110", "mx1508")
+    signals = ("forward", "backward", "pwm", "enable")
 
     forward: Gpio
     """The GPIO of the input that is high if the motor turns forward."""
@@ -181,39 +183,29 @@ class HBridgeSettings(MotorSettings):
     enable: Gpio | None = None
     """The GPIO of the board's enable input, which is high while the motor is open."""
 
-
-class HBridge(MotorDriver[HBridgeSettings]):
-    """Opens motors on an H-bridge with two inputs.
-
-    The input of the commanded direction is high, and the other input is low. The input ``pwm`` has the PWM. A board
-    without it has the PWM at the input of the commanded direction.
-    """
-
-    name = "h-bridge"
-    summary = "a motor on an H-bridge with two inputs: L298N, DRV8833, TB6612, L9110S"
-    settings = HBridgeSettings
-    aliases = ("l298", "tb6612", "drv8833", "l9110", "mx1508")
-
-    signals = ("forward", "backward", "pwm", "enable")
-
-    def wires(self, settings: HBridgeSettings) -> Sequence[Connection]:
+    def wires(self) -> Sequence[Connection]:
         remedy = "use the key 'standby' in place of 'enable', because motors may share a standby line"
-        return [replace(wire, remedy=remedy if wire.signal == "enable" else "") for wire in super().wires(settings)]
+        return [replace(wire, remedy=remedy if wire.signal == "enable" else "") for wire in super().wires()]
 
-    def levels(self, settings: HBridgeSettings, duty: float) -> Mapping[int, float]:
-        if settings.pwm is None:
-            return {settings.forward: max(duty, 0), settings.backward: max(-duty, 0)}
-        return {settings.forward: duty > 0, settings.backward: duty < 0, settings.pwm: abs(duty)}
+    def levels(self, duty: float) -> Mapping[int, float]:
+        if self.pwm is None:
+            return {self.forward: max(duty, 0), self.backward: max(-duty, 0)}
+        return {self.forward: duty > 0, self.backward: duty < 0, self.pwm: abs(duty)}
 
-    def notes(self, description: MotorDescription, settings: HBridgeSettings) -> Sequence[str]:
-        return (*super().notes(description, settings), INPUTS)
+    def notes(self, description: MotorDescription) -> Sequence[str]:
+        return (*super().notes(description), INPUTS)
 
 
-class PhaseEnableSettings(MotorSettings):
-    """The settings of a motor on a board with a direction input.
+class PhaseEnable(MotorDriver):
+    """Opens motors on a board with an input for the direction and an input for the PWM.
 
-    If its wheel turns the wrong way, swap the motor's two wires.
+    If a wheel turns the wrong way, swap the motor's two wires.
     """
+
+    name = "phase-enable"
+    summary = "a motor on a board with a direction input and a PWM input: DRV8835, DRV8838, MAX14870"
+    aliases = ("drv8835", "drv8838", "max14870", "tb67h420", "md10c")
+    signals = ("enable", "phase")
 
     phase: Gpio
     """The GPIO of the input PH or DIR, which is low to turn forward and high to turn backward."""
@@ -221,15 +213,5 @@ class PhaseEnableSettings(MotorSettings):
     enable: Gpio
     """The GPIO of the input EN or PWM, which has the PWM."""
 
-
-class PhaseEnable(MotorDriver[PhaseEnableSettings]):
-    """Opens motors on a board with an input for the direction and an input for the PWM."""
-
-    name = "phase-enable"
-    summary = "a motor on a board with a direction input and a PWM input: DRV8835, DRV8838, MAX14870"
-    settings = PhaseEnableSettings
-    aliases = ("drv8835", "drv8838", "max14870", "tb67h420", "md10c")
-    signals = ("enable", "phase")
-
-    def levels(self, settings: PhaseEnableSettings, duty: float) -> Mapping[int, float]:
-        return {settings.phase: duty < 0, settings.enable: abs(duty)}
+    def levels(self, duty: float) -> Mapping[int, float]:
+        return {self.phase: duty < 0, self.enable: abs(duty)}

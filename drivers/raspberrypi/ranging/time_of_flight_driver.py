@@ -12,11 +12,11 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field
 
 from drivers.raspberrypi.header import HEADER_BUS, gpio
-from robotcore.description import RangeSensorDescription, RobotDescription, StrictModel
+from robotcore.description import RangeSensorDescription, RobotDescription
 from robotcore.errors import DeviceError
 from robotcore.hal.clock import Clock
-from robotcore.hal.devices import Range, RangeSensor
-from robotcore.hardware import Connection, DeviceDriver, Host
+from robotcore.hal.devices import RangeSensor
+from robotcore.hardware import Connection, DeviceDriver, Drivers, Host, SampledRangeSensor
 from robotcore.hardware.polled_samples import RangeSampler, require_timely
 
 Status = Literal["target", "too near", "beyond", "no light", "broken"]
@@ -172,8 +172,16 @@ class TransactionLimit:
         return getattr(self._bus, name)
 
 
-class TimeOfFlightSettings(StrictModel):
-    """The settings of a time-of-flight sensor."""
+class TimeOfFlight(DeviceDriver):
+    """The base class of the drivers of both chips.
+
+    A distance is `inf` if the chip reports a target beyond its range, or after ``echo_free_cycles`` measurements with
+    too little light. A single measurement with too little light makes no sample, because the target may be dark.
+    """
+
+    described = RangeSensorDescription
+    remedy = "On the Pi: pip install 'robotcore[tof]'"
+    chip: ClassVar[type[LightChip]]
 
     bus: Annotated[int, Field(ge=0, le=30)] = HEADER_BUS
     """The number of the chip's I2C bus."""
@@ -192,41 +200,24 @@ class TimeOfFlightSettings(StrictModel):
     def place(self) -> str:
         return f"0x{self.address:02x} on bus {self.bus}"
 
-
-class TimeOfFlight(DeviceDriver[RangeSensorDescription, TimeOfFlightSettings]):
-    """The base class of the drivers of both chips.
-
-    A distance is `inf` if the chip reports a target beyond its range, or after ``echo_free_cycles`` measurements with
-    too little light. A single measurement with too little light makes no sample, because the target may be dark.
-    """
-
-    described = RangeSensorDescription
-    settings = TimeOfFlightSettings
-    remedy = "On the Pi: pip install 'robotcore[tof]'"
-    chip: ClassVar[type[LightChip]]
-
-    def check(
-        self, description: RangeSensorDescription, settings: TimeOfFlightSettings, robot: RobotDescription
-    ) -> None:
+    def check(self, description: RangeSensorDescription, robot: RobotDescription, drivers: Drivers) -> None:
         if description.max_range_m > self.chip.reach:
             raise ValueError(
                 f"the range of a {self.name.upper()} is {self.chip.reach:g} m, but max_range_m is "
                 f"{description.max_range_m:g}; lower it"
             )
-        require_timely(settings.echo_free_cycles, settings.cycle_s, robot)
+        require_timely(self.echo_free_cycles, self.cycle_s, robot)
 
-    def connections(self, settings: TimeOfFlightSettings) -> Sequence[Connection]:
-        if settings.bus == HEADER_BUS:  # Source: https://pinout.xyz/pinout/i2c
+    def connections(self) -> Sequence[Connection]:
+        if self.bus == HEADER_BUS:  # Source: https://pinout.xyz/pinout/i2c
             sda, scl = gpio("SDA", 2, is_shared=True), gpio("SCL", 3, is_shared=True)
         else:
-            sda, scl = (
-                Connection(line, "I2C", f"{line} of bus {settings.bus}", is_shared=True) for line in ("SDA", "SCL")
-            )
-        return sda, scl, Connection("address", "I2C", settings.place)
+            sda, scl = (Connection(line, "I2C", f"{line} of bus {self.bus}", is_shared=True) for line in ("SDA", "SCL"))
+        return sda, scl, Connection("address", "I2C", self.place)
 
-    def open(self, description: RangeSensorDescription, settings: TimeOfFlightSettings, host: Host) -> RangeSensor:
+    def open(self, description: RangeSensorDescription, host: Host) -> RangeSensor:
         with ExitStack() as undo:
-            lidar = Lidar(description, settings, self.chip, host.clock)
+            lidar = Lidar(description, self, host.clock)
             undo.callback(lidar.close)
             lidar.start()
             undo.pop_all()
@@ -261,28 +252,16 @@ _LIBRARY_LOCK = threading.Lock()
 """Lets only one thread at a time call Adafruit's libraries, because all their sensors share one buffer."""
 
 
-class Lidar(RangeSensor):
+class Lidar(SampledRangeSensor):
     """A range sensor that reads its chip once in each cycle, and sets the chip up again after a failure.
 
     A sample has the time of the previous read of the chip, because its measurement began at most 50 ms before that
     read.
     """
 
-    def __init__(
-        self,
-        description: RangeSensorDescription,
-        settings: TimeOfFlightSettings,
-        kind: type[LightChip],
-        clock: Clock,
-    ) -> None:
-        super().__init__(
-            description.name,
-            min_range=description.min_range_m,
-            max_range=description.max_range_m,
-            cone=description.cone_rad,
-        )
-        self._settings, self._kind, self._clock = settings, kind, clock
-        self._sampler = RangeSampler(description, settings.echo_free_cycles)
+    def __init__(self, description: RangeSensorDescription, settings: TimeOfFlight, clock: Clock) -> None:
+        super().__init__(description, RangeSampler(description, settings.echo_free_cycles))
+        self._settings, self._clock = settings, clock
         self._chip: LightChip | None = None
         self._read_at = self._measured_at = 0.0
         self._stopping = ExitStack()
@@ -342,7 +321,7 @@ class Lidar(RangeSensor):
 
             bus = ExtendedI2C(self._settings.bus, frequency=None)  # Linux sets the frequency at boot
             undo.callback(bus.deinit)
-            chip = self._kind(bus, self._settings.address, self.max_range)
+            chip = self._settings.chip(bus, self._settings.address, self.max_range)
             self._bus = undo.pop_all()
         return chip
 
@@ -367,9 +346,6 @@ class Lidar(RangeSensor):
                 "3.3 V, ground, and the chip's name in the robot's file"
             )
             raise DeviceError(self.name, message, kind="chip-unanswered") from error
-
-    def _newest(self) -> Range:
-        return self._sampler.newest.get()
 
     def _release(self) -> None:
         self._stopping.close()

@@ -8,19 +8,19 @@ from __future__ import annotations
 import itertools
 import math
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
-from typing import Annotated, Any
+from typing import Annotated
 
 from pydantic import Field
 
 from drivers.raspberrypi.header import Gpio, gpio
 from drivers.raspberrypi.pins import stop_edge_detection, translate_pin_errors
 from drivers.raspberrypi.ranging.echo_timer import EchoTimer
-from robotcore.description import RangeSensorDescription, RobotDescription, StrictModel
+from robotcore.description import RangeSensorDescription, RobotDescription
 from robotcore.hal.clock import Clock, PeriodicTask
-from robotcore.hal.devices import Range, RangeSensor
-from robotcore.hardware import Connection, DeviceDriver, Host
+from robotcore.hal.devices import RangeSensor
+from robotcore.hardware import Connection, DeviceDriver, Drivers, Host, SampledRangeSensor
 from robotcore.hardware.polled_samples import RangeSampler, require_timely
 
 REACH_M = 4.0
@@ -38,8 +38,24 @@ LEVEL = (
 """The note that `robotcore wiring` prints for an ultrasonic module."""
 
 
-class UltrasonicSettings(StrictModel):
-    """The settings of an ultrasonic module."""
+class Ultrasonic(DeviceDriver):
+    """Opens ultrasonic modules. The kernel's timestamps of the echo line's edges give the length of a pulse.
+
+    The time of a sample is the time of its trigger. A distance is `inf` after an echo from beyond ``max_range_m``, or
+    after ``echo_free_cycles`` cycles without an echo. A single cycle without an echo makes no sample, because the echo
+    may be lost.
+
+    Several modules are triggered in turn. Otherwise a module might receive the burst of another module, and measure too
+    short a distance.
+    """
+
+    name = "hc-sr04"
+    summary = "HC-SR04 and compatible modules: ultrasonic, on a trigger and an echo pin"
+    described = RangeSensorDescription
+    aliases = ("ultrasonic", "sonar", "rcwl-1601")
+    modules = ("gpiozero",)
+    supply = ("5 V", "ground")
+    remedy = "On the Pi: pip install 'robotcore[pi]'"
 
     trigger: Gpio
     echo: Gpio
@@ -54,52 +70,23 @@ class UltrasonicSettings(StrictModel):
     """After this many cycles in a row without an echo, the sample is `inf`. With 0, a cycle without an echo never
     makes a sample."""
 
-
-class Ultrasonic(DeviceDriver[RangeSensorDescription, UltrasonicSettings]):
-    """Opens ultrasonic modules. The kernel's timestamps of the echo line's edges give the length of a pulse.
-
-    The time of a sample is the time of its trigger. A distance is `inf` after an echo from beyond ``max_range_m``, or
-    after ``echo_free_cycles`` cycles without an echo. A single cycle without an echo makes no sample, because the echo
-    may be lost.
-
-    Several modules are triggered in turn. Otherwise a module might receive the burst of another module, and measure too
-    short a distance.
-    """
-
-    name = "hc-sr04"
-    summary = "HC-SR04 and compatible modules: ultrasonic, on a trigger and an echo pin"
-    described = RangeSensorDescription
-    settings = UltrasonicSettings
-    aliases = ("ultrasonic", "sonar", "rcwl-1601")
-    modules = ("gpiozero",)
-    supply = ("5 V", "ground")
-    remedy = "On the Pi: pip install 'robotcore[pi]'"
-
-    def check(self, description: RangeSensorDescription, settings: UltrasonicSettings, robot: RobotDescription) -> None:
+    def check(self, description: RangeSensorDescription, robot: RobotDescription, drivers: Drivers) -> None:
         if description.max_range_m > REACH_M:
             raise ValueError(
                 f"the range of an HC-SR04 is {REACH_M:g} m, but max_range_m is {description.max_range_m:g}; lower it"
             )
-
-    def check_beside(
-        self,
-        description: RangeSensorDescription,
-        settings: UltrasonicSettings,
-        robot: RobotDescription,
-        drivers: Mapping[str, DeviceDriver[Any, Any]],
-    ) -> None:
         modules = sum(isinstance(driver, Ultrasonic) for driver in drivers.values())
-        require_timely(settings.echo_free_cycles, settings.cycle_s, robot, modules)
+        require_timely(self.echo_free_cycles, self.cycle_s, robot, modules)
 
-    def connections(self, settings: UltrasonicSettings) -> Sequence[Connection]:
-        return gpio("trigger", settings.trigger), gpio("echo", settings.echo)
+    def connections(self) -> Sequence[Connection]:
+        return gpio("trigger", self.trigger), gpio("echo", self.echo)
 
-    def notes(self, description: RangeSensorDescription, settings: UltrasonicSettings) -> Sequence[str]:
-        return (LEVEL.format(echo=settings.echo),)
+    def notes(self, description: RangeSensorDescription) -> Sequence[str]:
+        return (LEVEL.format(echo=self.echo),)
 
-    def open(self, description: RangeSensorDescription, settings: UltrasonicSettings, host: Host) -> RangeSensor:
+    def open(self, description: RangeSensorDescription, host: Host) -> RangeSensor:
         with ExitStack() as undo:
-            sonar = Sonar(description, settings, host)
+            sonar = Sonar(description, self, host)
             undo.callback(sonar.close)
             sonar.start()
             undo.pop_all()
@@ -123,18 +110,12 @@ TRIGGER_S = 10e-6
 ElecFreaks."""
 
 
-class Sonar(RangeSensor):
+class Sonar(SampledRangeSensor):
     """An ultrasonic sensor. The scheduler triggers its module, and the length of the echo pulse gives the distance."""
 
-    def __init__(self, description: RangeSensorDescription, settings: UltrasonicSettings, host: Host) -> None:
-        super().__init__(
-            description.name,
-            min_range=description.min_range_m,
-            max_range=description.max_range_m,
-            cone=description.cone_rad,
-        )
+    def __init__(self, description: RangeSensorDescription, settings: Ultrasonic, host: Host) -> None:
+        super().__init__(description, RangeSampler(description, settings.echo_free_cycles))
         self._settings, self._host, self._stopping = settings, host, ExitStack()
-        self._sampler = RangeSampler(description, settings.echo_free_cycles)
         speed = speed_of_sound(settings.air_temperature_c)
         self._timer = EchoTimer(description.name, self._sampler, speed, settings.cycle_s, host.pins.ticks_diff)
 
@@ -175,9 +156,6 @@ class Sonar(RangeSensor):
         self._trigger.on()
         threading.Event().wait(TRIGGER_S)
         self._trigger.off()
-
-    def _newest(self) -> Range:
-        return self._sampler.newest.get()
 
     def _release(self) -> None:
         self._stopping.close()

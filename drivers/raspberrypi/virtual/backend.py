@@ -10,7 +10,7 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
-from drivers.raspberrypi.backend import SECTION, RaspberryPiBackend
+from drivers.raspberrypi.backend import RaspberryPiBackend
 from robotcore.description import RobotDescription, StrictModel
 from robotcore.errors import UsageError
 from robotcore.hal.backend import Backend, Capability, Setup, load_backend
@@ -46,6 +46,7 @@ class VirtualPiBackend(RaspberryPiBackend):
     summary = "the Pi's own drivers on virtual pins, connected to a simulator"
     capabilities = frozenset({Capability.CONTACTS, Capability.POSE, Capability.LOCKSTEP})
     needs_world = True
+    modules = ("gpiozero",)
 
     def __init__(self, is_lost: Callable[[], bool] | None = None) -> None:
         self._is_lost = is_lost
@@ -66,7 +67,7 @@ class VirtualPiBackend(RaspberryPiBackend):
             f"{binding.name}: its driver {binding.driver.name!r} does not run on {self.name}; the simulator's own "
             f"{binding.description.kind.replace('_', ' ')} stands in"
             for binding in bindings
-            if not isinstance(binding.settings, SIMULATED)
+            if not isinstance(binding.driver, SIMULATED)
         ]
 
     def examine(self, robot: RobotDescription | None) -> Iterator[Finding]:
@@ -100,7 +101,7 @@ class VirtualPiBackend(RaspberryPiBackend):
             release = undo.pop_all().close
         own = {name: device for name, device in simulated.devices.items() if name not in on_pins}
         return open_robot(
-            setup, SECTION, simulated.clock, pins=pins, release=release, truth=simulated.truth, opened=own
+            setup, bindings, simulated.clock, pins=pins, release=release, truth=simulated.truth, opened=own
         )
 
     def _load_simulator(self, name: str) -> Backend:

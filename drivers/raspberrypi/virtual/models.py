@@ -9,11 +9,11 @@ from typing import Any
 
 from gpiozero.pins.mock import MockFactory, MockPWMPin
 
-from drivers.raspberrypi.cameras.capture import CameraSettings
-from drivers.raspberrypi.encoders import EncoderSettings, PulsesSettings, QuadratureSettings
-from drivers.raspberrypi.motors.boards import HBridgeSettings, PhaseEnableSettings
-from drivers.raspberrypi.ranging.time_of_flight_driver import TimeOfFlightSettings
-from drivers.raspberrypi.ranging.ultrasonic_driver import UltrasonicSettings, speed_of_sound
+from drivers.raspberrypi.cameras.capture import CameraDriver
+from drivers.raspberrypi.encoders import EncoderDriver, Pulses, Quadrature
+from drivers.raspberrypi.motors.boards import HBridge, PhaseEnable
+from drivers.raspberrypi.ranging.time_of_flight_driver import TimeOfFlight
+from drivers.raspberrypi.ranging.ultrasonic_driver import Ultrasonic, speed_of_sound
 from robotcore.description import AnyDevice, BatteryDescription, EncoderDescription
 from robotcore.hal.clock import MIN_PHYSICS_RATE_HZ, Clock, SteppedClock
 from robotcore.hal.devices import Encoder, Motor, RangeSensor
@@ -223,11 +223,11 @@ def read_phase_and_enable(phase: float, enable: float) -> float:
     return -enable if phase else enable
 
 
-MODELLED = (HBridgeSettings, PhaseEnableSettings, QuadratureSettings, PulsesSettings, UltrasonicSettings)
-"""The settings of the devices that have a model."""
+MODELLED = (HBridge, PhaseEnable, Quadrature, Pulses, Ultrasonic)
+"""The drivers of the devices that have a model."""
 
-SIMULATED = (CameraSettings, TimeOfFlightSettings)
-"""The settings of devices that are not on pins. The simulator's own devices replace these devices."""
+SIMULATED = (CameraDriver, TimeOfFlight)
+"""The drivers of devices that are not on pins. The simulator's own devices replace these devices."""
 
 MAX_ECHO_M = 4.3
 """The distance of the farthest wall whose echo an HC-SR04 receives, in metres."""
@@ -239,18 +239,18 @@ def connect_pins(binding: DeviceBinding, simulated: Robot, pins: VirtualPins, is
     is_lost: called for each ultrasonic echo; returns whether the echo is lost.
     """
     pin, clock = pins.pin, simulated.clock
-    match binding.settings, binding.description, simulated.devices[binding.name]:
-        case HBridgeSettings() as on, _, Motor() as motor:
+    match binding.driver, binding.description, simulated.devices[binding.name]:
+        case HBridge() as on, _, Motor() as motor:
             lines = (on.forward, on.backward, on.pwm, on.enable)
             wire_motor(motor, on.model, [pin(line) for line in lines if line is not None], read_two_inputs)
-        case PhaseEnableSettings() as on, _, Motor() as motor:
+        case PhaseEnable() as on, _, Motor() as motor:
             wire_motor(motor, on.model, [pin(on.phase), pin(on.enable)], read_phase_and_enable)
-        case QuadratureSettings() | PulsesSettings() as on, EncoderDescription() as description, Encoder() as encoder:
-            numbers, levels = ((on.a, on.b), QUADRATURE) if isinstance(on, QuadratureSettings) else ((on.gpio,), SLOTS)
+        case Quadrature() | Pulses() as on, EncoderDescription() as description, Encoder() as encoder:
+            numbers, levels = ((on.a, on.b), QUADRATURE) if isinstance(on, Quadrature) else ((on.gpio,), SLOTS)
             disc = Disc(encoder, math.tau / on.edges_per_turn(description), levels, [pin(each) for each in numbers])
             step = clock.step if isinstance(clock, SteppedClock) else 1 / MIN_PHYSICS_RATE_HZ
             clock.every(step, disc.update, "disc")
-        case UltrasonicSettings() as on, _, RangeSensor() as sensor:
+        case Ultrasonic() as on, _, RangeSensor() as sensor:
             VirtualEcho(clock, sensor, pin(on.trigger), pin(on.echo), speed_of_sound(on.air_temperature_c), is_lost)
         case _:
             return False
@@ -265,7 +265,7 @@ def find_unmodelled(bindings: Iterable[DeviceBinding]) -> list[DeviceBinding]:
     return [
         binding
         for binding in bindings
-        if not isinstance(binding.settings, MODELLED) and not isinstance(binding.description, BatteryDescription)
+        if not isinstance(binding.driver, MODELLED) and not isinstance(binding.description, BatteryDescription)
     ]
 
 
@@ -274,9 +274,9 @@ def describe_hardware(binding: DeviceBinding) -> AnyDevice:
 
     An encoder's counts are all of its edges. An ultrasonic module also measures walls beyond its ``max_range_m``.
     """
-    match binding.settings, binding.description:
-        case EncoderSettings() as settings, EncoderDescription() as description:
-            return description.model_copy(update={"counts_per_turn": settings.edges_per_turn(description)})
-        case UltrasonicSettings(), description:
+    match binding.driver, binding.description:
+        case EncoderDriver() as driver, EncoderDescription() as description:
+            return description.model_copy(update={"counts_per_turn": driver.edges_per_turn(description)})
+        case Ultrasonic(), description:
             return description.model_copy(update={"max_range_m": MAX_ECHO_M})
     return binding.description

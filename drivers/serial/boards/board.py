@@ -1,20 +1,17 @@
-"""The base class of the protocols of motor boards, and the opening of a board that several devices share."""
+"""The base class of the protocols of motor boards."""
 
 from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Callable, Mapping
-from typing import ClassVar, Generic, TypeVar
+from collections.abc import Mapping
+from typing import ClassVar
 
 from drivers.serial.boards.command import CommandBuffer
 from drivers.serial.boards.devices import CountAccumulator
-from drivers.serial.driver import PortSettings, Side
-from drivers.serial.line import Line
+from drivers.serial.driver import Side
 from drivers.serial.protocol import Protocol
-from robotcore.errors import DeviceError
 from robotcore.hal.devices import Voltage
-from robotcore.hardware import Host
 
 
 class BoardProtocol(Protocol):
@@ -85,60 +82,3 @@ class BoardProtocol(Protocol):
 def describe_timeout(timeout_s: float) -> str:
     """Return the sentence for error messages, without full stop, that describes the time-out of a board."""
     return f"The board stops its motors by itself {timeout_s:g} s after the last command that it received"
-
-
-ProtocolT_co = TypeVar("ProtocolT_co", bound=Protocol, covariant=True)
-ProtocolT = TypeVar("ProtocolT", bound=Protocol)
-
-
-class Board(Generic[ProtocolT_co]):
-    """A board that several devices share."""
-
-    def __init__(self, opener: str, line: Line, protocol: ProtocolT_co) -> None:
-        self.opener, self.line, self.protocol = opener, line, protocol
-        self.failure: DeviceError | None = None
-        """The error of opening the board, so that its other devices fail without a second wait."""
-
-    def close(self) -> None:
-        self.line.close()
-
-
-class SharedBoardError(DeviceError):
-    """A device cannot be opened, because opening its board already failed for another device.
-
-    The DeviceError of that other device has the reason.
-    """
-
-    kind = "shared-board"
-
-
-def open_board(
-    device: str, settings: PortSettings, make: Callable[[int], ProtocolT], host: Host, answer_s: float
-) -> Board[ProtocolT]:
-    """Return the board on a port; open the port if this device is the first one of the board.
-
-    If the board cannot be opened, the first device gets a DeviceError with the reason. All other devices of the board
-    get a SharedBoardError.
-
-    device: the name of the device, for errors.
-    make: the class of the board's protocol, whose argument is the speed of the line in baud.
-    answer_s: the longest wait for the board's first data, in seconds.
-    """
-
-    def open_once() -> Board[ProtocolT]:
-        protocol = make(settings.speed)
-        board = Board(device, Line(settings.port, protocol, host.clock), protocol)
-        try:
-            board.line.open(device, answer_s)
-        except DeviceError as failure:
-            board.failure = failure
-        return board
-
-    board: Board[ProtocolT] = host.shared.take(Board, (make, settings.port), open_once)
-    if board.failure and board.opener == device:
-        raise board.failure
-    if board.failure:
-        raise SharedBoardError(
-            device, f"its board on {settings.port} could not be opened; see the error of {board.opener}"
-        )
-    return board

@@ -16,16 +16,13 @@ from typing import TYPE_CHECKING
 
 from drivers.serial.port import CHUNK, FAILURES, PortMissingError, explain_failure, find_path
 from robotcore.errors import BackendError, ResourceError
-from robotcore.hal.cutoff import Cutoff, CutoffSpec, Unconfirmed
+from robotcore.hal.cutoff import Cutoff, Unconfirmed
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.processes import describe_holders
 from robotcore.threads import start_thread
 
 if TYPE_CHECKING:
     from serial import Serial
-
-    from drivers.serial.driver import PortSettings
-    from robotcore.hardware import Host
 
 WRITE_TIMEOUT_S = 0.2
 """The longest time for writing the stop frame, in seconds."""
@@ -158,20 +155,3 @@ class StopFrame(Cutoff):
             self._serial.write(self._frame)
             self._serial.flush()
             select([], [], [], pause_s)
-
-
-def stop_frame(device: str, settings: PortSettings, frame: bytes, answer: str | None, host: Host) -> CutoffSpec:
-    """Return the specification of a `StopFrame`, for the guardian and for `robotcore stop`.
-
-    Both merge the equal cutoffs of several devices on one port, so they send the frame of a board only once.
-
-    answer: a regular expression for the board's answer; None if the board never answers.
-    """
-    parameters = {
-        "place": settings.port,
-        "baud": settings.speed,
-        "frame": frame.hex(),
-        "answer": answer,
-        "has_owner": host.owner is not None,
-    }
-    return CutoffSpec(device, "drivers.serial.boards.cutoff:StopFrame", parameters)

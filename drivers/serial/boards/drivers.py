@@ -4,25 +4,49 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Sequence
-from typing import Any, ClassVar, TypeVar
+from typing import Annotated, Any, ClassVar
 
-from drivers.serial.boards.board import Board, open_board
-from drivers.serial.boards.cutoff import stop_frame
+from pydantic import Field
+
 from drivers.serial.boards.devices import BoardBattery, BoardEncoder, BoardOutput
-from drivers.serial.driver import DescriptionT, SerialDriver, SettingsT, SideSettings
+from drivers.serial.driver import SerialDriver, Side
+from drivers.serial.line import Line
 from robotcore.description import BatteryDescription, EncoderDescription, MotorDescription, RobotDescription
+from robotcore.errors import DeviceError
 from robotcore.hal.cutoff import CutoffSpec
 from robotcore.hal.devices import Battery, Encoder
 from robotcore.hardware import Host
 
-SideSettingsT = TypeVar("SideSettingsT", bound=SideSettings)
+BoardTimeout = Annotated[float, Field(ge=0.1, le=5)]
+"""The type of a key ``board_timeout_s``: the board stops its motors after this many seconds without a command."""
 
 
-class BoardDriver(SerialDriver[DescriptionT, SettingsT]):
-    """The base class of the drivers of a board's devices. The attributes are the same for all drivers of a board."""
+class Board:
+    """A board that several devices share."""
+
+    def __init__(self, opener: str, line: Line, protocol: Any) -> None:
+        self.opener, self.line, self.protocol = opener, line, protocol
+        self.failure: DeviceError | None = None
+        """The error of opening the board, so that its other devices fail without a second wait."""
+
+    def close(self) -> None:
+        self.line.close()
+
+
+class SharedBoardError(DeviceError):
+    """A device cannot be opened, because opening its board already failed for another device.
+
+    The DeviceError of that other device has the reason.
+    """
+
+    kind = "shared-board"
+
+
+class BoardDriver(SerialDriver):
+    """The base class of the drivers of a board's devices. The class attributes are the same for all its drivers."""
 
     protocol: ClassVar[type[Any]]
-    """The class of the board's protocol, a `BoardProtocol` whose argument is the speed of the line in baud."""
+    """The class of the board's protocol, a `Protocol` whose argument is the speed of the line in baud."""
     answer_s: ClassVar[float]
     """The longest wait for the board's first data, in seconds."""
     first_s: ClassVar[float] = 1.0
@@ -32,53 +56,100 @@ class BoardDriver(SerialDriver[DescriptionT, SettingsT]):
     standing: ClassVar[str]
     """A regular expression for the board's answer to ``stop``."""
 
-    def open_board(self, device: str, settings: SettingsT, host: Host) -> Board[Any]:
-        """Return the board of a device; raises DeviceError if it cannot be opened."""
-        return open_board(device, settings, self.protocol, host, self.answer_s)
+    def open_board(self, device: str, host: Host) -> Board:
+        """Return the board on the port; open the port if this device is the first one of the board.
+
+        If the board cannot be opened, the first device gets a DeviceError with the reason. All other devices of the
+        board get a SharedBoardError.
+
+        device: the name of the device, for errors.
+        """
+
+        def open_once() -> Board:
+            protocol = self.protocol(self.speed)
+            board = Board(device, Line(self.port, protocol, host.clock), protocol)
+            try:
+                board.line.open(device, self.answer_s)
+            except DeviceError as failure:
+                board.failure = failure
+            return board
+
+        board = host.shared.take(Board, (self.protocol, self.port), open_once)
+        if board.failure and board.opener == device:
+            raise board.failure
+        if board.failure:
+            problem = f"its board on {self.port} could not be opened; see the error of {board.opener}"
+            raise SharedBoardError(device, problem)
+        return board
+
+    def stop_frame(self, device: str, frame: bytes, answer: str | None, host: Host) -> CutoffSpec:
+        """Return the specification of a `StopFrame`, for the guardian and for `robotcore stop`.
+
+        Both merge the equal cutoffs of several devices on one port, so they send the frame of a board only once.
+
+        answer: a regular expression for the board's answer; None if the board never answers.
+        """
+        parameters = {
+            "place": self.port,
+            "baud": self.speed,
+            "frame": frame.hex(),
+            "answer": answer,
+            "has_owner": host.owner is not None,
+        }
+        return CutoffSpec(device, "drivers.serial.boards.cutoff:StopFrame", parameters)
 
 
-class MotorDriver(BoardDriver[MotorDescription, SideSettingsT]):
+class MotorDriver(BoardDriver):
     """The base class of the drivers of a board's motors."""
 
     described = MotorDescription
-    part = "motor"
+    side: Side
 
-    def open_output(
-        self, description: MotorDescription, settings: SideSettingsT, host: Host, unit: float = 1.0
-    ) -> BoardOutput:
+    @property
+    def part(self) -> str:
+        return f"{self.side} motor"
+
+    def open_output(self, device: str, host: Host, unit: float = 1.0) -> BoardOutput:
         """Return the output to the motor; raises DeviceError if the board cannot be opened.
 
         unit: the board's command value for 1, which is a duty, or a velocity in rad/s.
         """
-        board = self.open_board(description.name, settings, host)
-        return BoardOutput(description.name, board.line, board.protocol.command, settings.side, unit)
+        board = self.open_board(device, host)
+        return BoardOutput(device, board.line, board.protocol.command, self.side, unit)
 
-    def cutoffs(self, description: MotorDescription, settings: SideSettingsT, host: Host) -> Sequence[CutoffSpec]:
-        return (stop_frame(description.name, settings, self.stop, self.standing, host),)
+    def cutoffs(self, description: MotorDescription, host: Host) -> Sequence[CutoffSpec]:
+        return (self.stop_frame(description.name, self.stop, self.standing, host),)
 
 
-class EncoderDriver(BoardDriver[EncoderDescription, SideSettingsT]):
+class EncoderDriver(BoardDriver):
     """The base class of the drivers of a board's encoders."""
 
     described = EncoderDescription
-    part = "encoder"
+    side: Side
+
+    @property
+    def part(self) -> str:
+        return f"{self.side} encoder"
 
     @abstractmethod
-    def rad_per_unit(self, description: EncoderDescription, settings: SideSettingsT, robot: RobotDescription) -> float:
+    def rad_per_unit(self, description: EncoderDescription, robot: RobotDescription) -> float:
         """Return the wheel's angle in rad for one unit of the board's counter."""
 
-    def open(self, description: EncoderDescription, settings: SideSettingsT, host: Host) -> Encoder:
-        board = self.open_board(description.name, settings, host)
-        counter, unit = board.protocol.counters[settings.side], self.rad_per_unit(description, settings, host.robot)
+    def open(self, description: EncoderDescription, host: Host) -> Encoder:
+        board = self.open_board(description.name, host)
+        counter, unit = board.protocol.counters[self.side], self.rad_per_unit(description, host.robot)
         return BoardEncoder(description.name, board.line, lambda: counter.angle(unit), self.first_s)
 
 
-class BatteryDriver(BoardDriver[BatteryDescription, SettingsT]):
+class BatteryDriver(BoardDriver):
     """The base class of the drivers of a board's battery."""
 
     described = BatteryDescription
-    part = "battery"
 
-    def open(self, description: BatteryDescription, settings: SettingsT, host: Host) -> Battery:
-        board = self.open_board(description.name, settings, host)
+    @property
+    def part(self) -> str:
+        return "battery"
+
+    def open(self, description: BatteryDescription, host: Host) -> Battery:
+        board = self.open_board(description.name, host)
         return BoardBattery(description.name, board.line, lambda: board.protocol.voltage, self.first_s)

@@ -4,21 +4,17 @@ from __future__ import annotations
 
 from drivers.serial.line import Line
 from robotcore.description import RangeSensorDescription
-from robotcore.hal.devices import Range, RangeSensor
+from robotcore.hal.devices import Range
+from robotcore.hardware import SampledRangeSensor
 from robotcore.hardware.polled_samples import NOTHING_YET, RangeSampler
 
 
-class LineRangeSensor(RangeSensor):
+class LineRangeSensor(SampledRangeSensor):
     """A range sensor on a serial line. Reading it raises DeviceLostError while the line is lost."""
 
     def __init__(self, description: RangeSensorDescription, sampler: RangeSampler, line: Line) -> None:
-        super().__init__(
-            description.name,
-            min_range=description.min_range_m,
-            max_range=description.max_range_m,
-            cone=description.cone_rad,
-        )
-        self._sampler, self._line = sampler, line
+        super().__init__(description, sampler)
+        self._line = line
 
     def await_first(self, within_s: float) -> None:
         """Wait up to ``within_s`` seconds for the first sample; raises DeviceError if there is none."""
@@ -27,6 +23,6 @@ class LineRangeSensor(RangeSensor):
 
     def _newest(self) -> Range:
         self._line.require(self.name)
-        newest = self._sampler.newest.get()
+        newest = super()._newest()
         self._line.require_since_lost(self.name, newest.time)
         return newest

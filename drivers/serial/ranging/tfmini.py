@@ -9,14 +9,14 @@ from typing import Annotated
 
 from pydantic import Field
 
-from drivers.serial.driver import PortSettings, SerialDriver
+from drivers.serial.driver import SerialDriver
 from drivers.serial.line import Line
 from drivers.serial.protocol import Protocol
 from drivers.serial.ranging.protocol import Detection, Parser, Reading
 from drivers.serial.ranging.sensor import LineRangeSensor
 from robotcore.description import RangeSensorDescription, RobotDescription
 from robotcore.hal.devices import RangeSensor
-from robotcore.hardware import Connection, Host
+from robotcore.hardware import Drivers, Host
 from robotcore.hardware.polled_samples import RangeSampler, require_timely
 
 _FULL = 4000
@@ -98,20 +98,7 @@ _EXTRA_CYCLES = 20
 """Opening waits for the first sample for at most ``echo_free_cycles`` plus this many cycles."""
 
 
-class TFminiSettings(PortSettings):
-    """The settings of a TFmini."""
-
-    protocol_name = "TFmini"
-    default_baud = 115200
-
-    cycle_s: Annotated[float, Field(ge=0.001, le=0.5)] = 0.01
-    """The period of the sensor's frames in seconds."""
-    echo_free_cycles: Annotated[int, Field(ge=0, le=1000)] = 60
-    """After this many frames in a row with too little light, the distance is `inf`. With 0, a frame with too little
-    light never makes a sample."""
-
-
-class TFmini(SerialDriver[RangeSensorDescription, TFminiSettings]):
+class TFmini(SerialDriver):
     """Opens sensors with factory settings, which periodically send frames of nine bytes in centimetres.
 
     The time of a sample is the arrival of its frame. The measurement was up to ``cycle_s`` earlier. The distance is
@@ -122,11 +109,18 @@ class TFmini(SerialDriver[RangeSensorDescription, TFminiSettings]):
     name = "tfmini"
     summary = "TFmini, TFmini-S, TFmini Plus, TF-Luna: ranging by light up to 8 m, on a serial line"
     described = RangeSensorDescription
-    settings = TFminiSettings
     aliases = ("tf-luna", "tfluna", "tfmini-s", "tfmini-plus", "benewake")
     supply = ("5 V", "ground")
+    protocol_name = "TFmini"
+    default_baud = 115200
 
-    def check(self, description: RangeSensorDescription, settings: TFminiSettings, robot: RobotDescription) -> None:
+    cycle_s: Annotated[float, Field(ge=0.001, le=0.5)] = 0.01
+    """The period of the sensor's frames in seconds."""
+    echo_free_cycles: Annotated[int, Field(ge=0, le=1000)] = 60
+    """After this many frames in a row with too little light, the distance is `inf`. With 0, a frame with too little
+    light never makes a sample."""
+
+    def check(self, description: RangeSensorDescription, robot: RobotDescription, drivers: Drivers) -> None:
         if description.max_range_m > FARTHEST_M:
             raise ValueError(
                 f"a TF-Luna measures up to {FARTHEST_M:g} m, but max_range_m is {description.max_range_m:g}; lower it"
@@ -136,25 +130,20 @@ class TFmini(SerialDriver[RangeSensorDescription, TFminiSettings]):
                 f"a TFmini-S measures from {NEAREST_M:g} m on (TF-Luna: 0.2 m, TFmini: 0.3 m), but min_range_m is "
                 f"{description.min_range_m:g}; raise it"
             )
-        require_timely(settings.echo_free_cycles, settings.cycle_s, robot)
+        require_timely(self.echo_free_cycles, self.cycle_s, robot)
 
-    def connections(self, settings: TFminiSettings) -> Sequence[Connection]:
-        return (
-            Connection("port", "serial", settings.port, protocol=f"{settings.protocol_name} at {settings.speed} baud"),
-        )
-
-    def notes(self, description: RangeSensorDescription, settings: TFminiSettings) -> Sequence[str]:
+    def notes(self, description: RangeSensorDescription) -> Sequence[str]:
         return (_LEVEL, _UNIT)
 
-    def open(self, description: RangeSensorDescription, settings: TFminiSettings, host: Host) -> RangeSensor:
-        sampler = RangeSampler(description, settings.echo_free_cycles)
-        protocol = TFminiProtocol(sampler, settings.speed, max(_SILENCE_S, _SILENT_CYCLES * settings.cycle_s))
-        line = Line(settings.port, protocol, host.clock)
+    def open(self, description: RangeSensorDescription, host: Host) -> RangeSensor:
+        sampler = RangeSampler(description, self.echo_free_cycles)
+        protocol = TFminiProtocol(sampler, self.speed, max(_SILENCE_S, _SILENT_CYCLES * self.cycle_s))
+        line = Line(self.port, protocol, host.clock)
         sensor = LightSensor(description, sampler, line)
         with ExitStack() as undo:
             undo.callback(sensor.close)
             line.open(description.name, _FIRST_FRAMES_S)
-            sensor.await_first(settings.cycle_s * (settings.echo_free_cycles + _EXTRA_CYCLES))
+            sensor.await_first(self.cycle_s * (self.echo_free_cycles + _EXTRA_CYCLES))
             undo.pop_all()
         return sensor
 

@@ -9,14 +9,14 @@ from typing import Any, ClassVar, TypeAlias
 
 import pytest
 
-from drivers.serial import backend as module
 from drivers.serial.backend import SECTION, SerialBackend
 from robotcore.description import BatteryDescription, RobotDescription, load_robot
 from robotcore.hal.backend import Setup
 from robotcore.hal.clock import Clock, SteppedClock
 from robotcore.hal.devices import Encoder, Motor
 from robotcore.hal.robot import Robot
-from robotcore.hardware import open_robot
+from robotcore.hardware import backend as module
+from robotcore.hardware import bind_devices, open_robot
 from robotcore.testing import TestSupport, worlds
 from robotcore.testing.bench import RATE_HZ, TestBench
 from tests.doubles.serial.board import PERIOD_S, BoardDouble, Powered
@@ -100,7 +100,7 @@ class Rig:
     def robot(self) -> Robot:
         """The robot; the first access opens it."""
         if self._robot is None:
-            self._robot = open_robot(self._setup, SECTION, self.clock)
+            self._robot = open_robot(self._setup, bind_devices(self._setup.robot, SECTION), self.clock)
         return self._robot
 
     def motor(self, side: str) -> Motor:

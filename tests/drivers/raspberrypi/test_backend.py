@@ -26,7 +26,7 @@ def wheels_at(path: str) -> dict[str, dict[str, Any]]:
 
 def test_a_pin_of_the_port_cannot_be_used_twice(raises: Raises) -> None:
     nose = {"driver": "hc-sr04", "trigger": 14, "echo": 26}
-    with raises(DescriptionError):
+    with raises(DescriptionError, "pin-conflict"):
         RaspberryPiBackend().check(foreign.rover(nose=nose, **wheels_at("/dev/serial0")))
     assert RaspberryPiBackend().check(foreign.rover(nose=nose, **wheels_at("/dev/ttyUSB0")))
 
@@ -62,7 +62,7 @@ def test_a_gpio_off_the_header_is_refused_also_for_drivers_of_other_packages(
     backend: Backend, monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:
     foreign.install(monkeypatch)
-    with raises(DescriptionError, key="raspberrypi.nose.out"):
+    with raises(DescriptionError, "unknown-pin", key="raspberrypi.nose.out"):
         backend.check(foreign.rover(nose={"driver": "ir-switch", "out": 40}))
     assert backend.check(foreign.rover(nose={"driver": "ir-switch", "out": 16}))
 
@@ -71,5 +71,5 @@ def test_an_encoder_without_a_direction_needs_a_motor_that_reports_one(raises: R
     pulses, wheels = {"driver": "pulses", "gpio": 5}, wheels_at("/dev/ttyUSB0")
     assert RaspberryPiBackend().check(foreign.rover(left_encoder=pulses))
     assert RaspberryPiBackend().check(foreign.rover(**wheels))
-    with raises(DescriptionError, key="raspberrypi.left_encoder"):
+    with raises(DescriptionError, "setting-conflict", key="raspberrypi.left_encoder"):
         RaspberryPiBackend().check(foreign.rover(left_encoder=pulses, **wheels))

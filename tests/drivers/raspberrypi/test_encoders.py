@@ -208,5 +208,5 @@ def test_one_channel_beside_a_motor_that_reports_no_direction_is_an_error(raises
 
 def test_an_encoder_with_one_channel_on_no_wheel_of_the_drive_is_refused(raises: Raises) -> None:
     robot = rover({"left_encoder": PULSES}).model_copy(update={"drive": None})
-    with raises(DescriptionError):
+    with raises(DescriptionError, "setting-conflict"):
         bind_devices(robot, "raspberrypi", ["left_encoder"])

@@ -86,7 +86,7 @@ def test_an_option_port_with_an_incomplete_usb_id_is_refused(robot: RobotDescrip
     ids=["two-speeds", "two-protocols"],
 )
 def test_devices_that_cannot_share_a_port_are_refused(right: dict[str, Any], raises: Raises) -> None:
-    with raises(DescriptionError):
+    with raises(DescriptionError, "pin-conflict"):
         SerialBackend().check(robot_on("/dev/a", motor("left"), right))
 
 
@@ -161,7 +161,7 @@ class TestDoctor:
 
     def test_a_mistake_in_the_section_is_an_error(self) -> None:
         *_, last = self.examine(robot_on("/dev/a", motor("left"), motor("left")))
-        assert (last.subject, last.level, last.kind) == ("robot", Level.ERROR, "description")
+        assert (last.subject, last.level, last.kind) == ("robot", Level.ERROR, "pin-conflict")
 
     def test_a_robot_without_a_section_is_a_warning(self, check_text: CheckText) -> None:
         *_, last = self.examine(load_robot("lookout"))

@@ -99,7 +99,7 @@ def test_a_simulator_has_nothing_to_stop(cli: Cli, check_text: CheckText) -> Non
         (),
         ("--port", "/dev/ttyACM0"),
         ("--backend", "raspberypi"),
-        ("--backend", "raspberrypi", "--option", "port=7"),
+        ("--backend", "serial", "--option", "speed=7"),
     ],
 )
 def test_wrong_arguments_are_refused(

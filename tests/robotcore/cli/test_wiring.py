@@ -26,8 +26,8 @@ def test_each_wire_has_a_row_and_a_pad(cli: Cli, post: str) -> None:
     assert (answer.status, answer.err) == (0, "")
     lines = answer.out.splitlines()
     assert [line.split() for line in lines if line.startswith(("neck", "eye"))] == [
-        ["neck", "pin", "hole", "1", "1", "motor-plug"],
-        ["eye", "pin", "hole", "2", "2", "plug"],
+        ["neck", "pin", "hole", "1", "1", "motor,", "motor-plug"],
+        ["eye", "pin", "hole", "2", "2", "camera,", "plug"],
     ]
     (pads,) = (line for line in lines if "│" in line)
     shown = ["neck", "pin", "GPIO", "1", USED, "1", "2", USED, "ground", "eye", "pin"]
@@ -49,7 +49,7 @@ def test_json_has_wires_pads_and_notes(cli: Cli, post: str) -> None:
     assert (answer["robot"], answer["backend"]) == (post, "plugboard")
     assert answer["wires"][0] == {
         "device": "neck",
-        "what": "motor-plug",
+        "what": "motor, motor-plug",
         "signal": "pin",
         "where": "hole 1",
         "pads": [1],

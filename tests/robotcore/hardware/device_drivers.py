@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from importlib.metadata import EntryPoint
 from typing import Annotated, Any, ClassVar
 
@@ -12,16 +13,10 @@ from pydantic import Field
 from robotcore import plugins as registry
 from robotcore.description import AnyDevice, MotorDescription, RobotDescription, StrictModel, load_robot
 from robotcore.errors import DeviceError
-from robotcore.hal.backend import Backend, Setup
 from robotcore.hal.clock import SteppedClock
 from robotcore.hal.devices import Device
-from robotcore.hal.robot import Robot
-from robotcore.hal.wiring import Pad, PadKind, Wire, Wiring
-from robotcore.hardware import Connection, DeviceBinding, DeviceDriver, Host, bind_devices
-
-
-class NoSettings(StrictModel):
-    """The settings of a driver that needs none."""
+from robotcore.hal.wiring import Pad, PadKind, Wiring
+from robotcore.hardware import Connection, DeviceBinding, DeviceDriver, Drivers, HardwareBackend, Host
 
 
 class RecordedDevice(Device):
@@ -35,64 +30,57 @@ class RecordedDevice(Device):
         self._calls.append(f"close {self.name}")
 
 
-class RecordingDriver(DeviceDriver[Any, NoSettings]):
+class RecordingDriver(DeviceDriver):
     """Opens any device except those named in ``dead``, and records the calls."""
 
     name = "recording"
     summary = "for tests"
     described = StrictModel
-    settings = NoSettings
 
-    def __init__(self, *dead: str) -> None:
-        self.calls: list[str] = []
-        self._dead = dead
+    dead: tuple[str, ...] = ()
+    calls: list[str] = Field(default_factory=list)
 
-    def open(self, description: AnyDevice, settings: NoSettings, host: Host) -> Device:
+    def open(self, description: AnyDevice, host: Host) -> Device:
         self.calls.append(f"open {description.name} beside {', '.join(host.opened) or 'nothing'}")
-        if description.name in self._dead:
+        if description.name in self.dead:
             raise DeviceError(description.name, "does not answer")
         return RecordedDevice(description.name, self.calls)
 
 
 def bind(driver: RecordingDriver, robot: RobotDescription) -> list[DeviceBinding]:
-    return [DeviceBinding(description, driver, NoSettings()) for description in robot.devices]
+    return [DeviceBinding(description, driver) for description in robot.devices]
 
 
 def host(opened: dict[str, Device]) -> Host:
     return Host(load_robot("rover"), SteppedClock(20, lambda _steps: None), opened=opened)
 
 
-class PlugSettings(StrictModel):
-    """The settings of a plug. Several devices can share a ``bus``, but not a ``pin``."""
+class Plug(DeviceDriver):
+    """A driver for any device. Several devices can share a ``bus``, but not a ``pin``."""
+
+    name = "plug"
+    summary = "for tests"
+    described: ClassVar[type[StrictModel]] = StrictModel
+    aliases = ("banana", "jack-42")
 
     pin: Annotated[int, Field(ge=1, le=9, description="the number of a hole, 1 to 9")]
     spare: int | None = None
     bus: int | None = None
 
-
-class Plug(DeviceDriver[Any, PlugSettings]):
-    """A driver for any device."""
-
-    name = "plug"
-    summary = "for tests"
-    described: ClassVar[type[StrictModel]] = StrictModel
-    settings = PlugSettings
-    aliases = ("banana", "jack-42")
-
-    def open(self, description: Any, settings: PlugSettings, host: Host) -> Device:
+    def open(self, description: Any, host: Host) -> Device:
         raise NotImplementedError
 
-    def check(self, description: Any, settings: PlugSettings, robot: RobotDescription) -> None:
-        if settings.pin == 9:
+    def check(self, description: Any, robot: RobotDescription, drivers: Drivers) -> None:
+        if self.pin == 9:
             raise ValueError("hole 9 is blocked; take another hole")
 
-    def connections(self, settings: PlugSettings) -> Sequence[Connection]:
-        wires = [Connection("pin", "hole", str(settings.pin))]
-        wires += [Connection("spare", "hole", str(settings.spare))] if settings.spare else []
-        wires += [Connection("bus", "rail", str(settings.bus), is_shared=True)] if settings.bus else []
+    def connections(self) -> Sequence[Connection]:
+        wires = [Connection("pin", "hole", str(self.pin))]
+        wires += [Connection("spare", "hole", str(self.spare))] if self.spare else []
+        wires += [Connection("bus", "rail", str(self.bus), is_shared=True)] if self.bus else []
         return wires
 
-    def notes(self, description: Any, settings: PlugSettings) -> Sequence[str]:
+    def notes(self, description: Any) -> Sequence[str]:
         return ("Push it in all the way.",)
 
 
@@ -103,27 +91,16 @@ class MotorPlug(Plug):
     described = MotorDescription
 
 
-class PlugBoard(Backend):
+class PlugBoard(HardwareBackend):
     """A board with nine holes. Its wiring shows two pads."""
 
-    name = "plugboard"
+    name = section = "plugboard"
     summary = "for tests"
 
-    def open(self, setup: Setup) -> Robot:
-        raise NotImplementedError
-
-    def check(self, robot: RobotDescription) -> str:
-        return f"{len(bind_devices(robot, self.name))} plugs"
-
     def wiring(self, robot: RobotDescription) -> Wiring:
-        bindings = bind_devices(robot, self.name)
+        wiring = super().wiring(robot)
         pads = (Pad(1, "GPIO 1", PadKind.SIGNAL), Pad(2, "ground", PadKind.GROUND))
-        wires = [
-            Wire(binding.name, binding.driver.name, wire.signal, str(wire), (int(wire.where),))
-            for binding in bindings
-            for wire in binding.connections
-        ]
-        return Wiring(pads, wires, [(binding.name, note) for binding in bindings for note in binding.notes])
+        return Wiring(pads, [replace(wire, pads=(int(wire.where[-1]),)) for wire in wiring.wires], wiring.notes)
 
 
 def register(monkeypatch: pytest.MonkeyPatch, **broken: str) -> None:

@@ -6,8 +6,8 @@ import pytest
 
 from robotcore.description import RobotDescription, load_robot
 from robotcore.errors import BackendMissingError, DescriptionError
-from robotcore.hardware import batteries_in, bind_devices
-from tests.robotcore.hardware.device_drivers import EYE, NECK, register, robot_file
+from robotcore.hardware import bind_devices
+from tests.robotcore.hardware.device_drivers import EYE, NECK, PlugBoard, register, robot_file
 from tests.texts import CheckText, Raises
 
 CELLS = '[plugboard.cells]\ndriver = "plug"\npin = 4\n'
@@ -43,7 +43,7 @@ def keys_of(file: Path, section: str) -> list[str]:
 def test_devices_are_bound_in_the_order_of_the_file(post: Path) -> None:
     neck, eye = bind_devices(described(post, EYE + NECK), "plugboard")
     assert [(each.name, each.driver.name) for each in (neck, eye)] == [("neck", "motor-plug"), ("eye", "plug")]
-    assert [str(wire) for wire in neck.connections] == ["hole 1"]
+    assert [str(wire) for wire in neck.driver.connections()] == ["hole 1"]
     assert neck.notes == ("Push it in all the way.",)
 
 
@@ -70,7 +70,7 @@ def test_a_battery_is_bound_only_if_the_section_has_it(post: Path) -> None:
     cells = '[[devices]]\nkind = "battery"\nname = "cells"\n'
     for section, batteries in ((cells + EYE + NECK, set()), (cells + CELLS + EYE + NECK, {"cells"})):
         robot = described(post, section)
-        assert batteries_in(robot, "plugboard") == batteries
+        assert PlugBoard().batteries(robot, {}) == batteries
         assert {each.name for each in bind_devices(robot, "plugboard")} == {"neck", "eye", *batteries}
 
 

@@ -11,7 +11,7 @@ from robotcore.hal.clock import SteppedClock
 from robotcore.hal.devices import Device
 from robotcore.hal.robot import Robot
 from robotcore.hardware import Host, encoder_of, motor_of, open_devices, open_robot
-from tests.robotcore.hardware.device_drivers import NoSettings, RecordedDevice, RecordingDriver, bind, host
+from tests.robotcore.hardware.device_drivers import RecordedDevice, RecordingDriver, bind, host
 from tests.texts import CheckText, Raises
 
 ROVER = load_robot("rover")
@@ -32,7 +32,7 @@ def test_motors_are_opened_last_and_see_the_open_devices() -> None:
 
 
 def test_if_a_device_fails_the_others_are_opened_and_closed_in_reverse_order(raises: Raises) -> None:
-    driver = RecordingDriver("nose")
+    driver = RecordingDriver(dead=("nose",))
     with raises(DeviceError, device="nose"):
         opened_by(driver)
     assert [line for line in driver.calls if line.startswith("close")] == [
@@ -44,7 +44,7 @@ def test_failed_battery_gives_a_note_and_the_other_devices_open(check_text: Chec
     cells = BatteryDescription(kind="battery", name="cells")
     powered = ROVER.model_copy(update={"devices": (*ROVER.devices, cells)})
     opened: dict[str, Device] = {}
-    notes = open_devices(bind(RecordingDriver("cells"), powered), host(opened), opened)
+    notes = open_devices(bind(RecordingDriver(dead=("cells",)), powered), host(opened), opened)
     (note,) = notes
     check_text(note)
     assert list(opened) == ORDER
@@ -52,15 +52,15 @@ def test_failed_battery_gives_a_note_and_the_other_devices_open(check_text: Chec
 
 def test_every_device_that_fails_is_reported(raises: Raises) -> None:
     with raises(DeviceGroupError):
-        opened_by(RecordingDriver("left_motor", "nose"))
+        opened_by(RecordingDriver(dead=("left_motor", "nose")))
 
 
 def test_an_interruption_closes_the_open_devices() -> None:
     class Interrupting(RecordingDriver):
-        def open(self, description: AnyDevice, settings: NoSettings, host: Host) -> Device:
+        def open(self, description: AnyDevice, host: Host) -> Device:
             if description.name == "eye":
                 raise KeyboardInterrupt
-            return super().open(description, settings, host)
+            return super().open(description, host)
 
     driver = Interrupting()
     with pytest.raises(KeyboardInterrupt):
@@ -79,10 +79,10 @@ def test_another_error_of_a_driver_becomes_a_device_error(raised: Exception, kin
     class FailingDriver(RecordingDriver):
         remedy = "pip install noting"
 
-        def open(self, description: AnyDevice, settings: NoSettings, host: Host) -> Device:
+        def open(self, description: AnyDevice, host: Host) -> Device:
             if description.name == "eye":
                 raise raised
-            return super().open(description, settings, host)
+            return super().open(description, host)
 
     driver = FailingDriver()
     with raises(DeviceError, kind, device="eye") as caught:
@@ -97,11 +97,11 @@ def test_a_device_that_cannot_be_closed_is_reported_with_the_first_failure(raise
             raise DeviceError(self.name, "cannot be let go")
 
     class StuckDriver(RecordingDriver):
-        def open(self, description: AnyDevice, settings: NoSettings, host: Host) -> Device:
-            device = super().open(description, settings, host)
+        def open(self, description: AnyDevice, host: Host) -> Device:
+            device = super().open(description, host)
             return Stuck(description.name, self.calls) if description.name == "eye" else device
 
-    driver = StuckDriver("left_motor")
+    driver = StuckDriver(dead=("left_motor",))
     with raises(DeviceGroupError):
         opened_by(driver)
     assert driver.calls[-1] == "close left_encoder"
@@ -121,33 +121,30 @@ class Board:
 class OnBoardDriver(RecordingDriver):
     """Opens devices on one board."""
 
-    def open(self, description: AnyDevice, settings: NoSettings, host: Host) -> Device:
+    def open(self, description: AnyDevice, host: Host) -> Device:
         host.shared.take(Board, "/dev/ttyUSB0", lambda: Board(self.calls))
-        return super().open(description, settings, host)
+        return super().open(description, host)
 
 
-def on_board(monkeypatch: pytest.MonkeyPatch, driver: OnBoardDriver) -> Robot:
-    monkeypatch.setattr("robotcore.hardware.opening.bind_devices", lambda *_: bind(driver, ROVER))
+def on_board(driver: OnBoardDriver) -> Robot:
     setup = Setup(ROVER, None, frozenset(ORDER))
     clock = SteppedClock(20, lambda _steps: None)
-    return open_robot(setup, "board", clock, release=lambda: driver.calls.append("release"))
+    return open_robot(setup, bind(driver, ROVER), clock, release=lambda: driver.calls.append("release"))
 
 
-def test_a_shared_board_is_opened_once_and_closed_after_its_last_device(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_shared_board_is_opened_once_and_closed_after_its_last_device() -> None:
     driver = OnBoardDriver()
-    on_board(monkeypatch, driver).close()
+    on_board(driver).close()
     assert driver.calls[0] == "open the board"
     assert driver.calls.count("open the board") == 1
     assert driver.calls[-2:] == ["close the board", "release"]
     assert len([line for line in driver.calls if line.startswith("close")]) == len(ORDER) + 1
 
 
-def test_a_robot_that_cannot_be_opened_leaves_no_board_open(monkeypatch: pytest.MonkeyPatch, raises: Raises) -> None:
-    driver = OnBoardDriver("left_motor")
+def test_a_robot_that_cannot_be_opened_leaves_no_board_open(raises: Raises) -> None:
+    driver = OnBoardDriver(dead=("left_motor",))
     with raises(DeviceError, device="left_motor"):
-        on_board(monkeypatch, driver)
+        on_board(driver)
     assert driver.calls[-3:] == ["close left_encoder", "close the board", "release"]
 
 

@@ -15,7 +15,7 @@ from robotcore.hal.backend import Backend, Capability, Setup
 from robotcore.hal.devices import Device
 from robotcore.hal.robot import Robot
 from robotcore.hal.wall_clock import ServerClock
-from robotcore.hardware import open_robot
+from robotcore.hardware import bind_devices, open_robot
 from tests.system.firmware.board import Board
 from tests.system.firmware.config import BOARD_TIMEOUT_S, on_serial, wiring
 from tests.system.firmware.simulated import OnDemandClock, SimulatedRobot, Wiring, map_bench
@@ -67,7 +67,9 @@ class SimavrBackend(Backend):
             cleanup.callback(clock.every(FOLLOW_S, world.follow, "followed world").stop)
             release = cleanup.pop_all().close
         setup = replace(setup, robot=on_serial(setup.robot, simulated.port, options.board_timeout_s), options={})
-        return open_robot(setup, SECTION, clock, release=release, truth=world, opened=_cameras(setup, world, clock))
+        cameras = _cameras(setup, world, clock)
+        bindings = bind_devices(setup.robot, SECTION, setup.devices - cameras.keys())
+        return open_robot(setup, bindings, clock, release=release, truth=world, opened=cameras)
 
     def _start_or_join(self, join: Path | None, cleanup: ExitStack) -> tuple[SimulatedRobot, ServerClock]:
         if shared := self._board or (join and SimulatedRobot(join, map_bench(join))):

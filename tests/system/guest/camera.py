@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from drivers.raspberrypi.cameras.v4l2 import UsbCamera, UsbCameraSettings
+from drivers.raspberrypi.cameras.v4l2 import UsbCamera
 from robotcore.description import CameraDescription, load_robot
 from robotcore.errors import DeviceError, DeviceLostError
 from robotcore.hal.devices import Camera
@@ -51,7 +51,7 @@ def open_eye(clock: MonotonicClock) -> Iterator[Open]:
 
     def open_it(description: CameraDescription = EYE, **settings: Any) -> Camera:
         settings = {"fps": RATE_HZ, **settings}
-        opened.append(UsbCamera().open(description, UsbCameraSettings(**settings), Host(ROBOT, clock)))
+        opened.append(UsbCamera(**settings).open(description, Host(ROBOT, clock)))
         return opened[-1]
 
     yield open_it

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
-from typing import Annotated, ClassVar
+from typing import Annotated
 
 from pydantic import Field
 
-from drivers.serial.boards.board import open_board
-from drivers.serial.boards.cutoff import stop_frame
 from drivers.serial.boards.devices import BoardOutput
+from drivers.serial.boards.drivers import BoardDriver, BoardTimeout
 from drivers.serial.boards.sabertooth.protocol import (
     HIGHEST_ADDRESS,
     LOWEST_ADDRESS,
@@ -19,11 +18,11 @@ from drivers.serial.boards.sabertooth.protocol import (
     SabertoothProtocol,
     stop,
 )
-from drivers.serial.driver import SerialDriver, Side, TimeoutSettings
+from drivers.serial.driver import Side
 from robotcore.description import MotorDescription, RobotDescription
 from robotcore.hal.cutoff import CutoffSpec
 from robotcore.hal.devices import Motor
-from robotcore.hardware import Connection, Host
+from robotcore.hardware import Drivers, Host
 from robotcore.hardware.motor_control import Control, open_motor, require_drivable
 from robotcore.hardware.motor_model import Model
 
@@ -48,49 +47,46 @@ SWITCHING_ON = (
 )
 
 
-class SabertoothSettings(TimeoutSettings):
-    """The settings of a motor on a Sabertooth."""
-
-    protocol_name: ClassVar[str] = "Sabertooth packet serial"
-    default_baud: ClassVar[int] = 9600
-    is_mute: ClassVar[bool] = True
-
-    address: Annotated[int, Field(ge=LOWEST_ADDRESS, le=HIGHEST_ADDRESS)] = LOWEST_ADDRESS
-    motor: MotorNumber
-    model: Model
-    """The velocity of the wheel at each duty."""
-    control: Control | None = None
-    """The settings of velocity control by the wheel's encoder. If it is None, the model alone gives the duty."""
-
-
-class SabertoothMotor(SerialDriver[MotorDescription, SabertoothSettings]):
+class SabertoothMotor(BoardDriver):
     """Opens motors, whose duty has 127 steps in each direction."""
 
     name = "sabertooth-motor"
     summary = "a motor on a Sabertooth or SyRen in packet serial mode"
     described = MotorDescription
-    part = "motor"
-    settings = SabertoothSettings
     aliases = ("sabertooth", "syren", "dimension engineering")
     reports_direction = True
+    protocol_name = "Sabertooth packet serial"
+    default_baud = 9600
+    is_mute = True
+    protocol = SabertoothProtocol
+    answer_s = 2 * SETTLING_S
 
-    def check(self, description: MotorDescription, settings: SabertoothSettings, robot: RobotDescription) -> None:
-        if settings.speed not in BAUDS:
+    address: Annotated[int, Field(ge=LOWEST_ADDRESS, le=HIGHEST_ADDRESS)] = LOWEST_ADDRESS
+    motor: MotorNumber
+    board_timeout_s: BoardTimeout = 0.5
+    model: Model
+    """The velocity of the wheel at each duty."""
+    control: Control | None = None
+    """The settings of velocity control by the wheel's encoder. If it is None, the model alone gives the duty."""
+
+    @property
+    def part(self) -> str:
+        return f"address {self.address} M{self.motor}"
+
+    def check(self, description: MotorDescription, robot: RobotDescription, drivers: Drivers) -> None:
+        if self.speed not in BAUDS:
             known = ", ".join(map(str, BAUDS))
-            raise ValueError(f"no Sabertooth has {settings.speed} baud; use one of {known}")
-        require_drivable(description, settings.model, settings.control, robot)
+            raise ValueError(f"no Sabertooth has {self.speed} baud; use one of {known}")
+        require_drivable(description, self.model, self.control, robot)
 
-    def connections(self, settings: SabertoothSettings) -> Sequence[Connection]:
-        return settings.connections(f"address {settings.address} M{settings.motor}")
-
-    def notes(self, description: MotorDescription, settings: SabertoothSettings) -> Sequence[str]:
+    def notes(self, description: MotorDescription) -> Sequence[str]:
         return WIRING, UNHEARD, SWITCHING_ON
 
-    def cutoffs(self, description: MotorDescription, settings: SabertoothSettings, host: Host) -> Sequence[CutoffSpec]:
-        return (stop_frame(description.name, settings, stop(settings.address), None, host),)
+    def cutoffs(self, description: MotorDescription, host: Host) -> Sequence[CutoffSpec]:
+        return (self.stop_frame(description.name, stop(self.address), None, host),)
 
-    def open(self, description: MotorDescription, settings: SabertoothSettings, host: Host) -> Motor:
-        board = open_board(description.name, settings, SabertoothProtocol, host, 2 * SETTLING_S)
-        command = board.protocol.board(settings.address, settings.board_timeout_s).command
-        output = partial(BoardOutput, description.name, board.line, command, SIDES[settings.motor])
-        return open_motor(description, settings.model, settings.control, output, host)
+    def open(self, description: MotorDescription, host: Host) -> Motor:
+        board = self.open_board(description.name, host)
+        command = board.protocol.board(self.address, self.board_timeout_s).command
+        output = partial(BoardOutput, description.name, board.line, command, SIDES[self.motor])
+        return open_motor(description, self.model, self.control, output, host)

@@ -1,17 +1,16 @@
-"""The settings and drivers of the devices on a Waveshare UGV board."""
+"""The drivers of the devices on a Waveshare UGV board."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import Any
 
 from drivers.serial.boards.devices import BoardMotor
-from drivers.serial.boards.drivers import BatteryDriver, BoardDriver, EncoderDriver, MotorDriver
+from drivers.serial.boards.drivers import BatteryDriver, BoardDriver, BoardTimeout, EncoderDriver, MotorDriver
 from drivers.serial.boards.waveshare.protocol import BAUD, FASTEST_M_S, STANDING, STOP, WaveshareProtocol
-from drivers.serial.driver import PortSettings, SideSettings, TimeoutSettings
 from robotcore.description import EncoderDescription, MotorDescription, RobotDescription
 from robotcore.hal.devices import Motor
-from robotcore.hardware import Host
+from robotcore.hardware import Drivers, Host
 
 FIRMWARE = (
     "The board must run Waveshare's ugv_base_ros. Set the rover once: send "
@@ -25,44 +24,32 @@ WIFI = (
 )
 
 
-class WaveshareSettings(PortSettings):
-    """The settings of a device on a Waveshare board.
+class WaveshareDriver(BoardDriver):
+    """The base class of the drivers of a Waveshare board's devices.
 
     On the header of a Raspberry Pi, the port is /dev/serial0 (Pi 5: /dev/ttyAMA0). On USB, the board has a CP2102.
     """
 
-    protocol_name: ClassVar[str] = "Waveshare UGV"
-    default_baud: ClassVar[int] = BAUD
-
-
-class WaveshareMotorSettings(SideSettings, TimeoutSettings, WaveshareSettings):
-    """The settings of a motor on a Waveshare board."""
-
-
-class WaveshareEncoderSettings(SideSettings, WaveshareSettings):
-    """The settings of an encoder on a Waveshare board."""
-
-
-class WaveshareDriver(BoardDriver[Any, Any]):
-    """The base class of the drivers of a Waveshare board's devices."""
-
     aliases = ("ugv", "rasprover", "beast", "general driver")
+    protocol_name = "Waveshare UGV"
+    default_baud = BAUD
     protocol = WaveshareProtocol
     answer_s = 20.0  # after power-on the board searches for a Wi-Fi network for 15 s, and sends nothing
     stop, standing = STOP, STANDING
 
-    def notes(self, description: Any, settings: Any) -> Sequence[str]:
+    def notes(self, description: Any) -> Sequence[str]:
         return (FIRMWARE, WIFI)
 
 
-class WaveshareMotor(WaveshareDriver, MotorDriver[WaveshareMotorSettings]):
+class WaveshareMotor(WaveshareDriver, MotorDriver):
     """Opens motors. The board controls their velocities by its own encoders."""
 
     name = "waveshare-motor"
     summary = "a motor of a Waveshare UGV board on a serial line; the board controls its velocity"
-    settings = WaveshareMotorSettings
 
-    def check(self, description: MotorDescription, settings: WaveshareMotorSettings, robot: RobotDescription) -> None:
+    board_timeout_s: BoardTimeout = 0.5
+
+    def check(self, description: MotorDescription, robot: RobotDescription, drivers: Drivers) -> None:
         fastest = description.max_velocity_rad_s * _wheel_radius_m(robot)
         if fastest > FASTEST_M_S:
             raise ValueError(
@@ -70,35 +57,29 @@ class WaveshareMotor(WaveshareDriver, MotorDriver[WaveshareMotorSettings]):
                 f"{FASTEST_M_S:g} m/s; lower it to {FASTEST_M_S / _wheel_radius_m(robot):.3g} at most"
             )
 
-    def open(self, description: MotorDescription, settings: WaveshareMotorSettings, host: Host) -> Motor:
-        self.open_board(description.name, settings, host).protocol.limit(settings.board_timeout_s)
-        return BoardMotor(description, self.open_output(description, settings, host, _wheel_radius_m(host.robot)))
+    def open(self, description: MotorDescription, host: Host) -> Motor:
+        self.open_board(description.name, host).protocol.limit(self.board_timeout_s)
+        return BoardMotor(description, self.open_output(description.name, host, _wheel_radius_m(host.robot)))
 
 
-class WaveshareEncoder(WaveshareDriver, EncoderDriver[WaveshareEncoderSettings]):
+class WaveshareEncoder(WaveshareDriver, EncoderDriver):
     """Opens encoders, whose angle is the distance of an `Odometer` divided by the wheel's radius."""
 
     name = "waveshare-encoder"
     summary = "a wheel's encoder on a Waveshare UGV board on a serial line"
-    settings = WaveshareEncoderSettings
 
-    def check(
-        self, description: EncoderDescription, settings: WaveshareEncoderSettings, robot: RobotDescription
-    ) -> None:
+    def check(self, description: EncoderDescription, robot: RobotDescription, drivers: Drivers) -> None:
         _wheel_radius_m(robot)
 
-    def rad_per_unit(
-        self, description: EncoderDescription, settings: WaveshareEncoderSettings, robot: RobotDescription
-    ) -> float:
+    def rad_per_unit(self, description: EncoderDescription, robot: RobotDescription) -> float:
         return 1 / _wheel_radius_m(robot)
 
 
-class WaveshareBattery(WaveshareDriver, BatteryDriver[WaveshareSettings]):
+class WaveshareBattery(WaveshareDriver, BatteryDriver):
     """Opens the battery, whose voltage the board measures every 10 s."""
 
     name = "waveshare-battery"
     summary = "the battery of a Waveshare UGV board on a serial line"
-    settings = WaveshareSettings
 
 
 def _wheel_radius_m(robot: RobotDescription) -> float:

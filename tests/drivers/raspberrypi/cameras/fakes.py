@@ -9,7 +9,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from drivers.raspberrypi.cameras.capture import CameraSettings, CapturingCamera, ExposureState, Shot, Source
+from drivers.raspberrypi.cameras.capture import CameraDriver, CapturingCamera, ExposureState, Shot, Source
 from robotcore.description import CameraDescription, load_robot
 from robotcore.errors import DeviceError
 from robotcore.hal.clock import Clock, SteppedClock
@@ -47,11 +47,11 @@ def plain(level: int = 100, width: int = 32, height: int = 24) -> Image:
     return np.full((height, width, 3), level, np.uint8)
 
 
-class FakeSource(Source[CameraSettings]):
+class FakeSource(Source[CameraDriver]):
     """A source whose pictures have these ``levels`` of brightness, the last one repeated. It records its calls."""
 
     def __init__(self, clock: Clock, levels: list[int] | None = None) -> None:
-        super().__init__(EYE, CameraSettings(), clock)
+        super().__init__(EYE, CameraDriver(), clock)
         self.diary: list[str] = []
         self.levels = list(levels or [100])
         self.untaken: list[str] = []
@@ -94,7 +94,7 @@ def build_lost_error() -> DeviceError:
 
 
 def open_camera(source: Source[Any], description: CameraDescription = EYE, **settings: Any) -> CapturingCamera:
-    source.description, source.settings = description, CameraSettings(**settings)
+    source.description, source.settings = description, CameraDriver(**settings)
     camera = CapturingCamera(source)
     camera.open()
     return camera

@@ -13,7 +13,7 @@ from drivers.raspberrypi.cameras.capture import (
     FRAMES_IN_FLIGHT,
     LONGEST_RETRY_S,
     STEADY_SHOTS,
-    CameraSettings,
+    CameraDriver,
     FrameConverter,
     Shot,
 )
@@ -150,7 +150,7 @@ class TestInRealTime:
 
 
 def convert_frame(image: Image, **settings: Any) -> Frame:
-    return FrameConverter(EYE, CameraSettings(**settings)).convert(Shot(image, 0.5))
+    return FrameConverter(EYE, CameraDriver(**settings)).convert(Shot(image, 0.5))
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from unittest.mock import Mock
 import pytest
 
 from drivers.raspberrypi.cameras.capture import CapturingCamera
-from drivers.raspberrypi.cameras.csi import PiCamera, PiCameraSettings
+from drivers.raspberrypi.cameras.csi import PiCamera
 from robotcore.description import CameraDescription, load_robot
 from robotcore.errors import DeviceError
 from robotcore.hardware import Host
@@ -33,7 +33,7 @@ def camera(clock: LabClock, monkeypatch: pytest.MonkeyPatch) -> FakeCamera:
 
 
 def open_camera(clock: LabClock, description: CameraDescription = EYE, **settings: Any) -> CapturingCamera:
-    return PiCamera().open(description, PiCameraSettings(**settings), Host(ROVER, clock))
+    return PiCamera(**settings).open(description, Host(ROVER, clock))
 
 
 def test_an_odd_size_is_scaled_from_the_nearest_stream(clock: LabClock, camera: FakeCamera) -> None:

@@ -10,7 +10,7 @@ import cv2
 import pytest
 
 from drivers.raspberrypi.cameras.capture import CapturingCamera
-from drivers.raspberrypi.cameras.v4l2 import UsbCamera, UsbCameraSettings
+from drivers.raspberrypi.cameras.v4l2 import UsbCamera
 from robotcore.description import load_robot
 from robotcore.errors import DescriptionError, DeviceError, DeviceLostError
 from robotcore.hardware import Connection, Host, bind_devices
@@ -43,8 +43,8 @@ def webcam(clock: LabClock, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
 
 
 def open_camera(webcam: FakeWebcam, **settings: Any) -> CapturingCamera:
-    camera_settings = UsbCameraSettings.model_construct(**{"device": str(webcam.path), **settings})
-    return UsbCamera().open(EYE, camera_settings, Host(ROVER, webcam.clock))
+    driver = UsbCamera.model_construct(**{"device": str(webcam.path), **settings})
+    return driver.open(EYE, Host(ROVER, webcam.clock))
 
 
 def test_the_described_format_and_a_short_queue_are_requested(webcam: FakeWebcam) -> None:
@@ -215,8 +215,7 @@ class TestOpening:
 
 @pytest.mark.parametrize("device, path", [(0, "/dev/video0"), ("/dev/v4l/by-id/usb-x-video-index0",) * 2])
 def test_the_wiring_names_the_file(device: str | int, path: str) -> None:
-    settings = UsbCameraSettings(device=device)
-    assert UsbCamera().connections(settings) == (Connection("camera", "USB", path),)
+    assert UsbCamera(device=device).connections() == (Connection("camera", "USB", path),)
 
 
 @pytest.mark.parametrize(

@@ -71,25 +71,23 @@ def create_chip(root: Path, number: int, driver: str) -> None:
     (root / "sys/bus/gpio/devices" / made.name).symlink_to(made)
 
 
-class ConnectedDriver(DeviceDriver[AnyDevice, StrictModel]):
+class ConnectedDriver(DeviceDriver):
     """A driver whose connections are given at its construction."""
 
     name = "plugged"
     summary = "for tests"
     described = StrictModel
-    settings = StrictModel
+    wires: tuple[Connection, ...] = ()
+    hints: tuple[str, ...] = ()
 
-    def __init__(self, wires: tuple[Connection, ...], notes: tuple[str, ...]) -> None:
-        self._wires, self._notes = wires, notes
-
-    def open(self, description: AnyDevice, settings: StrictModel, host: Host) -> Device:
+    def open(self, description: AnyDevice, host: Host) -> Device:
         raise NotImplementedError
 
-    def connections(self, settings: StrictModel) -> tuple[Connection, ...]:
-        return self._wires
+    def connections(self) -> tuple[Connection, ...]:
+        return self.wires
 
-    def notes(self, description: AnyDevice, settings: StrictModel) -> tuple[str, ...]:
-        return self._notes
+    def notes(self, description: AnyDevice) -> tuple[str, ...]:
+        return self.hints
 
 
 class SuppliedDriver(ConnectedDriver):
@@ -103,4 +101,4 @@ def binding(
 ) -> DeviceBinding:
     """Return the binding of a rover's device on these wires."""
     description = next(device for device in load_robot("rover").devices if device.name == name)
-    return DeviceBinding(description, kind(wires, notes), StrictModel())
+    return DeviceBinding(description, kind(wires=wires, hints=notes))

@@ -18,8 +18,9 @@ from drivers.raspberrypi.backend import RaspberryPiBackend
 from drivers.raspberrypi.motors.bridge import open_output, round_to_percent
 from robotcore.description import RobotDescription, load_robot
 from robotcore.errors import DescriptionError, DeviceError
+from robotcore.hal.backend import Setup
 from robotcore.hal.devices import Motor
-from robotcore.hardware import Host, bind_devices, static_cutoffs
+from robotcore.hardware import Host, bind_devices
 from tests.drivers.raspberrypi.lines import Lines
 from tests.drivers.raspberrypi.motors.rig import BACKWARD, FORWARD, H_BRIDGE, MODEL, Rig, rover
 from tests.texts import Raises
@@ -229,9 +230,9 @@ def test_the_cutoff_is_the_standby_line_or_all_lines_and_without_a_run_it_kills_
     board: Board, cutoff: str, parameters: dict[str, Any]
 ) -> None:
     robot = rover({"left_motor": board})
-    (binding,) = bindings = bind_devices(robot, "raspberrypi", ["left_motor"])
-    (opened,) = binding.cutoffs(Host(robot, Rig().clock, pins=object()))
-    (static,) = static_cutoffs(robot, bindings)
+    (binding,) = bind_devices(robot, "raspberrypi", ["left_motor"])
+    (opened,) = binding.driver.cutoffs(binding.description, Host(robot, Rig().clock, pins=object()))
+    (static,) = RaspberryPiBackend().cutoffs(Setup(robot, None, frozenset({"left_motor"})))
     for spec, owner in ((opened, os.getpid()), (static, None)):
         assert (spec.device, spec.cutoff) == ("left_motor", f"drivers.raspberrypi.cutoff:{cutoff}")
         assert spec.parameters == parameters | ({"owner": owner} if "lines" in parameters else {})
@@ -240,7 +241,8 @@ def test_the_cutoff_is_the_standby_line_or_all_lines_and_without_a_run_it_kills_
 
 def test_mock_pins_have_no_cutoffs() -> None:
     rig = Rig({**H_BRIDGE, "standby": STANDBY})
-    assert rig.bindings["left_motor"].cutoffs(rig.host) == ()
+    binding = rig.bindings["left_motor"]
+    assert binding.driver.cutoffs(binding.description, rig.host) == ()
 
 
 @pytest.mark.parametrize(
@@ -252,8 +254,8 @@ def test_mock_pins_have_no_cutoffs() -> None:
 )
 def test_every_wire_has_its_gpio_and_only_standby_may_be_shared(board: Board, wires: str) -> None:
     (binding,) = bind_devices(rover({"left_motor": board}), "raspberrypi", ["left_motor"])
-    assert ", ".join(f"{wire.signal} {wire.where}" for wire in binding.connections) == wires
-    assert [wire.signal for wire in binding.connections if wire.is_shared] == ["standby"]
+    assert ", ".join(f"{wire.signal} {wire.where}" for wire in binding.driver.connections()) == wires
+    assert [wire.signal for wire in binding.driver.connections() if wire.is_shared] == ["standby"]
 
 
 def bind(**sections: Board) -> RobotDescription:
@@ -285,17 +287,17 @@ def test_a_line_that_is_pulled_up_and_turns_the_motor_while_the_pi_starts_has_a_
 @pytest.mark.parametrize(
     "board, key, kind",
     [
-        ({**H_BRIDGE, "forward": 2}, "", ""),
-        ({**H_BRIDGE, "enable": 2}, "", ""),
-        ({**H_BRIDGE, "standby": 3}, "", ""),
-        ({**WITH_PWM, "pwm": 3}, "", ""),
-        ({**PHASE_ENABLE, "enable": 2}, "", ""),
-        ({**H_BRIDGE, "model": {**MODEL, "forward_rad_s": 11.0}}, "", ""),
-        ({**H_BRIDGE, "model": {**MODEL, "max_duty": 0.5}}, "", ""),
-        ({**H_BRIDGE, "frequency_hz": 50, "control": {"period_s": 0.01}}, "", ""),
+        ({**H_BRIDGE, "forward": 2}, "", "setting-conflict"),
+        ({**H_BRIDGE, "enable": 2}, "", "setting-conflict"),
+        ({**H_BRIDGE, "standby": 3}, "", "setting-conflict"),
+        ({**WITH_PWM, "pwm": 3}, "", "setting-conflict"),
+        ({**PHASE_ENABLE, "enable": 2}, "", "setting-conflict"),
+        ({**H_BRIDGE, "model": {**MODEL, "forward_rad_s": 11.0}}, "", "setting-conflict"),
+        ({**H_BRIDGE, "model": {**MODEL, "max_duty": 0.5}}, "", "setting-conflict"),
+        ({**H_BRIDGE, "frequency_hz": 50, "control": {"period_s": 0.01}}, "", "setting-conflict"),
         ({**H_BRIDGE, "model": {**MODEL, "dead_bnd": 0.1}}, ".model.dead_bnd", "unknown-key"),
         ({"driver": "h-bridge", "forward": 17, "backward": 27}, ".model", "missing-key"),
-        ({**WITH_PWM, "pwm": FORWARD}, ".pwm", ""),
+        ({**WITH_PWM, "pwm": FORWARD}, ".pwm", "pin-conflict"),
     ],
 )
 def test_a_mistake_in_a_motor_s_table_is_reported_with_its_key(
@@ -307,5 +309,5 @@ def test_a_mistake_in_a_motor_s_table_is_reported_with_its_key(
 
 def test_an_enable_line_of_two_motors_may_be_their_standby(raises: Raises) -> None:
     left = {**H_BRIDGE, "enable": 22}
-    with raises(DescriptionError, key="raspberrypi.right_motor.enable"):
+    with raises(DescriptionError, "pin-conflict", key="raspberrypi.right_motor.enable"):
         bind(left_motor=left, right_motor={**left, "forward": 23, "backward": 24})

@@ -119,7 +119,7 @@ def test_control_without_an_encoder_on_the_wheel_is_refused(raises: Raises) -> N
     bare = robot.model_copy(
         update={"drive": robot.drive.model_copy(update={"left_encoder": None, "right_encoder": None})}
     )
-    with raises(DescriptionError):
+    with raises(DescriptionError, "setting-conflict"):
         bind_devices(bare, "raspberrypi", ["left_motor"])
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
-from drivers.raspberrypi.ranging.ultrasonic_driver import Ultrasonic, UltrasonicSettings, speed_of_sound
+from drivers.raspberrypi.ranging.ultrasonic_driver import Ultrasonic, speed_of_sound
 from drivers.raspberrypi.virtual.models import VirtualPins
 from robotcore.description import RangeSensorDescription, load_robot
 from robotcore.hal.clock import Clock, SteppedClock
@@ -97,9 +97,9 @@ class Bench:
     def open(self, name: str = "nose", module: Module | None = None) -> RangeSensor:
         module = module or self.module
         trigger, echo = module.gpios
-        settings = UltrasonicSettings(trigger=trigger, echo=echo, **self.settings)
+        driver = Ultrasonic(trigger=trigger, echo=echo, **self.settings)
         module.is_immediate = True
-        sensor = Ultrasonic().open(NOSE.model_copy(update={"name": name}), settings, self.host)
+        sensor = driver.open(NOSE.model_copy(update={"name": name}), self.host)
         module.is_immediate = False
         return sensor
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from drivers.raspberrypi.ranging.time_of_flight_driver import VL53L0X, VL53L1X, TimeOfFlight, TimeOfFlightSettings
+from drivers.raspberrypi.ranging.time_of_flight_driver import VL53L0X, VL53L1X, TimeOfFlight
 from robotcore.description import load_robot
 from robotcore.errors import DescriptionError, DeviceClosedError, DeviceError
 from robotcore.hal.clock import SteppedClock
@@ -53,7 +53,7 @@ class Bench:
 
     def open(self, **settings: Any) -> RangeSensor:
         host = Host(load_robot("rover"), self.clock)
-        return self.kind.driver().open(DESCRIPTION, TimeOfFlightSettings(**settings), host)
+        return self.kind.driver(**settings).open(DESCRIPTION, host)
 
     def set_measurement(self, status: int, millimetres: int = 500, cycles: int = 1) -> None:
         self.chip.status, self.chip.millimetres = status, millimetres
@@ -191,18 +191,18 @@ def test_a_vl53l1x_uses_its_long_range_mode_only_if_needed(
 ) -> None:
     bench = Bench(KINDS[1], monkeypatch)
     description = DESCRIPTION.model_copy(update={"max_range_m": max_range_m})
-    VL53L1X().open(description, TimeOfFlightSettings(), Host(load_robot("rover"), bench.clock))
+    VL53L1X().open(description, Host(load_robot("rover"), bench.clock))
     assert bench.chip.registers[0x004B] == (0x14 if is_short else 0x0A)
 
 
 def test_the_lines_are_shared_and_the_address_is_not() -> None:
-    wires = VL53L0X().connections(TimeOfFlightSettings())
+    wires = VL53L0X().connections()
     assert [(wire.signal, str(wire), wire.is_shared) for wire in wires] == [
         ("SDA", "GPIO 2", True),
         ("SCL", "GPIO 3", True),
         ("address", "I2C 0x29 on bus 1", False),
     ]
-    assert str(VL53L0X().connections(TimeOfFlightSettings(bus=3))[0]) == "I2C SDA of bus 3"
+    assert str(VL53L0X(bus=3).connections()[0]) == "I2C SDA of bus 3"
 
 
 @pytest.mark.parametrize("wrong", [{"driver": "vl53l0x"}, {"driver": "vl53l1x", "cycle_s": 0.1}])
@@ -210,5 +210,5 @@ def test_a_range_beyond_the_chip_s_and_a_row_of_cycles_beyond_the_age_limit_are_
     wrong: dict[str, Any], raises: Raises
 ) -> None:
     robot = load_robot("rover").model_copy(update={"devices": (NOSE,), "backends": {"raspberrypi": {"nose": wrong}}})
-    with raises(DescriptionError):
+    with raises(DescriptionError, "setting-conflict"):
         bind_devices(robot, "raspberrypi")

@@ -179,7 +179,7 @@ def test_a_described_range_beyond_the_module_s_is_refused(raises: Raises) -> Non
     far = NOSE.model_copy(update={"max_range_m": 5.0})
     wires = {"raspberrypi": {"nose": {"driver": "hc-sr04", "trigger": TRIGGER, "echo": ECHO}}}
     robot = load_robot("rover").model_copy(update={"devices": (far,), "backends": wires})
-    with raises(DescriptionError):
+    with raises(DescriptionError, "setting-conflict"):
         bind_devices(robot, "raspberrypi")
 
 
@@ -188,7 +188,7 @@ def test_several_modules_make_a_row_longer(raises: Raises) -> None:
     wires = {"nose": {**wire, "trigger": 16, "echo": 26}, "tail": {**wire, "trigger": 5, "echo": 6}}
     tail = NOSE.model_copy(update={"name": "tail"})
     robot = load_robot("rover").model_copy(update={"devices": (NOSE, tail), "backends": {"raspberrypi": wires}})
-    with raises(DescriptionError):
+    with raises(DescriptionError, "setting-conflict"):
         bind_devices(robot, "raspberrypi")
     for each in wires.values():
         each["echo_free_cycles"] = 8

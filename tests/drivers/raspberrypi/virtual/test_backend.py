@@ -160,9 +160,9 @@ NOTE = "nose: its driver 'ir-switch' does not run on virtualpi; the simulator's 
 
 def test_every_driver_has_a_model_or_is_replaced_by_the_simulator() -> None:
     ours = [load_registered("device driver", DEVICES, name) for name in device_driver_names()]
-    kinds = {driver.name: driver.settings for driver in ours if driver.__module__.startswith("drivers.raspberrypi.")}
+    kinds = {driver.name: driver for driver in ours if driver.__module__.startswith("drivers.raspberrypi.")}
     assert len(kinds) >= 9
-    assert [name for name, settings in kinds.items() if not issubclass(settings, MODELLED + SIMULATED)] == []
+    assert [name for name, driver in kinds.items() if not issubclass(driver, MODELLED + SIMULATED)] == []
 
 
 @pytest.mark.slow

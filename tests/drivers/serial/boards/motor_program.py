@@ -5,8 +5,7 @@ from __future__ import annotations
 import sys
 from select import select
 
-from drivers.serial.boards.cutoff import stop_frame
-from drivers.serial.boards.waveshare.drivers import WaveshareSettings
+from drivers.serial.boards.waveshare.drivers import WaveshareBattery
 from drivers.serial.line import Line
 from robotcore.description import load_robot
 from robotcore.hal.wall_clock import MonotonicClock
@@ -24,7 +23,7 @@ def main() -> None:
     protocol = PollingProtocol()
     line = Line(port, protocol, clock)
     line.open("left_motor", 5.0)
-    spec = stop_frame("left_motor", WaveshareSettings(port=port), STOP, "!", Host(load_robot("rover"), clock))
+    spec = WaveshareBattery(port=port).stop_frame("left_motor", STOP, "!", Host(load_robot("rover"), clock))
     with Guardian([spec], LEASE_S) as guardian:
         while not select([sys.stdin], [], [], 0.02)[0]:
             guardian.renew_lease()

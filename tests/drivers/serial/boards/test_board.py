@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from drivers.serial.backend import SECTION
+from drivers.serial.backend import SECTION, SerialBackend
 from drivers.serial.boards.board import BoardProtocol
 from drivers.serial.boards.devices import CountAccumulator
 from drivers.serial.boards.hoverboard.board import HoverboardProtocol
@@ -21,9 +21,10 @@ from drivers.serial.boards.waveshare.protocol import STOP as WAVESHARE_STOP
 from drivers.serial.boards.waveshare.protocol import WaveshareProtocol
 from robotcore.description import load_robot
 from robotcore.errors import DescriptionError, DeviceLostError
+from robotcore.hal.backend import Setup
 from robotcore.hal.cutoff import merge_cutoffs
 from robotcore.hal.devices import Angle, Motor
-from robotcore.hardware import bind_devices, static_cutoffs
+from robotcore.hardware import bind_devices
 from tests.doubles.serial.bench import Devices, Rig, board_devices, connect_devices
 from tests.doubles.serial.board import BoardDouble
 from tests.doubles.serial.hoverboard import Hoverboard
@@ -191,7 +192,7 @@ def test_no_sample_from_before_a_loss_is_read_after_it(rig: Rig) -> None:
 
 def test_robotcore_stop_needs_no_open_device(case: Board) -> None:
     robot = connect_devices(case.devices)
-    [spec] = merge_cutoffs(static_cutoffs(robot, bind_devices(robot, SECTION)))
+    [spec] = merge_cutoffs(SerialBackend().cutoffs(Setup(robot, None, frozenset(case.devices))))
     assert (spec.parameters["frame"], spec.parameters["has_owner"]) == (case.stop.hex(), False)
 
 
@@ -263,24 +264,24 @@ def with_right_motor(devices: Devices, **changes: Any) -> Devices:
 SLOW_MODEL = {"forward_rad_s": 3.0, "backward_rad_s": 18.0}
 REFUSED: dict[str, tuple[str, Devices]] = {
     "hoverboard-without-mode": ("missing-key", hoverboard()),
-    "hoverboard-too-slow": ("description", hoverboard(mode="speed", max_rpm=100)),
-    "hoverboard-model-without-duty": ("description", hoverboard(mode="speed", model=MODEL)),
-    "hoverboard-duty-without-model": ("description", hoverboard(mode="duty")),
-    "hoverboard-weak-mixer": ("description", hoverboard(mode="duty", model=MODEL, speed_coefficient=0.8)),
-    "hoverboard-slow-model": ("description", hoverboard(mode="duty", model=SLOW_MODEL)),
-    "hoverboard-two-firmwares": ("description", with_right_motor(hoverboard(mode="speed"), steer_coefficient=1.0)),
-    "sabertooth-baud": ("description", sabertooths(baud=57600)),
+    "hoverboard-too-slow": ("setting-conflict", hoverboard(mode="speed", max_rpm=100)),
+    "hoverboard-model-without-duty": ("setting-conflict", hoverboard(mode="speed", model=MODEL)),
+    "hoverboard-duty-without-model": ("setting-conflict", hoverboard(mode="duty")),
+    "hoverboard-weak-mixer": ("setting-conflict", hoverboard(mode="duty", model=MODEL, speed_coefficient=0.8)),
+    "hoverboard-slow-model": ("setting-conflict", hoverboard(mode="duty", model=SLOW_MODEL)),
+    "hoverboard-two-firmwares": ("pin-conflict", with_right_motor(hoverboard(mode="speed"), steer_coefficient=1.0)),
+    "sabertooth-baud": ("setting-conflict", sabertooths(baud=57600)),
     "sabertooth-address": ("out-of-bounds", sabertooths(address=127)),
-    "sabertooth-motor-twice": ("description", sabertooths(motor=1)),
-    "sabertooth-control-without-encoder": ("description", sabertooths(control={})),
-    "sabertooth-slow-model": ("description", sabertooths(model=SLOW_MODEL)),
+    "sabertooth-motor-twice": ("pin-conflict", sabertooths(motor=1)),
+    "sabertooth-control-without-encoder": ("setting-conflict", sabertooths(control={})),
+    "sabertooth-slow-model": ("setting-conflict", sabertooths(model=SLOW_MODEL)),
     "arduino-without-encoders": (
-        "description",
+        "setting-conflict",
         {name: table for name, table in arduino().items() if "motor" in name},
     ),
-    "arduino-encoder-on-another-port": ("description", with_right_motor(arduino(), port="COM3")),
-    "arduino-control-without-model": ("description", arduino(control={})),
-    "arduino-one-side-twice": ("description", with_right_motor(arduino(), side="left")),
+    "arduino-encoder-on-another-port": ("setting-conflict", with_right_motor(arduino(), port="COM3")),
+    "arduino-control-without-model": ("setting-conflict", arduino(control={})),
+    "arduino-one-side-twice": ("pin-conflict", with_right_motor(arduino(), side="left")),
 }
 
 
@@ -303,12 +304,12 @@ def test_a_velocity_beyond_a_board_is_refused(board: str, fastest: float, counts
         "encoder": {"counts_per_turn": counts},
     }
     changed = tuple(device.model_copy(update=changes[device.kind]) for device in robot.devices)
-    with raises(DescriptionError):
+    with raises(DescriptionError, "setting-conflict"):
         bind_devices(robot.model_copy(update={"devices": changed}), SECTION)
 
 
 def test_a_waveshare_board_without_a_drive_is_refused(raises: Raises) -> None:
-    with raises(DescriptionError):
+    with raises(DescriptionError, "setting-conflict"):
         bind_devices(connect_devices(board_devices("waveshare")).model_copy(update={"drive": None}), SECTION)
 
 

@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 import pytest
 
 from drivers.kinematic.backend import KinematicBackend
-from drivers.serial.ranging.tfmini import TFmini, TFminiSettings
+from drivers.serial.ranging.tfmini import TFmini
 from robotcore.description import RangeSensorDescription, RobotDescription, load_robot
 from robotcore.errors import DescriptionError, DeviceError, DeviceLostError
 from robotcore.hal.backend import Setup
@@ -54,7 +54,7 @@ class Rig:
 
     def open(self, **settings: Any) -> RangeSensor:
         host = Host(load_robot("rover"), self.clock)
-        sensor = TFmini().open(NOSE, TFminiSettings(port=str(self.pty.path), **settings), host)
+        sensor = TFmini(port=str(self.pty.path), **settings).open(NOSE, host)
         self._opened.callback(sensor.close)
         return sensor
 
@@ -190,13 +190,13 @@ def test_settings_beyond_the_sensor_are_refused_in_the_robots_file(
     changes: dict[str, float], settings: dict[str, float], raises: Raises
 ) -> None:
     robot = robot_with(NOSE.model_copy(update=changes), nose=WIRE | settings)
-    with raises(DescriptionError):
+    with raises(DescriptionError, "setting-conflict"):
         bind_devices(robot, "serial", {"nose"})
 
 
 def test_two_sensors_on_one_port_are_refused(raises: Raises) -> None:
     robot = robot_with(NOSE, NOSE.model_copy(update={"name": "tail"}), nose=WIRE, tail=WIRE)
-    with raises(DescriptionError):
+    with raises(DescriptionError, "pin-conflict"):
         bind_devices(robot, "serial", {"nose", "tail"})
 
 
@@ -222,7 +222,8 @@ class TestTFmini(LifecycleRules, RangeRules, SampleRules):
             undo.callback(Powered(self.double, pty, simulated.clock).off)
             release = undo.pop_all().close
         others = {name: device for name, device in simulated.devices.items() if not isinstance(device, RangeSensor)}
-        return open_robot(setup, "serial", simulated.clock, release=release, truth=simulated.truth, opened=others)
+        bindings = bind_devices(setup.robot, "serial", setup.devices - others.keys())
+        return open_robot(setup, bindings, simulated.clock, release=release, truth=simulated.truth, opened=others)
 
     def lose_echoes(self, robot: Robot) -> None:
         self.double.is_blind = True

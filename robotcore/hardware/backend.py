@@ -1,0 +1,73 @@
+"""The base class of backends that open the devices of a real robot with device drivers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, ClassVar
+
+from robotcore.description import BatteryDescription, RobotDescription
+from robotcore.hal.backend import Backend, Setup
+from robotcore.hal.cutoff import CutoffSpec
+from robotcore.hal.robot import Robot
+from robotcore.hal.wall_clock import MonotonicClock
+from robotcore.hal.wiring import Wire, Wiring
+from robotcore.hardware.binding import bind_devices
+from robotcore.hardware.driver import Connection, DeviceBinding, Host
+from robotcore.hardware.opening import open_robot
+from robotcore.text import pluralize
+
+
+class HardwareBackend(Backend):
+    """Opens the devices of a robot with the drivers that the backend's section of the robot's file names."""
+
+    section: ClassVar[str]
+    """The name of the section in a robot's file that lists the driver and the settings of each device."""
+
+    def place(self, connection: Connection) -> Iterable[Connection]:
+        """Return the further pins that a connection occupies. See `bind_devices`."""
+        return ()
+
+    def configure(self, setup: Setup) -> Setup:
+        """Return the setup with the user's options in force. Raises UsageError for wrong options."""
+        return setup
+
+    def bind(self, robot: RobotDescription, names: Iterable[str] | None = None) -> tuple[DeviceBinding, ...]:
+        """Return the devices with their drivers, as `bind_devices` does.
+
+        names: the names of the devices to return; None returns all.
+        """
+        return bind_devices(robot, self.section, names, self.place)
+
+    def summarize(self, bindings: Sequence[DeviceBinding]) -> str:
+        """Return a text with the number of the devices."""
+        return pluralize(len(bindings), "device")
+
+    def batteries(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
+        tables = robot.backends.get(self.section, {})
+        return frozenset(battery.name for battery in robot.all_of(BatteryDescription) if battery.name in tables)
+
+    def check(self, robot: RobotDescription) -> str:
+        return self.summarize(self.bind(robot))
+
+    def warnings(self, robot: RobotDescription) -> Sequence[str]:
+        return [f"{binding.name}: {each}" for binding in self.bind(robot) for each in binding.driver.warnings()]
+
+    def wiring(self, robot: RobotDescription) -> Wiring:
+        """Return the wires of the devices, for each device its signals and then its supply, and the notes."""
+        wires: list[Wire] = []
+        bindings = self.bind(robot)
+        for binding in bindings:
+            signals = [(wire.signal, str(wire)) for wire in binding.driver.connections()]
+            supply = [("ground" if pad == "ground" else "supply", pad) for pad in binding.driver.supply]
+            wires += [Wire(binding.name, binding.label, *ends) for ends in (*signals, *supply)]
+        return Wiring((), wires, [(binding.name, note) for binding in bindings for note in binding.notes])
+
+    def cutoffs(self, setup: Setup) -> Sequence[CutoffSpec]:
+        setup = self.configure(setup)
+        host = Host(setup.robot, MonotonicClock(), owner=None)
+        bindings = self.bind(setup.robot, setup.devices)
+        return [each for binding in bindings for each in binding.driver.cutoffs(binding.description, host)]
+
+    def open(self, setup: Setup) -> Robot:
+        setup = self.configure(setup)
+        return open_robot(setup, self.bind(setup.robot, setup.devices), MonotonicClock())
