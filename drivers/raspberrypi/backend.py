@@ -21,10 +21,6 @@ if TYPE_CHECKING:
     from robotcore.hal.wiring import Wiring
 
 
-class RaspberryPiOptions(StrictModel):
-    """The options of the backend. It has none."""
-
-
 class RaspberryPiBackend(HardwareBackend):
     """Opens robots on the pins, buses and ports of this Raspberry Pi."""
 
@@ -46,7 +42,7 @@ class RaspberryPiBackend(HardwareBackend):
         return f"{len(bindings)} devices, {sum(len(binding.driver.connections()) for binding in bindings)} wires"
 
     def configure(self, setup: Setup) -> Setup:
-        setup.options_as(RaspberryPiOptions)
+        setup.options_as(StrictModel)  # it has no options
         return setup
 
     @property

@@ -197,35 +197,22 @@ _LINE_INFO = struct.Struct("32s 32s I 188x")
 def find_holder(gpio: int, root: Path = _ROOT) -> str:
     """Return the holder of a GPIO line, such as ``process 1234 (python3)``, or ``an unknown holder``.
 
-    Kernels before 6.2 do not list the lines of a handle in /proc/PID/fdinfo. Then the result names every process with
-    any GPIO line open, after the word ``perhaps``. If a kernel driver holds the line, the result has the line's label.
-    Only root can find the processes of other users.
+    If a kernel driver holds the line, the result has the line's label. Kernels before 6.2 do not list the lines of a
+    process. Only root can find the processes of other users.
     """
     chip = (root / f"dev/gpiochip{find_chip_number(root)}").resolve().name  # a Pi 5's gpiochip4 may be a link
-    handles = list(_list_handles(root / "proc"))
-    line = f"{_CHIP_KEY} {chip}", f"{_LINE_KEY} {gpio}"
-    if holders := _join(process for process, info in handles if {*line} <= set(info)):
-        return holders
-    this = f"process {os.getpid()} ("
-    suspects = _join(
-        process
-        for process, info in handles
-        if not any(line.startswith(_LINE_KEY) for line in info) and not process.startswith(this)
-    )
-    holder = f"perhaps {suspects}" if suspects else "an unknown holder"
-    return ", as ".join(filter(None, [holder, _read_label(root / "dev" / chip, gpio)]))
+    line = {f"{_CHIP_KEY} {chip}", f"{_LINE_KEY} {gpio}"}
+    holders = dict.fromkeys(process for process, info in _list_handles(root / "proc") if line <= info)
+    label = _read_label(root / "dev" / chip, gpio)
+    return " or ".join(holders) or f"an unknown holder{label and f', as {label!r}'}"
 
 
-def _list_handles(proc: Path) -> Iterator[tuple[str, list[str]]]:
+def _list_handles(proc: Path) -> Iterator[tuple[str, set[str]]]:
     for file in list_open_files(proc):
         if file.link.startswith(LINE):
             with suppress(OSError):  # the process may have closed the handle
                 info = (proc / f"{file.process}/fdinfo/{file.number}").read_text()
-                yield describe_process(file.process, proc), [" ".join(line.split()) for line in info.splitlines()]
-
-
-def _join(processes: Iterator[str]) -> str:
-    return " or ".join(dict.fromkeys(processes))
+                yield describe_process(file.process, proc), {" ".join(line.split()) for line in info.splitlines()}
 
 
 def _read_label(chip: Path, gpio: int) -> str:
@@ -235,5 +222,4 @@ def _read_label(chip: Path, gpio: int) -> str:
             fcntl.ioctl(file, _GET_LINE_INFO, info)
     except OSError:
         return ""
-    label = _LINE_INFO.unpack(info)[1].rstrip(b"\0").decode(errors="replace")
-    return repr(label) if label else ""
+    return str(_LINE_INFO.unpack(info)[1].rstrip(b"\0").decode(errors="replace"))

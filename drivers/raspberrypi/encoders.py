@@ -14,7 +14,6 @@ from pydantic import Field
 from drivers.raspberrypi.header import Gpio, gpio
 from drivers.raspberrypi.pins import stop_edge_detection, translate_pin_errors
 from robotcore.description import EncoderDescription, RobotDescription
-from robotcore.errors import DeviceError
 from robotcore.hal.clock import Clock
 from robotcore.hal.devices import Angle, Device, Encoder
 from robotcore.hardware import Connection, DeviceDriver, Drivers, Host, motor_of
@@ -37,10 +36,6 @@ class EdgeCounter:
     edges: int = 0
     """The number of forward edges minus the number of backward edges."""
 
-    def read_edges(self) -> int:
-        """Return the count. Raises DeviceError if the counter cannot determine the direction."""
-        return self.edges
-
 
 class PinEncoder(Encoder):
     """An encoder on GPIOs, which converts counted edges to the angle of the wheel. Any thread may read it.
@@ -60,7 +55,7 @@ class PinEncoder(Encoder):
             return self._newest_at()
 
     def _take(self, time: float, sequence: int) -> Angle:
-        return Angle(self._counter.read_edges() * self._edge_rad, time, sequence)
+        return Angle(self._counter.edges * self._edge_rad, time, sequence)
 
     def _release(self) -> None:
         self._opened.close()
@@ -222,7 +217,7 @@ class Pulses(EncoderDriver):
     def build_counter(
         self, description: EncoderDescription, inputs: Sequence[InputDevice], host: Host
     ) -> tuple[PulseCounter, Sequence[OnEdge]]:
-        counter = PulseCounter(description.name, motor_of(description.name, host.robot) or "", host.opened)
+        counter = PulseCounter(motor_of(description.name, host.robot) or "", host.opened)
         return counter, (counter.on_edge,)
 
 
@@ -232,24 +227,12 @@ class PulseCounter(EdgeCounter):
     Motors are opened after encoders. So the motor is looked up at each edge, and edges before its opening count as
     forward.
 
-    encoder: the name of the encoder, for errors.
     motor: the name of the motor.
     opened: the open devices of the robot by name.
     """
 
-    def __init__(self, encoder: str, motor: str, opened: Mapping[str, Device]) -> None:
-        self._encoder, self._motor, self._opened = encoder, motor, opened
-
-    def read_edges(self) -> int:
-        """Return the count. Raises DeviceError if the motor reports no direction."""
-        motor = self._opened.get(self._motor)
-        if motor and not hasattr(motor, "direction"):
-            raise DeviceError(
-                self._encoder,
-                f"the driver of {self._motor} reports no direction. Use a quadrature encoder for its wheel",
-                kind="no-direction",
-            )
-        return self.edges
+    def __init__(self, motor: str, opened: Mapping[str, Device]) -> None:
+        self._motor, self._opened = motor, opened
 
     def on_edge(self, _tick: float, _level: int) -> None:
         """Count an edge in the motor's present direction."""

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from drivers.serial.driver import PortPlace, list_ports, summarize_devices
+from drivers.serial.driver import PortPlace, list_ports
 from robotcore.description import RobotDescription, StrictModel, load_robot
 from robotcore.errors import UsageError
 from robotcore.hal.backend import Setup
@@ -44,7 +44,9 @@ class SerialBackend(HardwareBackend):
         return self.configure(Setup(load_robot(robot), None, frozenset(), options=options)).robot
 
     def summarize(self, bindings: Sequence[DeviceBinding]) -> str:
-        return summarize_devices(bindings)
+        """Return a text with the number of devices and their ports, such as ``2 devices on /dev/ttyUSB0``."""
+        ports = list_ports(bindings)
+        return super().summarize(bindings) + (f" on {', '.join(ports)}" if ports else "")
 
     def notes(self, setup: Setup) -> Sequence[str]:
         from drivers.serial.port import find_other_users

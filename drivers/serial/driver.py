@@ -9,7 +9,6 @@ from pydantic import AfterValidator, Field
 
 from drivers.serial.port import USB
 from robotcore.hardware import Connection, DeviceBinding, DeviceDriver
-from robotcore.text import pluralize
 
 
 def _validate_place(place: str) -> str:
@@ -73,9 +72,3 @@ def list_ports(bindings: Iterable[DeviceBinding]) -> tuple[str, ...]:
     """Return the serial ports of the devices without duplicates, in the order of the robot's file."""
     wires = (wire for binding in bindings for wire in binding.driver.connections())
     return tuple(dict.fromkeys(wire.where for wire in wires if wire.bus == "serial"))
-
-
-def summarize_devices(bindings: Sequence[DeviceBinding]) -> str:
-    """Return a text with the number of devices and their ports, such as ``2 devices on /dev/ttyUSB0``."""
-    ports = list_ports(bindings)
-    return pluralize(len(bindings), "device") + (f" on {', '.join(ports)}" if ports else "")

@@ -6,7 +6,6 @@ import errno
 import grp
 import os
 import re
-import stat
 import termios
 from contextlib import suppress
 from pathlib import Path
@@ -194,8 +193,9 @@ def _permission_remedy(path: str) -> str:
     group = "dialout"  # or uucp: the group of the ports on most systems
     with suppress(OSError, KeyError):
         status = os.stat(path)  # noqa: PTH116  as it is given
-        group_may_use = status.st_mode & stat.S_IRGRP and status.st_mode & stat.S_IWGRP
-        if status.st_gid == 0 or not group_may_use:  # a remedy must not tell a user to join the group root
+        if (
+            status.st_gid == 0 or status.st_mode & 0o060 != 0o060
+        ):  # a remedy must not tell a user to join the group root
             return f"Only its owner may use it. Give it to a group: sudo chgrp {group} {path} && sudo chmod g+rw {path}"
         group = grp.getgrgid(status.st_gid).gr_name
     return f"sudo usermod -aG {group} $USER, then log out and in again"

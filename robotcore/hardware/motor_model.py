@@ -80,16 +80,29 @@ class Output(ABC):
         """Release the hardware after the motor was stopped. Raises DeviceError if the hardware fails."""
 
 
-class DutyMotor(Motor):
-    """A motor that converts each command to a duty by the motor's model, and sends the duty to an `Output`.
+class OutputMotor(Motor):
+    """A motor that sends each command to an `Output`, also one that equals the last one.
 
-    It also sends a command that equals the last one.
+    Without a model, the output takes velocities in rad/s in place of duties.
     """
 
-    def __init__(self, description: MotorDescription, model: MotorModel, output: Output) -> None:
+    def __init__(self, description: MotorDescription, output: Output) -> None:
         super().__init__(description.name, description.max_velocity_rad_s)
-        self._model, self._output = model, output
-        self._direction = 1
+        self._output = output
+
+    def _apply(self, rad_s: float) -> None:
+        self._output.turn(rad_s)
+
+    def _release(self) -> None:
+        self._output.close()
+
+
+class DutyMotor(OutputMotor):
+    """A motor that converts each command to a duty by the motor's model, and sends the duty to an `Output`."""
+
+    def __init__(self, description: MotorDescription, model: MotorModel, output: Output) -> None:
+        super().__init__(description, output)
+        self._model, self._direction = model, 1
 
     @property
     def direction(self) -> int:
@@ -106,6 +119,3 @@ class DutyMotor(Motor):
         if rad_s:
             self._direction = 1 if rad_s > 0 else -1
         self._output.turn(self._model.duty(rad_s))
-
-    def _release(self) -> None:
-        self._output.close()

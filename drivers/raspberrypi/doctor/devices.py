@@ -61,7 +61,7 @@ def check_permissions(root: Path) -> Iterator[Finding]:
         if closed := [f"/dev/{file.name}" for file in files if not _may_open(file)]:
             is_closed = True
             message = f"no permission for {name} ({', '.join(closed)})"
-            yield Finding.error("permissions", message, _find_remedy(root, group), kind=f"no-permission-{group}")
+            yield Finding.error("permissions", message, JOIN.format(group=group), kind=f"no-permission-{group}")
         elif files:
             allowed.append(name)
     if allowed and not is_closed:
@@ -75,17 +75,7 @@ def _may_open(file: Path) -> bool:
     return os.access(file, os.R_OK | os.W_OK)
 
 
-def _find_remedy(root: Path, group: str) -> str:
-    """Return the remedy if this process has no permission for files of ``group``."""
-    # Sources: group(5), proc_pid_status(5).
-    entry = re.search(rf"^{group}:[^:]*:([^:]*):(.*)$", read_text(root / "etc/group"), re.MULTILINE)
-    gid, members = entry.groups() if entry else ("", "")
-    status = re.search(r"^Groups:(.*)$", read_text(root / "proc/self/status"), re.MULTILINE)
-    if status and gid in status[1].split():
-        return f"This process is in the group {group} already: restart the board, or correct its udev rules"
-    if (user := os.environ.get("USER")) and user in members.split(","):
-        return f"This user joined the group {group} after the login: log out and in again, or restart the service"
-    return f"sudo usermod -aG {group} $USER, then log out and in again"
+JOIN = "sudo usermod -aG {group} $USER, then log out and in again, or restart the service"
 
 
 HEADER_ON = "sudo raspi-config nonint do_i2c 0, or dtparam=i2c_arm=on in /boot/firmware/config.txt, and restart"
@@ -156,7 +146,7 @@ def _check_port(root: Path, place: str, names: str) -> Finding:
         if is_met:
             return Finding.error("serial", f"{problem}, {needed}", remedy, kind=f"port-{kind}")
     if not _may_open(file):
-        remedy = _find_remedy(root, "dialout")
+        remedy = JOIN.format(group="dialout")
         return Finding.error("serial", f"no permission for {place}", remedy, kind="port-no-permission")
     if is_on_header and real == DEBUG_PORT:
         message = f"{place} of a Pi 5 is on the connector between its HDMI sockets, not on the header"

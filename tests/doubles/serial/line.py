@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from drivers.serial.boards.command import CommandBuffer
+from drivers.serial.boards.board import CommandBuffer
 from drivers.serial.protocol import Protocol
 from tests.doubles.serial.board import BoardDouble
 

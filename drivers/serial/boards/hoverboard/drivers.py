@@ -8,15 +8,13 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from drivers.serial.boards.devices import BoardMotor
 from drivers.serial.boards.drivers import BatteryDriver, BoardDriver, EncoderDriver, MotorDriver
-from drivers.serial.boards.hoverboard.board import HoverboardProtocol
-from drivers.serial.boards.hoverboard.protocol import LIMIT, STANDING, STOP, Mixer
+from drivers.serial.boards.hoverboard.protocol import LIMIT, STANDING, STOP, HoverboardProtocol, Mixer
 from robotcore.description import EncoderDescription, MotorDescription, RobotDescription
 from robotcore.hal.devices import Motor
 from robotcore.hardware import Connection, Drivers, Host
 from robotcore.hardware.motor_control import Control, open_motor, require_drivable
-from robotcore.hardware.motor_model import Model
+from robotcore.hardware.motor_model import Model, OutputMotor
 
 WIRING = (
     "Use the cable of one of the hoverboard's sensor boards. Connect its RX, TX (3.3 V) and ground to the adapter, but "
@@ -116,7 +114,7 @@ class HoverboardMotor(HoverboardDriver, MotorDriver):
         unit = self.unit_per_rad_s if self.model is None else LIMIT
         output = self.open_output(description.name, host, -unit if self.inverted else unit)
         if self.model is None:
-            return BoardMotor(description, output)
+            return OutputMotor(description, output)
         return open_motor(description, self.model, self.control, lambda: output, host)
 
 

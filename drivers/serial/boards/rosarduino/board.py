@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from drivers.serial.boards.board import BoardProtocol
-from drivers.serial.boards.command import WheelCommand
+from drivers.serial.boards.board import BoardProtocol, WheelCommand
 from drivers.serial.boards.rosarduino.devices import WheelCounter
 from drivers.serial.boards.rosarduino.protocol import (
     BATTERY,

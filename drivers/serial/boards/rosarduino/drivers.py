@@ -11,8 +11,16 @@ from pydantic import Field
 from drivers.serial.boards.devices import BoardBattery
 from drivers.serial.boards.drivers import BatteryDriver, Board, BoardDriver, BoardTimeout, EncoderDriver, MotorDriver
 from drivers.serial.boards.rosarduino.board import ArduinoProtocol
-from drivers.serial.boards.rosarduino.counts import ENCODER, counts_per_turn, edges_per_turn, require_countable
-from drivers.serial.boards.rosarduino.devices import MUTE_PINGS, CountingMotor, Pings, Ranges
+from drivers.serial.boards.rosarduino.devices import (
+    ENCODER,
+    MUTE_PINGS,
+    CountingMotor,
+    Pings,
+    Ranges,
+    counts_per_turn,
+    edges_per_turn,
+    require_countable,
+)
 from drivers.serial.boards.rosarduino.protocol import PING_S, RANGE, STOP_CONFIRMED, STOP_NOW, ping
 from drivers.serial.boards.rosarduino.requests import VERSION
 from drivers.serial.ranging.sensor import LineRangeSensor

@@ -8,8 +8,7 @@ from __future__ import annotations
 import math
 from typing import Literal
 
-from drivers.serial.boards.board import describe_timeout
-from drivers.serial.boards.command import CommandBuffer, WheelCommand
+from drivers.serial.boards.board import CommandBuffer, WheelCommand, describe_timeout
 from drivers.serial.protocol import Protocol
 
 MotorNumber = Literal[1, 2]

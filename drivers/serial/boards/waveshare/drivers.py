@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from drivers.serial.boards.devices import BoardMotor
 from drivers.serial.boards.drivers import BatteryDriver, BoardDriver, BoardTimeout, EncoderDriver, MotorDriver
 from drivers.serial.boards.waveshare.protocol import BAUD, FASTEST_M_S, STANDING, STOP, WaveshareProtocol
 from robotcore.description import EncoderDescription, MotorDescription, RobotDescription
 from robotcore.hal.devices import Motor
 from robotcore.hardware import Drivers, Host
+from robotcore.hardware.motor_model import OutputMotor
 
 FIRMWARE = (
     "The board must run Waveshare's ugv_base_ros. Set the rover once: send "
@@ -59,7 +59,7 @@ class WaveshareMotor(WaveshareDriver, MotorDriver):
 
     def open(self, description: MotorDescription, host: Host) -> Motor:
         self.open_board(description.name, host).protocol.limit(self.board_timeout_s)
-        return BoardMotor(description, self.open_output(description.name, host, _wheel_radius_m(host.robot)))
+        return OutputMotor(description, self.open_output(description.name, host, _wheel_radius_m(host.robot)))
 
 
 class WaveshareEncoder(WaveshareDriver, EncoderDriver):

@@ -12,8 +12,7 @@ from typing import Annotated, Literal, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from drivers.serial.boards.board import BoardProtocol
-from drivers.serial.boards.devices import CountAccumulator
+from drivers.serial.boards.board import BoardProtocol, CountAccumulator
 from drivers.serial.driver import Side
 
 BAUD = 115200

@@ -9,14 +9,10 @@ from robotcore.description import AnyDevice, StrictModel, load_robot
 from robotcore.hal.devices import Device
 from robotcore.hardware import Connection, DeviceBinding, DeviceDriver, Host
 
-GROUPS = "root:x:0:\nvideo:x:44:pi\ngpio:x:986:pi\ni2c:x:994:pi\n"
-
 Tree = Mapping[str, str | bytes]
 
 PI_4_BOOKWORM: Tree = {
     "proc/device-tree/model": "Raspberry Pi 4 Model B Rev 1.4\0",
-    "proc/self/status": "Name:\tpython\nGroups:\t44 986 994 1000 \n",
-    "etc/group": GROUPS,
     "sys/module/pinctrl_bcm2835/parameters/persist_gpio_outputs": "N\n",
     "sys/class/video4linux/video0/name": "unicam-image\n",
     "sys/class/video4linux/video10/name": "bcm2835-codec-decode\n",
@@ -28,8 +24,6 @@ PI_4_BOOKWORM: Tree = {
 
 PI_5_TRIXIE: Tree = {
     "proc/device-tree/model": "Raspberry Pi 5 Model B Rev 1.0\0",
-    "proc/self/status": "Name:\tpython\nGroups:\t44 986 994 1000 \n",
-    "etc/group": GROUPS,
     "sys/module/pinctrl_bcm2835/parameters/persist_gpio_outputs": "N\n",
     "sys/module/pinctrl_rp1/parameters/persist_gpio_outputs": "N\n",
     "sys/class/video4linux/video0/name": "rp1-cfe-csi2_ch0\n",
@@ -42,8 +36,6 @@ PI_5_TRIXIE: Tree = {
 
 BROKEN: Tree = {
     "proc/device-tree/model": "Raspberry Pi 3 Model B Plus Rev 1.3\0",
-    "proc/self/status": "Name:\tpython\nGroups:\t1000 \n",
-    "etc/group": "root:x:0:\nvideo:x:44:\ngpio:x:986:pi\n",
     "sys/module/pinctrl_bcm2835/parameters/persist_gpio_outputs": "Y\n",
     "sys/class/video4linux/video10/name": "bcm2835-codec-decode\n",
     "dev/gpiochip0": "",

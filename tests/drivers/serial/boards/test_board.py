@@ -10,10 +10,9 @@ from typing import Any
 import pytest
 
 from drivers.serial.backend import SECTION, SerialBackend
-from drivers.serial.boards.board import BoardProtocol
-from drivers.serial.boards.devices import CountAccumulator
-from drivers.serial.boards.hoverboard.board import HoverboardProtocol
+from drivers.serial.boards.board import BoardProtocol, CountAccumulator
 from drivers.serial.boards.hoverboard.protocol import STOP as HOVERBOARD_STOP
+from drivers.serial.boards.hoverboard.protocol import HoverboardProtocol
 from drivers.serial.boards.rosarduino.board import ArduinoProtocol
 from drivers.serial.boards.rosarduino.protocol import STOP_NOW
 from drivers.serial.boards.sabertooth.protocol import stop

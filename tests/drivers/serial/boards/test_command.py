@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import math
 
-from drivers.serial.boards.command import GATHER_S, MAX_AGE_S, STOP_REPEAT_S, CommandBuffer, WheelCommand
+from drivers.serial.boards.board import GATHER_S, MAX_AGE_S, STOP_REPEAT_S, CommandBuffer, WheelCommand
 
 TIMEOUT_S = 0.5
 

@@ -7,9 +7,8 @@ from typing import Any
 
 import pytest
 
-from drivers.serial.boards.command import STOP_REPEAT_S
-from drivers.serial.boards.hoverboard.board import PAUSE_S, SILENCE_S, HoverboardProtocol
-from drivers.serial.boards.hoverboard.protocol import STOP, command
+from drivers.serial.boards.board import STOP_REPEAT_S
+from drivers.serial.boards.hoverboard.protocol import PAUSE_S, SILENCE_S, STOP, HoverboardProtocol, command
 from robotcore.errors import DeviceLostError
 from tests.doubles.serial.bench import Rig, board_devices
 from tests.doubles.serial.hoverboard import RPM, Firmware, Hoverboard, feedback

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from drivers.serial.boards.command import STOP_REPEAT_S
+from drivers.serial.boards.board import STOP_REPEAT_S
 from drivers.serial.boards.sabertooth.protocol import (
     BAUD_DETECTION,
     SETTLING_S,
