@@ -1,4 +1,4 @@
-"""A double of a hoverboard with the FOC firmware: its main loop, mixer, filters, time-out and feedback.
+"""A double of a hoverboard with the FOC firmware: its main loop, time-out and feedback. It has no input filters.
 
 Source: Src/main.c and Src/util.c of EFeru/hoverboard-firmware-hack-FOC, variant USART.
 """
@@ -7,52 +7,26 @@ from __future__ import annotations
 
 import math
 import struct
-from dataclasses import dataclass
 
+from drivers.serial.boards.hoverboard.protocol import Mixer, Steering
 from tests.doubles.serial.board import BoardDouble, Wheels
 
 LOOP_S = 0.005
 TIMEOUT_LOOPS = 160
 ENABLING_S = 0.3
-RATE = 480
-FILTER = 6553
 RPM = math.tau / 60
-
-
-@dataclass
-class Firmware:
-    """The settings in config.h. Coefficients are multiplied by 16384. The wheel speed for one unit is in rad/s."""
-
-    speed_coefficient: int = 16384
-    steer_coefficient: int = 8192
-    is_tank: bool = False
-    rad_s_per_unit: float = RPM
-
-
-class Input:
-    """The rate limiter and the low-pass filter of the steer or the speed."""
-
-    def __init__(self) -> None:
-        self._limited = self._filtered = 0
-
-    def filter_word(self, word: int) -> int:
-        """Return the output of the next main loop."""
-        self._limited += max(-RATE, min((word << 4) - self._limited, RATE))
-        self._filtered += ((self._limited >> 4 << 4) - (self._filtered >> 12)) * FILTER >> 4
-        return self._filtered >> 16
 
 
 class Hoverboard(BoardDouble):
     """A board with its own battery. Plugging its port in does not reset it."""
 
-    def __init__(self, firmware: Firmware | None = None) -> None:
-        self.wheels, self._firmware = Wheels(), firmware or Firmware()
+    def __init__(self, rad_s_per_unit: float = RPM, *, is_tank: bool = False) -> None:
+        self.wheels, self._unit, self._mixer = Wheels(), rad_s_per_unit, Mixer(is_tank=is_tank)
         self.received: list[tuple[int, int]] = []
         self.ignored = 0
         self.is_mute = False
         self._command = (0, 0)
         self._silent_loops = TIMEOUT_LOOPS
-        self._inputs = Input(), Input()
         self._loops = 0
         self._next_loop: float | None = None
         self._is_enabled = False
@@ -85,18 +59,9 @@ class Hoverboard(BoardDouble):
             self._is_enabled = True
             assert self._next_loop is not None
             self._next_loop += ENABLING_S
-        self._turn(self._inputs[0].filter_word(steer), self._inputs[1].filter_word(speed))
+        unit = self._unit if self._is_enabled else 0.0
+        self.wheels.set(*(word * unit for word in self._mixer.wheels(Steering(steer, speed))))
         return b"" if self._loops % 2 or self.is_mute else self._feedback(steer, speed)
-
-    def _turn(self, steer: int, speed: int) -> None:
-        left, right = (steer, speed) if self._firmware.is_tank else self._mix(steer, speed)
-        unit = self._firmware.rad_s_per_unit if self._is_enabled else 0.0
-        self.wheels.set(left * unit, right * unit)
-
-    def _mix(self, steer: int, speed: int) -> tuple[int, int]:
-        along = speed * 16 * self._firmware.speed_coefficient >> 14
-        across = steer * 16 * self._firmware.steer_coefficient >> 14
-        return _clamp(along + across >> 4), _clamp(along - across >> 4)
 
     def _feedback(self, steer: int, speed: int) -> bytes:
         left, right = math.floor(self.wheels.left.velocity / RPM), math.floor(-self.wheels.right.velocity / RPM)
@@ -110,7 +75,3 @@ def feedback(*words: int) -> bytes:
     for (word,) in struct.iter_unpack("<H", frame):
         checksum ^= word
     return frame + struct.pack("<H", checksum)
-
-
-def _clamp(wheel: int) -> int:
-    return max(-1000, min(wheel, 1000))

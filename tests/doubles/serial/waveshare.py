@@ -1,7 +1,6 @@
 """A double of a UGV board with Waveshare's ugv_base_ros of September 2024, with two wheels.
 
-Commands follow uart_ctrl.h and movtion_module.h, feedback follows ugv_advance.h. Numbers are
-written as ArduinoJson 6 does (TextFormatter.hpp, FloatParts.hpp).
+Commands follow uart_ctrl.h and movtion_module.h, feedback follows ugv_advance.h.
 """
 
 from __future__ import annotations
@@ -17,12 +16,6 @@ WHEEL_M = 0.08
 
 PULSES = 660
 """ONE_CIRCLE_PLUSES of the UGV Rover."""
-
-BUFFER = 256
-"""The receive buffer of a starting board in bytes. The board loses further bytes."""
-
-ROM_S = 0.35
-"""The time of the ROM and the bootloader after a reset, in which the board loses received bytes."""
 
 STARTING_S = 2.0
 """The time from a reset until the board's loop starts. A real board takes at least 1.7 s."""
@@ -52,7 +45,6 @@ class WaveshareBoard(BoardDouble):
     def receive(self, data: bytes, now: float) -> bytes:
         self._waiting += data
         if now < self.starts_at:
-            self._waiting = self._waiting[:BUFFER] if now > self.starts_at - STARTING_S + ROM_S else b""
             return b""
         *lines, self._waiting = self._waiting.split(b"\n")
         return b"".join(self._receive_line(line, now) for line in lines)
@@ -115,22 +107,14 @@ class WaveshareBoard(BoardDouble):
     def feedback(self) -> bytes:
         """Return a line of feedback."""
         left, right = self.wheels.left, self.wheels.right
-        feedback: dict[str, float] = {"T": 1001, "L": left.velocity * self._metres, "R": right.velocity * self._metres}
+        feedback: dict[str, float] = {"T": 1001, "L": self._speed(left), "R": self._speed(right)}
         feedback |= {"ax": -112, "ay": 48, "gz": 8190, "odl": self._centimetres(left), "odr": self._centimetres(right)}
         feedback |= {"v": self.centivolts}
-        return b"{%s}\r\n" % b",".join(
-            b'"%s":%s' % (key.encode(), b"%d" % value if isinstance(value, int) else _format_number(value))
-            for key, value in feedback.items()
-        )
+        return json.dumps(feedback, separators=(",", ":")).encode() + b"\r\n"
+
+    def _speed(self, wheel: Wheel) -> float:
+        return round(wheel.velocity * self._metres, 6)
 
     def _centimetres(self, wheel: Wheel) -> int:
         """Return a wheel's odometer in centimetres, from whole pulses, truncated towards zero."""
         return int(int(wheel.angle / math.tau * PULSES) / PULSES * math.tau * self._metres * 100)
-
-
-def _format_number(value: float) -> bytes:
-    """Return a number in ArduinoJson's format: nine digits of a double at most, exponents beyond 1e-5 and 1e7."""
-    if 1e-5 < abs(value) < 1e7:
-        return f"{value:.9f}".rstrip("0").rstrip(".").encode()
-    exponent = math.floor(math.log10(abs(value))) if abs(value) > 1e-37 else 0  # 1e-37: the smallest float
-    return f"{value / 10.0**exponent:.9f}".rstrip("0").rstrip(".").encode() + (b"e%d" % exponent if exponent else b"")

@@ -75,16 +75,6 @@ def test_the_angle_begins_at_zero_at_every_position_of_the_wheel(start: int) -> 
     assert read_angle(rig) == pytest.approx(EDGE)
 
 
-@given(st.lists(st.sampled_from([1, -1]), max_size=200))
-def test_the_count_is_the_sum_of_all_steps(steps: list[int]) -> None:
-    decoder, phase = QuadratureDecoder(a=True, b=True), 0
-    for step in steps:
-        phase += step
-        decoder.on_edge_a(0.0, PHASES[phase % 4][0])
-        decoder.on_edge_b(0.0, PHASES[phase % 4][1])
-    assert decoder.edges == sum(steps)
-
-
 @given(st.integers(0, 40))
 def test_a_missed_edge_costs_at_most_a_cycle(missed: int) -> None:
     decoder = QuadratureDecoder(a=True, b=True)
@@ -140,11 +130,6 @@ def test_a_pin_in_use_is_reported_and_the_other_is_freed(taken: int, other: int,
         with raises(DeviceError, "gpio-in-use"):
             open_encoder(pins=pins)
         InputDevice(other, pin_factory=pins).close()
-
-
-def test_a_pull_that_a_pin_cannot_have_is_reported_with_a_remedy(raises: Raises) -> None:
-    with raises(DeviceError, "gpio-failed"):
-        open_encoder({**QUADRATURE, "a": 2, "pull_up": False})
 
 
 class SlowCounter(EdgeCounter):

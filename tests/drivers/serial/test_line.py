@@ -57,13 +57,6 @@ def bench(pty: Pty) -> Iterator[Bench]:
     bench.line.close()
 
 
-def test_a_line_sends_due_data_and_receives(bench: Bench) -> None:
-    bench.open()
-    bench.protocol.set_word(b"go")
-    bench.line.settle("wheel")
-    assert bench.board.received == b"?go"
-
-
 def test_the_last_word_is_sent_in_closing(bench: Bench, pty: Pty) -> None:
     bench.open().protocol.set_word(b"stop")
     bench.line.close()

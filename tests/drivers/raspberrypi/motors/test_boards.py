@@ -11,8 +11,6 @@ import pytest
 from gpiozero import OutputDevice
 from gpiozero.exc import PinInvalidState
 from gpiozero.pins.mock import MockFactory, MockPWMPin
-from hypothesis import given
-from hypothesis import strategies as st
 
 from drivers.raspberrypi.backend import RaspberryPiBackend
 from drivers.raspberrypi.motors.bridge import open_output, round_to_percent
@@ -210,11 +208,6 @@ def test_lgpio_sends_exactly_the_whole_percent() -> None:
         assert int(duty * 100) == percent
         assert duty == pytest.approx(percent / 100), percent
         assert abs(duty) <= 1, percent
-
-
-@given(st.floats(-1, 1))
-def test_a_duty_is_rounded_to_the_nearest_percent(duty: float) -> None:
-    assert abs(round_to_percent(duty) - duty) <= 0.005 + 1e-12
 
 
 @pytest.mark.parametrize(

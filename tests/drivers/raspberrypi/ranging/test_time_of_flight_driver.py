@@ -68,11 +68,6 @@ def bench(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Be
     return Bench(request.param, monkeypatch)
 
 
-def test_open_waits_for_the_first_sample(bench: Bench) -> None:
-    sample = bench.open().read()
-    assert (sample.distance, sample.time, sample.sequence) == (0.5, 0.0, 0)
-
-
 def test_each_measurement_is_a_sample_of_the_cycle_before(bench: Bench) -> None:
     sensor = bench.open()
     bench.set_measurement(bench.kind.target, 750)

@@ -25,13 +25,6 @@ LOST_RISE: Edges = ((0.003, False),)
 LOST_FALL: Edges = ((0.0005, True),)
 
 
-def test_open_waits_for_the_first_sample_without_simulated_time() -> None:
-    bench = Bench([build_echo(1.0)])
-    sample = bench.open().read()
-    assert sample.distance == pytest.approx(1.0)
-    assert (sample.time, sample.sequence, bench.clock.now()) == (0.0, 0, 0.0)
-
-
 def test_a_distance_is_available_when_the_echo_ends_with_the_time_of_the_trigger() -> None:
     bench = Bench([build_echo(1.0), build_echo(0.4)])
     sensor = bench.open()

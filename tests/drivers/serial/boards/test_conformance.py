@@ -16,7 +16,7 @@ from robotcore.testing.bench import RATE_HZ
 from robotcore.testing.fakes import MotorSpy
 from tests.doubles.serial.bench import SerialBench, board_devices
 from tests.doubles.serial.board import BoardDouble
-from tests.doubles.serial.hoverboard import Firmware, Hoverboard
+from tests.doubles.serial.hoverboard import Hoverboard
 from tests.doubles.serial.rosarduino import RobotcoreBridgeDouble, RosArduinoBridgeDouble
 from tests.doubles.serial.sabertooth import Sabertooths
 from tests.doubles.serial.waveshare import WaveshareBoard
@@ -86,7 +86,7 @@ class TestHoverboardByDuty(TickingBench, DriveSuite):
     devices: ClassVar = board_devices("hoverboard", {"mode": "duty", "tank_steering": True, **MODEL})
 
     def board(self) -> BoardDouble:
-        return Hoverboard(Firmware(is_tank=True, rad_s_per_unit=16.0 / 1000))
+        return Hoverboard(16.0 / 1000, is_tank=True)
 
 
 class TestSabertooth(SerialBench, ConformanceSuite):

@@ -7,11 +7,10 @@ from typing import Any
 
 import pytest
 
-from drivers.serial.boards.board import STOP_REPEAT_S
 from drivers.serial.boards.hoverboard.protocol import PAUSE_S, SILENCE_S, STOP, HoverboardProtocol, command
 from robotcore.errors import DeviceLostError
 from tests.doubles.serial.bench import Rig, board_devices
-from tests.doubles.serial.hoverboard import RPM, Firmware, Hoverboard, feedback
+from tests.doubles.serial.hoverboard import RPM, Hoverboard, feedback
 from tests.drivers.serial.boards.conftest import OpenRig
 
 FRAME_S = 0.01
@@ -64,19 +63,6 @@ def board() -> ScriptedBoard:
     return ScriptedBoard()
 
 
-def test_a_stop_is_repeated(board: ScriptedBoard) -> None:
-    board.drive(0, 0, 1.0)
-    assert set(board.frames) == {STOP}
-    assert len(board.frames) == pytest.approx(1.0 / STOP_REPEAT_S, abs=1)
-
-
-def test_a_command_that_turns_is_sent_once_so_that_the_boards_own_time_out_counts(board: ScriptedBoard) -> None:
-    board.drive(0, 0, 0.05)
-    board.set(100, 101)
-    board.drive(100, 100, 1.0)
-    assert board.frames[1:] == [command(-1, 101)]
-
-
 def test_frames_have_a_pause_in_between_and_the_newest_command_is_sent(board: ScriptedBoard) -> None:
     board.set(100, 100)
     board.pass_time(0.001)
@@ -126,13 +112,6 @@ def test_frames_that_arrive_at_once_are_integrated_over_their_time(board: Script
     assert board.angles() == pytest.approx((0.2 * 60.5 * RPM,) * 2)
 
 
-def test_frames_that_waited_in_the_buffer_are_no_gap(board: ScriptedBoard) -> None:
-    board.receive(60.5, 60.5)
-    board.now += 1.0
-    board.receive(60.5, 60.5, frames=100)
-    assert board.angles() == pytest.approx((60.5 * RPM,) * 2)
-
-
 def test_a_time_without_feedback_is_not_integrated(board: ScriptedBoard) -> None:
     board.drive(60.5, 60.5, 1.0)
     before = board.angles()
@@ -152,7 +131,7 @@ def open_hoverboard(open_rig: OpenRig, board: Hoverboard, **motor: Any) -> Rig:
 
 
 def test_a_board_built_for_another_rpm_turns_at_the_command(open_rig: OpenRig) -> None:
-    board = Hoverboard(Firmware(rad_s_per_unit=0.5 * RPM))
+    board = Hoverboard(0.5 * RPM)
     open_hoverboard(open_rig, board, mode="speed", max_rpm=500).drive(4.0, 4.0, 1.0)
     assert board.wheels.left.velocity == pytest.approx(4.0, rel=0.02)
 
@@ -165,20 +144,10 @@ def test_an_inverted_motor_turns_the_other_way(open_rig: OpenRig, motor: dict[st
 
 
 def test_a_wheel_with_a_wrong_model_is_controlled_by_the_measured_speed(open_rig: OpenRig) -> None:
-    board = Hoverboard(Firmware(is_tank=True, rad_s_per_unit=FULL_RAD_S / 1500))
+    board = Hoverboard(FULL_RAD_S / 1500, is_tank=True)
     open_hoverboard(open_rig, board, mode="duty", model=MODEL, tank_steering=True, control={}).drive(8.0, 4.0, 2.0)
     assert (board.wheels.left.velocity, board.wheels.right.velocity) == pytest.approx((8.0, 4.0), rel=0.05)
     assert board.ignored == 0
-
-
-def test_opposite_wheels_beyond_the_mixer_are_slowed_down_equally(open_rig: OpenRig) -> None:
-    board = Hoverboard(Firmware(rad_s_per_unit=FULL_RAD_S / 1000))
-    model = {"forward_rad_s": 18.0, "backward_rad_s": 18.0}
-    rig = open_hoverboard(open_rig, board, mode="duty", model=model)
-    rig.drive(12.0, -12.0, 1.0)
-    assert board.received[-1] == (1000, 0)
-    rig.drive(12.0, -6.0, 1.0)
-    assert board.wheels.right.velocity == pytest.approx(-board.wheels.left.velocity / 2, rel=0.01)
 
 
 def test_a_silent_board_gets_stops_and_turns_again_after_its_silence(open_rig: OpenRig) -> None:

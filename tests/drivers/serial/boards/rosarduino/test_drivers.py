@@ -106,12 +106,6 @@ def test_a_battery_that_the_board_does_not_measure_is_noted(
     check_text(robot.notes[0])
 
 
-@pytest.mark.parametrize("board, pin", [(RobotcoreBridgeDouble(), {}), (RosArduinoBridgeDouble(), {"pin": 7})])
-def test_a_range_is_reported_in_metres(open_rig: OpenRig, board: ArduinoDouble, pin: dict[str, int]) -> None:
-    rig = open_rig(board, {"nose": {"driver": "ros-arduino-sonar", **pin}})
-    assert rig.read("nose").distance == 0.5
-
-
 def test_one_motor_with_a_model_and_one_without_are_refused(open_rig: OpenRig, raises: Raises) -> None:
     devices = wheels()
     with raises(DeviceError, "motors-differ"):

@@ -6,7 +6,6 @@ import math
 
 import pytest
 
-from drivers.serial.boards.board import STOP_REPEAT_S
 from drivers.serial.boards.sabertooth.protocol import (
     BAUD_DETECTION,
     SETTLING_S,
@@ -69,12 +68,6 @@ def test_the_baud_rate_goes_first_and_is_given_time(protocol: SabertoothProtocol
     assert protocol.is_ready
 
 
-def test_a_stop_is_repeated(protocol: SabertoothProtocol) -> None:
-    begin(protocol)
-    assert protocol.next_due(1.0) == SETTLING_S + STOP_REPEAT_S
-    assert protocol.data_to_send(SETTLING_S + STOP_REPEAT_S) == STANDING
-
-
 def test_a_command_that_turns_is_sent_once_with_the_boards_time_out(protocol: SabertoothProtocol) -> None:
     command = begin(protocol).board(128, 0.5).command
     command.set("left", 1.0, 1.0)
@@ -122,11 +115,6 @@ def test_a_command_from_before_a_loss_is_dropped(protocol: SabertoothProtocol) -
     assert [protocol.data_to_send(2.0), protocol.data_to_send(2.0 + SETTLING_S)] == [BAUD_DETECTION, STANDING]
 
 
-def test_received_bytes_are_ignored(protocol: SabertoothProtocol) -> None:
-    begin(protocol).receive(bytes(range(256)), 1.0)
-    assert protocol.data_to_send(1.0) == STANDING
-
-
 def test_motors_of_two_boards_share_a_line(open_rig: OpenRig) -> None:
     line = Sabertooths(addresses=(128, 129))
     rig = open_rig(line, sabertooths(address=129, motor=1))
@@ -147,7 +135,3 @@ def test_a_board_that_received_another_byte_first_ignores_commands(open_rig: Ope
     line.receive(b"\x80", 0.0)
     rig.drive(4.0, 4.0, 0.5)
     assert line.packets == []
-
-
-def test_a_port_that_is_there_without_a_board_opens(open_rig: OpenRig) -> None:
-    open_rig(Sabertooths(addresses=()), sabertooths()).drive(4.0, 4.0, 0.1)

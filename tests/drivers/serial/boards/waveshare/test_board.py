@@ -44,10 +44,6 @@ def test_no_error_adds_up() -> None:
     assert _metres(*((n, 0.4) for n in range(1001))) == pytest.approx(10.0, abs=0.01)
 
 
-def test_a_wheel_that_stands_does_not_creep() -> None:
-    assert _metres((0, 0.1), (0, 0.1), (0, 0.0), (0, 0.0), (0, 0.0)) == _metres((0, 0.1), (0, 0.1), (0, 0.0))
-
-
 def test_the_odometer_continues_after_a_restart() -> None:
     odometer = Odometer()
     for nth, centimetres in enumerate((0, 20, -1, 700, 720)):
@@ -83,16 +79,6 @@ def test_the_time_out_is_set_before_the_board_turns(open_rig: OpenRig, board: Wa
     for before, line in pairwise(board.received):
         assert line["T"] != 1 or before["T"] == 136
     assert board.heartbeat_s == 0.3
-
-
-def test_the_motors_of_a_tick_share_one_line_that_is_sent_once(open_rig: OpenRig, board: WaveshareBoard) -> None:
-    rig = open_rover(open_rig, board)
-    rig.pass_time(0.01)
-    board.received.clear()
-    rig.drive(5.0, -2.5)
-    rig.pass_time(0.3)
-    [line] = (line for line in board.received if line["T"] == 1)
-    assert (line["L"], line["R"]) == pytest.approx((2.5 * WHEEL_M, -1.25 * WHEEL_M), abs=1e-4)
 
 
 def test_a_lost_stop_is_repeated(open_rig: OpenRig, board: WaveshareBoard) -> None:

@@ -2,25 +2,13 @@ from __future__ import annotations
 
 import pytest
 
-from drivers.serial.boards.waveshare.protocol import LONGEST, Parser, Track, greeting, heartbeat, speeds
+from drivers.serial.boards.waveshare.protocol import LONGEST, Parser, Track, greeting
 from tests.doubles.serial.waveshare import WaveshareBoard
 
 FEEDBACK_LINE = WaveshareBoard().feedback()
 
 OLDER = b'{"T":1001,"L":0,"R":0,"r":-89.1,"p":1.5,"y":36.5,"temp":40.2,"v":12.05}\r\n'
 """Feedback of ugv_base_general of July 2024: its voltage is in volts, and it has no odometer."""
-
-
-@pytest.mark.parametrize(
-    "sent, line",
-    [
-        (speeds(0.25, -0.1), b'{"T":1,"L":0.2500,"R":-0.1000}\n'),
-        (speeds(1 / 3, 2), b'{"T":1,"L":0.3333,"R":2.0000}\n'),
-        (heartbeat(0.5), b'{"T":136,"cmd":500}\n'),
-    ],
-)
-def test_lines_are_those_of_json_cmd_h(sent: bytes, line: bytes) -> None:
-    assert sent == line
 
 
 def test_a_greeting_ends_a_cut_line_stops_the_board_and_sets_its_own_time_out_first() -> None:
