@@ -133,11 +133,9 @@ class Line:
         device: the name of the device, for the error.
         """
         self._require_no_defect(device)
-        if loss := self._loss:
-            raise DeviceLostError(device, self._with_timeout_notice(loss), kind="port-lost", place=self.place)
-        if not self._protocol.is_ready:
-            kind = "program-suspended" if self._was_suspended else "board-silent"
-            problem = self._with_timeout_notice(self._explain_silence())
+        if self._loss or not self._protocol.is_ready:
+            kind = "port-lost" if self._loss else "program-suspended" if self._was_suspended else "board-silent"
+            problem = self._with_timeout_notice(self._loss or self._explain_silence())
             raise DeviceLostError(device, problem, kind=kind, place=self.place)
 
     def require_since_lost(self, device: str, sample_time: float) -> None:
@@ -147,12 +145,8 @@ class Line:
         """
         self.require(device)
         if sample_time < self._lost_at:
-            raise DeviceLostError(
-                device,
-                f"the board on {self.place} is back, but has not sent a new sample of this device yet",
-                kind="no-sample-yet",
-                place=self.place,
-            )
+            problem = f"the board on {self.place} is back, but has not sent a new sample of this device yet"
+            raise DeviceLostError(device, problem, kind="no-sample-yet", place=self.place)
 
     def _explain_silence(self) -> str:
         if self._was_suspended:
@@ -184,9 +178,8 @@ class Line:
         while not condition():
             self._require_no_defect(device)
             if self._clock.now() >= deadline:
-                if self._loss:
-                    raise DeviceError(device, self._loss, kind="port-lost", place=self.place)
-                raise DeviceError(device, explain(), kind=kind, place=self.place)
+                kind = "port-lost" if self._loss else kind
+                raise DeviceError(device, self._loss or explain(), kind=kind, place=self.place)
             self._clock.sleep_until(self._clock.now() + POLL_S)
 
     def settle(self, device: str) -> None:

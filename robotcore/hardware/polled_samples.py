@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from contextlib import ExitStack
 from typing import Generic
 
 from robotcore.description import RangeSensorDescription, RobotDescription
@@ -130,7 +132,10 @@ class RangeSampler:
 
 
 class SampledRangeSensor(RangeSensor):
-    """A range sensor that returns the newest sample of a `RangeSampler`."""
+    """A range sensor that returns the newest sample of a `RangeSampler`.
+
+    A subclass starts its hardware in `_start`, and registers in ``_opened`` what stops the hardware.
+    """
 
     def __init__(self, description: RangeSensorDescription, sampler: RangeSampler) -> None:
         super().__init__(
@@ -139,7 +144,30 @@ class SampledRangeSensor(RangeSensor):
             max_range=description.max_range_m,
             cone=description.cone_rad,
         )
-        self._sampler = sampler
+        self._sampler, self._opened = sampler, ExitStack()
+
+    def open(self) -> None:
+        """Start measuring, and wait for the first sample; closes the sensor and raises DeviceError if there is none."""
+        try:
+            self._start()
+        except BaseException:
+            self.close()
+            raise
+
+    def _start(self) -> None:
+        raise NotImplementedError
+
+    def _take_first(self, measure: Callable[[], object], wait: Callable[[], object], cycles: int) -> None:
+        """Measure up to ``cycles`` times until there is a result; raises DeviceError if it is not a sample."""
+        for _ in range(cycles):
+            measure()
+            wait()
+            if self._sampler.has_result:
+                break
+        self._newest()
+
+    def _release(self) -> None:
+        self._opened.close()
 
     def _newest(self) -> Range:
         return self._sampler.newest.get()

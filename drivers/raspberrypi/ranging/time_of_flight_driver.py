@@ -216,11 +216,8 @@ class TimeOfFlight(DeviceDriver):
         return sda, scl, Connection("address", "I2C", self.place)
 
     def open(self, description: RangeSensorDescription, host: Host) -> RangeSensor:
-        with ExitStack() as undo:
-            lidar = Lidar(description, self, host.clock)
-            undo.callback(lidar.close)
-            lidar.start()
-            undo.pop_all()
+        lidar = Lidar(description, self, host.clock)
+        lidar.open()
         return lidar
 
 
@@ -264,20 +261,13 @@ class Lidar(SampledRangeSensor):
         self._settings, self._clock = settings, clock
         self._chip: LightChip | None = None
         self._read_at = self._measured_at = 0.0
-        self._stopping = ExitStack()
 
-    def start(self) -> None:
-        """Wait for the first sample, and then measure in the background; raises DeviceError."""
+    def _start(self) -> None:
         self._read_at = self._clock.now()
-        self._stopping.callback(self._disconnect)
+        self._opened.callback(self._disconnect)
         never, cycle_s = threading.Event(), self._settings.cycle_s
-        for _ in range(self._settings.echo_free_cycles + _EXTRA_CYCLES):
-            self._poll()
-            if self._sampler.has_result:
-                break
-            never.wait(cycle_s)
-        self._newest()
-        self._stopping.callback(self._clock.every(cycle_s, self._poll, self.name).stop)
+        self._take_first(self._poll, lambda: never.wait(cycle_s), self._settings.echo_free_cycles + _EXTRA_CYCLES)
+        self._opened.callback(self._clock.every(cycle_s, self._poll, self.name).stop)
 
     def _poll(self) -> None:
         try:
@@ -346,6 +336,3 @@ class Lidar(SampledRangeSensor):
                 "3.3 V, ground, and the chip's name in the robot's file"
             )
             raise DeviceError(self.name, message, kind="chip-unanswered") from error
-
-    def _release(self) -> None:
-        self._stopping.close()

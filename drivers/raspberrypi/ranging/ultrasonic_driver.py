@@ -9,7 +9,6 @@ import itertools
 import math
 import threading
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
 from typing import Annotated
 
 from pydantic import Field
@@ -85,11 +84,8 @@ class Ultrasonic(DeviceDriver):
         return (LEVEL.format(echo=self.echo),)
 
     def open(self, description: RangeSensorDescription, host: Host) -> RangeSensor:
-        with ExitStack() as undo:
-            sonar = Sonar(description, self, host)
-            undo.callback(sonar.close)
-            sonar.start()
-            undo.pop_all()
+        sonar = Sonar(description, self, host)
+        sonar.open()
         return sonar
 
 
@@ -115,31 +111,26 @@ class Sonar(SampledRangeSensor):
 
     def __init__(self, description: RangeSensorDescription, settings: Ultrasonic, host: Host) -> None:
         super().__init__(description, RangeSampler(description, settings.echo_free_cycles))
-        self._settings, self._host, self._stopping = settings, host, ExitStack()
+        self._settings, self._host = settings, host
         speed = speed_of_sound(settings.air_temperature_c)
         self._timer = EchoTimer(description.name, self._sampler, speed, settings.cycle_s, host.pins.ticks_diff)
 
-    def start(self) -> None:
-        """Claim the pins, take the first sample, and then measure in the background; raises DeviceError."""
+    def _start(self) -> None:
         from gpiozero import InputDevice, OutputDevice
 
-        settings, host, stopping = self._settings, self._host, self._stopping
+        settings, host, opened = self._settings, self._host, self._opened
         with translate_pin_errors(self.name, (settings.trigger,)):
-            self._trigger = stopping.enter_context(OutputDevice(settings.trigger, pin_factory=host.pins))
+            self._trigger = opened.enter_context(OutputDevice(settings.trigger, pin_factory=host.pins))
         with translate_pin_errors(self.name, (settings.echo,)):
-            self._echo = stopping.enter_context(InputDevice(settings.echo, pin_factory=host.pins))
-        stopping.callback(stop_edge_detection, self._echo.pin)
-        stopping.callback(self._timer.stop)
+            self._echo = opened.enter_context(InputDevice(settings.echo, pin_factory=host.pins))
+        opened.callback(stop_edge_detection, self._echo.pin)
+        opened.callback(self._timer.stop)
         self._echo.pin.when_changed = self._timer.on_edge
         scheduler = host.shared.take(TriggerScheduler, None, lambda: TriggerScheduler(host.clock))
         scheduler.pause()
-        for _ in range(_CYCLES_WITHOUT_ECHO * max(settings.echo_free_cycles, 10)):
-            self._cycle()
-            self._timer.ended.wait(settings.cycle_s)
-            if self._sampler.has_result:
-                break
-        self._newest()
-        stopping.callback(scheduler.leave, self._cycle)
+        cycles = _CYCLES_WITHOUT_ECHO * max(settings.echo_free_cycles, 10)
+        self._take_first(self._cycle, lambda: self._timer.ended.wait(settings.cycle_s), cycles)
+        opened.callback(scheduler.leave, self._cycle)
         scheduler.join(self._cycle, settings.cycle_s)
 
     def _cycle(self) -> None:
@@ -156,9 +147,6 @@ class Sonar(SampledRangeSensor):
         self._trigger.on()
         threading.Event().wait(TRIGGER_S)
         self._trigger.off()
-
-    def _release(self) -> None:
-        self._stopping.close()
 
 
 Cycle = Callable[[], object]

@@ -12,13 +12,13 @@ from robotcore.hardware.polled_samples import NOTHING_YET, RangeSampler
 class LineRangeSensor(SampledRangeSensor):
     """A range sensor on a serial line. Reading it raises DeviceLostError while the line is lost."""
 
-    def __init__(self, description: RangeSensorDescription, sampler: RangeSampler, line: Line) -> None:
+    def __init__(self, description: RangeSensorDescription, sampler: RangeSampler, line: Line, first_s: float) -> None:
+        """Create the sensor. ``first_s`` is the longest wait for the first sample, in seconds."""
         super().__init__(description, sampler)
-        self._line = line
+        self._line, self._first_s = line, first_s
 
-    def await_first(self, within_s: float) -> None:
-        """Wait up to ``within_s`` seconds for the first sample; raises DeviceError if there is none."""
-        self._line.wait_until(lambda: self._sampler.has_result, self.name, within_s, lambda: NOTHING_YET)
+    def _start(self) -> None:
+        self._line.wait_until(lambda: self._sampler.has_result, self.name, self._first_s, lambda: NOTHING_YET)
         self._newest()
 
     def _newest(self) -> Range:

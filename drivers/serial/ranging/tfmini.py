@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from contextlib import ExitStack
 from typing import Annotated
 
 from pydantic import Field
@@ -98,6 +97,15 @@ _EXTRA_CYCLES = 20
 """Opening waits for the first sample for at most ``echo_free_cycles`` plus this many cycles."""
 
 
+class LightSensor(LineRangeSensor):
+    """An optical range sensor, alone on its line."""
+
+    def _start(self) -> None:
+        self._opened.callback(self._line.close)
+        self._line.open(self.name, _FIRST_FRAMES_S)
+        super()._start()
+
+
 class TFmini(SerialDriver):
     """Opens sensors with factory settings, which periodically send frames of nine bytes in centimetres.
 
@@ -139,20 +147,9 @@ class TFmini(SerialDriver):
         sampler = RangeSampler(description, self.echo_free_cycles)
         protocol = TFminiProtocol(sampler, self.speed, max(_SILENCE_S, _SILENT_CYCLES * self.cycle_s))
         line = Line(self.port, protocol, host.clock)
-        sensor = LightSensor(description, sampler, line)
-        with ExitStack() as undo:
-            undo.callback(sensor.close)
-            line.open(description.name, _FIRST_FRAMES_S)
-            sensor.await_first(self.cycle_s * (self.echo_free_cycles + _EXTRA_CYCLES))
-            undo.pop_all()
+        sensor = LightSensor(description, sampler, line, self.cycle_s * (self.echo_free_cycles + _EXTRA_CYCLES))
+        sensor.open()
         return sensor
-
-
-class LightSensor(LineRangeSensor):
-    """An optical range sensor, alone on its line."""
-
-    def _release(self) -> None:
-        self._line.close()
 
 
 _LEVEL = (

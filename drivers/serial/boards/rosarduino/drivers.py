@@ -254,8 +254,9 @@ class ArduinoSonar(ArduinoDriver):
         else:
             assert self.pin
             board.protocol.poll(ping(self.pin), self.cycle_s, Pings(description, sampler).take)
-        sonar = LineRangeSensor(description, sampler, board.line)
-        sonar.await_first(self.first_s + (PING_S * MUTE_PINGS if self.pin else 0))
+        first_s = self.first_s + (PING_S * MUTE_PINGS if self.pin else 0)
+        sonar = LineRangeSensor(description, sampler, board.line, first_s)
+        sonar.open()
         return sonar
 
 
