@@ -36,6 +36,17 @@ def escape(text: str, *, keep: str = "") -> str:
     )
 
 
+_FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r")
+
+
+def escape_formula(text: str) -> str:
+    """Return a text for a cell of a CSV file. An apostrophe precedes what a spreadsheet would run as a formula.
+
+    Source: https://owasp.org/www-community/attacks/CSV_Injection.
+    """
+    return f"'{text}" if text.startswith(_FORMULA_STARTS) else text
+
+
 MOST_NAMED = 5
 """The greatest number of names that a message lists."""
 

@@ -56,26 +56,19 @@ class ChunkLocation:
     """The name of the compression; empty if the data are not packed."""
 
 
-class Lz4Error(ValueError):
-    """A chunk is packed with lz4, which robotcore neither writes nor reads.
-
-    The lz4 library cannot limit the size of its output, so a hostile file could fill the memory.
-    """
-
-
 def unpack(location: ChunkLocation, packed: bytes | memoryview) -> bytes | memoryview:
     """Return the unpacked data of a chunk.
 
     Raises ValueError or ZstdError if the data are too large, or have another size or checksum than the location.
+    The method lz4 is refused, because its library cannot limit the size of its output. A hostile file could fill the
+    memory.
     """
     if location.size > MAX_RECORD_BYTES:
         raise ValueError(f"the size of a chunk is {location.size} bytes, above the limit of {MAX_RECORD_BYTES}")
     if location.compression == "zstd":
         packed = _unpack_zstd(packed, location.size)
-    elif location.compression == "lz4":
-        raise Lz4Error("a chunk is packed with lz4")
     elif location.compression:
-        raise ValueError(f"a chunk is packed with the unknown method {location.compression!r}")
+        raise ValueError(f"a chunk is packed with {location.compression!r} instead of zstd")
     if len(packed) != location.size:
         raise ValueError(f"a chunk has {len(packed)} bytes instead of {location.size}")
     if location.crc and zlib.crc32(packed) != location.crc:
@@ -118,7 +111,6 @@ def read_records(data: bytes | memoryview, allowance: Allowance | None = None) -
 
 MAGIC = b"\x89MCAP0\r\n"
 
-_PIECE_BYTES = 2**20
 _INVALID_OPCODE = 0
 _CHUNK = struct.Struct("<QQQII")
 """The header of a chunk: first and last message time, unpacked size, checksum, length of the compression's name."""
@@ -167,7 +159,7 @@ class ChunkedFile:
 
     def _chunks(self, file: BinaryIO) -> Iterator[tuple[ChunkLocation, Iterator[Record]]]:
         size = os.fstat(file.fileno()).st_size
-        crc: int | None = zlib.crc32(MAGIC)
+        crc: int | None = zlib.crc32(MAGIC)  # None after a record that is too long to read
         while len(head := file.read(RECORD.size)) == RECORD.size:
             opcode, length = RECORD.unpack(head)
             at = file.tell()
@@ -176,50 +168,50 @@ class ChunkedFile:
                     self._set_damage(at, "a record has an invalid type or length")
                 return
             if opcode == Opcode.DATA_END:
-                self._check_file_checksum(file, crc, at)
+                self._check_checksum(int.from_bytes(file.read(4), "little"), crc, at)
+                self.is_whole = not self.damage and _has_end_magic(file)
                 return
-            crc = None if crc is None else zlib.crc32(head, crc)
+            body = file.read(length) if length <= MAX_RECORD_BYTES else None
+            crc = None if crc is None or body is None else zlib.crc32(body, zlib.crc32(head, crc))
+            if opcode in (Opcode.CHUNK, Opcode.MESSAGE_INDEX):
+                self.allowance.grow(min(length, MAX_RECORD_BYTES))
             if opcode == Opcode.CHUNK:
-                if (chunk := self._read_chunk(file, length, at)) is None:
+                try:
+                    location, data = _unpack_chunk(body, at)
+                except DAMAGE as error:
+                    self.damage = format_damage(at - RECORD.size, error)
                     return
-                location, body, data = chunk
-                crc = None if crc is None else zlib.crc32(body, crc)
                 yield location, read_records(data, self.allowance)
-            else:
-                if opcode == Opcode.MESSAGE_INDEX and length <= MAX_RECORD_BYTES:
-                    self.allowance.grow(length)
-                crc = _skip_record(file, length, crc)
+            elif body is None:
+                file.seek(length, os.SEEK_CUR)
         if size > len(MAGIC) and _has_end_magic(file):
             self._set_damage(size + RECORD.size, "the record that ends the data is missing")
 
-    def _read_chunk(
-        self, file: BinaryIO, length: int, at: int
-    ) -> tuple[ChunkLocation, memoryview, bytes | memoryview] | None:
-        self.allowance.grow(length)
-        try:
-            if length > MAX_RECORD_BYTES:
-                raise ValueError(f"a chunk has {length} bytes, above the limit of {MAX_RECORD_BYTES}")
-            body = memoryview(file.read(length))
-            location, packed = _parse_chunk(body, at)
-            return location, body, unpack(location, packed)
-        except Lz4Error as error:
-            remedy = "Pack it with Zstandard: mcap compress --compression zstd"
-            raise RecordingError(
-                self._path, "the file is packed with lz4", remedy, kind="recording-compression"
-            ) from error
-        except DAMAGE as error:
-            self.damage = format_damage(at - RECORD.size, error)
-            return None
+    def _check_checksum(self, written: int, crc: int | None, at: int) -> None:
+        if written and crc not in (None, written):
+            self._set_damage(at, "the checksum of the file is wrong")
 
     def _set_damage(self, at: int, problem: str) -> None:
         self.damage = format_damage(at - RECORD.size, ValueError(problem))
 
-    def _check_file_checksum(self, file: BinaryIO, crc: int | None, at: int) -> None:
-        written = int.from_bytes(file.read(4), "little")
-        is_same = written == 0 or crc in (None, written)
-        self.is_whole = is_same and _has_end_magic(file)
-        if not is_same:
-            self._set_damage(at, "the checksum of the file is wrong")
+
+def _unpack_chunk(content: bytes | None, at: int) -> tuple[ChunkLocation, bytes | memoryview]:
+    """Return the location of a chunk's data, and the unpacked data.
+
+    content: the chunk; None if it is too long to read.
+    at: the offset of the chunk in the file.
+    """
+    if content is None:
+        raise ValueError(f"a chunk has more than {MAX_RECORD_BYTES} bytes")
+    body = memoryview(content)
+    *_, size, crc, name_length = _CHUNK.unpack_from(body)
+    name_end = _CHUNK.size + name_length
+    begin = name_end + _LENGTH.size
+    (packed_length,) = _LENGTH.unpack_from(body, name_end)
+    packed = body[begin : begin + packed_length]
+    compression = bytes(body[_CHUNK.size : name_end]).decode()
+    location = ChunkLocation(at + begin, len(packed), size, crc, compression)
+    return location, unpack(location, packed)
 
 
 @contextmanager
@@ -242,26 +234,6 @@ def _open_regular(path: Path) -> Iterator[BinaryIO]:
 
 def _open_nonblocking(path: str, flags: int) -> int:
     return os.open(path, flags | os.O_NONBLOCK | os.O_NOCTTY)
-
-
-def _skip_record(file: BinaryIO, length: int, crc: int | None) -> int | None:
-    """Move to the end of a record, and return the file's checksum so far; None if the record is too long to read."""
-    if crc is None or length > MAX_RECORD_BYTES:
-        file.seek(length, os.SEEK_CUR)
-        return None
-    while length and (piece := file.read(min(length, _PIECE_BYTES))):
-        crc, length = zlib.crc32(piece, crc), length - len(piece)
-    return crc
-
-
-def _parse_chunk(body: memoryview, at: int) -> tuple[ChunkLocation, memoryview]:
-    """Return the location of a chunk's data, and the packed data. ``at`` is the offset of ``body`` in the file."""
-    *_, size, crc, name_length = _CHUNK.unpack_from(body)
-    name_end = _CHUNK.size + name_length
-    begin = name_end + _LENGTH.size
-    (length,) = _LENGTH.unpack_from(body, name_end)
-    packed = body[begin : begin + length]
-    return ChunkLocation(at + begin, len(packed), size, crc, bytes(body[_CHUNK.size : name_end]).decode()), packed
 
 
 def _has_end_magic(file: BinaryIO) -> bool:

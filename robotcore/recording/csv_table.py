@@ -12,13 +12,7 @@ from robotcore.hal.devices import Angle, Range, Voltage
 from robotcore.recording.events import Read
 from robotcore.recording.mcap_file import build_unwritable_error
 from robotcore.recording.recording import Recording
-from robotcore.recording.summary import find_last_reads
-
-_FORMULA = ("=", "+", "-", "@", "\t", "\r")
-"""A spreadsheet runs a text that begins with one of these characters as a formula.
-
-Source: https://owasp.org/www-community/attacks/CSV_Injection.
-"""
+from robotcore.text import escape_formula
 
 _NO_WHEELS, _NO_POSE = ("",) * 2, ("",) * 3
 _POSE = ("x_m", "y_m", "heading_rad")
@@ -60,10 +54,10 @@ def _build_rows(recording: Recording) -> Iterator[list[Any]]:
     for tick in recording.ticks:
         true = list(truth.get(tick.number) or _NO_POSE) if truth else []
         decided = [*(tick.asked or _NO_WHEELS), *(tick.sent or _NO_WHEELS), *(tick.pose or _NO_POSE)]
-        reads = find_last_reads(tick)
+        reads = {read.device: read for read in tick.reads if not read.error}  # the last one of each device
         samples = [cell for name, unit in sensors for cell in _build_sample_cells(recording, reads.get(name), unit)]
         causes = " ".join(each.cause for each in tick.interventions)
-        state, causes, error = map(_escape_formula, (tick.state, causes, tick.error.message if tick.error else ""))
+        state, causes, error = map(escape_formula, (tick.state, causes, tick.error.message if tick.error else ""))
         yield [tick.number, tick.time, state, *decided, *true, *samples, causes, error]
 
 
@@ -85,7 +79,3 @@ def _build_sample_cells(recording: Recording, read: Read | None, unit: str) -> t
         case Voltage():
             return sample.voltage, read.time
     return read.sequence, read.time
-
-
-def _escape_formula(text: str) -> str:
-    return f"'{text}" if text.startswith(_FORMULA) else text

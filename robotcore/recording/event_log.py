@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from enum import Enum
 from typing import NamedTuple
 
-from robotcore.recording.events import RecordedError, Tick
+from robotcore.recording.events import Tick
 from robotcore.runtime.faults import PlannedFault
 from robotcore.runtime.result import RunResult
 
@@ -35,65 +35,50 @@ class RunLog:
     def __init__(self, milestones: Iterable[str], faults: Sequence[PlannedFault] = ()) -> None:
         self._awaited = set(milestones)
         self._planned = faults
-        self._present: set[int] = set()
-        self._device_errors: dict[str, str] = {}
-        self._causes: set[str] = set()
-        self._dropped = 0
-        self._error: RecordedError | None = None
+        self._lasting: dict[tuple[str, object], _LastingEvent] = {}
+        self._has_dropped = False
 
     def list_new(self, tick: Tick) -> Iterator[LogLine]:
         """Yield the log lines of the next tick."""
         if tick.state in self._awaited:
             self._awaited.discard(tick.state)
             yield LogLine(Level.Info, f"milestone: {tick.state}")
-        yield from self._list_fault_changes(tick.time)
-        yield from self._list_device_errors(tick)
-        yield from self._list_interventions(tick)
-        yield from self._list_drops(tick)
-        yield from (LogLine(Level.Warning, warning) for warning in tick.warnings)
-        yield from self._list_error_changes(tick.error)
-
-    def _list_error_changes(self, error: RecordedError | None) -> Iterator[LogLine]:
-        if error and error != self._error:
-            yield LogLine(Level.Error, f"{error.kind}: {error.message}")
-        if self._error and not error:
-            yield LogLine(Level.Info, "the run continues")
-        self._error = error
-
-    def _list_fault_changes(self, time: float) -> Iterator[LogLine]:
-        for fault in self._planned:
-            if (is_on := fault.is_on(time)) is not (fault.position in self._present):
-                self._present ^= {fault.position}
-                yield LogLine(Level.Warning if is_on else Level.Info, f"fault {'begins' if is_on else 'ends'}: {fault}")
-
-    def _list_device_errors(self, tick: Tick) -> Iterator[LogLine]:
-        failed = {read.device: read.error.message for read in tick.reads if read.error}
-        for device, message in failed.items():
-            if self._device_errors.get(device) != message:
-                yield LogLine(Level.Error, message)
-        for device in [name for name in self._device_errors if name not in failed]:
-            if any(read.device == device for read in tick.reads):
-                yield LogLine(Level.Info, f"{device}: returns samples again")
-            else:
-                failed[device] = self._device_errors[device]
-        self._device_errors = failed
-
-    def _list_interventions(self, tick: Tick) -> Iterator[LogLine]:
-        causes = {each.cause for each in tick.interventions}
-        for each in tick.interventions:
-            if each.cause not in self._causes:
-                self._causes.add(each.cause)
-                yield LogLine(
-                    Level.Warning, f"{each.cause}: {_format_wheels(each.asked)} became {_format_wheels(each.sent)}"
-                )
-        for cause in sorted(self._causes - causes):
-            yield LogLine(Level.Info, f"{cause}: ended")
-        self._causes = causes
-
-    def _list_drops(self, tick: Tick) -> Iterator[LogLine]:
-        before, self._dropped = self._dropped, self._dropped + len(list_dropped(tick))
-        if self._dropped and not before:
+        before, self._lasting = self._lasting, {each.key: each for each in self._list_lasting(tick)}
+        for key, event in self._lasting.items():
+            if key not in before or before[key].subject != event.subject:
+                yield event.line
+        for key, event in before.items():
+            if key not in self._lasting:
+                yield LogLine(Level.Info, event.end)
+        if not self._has_dropped and list_dropped(tick):
+            self._has_dropped = True
             yield LogLine(Level.Warning, "pictures are dropped, because the disk is too slow")
+        yield from (LogLine(Level.Warning, warning) for warning in tick.warnings)
+
+    def _list_lasting(self, tick: Tick) -> Iterator[_LastingEvent]:
+        for fault in self._planned:
+            if fault.is_on(tick.time):
+                line = LogLine(Level.Warning, f"fault begins: {fault}")
+                yield _LastingEvent(("fault", fault.position), line, f"fault ends: {fault}")
+        read = {each.device for each in tick.reads}
+        yield from (each for (kind, name), each in self._lasting.items() if kind == "device" and name not in read)
+        for device, message in {each.device: each.error.message for each in tick.reads if each.error}.items():
+            line = LogLine(Level.Error, message)
+            yield _LastingEvent(("device", device), line, f"{device}: returns samples again", message)
+        for cause, each in {each.cause: each for each in reversed(tick.interventions)}.items():
+            change = f"{cause}: {_format_wheels(each.asked)} became {_format_wheels(each.sent)}"
+            yield _LastingEvent(("cause", cause), LogLine(Level.Warning, change), f"{cause}: ended")
+        if error := tick.error:
+            line = LogLine(Level.Error, f"{error.kind}: {error.message}")
+            yield _LastingEvent(("error", ""), line, "the run continues", error)
+
+
+class _LastingEvent(NamedTuple):
+    key: tuple[str, object]
+    line: LogLine
+    """The line at the begin of the event, and each time its subject changes."""
+    end: str
+    subject: object = None
 
 
 def list_dropped(tick: Tick) -> list[str]:

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import cv2
 
-from robotcore.description import Mount
 from robotcore.geometry import Pose
 from robotcore.hal.devices import (
     Battery,
@@ -79,24 +78,13 @@ def to_pose_message(pose: Pose) -> FoxglovePose:
 
 def build_pose_transform(parent: str, child: str, pose: Pose, time: float) -> FrameTransform:
     """Return Foxglove's message for the pose of the frame ``child`` in the frame ``parent``, at a time in seconds."""
-    return _build_transform(parent, child, (pose.x, pose.y, 0.0), (0.0, 0.0, pose.heading), time)
+    return build_transform(parent, child, (pose.x, pose.y, 0.0), (0.0, 0.0, pose.heading), time)
 
 
-def build_mount_transform(device: str, mount: Mount) -> FrameTransform:
-    """Return Foxglove's message for the mount of a device on the robot's body."""
-    place, turn = (mount.x_m, mount.y_m, mount.z_m), (0.0, mount.pitch_rad, mount.yaw_rad)
-    return _build_transform(BODY, device, place, turn)
-
-
-def build_optical_transform(device: str) -> FrameTransform:
-    """Return Foxglove's message for a camera's optical frame: x to the right, y down, z ahead (REP 103)."""
-    return _build_transform(device, build_optical_name(device), (0.0, 0.0, 0.0), (-math.pi / 2, 0.0, -math.pi / 2))
-
-
-def _build_transform(
+def build_transform(
     parent: str, child: str, place: tuple[float, float, float], turn: tuple[float, float, float], time: float = 0.0
 ) -> FrameTransform:
-    """Return a transform by a place in metres and a turn (roll, pitch, yaw) in radians."""
+    """Return Foxglove's message for a place in metres and a turn (roll, pitch, yaw) in radians."""
     from foxglove import messages
 
     x, y, z = place
@@ -110,7 +98,7 @@ def _build_transform(
 
 
 def build_optical_name(device: str) -> str:
-    """Return the name of a camera's optical frame."""
+    """Return the name of a camera's optical frame: x to the right, y down, z ahead (REP 103)."""
     return f"{device}_optical"
 
 

@@ -28,58 +28,50 @@ Unpack = Callable[[memoryview], Image]
 """A function that decodes the message of a picture."""
 
 
-class PictureLocation(NamedTuple):
-    """The location of a picture in a file."""
+class Picture(NamedTuple):
+    """A picture in a file."""
 
     chunk: ChunkLocation
     channel: int
     message: int
     """The sequence number of its message in the channel. The first message has 1."""
     unpack: Unpack
-
-
-class Picture(NamedTuple):
-    """A picture in a file."""
-
-    location: PictureLocation
-    time: float
+    time: float = 0.0
     """The capture time in seconds on the robot's clock."""
-    sequence: int
+    sequence: int = 0
     """The sequence number of the frame."""
 
 
 class FileSamples(Mapping[SampleKey, RecordedSample]):
     """The samples of a file by key. Getting a damaged picture raises RecordingError."""
 
-    def __init__(
-        self, path: Path, numbers: Mapping[SampleKey, RecordedSample], pictures: Mapping[SampleKey, Picture]
-    ) -> None:
-        self._path, self._numbers, self._pictures = path, numbers, pictures
+    def __init__(self, path: Path, samples: Mapping[SampleKey, RecordedSample | Picture]) -> None:
+        self._path, self._samples = path, samples
         self._messages = lru_cache(CACHED_CHUNKS)(self._read)
 
     def __getitem__(self, key: SampleKey) -> RecordedSample:
-        if key in self._numbers:
-            return self._numbers[key]
-        (chunk, channel, message, unpack), time, sequence = self._pictures[key]
+        sample = self._samples[key]
+        if not isinstance(sample, Picture):
+            return sample
         try:
-            image = unpack(self._messages(chunk)[channel, message])
+            image = sample.unpack(self._messages(sample.chunk)[sample.channel, sample.message])
         except RecordingError:
             raise
         except DAMAGE as error:
-            problem = f"picture {key.number} of {key.device} is damaged ({format_damage(chunk.offset, error)})"
+            place = format_damage(sample.chunk.offset, error)
+            problem = f"picture {key.number} of {key.device} is damaged ({place})"
             raise RecordingError(self._path, problem, "Record the run again", kind="recording-damaged") from error
-        return Frame(image, time, sequence)
+        return Frame(image, sample.time, sample.sequence)
 
     def __contains__(self, key: object) -> bool:
         """Return whether the file has a sample. The file is not read."""
-        return key in self._numbers or key in self._pictures
+        return key in self._samples
 
     def __iter__(self) -> Iterator[SampleKey]:
-        yield from self._numbers
-        yield from self._pictures
+        return iter(self._samples)
 
     def __len__(self) -> int:
-        return len(self._numbers) + len(self._pictures)
+        return len(self._samples)
 
     def _read(self, chunk: ChunkLocation) -> dict[tuple[int, int], memoryview]:
         records = ChunkedFile(self._path).read_again(chunk)
@@ -133,7 +125,7 @@ class _RecordingBuilder:
         self._schemas: dict[int, str] = {}
         self._channels: dict[int, _Channel] = {}
         self._numbers: dict[SampleKey, RecordedSample] = {}
-        self._pictures: dict[SampleKey, PictureLocation] = {}
+        self._pictures: dict[SampleKey, Picture] = {}
         self._ticks: list[Tick] = []
         self._truth: list[GroundTruthSample] = []
         self._metadata: Metadata | None = None
@@ -154,9 +146,7 @@ class _RecordingBuilder:
     def _add_message(self, chunk: ChunkLocation, channel: _Channel, message: Message, allowance: Allowance) -> None:
         if channel.device is not None and channel.schema in _PICTURES:
             key = SampleKey(channel.device, message.sequence - 1)  # the first message has the sequence 1
-            self._pictures[key] = PictureLocation(
-                chunk, message.channel_id, message.sequence, _PICTURES[channel.schema]
-            )
+            self._pictures[key] = Picture(chunk, message.channel_id, message.sequence, _PICTURES[channel.schema])
         elif channel.device is not None or channel.topic in _TOPICS:
             allowance.take_text(len(message.data))
             content = bytes(message.data)
@@ -181,7 +171,7 @@ class _RecordingBuilder:
         """Return the recording. Raises RecordingError if the file has no metadata of a run."""
         if self._metadata is None:
             raise _build_no_run_error(self._path, damage, is_whole=is_whole)
-        samples = FileSamples(self._path, self._numbers, dict(self._list_pictures()))
+        samples = FileSamples(self._path, {**self._numbers, **dict(self._list_pictures())})
         jpegs = {key.device for key, place in self._pictures.items() if place.unpack is decode_compressed_image}
         return Recording(
             metadata=self._metadata,
@@ -200,18 +190,14 @@ class _RecordingBuilder:
             captured = [(read.key, read.time or 0.0, read.sequence or 0) for read in tick.reads if read.key]
             captured += [(each.key, tick.time, each.key.number) for each in tick.shown if each.key]
             for key, time, sequence in captured:
-                if location := self._pictures.get(key):
-                    yield key, Picture(location, time, sequence)
+                if picture := self._pictures.get(key):
+                    yield key, picture._replace(time=time, sequence=sequence)
 
 
 def _build_no_run_error(path: Path, damage: str, *, is_whole: bool) -> RecordingError:
     if is_whole:
-        return RecordingError(
-            path,
-            "the file has no recorded run",
-            "Name a file that robotcore has recorded",
-            kind="recording-without-run",
-        )
+        remedy = "Name a file that robotcore has recorded"
+        return RecordingError(path, "the file has no recorded run", remedy, kind="recording-without-run")
     problem = f"is damaged ({damage})" if damage else "ends"
     problem = f"the file {problem} before the metadata of its run, so it cannot be read"
     kind = "recording-damaged" if damage else "recording-cut"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import threading
 from collections import deque
-from contextlib import ExitStack, suppress
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -38,7 +38,7 @@ If each tick woke the writer thread, recording a tick would take 2 ms on a busy 
 class WriteQueue(Generic[T]):
     """A queue from the control thread to the writer thread. A full queue still accepts entries.
 
-    room: the size of the queue in bytes.
+    room: the size of the queue in bytes. A queue that has ended is never full.
     """
 
     def __init__(self, room: int = QUEUE_BYTES) -> None:
@@ -49,7 +49,7 @@ class WriteQueue(Generic[T]):
 
     def has_room(self) -> bool:
         """Return whether the queue is not full."""
-        return self._put_bytes - self._taken_bytes < self._room
+        return self._put_bytes - self._taken_bytes < self._room or self._ended.is_set()
 
     def put(self, entry: T, size: int, *, waits: bool) -> None:
         """Add an entry of about ``size`` bytes. If ``waits`` is True, wait until the queue has room again."""
@@ -63,12 +63,6 @@ class WriteQueue(Generic[T]):
     def end(self) -> None:
         """End the queue: `put` discards further entries, and stops waiting."""
         self._ended.set()
-
-    def abandon(self) -> None:
-        """End the queue and discard its entries. Only the thread that calls `get` may call this method."""
-        self.end()
-        while not self.is_over:
-            self.get()
 
     def get(self) -> T | None:
         """Return the oldest entry; None if the queue is empty, after a wait of `POLL_S` seconds."""
@@ -119,8 +113,7 @@ class Recorder:
         self._thread: threading.Thread | None = None
 
     def __repr__(self) -> str:
-        state = self.failure or self.ended_early or ("writing" if self.is_writing else "not writing")
-        return f"Recorder({str(self.path)!r}: {state})"
+        return f"Recorder({str(self.path)!r}: {self.failure or self.ended_early or 'no failure'})"
 
     @property
     def has_begun(self) -> bool:
@@ -145,20 +138,17 @@ class Recorder:
         """Open the file, write the metadata, and start the writer thread."""
         metadata = build_metadata(run)
         self._run, self._is_stepped, self._outer = run, metadata.is_stepped, sys.exc_info()[1]
+        file = None
         try:
             file = McapFile(self.path)
-        except RobotcoreError as failure:
-            self._set_failure(failure)
-            return
-        with ExitStack() as undo:
-            undo.callback(self._close, file)
-            try:
-                writer = RecordingWriter(file, run, metadata, is_jpeg=self._is_jpeg)
-            except Exception as error:  # noqa: BLE001  any error must end only the recording, not the run
-                self._set_failure(error)
-                return
+            writer = RecordingWriter(file, run, metadata, is_jpeg=self._is_jpeg)
+        except Exception as error:  # noqa: BLE001  any error must end only the recording, not the run
+            self._set_failure(error)
+        else:
             self._thread = start_thread(partial(self._write, file, writer), "recorder")
-            undo.pop_all()
+        finally:
+            if file and not self._thread:
+                self._close(file)
 
     def tick(self, record: TickRecord) -> None:
         """Put a tick into the queue."""
@@ -172,11 +162,8 @@ class Recorder:
         if self._thread:
             self._thread.join(JOIN_S)
             if self._thread.is_alive():
-                self._set_failure(
-                    RecordingError(
-                        self.path, f"the disk has not responded for {JOIN_S:g} s", "Use another disk", kind="disk-hangs"
-                    )
-                )
+                problem = f"the disk has not responded for {JOIN_S:g} s"
+                self._set_failure(RecordingError(self.path, problem, "Use another disk", kind="disk-hangs"))
 
     def _find_error(self, record: TickRecord) -> RecordedError | None:
         """Return the error that ends the run in this tick; None if the run continues.
@@ -223,7 +210,7 @@ class Recorder:
         size, time = f"{(self._limit or 0) / 1e6:g} MB", f"{last.record.time:.1f} s"
         self.ended_early = f"the recording reached its size limit of {size} at {time}, before the end of the run"
         writer.end_early(self.ended_early)
-        self._queue.abandon()
+        self._queue.end()
 
     def _close(self, file: McapFile) -> None:
         with suppress(RecordingError):

@@ -8,7 +8,6 @@ from functools import cached_property
 from itertools import zip_longest
 from typing import Any
 
-from robotcore.geometry import Pose
 from robotcore.recording import Recording
 from robotcore.recording.summary import (
     PosePath,
@@ -66,15 +65,6 @@ class RunSummary:
         return ((world.floor.length_m, world.floor.width_m), *(thing.outline for thing in world.bodies))
 
     @property
-    def path(self) -> list[Pose]:
-        """The true poses; without a simulator, the poses by odometry."""
-        return list((self.truth or self.odometry).values())
-
-    @property
-    def interventions(self) -> int:
-        return sum(count_interventions(self.recording).values())
-
-    @property
     def drift(self) -> float | None:
         """The distance in metres between the last pose by odometry and the true pose; None if one is unknown."""
         both = self.truth.keys() & self.odometry.keys()
@@ -103,7 +93,7 @@ class RunSummary:
             "final_odometry": _round_last_pose(self.odometry),
             "final_truth": _round_last_pose(self.truth),
             "drift_m": None if self.drift is None else round(self.drift, _DIGITS),
-            "interventions": self.interventions,
+            "interventions": sum(count_interventions(self.recording).values()),
             "rate_hz": None if rate is None else round(rate, _DIGITS),
             "overruns": result.overruns,
             "batteries": result.batteries,

@@ -12,7 +12,7 @@ from typing import Any
 from robotcore.description import BatteryDescription
 from robotcore.geometry import Pose
 from robotcore.hal.devices import Voltage
-from robotcore.recording.events import Read, Tick
+from robotcore.recording.events import Tick
 from robotcore.recording.recording import Recording
 from robotcore.runtime.apps import app_name
 from robotcore.runtime.intervention_timer import InterventionTimer
@@ -196,8 +196,3 @@ def summarise_contents(recording: Recording) -> dict[str, Any]:
         "replayable": recording.is_replayable,
         "why_not": recording.missing_inputs or None,
     }
-
-
-def find_last_reads(tick: Tick) -> dict[str, Read]:
-    """Return the last successful read of each device in a tick, by device name."""
-    return {read.device: read for read in tick.reads if not read.error}

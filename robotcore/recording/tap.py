@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import Generic
+from functools import partial
+from typing import TypeVar
 
 from robotcore.errors import RobotcoreError
 from robotcore.geometry import Wheels
@@ -24,6 +26,8 @@ from robotcore.recording.events import (
 from robotcore.runtime.layers.base import MotorOutput, Reader, Show, Tap
 from robotcore.safety import CommandFilter, Commit, Intervention, Latch
 
+T = TypeVar("T")
+
 
 @dataclass(slots=True)
 class TickEvents:
@@ -39,92 +43,6 @@ class TickEvents:
     commit_error: RecordedError | None = None
 
 
-class RecordedSensor(Generic[SampleT]):
-    """Records the reads of one sensor. A sample that is read several times is stored once."""
-
-    def __init__(self, tap: RecordingTap, device: str, read: Reader[SampleT]) -> None:
-        self._tap, self._device, self._read = tap, device, read
-        self._last: SampleT | None = None
-        self._number: int | None = None
-        self._count = 0
-
-    def __call__(self) -> SampleT:
-        try:
-            sample = self._read()
-        except RobotcoreError as error:
-            self._tap.events.reads.append(Read(self._device, error=RecordedError.of(error), by=self._tap.reader))
-            raise
-        if sample is not self._last:
-            self._keep(sample)
-        read = Read(self._device, sample.sequence, sample.time, self._number, by=self._tap.reader)
-        self._tap.events.reads.append(read)
-        return sample
-
-    def _keep(self, sample: SampleT) -> None:
-        self._last, self._number = sample, None
-        if not self._tap.must_drop(sample):
-            self._number = self._count
-            self._count += 1
-            self._tap.events.samples.append((SampleKey(self._device, self._number), sample))
-
-
-class RecordedDisplay:
-    """Records a copy of each displayed picture, because the app may change the picture later."""
-
-    def __init__(self, tap: RecordingTap, device: str, show: Show) -> None:
-        self._tap, self._device, self._show = tap, device, show
-        self._count = 0
-
-    def __call__(self, image: Image) -> None:
-        try:
-            self._show(image)
-        except RobotcoreError as error:
-            self._tap.events.shown.append(ShownPicture(self._device, error=RecordedError.of(error)))
-            raise
-        self._tap.events.shown.append(ShownPicture(self._device, self._keep(image)))
-
-    def _keep(self, image: Image) -> int | None:
-        number, picture = self._count, Frame(image.copy(), 0.0, self._count)
-        if self._tap.must_drop(picture):
-            return None
-        self._count += 1
-        self._tap.events.samples.append((SampleKey(self._device, number), picture))
-        return number
-
-
-class RecordedStage:
-    """Records the commands of the app to the drive, and the velocities that the safety stage allows."""
-
-    def __init__(self, tap: RecordingTap, inner: CommandFilter) -> None:
-        self._tap, self._inner = tap, inner
-
-    def ask(self, wheels: Wheels) -> Wheels:
-        try:
-            with self._tap.set_reader(GUARD):
-                given = self._inner.ask(wheels)
-        except RobotcoreError as error:
-            self._tap.events.asks.append(DriveCommand(wheels, error=RecordedError.of(error)))
-            raise
-        self._tap.events.asks.append(DriveCommand(wheels, given))
-        return given
-
-    def stop(self) -> None:
-        try:
-            self._inner.stop()
-        except RobotcoreError as error:
-            self._tap.events.asks.append(DriveCommand(None, error=RecordedError.of(error)))
-            raise
-        self._tap.events.asks.append(DriveCommand(None))
-
-    def commit(self) -> Commit:
-        try:
-            with self._tap.set_reader(GUARD):
-                return self._inner.commit()
-        except RobotcoreError as error:
-            self._tap.events.commit_error = RecordedError.of(error)
-            raise
-
-
 class RecordingTap(Tap):
     """Records the reads and commands of each tick. A picture is dropped if ``has_room`` returns False."""
 
@@ -133,44 +51,75 @@ class RecordingTap(Tap):
         """The events of the current tick."""
         self.dropped = 0
         """The number of dropped pictures."""
-        self.reader: str | None = None
-        """The part that reads sensors now, `GUARD` or `ODOMETRY`; None for the app."""
-        self._latch = Latch()
         self._has_room = has_room
+        self._latch = Latch()
+        self._kept = Counter[str]()
+        self._reader: str | None = None
 
     def take(self) -> TickEvents:
         """Return the events of the tick, and begin a new one."""
         events, self.events = self.events, TickEvents()
         return events
 
-    def must_drop(self, sample: Sample) -> bool:
-        """Return whether ``sample`` is a picture without room in the queue. Such a picture counts as dropped."""
-        is_dropped = isinstance(sample, Frame) and not self._has_room()
-        self.dropped += is_dropped
-        return is_dropped
-
-    @contextmanager
-    def set_reader(self, reader: str) -> Iterator[None]:
-        """Set ``reader`` within the ``with`` block."""
-        self.reader = reader
-        try:
-            yield
-        finally:
-            self.reader = None
-
     def find_latched(self, interventions: Iterable[Intervention]) -> RobotcoreError | None:
         """Return the error of the latch if the latch caused one of the interventions, else None."""
         latch = self._latch
         return latch.error if latch.error and latch.cause in {each.cause for each in interventions} else None
 
+    def record(self, kind: str, build: Callable[..., object], call: Callable[[], T]) -> T:
+        """Make a call, and record it as the event that ``build`` returns.
+
+        kind: the field of `TickEvents` for the event.
+        build: a function of the result and of the error of the call. One of them is None.
+        """
+        try:
+            result = call()
+        except RobotcoreError as error:
+            getattr(self.events, kind).append(build(None, RecordedError.of(error)))
+            raise
+        getattr(self.events, kind).append(build(result, None))
+        return result
+
+    @contextmanager
+    def set_reader(self, reader: str) -> Iterator[None]:
+        """Record the reads within the ``with`` block as those of the range guard or the odometry."""
+        self._reader = reader
+        try:
+            yield
+        finally:
+            self._reader = None
+
     def latch(self, latch: Latch) -> None:
         self._latch = latch
 
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
-        return RecordedSensor(self, sensor.name, read)
+        """Return a reader that records each read. A sample that is read several times is stored once."""
+        last: SampleT | None = None
+        number: int | None = None
+
+        def build(sample: SampleT | None, error: RecordedError | None) -> Read:
+            nonlocal last, number
+            if sample is None:
+                return Read(sensor.name, error=error, by=self._reader)
+            if sample is not last:
+                last, number = sample, self._keep(sensor.name, sample)
+            return Read(sensor.name, sample.sequence, sample.time, number, by=self._reader)
+
+        return partial(self.record, "reads", build, read)
 
     def display(self, display: Display, show: Show) -> Show:
-        return RecordedDisplay(self, display.name, show)
+        """Return a function that records a copy of each picture, because the app may change the picture later."""
+
+        def record(image: Image) -> None:
+            def build(_: None, error: RecordedError | None) -> ShownPicture:
+                if error:
+                    return ShownPicture(display.name, error=error)
+                picture = Frame(image.copy(), 0.0, self._kept[display.name])
+                return ShownPicture(display.name, self._keep(display.name, picture))
+
+            self.record("shown", build, partial(show, image))
+
+        return record
 
     def command_filter(self, inner: CommandFilter) -> CommandFilter:
         return RecordedStage(self, inner)
@@ -181,19 +130,8 @@ class RecordingTap(Tap):
         Stops after the latch has tripped are not recorded, because they may come from the framework instead of the app.
         """
 
-        def record(asked: float | None, command: Callable[[], float | None]) -> float | None:
-            try:
-                given = command()
-            except RobotcoreError as error:
-                recorded = RecordedError.of(error)
-                self.events.motor_asks.append(MotorCommand(motor.name, asked, error=recorded))
-                raise
-            self.events.motor_asks.append(MotorCommand(motor.name, asked, given))
-            return given
-
-        def set_velocity(rad_s: float) -> float:
-            given = record(rad_s, lambda: motor.set_velocity(rad_s))
-            return 0.0 if given is None else given
+        def record(asked: float | None, command: Callable[[], T]) -> T:
+            return self.record("motor_asks", partial(MotorCommand, motor.name, asked), command)
 
         def stop() -> None:
             if self._latch.error:
@@ -201,17 +139,43 @@ class RecordingTap(Tap):
             else:
                 record(None, motor.stop)
 
-        return MotorOutput(motor.name, set_velocity, stop)
+        return MotorOutput(motor.name, lambda rad_s: record(rad_s, partial(motor.set_velocity, rad_s)), stop)
 
     def angles(self, read: Callable[[], Wheels]) -> Callable[[], Wheels]:
         def read_angles() -> Wheels:
-            try:
-                with self.set_reader(ODOMETRY):
-                    angles = read()
-            except RobotcoreError as error:
-                self.events.turned.append(WheelAngles(None, RecordedError.of(error)))
-                raise
-            self.events.turned.append(WheelAngles(angles))
-            return angles
+            with self.set_reader(ODOMETRY):
+                return self.record("turned", WheelAngles, read)
 
         return read_angles
+
+    def _keep(self, device: str, sample: Sample) -> int | None:
+        """Store a sample, and return its number; None if it is a picture that is dropped."""
+        if isinstance(sample, Frame) and not self._has_room():
+            self.dropped += 1
+            return None
+        number = self._kept[device]
+        self._kept[device] += 1
+        self.events.samples.append((SampleKey(device, number), sample))
+        return number
+
+
+class RecordedStage:
+    """Records the commands of the app to the drive, and the velocities that the safety stage allows."""
+
+    def __init__(self, tap: RecordingTap, inner: CommandFilter) -> None:
+        self._tap, self._inner = tap, inner
+
+    def ask(self, wheels: Wheels) -> Wheels:
+        with self._tap.set_reader(GUARD):
+            return self._tap.record("asks", partial(DriveCommand, wheels), partial(self._inner.ask, wheels))
+
+    def stop(self) -> None:
+        self._tap.record("asks", partial(DriveCommand, None), self._inner.stop)
+
+    def commit(self) -> Commit:
+        try:
+            with self._tap.set_reader(GUARD):
+                return self._inner.commit()
+        except RobotcoreError as error:
+            self._tap.events.commit_error = RecordedError.of(error)
+            raise

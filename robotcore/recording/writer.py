@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -19,9 +20,9 @@ from robotcore.recording.foxglove_channels import (
     ODOMETRY,
     TRUE,
     TRUE_BODY,
-    build_mount_transform,
-    build_optical_transform,
+    build_optical_name,
     build_pose_transform,
+    build_transform,
     open_channel,
     to_nanoseconds,
     to_pose_message,
@@ -151,9 +152,11 @@ def _build_static_transforms(metadata: Metadata) -> Iterator[FrameTransform]:
         yield build_pose_transform(TRUE, ODOMETRY, metadata.world.start.pose, 0.0)
     for device in metadata.description.devices:
         if isinstance(device, (CameraDescription, RangeSensorDescription)):
-            yield build_mount_transform(device.name, device.mount)
+            mount, turn = device.mount, (0.0, device.mount.pitch_rad, device.mount.yaw_rad)
+            yield build_transform(BODY, device.name, (mount.x_m, mount.y_m, mount.z_m), turn)
         if isinstance(device, CameraDescription):
-            yield build_optical_transform(device.name)
+            turn = (-math.pi / 2, 0.0, -math.pi / 2)
+            yield build_transform(device.name, build_optical_name(device.name), (0.0, 0.0, 0.0), turn)
 
 
 def _format_request(metadata: Metadata) -> dict[str, str]:

@@ -76,15 +76,24 @@ class ClusterEngine:
                 except Empty:
                     continue
                 unfinished -= 1
-                yield self._await_output(request, future, workers)
+                yield workers.await_output(request, future)
 
     def _connect(self) -> Any:  # distributed leaves much untyped
-        distributed = _import_distributed()
+        try:
+            distributed = import_module("distributed")
+        except ImportError as error:
+            raise BackendMissingError(
+                "the sweep needs distributed, which is not installed. pip install 'robotcore[cluster]'",
+                kind="library-missing",
+                module="distributed",
+                extra="cluster",
+            ) from error
         logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # the errors below replace its messages
         try:
-            # A Dask client would retry for a long time and warn if no program, or another one, is at the address.
+            # A Dask client would retry for a long time, or leave a thread, if no scheduler is at the address.
             socket.create_connection(distributed.comm.get_address_host_port(self.address), timeout=ANSWER_S).close()
-            _require_scheduler(self.address)
+            with ThreadPoolExecutor(1) as thread:  # the caller's thread may already run an event loop
+                thread.submit(asyncio.run, _require_scheduler(distributed, self.address)).result()
             return distributed.Client(self.address, timeout=ANSWER_S, set_as_default=False)
         except Exception as error:  # another program at the address may send anything
             raise BackendError(
@@ -107,49 +116,13 @@ class ClusterEngine:
             if mismatch:
                 raise BackendError(format_mismatch(worker, mismatch), kind="worker-mismatch", worker=worker)
 
-    def _await_output(self, request: RunRequest, future: Any, workers: _Workers) -> RunOutput:
-        from distributed import KilledWorker
 
-        try:
-            return workers.await_output(future)
-        except KilledWorker:
-            return make_failed_output(request, BackendError("each worker that executed this run died"))
-        except BackendError as error:
-            if error.kind != "worker-mismatch":  # other BackendErrors contain the hint already
-                raise
-            raise BackendError(f"{error}. {_RESUME_HINT}", kind=error.kind, **error.fields) from error
-        except (CancelledError, OSError) as error:  # Dask lost the scheduler; an OSError of the run is in its record
-            raise _make_gone_error(self.address) from error
-        except Exception as error:  # noqa: BLE001  if a vendor's library raises, only this run fails
-            return make_failed_output(request, RobotcoreError(f"{type(error).__name__}: {error}"))
-
-
-def _import_distributed() -> Any:
-    try:
-        return import_module("distributed")
-    except ImportError as error:
-        raise BackendMissingError(
-            "the sweep needs distributed, which is not installed. pip install 'robotcore[cluster]'",
-            kind="library-missing",
-            module="distributed",
-            extra="cluster",
-        ) from error
-
-
-def _require_scheduler(address: str) -> None:
-    """Raise an error if no scheduler answers. A Dask client would wait for a long time and print a traceback."""
-    with ThreadPoolExecutor(1) as thread:  # the caller's thread may already run an event loop
-        kind = thread.submit(asyncio.run, _read_kind(address)).result()
-    if kind != "Scheduler":
-        raise OSError(f"{address} is a Dask {kind}, not a scheduler")
-
-
-async def _read_kind(address: str) -> str:
-    distributed = _import_distributed()
+async def _require_scheduler(distributed: Any, address: str) -> None:
     arguments = distributed.Security().get_connection_args("client")
     async with distributed.rpc(address, timeout=IDENTITY_S, connection_args=arguments) as remote:
-        identity: dict[str, str] = await asyncio.wait_for(remote.identity(), IDENTITY_S)
-    return identity["type"]
+        identity = await asyncio.wait_for(remote.identity(), IDENTITY_S)
+    if identity["type"] != "Scheduler":
+        raise OSError(f"{address} is a Dask {identity['type']}, not a scheduler")
 
 
 class _Workers:
@@ -165,7 +138,7 @@ class _Workers:
         try:
             threads = int(sum(self._client.nthreads().values()))
         except Exception as error:  # Dask, its network library and the system raise many types
-            raise _make_gone_error(self._address) from error
+            raise self._make_gone_error() from error
         now = self._clock.now()
         if threads:
             self._last_seen = now
@@ -178,24 +151,34 @@ class _Workers:
             )
         return _RUNS_PER_THREAD * max(threads, 1)
 
-    def await_output(self, future: Any) -> RunOutput:
-        """Wait for a run, and return its output. Dask repeats the run if the output is lost with its worker."""
-        from distributed import TimeoutError as DaskTimeoutError
+    def await_output(self, request: RunRequest, future: Any) -> RunOutput:
+        """Return the output of a run that has ended. Dask repeats the run if the output is lost with its worker."""
+        import distributed
 
-        while True:
-            try:
-                output: RunOutput = future.result(timeout=ANSWER_S)
-            except DaskTimeoutError:  # noqa: PERF203  each wait takes seconds
-                if future.status == "error":  # the run itself raised TimeoutError
-                    raise
-                self.count_allowed_runs()
-            else:
-                return output
+        try:
+            while True:
+                try:
+                    output: RunOutput = future.result(timeout=ANSWER_S)
+                except distributed.TimeoutError:  # noqa: PERF203  each wait takes seconds
+                    if future.status == "error":  # the run itself raised TimeoutError
+                        raise
+                    self.count_allowed_runs()
+                else:
+                    return output
+        except distributed.KilledWorker:
+            return make_failed_output(request, BackendError("each worker that executed this run died"))
+        except BackendError as error:
+            if error.kind != "worker-mismatch":  # other BackendErrors contain the hint already
+                raise
+            raise BackendError(f"{error}. {_RESUME_HINT}", kind=error.kind, **error.fields) from error
+        except (CancelledError, OSError) as error:  # Dask lost the scheduler; an OSError of the run is in its record
+            raise self._make_gone_error() from error
+        except Exception as error:  # noqa: BLE001  if a vendor's library raises, only this run fails
+            return make_failed_output(request, RobotcoreError(f"{type(error).__name__}: {error}"))
 
-
-def _make_gone_error(address: str) -> BackendError:
-    return BackendError(
-        f"the scheduler at {address} is gone. Start it again. {_RESUME_HINT}",
-        kind="scheduler-gone",
-        address=address,
-    )
+    def _make_gone_error(self) -> BackendError:
+        return BackendError(
+            f"the scheduler at {self._address} is gone. Start it again. {_RESUME_HINT}",
+            kind="scheduler-gone",
+            address=self._address,
+        )

@@ -7,7 +7,6 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cache
-from importlib.metadata import version
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from threading import Lock
@@ -16,8 +15,8 @@ from robotcore.description import is_own
 from robotcore.errors import BackendError, RobotcoreError
 from robotcore.runtime.apps import app_name, app_path, is_app_file
 from robotcore.runtime.plan import RunRequest
-from robotcore.runtime.versions import PYTHON, libraries
-from robotcore.sweep.fingerprint import compute_code_digest, read_own_files
+from robotcore.runtime.versions import libraries
+from robotcore.sweep.fingerprint import compute_code_digests, read_own_files
 from robotcore.sweep.single_run import RunOutput, attempt, make_failed_output
 from robotcore.sweep.spec import Sweep, format_command
 from robotcore.sweep.worker import WorkerProcess
@@ -101,20 +100,11 @@ def _get_worker(root: Path) -> WorkerProcess:
 class JobBundle:
     """The user's files that the runs of a sweep need, and the versions of the software that the runs use."""
 
-    apps: tuple[str, ...]
-    """The name of the app, then the name of the judge if there is one."""
+    sweep: Sweep
+    """The sweep, without its seeds."""
 
-    backends: tuple[str, ...]
-    """The names of the backends."""
-
-    faults: tuple[str, ...]
-    """The injected faults, as on the command line."""
-
-    versions: Mapping[str, str]
-    """The versions of robotcore, Python and the libraries, by name."""
-
-    code: str
-    """The digest of the installed code, by `compute_code_digest`."""
+    software: Mapping[str, str]
+    """The versions of Python and the libraries, and the digests of the installed code, by name."""
 
     home: Path
     """The working directory of the sweep. Relative file names of the user start there."""
@@ -125,31 +115,21 @@ class JobBundle:
     @classmethod
     def of(cls, sweep: Sweep) -> JobBundle:
         """Read the files of a sweep, and return its bundle. `Sweep.check` must have found no error."""
-        named = sweep.apps, sweep.backends, sweep.request.faults
-        return cls(
-            *named, _read_versions(sweep.backends), compute_code_digest(*named), Path.cwd(), read_own_files(sweep)
-        )
+        return cls(replace(sweep, seeds=()), _collect_software(sweep), Path.cwd(), read_own_files(sweep))
 
     def find_mismatch(self) -> str | None:
         """Return how this process's software differs from the bundle's, and a remedy. Return None if both are equal."""
         try:
-            found, code = _read_versions(self.backends), compute_code_digest(self.apps, self.backends, self.faults)
+            found = _collect_software(self.sweep)
         except RobotcoreError as error:
             return str(error)
-        for name, wanted in self.versions.items():
-            if (installed := found.get(name, "not installed")) != wanted:
-                same = f"Install the same {name} on the worker"
-                remedy = same if name == PYTHON else f"On the worker: pip install {name}=={wanted}"
-                return (
-                    f"{name} is {installed} on the worker and {wanted} on this machine. {remedy}. "
-                    "Then restart the worker"
-                )
-        if code != self.code:
-            return (
-                "its robotcore, drivers, apps or faults differ from those of this machine. "
-                "Install the same ones on the worker, and restart it"
-            )
-        return None
+        differing = [
+            f"{name} is {found.get(name, 'not installed')} on the worker and {wanted} on this machine"
+            for name, wanted in self.software.items()
+            if found.get(name) != wanted
+        ]
+        remedy = "Install the same software on the worker, and restart it"
+        return f"{'; '.join(differing)}. {remedy}" if differing else None
 
     @property
     def digest(self) -> str:
@@ -194,8 +174,9 @@ class JobBundle:
         )
 
 
-def _read_versions(backends: tuple[str, ...]) -> dict[str, str]:
-    return {"robotcore": version("robotcore"), **libraries(backends)}
+def _collect_software(sweep: Sweep) -> dict[str, str]:
+    digests = compute_code_digests(sweep.apps, sweep.backends, sweep.request.faults)
+    return {**libraries(sweep.backends), **{f"the code of {name}": digest[:16] for name, digest in digests.items()}}
 
 
 def _make_unpacked_path(file: Path) -> Path:

@@ -43,7 +43,7 @@ def collect_dependencies(sweep: Sweep) -> Dependencies:
     """
     found = {
         "asked": _flatten_request(sweep),
-        "code": _compute_code_digests(sweep.apps, sweep.backends, sweep.request.faults),
+        "code": compute_code_digests(sweep.apps, sweep.backends, sweep.request.faults),
         "files": {str(file): _sha256(content) for file, content in read_own_files(sweep).items()},
         "libraries": libraries(sweep.backends),
     }
@@ -54,11 +54,6 @@ def collect_dependencies(sweep: Sweep) -> Dependencies:
 def compute_digest(dependencies: Dependencies) -> str:
     """Return the SHA-256 digest of everything that the results of a sweep depend on."""
     return _sha256(json.dumps(dependencies, sort_keys=True).encode())
-
-
-def compute_code_digest(apps: Iterable[str], backends: Iterable[str], faults: Iterable[str]) -> str:
-    """Return one SHA-256 digest of the sources of robotcore, the backends, the faults and the installed apps."""
-    return _sha256("".join(_compute_code_digests(apps, backends, faults).values()).encode())
 
 
 def _flatten_request(sweep: Sweep) -> dict[str, Any]:
@@ -72,8 +67,8 @@ def _flatten_request(sweep: Sweep) -> dict[str, Any]:
     return request
 
 
-def _compute_code_digests(apps: Iterable[str], backends: Iterable[str], faults: Iterable[str]) -> dict[str, str]:
-    """Return the digests of packages by name.
+def compute_code_digests(apps: Iterable[str], backends: Iterable[str], faults: Iterable[str]) -> dict[str, str]:
+    """Return the digests of robotcore and of the packages of the backends, the faults and the installed apps, by name.
 
     A change in any line of a package changes its digest, even if the line has no effect on results. Each driver of
     this project has its own digest. No driver imports another, so a change in one cannot affect runs on the others.

@@ -12,7 +12,7 @@ from robotcore.runtime.behaviour import Behaviour
 from robotcore.runtime.plan import RunRequest
 from robotcore.runtime.settings import configure
 from robotcore.sweep.spec import Sweep
-from robotcore.sweep.worker import WorkerDiedError, WorkerHungError, WorkerProcess
+from robotcore.sweep.worker import WorkerEndedError, WorkerProcess
 
 LOAD_S = 30.0
 """The default time limit for importing an app, in seconds."""
@@ -34,53 +34,41 @@ def preflight(sweep: Sweep, load_s: float = LOAD_S) -> bool:
     """
     # Backends are imported before the app, as in a run. A module in the app's folder may have the name of a package.
     with closing(WorkerProcess()) as worker:
-        with _report_backends(sweep):
+        with _blame_backends(sweep):
             worker.call(_load_backends, sweep.backends, limit_s=CHECK_S)
         for app in reversed(sweep.apps):
-            with _report_app(app, "imported"):
+            with _blame_app(app, "imported"):
                 worker.call(_import_app, app, limit_s=load_s)
-        with _report_app(sweep.request.app_reference, "made"):
+        with _blame_app(sweep.request.app_reference, "made"):
             has_verify = worker.call(_configure_app, sweep.request, limit_s=load_s)
-        with _report_backends(sweep):
+        with _blame_backends(sweep):
             worker.call(sweep.check, limit_s=CHECK_S)  # refuses a judge without verify
     return bool(sweep.request.judge or has_verify)
 
 
 @contextmanager
-def _report_app(app: str, step: str) -> Iterator[None]:
-    """Raise UsageError if the app's code ends its process or hangs.
-
-    step: the app's step in messages, a participle such as ``imported``.
-    """
+def _blame_app(app: str, step: str) -> Iterator[None]:
+    """Raise UsageError if the app's code ends its process or hangs when the app is ``step``, such as ``imported``."""
     try:
         yield
-    except WorkerDiedError as error:
-        problem, kind = f"ends its process when it is {step} ({error})", "app-ends-process"
-    except WorkerHungError as error:
-        problem, kind = f"hangs when it is {step}: {error}", "app-hangs"
-    else:
-        return
-    name = app_path(app) if is_app_file(app) else app
-    raise UsageError(f"{name} {problem}. {IMPORT_ADVICE}", kind=kind, app=app, step=step)
+    except WorkerEndedError as error:
+        name = app_path(app) if is_app_file(app) else app
+        problem = f"when {name} was {step}, its process {error}"
+        raise UsageError(f"{problem}. {IMPORT_ADVICE}", kind="app-ends-process", app=app, step=step) from error
 
 
 @contextmanager
-def _report_backends(sweep: Sweep) -> Iterator[None]:
+def _blame_backends(sweep: Sweep) -> Iterator[None]:
     """Raise BackendError if the backends' code ends its process or hangs."""
-    names = f"the backend{'s' * (len(sweep.backends) > 1)} {', '.join(sweep.backends)}"
     try:
         yield
-    except WorkerDiedError as error:
-        problem, kind = f"the process that opened {names} died: {error}", "backend-died"
-    except WorkerHungError as error:
-        problem, kind = f"{names} cannot be opened: {error}", "backend-hangs"
-    else:
-        return
-    raise BackendError(
-        f"{problem}. Try each backend alone: robotcore run APP --backend NAME",
-        kind=kind,
-        backends=list(sweep.backends),
-    )
+    except WorkerEndedError as error:
+        names = f"the backend{'s' * (len(sweep.backends) > 1)} {', '.join(sweep.backends)}"
+        raise BackendError(
+            f"the process that opened {names} {error}. Try each backend alone: robotcore run APP --backend NAME",
+            kind="backend-ends-process",
+            backends=list(sweep.backends),
+        ) from error
 
 
 def _load_backends(names: Sequence[str]) -> None:

@@ -12,6 +12,7 @@ from pydantic import ConfigDict, ValidationError, create_model
 
 from robotcore.description import first_mistake
 from robotcore.runtime.result import Outcome, RunResult
+from robotcore.text import pluralize
 
 if TYPE_CHECKING:
     from robotcore.hal.truth import Truth
@@ -182,8 +183,7 @@ def format_ending(result: RunResult) -> str:
 def format_failure(record: Record) -> str:
     """Return why a run counts as failing: its outcome, its reason and its number of contacts."""
     contacts = record.result.contacts
-    touched = f", {contacts} contact{'' if contacts == 1 else 's'}" if contacts else ""
-    return format_ending(record.result) + touched
+    return format_ending(record.result) + (f", {pluralize(contacts, 'contact')}" if contacts else "")
 
 
 def classify_failure(result: RunResult) -> str:

@@ -18,7 +18,7 @@ from robotcore.runtime.apps import app_name, app_path
 from robotcore.runtime.plan import RunRequest
 from robotcore.sweep.fingerprint import MANIFEST, collect_dependencies, compute_digest, format_manifest, require_same
 from robotcore.sweep.record import Record
-from robotcore.sweep.results_file import Journal, RunKey, read_results
+from robotcore.sweep.results_file import Journal, RunKey, get_run_key, read_results
 from robotcore.sweep.single_run import RunOutput
 from robotcore.sweep.spec import Sweep, format_seeds
 from robotcore.sweep.tables import FAILURES, TABLE, are_current, write_tables
@@ -73,8 +73,7 @@ class Results:
         """The request of each run of the sweep."""
         worlds = {world: load_world(world).name for world in self.sweep.worlds}
         return {
-            RunKey(request.backend, worlds[request.world or ""], request.seed): request
-            for request in self.sweep.requests()
+            (request.backend, worlds[request.world or ""], request.seed): request for request in self.sweep.requests()
         }
 
     def __enter__(self) -> Results:
@@ -125,7 +124,7 @@ class Results:
 
     def missing(self) -> list[RunRequest]:
         """Return the runs of this sweep that have no record yet."""
-        done = set(map(RunKey.of, self.records()))
+        done = set(map(get_run_key, self.records()))
         return [request for key, request in self._requests.items() if key not in done]
 
     def add(self, output: RunOutput) -> Record:

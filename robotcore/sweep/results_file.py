@@ -8,7 +8,6 @@ import os
 from collections.abc import Container, Iterator
 from io import FileIO
 from pathlib import Path
-from typing import NamedTuple
 
 from robotcore.errors import UsageError
 from robotcore.sweep.record import Record
@@ -70,23 +69,13 @@ def _delete_incomplete_line(file: FileIO) -> None:
             file.truncate(whole)
 
 
-class RunKey(NamedTuple):
-    """The identity of a run within its sweep."""
+RunKey = tuple[str, str | None, int | None]
+"""The identity of a run within its sweep: its backend, the name of its world and its seed."""
 
-    backend: str
 
-    world: str | None
-    """The world's name in its description; None without a world."""
-
-    seed: int | None
-
-    @classmethod
-    def of(cls, record: Record) -> RunKey:
-        """Return the key of a record's run."""
-        return cls(record.result.backend, record.result.world, record.result.seed)
-
-    def __str__(self) -> str:
-        return f"{self.backend}, {self.world}, seed {self.seed}"
+def get_run_key(record: Record) -> RunKey:
+    """Return the key of a record's run."""
+    return record.result.backend, record.result.world, record.result.seed
 
 
 def read_results(file: Path, wanted: Container[RunKey]) -> Iterator[Record]:
@@ -105,9 +94,10 @@ def read_results(file: Path, wanted: Container[RunKey]) -> Iterator[Record]:
             except ValueError as error:
                 problem = f"{where}: {error}. Delete the line, and the sweep repeats its run"
                 raise UsageError(problem, kind="bad-record", where=where) from error
-            if (run := RunKey.of(record)) in wanted:
+            if (run := get_run_key(record)) in wanted:
                 if run in seen:
-                    problem = f"{where}: the run {run} has a line already. Delete one of the two lines"
+                    name = "{}, {}, seed {}".format(*run)
+                    problem = f"{where}: the run {name} has a line already. Delete one of the two lines"
                     raise UsageError(problem, kind="duplicate-run", where=where)
                 seen.add(run)
                 yield record

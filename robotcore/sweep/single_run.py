@@ -17,7 +17,7 @@ from robotcore.runtime.result import Outcome, RunResult
 from robotcore.runtime.session import run
 from robotcore.sweep.record import PathRecorder, Record, shorten
 from robotcore.sweep.spec import format_command
-from robotcore.sweep.worker import NoWorkerError, WorkerDiedError, WorkerHungError, WorkerProcess
+from robotcore.sweep.worker import NoWorkerError, WorkerEndedError, WorkerProcess
 from robotcore.view.picture import PictureRecorder
 
 TIMEOUT_SCALE = 10.0
@@ -65,10 +65,8 @@ def attempt(worker: WorkerProcess, request: RunRequest, limit_s: float) -> RunOu
     problem: RobotcoreError
     try:
         return _unpack(worker.call(_perform_and_pack, request, limit_s=limit_s), request)
-    except WorkerDiedError as error:
-        problem = BackendError(f"the worker process died: {error}")
-    except WorkerHungError as error:
-        problem = BackendError(f"hung: {error}")
+    except WorkerEndedError as error:
+        problem = BackendError(f"the worker process {error}")
     except NoWorkerError:
         raise
     except (RobotcoreError, TypeError, ValueError) as error:

@@ -11,6 +11,7 @@ from typing import Any
 from robotcore.files import replace_text
 from robotcore.sweep.record import Record, format_failure
 from robotcore.sweep.statistics import Group
+from robotcore.text import escape_formula
 
 TABLE = "results.csv"
 """The file name of the table of all runs."""
@@ -19,7 +20,6 @@ FAILURES = "failures.csv"
 """The file name of the table of failing runs."""
 
 _LAST_COLUMNS = ("fault", "command", "picture")
-_FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r")
 
 
 def write_tables(directory: Path, records: Callable[[], Iterable[Record]]) -> None:
@@ -66,17 +66,13 @@ def _make_row(record: Record) -> dict[str, Any]:
 
 
 def _flatten(key: str, item: Any) -> Iterator[tuple[str, Any]]:
-    """Yield the columns of a field, and their values.
-
-    A text that a spreadsheet would execute as a formula gets an apostrophe, because an app may set any text as its
-    reason. Source: OWASP, CSV injection.
-    """
+    """Yield the columns of a field, and their values. Texts are escaped, because an app may set any reason."""
     if isinstance(item, dict):
         for name, value in item.items():
             yield from _flatten(f"{key}.{name}", value)
         return
     value = "; ".join(item) if isinstance(item, list) else item
-    yield key, f"'{value}" if isinstance(value, str) and value.startswith(_FORMULA_STARTS) else value
+    yield key, escape_formula(value) if isinstance(value, str) else value
 
 
 def format_verified(group: Group) -> str:

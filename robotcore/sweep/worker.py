@@ -35,8 +35,6 @@ _CHUNK_BYTES = 2**16
 MAX_REPLY_BYTES = 64 * 2**20
 """The maximum length of a reply, in bytes. The reply of a day-long run, with its path and picture, is far shorter."""
 
-_GARBLED_REMEDY = "Check whether the app writes to a file descriptor that it did not open"
-
 
 class NoWorkerError(BackendError):
     """No worker process can be started.
@@ -45,12 +43,8 @@ class NoWorkerError(BackendError):
     """
 
 
-class WorkerDiedError(Exception):
-    """The worker process ended during a call, or its parent killed it because of an unreadable reply."""
-
-
-class WorkerHungError(Exception):
-    """A call exceeded its time limit, so the parent killed the worker process."""
+class WorkerEndedError(Exception):
+    """The worker process ended during a call, or its parent killed it. The text is a clause without its subject."""
 
 
 class WorkerProcess:
@@ -72,10 +66,6 @@ class WorkerProcess:
         self._is_killed = False
         self._lock = Lock()
 
-    def __repr__(self) -> str:
-        state = "killed" if self._is_killed else "started" if self._process else "not started"
-        return f"<WorkerProcess {state}>"
-
     def call(self, function: Callable[..., object], *args: object, limit_s: float) -> Any:
         """Call a function in the process, and return its result, converted to JSON and back.
 
@@ -83,8 +73,8 @@ class WorkerProcess:
         limit_s: the time limit of the call, in seconds of wall time.
 
         Raises the RobotcoreError that the function raised. Any other exception of the function becomes a
-        RobotcoreError. Raises WorkerDiedError if the process ends during the call, WorkerHungError if the call exceeds
-        its time limit, and NoWorkerError if no process can be started.
+        RobotcoreError. Raises WorkerEndedError if the process ends during the call, exceeds the time limit or sends an
+        unreadable reply, and NoWorkerError if no process can be started.
         """
         process = self._get_ready_process()
         try:
@@ -92,18 +82,20 @@ class WorkerProcess:
             result, raised = read_reply(process.read_line(limit_s))
         except TimeoutError as error:
             self.close()
-            raise WorkerHungError(f"not done after {limit_s:g} s of wall time") from error
+            raise WorkerEndedError(f"hung: not done after {limit_s:g} s of wall time") from error
         except (EOFError, OSError) as error:
-            raise WorkerDiedError(_format_status(self._end(_EXIT_GRACE_S))) from error
+            raise WorkerEndedError(_format_status(self._end(_EXIT_GRACE_S))) from error
         except ValueError as error:
             self.close()
-            raise WorkerDiedError(f"a reply of the process cannot be read. {_GARBLED_REMEDY}") from error
+            raise WorkerEndedError(
+                "sent an unreadable reply. Check to which file descriptors the app writes"
+            ) from error
         if raised:
             raise raised
         return result
 
     def kill(self) -> None:
-        """End the process, and start no other. A running call, in another thread, raises WorkerDiedError."""
+        """End the process, and start no other. A running call, in another thread, raises WorkerEndedError."""
         with self._lock:
             self._is_killed = True
             if self._process:
@@ -126,30 +118,19 @@ class WorkerProcess:
         try:
             with self._lock:
                 if self._is_killed:
-                    raise WorkerDiedError(_format_status(-signal.SIGKILL))
+                    raise WorkerEndedError(_format_status(-signal.SIGKILL))
                 self._process = process = _Process()
-        except OSError as error:
-            raise NoWorkerError(
-                f"no worker process can be started: {error.strerror}. Use fewer --jobs", kind="worker-not-started"
-            ) from error
-        try:
             process.read_line(_START_S)
-        except TimeoutError as error:
+        except TimeoutError:
             self._end()
-            raise NoWorkerError(
-                f"a worker process did not start within {_START_S:g} s. "
-                "Importing OpenCV may hang: try python -c 'import cv2'",
-                kind="worker-start-timeout",
-                limit_s=_START_S,
-            ) from error
-        except (EOFError, OSError) as error:
-            how = _format_status(self._end(_EXIT_GRACE_S))
-            raise NoWorkerError(
-                f"a worker process ended while it started: {how}. See the output of the process above",
-                kind="worker-start-died",
-                how=how,
-            ) from error
-        return process
+            problem = f"it was not ready after {_START_S:g} s. Importing OpenCV may hang: try python -c 'import cv2'"
+        except (EOFError, ConnectionError):
+            problem = f"it {_format_status(self._end(_EXIT_GRACE_S))}. See its output above"
+        except OSError as error:
+            problem = f"{error.strerror}. Use fewer --jobs"
+        else:
+            return process
+        raise NoWorkerError(f"no worker process can be started: {problem}", kind="worker-not-started")
 
 
 class _Process:
@@ -211,7 +192,7 @@ class _Process:
 
 def _format_status(status: int) -> str:
     if status >= 0:
-        return f"exit status {status}"
+        return f"ended with exit status {status}"
     with suppress(ValueError):  # a real-time signal has no name
-        return signal.Signals(-status).name
-    return f"signal {-status}"
+        return f"was ended by {signal.Signals(-status).name}"
+    return f"was ended by signal {-status}"

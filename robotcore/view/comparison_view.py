@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator
+from itertools import chain
 from pathlib import PurePath
+from typing import Any
 
 from rich.console import Group, RenderableType
 from rich.text import Text
@@ -11,7 +13,6 @@ from rich.text import Text
 from robotcore.geometry import wrap_angle
 from robotcore.hal.devices import Image
 from robotcore.recording.run_comparison import Comparison, RunSummary
-from robotcore.recording.summary import PosePath, measure_path, measure_rate
 from robotcore.text import escape, pluralize
 from robotcore.view.canvas import BAD, FADED, GOOD, INK, RULE, Canvas, Colour, measure_text, shorten_text
 from robotcore.view.overhead import MapPath, draw_map
@@ -100,26 +101,49 @@ def build_titles(comparison: Comparison) -> tuple[str, str]:
     return names if first == second else (first, second)
 
 
+_MEASURES = {
+    "time": ("time_s", "{:.2f} s"),
+    "path by odometry": ("odometry_m", "{:.3f} m"),
+    "true path": ("truth_m", "{:.3f} m"),
+    "ends at": ("end", "{}"),
+    "odometry off by": ("drift_m", "{:.3f} m"),
+}
+"""The rows of measurements: the key in `RunSummary.to_dict`, and the format of the value, by the title of the row."""
+
+
 def build_rows(comparison: Comparison) -> Iterator[Row]:
-    """Yield the rows of the table. Each has the name of a measurement, and its values in the first and second run."""
-    one, other = comparison.first, comparison.second
-    yield "run", format_heading(one.result), format_heading(other.result)
-    yield "outcome", one.outcome, other.outcome
-    first, second = comparison.milestones
-    for name in dict.fromkeys((*first, *second)):
-        yield name, _format_seconds(first.get(name)), _format_seconds(second.get(name))
-    yield "time", _format_seconds(one.result.sim_time_s), _format_seconds(other.result.sim_time_s)
-    yield "path by odometry", _format_length(one.odometry), _format_length(other.odometry)
-    if one.truth and other.truth:
-        yield "true path", _format_length(one.truth), _format_length(other.truth)
-    yield "ends at", _format_pose(one), _format_pose(other)
-    if one.drift is not None or other.drift is not None:
-        yield "odometry off by", _format_drift(one), _format_drift(other)
-    batteries = one.result.batteries, other.result.batteries
-    for name in dict.fromkeys((*batteries[0], *batteries[1])):
-        yield f"{name}, lowest", _format_volts(batteries[0].get(name)), _format_volts(batteries[1].get(name))
-    yield "interventions", str(one.interventions), str(other.interventions)
-    yield "loop", _format_loop(one), _format_loop(other)
+    """Yield the rows of the table. Each has the name of a measurement, and its values in the first and second run.
+
+    A measurement that neither run has is left out.
+    """
+    runs = [_summarise(each) for each in (comparison.first, comparison.second)]
+    yield _build_row("run", "{}", (each["heading"] for each in runs))
+    yield _build_row("outcome", "{}", (each["outcome"] for each in runs))
+    for name in dict.fromkeys(chain(*comparison.milestones)):
+        yield _build_row(name, "{:.2f} s", (reached.get(name) for reached in comparison.milestones))
+    for title, (key, form) in _MEASURES.items():
+        if any(each[key] is not None for each in runs):
+            yield _build_row(title, form, (each[key] for each in runs))
+    for name in dict.fromkeys(chain(*(each["batteries"] for each in runs))):
+        batteries = (each["batteries"].get(name) for each in runs)
+        yield _build_row(f"{name}, lowest", "{0[lowest_v]:.2f} V", batteries)
+    yield _build_row("interventions", "{}", (each["interventions"] for each in runs))
+    yield _build_row("loop", "{}", (each["loop"] for each in runs))
+
+
+def _summarise(run: RunSummary) -> dict[str, Any]:
+    values = run.to_dict()
+    end, rate = values["final_truth"] or values["final_odometry"], values["rate_hz"]
+    return values | {
+        "heading": format_heading(run.result),
+        "end": end and f"{end[0]:.2f} m, {end[1]:.2f} m, {wrap_angle(end[2]):.2f} rad",
+        "loop": f"{NOTHING if rate is None else f'{rate:.2f} Hz'}, {pluralize(values['overruns'], 'overrun')}",
+    }
+
+
+def _build_row(title: str, form: str, values: Iterable[Any]) -> Row:
+    first, second = (NOTHING if value is None else form.format(value) for value in values)
+    return title, first, second
 
 
 def _format_finding(comparison: Comparison) -> str:
@@ -142,31 +166,3 @@ def _format_state_difference(comparison: Comparison) -> str:
         return "the states are the same in every tick"
     states = [repr(state) if state else "ended" for state in (first.first, first.second)]
     return f"the states first differ in tick {first.tick}, at {first.time_s:.2f} s: {states[0]} and {states[1]}"
-
-
-def _format_seconds(time: float | None) -> str:
-    return NOTHING if time is None else f"{time:.2f} s"
-
-
-def _format_volts(battery: Mapping[str, float] | None) -> str:
-    return f"{battery['lowest_v']:.2f} V" if battery else NOTHING
-
-
-def _format_length(path: PosePath) -> str:
-    return f"{measure_path(path.values()):.3f} m" if path else NOTHING
-
-
-def _format_pose(summary: RunSummary) -> str:
-    if not summary.path:
-        return NOTHING
-    pose = summary.path[-1]
-    return f"{pose.x:.2f} m, {pose.y:.2f} m, {wrap_angle(pose.heading):.2f} rad"
-
-
-def _format_drift(summary: RunSummary) -> str:
-    return NOTHING if summary.drift is None else f"{summary.drift:.3f} m"
-
-
-def _format_loop(summary: RunSummary) -> str:
-    rate = measure_rate(summary.recording)
-    return f"{NOTHING if rate is None else f'{rate:.2f} Hz'}, {pluralize(summary.result.overruns, 'overrun')}"

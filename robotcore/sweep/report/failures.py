@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from itertools import groupby
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import cv2
 import numpy as np
@@ -91,28 +91,19 @@ def _format_value(value: float | str) -> str:
     return value if isinstance(value, str) else f"{value:.4g}"
 
 
-class Ending(NamedTuple):
-    """An ending that failing runs have in common."""
+def count_endings(series: Sequence[Series]) -> list[tuple[str, list[int]]]:
+    """Return the endings of failing runs, such as ``timeout, not done after 20 s``, the most frequent first.
 
-    text: str
-    """The outcome and its reason, such as ``timeout, not done after 20 s``."""
-
-    counts: tuple[int, ...]
-    """The number of runs with this ending in each series."""
-
-
-def count_endings(series: Sequence[Series]) -> list[Ending]:
-    """Return the endings of failing runs, the most frequent first.
-
-    If there are more than `MAX_ENDINGS`, a last element counts the runs with any other ending.
+    Each ending has the number of its runs in each series. If there are more than `MAX_ENDINGS`, a last element counts
+    the runs with any other ending.
     """
     tallies = [Counter(_describe_ending(record) for record in each.records if record.is_failure) for each in series]
     ordered = [text for text, _ in sum(tallies, Counter[str]()).most_common()]
     common, rare = ordered[:MAX_ENDINGS], ordered[MAX_ENDINGS:]
-    rows = [Ending(text, tuple(tally[text] for tally in tallies)) for text in common]
+    rows = [(text, [tally[text] for tally in tallies]) for text in common]
     if rare:
         text = f"in {len(rare)} other way{'s' * (len(rare) > 1)}"
-        rows.append(Ending(text, tuple(sum(tally[each] for each in rare) for tally in tallies)))
+        rows.append((text, [sum(tally[each] for each in rare) for tally in tallies]))
     return rows
 
 

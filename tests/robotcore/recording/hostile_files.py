@@ -69,7 +69,6 @@ def list_bombs(*, is_small: bool) -> dict[str, Make]:
 def list_refused() -> dict[str, Make]:
     """Return the files that are not read at all."""
     return {
-        "lz4": _insert(lambda: build_chunk(b"", size=1000, packing="lz4")),
         "fifo": lambda _, file: os.mkfifo(file),
         "folder": lambda _, file: file.mkdir(),
         "device": lambda _, file: file.symlink_to("/dev/zero"),
@@ -90,6 +89,7 @@ def list_damaged() -> dict[str, Make]:
     wheels = {"left": 0, "right": 0}
     guard = {"time": "nan", "cause": "range guard", "asked": wheels, "sent": wheels}
     return {
+        "lz4": _insert(lambda: build_chunk(b"", size=1000, packing="lz4")),
         "result-without-outcome": _json("/result", lambda _, payload: _remove_key(payload, "outcome")),
         "result-that-is-a-list": _json("/result", lambda *_: []),
         "result-with-milestones-of-text": _update("/result", milestones="many"),

@@ -197,7 +197,7 @@ def test_missing_extra_is_reported(
         ask(file)
 
 
-@pytest.mark.parametrize("finish", [WriteQueue.get, WriteQueue.end, WriteQueue.abandon])
+@pytest.mark.parametrize("finish", [WriteQueue.get, WriteQueue.end])
 def test_waiting_put_returns_when_there_is_room_or_the_queue_ends(finish: Callable[[WriteQueue[int]], object]) -> None:
     backlog: WriteQueue[int] = WriteQueue(room=10)
     putting = threading.Thread(target=lambda: backlog.put(1, 10, waits=True))
@@ -218,6 +218,5 @@ def test_queue_keeps_the_order_accepts_entries_if_full_and_discards_them_after_i
     assert backlog.get() == 0
     backlog.end()
     backlog.put(4, 9, waits=True)
-    assert (backlog.get(), backlog.is_over) == (1, False)
-    backlog.abandon()
-    assert (backlog.has_room(), backlog.is_over, backlog.get()) == (True, True, None)
+    assert (backlog.has_room(), backlog.get(), backlog.is_over) == (True, 1, False)
+    assert (backlog.get(), backlog.get(), backlog.is_over) == (2, None, True)

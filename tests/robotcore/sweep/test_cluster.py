@@ -15,7 +15,7 @@ from unittest.mock import Mock
 
 import pytest
 
-from robotcore import Outcome
+from robotcore import Outcome, RunRequest
 from robotcore.errors import BackendError, BackendMissingError
 from robotcore.sweep import ClusterEngine, LocalEngine, Record, Sweep
 from robotcore.sweep.cluster import _Workers
@@ -196,16 +196,13 @@ def test_a_judge_is_sent_with_the_modules_beside_it_and_keeps_its_name(
 
 
 @pytest.mark.parametrize("joins_later", [False, True])
-def test_workers_with_other_code_are_refused(
-    lab: str, monkeypatch: pytest.MonkeyPatch, check_text: CheckText, *, joins_later: bool
-) -> None:
+def test_workers_with_other_code_are_refused(lab: str, monkeypatch: pytest.MonkeyPatch, *, joins_later: bool) -> None:
     monkeypatch.setattr("robotcore.sweep.fingerprint._compute_package_digest", lambda name: "changed")
     if joins_later:
         monkeypatch.setattr(ClusterEngine, "_require_workers", lambda *_: None)
-    with pytest.raises(BackendError) as raised:
+    with pytest.raises(BackendError, match="the code of robotcore is") as raised:
         _run(ClusterEngine(lab), make_sweep("green-search"))
-    assert raised.value.kind == "worker-mismatch"
-    check_text(raised.value, hide=[raised.value.fields["worker"]])
+    assert (raised.value.kind, "The same command" in str(raised.value)) == ("worker-mismatch", joins_later)
 
 
 def test_a_sweep_ends_if_the_workers_are_gone_with_their_results(
@@ -217,7 +214,7 @@ def test_a_sweep_ends_if_the_workers_are_gone_with_their_results(
     client.nthreads.return_value = {}
     lost.result.side_effect = distributed.TimeoutError
     with raises(BackendError, "workers-gone", address="tcp://lab:8786"):
-        _Workers(client, "tcp://lab:8786").await_output(lost)
+        _Workers(client, "tcp://lab:8786").await_output(RunRequest("green-search"), lost)
 
 
 @pytest.mark.slow

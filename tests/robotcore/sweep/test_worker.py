@@ -15,7 +15,7 @@ from threading import Event, Lock, Thread, Timer
 import pytest
 
 from robotcore.errors import DeployError, RobotcoreError, UnknownNameError
-from robotcore.sweep.worker import NoWorkerError, WorkerDiedError, WorkerHungError, WorkerProcess
+from robotcore.sweep.worker import NoWorkerError, WorkerEndedError, WorkerProcess
 from robotcore.sweep.worker_loop import read_reply
 from tests.texts import CheckText, Raises
 
@@ -63,7 +63,7 @@ def test_another_exception_comes_back_as_text_and_the_process_continues(
 def test_after_a_garbled_reply_the_next_call_has_another_process(
     child: WorkerProcess, reply: bytes, check_text: CheckText
 ) -> None:
-    with pytest.raises(WorkerDiedError) as raised:
+    with pytest.raises(WorkerEndedError) as raised:
         child.call(send, reply, limit_s=30)
     check_text(raised.value)
     assert child.call(math.hypot, 3, 4, limit_s=30) == 5
@@ -74,7 +74,7 @@ def test_a_reply_without_an_end_is_read_up_to_a_limit(
     child: WorkerProcess, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
     monkeypatch.setattr("robotcore.sweep.worker.MAX_REPLY_BYTES", 200_000)
-    with pytest.raises(WorkerDiedError) as raised:
+    with pytest.raises(WorkerEndedError) as raised:
         child.call(send, b"x" * 300_000, limit_s=30)
     check_text(raised.value)
 
@@ -97,7 +97,7 @@ def test_a_reply_cannot_replace_the_exit_status_of_an_error(child: WorkerProcess
 
 @pytest.mark.slow
 def test_a_process_that_sends_half_a_reply_and_hangs_is_ended(child: WorkerProcess) -> None:
-    with pytest.raises(WorkerHungError):
+    with pytest.raises(WorkerEndedError):
         child.call(send, b'{"result": ', limit_s=2.0)
 
 
@@ -128,15 +128,15 @@ def test_a_killed_worker_ends_its_call_and_takes_no_other(child: WorkerProcess) 
     def call() -> None:
         try:
             child.call(wait_for_ever, limit_s=60)
-        except WorkerDiedError as error:
+        except WorkerEndedError as error:
             errors.append(error)
 
     thread = Thread(target=call)
     thread.start()
     child.kill()
     thread.join()
-    assert isinstance(errors[0], WorkerDiedError)
-    with pytest.raises(WorkerDiedError):
+    assert isinstance(errors[0], WorkerEndedError)
+    with pytest.raises(WorkerEndedError):
         child.call(os.getpid, limit_s=30)
 
 
@@ -144,7 +144,7 @@ def test_a_process_that_ends_while_it_starts_is_reported(
     child: WorkerProcess, monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:
     monkeypatch.setattr(sys, "path", [])
-    with raises(NoWorkerError, "worker-start-died", how="exit status 1"):
+    with raises(NoWorkerError, "worker-not-started"):
         child.call(os.getpid, limit_s=30)
 
 
@@ -155,7 +155,7 @@ def test_a_process_that_hangs_while_it_starts_is_reported(
     (tmp_path / "cv2.py").write_text("import threading; threading.Event().wait()")
     monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
     monkeypatch.setattr("robotcore.sweep.worker._START_S", 3.0)
-    with raises(NoWorkerError, "worker-start-timeout", limit_s=3.0):
+    with raises(NoWorkerError, "worker-not-started"):
         child.call(os.getpid, limit_s=30)
 
 

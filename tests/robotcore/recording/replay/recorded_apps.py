@@ -75,6 +75,17 @@ class FinalActionApp(Behaviour):
 
 
 @dataclass
+class SwallowingApp(FinalActionApp):
+    """Catches each exception of its step, also the one that ends a replay."""
+
+    def step(self, robot: Robot) -> Status:
+        try:
+            return super().step(robot)
+        except Exception:  # noqa: BLE001  as an app may do
+            return Status.RUNNING
+
+
+@dataclass
 class IntermittentApp(Behaviour):
     """Reads in every third tick and drives in every fourth, so that leases end. Devices may fail."""
 

@@ -19,7 +19,7 @@ from robotcore.runtime.faults.planning import Target, load_fault
 from robotcore.runtime.faults.spec import Spec
 from robotcore.runtime.layers import needed_devices
 from robotcore.runtime.layers.base import Layer, Reader
-from robotcore.sweep.fingerprint import compute_code_digest
+from robotcore.sweep.fingerprint import compute_code_digests
 from tests.robotcore.fakes import ROVER
 from tests.robotcore.runtime.faults.conftest import Register
 from tests.robotcore.runtime.faults.rigs import build_rig
@@ -108,9 +108,9 @@ def test_another_package_can_add_an_effect_for_another_kind_of_device(register: 
 
 def test_code_digest_of_a_sweep_includes_a_fault_of_another_package(register: Register) -> None:
     register("bias", f"{__name__}:Bias")
-    ours, without = (compute_code_digest((), (), faults) for faults in (["range drop=0.1", "range"], ()))
+    ours, without = (compute_code_digests((), (), faults) for faults in (["range drop=0.1", "range"], ()))
     assert ours == without
-    assert compute_code_digest((), (), ["range bias=0.1"]) != without
+    assert compute_code_digests((), (), ["range bias=0.1"]) != without
 
 
 def test_fault_of_another_package_is_listed(register: Register, capsys: pytest.CaptureFixture[str]) -> None:

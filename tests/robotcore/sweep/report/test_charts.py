@@ -12,7 +12,7 @@ from robotcore.description import load_world
 from robotcore.sweep.failure_analysis import explain
 from robotcore.sweep.report.charts import MAX_STEPS, plot_arrivals, plot_condition, plot_success
 from robotcore.sweep.report.drawing import Axis
-from robotcore.sweep.report.failures import MAX_ENDINGS, Ending, count_endings
+from robotcore.sweep.report.failures import MAX_ENDINGS, count_endings
 from robotcore.sweep.report.maps import draw_maps
 from robotcore.sweep.report.series import find_goal, list_milestones, make_series
 from robotcore.sweep.statistics import compare_backends, group_records
@@ -141,11 +141,11 @@ def test_endings_are_counted_by_group_and_rare_ones_are_one_row() -> None:
         make_pass(contacts=7),
         make_pass(),
     ]
-    common = [Ending("timeout, late", (2, 1)), Ending("contact", (2, 0))]
+    common = [("timeout, late", [2, 1]), ("contact", [2, 0])]
     assert count_endings(make_series(records)) == common
     rare = count_endings(make_series([*records, *(make_fail(reason=f"lost at {at} m") for at in range(20))]))
     assert rare[:2] == common
-    assert rare[MAX_ENDINGS:] == [Ending("in 10 other ways", (10, 0))]
+    assert rare[MAX_ENDINGS:] == [("in 10 other ways", [10, 0])]
 
 
 def _parse(drawing: str) -> ET.Element:
