@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from collections.abc import Callable
 from contextlib import ExitStack
 from typing import Generic
@@ -154,8 +155,9 @@ class SampledRangeSensor(RangeSensor):
             self.close()
             raise
 
+    @abstractmethod
     def _start(self) -> None:
-        raise NotImplementedError
+        """Start measuring, and wait for the first sample; raises DeviceError."""
 
     def _take_first(self, measure: Callable[[], object], wait: Callable[[], object], cycles: int) -> None:
         """Measure up to ``cycles`` times until there is a result; raises DeviceError if it is not a sample."""

@@ -36,17 +36,6 @@ class Shot(NamedTuple):
     """The camera's data about this picture, such as picamera2's metadata."""
 
 
-class ExposureState(NamedTuple):
-    """The exposure and the white balance of a picture."""
-
-    values: tuple[float, ...]
-    """Numbers such as the product of exposure and gain, or colour gains. They are constant when exposure and white
-    balance have settled."""
-
-    is_settled: bool | None = None
-    """Whether the camera reports that the exposure has settled; None if the camera does not report it."""
-
-
 SettingsT = TypeVar("SettingsT", bound="CameraDriver")
 
 
@@ -74,8 +63,11 @@ class Source(ABC, Generic[SettingsT]):
         """
 
     @abstractmethod
-    def read_exposure(self, shot: Shot) -> ExposureState:
-        """Return the exposure and the white balance of a picture."""
+    def read_exposure(self, shot: Shot) -> Sequence[float]:
+        """Return the exposure and the white balance of a picture, such as the product of exposure and gain.
+
+        The numbers are constant when exposure and white balance have settled.
+        """
 
     @abstractmethod
     def lock_exposure(self, shot: Shot) -> list[str]:
@@ -151,7 +143,7 @@ class ExposureLock:
 
     def _settle(self, shot: Shot) -> Shot:
         until = self._clock.now() + self._settings.settle_s
-        states: deque[ExposureState] = deque(maxlen=STEADY_SHOTS)
+        states: deque[Sequence[float]] = deque(maxlen=STEADY_SHOTS)
         for _ in range(math.ceil(self._settings.settle_s * self._settings.fps)):
             states.append(self._source.read_exposure(shot))
             if _is_steady(states) or self._clock.now() >= until:
@@ -178,11 +170,9 @@ class ExposureLock:
             _log.warning("%s: %s", self._source.name, message)
 
 
-def _is_steady(states: Sequence[ExposureState]) -> bool:
-    if len(states) < STEADY_SHOTS or states[-1].is_settled is False:
-        return False
-    series = zip(*(state.values for state in states), strict=True)
-    return all(max(values) <= STEADY_RATIO * min(values) for values in series)
+def _is_steady(states: Sequence[Sequence[float]]) -> bool:
+    series = zip(*states, strict=True)
+    return len(states) == STEADY_SHOTS and all(max(values) <= STEADY_RATIO * min(values) for values in series)
 
 
 RETRY_S, LONGEST_RETRY_S = 0.5, 2.0

@@ -16,7 +16,6 @@ from pydantic import Field
 
 from drivers.raspberrypi.cameras.capture import (
     CameraDriver,
-    ExposureState,
     Shot,
     Source,
     TimestampConverter,
@@ -31,10 +30,6 @@ Source: https://github.com/raspberrypi/picamera2/issues/848."""
 
 PICTURE_TIMEOUT_S = 2.0
 """A camera that delivers no picture for this many seconds has failed. The longest exposure in a robot's file is 1 s."""
-
-SEARCHING = 1
-"""The value of AeState in a picture's metadata while the exposure has not settled. Before libcamera 0.5, pictures have
-AeLocked instead."""
 
 SETTINGS = {
     "FrameDurationLimits": "fps",
@@ -99,12 +94,9 @@ class CsiSource(Source["PiCamera"]):
         finally:
             request.release()
 
-    def read_exposure(self, shot: Shot) -> ExposureState:
+    def read_exposure(self, shot: Shot) -> Sequence[float]:
         metadata = shot.metadata
-        is_settled = metadata["AeState"] != SEARCHING if "AeState" in metadata else metadata.get("AeLocked")
-        return ExposureState(
-            (metadata["ExposureTime"] * metadata["AnalogueGain"], *metadata.get("ColourGains", ())), is_settled
-        )
+        return (metadata["ExposureTime"] * metadata["AnalogueGain"], *metadata.get("ColourGains", ()))
 
     def lock_exposure(self, shot: Shot) -> list[str]:
         found = {control: shot.metadata[control] for control in LOCKING_CONTROLS if control in shot.metadata}

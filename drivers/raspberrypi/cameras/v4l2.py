@@ -13,7 +13,6 @@ from pydantic import AfterValidator, Field
 
 from drivers.raspberrypi.cameras.capture import (
     CameraDriver,
-    ExposureState,
     Shot,
     Source,
     TimestampConverter,
@@ -112,8 +111,8 @@ class UsbSource(Source["UsbCamera"]):
         self._require_file()
         raise self._build_error(f"{self.settings.path} gives no more pictures. Check its plug and its cable")
 
-    def read_exposure(self, shot: Shot) -> ExposureState:
-        return ExposureState(cv2.mean(shot.image)[:3])
+    def read_exposure(self, shot: Shot) -> Sequence[float]:
+        return cv2.mean(shot.image)[:3]
 
     def lock_exposure(self, shot: Shot) -> list[str]:
         exposure = self._capture.get(cv2.CAP_PROP_EXPOSURE)

@@ -293,17 +293,12 @@ class Lidar(SampledRangeSensor):
             message = "reports a broken laser. Switch its 3.3 V off and on, or replace it"
             raise DeviceError(self.name, message, kind="laser-broken")
         self._sampler.clear_failure()
-        match status:
-            case "target":
-                self._sampler.add_distance(distance, time)
-            case "too near":
-                self._sampler.add_distance(0.0, time)
-            case "beyond":
-                self._sampler.add_distance(math.inf, time)
-            case "no light":
-                self._sampler.add_no_echo(time)
-            case _:
-                self._sampler.add_unclear()
+        if status in ("target", "too near", "beyond"):
+            self._sampler.add_distance({"too near": 0.0, "beyond": math.inf}.get(status, distance), time)
+        elif status == "no light":
+            self._sampler.add_no_echo(time)
+        else:
+            self._sampler.add_unclear()
 
     def _connect(self) -> LightChip:
         with self._translate_errors(), ExitStack() as undo:

@@ -17,7 +17,7 @@ from drivers.serial.boards.rosarduino.protocol import (
     presence_request,
     speeds,
 )
-from drivers.serial.boards.rosarduino.requests import UNKNOWN, Poll, ReplyHandler, RequestQueue, detect_firmware
+from drivers.serial.boards.rosarduino.requests import UNKNOWN, NumbersHandler, Poll, RequestQueue, detect_firmware
 from drivers.serial.driver import Side
 
 SILENCE_S = 0.4
@@ -84,9 +84,9 @@ class ArduinoProtocol(BoardProtocol):
         """Set the period of requesting encoder counts, in seconds. On a slow line the actual period is longer."""
         self._polls[0].period_s = period_s
 
-    def poll(self, request: Request, period_s: float, on_reply: ReplyHandler) -> None:
+    def poll(self, request: Request, period_s: float, on_numbers: NumbersHandler) -> None:
         """Add a request that is sent every ``period_s`` seconds. Another thread may send requests meanwhile."""
-        self._polls = (*self._polls, Poll(request, period_s, on_reply))
+        self._polls = (*self._polls, Poll(request, period_s, on_numbers))
 
     def measure_voltage(self) -> None:
         """Request the battery's voltage periodically. Only robotcore_bridge has a request for it."""
@@ -169,7 +169,7 @@ class ArduinoProtocol(BoardProtocol):
         if now < poll.due:
             return b""
         poll.due = now + poll.period_s
-        return self._requests.ask(poll.request, poll.on_reply, now)
+        return self._requests.ask(poll.request, poll.take_reply, now)
 
     def _is_stop_due(self, now: float) -> bool:
         return self.command.next_due <= now and self.command.newest.is_stop
@@ -205,14 +205,11 @@ class ArduinoProtocol(BoardProtocol):
 
         return self._requests.ask(deadman(round(timeout_s * 1000)), confirm, now)
 
-    def _count(self, reply: Reply, now: float) -> None:
-        if not reply.is_refusal:
-            left, right = reply.numbers
-            self.counters["left"].take(left, now)
-            self.counters["right"].take(right, now)
+    def _count(self, numbers: tuple[int, ...], now: float) -> None:
+        for counter, count in zip(self.counters.values(), numbers, strict=True):  # left, right
+            counter.take(count, now)
 
-    def _take_voltage(self, reply: Reply, now: float) -> None:
-        if not reply.is_refusal:
-            self.has_battery = (millivolts := reply.numbers[0]) >= 0
-            if self.has_battery:
-                self._set_voltage(millivolts / 1000, now)
+    def _take_voltage(self, numbers: tuple[int, ...], now: float) -> None:
+        self.has_battery = numbers[0] >= 0
+        if self.has_battery:
+            self._set_voltage(numbers[0] / 1000, now)

@@ -6,7 +6,7 @@ import math
 
 from drivers.serial.boards.board import CountAccumulator, wrap_difference
 from drivers.serial.boards.devices import BoardOutput
-from drivers.serial.boards.rosarduino.protocol import FASTEST, Reply
+from drivers.serial.boards.rosarduino.protocol import FASTEST
 from robotcore.description import EncoderDescription, MotorDescription, RangeSensorDescription, RobotDescription
 from robotcore.errors import DeviceError
 from robotcore.hardware import encoder_of
@@ -84,11 +84,9 @@ class Ranges:
         self._device, self._sampler = device, sampler
         self._last: float | None = None
 
-    def take(self, reply: Reply, now: float) -> None:
-        """Convert a reply that arrived at ``now``, in seconds, to a sample."""
-        if reply.is_refusal:
-            return
-        millimetres, age_ms = reply.numbers
+    def take(self, numbers: tuple[int, ...], now: float) -> None:
+        """Convert the numbers in a reply that arrived at ``now``, in seconds, to a sample."""
+        millimetres, age_ms = numbers
         time = now - age_ms / 1000
         if age_ms > MUTE_S * 1000:
             self._sampler.fail(DeviceError(self._device, _MUTE, kind="module-silent"))
@@ -112,11 +110,9 @@ class Pings:
         self._description, self._sampler = description, sampler
         self._silent_pings = 0
 
-    def take(self, reply: Reply, now: float) -> None:
-        """Convert a reply that arrived at ``now``, in seconds, to a sample."""
-        if reply.is_refusal:
-            return
-        distance = reply.numbers[0] / 100
+    def take(self, numbers: tuple[int, ...], now: float) -> None:
+        """Convert the number in a reply that arrived at ``now``, in seconds, to a sample."""
+        distance = numbers[0] / 100
         self._silent_pings = 0 if distance else self._silent_pings + 1
         if self._silent_pings >= MUTE_PINGS:
             self._sampler.fail(DeviceError(self._description.name, _MUTE, kind="module-silent"))

@@ -92,15 +92,24 @@ class RequestQueue:
         return remove_sum(line) if self.is_summed else line
 
 
+NumbersHandler = Callable[[tuple[int, ...], float], None]
+"""A function that handles the numbers in a reply. Its second argument is the time of arrival in seconds."""
+
+
 @dataclass
 class Poll:
-    """A request that is sent periodically, and the handler of its replies."""
+    """A request that is sent periodically, and the handler of the numbers in its replies."""
 
     request: Request
     period_s: float
-    on_reply: ReplyHandler
+    on_numbers: NumbersHandler
     due: float = -math.inf
     """The time at which the request is sent next, in seconds."""
+
+    def take_reply(self, reply: Reply, now: float) -> None:
+        """Handle a reply. A refusal is ignored."""
+        if not reply.is_refusal:
+            self.on_numbers(reply.numbers, now)
 
 
 VERSION = 1

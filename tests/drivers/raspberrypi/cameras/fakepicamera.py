@@ -115,8 +115,8 @@ class FakePicamera2:
         self.is_closed = True
 
     def _metadata(self) -> dict[str, Any]:
-        is_searching, hardware = bool(self._exposures), self.hardware
-        exposure = self._exposures.pop(0) if is_searching else FOUND_US
+        hardware = self.hardware
+        exposure = self._exposures.pop(0) if self._exposures else FOUND_US
         if self.set.get("AeEnable", True):
             exposure = round(exposure / hardware.lamp)
         return {
@@ -124,7 +124,6 @@ class FakePicamera2:
             "ExposureTime": self.set.get("ExposureTime", exposure),
             "AnalogueGain": self.set.get("AnalogueGain", FOUND_GAIN),
             "ColourGains": self.set.get("ColourGains", FOUND_GAINS),
-            **({"AeState": 1 if is_searching else 2} if hardware.is_new else {"AeLocked": not is_searching}),
         }
 
 
@@ -140,7 +139,6 @@ class FakeCamera:
         self.controls: tuple[str, ...] = CONTROLS
         self.lamp, self.latency_s = 1.0, 0.012
         self.is_busy = self.is_hanging = False
-        self.is_new = True
 
     def module(self) -> ModuleType:
         """Return the module for ``import picamera2``."""

@@ -9,7 +9,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from drivers.raspberrypi.cameras.capture import CameraDriver, CapturingCamera, ExposureState, Shot, Source
+from drivers.raspberrypi.cameras.capture import CameraDriver, CapturingCamera, Shot, Source
 from robotcore.description import CameraDescription, load_robot
 from robotcore.errors import DeviceError
 from robotcore.hal.clock import Clock, SteppedClock
@@ -57,7 +57,6 @@ class FakeSource(Source[CameraDriver]):
         self.untaken: list[str] = []
         self.refused: list[str] = []
         self.failing: Exception | None = None
-        self.is_settled: bool | None = None
         self.picture: Callable[[int], Image] = plain
         self.on_shot: Callable[[], object] = lambda: None
         self.shots = 0
@@ -74,8 +73,8 @@ class FakeSource(Source[CameraDriver]):
         level = self.levels.pop(0) if len(self.levels) > 1 else self.levels[0]
         return Shot(self.picture(level), self.clock.now())
 
-    def read_exposure(self, shot: Shot) -> ExposureState:
-        return ExposureState((float(shot.image[0, 0, 0]),), self.is_settled)
+    def read_exposure(self, shot: Shot) -> list[float]:
+        return [float(shot.image[0, 0, 0])]
 
     def lock_exposure(self, shot: Shot) -> list[str]:
         self.diary.append(f"lock {shot.image[0, 0, 0]}")

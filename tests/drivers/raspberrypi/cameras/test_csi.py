@@ -49,9 +49,7 @@ def test_a_frame_s_time_is_the_sensor_s(clock: LabClock, camera: FakeCamera) -> 
     assert clock.now() - 1 / 60 - camera.latency_s <= frame.time <= clock.now() - camera.latency_s + 1e-6
 
 
-@pytest.mark.parametrize("is_new", [True, False])
-def test_exposure_is_locked_if_the_light_changes(is_new: bool, clock: LabClock, camera: FakeCamera) -> None:
-    camera.is_new = is_new
+def test_exposure_is_locked_if_the_light_changes(clock: LabClock, camera: FakeCamera) -> None:
     eye = open_camera(clock)
     found = {"ExposureTime": FOUND_US, "AnalogueGain": FOUND_GAIN, "ColourGains": FOUND_GAINS}
     assert camera.last.set.items() >= {"AeEnable": False, "AwbEnable": False, **found}.items()
