@@ -18,8 +18,14 @@ from robotcore.testing import ConformanceSuite, Gate, TestSupport
 from tests.drivers.raspberrypi.ranging.modules import FakeRange
 
 
+class MockPiBackend(RaspberryPiBackend):
+    """The backend on mock pins, which need no lgpio."""
+
+    modules = ("gpiozero",)
+
+
 class TestRaspberryPi(ConformanceSuite):
-    backend = RaspberryPiBackend
+    backend = MockPiBackend
     lacks: ClassVar = {
         TestSupport.WORLD: "nothing but a module is on its pins",
         TestSupport.MOTION: "nothing but a module is on its pins",
