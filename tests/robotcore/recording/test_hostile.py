@@ -19,7 +19,6 @@ from robotcore.errors import RecordingError, RobotcoreError, WatchdogError
 from robotcore.recording import RecordedError, Recording, SampleKey, read
 from robotcore.recording.chunks import ChunkedFile
 from robotcore.recording.csv_table import write_csv
-from robotcore.recording.limits import Allowance
 from robotcore.recording.summary import build_odometry_path, build_true_path, summarise_contents
 from robotcore.recording.validation import parse_tick
 from robotcore.view.text import format_contents
@@ -141,15 +140,6 @@ def test_tick_with_too_many_events_is_refused(kind: str, event: dict[str, object
         content = json.dumps({"number": 0, "time": 0, "state": "", kind: [event] * count}).encode()
         with pytest.raises(ValidationError, match=kind) if is_refused else nullcontext():
             parse_tick(content, None)
-
-
-def test_values_are_limited_by_the_bytes_read() -> None:
-    allowance = Allowance()
-    allowance.take_values(b"," * 2**16)
-    with pytest.raises(ValueError):  # noqa: PT011  the reader turns it into damage
-        allowance.take_values(b"{")
-    allowance.grow(2)
-    allowance.take_values(b"[")
 
 
 def test_index_of_a_chunk_counts_as_read_bytes(file: Path) -> None:

@@ -54,10 +54,11 @@ def with_milestones(recording: Recording, **milestones: float) -> Recording:
     ],
 )
 def test_order_of_milestones_must_be_the_same_and_times_may_differ(
-    run: Recording, second: dict[str, float], difference: tuple[str, str | None] | None
+    run: Recording, second: dict[str, float], difference: tuple[str, str | None] | None, check_text: CheckText
 ) -> None:
     comparison = compare(with_milestones(run, seen=1.0, near=2.0), with_milestones(run, **second))
     assert (comparison.first_other_milestone, comparison.exit_status) == (difference, int(difference is not None))
+    check_text(format_heading(comparison))
 
 
 def test_first_different_state_outcome_or_end_is_reported(run: Recording) -> None:
@@ -70,12 +71,6 @@ def test_first_different_state_outcome_or_end_is_reported(run: Recording) -> Non
     earlier = compare(run, replace(run, ticks=run.ticks[:20])).first_difference
     assert earlier
     assert (earlier.tick, earlier.second) == (20, None)
-
-
-def test_text_names_the_recording_that_reached_a_milestone(run: Recording, check_text: CheckText) -> None:
-    more, less = with_milestones(run, seen=1.0, near=2.0), with_milestones(run, seen=1.0)
-    check_text(format_heading(compare(more, less)))
-    check_text(format_heading(compare(less, more)))
 
 
 def test_rooms_that_differ_are_reported_and_drawn(run: Recording, other: Recording, check_text: CheckText) -> None:

@@ -20,7 +20,6 @@ from robotcore.errors import BackendError, BackendMissingError
 from robotcore.sweep import ClusterEngine, LocalEngine, Record, Sweep
 from robotcore.sweep.cluster import _Workers
 from robotcore.sweep.engine import Engine
-from robotcore.sweep.spec import format_command
 from tests.robotcore.sweep.conftest import SWEEP_ID, AppFile, make_sweep
 from tests.texts import CheckText, Raises
 
@@ -131,21 +130,6 @@ def test_a_run_that_hangs_or_dies_is_tried_once(
     assert (record.result.app, record.result.world, tries.read_text()) == (sweep.request.app, "open", "I")
 
 
-@pytest.mark.slow
-def test_changed_files_are_sent_again(lab: str, app_file: AppFile, monkeypatch: pytest.MonkeyPatch) -> None:
-    app = Path(app_file("self.reason = helper.WORDS", head="import helper"))
-    world = app.with_name("mine.toml")
-    world.write_text('name = "mine"\n[floor]\nlength_m = 6.0\nwidth_m = 6.0\n')
-    monkeypatch.chdir(app.parent)
-    sweep = make_sweep(app.name, worlds=(world.name,))
-    for words in ("one", "another", "one"):
-        app.with_name("helper.py").write_text(f"WORDS = {words!r}\n")
-        records = _run(ClusterEngine(lab), sweep)
-        assert {record.result.reason for record in records.values()} == {words}
-        assert {(record.result.app, record.result.world) for record in records.values()} == {("odd.py", "mine")}
-        assert set(records) == {format_command(request) for request in sweep.requests()}
-
-
 def test_a_cluster_without_workers_is_refused(scheduler: str, raises: Raises) -> None:
     with raises(BackendError, "no-workers", hide=[scheduler], address=scheduler):
         _run(ClusterEngine(scheduler), make_sweep("green-search"))
@@ -178,21 +162,25 @@ def test_a_missing_library_is_reported_with_its_extra(monkeypatch: pytest.Monkey
 
 
 @pytest.mark.slow
-def test_a_judge_is_sent_with_the_modules_beside_it_and_keeps_its_name(
+def test_files_are_sent_with_the_modules_beside_them_and_keep_their_names_and_changes_are_sent_again(
     lab: str, app_file: AppFile, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     app = Path(app_file("self.reason = helper.WORDS", head="import helper"))
     app.with_name("helper.py").write_text("WORDS = 'app'\n")
+    world = app.with_name("mine.toml")
+    world.write_text('name = "mine"\n[floor]\nlength_m = 6.0\nwidth_m = 6.0\n')
     judge = tmp_path / "judge" / app.name
     judge.parent.mkdir()
-    judge.with_name("helper.py").write_text("WORDS = 'judge'\n")
     judge.write_text(app.read_text() + "\n    def verify(self, truth):\n        raise ValueError(helper.WORDS)\n")
     monkeypatch.chdir(app.parent)
-    sweep = make_sweep(app.name)
+    sweep = make_sweep(app.name, worlds=(world.name,))
     judged = replace(sweep, request=replace(sweep.request, judge=f"../judge/{judge.name}"))
-    records = _run(ClusterEngine(lab), judged)
+    for words in ("one", "another", "one"):
+        judge.with_name("helper.py").write_text(f"WORDS = {words!r}\n")
+        records = _run(ClusterEngine(lab), judged)
+        assert all(f"ValueError: {words}" in record.result.reason for record in records.values())
     assert records == _run(LocalEngine(1), judged)
-    assert all("ValueError: judge" in record.result.reason for record in records.values())
+    assert {record.result.world for record in records.values()} == {"mine"}
 
 
 @pytest.mark.parametrize("joins_later", [False, True])

@@ -6,6 +6,7 @@ import errno
 from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 
@@ -36,23 +37,10 @@ def test_a_bundle_is_unpacked_completely_or_not_at_all(
     bundle, root = JobBundle.of(make_sweep(app_file())), tmp_path / "bundles" / "one"
     root.parent.mkdir()
     with monkeypatch.context() as disk:
-        disk.setattr(Path, "write_bytes", _make_full_disk(1))
+        disk.setattr(Path, "write_bytes", Mock(side_effect=[1, OSError(errno.ENOSPC, "No space left on device")]))
         with pytest.raises(OSError) as raised:  # noqa: PT011  the errno is asserted
             bundle.unpack(root)
     assert raised.value.errno == errno.ENOSPC
     assert not list(root.parent.iterdir())
     bundle.unpack(root)
     assert sorted(file.name for file in root.glob("*/*")) == ["helper.py", "odd.py"]
-
-
-def _make_full_disk(files: int) -> object:
-    """Return a replacement of `Path.write_bytes` that raises OSError after ``files`` files, as a full disk does."""
-    room = iter(range(files))
-
-    def write_bytes(path: Path, content: bytes) -> int:
-        if next(room, None) is None:
-            raise OSError(errno.ENOSPC, "No space left on device")
-        with path.open("wb") as file:
-            return file.write(content)
-
-    return write_bytes

@@ -65,11 +65,6 @@ def test_the_side_on_which_more_runs_fail_is_reported(
     assert list_sides(records) == [(ARENA, side, inside, outside)]
 
 
-def test_the_split_with_the_least_p_comes_first() -> None:
-    records = [run(fails=at < 12, weak=at < 30, strong=at < 14) for at in range(100)]
-    assert [each.condition for each in explain(records).splits] == ["strong", "weak"]
-
-
 def test_the_p_is_corrected_for_the_number_of_tests_by_holms_method() -> None:
     records = [run(fails=at < 6, strong=at < 6, weak=at < 11) for at in range(60)]
     strong, weak = explain(records).splits
@@ -97,19 +92,6 @@ def test_at_most_one_sweep_of_twenty_has_a_significant_split_by_chance(backends:
         for _ in range(100)
     ]
     assert sum(bool(explain(records).splits) for records in sweeps) <= 5
-
-
-def test_a_clear_cause_is_found_among_many_conditions() -> None:
-    """Of 60 runs 12 fail, among them all 6 dark runs. Fisher's p-value is 2e-5, and 252 splits are tried."""
-    dice = random.Random(3)
-    lights = [*(0.1 + 0.025 * at for at in range(6)), *(0.3 + 0.01 * at for at in range(54))]
-    records = [
-        run(fails=at < 6 or at % 9 == 8, light=light, **{f"other_{index}": dice.random() for index in range(27)})
-        for at, light in enumerate(lights)
-    ]
-    (found,) = explain(records).splits
-    assert (found.side, found.inside, found.outside) == ("light < 0.3", Share(6, 6), Share(6, 54))
-    assert 0.001 < found.p < 0.01
 
 
 def test_a_world_that_is_both_dark_and_hard_does_not_make_darkness_a_cause() -> None:

@@ -193,7 +193,13 @@ def test_a_disk_that_fills_during_the_sweep_is_reported_and_leaves_whole_lines(
         results.add(ENDED)
         whole = file.read_bytes()
         assert results._journal
-        monkeypatch.setattr(results._journal, "_file", _FullDisk(results._journal._file))
+        file_object = results._journal._file
+        disk = Mock(wraps=file_object)
+        no_space = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        disk.write.side_effect = lambda content: (
+            disk.write.configure_mock(side_effect=no_space) or file_object.write(content[:10])
+        )
+        monkeypatch.setattr(results._journal, "_file", disk)
         with raises(UsageError, "results-not-written", file=str(tmp_path), resume_hint=results.resume_hint):
             results.add(ENDED)
     assert file.read_bytes() == whole
@@ -225,20 +231,3 @@ def test_parts_of_killed_writes_are_deleted_from_both_folders(tmp_path: Path) ->
         file.touch()
     _write_results(tmp_path)
     assert [file.exists() for file in (*parts, picture)] == [False, False, True]
-
-
-class _FullDisk:
-    """A file on a disk with ten free bytes."""
-
-    def __init__(self, file: object) -> None:
-        self._file, self._room = file, 10
-
-    def __getattr__(self, name: str) -> object:
-        return getattr(self._file, name)
-
-    def write(self, content: bytes) -> int:
-        if not self._room:
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        written, self._room = self._room, 0
-        self._file.write(content[:written])  # type: ignore[attr-defined]
-        return written

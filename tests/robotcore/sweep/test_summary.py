@@ -26,13 +26,6 @@ def _render_lines(records: list[Record], width: int = 80, request: RunRequest = 
     return capture.get().splitlines()
 
 
-def test_a_row_has_share_interval_contacts_and_times() -> None:
-    records = [make_record(seed=seed, world="clutter", time=12.25) for seed in range(200)]
-    assert _render_lines(records)[2].split() == (
-        ["kinematic", "clutter", "200/200", "100.0", "98.1–100.0", "0", "12.2", "s", "12.2", "s"]
-    )
-
-
 def test_failing_runs_are_grouped_by_cause_the_most_frequent_first(check_text: CheckText) -> None:
     late = [make_record(Outcome.TIMEOUT, seed=seed, reason="late") for seed in (10, 9)]
     late += [make_record(Outcome.TIMEOUT, seed=seed, reason="late", world="clutter") for seed in range(9)]

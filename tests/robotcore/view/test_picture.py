@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 from pathlib import Path
 from typing import Any
-from unittest.mock import Mock
 
 import cv2
 import numpy as np
@@ -221,15 +220,6 @@ def test_a_track_has_the_segments_the_durations_and_the_milestones_of_its_states
     assert times == [("a", [0, 1]), ("b", [1, 2, 3]), ("a", [3, 4])]
     assert list(track.list_state_durations()) == [("a", 0.0, 2.0), ("b", 2.0, 2.0)]
     assert track.find_milestone_poses({"b": 2.2}) == {"b": Pose(2, 0.0, 0.0)}
-
-
-def test_a_track_without_poses_has_the_first_and_the_last_time_of_each_state() -> None:
-    recorder = PictureRecorder()
-    recorder.begin(Mock(truth=None))
-    for time, state in enumerate("aaaabbba"):
-        recorder.tick(Mock(time=float(time), state=state))
-    assert [point.time for point in recorder._track.points] == [0, 3, 4, 6, 7]
-    assert list(recorder._track.list_state_durations()) == [("a", 0.0, 4.0), ("b", 4.0, 3.0)]
 
 
 def test_text_that_opencv_cannot_write_is_drawn_as_its_escape() -> None:

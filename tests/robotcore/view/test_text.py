@@ -44,11 +44,6 @@ def test_a_disputed_success_is_not_green(result: RunResult) -> None:
     assert ("green" in str(agreed.spans), "green" in str(disputed.spans)) == (True, False)
 
 
-def test_a_summary_is_silent_about_limits_and_short_interventions(result: RunResult) -> None:
-    short = {"acceleration limit": 3.0, "velocity limit": 2.0, "range guard": 0.45}
-    assert format_summary(dataclasses.replace(result, intervention_s=short)) == format_summary(result)
-
-
 def test_a_heading_has_the_world_and_the_seed_if_there_are_any(result: RunResult, check_text: CheckText) -> None:
     check_text("\n".join(list_measures(result)))
     check_text(format_heading(result))

@@ -10,7 +10,7 @@ from rich.console import Console
 
 from robotcore.errors import DeviceError, UnmetNeedError
 from robotcore.recording import Recording
-from robotcore.recording.replay import Evaluation, evaluate
+from robotcore.recording.replay import evaluate
 from robotcore.runtime.result import Outcome
 from robotcore.view.text import format_replay
 from tests.robotcore.recording.replay.memory import record_run
@@ -43,20 +43,15 @@ def test_other_setting_differs_from_its_first_effect_on(search: Recording) -> No
     assert evaluation.exit_status == 0
 
 
-def test_text_of_one_tick_has_the_singular(
+def test_text_has_the_first_difference_and_both_ends(
     search: Recording, check_text: CheckText, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(Path(APPS).parent)
-    first = replace(search, ticks=search.ticks[:1])
-    check_text(format_evaluation(evaluate(first)))
-    check_text(format_evaluation(evaluate(first, "recorded_apps.py:FinalActionApp")))
-
-
-def format_evaluation(evaluation: Evaluation) -> str:
     console = Console(width=200)
     with console.capture() as capture:
-        console.print(format_replay(evaluation))
-    return "\n".join(line.strip() for line in capture.get().splitlines())
+        for app in (None, "recorded_apps.py:FinalActionApp"):
+            console.print(format_replay(evaluate(replace(search, ticks=search.ticks[:1]), app)))
+    check_text("\n".join(line.strip() for line in capture.get().splitlines()))
 
 
 def test_need_for_an_unrecorded_device_is_refused(raises: Raises) -> None:
