@@ -50,11 +50,6 @@ def test_failed_battery_gives_a_note_and_the_other_devices_open(check_text: Chec
     assert list(opened) == ORDER
 
 
-def test_every_device_that_fails_is_reported(raises: Raises) -> None:
-    with raises(DeviceGroupError):
-        opened_by(RecordingDriver(dead=("left_motor", "nose")))
-
-
 def test_an_interruption_closes_the_open_devices() -> None:
     class Interrupting(RecordingDriver):
         def open(self, description: AnyDevice, host: Host) -> Device:
@@ -151,9 +146,6 @@ def test_a_robot_that_cannot_be_opened_leaves_no_board_open(raises: Raises) -> N
 def test_motor_and_encoder_of_a_wheel_are_matched() -> None:
     assert encoder_of("left_motor", ROVER) == "left_encoder"
     assert motor_of("right_encoder", ROVER) == "right_motor"
-
-
-def test_a_device_without_a_wheel_has_no_counterpart() -> None:
     bare = ROVER.model_copy(update={"drive": None})
     assert encoder_of("arm", ROVER) is motor_of("knob", ROVER) is None
     assert encoder_of("left_motor", bare) is motor_of("left_encoder", bare) is None

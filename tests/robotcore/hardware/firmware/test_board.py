@@ -20,45 +20,28 @@ from tests.doubles.serial.pty import Pty
 from tests.texts import Raises
 
 
-def test_the_only_board_is_found(tmp_path: Path) -> None:
-    (tmp_path / "ttyACM3").touch()
+def test_only_a_single_board_is_found(tmp_path: Path, raises: Raises) -> None:
     (tmp_path / "ttyS0").touch()
+    with raises(UsageError, "no-board"):
+        find_only_port(tmp_path)
+    (tmp_path / "ttyACM3").touch()
     assert find_only_port(tmp_path) == str(tmp_path / "ttyACM3")
-
-
-def test_two_boards_are_ambiguous(tmp_path: Path, raises: Raises) -> None:
-    for name in ("ttyUSB0", "ttyACM0"):
-        (tmp_path / name).touch()
+    (tmp_path / "ttyUSB0").touch()
     with raises(UsageError, "port-ambiguous"):
         find_only_port(tmp_path)
 
 
-def test_a_missing_board_is_reported(tmp_path: Path, raises: Raises) -> None:
-    with raises(UsageError, "no-board"):
-        find_only_port(tmp_path)
-
-
-def test_free_port_may_be_used(tmp_path: Path) -> None:
-    pty = Pty(tmp_path)
-    try:
+def test_port_is_refused_only_if_another_process_holds_it(tmp_path: Path, raises: Raises) -> None:
+    with Pty(tmp_path) as pty:
         require_free(str(pty.path))
-    finally:
-        pty.unplug()
-
-
-def test_port_that_another_process_holds_is_refused(tmp_path: Path, raises: Raises) -> None:
-    pty = Pty(tmp_path)
-    holding = f"import sys; line = open({str(pty.path)!r}, 'rb'); print('open', flush=True); sys.stdin.read()"
-    with subprocess.Popen([sys.executable, "-c", holding], stdin=-1, stdout=-1, text=True) as other:
-        try:
+        holding = f"import sys; line = open({str(pty.path)!r}, 'rb'); print('open', flush=True); sys.stdin.read()"
+        with subprocess.Popen([sys.executable, "-c", holding], stdin=-1, stdout=-1, text=True) as other:
             assert other.stdout
             assert other.stdout.readline() == "open\n"
             holder = describe_process(other.pid)
             with raises(FirmwareError, "port-in-use", port=str(pty.path), holders=holder, hide=[holder]):
                 require_free(str(pty.path))
-        finally:
             other.communicate()
-            pty.unplug()
 
 
 @pytest.mark.parametrize("made", [False, True])

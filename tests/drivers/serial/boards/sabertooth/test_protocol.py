@@ -127,11 +127,3 @@ def test_motors_of_two_boards_share_a_line(open_rig: OpenRig) -> None:
     rig.robot.close()
     assert [board.values for board in line.boards.values()] == [[0, 0]] * 2
     assert line.ignored == 0
-
-
-def test_a_board_that_received_another_byte_first_ignores_commands(open_rig: OpenRig) -> None:
-    line = Sabertooths()
-    rig = open_rig(line, sabertooths())
-    line.receive(b"\x80", 0.0)
-    rig.drive(4.0, 4.0, 0.5)
-    assert line.packets == []
