@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import threading
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from typing import Annotated, Any, ClassVar, Literal
@@ -25,131 +25,6 @@ Status = Literal["target", "too near", "beyond", "no light", "broken"]
 Only the distance of a "target" is valid. "no light" means that too little light came back: there is no target, or a
 dark target. "broken" means that the chip's own check of its laser failed.
 """
-
-
-class LightChip(ABC):
-    """A time-of-flight chip, which measures continuously after the construction of this object.
-
-    The status and the distance are read in one transaction, so that they belong to the same measurement. Adafruit's
-    libraries do not do this. The methods raise the errors of these libraries.
-    """
-
-    reach: ClassVar[float]
-    """The longest distance that the chip can measure, in metres."""
-
-    _result: ClassVar[bytes]
-    """The register with the status. The distance in mm, high byte first, is ``_distance`` bytes after the status."""
-
-    _distance: ClassVar[int]
-    _mask: ClassVar[int]
-    """The bits of the status in its register."""
-
-    _shift: ClassVar[int]
-    """The number of bits below the status in its register."""
-
-    _statuses: ClassVar[Mapping[int, Status]]
-
-    def __init__(self, bus: Any, address: int, max_range: float) -> None:
-        from adafruit_bus_device.i2c_device import I2CDevice
-
-        self._registers = I2CDevice(bus, address)
-        self._library = self._begin(bus, address, max_range)
-
-    def measure(self) -> tuple[Status | None, float] | None:
-        """Return the status and the distance in metres; None without a new measurement since the last call.
-
-        The status is None if the chip reports no valid result.
-        """
-        if not self._library.data_ready:
-            return None
-        result = bytearray(self._distance + 2)
-        with self._registers as registers:
-            registers.write(self._result)
-            registers.readinto(result)
-        self._clear()
-        millimetres = int.from_bytes(result[self._distance :], "big")
-        return self._statuses.get((result[0] & self._mask) >> self._shift), millimetres / 1000
-
-    @abstractmethod
-    def stop(self) -> None:
-        """Stop measuring."""
-
-    @abstractmethod
-    def _begin(self, bus: Any, address: int, max_range: float) -> Any:
-        """Start measuring, and return the library's object for the chip."""
-
-    @abstractmethod
-    def _clear(self) -> None:
-        """Let the chip store the next measurement."""
-
-
-class VL53L0XChip(LightChip):
-    """A VL53L0X. A measurement takes 33 ms.
-
-    Source: ST's API (STSW-IMG005), VL53L0X_DEVICEERROR_…, VL53L0X_get_pal_range_status and GetRangingMeasurementData.
-    """
-
-    reach = 1.2
-    _result, _distance, _mask, _shift = b"\x14", 10, 0x78, 3
-    _statuses: ClassVar[Mapping[int, Status]] = {
-        **dict.fromkeys((1, 2, 3), "broken"),
-        4: "no light",
-        **dict.fromkeys((6, 9), "beyond"),
-        10: "too near",
-        11: "target",
-    }
-
-    def stop(self) -> None:
-        self._library.stop_continuous()
-
-    def _begin(self, bus: Any, address: int, max_range: float) -> Any:
-        from adafruit_vl53l0x import VL53L0X
-
-        library = VL53L0X(bus, address, io_timeout_s=1.0)
-        library.start_continuous()
-        return library
-
-    def _clear(self) -> None:
-        self._library.read_range()
-
-
-class VL53L1XChip(LightChip):
-    """A VL53L1X. A measurement takes 50 ms.
-
-    If ``max_range`` is at most 1.3 m, the chip uses its short mode, which daylight disturbs less.
-
-    Source: ST's ultra lite driver (STSW-IMG009), VL53L1X_GetRangeStatus and VL53L1X_GetResult, and its manual, UM2510.
-    """
-
-    reach = 3.6
-    _result, _distance, _mask, _shift = b"\x00\x89", 13, 0x1F, 0
-    _statuses: ClassVar[Mapping[int, Status]] = {
-        **dict.fromkeys((1, 2, 3), "broken"),
-        4: "no light",
-        **dict.fromkeys((5, 7), "beyond"),
-        8: "too near",
-        9: "target",
-    }
-    _SHORT_REACH = 1.3
-    _FIRST_TRANSACTIONS = 300
-    """The maximum number of transactions until the first measurement. The set-up takes 40. Then the library requests a
-    measurement every 10 ms, by two transactions."""
-
-    def stop(self) -> None:
-        self._library.stop_ranging()
-
-    def _begin(self, bus: Any, address: int, max_range: float) -> Any:
-        from adafruit_vl53l1x import VL53L1X
-
-        limit = TransactionLimit(bus, self._FIRST_TRANSACTIONS)
-        library = VL53L1X(limit, address)
-        limit.left = math.inf
-        library.distance_mode = 1 if max_range <= self._SHORT_REACH else 2
-        library.start_ranging()
-        return library
-
-    def _clear(self) -> None:
-        self._library.clear_interrupt()
 
 
 class TransactionLimit:
@@ -173,15 +48,26 @@ class TransactionLimit:
 
 
 class TimeOfFlight(DeviceDriver):
-    """The base class of the drivers of both chips.
+    """The base class of the drivers of both chips. A chip measures continuously after `begin`.
 
     A distance is `inf` if the chip reports a target beyond its range, or after ``echo_free_cycles`` measurements with
     too little light. A single measurement with too little light makes no sample, because the target may be dark.
+
+    `begin`, `clear` and `stop` raise the errors of Adafruit's libraries.
     """
 
     described = RangeSensorDescription
     remedy = "On the Pi: pip install 'robotcore[tof]'"
-    chip: ClassVar[type[LightChip]]
+
+    reach: ClassVar[float]
+    """The longest distance that the chip can measure, in metres."""
+    result: ClassVar[bytes]
+    """The register with the status."""
+    distance_at: ClassVar[int]
+    """The number of bytes from the status to the distance in mm, whose high byte is the first one."""
+    status_bits: ClassVar[tuple[int, int]]
+    """The mask of the status in its register, and the number of bits below it."""
+    statuses: ClassVar[Mapping[int, Status]]
 
     bus: Annotated[int, Field(ge=0, le=30)] = HEADER_BUS
     """The number of the chip's I2C bus."""
@@ -201,9 +87,9 @@ class TimeOfFlight(DeviceDriver):
         return f"0x{self.address:02x} on bus {self.bus}"
 
     def check(self, description: RangeSensorDescription, robot: RobotDescription, drivers: Drivers) -> None:
-        if description.max_range_m > self.chip.reach:
+        if description.max_range_m > self.reach:
             raise ValueError(
-                f"the range of a {self.name.upper()} is {self.chip.reach:g} m, but max_range_m is "
+                f"the range of a {self.name.upper()} is {self.reach:g} m, but max_range_m is "
                 f"{description.max_range_m:g}; lower it"
             )
         require_timely(self.echo_free_cycles, self.cycle_s, robot)
@@ -220,23 +106,94 @@ class TimeOfFlight(DeviceDriver):
         lidar.open()
         return lidar
 
+    @abstractmethod
+    def begin(self, bus: Any, max_range: float) -> Any:
+        """Start measuring, and return the library's object for the chip. ``max_range`` is in metres."""
+
+    @abstractmethod
+    def clear(self, library: Any) -> None:
+        """Let the chip store the next measurement."""
+
+    @abstractmethod
+    def stop(self, library: Any) -> None:
+        """Stop measuring."""
+
 
 class VL53L0X(TimeOfFlight):
-    """Opens ST's VL53L0X, whose range is 1.2 m."""
+    """Opens ST's VL53L0X, whose range is 1.2 m. A measurement takes 33 ms.
+
+    Source: ST's API (STSW-IMG005), VL53L0X_DEVICEERROR_…, VL53L0X_get_pal_range_status and GetRangingMeasurementData.
+    """
 
     name = "vl53l0x"
     summary = "VL53L0X: a laser's time of flight up to 1.2 m, on an I2C bus"
     modules = ("adafruit_vl53l0x", "adafruit_extended_bus")
-    chip = VL53L0XChip
+    reach = 1.2
+    result, distance_at, status_bits = b"\x14", 10, (0x78, 3)
+    statuses: ClassVar[Mapping[int, Status]] = {
+        **dict.fromkeys((1, 2, 3), "broken"),
+        4: "no light",
+        **dict.fromkeys((6, 9), "beyond"),
+        10: "too near",
+        11: "target",
+    }
+
+    def begin(self, bus: Any, max_range: float) -> Any:
+        import adafruit_vl53l0x
+
+        library = adafruit_vl53l0x.VL53L0X(bus, self.address, io_timeout_s=1.0)
+        library.start_continuous()
+        return library
+
+    def clear(self, library: Any) -> None:
+        library.read_range()
+
+    def stop(self, library: Any) -> None:
+        library.stop_continuous()
+
+
+_SHORT_REACH_M = 1.3
+"""The range of a VL53L1X in its short mode, which daylight disturbs less, in metres."""
+
+_FIRST_TRANSACTIONS = 300
+"""The maximum number of transactions until a VL53L1X's first measurement. The set-up takes 40. Then the library
+requests a measurement every 10 ms, by two transactions."""
 
 
 class VL53L1X(TimeOfFlight):
-    """Opens ST's VL53L1X, whose range is 3.6 m."""
+    """Opens ST's VL53L1X, whose range is 3.6 m. A measurement takes 50 ms.
+
+    Source: ST's ultra lite driver (STSW-IMG009), VL53L1X_GetRangeStatus and VL53L1X_GetResult, and its manual, UM2510.
+    """
 
     name = "vl53l1x"
     summary = "VL53L1X: a laser's time of flight up to 3.6 m, on an I2C bus"
     modules = ("adafruit_vl53l1x", "adafruit_extended_bus")
-    chip = VL53L1XChip
+    reach = 3.6
+    result, distance_at, status_bits = b"\x00\x89", 13, (0x1F, 0)
+    statuses: ClassVar[Mapping[int, Status]] = {
+        **dict.fromkeys((1, 2, 3), "broken"),
+        4: "no light",
+        **dict.fromkeys((5, 7), "beyond"),
+        8: "too near",
+        9: "target",
+    }
+
+    def begin(self, bus: Any, max_range: float) -> Any:
+        import adafruit_vl53l1x
+
+        limit = TransactionLimit(bus, _FIRST_TRANSACTIONS)
+        library = adafruit_vl53l1x.VL53L1X(limit, self.address)
+        limit.left = math.inf
+        library.distance_mode = 1 if max_range <= _SHORT_REACH_M else 2
+        library.start_ranging()
+        return library
+
+    def clear(self, library: Any) -> None:
+        library.clear_interrupt()
+
+    def stop(self, library: Any) -> None:
+        library.stop_ranging()
 
 
 STALLED_S = 1.0
@@ -259,7 +216,7 @@ class Lidar(SampledRangeSensor):
     def __init__(self, description: RangeSensorDescription, settings: TimeOfFlight, clock: Clock) -> None:
         super().__init__(description, RangeSampler(description, settings.echo_free_cycles))
         self._settings, self._clock = settings, clock
-        self._chip: LightChip | None = None
+        self._library: Any = None
         self._read_at = self._measured_at = 0.0
 
     def _start(self) -> None:
@@ -278,10 +235,11 @@ class Lidar(SampledRangeSensor):
 
     def _read_chip(self) -> None:
         before, self._read_at = self._read_at, self._clock.now()
-        if self._chip is None:
-            self._chip, self._measured_at = self._connect(), self._read_at
+        if self._library is None:
+            self._connect()
+            self._measured_at = self._read_at
         with self._translate_errors():
-            measurement = self._chip.measure()
+            measurement = self._measure()
         if measurement is not None:
             self._measured_at = self._read_at
             self._add_measurement(*measurement, before)
@@ -300,22 +258,40 @@ class Lidar(SampledRangeSensor):
         else:
             self._sampler.add_unclear()
 
-    def _connect(self) -> LightChip:
+    def _measure(self) -> tuple[Status | None, float] | None:
+        """Return the status and the distance in metres; None without a new measurement since the last call.
+
+        The status is None if the chip reports no valid result. Status and distance are read in one transaction, so that
+        they belong to the same measurement. Adafruit's libraries do not do this.
+        """
+        chip, library = self._settings, self._library
+        if not library.data_ready:
+            return None
+        result = bytearray(chip.distance_at + 2)
+        with self._registers as registers:
+            registers.write(chip.result)
+            registers.readinto(result)
+        chip.clear(library)
+        mask, shift = chip.status_bits
+        return chip.statuses.get((result[0] & mask) >> shift), int.from_bytes(result[chip.distance_at :], "big") / 1000
+
+    def _connect(self) -> None:
         with self._translate_errors(), ExitStack() as undo:
+            from adafruit_bus_device.i2c_device import I2CDevice
             from adafruit_extended_bus import ExtendedI2C
 
             bus = ExtendedI2C(self._settings.bus, frequency=None)  # Linux sets the frequency at boot
             undo.callback(bus.deinit)
-            chip = self._settings.chip(bus, self._settings.address, self.max_range)
+            self._registers = I2CDevice(bus, self._settings.address)
+            self._library = self._settings.begin(bus, self.max_range)
             self._bus = undo.pop_all()
-        return chip
 
     def _disconnect(self) -> None:
         """Stop the laser, if the chip still answers, and close the bus."""
-        chip, self._chip = self._chip, None
-        if chip is not None:
+        library, self._library = self._library, None
+        if library is not None:
             with self._bus, suppress(DeviceError), self._translate_errors():
-                chip.stop()
+                self._settings.stop(library)
 
     @contextmanager
     def _translate_errors(self) -> Iterator[None]:
