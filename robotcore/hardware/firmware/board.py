@@ -63,18 +63,11 @@ def copy_sketch(into: Path) -> Path:
     target = into / SKETCH
     try:
         shutil.copytree(shipped_sketch(), target)
-    except FileExistsError as error:
-        raise UsageError(
-            f"{target}: exists already. Edit its config.h, or name another folder",
-            kind="sketch-exists",
-            folder=str(target),
-        ) from error
     except OSError as error:
-        raise UsageError(
-            f"{target}: {error.strerror}. Name a folder that you can write",
-            kind="folder-not-writable",
-            folder=str(target),
-        ) from error
+        kind, text = "folder-not-writable", f"{error.strerror}. Name a folder that you can write"
+        if isinstance(error, FileExistsError):
+            kind, text = "sketch-exists", "exists already. Edit its config.h, or name another folder"
+        raise UsageError(f"{target}: {text}", kind=kind, folder=str(target)) from error
     return target
 
 

@@ -49,17 +49,7 @@ def _has_core() -> bool:
 
 def flash(image: Path, board: str, port: str) -> None:
     """Write an image to the board at a port, and verify it. Raises FirmwareError if arduino-cli fails."""
-    command: list[str | Path] = [
-        ARDUINO_CLI,
-        "upload",
-        "--fqbn",
-        BOARDS[board],
-        "--port",
-        port,
-        "--verify",
-        "--input-file",
-        image,
-    ]
+    command = [ARDUINO_CLI, "upload", "--fqbn", BOARDS[board], "--port", port, "--verify", "--input-file", str(image)]
     run_tool(command, f"flashing the {board} at {port}", FLASH_REMEDY)
 
 
