@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from robotcore.files import replace_file
-from robotcore.hal.devices import Angle, Range, Voltage
-from robotcore.recording.events import Read
+from robotcore.recording.events import NUMBERS, Read
 from robotcore.recording.mcap_file import build_unwritable_error
 from robotcore.recording.recording import Recording
 from robotcore.text import escape_formula
@@ -71,11 +70,5 @@ def _build_sample_cells(recording: Recording, read: Read | None, unit: str) -> t
     if read is None:
         return "", ""
     sample = None if read.key is None or unit == _PICTURE else recording.samples.get(read.key)
-    match sample:
-        case Range():
-            return sample.distance, read.time
-        case Angle():
-            return sample.angle, read.time
-        case Voltage():
-            return sample.voltage, read.time
-    return read.sequence, read.time
+    field, _ = NUMBERS.get(type(sample), ("", ""))
+    return getattr(sample, field) if field else read.sequence, read.time

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from robotcore.errors import BackendMissingError, RecordingError
-from robotcore.files import require_regular
+from robotcore.files import require_regular, require_replaceable
 
 CHUNK_BYTES = 2**20
 """The size of a chunk before compression, in bytes. A reader must unpack a whole chunk to read one picture."""
@@ -126,20 +126,12 @@ class _Sink:
 
 
 def require_recordable(path: Path) -> None:
-    """Raise RecordingError if a recording cannot be written to this file.
-
-    An existing file keeps its content. If the file did not exist, it does not exist afterwards.
-    """
+    """Raise RecordingError if a recording cannot be written to this file. The file itself does not change."""
     require_extra()
     if path.suffix.lower() != ".mcap":
         raise RecordingError(path, "the name of a recording must end in .mcap", "Name another file", kind="file-ending")
-    existed = path.exists()
     try:
-        require_regular(path)
-        with path.open("ab"):
-            pass
-        if not existed:
-            path.unlink()
+        require_replaceable(path)
     except OSError as error:
         raise build_unwritable_error(path, error) from error
 

@@ -79,9 +79,7 @@ class FileSamples(Mapping[SampleKey, RecordedSample]):
 
 
 _NUMBERS: dict[str, type[Range | Angle | Voltage]] = {
-    "robotcore.Range": Range,
-    "robotcore.Angle": Angle,
-    "robotcore.Voltage": Voltage,
+    f"robotcore.{each.__name__}": each for each in (Range, Angle, Voltage)
 }
 _PICTURES: dict[str, Unpack] = {
     "foxglove.RawImage": decode_raw_image,

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple, get_type_hints
 
 from pydantic import ConfigDict, ValidationError, create_model
 
-from robotcore.description import first_mistake
 from robotcore.runtime.result import Outcome, RunResult
 from robotcore.text import pluralize
 
@@ -91,7 +90,7 @@ class Record:
         try:
             values = vars(_Line.model_validate_json(line.strip()))
         except ValidationError as error:
-            raise ValueError(f"the line is not a record of a run: {_format_error(error)}") from error
+            raise ValueError("it is not the record of a run") from error
         return cls(
             path=values.pop("path"),
             command=values.pop("command"),
@@ -122,15 +121,6 @@ _hints = get_type_hints(RunResult) | get_type_hints(Record)
 _required: dict[str, Any] = {name: (hint, ...) for name, hint in _hints.items() if name not in ("result", "error")}
 _Line = create_model("_Line", __config__=ConfigDict(strict=True, allow_inf_nan=False), **_required)
 """The pydantic model of a line of JSON. It requires every field of `RunResult` and `Record`."""
-
-
-def _format_error(error: ValidationError) -> str:
-    first = error.errors(include_url=False)[0]
-    if first["type"] == "json_invalid":
-        column = first["msg"].rpartition(" ")[2]
-        return f"there is no valid JSON from column {column} on" if int(column) else "it is empty"
-    key, mistake = first_mistake(error)
-    return f"{key} {mistake}" if key else "it is not a JSON object"
 
 
 class GroupKey(NamedTuple):

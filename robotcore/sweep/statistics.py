@@ -32,7 +32,7 @@ every run counted its contacts. The times are in seconds, and None if too few ru
 """
 
 _SHARES = ("verified", "success")
-_FORM = re.compile(r"\s*(\w+)\s*(>=|<=)\s*(\S+)\s*")
+_FORM = re.compile(r"\s*(?P<measure>\w+)\s*(?P<relation>>=|<=)\s*(?P<bound>\d{1,18}(\.\d*)?)\s*")
 _EXAMPLE = "Write verified>=0.97, or contacts<=0, in quotes"
 
 Pair = tuple[RunResult, RunResult]
@@ -190,30 +190,18 @@ class Requirement:
 
     @classmethod
     def parse(cls, text: str) -> Requirement:
-        """Return the requirement in a text such as ``contacts<=0``. Raises UsageError if the text has another form."""
-        if not (found := _FORM.fullmatch(text)):
-            raise UsageError(f"--require {text!r} is not a requirement. {_EXAMPLE}", kind="bad-requirement", text=text)
-        measure, relation, number = found.groups()
-        if measure not in MEASURES:
-            raise UsageError(
-                f"--require {text!r}: {measure!r} is not a measure. {suggestion(measure, list(MEASURES))}",
-                kind="unknown-measure",
-                text=text,
-                measure=measure,
-            )
-        try:
-            bound = float(number)
-        except ValueError:
-            problem = f"{number!r} is not a number. {_EXAMPLE}"
-            raise UsageError(f"--require {text!r}: {problem}", kind="bad-bound", text=text) from None
-        if not 0 <= bound < math.inf or (measure in _SHARES and bound > 1):
-            problem = (
-                f"{measure} is a share from 0 to 1. Write 97 % as 0.97"
-                if measure in _SHARES
-                else f"the bound must be a finite number that is not negative. {_EXAMPLE}"
-            )
-            raise UsageError(f"--require {text!r}: {problem}", kind="bound-out-of-range", text=text)
-        return cls(measure, relation, bound)
+        """Return the requirement in a text such as ``contacts<=0``. Raises UsageError for any other text."""
+        found = _FORM.fullmatch(text)
+        if not found:
+            problem = f"it is not a requirement. {_EXAMPLE}"
+        elif found["measure"] not in MEASURES:
+            measure = found["measure"]
+            problem = f"{measure!r} is not a measure. {suggestion(measure, list(MEASURES))}"
+        elif found["measure"] in _SHARES and float(found["bound"]) > 1:
+            problem = f"{found['measure']} is a share from 0 to 1. Write 97 % as 0.97"
+        else:
+            return cls(found["measure"], found["relation"], float(found["bound"]))
+        raise UsageError(f"--require {text!r}: {problem}", kind="bad-requirement", text=text)
 
     def __str__(self) -> str:
         return f"{self.measure}{self.relation}{repr(self.bound).removesuffix('.0')}"

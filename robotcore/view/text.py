@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 from rich import box
 from rich.console import Group, RenderableType
+from rich.filesize import decimal
 from rich.table import Table
 from rich.text import Text
 
@@ -38,7 +39,12 @@ def format_summary(result: RunResult) -> Text:
     lines = [", ".join(list_measures(result)), *list_events(result)]
     if result.reason and not isinstance(result.error, RobotcoreError):
         lines.append(result.reason)
-    first = Text(result.headline, style) + Text(f"  {escape(format_heading(result))}")
+    return _join_lines(Text(result.headline, style), format_heading(result), lines)
+
+
+def _join_lines(verdict: Text, heading: str, lines: Iterable[str]) -> Text:
+    """Return a text with a verdict, a heading beside it, and indented lines below them."""
+    first = verdict + Text(f"  {escape(heading)}")
     return Text("\n").join([first, *(Text(f"  {escape(line)}") for line in lines)])
 
 
@@ -105,18 +111,15 @@ def list_faults(result: RunResult) -> Iterator[str]:
             yield f"{title}: {'; '.join(texts)}"
 
 
-_UNITS = ("bytes", "kB", "MB", "GB")
-
-
 def format_contents(recording: Recording, file: Path) -> RenderableType:
     """Return the summary of a recording for a terminal. Control characters in its texts are escaped."""
-    title = Text(escape(file.name), "bold") + Text(f"  {escape(', '.join(_list_states(recording, file)))}")
-    about = [Text(f"  {escape(line)}") for line in _list_facts(recording)]
-    return Group(title, *about, Text(), _format_ending(recording), Text(), _build_device_table(recording))
+    states = ", ".join(_list_states(recording, file))
+    about = _join_lines(Text(escape(file.name), "bold"), states, _list_facts(recording))
+    return Group(about, Text(), _format_ending(recording), Text(), _build_device_table(recording))
 
 
 def _list_states(recording: Recording, file: Path) -> Iterator[str]:
-    yield _format_size(file.stat().st_size)
+    yield decimal(file.stat().st_size, precision=2)
     yield _format_wholeness(recording)
     yield "replayable" if recording.is_replayable else f"not replayable: {recording.missing_inputs}"
 
@@ -148,8 +151,7 @@ def _format_ending(recording: Recording) -> RenderableType:
     if recording.result:
         return format_summary(recording.result)
     cut = Text(_format_wholeness(recording), "bold red" if recording.is_cut else "bold")
-    cut += Text(f"  {escape(explain_missing_end(recording))}")
-    return Text("\n").join([cut, *(Text(f"  {escape(line)}") for line in list_events(build_result(recording)))])
+    return _join_lines(cut, explain_missing_end(recording), list_events(build_result(recording)))
 
 
 def build_table() -> Table:
@@ -170,14 +172,6 @@ def _build_device_table(recording: Recording) -> Table:
     return table
 
 
-def _format_size(count: float) -> str:
-    for unit in _UNITS[:-1]:
-        if count < 1000:
-            return f"{count:.3g} {unit}"
-        count /= 1000
-    return f"{count:.3g} {_UNITS[-1]}"
-
-
 def format_replay(replay: ReplayResult | Evaluation) -> RenderableType:
     """Return the result of a replay or an evaluation for a terminal."""
     return _format_result(replay) if isinstance(replay, ReplayResult) else _format_evaluation(replay)
@@ -189,8 +183,7 @@ def _format_result(replayed: ReplayResult) -> RenderableType:
         verdict, style = "differs", _RED
     elif replayed.is_exact:
         verdict, style = "bit-equal", "bold green"
-    title = Text(verdict, style) + Text(f"  {escape(format_heading(build_result(replayed.recording)))}")
-    return Text("\n").join([title, *(Text(f"  {escape(line)}") for line in _list_findings(replayed))])
+    return _join_lines(Text(verdict, style), format_heading(build_result(replayed.recording)), _list_findings(replayed))
 
 
 def _list_findings(replayed: ReplayResult) -> Iterator[str]:

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 from robotcore.errors import RecordingError
 from robotcore.geometry import Wheels
-from robotcore.hal.devices import Angle, Frame, Range, Voltage
-from robotcore.recording.events import DriveCommand, MotorCommand, Read, RecordedSample, SampleKey, Tick
+from robotcore.hal.devices import Frame
+from robotcore.recording.events import NUMBERS, DriveCommand, MotorCommand, Read, RecordedSample, SampleKey, Tick
 from robotcore.text import escape
 
 NO_COMMAND = "no command"
@@ -117,14 +117,10 @@ def _format_read(read: Read, samples: Mapping[SampleKey, RecordedSample]) -> str
 
 
 def _format_sample(sample: RecordedSample | None) -> str:
-    match sample:
-        case Range():
-            return f"{sample.distance!r} m"
-        case Angle():
-            return f"{sample.angle!r} rad"
-        case Voltage():
-            return f"{sample.voltage!r} V"
-        case Frame():
-            height, width = sample.image.shape[:2]
-            return f"{width} x {height} picture"
-    return "dropped picture"
+    if sample is None:
+        return "dropped picture"
+    if isinstance(sample, Frame):
+        height, width = sample.image.shape[:2]
+        return f"{width} x {height} picture"
+    field, unit = NUMBERS[type(sample)]
+    return f"{getattr(sample, field)!r} {unit}"

@@ -26,18 +26,15 @@ def test_seeds_are_read_from_numbers_and_ranges(text: str, seeds: tuple[int, ...
     assert parse_seeds(text) == seeds
 
 
-@pytest.mark.parametrize("text", ["", "a", "1-", "-3", "1..4", "1,,2", "1.5", "9" * 19])
+@pytest.mark.parametrize("text", ["", "a", "1-", "-3", "1..4", "1,,2", "1.5", "4-1", "9" * 19])
 def test_a_text_that_is_no_seed_is_refused(text: str, raises: Raises) -> None:
     with raises(UsageError, "bad-seed", seeds=text):
         parse_seeds(text)
 
 
-@pytest.mark.parametrize(
-    "text, kind",
-    [("4-1", "reversed-seeds"), ("0-9999999999999", "too-many-seeds"), ("1-600000,1-600000", "too-many-seeds")],
-)
-def test_a_range_that_is_reversed_or_would_fill_the_memory_is_refused(text: str, kind: str, raises: Raises) -> None:
-    with raises(UsageError, kind, seeds=text):
+@pytest.mark.parametrize("text", ["0-9999999999999", "1-600000,1-600000"])
+def test_a_range_that_would_fill_the_memory_is_refused(text: str, raises: Raises) -> None:
+    with raises(UsageError, "too-many-seeds", seeds=text):
         parse_seeds(text)
 
 
