@@ -15,7 +15,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import fields, is_dataclass
 from functools import cache
 from numbers import Integral, Real
-from typing import Any, TypeVar, cast
+from types import NoneType
+from typing import Annotated, Any, TypeVar, cast, get_args, get_origin, get_type_hints
 
 import cv2
 import numpy as np
@@ -82,6 +83,35 @@ def _to_text(value: Any) -> str:
 def list_fields(kind: Any) -> tuple[str, ...]:
     """Return the names of the fields of a dataclass or a named tuple; none for another class."""
     return tuple(field.name for field in fields(kind)) if is_dataclass(kind) else getattr(kind, "_fields", ())
+
+
+Schema = dict[str, Any]
+"""A JSON schema."""
+
+_TYPES = {float: "number", int: "integer", str: "string"}
+
+
+def build_schema(kind: Any) -> Schema:
+    """Return the schema of a type. Fields of an optional type have the schema of the type without None."""
+    origin, arguments = get_origin(kind), get_args(kind)
+    if origin is Annotated:
+        return build_schema(arguments[0])
+    if NoneType in arguments:
+        return build_schema(next(each for each in arguments if each is not NoneType))
+    if origin is tuple:
+        return {"type": "array", "items": build_schema(arguments[0])}
+    if kind in _TYPES:
+        return {"type": _TYPES[kind]}
+    names = list_fields(kind)
+    hints = get_type_hints(kind, include_extras=True) if names else {}
+    return {"type": "object", "properties": {name: build_schema(hints[name]) for name in names}}
+
+
+def name_schema(title: str, kind: Any = None, **properties: Any) -> Schema:
+    """Return the schema of a class, or of an object with ``properties``, under a title."""
+    named = {name: build_schema(each) for name, each in properties.items()}
+    schema = {"type": "object", "properties": named} if kind is None else build_schema(kind)
+    return {"title": f"robotcore.{title}", **schema}
 
 
 @cache

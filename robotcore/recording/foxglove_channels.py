@@ -11,6 +11,7 @@ import cv2
 
 from robotcore.geometry import Pose
 from robotcore.hal.devices import (
+    Angle,
     Battery,
     Camera,
     Device,
@@ -19,13 +20,14 @@ from robotcore.hal.devices import (
     Frame,
     Range,
     RangeSensor,
+    Voltage,
 )
-from robotcore.recording.codec import to_json
+from robotcore.recording.codec import Schema, name_schema, to_json
+from robotcore.recording.events import GroundTruthSample, Tick
 from robotcore.recording.mcap_file import McapFile
-from robotcore.recording.message_schemas import ANGLE_SCHEMA, RANGE_SCHEMA, VOLTAGE_SCHEMA, Schema
 
 if TYPE_CHECKING:
-    from foxglove.messages import FrameTransform, Quaternion, Timestamp
+    from foxglove.messages import CompressedImage, FrameTransform, Quaternion, RawImage, Timestamp
     from foxglove.messages import Pose as FoxglovePose
 
 
@@ -111,6 +113,16 @@ TRANSFORMS, STATIC_TRANSFORMS = "/tf", "/tf_static"
 
 RESERVED = {RUN, TICKS, RESULT, END, TRUTH, LOG, POSE, TRANSFORMS, STATIC_TRANSFORMS}
 
+TICK_SCHEMA = name_schema("Tick", Tick)
+RANGE_SCHEMA = name_schema("Range", Range)
+ANGLE_SCHEMA = name_schema("Angle", Angle)
+VOLTAGE_SCHEMA = name_schema("Voltage", Voltage)
+TRUTH_SCHEMA = name_schema("Truth", GroundTruthSample)
+RUN_SCHEMA = name_schema("Run", request=dict, devices=tuple[str, ...], started=str)
+RESULT_SCHEMA = name_schema("Result", outcome=str, reason=str, exit_status=int, ticks=int)
+END_SCHEMA = name_schema("End", reason=str)
+"""The schemas of the JSON messages. A message leaves out empty fields, and has infinite numbers as strings."""
+
 RAYS = 9
 """The number of rays of the scan that shows a range sensor's cone."""
 
@@ -134,10 +146,9 @@ def open_channel(file: McapFile, device: Device, *, is_jpeg: bool) -> Write | No
     match device:
         case Camera():
             _write_calibration(file, device)
-            open_images = _open_jpegs if is_jpeg else _open_raw_images
-            return open_images(file, device.name, build_optical_name(device.name))
+            return _open_images(file, device.name, build_optical_name(device.name), is_jpeg=is_jpeg)
         case Display():
-            shown = _open_jpegs(file, device.name, device.name)
+            shown = _open_images(file, device.name, device.name, is_jpeg=True)
             return lambda frame, at: shown(replace(frame, time=at), at)
         case RangeSensor():
             return _open_ranges(file, device)
@@ -148,42 +159,35 @@ def open_channel(file: McapFile, device: Device, *, is_jpeg: bool) -> Write | No
     return None
 
 
-def _open_raw_images(file: McapFile, device: str, frame_id: str) -> Write:
-    from foxglove.channels import RawImageChannel
+def _open_images(file: McapFile, device: str, frame_id: str, *, is_jpeg: bool) -> Write:
+    from foxglove.channels import CompressedImageChannel, RawImageChannel
+
+    channel_type: Any = CompressedImageChannel if is_jpeg else RawImageChannel
+    build_message = _build_jpeg if is_jpeg else _build_raw_image
+    channel = channel_type(build_topic(device), metadata={DEVICE: device}, context=file.context)
+    return lambda frame, at: channel.log(build_message(frame, frame_id), log_time=to_nanoseconds(at))
+
+
+def _build_raw_image(frame: Frame, frame_id: str) -> RawImage:
     from foxglove.messages import RawImage
 
-    channel = RawImageChannel(build_topic(device), metadata={DEVICE: device}, context=file.context)
-
-    def write(frame: Frame, at: float) -> None:
-        image = frame.image
-        message = RawImage(
-            timestamp=to_timestamp(frame.time),
-            frame_id=frame_id,
-            width=image.shape[1],
-            height=image.shape[0],
-            encoding="bgr8" if image.ndim == 3 else "mono8",
-            step=image[0].nbytes,
-            data=image.tobytes(),
-        )
-        channel.log(message, log_time=to_nanoseconds(at))
-
-    return write
+    image = frame.image
+    return RawImage(
+        timestamp=to_timestamp(frame.time),
+        frame_id=frame_id,
+        width=image.shape[1],
+        height=image.shape[0],
+        encoding="bgr8" if image.ndim == 3 else "mono8",
+        step=image[0].nbytes,
+        data=image.tobytes(),
+    )
 
 
-def _open_jpegs(file: McapFile, device: str, frame_id: str) -> Write:
-    from foxglove.channels import CompressedImageChannel
+def _build_jpeg(frame: Frame, frame_id: str) -> CompressedImage:
     from foxglove.messages import CompressedImage
 
-    channel = CompressedImageChannel(build_topic(device), metadata={DEVICE: device}, context=file.context)
-
-    def write(frame: Frame, at: float) -> None:
-        _, jpeg = cv2.imencode(".jpg", frame.image, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
-        message = CompressedImage(
-            timestamp=to_timestamp(frame.time), frame_id=frame_id, format="jpeg", data=jpeg.tobytes()
-        )
-        channel.log(message, log_time=to_nanoseconds(at))
-
-    return write
+    _, jpeg = cv2.imencode(".jpg", frame.image, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
+    return CompressedImage(timestamp=to_timestamp(frame.time), frame_id=frame_id, format="jpeg", data=jpeg.tobytes())
 
 
 def _write_calibration(file: McapFile, camera: Camera) -> None:

@@ -29,7 +29,6 @@ from robotcore.recording.foxglove_channels import (
     to_timestamp,
 )
 from robotcore.recording.mcap_file import McapFile
-from robotcore.recording.message_schemas import END_SCHEMA, RESULT_SCHEMA, RUN_SCHEMA, TICK_SCHEMA, TRUTH_SCHEMA
 from robotcore.recording.recording import Metadata
 from robotcore.recording.tap import TickEvents
 from robotcore.runtime.result import RunResult
@@ -71,8 +70,8 @@ class RecordingWriter:
             for name, device in run.robot.devices.items()
             if (write := open_channel(file, device, is_jpeg=is_jpeg))
         }
-        self._write_tick = file.open_json_channel(channels.TICKS, TICK_SCHEMA)
-        self._truth = file.open_json_channel(channels.TRUTH, TRUTH_SCHEMA) if run.truth else None
+        self._write_tick = file.open_json_channel(channels.TICKS, channels.TICK_SCHEMA)
+        self._truth = file.open_json_channel(channels.TRUTH, channels.TRUTH_SCHEMA) if run.truth else None
         self._log = LogChannel(channels.LOG, context=file.context)
         self._pose = PoseInFrameChannel(channels.POSE, context=file.context)
         self._moving = FrameTransformsChannel(channels.TRANSFORMS, context=file.context)
@@ -97,7 +96,7 @@ class RecordingWriter:
     def end(self, result: RunResult) -> None:
         """Write the result of the run, and the last log line."""
         self._write_log([build_last_line(result)])
-        self._file.open_json_channel(channels.RESULT, RESULT_SCHEMA)(
+        self._file.open_json_channel(channels.RESULT, channels.RESULT_SCHEMA)(
             result.to_json().encode(), to_nanoseconds(self._now)
         )
         self._file.write_metadata("robotcore.result", {"outcome": result.outcome.value, "reason": result.reason})
@@ -105,14 +104,14 @@ class RecordingWriter:
     def end_early(self, why: str) -> None:
         """Write the reason why the recording ends before its run."""
         self._write_log([LogLine(Level.Info, why)])
-        self._file.open_json_channel(channels.END, END_SCHEMA)(
+        self._file.open_json_channel(channels.END, channels.END_SCHEMA)(
             json.dumps({"reason": why}).encode(), to_nanoseconds(self._now)
         )
 
     def _begin(self, metadata: Metadata) -> None:
         from foxglove.messages import FrameTransforms
 
-        self._file.open_json_channel(channels.RUN, RUN_SCHEMA)(to_json(metadata), 0)
+        self._file.open_json_channel(channels.RUN, channels.RUN_SCHEMA)(to_json(metadata), 0)
         self._file.write_metadata("robotcore.run", _format_request(metadata))
         self._file.attach("robot.json", "application/json", _to_readable_json(metadata.description))
         if metadata.world:

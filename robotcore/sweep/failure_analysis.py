@@ -165,9 +165,9 @@ def _make_strata(records: Iterable[Record]) -> list[tuple[GroupKey, list[_Run]]]
 
 def _split_runs(group: GroupKey, runs: Sequence[_Run]) -> Iterator[Split]:
     """Yield all splits of comparable runs by their conditions, with the p-value of each."""
-    if not _is_mixed(runs):
-        return
     failing = [run.conditions for run in runs if run.is_failure]
+    if len(failing) in (0, len(runs)):
+        return
     for name in sorted(runs[0].conditions):
         values, failing_values = [run.conditions[name] for run in runs], [each[name] for each in failing]
         for sign, value, inside in _list_sides(values, failing_values):
@@ -225,19 +225,12 @@ def _correct(splits: Iterable[Split]) -> list[Split]:
     return corrected
 
 
-def _is_mixed(runs: Sequence[_Run]) -> bool:
-    return len({run.is_failure for run in runs}) == 2
-
-
 def _find_reason(strata: Sequence[tuple[GroupKey, Sequence[_Run]]], ranked: Sequence[Split]) -> str:
     runs, failing = sum(len(each) for _, each in strata), sum(run.is_failure for _, each in strata for run in each)
     counts = f"({runs} runs, {failing} failing)"
     if not failing:
         return ""
-    if not any(_is_mixed(each) for _, each in strata):
-        which = "every run" if failing == runs else "in each world on each backend, every run or none"
-        return f"{which} failed, so there is nothing to compare {counts}"
     if not ranked:
-        return f"every condition has the same value in all runs {counts}"
+        return f"in each world on each backend, all runs ended alike or had the same conditions {counts}"
     best = ranked[0]
     return f"no split is significant {counts}; the best: {best.side} {best.group}, {best.shares} ({format_p(best.p)})"

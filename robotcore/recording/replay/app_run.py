@@ -1,15 +1,16 @@
-"""Run an app on the samples of a recording."""
+"""Run an app on the samples of a recording, and read the events of each recorded tick one after the other."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections import defaultdict, deque
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from robotcore.errors import Interrupted, RecordingError
+from robotcore.errors import EmergencyStopError, Interrupted, RecordingError, RobotcoreError, WatchdogError
 from robotcore.recording import Recording
-from robotcore.recording.replay.tick_reader import TickReader
+from robotcore.recording.events import Read, Tick, WheelAngles
 from robotcore.runtime.layers.base import Tap
 from robotcore.runtime.plan import RunRequest
 from robotcore.runtime.result import RunResult
@@ -17,6 +18,65 @@ from robotcore.runtime.session import Run, run
 from robotcore.runtime.trace import TickRecord
 
 BACKEND = "replay"
+
+
+class TickReader:
+    """Returns the events of one recorded tick, one after the other."""
+
+    def __init__(self, tick: Tick) -> None:
+        self.tick = tick
+        self.commands = deque(tick.asks)
+        """The commands to the drive that the replay has not given yet."""
+        self.motor_commands = deque(tick.motor_asks)
+        """The commands to motors outside the drive that the replay has not given yet."""
+        self._angles = deque(tick.turned)
+        self._reads: dict[str, deque[Read]] = defaultdict(deque)
+        for read in tick.reads:
+            self._reads[read.device].append(read)
+        self._devices = frozenset(self._reads)
+
+    @property
+    def is_cut_short(self) -> bool:
+        """Whether a signal or the watchdog ended the run in this tick, so that its other events were not recorded."""
+        is_signalled = self.tick.error is not None and self.tick.error.kind == Interrupted.__name__
+        return is_signalled or any(each.cause == WatchdogError.cause for each in self.tick.interventions)
+
+    @property
+    def early_error(self) -> RobotcoreError | None:
+        """The error of a latch that tripped before the first event of this tick, such as an e-stop; else None."""
+        tick = self.tick
+        has_begun = tick.reads or tick.asks or tick.motor_asks or tick.turned or not tick.interventions
+        error = None if has_begun or tick.error is None else tick.error.rebuild()
+        return error if isinstance(error, RobotcoreError) and not self.is_cut_short else None
+
+    @property
+    def emergency_stop(self) -> RobotcoreError | None:
+        """The error of an e-stop that tripped before the command of this tick was sent; None if there is none."""
+        error = self.tick.error.rebuild() if self.tick.error and not self.was_committed else None
+        return error if isinstance(error, EmergencyStopError) else None
+
+    @property
+    def was_committed(self) -> bool:
+        """Whether the run sent the command of this tick, so that an error of the tick occurred later."""
+        return self.tick.asked is not None or self.tick.sent is not None
+
+    def was_read(self, device: str) -> bool:
+        """Return whether the recorded run read the device in this tick."""
+        return device in self._devices
+
+    def count_other_failures(self, device: str) -> int:
+        """Take the app's next read of a device. Return how many reads by the guard or the odometry failed before it."""
+        left, failed = self._reads[device], 0
+        while left and left[0].by and left[0].error:
+            left.popleft()
+            failed += 1
+        if left:
+            left.popleft()
+        return failed
+
+    def next_angles(self) -> WheelAngles | None:
+        """Return the next recorded wheel angles; after the last ones, these again. None if none were recorded."""
+        return self._angles.popleft() if len(self._angles) > 1 else next(iter(self._angles), None)
 
 
 class ReplayTap(Tap, ABC):

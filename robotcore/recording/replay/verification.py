@@ -20,9 +20,8 @@ from robotcore.errors import (
 from robotcore.recording import RecordedError, Recording
 from robotcore.recording.recording import read_platform
 from robotcore.recording.replay.app_permission import has_app_changed, require_recorded_app
-from robotcore.recording.replay.app_run import BACKEND, require_ticks, run_app
+from robotcore.recording.replay.app_run import BACKEND, TickReader, require_ticks, run_app
 from robotcore.recording.replay.differences import PLATFORM_TOLERANCE, CommandComparator, Deviation
-from robotcore.recording.replay.tick_reader import TickReader
 from robotcore.recording.replay.verifier import Verifier
 from robotcore.recording.summary import explain_missing_end
 from robotcore.runtime.result import Outcome, RunResult

@@ -11,8 +11,7 @@ import pytest
 from mcap.reader import make_reader
 
 from robotcore.recording.codec import read_fields
-from robotcore.recording.foxglove_channels import to_nanoseconds, to_quaternion
-from robotcore.recording.message_schemas import RANGE_SCHEMA, RUN_SCHEMA, TICK_SCHEMA
+from robotcore.recording.foxglove_channels import RANGE_SCHEMA, RUN_SCHEMA, TICK_SCHEMA, to_nanoseconds, to_quaternion
 from tests.robotcore.recording.conftest import RecordedRun
 
 SCHEMAS = {
