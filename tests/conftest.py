@@ -18,8 +18,8 @@ from tests.texts import raises as raises  # noqa: PLC0414  a fixture
 GRACE_S = 2.0
 """Seconds for the end of a thread after the test."""
 
-KEPT = "Dask-Callback-Thread"
-"""Dask keeps a thread of this name from its first callback to the end of the process."""
+KEPT = "Dask-"
+"""Dask keeps threads whose names begin so, from their first use to the end of the process."""
 
 
 @pytest.fixture(autouse=True)

@@ -1,16 +1,14 @@
 from __future__ import annotations
 
-import os
-import signal
 import socket
-import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from socketserver import BaseRequestHandler, ThreadingTCPServer
 from threading import Thread
+from typing import Any
 from unittest.mock import Mock
 
 import pytest
@@ -26,77 +24,22 @@ from tests.texts import CheckText, Raises
 distributed = pytest.importorskip("distributed")
 
 
-def _start_dask(*arguments: str, home: Path) -> subprocess.Popen[str]:
-    """Start a Dask process in its own process group, with a pipe for its log on stderr."""
-    return subprocess.Popen(
-        [sys.executable, "-m", "dask", *arguments],
-        cwd=home,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
-    )
-
-
 @contextmanager
-def _kill_at_end(process: subprocess.Popen[str]) -> Iterator[subprocess.Popen[str]]:
-    try:
-        yield process
-    finally:
-        with suppress(ProcessLookupError):
-            os.killpg(process.pid, signal.SIGKILL)
-        process.communicate()
-
-
-def _await_line(process: subprocess.Popen[str], words: str) -> str:
-    """Wait for a line on stderr that contains the words, and return it."""
-    assert process.stderr
-    return next(line for line in process.stderr if words in line)
-
-
-def _run_scheduler(home: Path) -> AbstractContextManager[subprocess.Popen[str]]:
-    arguments = ("--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--no-show")
-    return _kill_at_end(_start_dask("scheduler", *arguments, home=home))
-
-
-@contextmanager
-def _run_workers(scheduler: str, home: Path) -> Iterator[list[subprocess.Popen[str]]]:
-    """Run two Dask workers. Each has a nanny, a parent process that restarts a dead worker."""
-    arguments = (scheduler, "--nthreads", "1", "--no-dashboard", "--local-directory", str(home))
-    with ExitStack() as stack:
-        processes = [stack.enter_context(_kill_at_end(_start_dask("worker", *arguments, home=home))) for _ in range(2)]
-        for process in processes:
-            _await_line(process, "Registered to:")
-        yield processes
-
-
-def _read_address(scheduler_process: subprocess.Popen[str]) -> str:
-    return _await_line(scheduler_process, "Scheduler at:").split()[-1]
+def _run_cluster() -> Iterator[Any]:
+    """Run a scheduler in this process, and two worker processes, which it restarts when they die."""
+    with distributed.LocalCluster(2, threads_per_worker=1, processes=True, dashboard_address=":0") as cluster:
+        yield cluster
 
 
 @pytest.fixture(scope="module")
-def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    """The address of a cluster that several tests share. No test kills its processes."""
-    home = tmp_path_factory.mktemp("lab")
-    with _run_scheduler(home) as process, _run_workers(address := _read_address(process), home):
-        yield address
+def lab() -> Iterator[str]:
+    """The address of a cluster that several tests share. No test kills its processes.
 
-
-@pytest.fixture
-def scheduler_process(tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
-    with _run_scheduler(tmp_path) as process:
-        yield process
-
-
-@pytest.fixture
-def scheduler(scheduler_process: subprocess.Popen[str]) -> str:
-    return _read_address(scheduler_process)
-
-
-@pytest.fixture
-def workers(scheduler: str, tmp_path: Path) -> Iterator[list[subprocess.Popen[str]]]:
-    with _run_workers(scheduler, tmp_path) as processes:
-        yield processes
+    Tests with an own cluster use it too, because the first cluster starts a process that stays: Python's tracker of
+    resources.
+    """
+    with _run_cluster() as cluster:
+        yield cluster.scheduler_address
 
 
 def _run(engine: Engine, sweep: Sweep) -> dict[str, Record]:
@@ -106,12 +49,13 @@ def _run(engine: Engine, sweep: Sweep) -> dict[str, Record]:
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("workers")
-def test_a_worker_that_is_killed_loses_no_run(scheduler: str, app_file: AppFile, tmp_path: Path) -> None:
+@pytest.mark.usefixtures("lab")
+def test_a_worker_that_is_killed_loses_no_run(app_file: AppFile, tmp_path: Path) -> None:
     once = str(tmp_path / "once")
     code = f"os.path.exists({once!r}) or (open({once!r}, 'w'), os.kill({SWEEP_ID}, signal.SIGKILL), Event().wait(1))"
     sweep = make_sweep(app_file(code), seeds=6)
-    swept = _run(ClusterEngine(scheduler), sweep)
+    with _run_cluster() as cluster:
+        swept = _run(ClusterEngine(cluster.scheduler_address), sweep)
     assert Path(once).exists()
     assert {record.result.outcome for record in swept.values()} == {Outcome.SUCCESS}
     assert swept == _run(LocalEngine(1), sweep)
@@ -130,20 +74,20 @@ def test_a_run_that_hangs_or_dies_is_tried_once(
     assert (record.result.app, record.result.world, tries.read_text()) == (sweep.request.app, "open", "I")
 
 
-def test_a_cluster_without_workers_is_refused(scheduler: str, raises: Raises) -> None:
-    with raises(BackendError, "no-workers", hide=[scheduler], address=scheduler):
-        _run(ClusterEngine(scheduler), make_sweep("green-search"))
+def test_a_cluster_without_workers_is_refused(raises: Raises) -> None:
+    client = Mock(**{"run.return_value": {}})
+    with raises(BackendError, "no-workers", address="tcp://lab:8786"):
+        ClusterEngine("tcp://lab:8786")._require_workers(client, Mock())
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("workers")
-def test_a_scheduler_that_is_gone_is_reported(
-    scheduler_process: subprocess.Popen[str], scheduler: str, app_file: AppFile, raises: Raises
-) -> None:
-    outputs = ClusterEngine(scheduler).perform(sweep := make_sweep(app_file(), seeds=50), sweep.requests())
-    assert next(outputs).record.result.outcome is Outcome.SUCCESS
-    os.killpg(scheduler_process.pid, signal.SIGKILL)
-    with raises(BackendError, "scheduler-gone", hide=[scheduler], address=scheduler):
+@pytest.mark.usefixtures("lab")
+def test_a_scheduler_that_is_gone_is_reported(app_file: AppFile, raises: Raises) -> None:
+    with _run_cluster() as cluster:
+        address = cluster.scheduler_address
+        outputs = ClusterEngine(address).perform(sweep := make_sweep(app_file(), seeds=50), sweep.requests())
+        assert next(outputs).record.result.outcome is Outcome.SUCCESS
+    with raises(BackendError, "scheduler-gone", hide=[address], address=address):
         list(outputs)
 
 
