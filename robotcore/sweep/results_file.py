@@ -36,9 +36,6 @@ class Journal:
             self.close()
             raise
 
-    def __repr__(self) -> str:
-        return f"<Journal {str(self._file.name)!r}, {'closed' if self._file.closed else 'open'}>"
-
     def append(self, line: str) -> None:
         """Append a line, and wait until it is on the disk. If the disk is full, the file keeps its old content."""
         content = line.encode() + b"\n"

@@ -43,9 +43,6 @@ class Canvas:
         self._sheet: Image = np.empty((height * SUPERSAMPLING, width * SUPERSAMPLING, 3), np.uint8)
         self._sheet[:] = colour[::-1]
 
-    def __repr__(self) -> str:
-        return f"Canvas({self.width}, {self.height})"
-
     def render(self) -> Image:
         """Return the final image, BGR, of shape (height, width, 3)."""
         small = cv2.resize(self._sheet, (self.width, self.height), interpolation=cv2.INTER_AREA)

@@ -41,9 +41,6 @@ class Track:
         self.is_located = True
         """Whether the robot's poses are known. If False, the pose of each point is the origin, and is not drawn."""
 
-    def __repr__(self) -> str:
-        return f"<Track of {len(self.points)} points, states {', '.join(self.states) or 'none'}>"
-
     @property
     def states(self) -> list[str]:
         """The states in the order of their first occurrence."""

@@ -156,16 +156,8 @@ def build_figure(
             track.points.append(TrackPoint(tick.time, state, pose))
     recorded = build_result(recording)
     ended = replace(result, world=recorded.world) if result else recorded
-    return RunFigure(
-        *(
-            about.description,
-            build_world(recording, track.points),
-            track,
-            find_last_recorded_image(recording, ticks),
-            ended,
-        ),
-        recorded=recorded if is_evaluation else None,
-    )
+    world, image = build_world(recording, track.points), find_last_recorded_image(recording, ticks)
+    return RunFigure(about.description, world, track, image, ended, recorded if is_evaluation else None)
 
 
 def find_last_recorded_image(recording: Recording, ticks: Sequence[Tick]) -> Image | None:

@@ -6,34 +6,15 @@ from typing import Any
 
 import pytest
 
-from robotcore.errors import DeviceError
-from robotcore.hal.devices import Camera, SampleT, Sensor
+from robotcore.hal.devices import Camera
 from robotcore.recording import Recording, read
 from robotcore.recording.recorder import Recorder
-from robotcore.runtime.layers.base import Reader, Tap
+from robotcore.runtime.layers.base import Tap
 from robotcore.runtime.session import RunRequest, run
 from tests.robotcore.recording import irregular_app
-from tests.robotcore.recording.replay.memory import Memory
+from tests.robotcore.recording.replay.memory import FailingDevices, Memory
 
 IRREGULAR_APP = str(Path(irregular_app.__file__))
-
-
-class FailingCameraTap(Tap):
-    """A tap that makes every fourth read of the camera fail."""
-
-    reads = 0
-
-    def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
-        if not isinstance(sensor, Camera):
-            return read
-
-        def read_or_fail() -> SampleT:
-            self.reads += 1
-            if self.reads % 4 == 0:
-                raise DeviceError(sensor.name, "no picture came")
-            return read()
-
-        return read_or_fail
 
 
 @dataclass(frozen=True)
@@ -59,7 +40,7 @@ def record(file: Path, *below: Tap, is_jpeg: bool = False, app: str = IRREGULAR_
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> RecordedRun:
     """Return a successful run whose camera sometimes fails."""
     file = tmp_path_factory.mktemp("recorded") / "run.mcap"
-    return record(file, FailingCameraTap(), settings={"ticks": 30})
+    return record(file, FailingDevices(Camera, every=4), settings={"ticks": 30})
 
 
 @pytest.fixture

@@ -119,19 +119,15 @@ def test_e_stop_is_the_error_of_the_last_tick(file: Path) -> None:
     assert recording.result.outcome is Outcome.STOPPED
 
 
-def test_exception_around_the_run_is_not_recorded(file: Path) -> None:
+def test_recording_changes_no_decision_and_has_no_exception_around_the_run(file: Path) -> None:
+    alone = run(RunRequest(IRREGULAR_APP, seed=3))
     try:
         int("")
     except ValueError:
-        recording = record(file).recording
-    assert [tick.error for tick in recording.ticks] == [None] * 8
-
-
-def test_recording_changes_no_decision(file: Path) -> None:
-    alone = run(RunRequest(IRREGULAR_APP, seed=3))
-    result = record(file).witness.result
-    assert result
-    assert result.trace_sha256 == alone.trace_sha256
+        recorded = record(file)
+    assert [tick.error for tick in recorded.recording.ticks] == [None] * 8
+    assert recorded.witness.result
+    assert recorded.witness.result.trace_sha256 == alone.trace_sha256
 
 
 def test_jpeg_recording_is_smaller_and_cannot_be_replayed(file: Path) -> None:

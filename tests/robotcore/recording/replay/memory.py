@@ -6,15 +6,17 @@ import signal
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
+from itertools import count
 from typing import Any
 
-from robotcore.errors import Interrupted, RobotcoreError
-from robotcore.hal.devices import SampleT, Sensor
+from robotcore.errors import DeviceError, Interrupted, RobotcoreError
+from robotcore.hal.devices import Device, Display, SampleT, Sensor
 from robotcore.recording import GroundTruthSample, RecordedError, RecordedSample, Recording, SampleKey, Tick
 from robotcore.recording.recording import build_metadata
 from robotcore.recording.tap import RecordingTap
 from robotcore.recording.writer import TickBuilder
-from robotcore.runtime.layers.base import Reader, Tap
+from robotcore.runtime.layers.base import Reader, Show, Tap
 from robotcore.runtime.result import RunResult
 from robotcore.runtime.session import Run, RunRequest, run
 from robotcore.runtime.trace import TickRecord
@@ -48,6 +50,24 @@ class Memory:
     @property
     def recording(self) -> Recording:
         return Recording(self.metadata, self.ticks, self.samples, self.result, self.truth)
+
+
+class FailingDevices(Tap):
+    """A tap that makes every n-th call of the sensors or displays of a class fail."""
+
+    def __init__(self, kind: type[Device], every: int, first: int = 1) -> None:
+        self._kind, self._every, self._calls = kind, every, count(first)
+
+    def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
+        return partial(self._call, sensor, read)
+
+    def display(self, display: Display, show: Show) -> Show:
+        return partial(self._call, display, show)
+
+    def _call(self, device: Device, call: Callable[..., Any], *arguments: Any) -> Any:
+        if isinstance(device, self._kind) and next(self._calls) % self._every == 0:
+            raise DeviceError(device.name, "no answer")
+        return call(*arguments)
 
 
 class Disturbance(Tap):

@@ -12,14 +12,14 @@ import pytest
 from drivers.kinematic.backend import KinematicBackend
 from robotcore.errors import DeviceError
 from robotcore.hal.backend import Setup
-from robotcore.hal.devices import Display, Image, RangeSensor, SampleT, Sensor
+from robotcore.hal.devices import Display, RangeSensor
 from robotcore.hal.robot import Robot
 from robotcore.recording import MotorCommand, Recording
 from robotcore.recording.replay import evaluate, replay
-from robotcore.runtime.layers.base import Reader, Show, Tap
 from tests.robotcore.fakes import NullMotor
 from tests.robotcore.recording.replay.memory import (
     Disturbance,
+    FailingDevices,
     change_tick,
     press_emergency_stop,
     record_run,
@@ -100,50 +100,22 @@ class TestMotorOutsideTheDrive:
         assert evaluation.first_difference.tick == 0
 
 
-class RangeReadFailure(Tap):
-    """A range sensor whose every second read fails."""
-
-    _count = 0
-
-    def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
-        def reader() -> SampleT:
-            self._count += isinstance(sensor, RangeSensor)
-            if isinstance(sensor, RangeSensor) and self._count % 2:
-                raise DeviceError(sensor.name, "no echo")
-            return read()
-
-        return reader
-
-
 def test_error_of_a_read_by_the_guard_is_not_raised_in_the_app() -> None:
-    recording = record_run(f"{APPS}:DriveThenReadApp", seed=3, below=[RangeReadFailure()])
+    recording = record_run(f"{APPS}:DriveThenReadApp", seed=3, below=[FailingDevices(RangeSensor, every=2, first=0)])
     first = recording.ticks[0]
     assert [(read.by, bool(read.error)) for read in first.reads if read.device == "nose"] == [
         ("guard", True),
         (None, False),
     ]
-    assert "no echo" in first.state
+    assert "no answer" in first.state
     require_equal(recording)
 
 
-class DisplayFailure(Tap):
-    """A display that fails to show every fifth picture."""
-
-    _count = 0
-
-    def display(self, display: Display, show: Show) -> Show:
-        def flicker(image: Image) -> None:
-            self._count += 1
-            if self._count % 5 == 0:
-                raise DeviceError(display.name, "it is dark")
-            show(image)
-
-        return flicker
-
-
 def test_display_that_failed_fails_again_at_the_same_picture() -> None:
-    recording = record_run(f"{APPS}:DisplayApp", robot="lookout", world="open", seed=3, below=[DisplayFailure()])
-    assert {"shown screen: it is dark", "screen: it is dark shown"} < {tick.state for tick in recording.ticks}
+    recording = record_run(
+        f"{APPS}:DisplayApp", robot="lookout", world="open", seed=3, below=[FailingDevices(Display, every=5)]
+    )
+    assert {"shown screen: no answer", "screen: no answer shown"} < {tick.state for tick in recording.ticks}
     assert sum(each.error is not None for tick in recording.ticks for each in tick.shown) == 4
     require_equal(recording)
 
