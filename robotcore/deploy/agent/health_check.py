@@ -12,7 +12,7 @@ from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
-from robotcore.deploy.agent import files, journal, releases
+from robotcore.deploy.agent import files, journal, releases, robot_facts
 from robotcore.deploy.agent import systemctl as systemd
 from robotcore.deploy.agent.errors import AgentError
 from robotcore.deploy.agent.files import Layout, hold_lock
@@ -131,7 +131,7 @@ def watch_app(healthy_within_s: float, settle_s: float) -> HealthResult:
     try:
         result = _watch(healthy_within_s, settle_s)
     except AgentError as error:
-        if error.kind == systemd.MANAGER_GONE:
+        if error.kind in {systemd.MANAGER_GONE, robot_facts.NO_SYSTEMD.kind}:  # a rollback is not possible either
             raise
         result = HealthResult(UNHEALTHY, error.problem)
     if result.outcome != HEALTHY and systemd.is_shutting_down():

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from robotcore.deploy.agent.errors import AgentError
 from robotcore.deploy.agent.files import Layout, find_runtime_folder, measure_free_space
@@ -23,6 +23,21 @@ LINGER_FOLDER = Path("/var/lib/systemd/linger")
 
 MANAGER_TIMEOUT_S = 5
 """The time limit for the start of the user's systemd after lingering was turned on, in s."""
+
+
+class Need(NamedTuple):
+    """A requirement that the robot does not meet: the arguments of an AgentError."""
+
+    problem: str
+    remedy: str
+    kind: str
+
+
+NO_SYSTEMD = Need(
+    "systemd is missing on the robot",
+    "Install a system with it, such as Raspberry Pi OS, Debian or Ubuntu",
+    "no-systemd",
+)
 
 
 def read_user() -> str:
@@ -83,32 +98,36 @@ def require_push_needs(*, has_environment: bool) -> None:
         raise AgentError(". ".join(problems), ". ".join(remedies), kinds[0], kinds=kinds)
 
 
-def _list_missing(*, has_environment: bool) -> Iterator[tuple[str, str, str]]:
-    """Yield the problem, the remedy and the kind of the error for each requirement that the robot does not meet."""
+def _list_missing(*, has_environment: bool) -> Iterator[Need]:
     if count_bits() != 64:
         problem = f"{read_system()} is a 32-bit system, for which NumPy and OpenCV have no wheels"
-        yield problem, "Put the 64-bit Raspberry Pi OS on it", "architecture"
+        yield Need(problem, "Put the 64-bit Raspberry Pi OS on it", "architecture")
     if not shutil.which("rsync"):
-        yield "rsync is missing on the robot", "On the robot: sudo apt install rsync", "rsync"
+        yield Need("rsync is missing on the robot", "On the robot: sudo apt install rsync", "rsync")
     if not has_venv() and not has_environment:
-        yield "python3-venv is missing on the robot", "On the robot: sudo apt install python3-venv", "venv"
-    if not enable_lingering():
-        yield _describe_no_linger()
+        yield Need("python3-venv is missing on the robot", "On the robot: sudo apt install python3-venv", "venv")
+    if need := _find_service_problem():
+        yield need
     elif not _wait_for_user_manager():
         remedy = "For the reason, on the robot: systemctl --user status"
-        yield "systemd runs no services of this user on the robot", remedy, "manager"
+        yield Need("systemd runs no services of this user on the robot", remedy, "manager")
 
 
 def require_lingering() -> None:
     """Turn lingering on. Raise AgentError if it stays off, because services then end with the ssh connection."""
-    if not enable_lingering():
-        raise AgentError(*_describe_no_linger())
+    if problem := _find_service_problem():
+        raise AgentError(*problem)
 
 
-def _describe_no_linger() -> tuple[str, str, str]:
+def _find_service_problem() -> Need | None:
+    """Turn lingering on. Return why the services of this user cannot run without a login; None if they can."""
+    if not shutil.which("systemctl"):
+        return NO_SYSTEMD
+    if enable_lingering():
+        return None
     user = read_user()
     problem = f"lingering is off, so the services of {user} run only during a login"
-    return problem, f"On the robot: sudo loginctl enable-linger {user}", "linger"
+    return Need(problem, f"On the robot: sudo loginctl enable-linger {user}", "linger")
 
 
 def enable_lingering() -> bool:

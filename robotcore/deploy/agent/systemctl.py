@@ -197,11 +197,7 @@ def _call(*arguments: str) -> subprocess.CompletedProcess[str]:
             check=False,
         )
     except FileNotFoundError as error:
-        raise AgentError(
-            "systemd is missing on the robot",
-            "Install a system with it, such as Raspberry Pi OS, Debian or Ubuntu",
-            "no-systemd",
-        ) from error
+        raise AgentError(*robot_facts.NO_SYSTEMD) from error
     except subprocess.TimeoutExpired as error:
         raise AgentError(
             f"systemd did not answer to {arguments[0]} within {CALL_TIMEOUT_S:g} s", "Reboot the robot", MANAGER_GONE

@@ -124,6 +124,18 @@ def test_lost_systemd_keeps_the_check_pending(
     assert check.read_result(layout) is None
 
 
+def test_missing_systemd_keeps_the_check_pending(
+    layout: Layout, check: HealthCheck, monkeypatch: pytest.MonkeyPatch, raises: Raises
+) -> None:
+    monkeypatch.setenv("PATH", str(layout.root))
+    with raises(AgentError, "no-systemd"):
+        health_check.run_check(layout)
+    assert health_check.read_pending(layout) == check
+    assert check.read_result(layout) is None
+    with raises(AgentError, "no-systemd"):
+        robot_facts.require_lingering()
+
+
 def test_refused_unit_makes_the_release_unhealthy(
     layout: Layout, systemd: ScriptedSystemd, check: HealthCheck, raises: Raises
 ) -> None:

@@ -52,7 +52,7 @@ def unprepared_robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_push_is_refused_with_every_missing_need(layout: Layout, check_text: CheckText) -> None:
     with pytest.raises(AgentError) as refused:
         push_actions.probe(layout, requirements=[])
-    assert refused.value.fields["kinds"] == ("architecture", "rsync", "venv", "linger")
+    assert refused.value.fields["kinds"] == ("architecture", "rsync", "venv", "no-systemd")
     assert refused.value.kind == "architecture"
     check_text(refused.value, hide=[robot_facts.read_system()])
 
