@@ -171,7 +171,7 @@ def _furnish(server: Sshd, robot: HostileRobot) -> None:
 def _run_command(server: Sshd, desk: Path, robot: HostileRobot) -> tuple[str, int | None, float]:
     """Execute the command at the client. Return its output, its exit status (None if it hangs), and its seconds."""
     name, *options = robot.command
-    target = [server.host, "--ssh-config", str(server.config)]
+    target = [server.address.name, "--ssh-config", str(server.config)]
     command = [sys.executable, "-m", "robotcore", "deploy", name, *target, *options]
     own = {"HOME": str(desk / "home"), "TMPDIR": str(desk / "tmp"), "PYTHONDONTWRITEBYTECODE": "1"}
     begun = perf_counter()

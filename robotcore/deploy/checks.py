@@ -176,7 +176,9 @@ def _check_description(project: Project, name: str) -> list[str]:
         load_world(project.resolve(name))
         return []
     robot = project.load_description()
-    return [warning for backend in {*robot.backends, project.backend} for warning in _list_warnings(robot, backend)]
+    return [
+        warning for backend in {*robot.backends, project.deploy.backend} for warning in _list_warnings(robot, backend)
+    ]
 
 
 def _list_warnings(robot: RobotDescription, backend: str) -> Iterator[str]:

@@ -1,9 +1,9 @@
-"""Errors with a remedy for failures of ssh, of rsync and of a robot's answers, and patterns of known messages."""
+"""Errors with a remedy for failures of ssh, of rsync and of a robot's answers."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+import shutil
 from pathlib import Path
 
 from robotcore.deploy.agent.errors import MAKE_ROOM, KnownFailure, explain_known
@@ -12,9 +12,6 @@ from robotcore.errors import DeployError
 
 SSH_FAILED = 255
 """The exit status of ssh if ssh itself failed. Any other exit status of ssh is that of the remote command."""
-
-COMMAND_NOT_FOUND = 127
-"""The exit status of a shell that did not find a command."""
 
 BROKEN, DAMAGED = "broken", "damaged"
 """The kinds of a DeployError if the connection broke, and if a robot's answer is malformed."""
@@ -128,72 +125,37 @@ RSYNC_FAILURES = (
 """The known failures of rsync over an open connection. ``where`` is the machine that receives the files."""
 
 
-def explain_missing_program(name: str, package: str) -> DeployError:
-    """Return the error for a program that is missing on this machine."""
-    return DeployError(f"{name} is not installed here. Install it: sudo apt install {package}", kind="no-program")
+def require_program(name: str, package: str) -> None:
+    """Raise DeployError if a program is not installed on this machine."""
+    if not shutil.which(name):
+        raise DeployError(f"{name} is not installed here. Install it: sudo apt install {package}", kind="no-program")
 
 
-def explain_failed_connection(host: RobotAddress, status: int, output: str, config: Path | None = None) -> DeployError:
+def explain_failed_connection(host: RobotAddress, status: int, output: str) -> DeployError:
     """Return the error for a connection that could not be opened.
 
     status: ssh's exit status.
     output: the text that ssh or the login shell printed.
-    config: the ssh configuration in place of the user's.
     """
-    login, last = _format_login(host), find_last_line(output)
+    last = find_last_line(output)
     if status != SSH_FAILED:
         return DeployError(
-            f"{host}: the login shell ended with status {status}: {last}. Try it by hand: ssh {login}",
+            f"{host}: the login shell ended with status {status}: {last}. Try it by hand: ssh {host.login}",
             kind="login-shell-ended",
             status=status,
         )
-    folders = [Path.home() / ".ssh", *([config.parent] if config else [])]
+    folders = [Path.home() / ".ssh", *([host.ssh_config.parent] if host.ssh_config else [])]
 
     def names_own_file(found: re.Match[str]) -> bool:
         # a robot could write a message that makes the user delete or change any file
-        return all(_is_within(found[name], folders) for name in _FILES & found.re.groupindex.keys())
+        files = [Path(found[name]).resolve() for name in _FILES & found.re.groupindex.keys()]
+        return all(any(file.is_relative_to(folder.resolve()) for folder in folders) for file in files)
 
     # the robot chooses the text of this message, and may add lines that look like messages of ssh
     own = re.sub(r"(?ms)(^Received disconnect from [^\n]*).*", r"\1", output)
-    if known := explain_known(SSH_FAILURES, own, names_own_file, host=host, login=login):
+    if known := explain_known(SSH_FAILURES, own, names_own_file, host=host, login=host.login):
         return DeployError(f"{host}: {known}", kind=known.kind)
-    return DeployError(f"{host}: ssh failed: {last}. Try it by hand: ssh {login}", kind="ssh-failed")
-
-
-def explain_login_timeout(host: RobotAddress, seconds: float) -> DeployError:
-    """Return the error for a robot that sent nothing within this number of seconds after the login."""
-    return DeployError(
-        f"{host}: the robot sent nothing within {seconds:g} s of the login. Check whether its login shell waits for "
-        f"input: ssh {_format_login(host)}",
-        kind="login-time-out",
-        limit_s=seconds,
-    )
-
-
-def explain_lost_connection(host: RobotAddress, output: str) -> DeployError:
-    """Return the error for a connection that broke. ``output`` is the text that ssh printed."""
-    words = f" ({find_last_line(output)})" if output.strip() else ""
-    return DeployError(
-        f"{host}: the connection broke{words}. Check that the robot is on and in reach, and try again", kind=BROKEN
-    )
-
-
-def explain_failed_call(host: RobotAddress, status: int, output: str) -> DeployError:
-    """Return the error for a call of the agent that ended without an answer.
-
-    status: the exit status of the remote command.
-    output: the text that the remote command printed on stderr.
-    """
-    if status == COMMAND_NOT_FOUND:
-        return DeployError(
-            f"{host}: python3 is missing on the robot. On the robot: sudo apt install python3", kind="python"
-        )
-    return DeployError(
-        f"{host}: the call failed on the robot (status {status}): {find_last_line(output)}. Log in to find the cause: "
-        f"ssh {_format_login(host)}",
-        kind=CALL_FAILED,
-        status=status,
-    )
+    return DeployError(f"{host}: ssh failed: {last}. Try it by hand: ssh {host.login}", kind="ssh-failed")
 
 
 def explain_damaged_answer(host: RobotAddress, action: str, problem: str) -> DeployError:
@@ -203,7 +165,7 @@ def explain_damaged_answer(host: RobotAddress, action: str, problem: str) -> Dep
     """
     return DeployError(
         f"{host}: the robot's answer to {action!r} is damaged: it {problem}. Check that it is the right robot and that "
-        f"its system is intact: ssh {_format_login(host)}",
+        f"its system is intact: ssh {host.login}",
         kind=DAMAGED,
         action=action,
     )
@@ -218,8 +180,9 @@ def explain_failed_transfer(host: RobotAddress, status: int, output: str, where:
     """
     if known := explain_known(RSYNC_FAILURES, output, where=where):
         return DeployError(f"{host}: {known}", kind=known.kind)
+    first = next((line.strip().rstrip(".") for line in output.splitlines() if line.strip()), "no message")
     return DeployError(
-        f"{host}: rsync failed (status {status}): {find_first_line(output)}. The previous files are unchanged",
+        f"{host}: rsync failed (status {status}): {first}. The previous files are unchanged",
         kind=RSYNC_FAILED,
         status=status,
     )
@@ -227,18 +190,4 @@ def explain_failed_transfer(host: RobotAddress, status: int, output: str, where:
 
 def find_last_line(output: str) -> str:
     """Return the last line that is not blank, without its full stop."""
-    return find_first_line("\n".join(reversed(output.splitlines())))
-
-
-def find_first_line(output: str) -> str:
-    """Return the first line that is not blank, without its full stop."""
-    return next((line.strip() for line in output.splitlines() if line.strip()), "no message").rstrip(".")
-
-
-def _format_login(host: RobotAddress) -> str:
-    port = f"-p {host.port} " if host.port else ""
-    return port + (f"{host.user}@{host.name}" if host.user else host.name)
-
-
-def _is_within(file: str, folders: Iterable[Path]) -> bool:
-    return any(Path(file).resolve().is_relative_to(folder.resolve()) for folder in folders)
+    return next((line.strip().rstrip(".") for line in reversed(output.splitlines()) if line.strip()), "no message")

@@ -5,11 +5,9 @@ The check itself runs on the robot, and goes on if the connection breaks.
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from robotcore.deploy.agent.releases import HEALTHY, HEALTHY_WITHIN_S, UNHEALTHY
 from robotcore.deploy.errors import BROKEN, TRANSIENT
-from robotcore.deploy.host import RobotAddress, command_hint
+from robotcore.deploy.host import RobotAddress
 from robotcore.deploy.progress import OnStep, Step
 from robotcore.deploy.robot_answers import HealthAnswer, ProgressMessage
 from robotcore.deploy.rpc import RobotLink
@@ -31,33 +29,29 @@ UNKNOWN_RELEASE = "name"
 """The kind of a DeployError if the robot has no release of that name."""
 
 
-def rollback(host: RobotAddress, ssh_config: Path | None, release: str | None, on_step: OnStep = print) -> str:
+def rollback(host: RobotAddress, release: str | None, on_step: OnStep = print) -> str:
     """Make an older release the current one, and wait until its health check ends. Return the release's name.
 
-    ssh_config: an ssh configuration in place of the user's.
     release: the release's name; None for the newest healthy release before the current one.
     on_step: this function is called with the progress.
     Raises UsageError if the robot has no release of that name, and the errors of `follow_check`.
     """
-    with RobotLink(host, ssh_config) as link:
+    with RobotLink(host) as link:
         try:
-            return follow_check(link, ssh_config, Step(STEP, on_step), "rollback", release, HEALTHY_WITHIN_S)
+            return follow_check(link, Step(STEP, on_step), "rollback", release, HEALTHY_WITHIN_S)
         except DeployError as error:
             if error.kind == UNKNOWN_RELEASE:
                 raise UsageError(str(error)) from error
             raise
 
 
-def follow_check(
-    link: RobotLink, ssh_config: Path | None, step: Step, action: str, release: str | None, healthy_within_s: float
-) -> str:
+def follow_check(link: RobotLink, step: Step, action: str, release: str | None, healthy_within_s: float) -> str:
     """Make the robot check a release, and report the progress. Return the name of the healthy release.
 
     If the connection breaks, the function connects again, unless ssh fails for a reason that lasts, such as a changed
     host key. It needs the release's name to ask for the result.
 
     link: an open link to the robot.
-    ssh_config: an ssh configuration in place of the user's, for the commands in error messages.
     step: reports the progress of the check.
     action: ``activate`` or ``rollback``.
     release: the release's name; None if the robot shall choose the release.
@@ -85,11 +79,11 @@ def follow_check(
             if attempt == 0 and error.kind != BROKEN:
                 raise
             if not release or attempt == ATTEMPTS or error.kind not in TRANSIENT:
-                raise DeployError(f"{error}. {status_hint(link.host, ssh_config)}", kind=error.kind) from error
+                raise DeployError(f"{error}. {status_hint(link.host)}", kind=error.kind) from error
             action = "activate"
     if result.outcome != HEALTHY:
         raise UnhealthyError(
-            _format_failure(link.host, result, command_hint("logs", link.host, ssh_config)),
+            _format_failure(link.host, result),
             release=result.release,
             outcome=result.outcome,
             current=result.current,
@@ -99,12 +93,12 @@ def follow_check(
     return result.release
 
 
-def status_hint(host: RobotAddress, ssh_config: Path | None) -> str:
+def status_hint(host: RobotAddress) -> str:
     """Return a sentence that says that the check continues, with the command that shows its result."""
-    return f"The health check continues on the robot: {command_hint('status', host, ssh_config)}"
+    return f"The health check continues on the robot: {host.format_command('status')}"
 
 
-def _format_failure(host: RobotAddress, result: HealthAnswer, logs: str) -> str:
+def _format_failure(host: RobotAddress, result: HealthAnswer) -> str:
     what = "is not healthy" if result.outcome == UNHEALTHY else "was not checked to the end"
     how = "is stopped, as before" if result.is_stopped else "does not run either"
     now = f"{result.current} {'runs again' if result.is_running else f'is the current release again, and {how}'}"
@@ -113,4 +107,4 @@ def _format_failure(host: RobotAddress, result: HealthAnswer, logs: str) -> str:
     remedy = ". Add it to dependencies in pyproject.toml" if NO_MODULE in error else ""
     why = f"{result.reason}: {error.rstrip('.')}{remedy}" if error else result.reason
     running = now if result.current else "No app runs"
-    return f"{host}: {result.release} {what}: {why}. {running}. The whole log: {logs}{lines}"
+    return f"{host}: {result.release} {what}: {why}. {running}. The whole log: {host.format_command('logs')}{lines}"

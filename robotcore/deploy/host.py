@@ -26,8 +26,6 @@ A ``ProxyCommand`` in an ssh configuration passes the host name to a shell.
 class RobotAddress:
     """The address of a robot for ssh.
 
-    >>> RobotAddress.parse("pi@rover.local:2222")
-    RobotAddress(name='rover.local', user='pi', port=2222)
     >>> print(RobotAddress.parse("pi@[fe80::1]"))
     pi@[fe80::1]
     """
@@ -38,6 +36,8 @@ class RobotAddress:
     """The user on the robot. If it is empty, ssh takes the user from its configuration."""
     port: int | None = None
     """The port of ssh on the robot. If it is None, ssh takes the port from its configuration."""
+    ssh_config: Path | None = None
+    """An ssh configuration in place of the user's."""
 
     @classmethod
     def parse(cls, text: str) -> RobotAddress:
@@ -45,7 +45,8 @@ class RobotAddress:
 
         Raises UsageError if the text is not of this form.
         """
-        if not (found := PATTERN.fullmatch(text)) or not _is_address(found["address"]) or not _is_port(found["port"]):
+        found = PATTERN.fullmatch(text)
+        if not found or not _is_address(found["address"]) or not 0 < int(found["port"] or 22) < 1 << 16:
             raise UsageError(
                 f"{text!r} is not the address of a robot. Write a name or an IP address, with user and port if needed: "
                 "pi@rover.local, rover:2222, pi@[fe80::1%wlan0]:22",
@@ -60,27 +61,26 @@ class RobotAddress:
         name = f"[{self.name}]" if ":" in self.name else self.name
         return f"{user}{name}{f':{self.port}' if self.port else ''}"
 
+    @property
+    def login(self) -> str:
+        """The arguments of ssh that log in to the robot, for a remedy."""
+        port = f"-p {self.port} " if self.port else ""
+        return port + (f"{self.user}@{self.name}" if self.user else self.name)
+
+    def format_command(self, command: str) -> str:
+        """Return a command line of ``robotcore deploy`` that a user can paste into a shell.
+
+        command: the subcommand, such as ``logs``, with its options.
+
+        >>> print(RobotAddress("rover", "pi", 2222, Path("lab of ours.ssh")).format_command("logs"))
+        robotcore deploy logs pi@rover:2222 --ssh-config 'lab of ours.ssh'
+        """
+        config = ("--ssh-config", str(self.ssh_config)) if self.ssh_config else ()
+        return shlex.join(["robotcore", "deploy", *command.split(), str(self), *config])
+
 
 def _is_address(text: str | None) -> bool:
     try:
         return text is None or bool(IPv6Address(text))
     except AddressValueError:
         return False
-
-
-def _is_port(text: str | None) -> bool:
-    return text is None or 0 < int(text) < 1 << 16
-
-
-def command_hint(command: str, host: RobotAddress, ssh_config: Path | None = None) -> str:
-    """Return a command line of ``robotcore deploy`` that a user can paste into a shell.
-
-    command: the subcommand, such as ``logs``, with its options.
-    host: the robot.
-    ssh_config: an ssh configuration in place of the user's.
-
-    >>> print(command_hint("logs", RobotAddress.parse("pi@rover:2222"), Path("lab of ours.ssh")))
-    robotcore deploy logs pi@rover:2222 --ssh-config 'lab of ours.ssh'
-    """
-    reached_by = () if ssh_config is None else ("--ssh-config", str(ssh_config))
-    return shlex.join(["robotcore", "deploy", *command.split(), str(host), *reached_by])

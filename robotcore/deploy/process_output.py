@@ -1,11 +1,14 @@
-"""Reads the output of a process that may print any amount of text, such as ssh with the output of a robot."""
+"""Runs a process that may print any amount of text, such as ssh with the output of a robot."""
 
 from __future__ import annotations
 
 import os
 import selectors
+import signal
 import subprocess
-from collections.abc import Iterable, Iterator
+import tempfile
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 
 from robotcore.text import escape
 
@@ -19,10 +22,7 @@ LONGEST_LINE = 1 << 23
 """The greatest length of a line, in bytes. A list of about 80 000 recordings fits into such a line."""
 
 LINE_COST = 1 << 7
-"""The number of bytes that each line counts in addition to its length.
-
-So a limit in bytes also limits the number of empty lines, which take long to read.
-"""
+"""The number of bytes that each line counts in addition to its length, because empty lines take long to read too."""
 
 _PIECE = 1 << 16
 
@@ -32,17 +32,20 @@ class MalformedError(ValueError):
 
 
 class ProcessOutput:
-    """Reads the output of a process: stdout in pieces, and an excerpt of stderr.
+    """The output of a process whose stdout and stderr are pipes.
 
-    It reads both pipes at the same time, so that the process never blocks on a full pipe. It keeps only the excerpt of
+    It reads both pipes at the same time, so that the process never blocks on a full pipe. It keeps only an excerpt of
     stderr, so that a long output does not fill the memory.
-
-    process: a process whose stdout and stderr are pipes.
     """
 
     def __init__(self, process: subprocess.Popen[bytes]) -> None:
         self._process = process
         self._errors = b""
+
+    @property
+    def status(self) -> int:
+        """The exit status of the process, after its end."""
+        return self._process.wait()
 
     @property
     def stderr_excerpt(self) -> str:
@@ -68,14 +71,43 @@ class ProcessOutput:
                     elif key.fileobj is stdout:
                         yield piece
                     else:
-                        self._errors = excerpt(self._errors + piece)
+                        self._errors = _excerpt(self._errors + piece)
                         yield b""
                 if not ready:
                     yield b""
 
 
-def excerpt(text: bytes) -> bytes:
-    """Return the beginning and the end of a long text, or a short text unchanged."""
+@contextmanager
+def run_process(
+    command: Sequence[str], stdin: bytes, environment: Mapping[str, str] | None = None
+) -> Iterator[ProcessOutput]:
+    """Run a command during a ``with`` block that reads its output. If the block raises, the command is terminated.
+
+    stdin: the whole input of the command.
+    environment: the environment variables; None for those of this process.
+    """
+    with tempfile.TemporaryFile() as file:
+        file.write(stdin)
+        file.seek(0)
+        # a session of its own, so that the terminal sends no SIGINT
+        with subprocess.Popen(  # noqa: S603  no shell
+            command,
+            stdin=file,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            env=environment,
+            start_new_session=True,
+        ) as process:
+            try:
+                yield ProcessOutput(process)
+            except BaseException:
+                with suppress(ProcessLookupError):
+                    os.killpg(process.pid, signal.SIGTERM)
+                process.wait()
+                raise
+
+
+def _excerpt(text: bytes) -> bytes:
     return text if len(text) <= 2 * EXCERPT_BYTES else text[:EXCERPT_BYTES] + b"\n" + text[1 - EXCERPT_BYTES :]
 
 

@@ -65,7 +65,7 @@ class RobotcoreTable(StrictModel):
     app: Text | None = None
     robot: Text | None = None
     world: Text | None = None
-    deploy: DeployTable = DeployTable()
+    deploy: DeployTable = field(default_factory=DeployTable)
 
 
 class ProjectTable(StrictModel):
@@ -186,27 +186,11 @@ class Project:
     """The robot's name, or its file relative to the folder."""
     world: str | None = None
     """The world's name, or its file relative to the folder. Only simulators use it."""
-    backend: str = "raspberrypi"
-    settings: Mapping[str, str] = field(default_factory=dict)
-    """Settings of the app."""
-    options: Mapping[str, str] = field(default_factory=dict)
-    """Options of the backend."""
-    rate_hz: float = 20.0
-    seeds: str = "1-3"
-    """The seeds of the simulation check."""
-    require: tuple[str, ...] = ()
-    """The bounds on the results of the simulation check. Without bounds, every run must pass."""
-    extras: tuple[str, ...] = ()
-    """Extras of robotcore or of the project whose requirements pip installs too."""
-    is_recorded: bool = True
-    """Whether each run on the robot is recorded."""
+    deploy: DeployTable = field(default_factory=DeployTable)
+    """How the app runs, and how it is checked before."""
     is_package: bool = False
     """Whether pip can build and install the folder."""
     metadata: ProjectTable = field(default_factory=ProjectTable)
-    """The table ``[project]`` of the ``pyproject.toml``."""
-
-    def __repr__(self) -> str:
-        return f"<Project {self.name}: {self.app} on {self.robot}, {self.backend}>"
 
     @property
     def files(self) -> tuple[str, ...]:
@@ -223,7 +207,7 @@ class Project:
 
     def resolve(self, name: str) -> str:
         """Return the absolute path of a file of the project. Return an installed name unchanged."""
-        return str(self.folder / name) if self.folder and (is_own(name) or is_app_file(name)) else name
+        return str(self.folder / name) if self.folder and _is_file(name) else name
 
 
 def build_project(options: DeployOptions, here: Path | None = None) -> Project:
@@ -233,89 +217,79 @@ def build_project(options: DeployOptions, here: Path | None = None) -> Project:
     ``[tool.robotcore]`` and the options name no file, the project has no folder. Its app, robot and world are then
     installed ones.
 
-    >>> build_project(DeployOptions(app="green-search", robot="rover"), Path("/"))
-    <Project green-search: green-search on rover, raspberrypi>
+    >>> build_project(DeployOptions(app="green-search", robot="rover"), Path("/")).deploy.backend
+    'raspberrypi'
 
-    options: the options of the user.
     here: the folder to which file names in the options are relative; None for the current folder.
     Raises UsageError if a name is unknown or a file is outside of the folder. Raises DescriptionError if the
     ``pyproject.toml`` has mistakes.
     """
     here = (here or Path.cwd()).absolute()
-    folder = here / options.folder if options.folder else here
-    if options.folder and not folder.is_dir():
+    folder: Path | None = here / options.folder if options.folder else here
+    assert folder
+    if not folder.is_dir():
         raise UsageError(
             f"--project {options.folder}: there is no such folder. Name the folder of your {FILE}",
             kind="no-such-folder",
             folder=str(options.folder),
         )
     tables = read_tables(folder)
-    names = filter(None, (options.app, options.robot, options.world))
-    if not (options.folder or tables.robotcore or any(map(_is_file, names))):
-        return _validate_project(_apply_options(options, Tables(), None, here))
-    if Path.home().resolve().is_relative_to(folder.resolve()):
+    table = tables.robotcore or RobotcoreTable()
+    given = {kind: getattr(options, kind) for kind in ("app", "robot", "world")}
+    if not (options.folder or tables.robotcore or any(name and _is_file(name) for name in given.values())):
+        folder, tables = None, Tables()
+    elif Path.home().resolve().is_relative_to(folder := folder.resolve()):
         raise UsageError(
             f"{escape(str(folder))} contains your home folder, and a push sends the whole folder. Make a folder for "
             "the project and put its files there: robotcore new",
             kind="home-folder",
         )
-    return _validate_project(_apply_options(options, tables, folder.resolve(), here))
-
-
-def _apply_options(options: DeployOptions, tables: Tables, folder: Path | None, here: Path) -> Project:
-    table = tables.robotcore or RobotcoreTable()
-    deploy = table.deploy
-    app = _resolve_name(options, table, "app", folder, here)
-    is_recorded = deploy.record if options.record is None else options.record
-    return Project(
+    names = {kind: name or getattr(table, kind) for kind, name in given.items()}
+    for kind, name in names.items():
+        if not name and kind != "world":
+            raise UsageError(
+                f'no {kind} is named. Name it with --{kind}, or in {FILE}: [tool.robotcore] {kind} = "…"',
+                kind="missing-option",
+                option=kind,
+            )
+        if name and folder and _is_file(name):
+            names[kind] = resolve_file(folder, here if given[kind] else folder, name, kind)
+    project = Project(
         folder=folder,
-        name=tables.project.name or (folder.name if folder else app_name(app)),
-        app=app,
-        robot=_resolve_name(options, table, "robot", folder, here),
-        world=_resolve_name(options, table, "world", folder, here) if options.world or table.world else None,
-        backend=options.backend or deploy.backend,
-        settings={**deploy.settings, **options.settings},
-        options={**deploy.options, **options.options},
-        rate_hz=deploy.rate_hz if options.rate_hz is None else options.rate_hz,
-        seeds=deploy.seeds if options.seeds is None else options.seeds,
-        require=deploy.require if options.require is None else options.require,
-        extras=deploy.extras,
-        is_recorded=is_recorded,
+        name=tables.project.name or (folder.name if folder else app_name(names["app"])),
+        **names,
+        deploy=_apply_options(options, table.deploy),
         is_package=tables.is_package,
         metadata=tables.project,
     )
+    _require_valid(project)
+    return project
 
 
 def _is_file(name: str) -> bool:
     return is_app_file(name) or is_own(name)
 
 
-def _resolve_name(options: DeployOptions, table: RobotcoreTable, kind: str, folder: Path | None, here: Path) -> str:
-    given = getattr(options, kind)
-    name = given or getattr(table, kind)
-    if not name:
-        raise UsageError(
-            f'no {kind} is named. Name it with --{kind}, or in {FILE}: [tool.robotcore] {kind} = "…"',
-            kind="missing-option",
-            option=kind,
-        )
-    if folder is None or not _is_file(name):
-        return str(name)
-    return resolve_file(folder, here if given else folder, name, kind)
+def _apply_options(options: DeployOptions, table: DeployTable) -> DeployTable:
+    chosen = {key: getattr(options, key) for key in ("backend", "rate_hz", "seeds", "require", "record")}
+    changes: dict[str, Any] = {key: value for key, value in chosen.items() if value is not None}
+    changes["settings"] = {**table.settings, **options.settings}
+    changes["options"] = {**table.options, **options.options}
+    return table.model_copy(update=changes)
 
 
-def _validate_project(project: Project) -> Project:
-    require_rate(project.rate_hz)
-    load_backend(project.backend)
+def _require_valid(project: Project) -> None:
+    deploy = project.deploy
+    require_rate(deploy.rate_hz)
+    load_backend(deploy.backend)
     if not is_app_file(project.app):  # a user's file is not imported here, so its settings are not checked
         if app_name(project.app) not in app_names():
             raise UnknownNameError("app", project.app, app_names())
-        configure(load_app(project.app), project.settings)
+        configure(load_app(project.app), deploy.settings)
     if not is_own(project.robot):
         load_robot(project.robot)
     if project.world and not is_own(project.world):
         load_world(project.world)
-    parse_seeds(project.seeds)
-    for bound in project.require:
+    parse_seeds(deploy.seeds)
+    for bound in deploy.require:
         Requirement.parse(bound)
-    return project

@@ -49,9 +49,6 @@ class Push:
 
     host: RobotAddress
     project: Project
-    ssh_config: Path | None = None
-    """An ssh configuration in place of the user's."""
-
     is_checked: bool = True
     """Whether the checks run first: the tests, the check of the descriptions, and the simulation."""
 
@@ -76,13 +73,13 @@ def push(request: Push, on_step: OnStep = print) -> str:
     """
     Step(ROBOT, on_step)  # without a text, because ssh may ask for a password
     with (
-        RobotLink(request.host, request.ssh_config) as link,
+        RobotLink(request.host) as link,
         TemporaryDirectory(prefix="robotcore-") as folder,
     ):
         bundle, check_lines = _build_checked_bundle(request, Path(folder), on_step)
         release = create_release(request.project, bundle.requirements, check_lines)
         facts = _probe(link, release, Step(ROBOT, on_step))
-        target = Platform.of(facts)
+        target = Platform(facts.python, facts.machine, facts.libc, facts.libc_version)
         target.require_python(request.project)
         if request.is_offline and not facts.has_environment:
             step = Step("wheels", on_step)
@@ -90,7 +87,7 @@ def push(request: Push, on_step: OnStep = print) -> str:
             step.finish(f"{len(list(wheels.iterdir()))} for {target}")
         name = _upload(link, release, bundle, on_step, is_offline=request.is_offline)
         step = Step(health.STEP, on_step)
-        return health.follow_check(link, request.ssh_config, step, "activate", name, request.healthy_within_s)
+        return health.follow_check(link, step, "activate", name, request.healthy_within_s)
 
 
 def _build_checked_bundle(request: Push, folder: Path, on_step: OnStep) -> tuple[Bundle, tuple[str, ...]]:
@@ -111,7 +108,7 @@ def _build_checked_bundle(request: Push, folder: Path, on_step: OnStep) -> tuple
 def describe_state_after(step: str, request: Push) -> str:
     """Return a sentence about the state of the robot after a push that ended in this step."""
     if step == health.STEP:
-        return health.status_hint(request.host, request.ssh_config)
+        return health.status_hint(request.host)
     return f"Nothing {'was sent to' if step in {*checks.NAMES, FILES} else 'has changed on'} {request.host}"
 
 
@@ -191,36 +188,36 @@ def create_release(project: Project, requirements: tuple[str, ...] = (), check_l
     requirements: the requirements that pip installs on the robot.
     check_lines: a line for each check before the push, with its result.
     """
-    stop_options = format_options(RunRequest(project.app, options=project.options))
+    stop_options = format_options(RunRequest(project.app, options=project.deploy.options))
     return Release(
         name=f"{datetime.now(timezone.utc):{NAME_FORMAT}}",
         project=project.name,
         app=project.app,
         robot=project.robot,
-        backend=project.backend,
+        backend=project.deploy.backend,
         run=("run", project.app, *format_options(_build_run_request(project))),
-        stop=("stop", "--backend", project.backend, "--robot", project.robot, *stop_options),
+        stop=("stop", "--backend", project.deploy.backend, "--robot", project.robot, *stop_options),
         requirements=requirements,
         checks=check_lines,
         robotcore=version("robotcore"),
         revision=_find_revision(project.folder),
         sender=f"{getpass.getuser()}@{platform.node()}",
-        is_recorded=project.is_recorded,
+        is_recorded=project.deploy.record,
     )
 
 
 def _build_run_request(project: Project) -> RunRequest:
-    is_simulated = load_backend(project.backend).builds_world(project.load_description())
+    is_simulated = load_backend(project.deploy.backend).builds_world(project.load_description())
     return RunRequest(
         app=project.app,
-        backend=project.backend,
+        backend=project.deploy.backend,
         robot=project.robot,
         world=(project.world or DEFAULT_WORLD) if is_simulated else None,
-        seed=parse_seeds(project.seeds)[0] if is_simulated else None,
-        rate_hz=project.rate_hz,
+        seed=parse_seeds(project.deploy.seeds)[0] if is_simulated else None,
+        rate_hz=project.deploy.rate_hz,
         timeout_s=UNTIL_STOPPED_S,
-        settings=project.settings,
-        options=project.options,
+        settings=project.deploy.settings,
+        options=project.deploy.options,
         realtime=True,
     )
 

@@ -94,16 +94,16 @@ def _list_project_requirements(project: Project) -> Iterator[str]:
     if project.is_package:  # its built metadata has them, dynamic ones too
         return
     yield from project.metadata.dependencies
-    for extra in project.extras:
+    for extra in project.deploy.extras:
         yield from project.metadata.optional.get(extra, ())
 
 
 def _select_extras(project: Project, robotcore: Distribution) -> set[str]:
     known = {*robotcore.metadata.get_all("Provides-Extra", ()), *project.metadata.optional}
-    for extra in project.extras:
+    for extra in project.deploy.extras:
         if extra not in known:
             raise UnknownNameError("extra", extra, sorted(known))
-    return {*find_extras(project), *project.extras}
+    return {*find_extras(project), *project.deploy.extras}
 
 
 def _parse(text: str) -> Requirement:
@@ -154,7 +154,7 @@ _EXTRAS = re.compile(r"robotcore\[([\w,-]+)\]")
 
 def find_entry_points(project: Project) -> list[EntryPoint]:
     """Return the entry points of the project's backend and device drivers, and of its app if the app is installed."""
-    keys = [(BACKENDS, project.backend), *((DEVICES, name) for name in _find_driver_names(project))]
+    keys = [(BACKENDS, project.deploy.backend), *((DEVICES, name) for name in _find_driver_names(project))]
     if not is_app_file(project.app):
         keys.append((APPS, app_name(project.app)))
     return [point for group, name in keys for point in entry_points(group=group, name=name)]
@@ -163,18 +163,18 @@ def find_entry_points(project: Project) -> list[EntryPoint]:
 def find_extras(project: Project) -> set[str]:
     """Return the extras of robotcore that the project needs."""
     # backends and device drivers name their extras in the remedy for a missing package
-    remedies = [load_backend(project.backend).remedy]
+    remedies = [load_backend(project.deploy.backend).remedy]
     for name in _find_driver_names(project):
         with suppress(BackendMissingError):  # a broken package, which `robotcore check` reports
             remedies.append(load_registered("device driver", DEVICES, name).remedy)
     named = {extra for remedy in remedies for found in _EXTRAS.findall(remedy) for extra in found.split(",")}
-    return named | ({RECORD} if project.is_recorded else set())
+    return named | ({RECORD} if project.deploy.record else set())
 
 
 def _find_driver_names(project: Project) -> set[str]:
     """Return the installed device drivers that the robot's file names. Without device drivers, return an empty set."""
     robot = project.load_description()
-    if not load_backend(project.backend).check(robot):
+    if not load_backend(project.deploy.backend).check(robot):
         return set()
     return {point.name for point in entry_points(group=DEVICES)} & set(_walk_drivers(robot.backends))
 

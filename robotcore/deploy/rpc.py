@@ -1,18 +1,15 @@
-"""Calls of the agent on a robot, and transfers of files, over one ssh connection."""
+"""Calls of the agent on a robot over an ssh connection."""
 
 from __future__ import annotations
 
 import json
-import subprocess
-import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
 from importlib.resources import files
-from typing import Any, Generic
+from typing import Any
 
 from robotcore.deploy.agent.rpc import MARK
-from robotcore.deploy.errors import explain_damaged_answer, explain_failed_call
-from robotcore.deploy.process_output import MalformedError, ProcessOutput, split_lines
+from robotcore.deploy.errors import CALL_FAILED, explain_damaged_answer, find_last_line
+from robotcore.deploy.process_output import MalformedError, run_process, split_lines
 from robotcore.deploy.progress import Report
 from robotcore.deploy.robot_answers import AnswerT, EmptyAnswer, ProgressMessage, Refusal, parse, validate
 from robotcore.deploy.ssh import SshConnection
@@ -32,11 +29,18 @@ SILENCE_S = 900.0
 A build by pip and the hash of a large recording take less time.
 """
 
+REMOTE_COMMAND = "python3 -I -"
+"""The command that the robot's shell runs for each call."""
+
+COMMAND_NOT_FOUND = 127
+"""The exit status of a shell that did not find a command."""
+
 
 class RobotLink(SshConnection):
     """A connection to a robot that calls the agent there.
 
-    Every method raises DeployError with a remedy.
+    Every method raises DeployError with a remedy. Its kind is the robot's if the robot refuses the action, and
+    `DAMAGED` if the answer does not fit the model, is too long, or does not come in time.
     """
 
     def call(
@@ -48,109 +52,92 @@ class RobotLink(SshConnection):
         answer: the model of the answer.
         on_message: this function is called with each progress message.
         arguments: the parameters of the action.
-        Raises DeployError. Its kind is the robot's if the robot refuses the action, and `DAMAGED` if the answer does
-        not fit the model, is too long, or does not come in time.
         """
-        return self._ask(RemoteCall(action, answer, on_message), arguments)
+        return self._ask(action, arguments, answer, on_message=on_message)
 
     def stream(self, action: str, /, on_line: Report, max_bytes: int | None, **arguments: Any) -> None:
         """Run an action on the robot that prints lines, and pass each line to a function.
 
-        action: the action's name.
         on_line: this function is called with each line, escaped and without the line break.
         max_bytes: the greatest length of the robot's output in bytes; None for a stream without an end.
-        arguments: the parameters of the action.
         """
-        self._ask(RemoteCall(action, EmptyAnswer, on_line=on_line, max_bytes=max_bytes), arguments)
+        self._ask(action, arguments, EmptyAnswer, on_line=on_line, max_bytes=max_bytes)
 
-    def _ask(self, call: RemoteCall[AnswerT], arguments: Mapping[str, Any]) -> AnswerT:
-        with tempfile.TemporaryFile() as script:
-            script.write(build_script(call.action, arguments).encode("ascii"))
-            script.seek(0)
-            with subprocess.Popen(  # noqa: S603  constants
-                [*self.ssh_command, REMOTE_COMMAND],
-                stdin=script,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.PIPE,
-                start_new_session=True,
-            ) as process:
-                output = ProcessOutput(process)
-                try:
-                    answer = call.parse_answer(output.read_pieces())
-                except BaseException as error:
-                    process.terminate()
-                    process.wait()
-                    if isinstance(error, MalformedError):
-                        raise explain_damaged_answer(self.host, call.action, str(error)) from error
-                    raise
-            if answer is None:
-                raise self.find_cause(explain_failed_call(self.host, process.returncode, output.stderr_excerpt))
+    def _ask(self, action: str, arguments: Mapping[str, Any], model: type[AnswerT], **reading: Any) -> AnswerT:
+        script = build_script(action, arguments).encode("ascii")
+        try:
+            with run_process([*self.ssh_command, REMOTE_COMMAND], script) as output:
+                answer = parse_answer(output.read_pieces(), model, **reading)
+        except MalformedError as error:
+            raise explain_damaged_answer(self.host, action, str(error)) from error
+        if answer is None:
+            raise self.find_cause(self._explain_no_answer(output.status, output.stderr_excerpt))
         if isinstance(answer, Refusal):
             raise DeployError(f"{self.host}: {answer.problem}. {answer.remedy}", kind=answer.kind)
         return answer
 
+    def _explain_no_answer(self, status: int, output: str) -> DeployError:
+        if status == COMMAND_NOT_FOUND:
+            problem = "python3 is missing on the robot. On the robot: sudo apt install python3"
+            return DeployError(f"{self.host}: {problem}", kind="python")
+        return DeployError(
+            f"{self.host}: the call failed on the robot (status {status}): {find_last_line(output)}. Log in to find "
+            f"the cause: ssh {self.host.login}",
+            kind=CALL_FAILED,
+            status=status,
+        )
 
-@dataclass
-class RemoteCall(Generic[AnswerT]):
-    """One call of an action. It parses the robot's output."""
 
-    action: str
-    answer: type[AnswerT]
-    """The model of the answer."""
-    on_message: OnMessage | None = None
-    on_line: Report | None = None
-    max_bytes: int | None = MAX_ANSWER_BYTES
-    """The greatest length of the output in bytes; None for a stream without an end."""
+def parse_answer(
+    pieces: Iterable[bytes],
+    model: type[AnswerT],
+    *,
+    on_message: OnMessage | None = None,
+    on_line: Report | None = None,
+    max_bytes: int | None = MAX_ANSWER_BYTES,
+) -> AnswerT | Refusal | None:
+    """Return the answer in a robot's output, or None if the output has no answer.
 
-    def parse_answer(self, pieces: Iterable[bytes]) -> AnswerT | Refusal | None:
-        """Return the answer in a robot's output, or None if the output has no answer.
+    The function ignores the lines before the first `MARK`, because a login shell prints them.
 
-        The method ignores the lines before the first `MARK`, because a login shell prints them.
-
-        Raises MalformedError if the output is malformed.
-        """
-        answer, has_begun = None, False
-        for line in split_lines(self._limit_silence(pieces), self.max_bytes):
-            text, mark, message = line.partition(MARK.encode())
-            if text and has_begun and self.on_line:
-                self.on_line(escape(text.decode(errors="replace"), keep="\t"))
-            if mark:
-                has_begun = True
-                answer = self._parse_message(parse(message)) or answer
-        return answer
-
-    def _parse_message(self, message: Mapping[str, Any]) -> AnswerT | Refusal | None:
+    max_bytes: the greatest length of the output in bytes; None for a stream without an end.
+    Raises MalformedError if the output is malformed.
+    """
+    answer: AnswerT | Refusal | None = None
+    has_begun = False
+    for line in split_lines(pieces if max_bytes is None else _limit_silence(pieces), max_bytes):
+        text, mark, content = line.partition(MARK.encode())
+        if text and has_begun and on_line:
+            on_line(escape(text.decode(errors="replace"), keep="\t"))
+        if not mark:
+            continue
+        has_begun, message = True, parse(content)
         if "say" in message:
             progress = validate(ProgressMessage, message, "progress")
-            if self.on_message:
-                self.on_message(progress)
+            if on_message:
+                on_message(progress)
         elif "refused" in message:
-            return validate(Refusal, message["refused"], "refused")
+            answer = validate(Refusal, message["refused"], "refused")
         elif "done" in message:
-            return validate(self.answer, message["done"], "done")
+            answer = validate(model, message["done"], "done")
         elif "begun" not in message:
             raise MalformedError("has a message that is neither progress, nor an answer, nor a refusal")
-        return None
-
-    def _limit_silence(self, pieces: Iterable[bytes]) -> Iterator[bytes]:
-        """Yield the pieces. Raise MalformedError if no piece comes for `SILENCE_S`, except in an endless stream."""
-        clock, received_s = MonotonicClock(), 0.0
-        for piece in pieces:
-            if piece:
-                received_s = clock.now()
-            elif clock.now() - received_s > SILENCE_S and self.max_bytes is not None:
-                raise MalformedError(f"has not come: the robot sent nothing for {SILENCE_S:g} s")
-            yield piece
+    return answer
 
 
-REMOTE_COMMAND = "python3 -I -"
-"""The command that the robot's shell runs for each call."""
+def _limit_silence(pieces: Iterable[bytes]) -> Iterator[bytes]:
+    """Yield the pieces. Raise MalformedError if no piece comes for `SILENCE_S`."""
+    clock, received_s = MonotonicClock(), 0.0
+    for piece in pieces:
+        if piece:
+            received_s = clock.now()
+        elif clock.now() - received_s > SILENCE_S:
+            raise MalformedError(f"has not come: the robot sent nothing for {SILENCE_S:g} s")
+        yield piece
+
 
 AGENT_PACKAGE = "robotcore.deploy.agent"
 """The package that runs on the robot."""
-
-EMPTY_PACKAGES = ("robotcore/__init__.py", "robotcore/deploy/__init__.py")
-"""The files of the agent's parent packages. They are empty on the robot."""
 
 
 def build_script(action: str, arguments: Mapping[str, Any]) -> str:
@@ -158,7 +145,6 @@ def build_script(action: str, arguments: Mapping[str, Any]) -> str:
 
     The arguments are string literals with JSON, so that Python never runs them as code.
 
-    action: the action's name.
     arguments: the parameters of the action, which JSON can represent.
     """
     first = files(AGENT_PACKAGE).joinpath("bootstrap.py").read_text(encoding="utf-8")
@@ -167,8 +153,11 @@ def build_script(action: str, arguments: Mapping[str, Any]) -> str:
 
 
 def read_agent_sources() -> dict[str, str]:
-    """Return the source text of each module of the agent by its path, such as ``robotcore/deploy/agent/files.py``."""
+    """Return the source text of each module of the agent by its path, such as ``robotcore/deploy/agent/files.py``.
+
+    The agent's parent packages are empty on the robot.
+    """
     path = AGENT_PACKAGE.replace(".", "/")
     modules = [entry for entry in files(AGENT_PACKAGE).iterdir() if entry.name.endswith(".py")]
     sources = {f"{path}/{entry.name}": entry.read_text(encoding="utf-8") for entry in modules}
-    return dict.fromkeys(EMPTY_PACKAGES, "") | sources
+    return dict.fromkeys(("robotcore/__init__.py", "robotcore/deploy/__init__.py"), "") | sources

@@ -5,18 +5,13 @@ from __future__ import annotations
 import os
 import re
 import shlex
-import shutil
-import signal
-import subprocess
-import tempfile
 from collections.abc import Callable, Iterable, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 from robotcore.deploy.agent.files import FOLDER
-from robotcore.deploy.errors import explain_failed_transfer, explain_missing_program
-from robotcore.deploy.process_output import ProcessOutput
+from robotcore.deploy.errors import explain_failed_transfer, require_program
+from robotcore.deploy.process_output import run_process
 from robotcore.deploy.robot_answers import require_remote_folder
 from robotcore.deploy.ssh import SshConnection
 
@@ -103,7 +98,7 @@ def receive(
     what: Sequence[str],
     folder: Path,
     *,
-    partial: Path | None = None,
+    partial: Path,
     on_poll: Callable[[], object] | None = None,
     on_progress: OnProgress | None = None,
 ) -> Transfer:
@@ -116,7 +111,7 @@ def receive(
     on_poll: this function is called at least every half second. If it raises an exception, the transfer ends.
     Raises DeployError, as `send` does.
     """
-    options = RECEIVE_OPTIONS if partial is None else (f"--partial-dir={partial.absolute()}", *RECEIVE_OPTIONS)
+    options = (f"--partial-dir={partial.absolute()}", *RECEIVE_OPTIONS)
     ends = (f"robot:~/{FOLDER}/recordings/", f"{folder.absolute()}/")
     for name in what:
         if not RECORDING.fullmatch(name):
@@ -134,35 +129,14 @@ def _run_transfer(
     *,
     where: str,
 ) -> Transfer:
-    if not shutil.which("rsync"):
-        raise explain_missing_program("rsync", "rsync")
+    require_program("rsync", "rsync")
     # messages in English, without the variables that change rsync's options
     environment = {name: value for name, value in os.environ.items() if not name.startswith("RSYNC_")}
-    environment["LC_ALL"] = "C"
     command = ["rsync", *COMMON_OPTIONS, "-e", shlex.join(link.ssh_command[:-1]), *arguments]
-    with tempfile.TemporaryFile() as file:
-        file.write(stdin)
-        file.seek(0)
-        # a session of its own, so that the terminal sends no SIGINT
-        with subprocess.Popen(  # noqa: S603  constants, and a folder of this machine
-            command,
-            stdin=file,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            env=environment,
-            start_new_session=True,
-        ) as process:
-            output = ProcessOutput(process)
-            try:
-                printed = _read(output.read_pieces(), on_progress, on_poll)
-            except BaseException:
-                with suppress(ProcessLookupError):
-                    os.killpg(process.pid, signal.SIGTERM)
-                process.wait()
-                raise
-        if process.returncode:
-            error = explain_failed_transfer(link.host, process.returncode, output.stderr_excerpt, where)
-            raise link.find_cause(error)
+    with run_process(command, stdin, environment | {"LC_ALL": "C"}) as output:
+        printed = _read(output.read_pieces(), on_progress, on_poll)
+    if output.status:
+        raise link.find_cause(explain_failed_transfer(link.host, output.status, output.stderr_excerpt, where))
     return Transfer(**{name: int(found[1]) if (found := each.search(printed)) else 0 for name, each in STATS.items()})
 
 

@@ -59,7 +59,7 @@ def simulate(bundle: Bundle, report: Report) -> CheckResult:
             kind="comma-in-world",
             world=world,
         )
-    where = f"{backend}, {escape(world)}, seeds {project.seeds}"
+    where = f"{backend}, {escape(world)}, seeds {project.deploy.seeds}"
     report(where)
     with TemporaryDirectory(prefix="robotcore-") as scratch:
         results = Path(scratch, "results")
@@ -89,8 +89,8 @@ def choose_simulator(project: Project) -> tuple[str, tuple[str, ...]]:
     3. `PLAIN_SIMULATOR`.
     """
     robot = project.load_description()
-    if load_backend(project.backend).builds_world(robot):
-        return project.backend, ()
+    if load_backend(project.deploy.backend).builds_world(robot):
+        return project.deploy.backend, ()
     if SECTION not in robot.backends:
         return PLAIN_SIMULATOR, ()
     if find_spec("gpiozero") is None:
@@ -114,12 +114,16 @@ def build_sweep_arguments(project: Project, backend: str, world: str) -> list[st
 
     They have the options of the project's backend only if the simulation uses this backend.
     """
-    options = project.options if backend == project.backend else {}
+    options = project.deploy.options if backend == project.deploy.backend else {}
     request = RunRequest(
-        project.app, robot=project.robot, rate_hz=project.rate_hz, settings=project.settings, options=options
+        project.app,
+        robot=project.robot,
+        rate_hz=project.deploy.rate_hz,
+        settings=project.deploy.settings,
+        options=options,
     )
-    bounds = [word for bound in project.require for word in ("--require", bound)]
-    where = ["--backend", backend, "--world", world, "--seeds", project.seeds]
+    bounds = [word for bound in project.deploy.require for word in ("--require", bound)]
+    where = ["--backend", backend, "--world", world, "--seeds", project.deploy.seeds]
     return ["sweep", project.app, *where, *format_options(request), *bounds]
 
 
@@ -133,7 +137,7 @@ def _run_sweep(
     report: this function is called with the number of completed runs and the number of all runs.
     """
     copy = shutil.copytree(bundle.folder, scratch / "sent", symlinks=True)
-    runs, limit_s = len(parse_seeds(bundle.project.seeds)), HANG_MARGIN_S + RunRequest.timeout_s
+    runs, limit_s = len(parse_seeds(bundle.project.deploy.seeds)), HANG_MARGIN_S + RunRequest.timeout_s
     line = [*service.ROBOTCORE_ARGUMENTS, *arguments, "--wall-timeout", f"{limit_s:g}", "--out", str(results), "--json"]
     try:
         process = run_python(
@@ -164,12 +168,12 @@ def _format_repeat(project: Project, line: str) -> str:
 
 
 def _require_pass(project: Project, missed: Sequence[str], failing: Sequence[Record]) -> None:
-    if not (missed if project.require else failing):
+    if not (missed if project.deploy.require else failing):
         return
     first = failing[0] if failing else None
     why = "; ".join(missed) or f"{len(failing)} of the runs fail"
     which = f". Seed {first.result.seed}: {format_failure(first)}" if first else ""
     again = _format_repeat(project, first.command) if first else ""
-    kind = "bound-missed" if project.require else "run-failed"
+    kind = "bound-missed" if project.deploy.require else "run-failed"
     seed = first.result.seed if first else None
     raise UnprovenError(f"simulation: {why}{which}{again}", kind=kind, missed=tuple(missed), seed=seed)

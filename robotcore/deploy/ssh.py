@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import select
-import shutil
 import subprocess
 import tempfile
 from contextlib import ExitStack, suppress
@@ -12,14 +11,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from robotcore.deploy.errors import (
+    BROKEN,
     CALL_FAILED,
     RSYNC_FAILED,
     SSH_FAILED,
     explain_damaged_answer,
     explain_failed_connection,
-    explain_login_timeout,
-    explain_lost_connection,
-    explain_missing_program,
+    find_last_line,
+    require_program,
 )
 from robotcore.deploy.host import RobotAddress
 from robotcore.deploy.process_output import decode_output
@@ -98,12 +97,10 @@ class SshConnection:
     ``cat`` runs on the robot until its stdin is closed by this process. So ssh ends even if this process is killed.
 
     host: the robot.
-    config: an ssh configuration in place of the user's.
     """
 
-    def __init__(self, host: RobotAddress, config: Path | None = None) -> None:
+    def __init__(self, host: RobotAddress) -> None:
         self.host = host
-        self._config = config
         self._unwind = ExitStack()
 
     @property
@@ -112,8 +109,7 @@ class SshConnection:
         return ["ssh", "-F", "none", "-S", f"{self._folder}/master", "-o", "ProxyCommand=false", "-T", "robot"]
 
     def __enter__(self) -> Self:
-        if not shutil.which("ssh"):
-            raise explain_missing_program("ssh", "openssh-client")
+        require_program("ssh", "openssh-client")
         with ExitStack() as unwind:
             self._folder = Path(
                 unwind.enter_context(tempfile.TemporaryDirectory(prefix="robotcore-ssh-", dir=SOCKET_FOLDER))
@@ -137,7 +133,12 @@ class SshConnection:
         if error.kind in {CALL_FAILED, RSYNC_FAILED}:
             with suppress(subprocess.TimeoutExpired):
                 self._master.wait(BREAK_GRACE_S)
-                return explain_lost_connection(self.host, self._read_log())
+                log = self._read_log()
+                words = f" ({find_last_line(log)})" if log.strip() else ""
+                return DeployError(
+                    f"{self.host}: the connection broke{words}. Check that the robot is on and in reach, and try again",
+                    kind=BROKEN,
+                )
         return error
 
     def _start(self) -> subprocess.Popen[bytes]:
@@ -148,11 +149,11 @@ class SshConnection:
             )
 
     def _build_options(self) -> list[str]:
-        host, file = self.host, self._config
+        host = self.host
         options = MASTER_OPTIONS | ({} if _can_ask_user() else {"BatchMode": "yes"})
         return [
             *("-S", f"{self._folder}/master", "-E", f"{self._folder}/log", "-T"),
-            *(("-F", os.fspath(file)) if file else ()),
+            *(("-F", str(host.ssh_config)) if host.ssh_config else ()),
             *(("-l", host.user) if host.user else ()),
             *(("-p", str(host.port)) if host.port else ()),
             *(part for name, value in options.items() for part in ("-o", f"{name}={value}")),
@@ -179,11 +180,16 @@ class SshConnection:
         received = b""
         while not received.endswith(GREETING):
             if not select.select([answers], [], [], LOGIN_S)[0]:
-                raise explain_login_timeout(self.host, LOGIN_S)
+                raise DeployError(
+                    f"{self.host}: the robot sent nothing within {LOGIN_S:g} s of the login. Check whether its login "
+                    f"shell waits for input: ssh {self.host.login}",
+                    kind="login-time-out",
+                    limit_s=LOGIN_S,
+                )
             if not (more := os.read(answers, 4096)):
                 status = self._master.wait()
                 said = self._read_log() if status == SSH_FAILED else decode_output(received[-LOG_TAIL_BYTES:])
-                raise explain_failed_connection(self.host, status, said, self._config)
+                raise explain_failed_connection(self.host, status, said)
             received += more
             if len(received) > MAX_LOGIN_BYTES:
                 problem = f"has more than {MAX_LOGIN_BYTES} bytes from the login shell before the greeting"

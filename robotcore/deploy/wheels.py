@@ -11,16 +11,13 @@ import subprocess
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from email import message_from_string
 from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from zipfile import ZipFile
 
 from robotcore.deploy.progress import Report
 from robotcore.deploy.project import FILE, Project
-from robotcore.deploy.requirements import Requirement, SpecifierSet, canonicalize_name
-from robotcore.deploy.robot_answers import ProbeAnswer
+from robotcore.deploy.requirements import SpecifierSet
 from robotcore.errors import DeployError, DescriptionError
 
 OLDEST_GLIBC = {"x86_64": 5, "aarch64": 17}
@@ -46,11 +43,6 @@ class Platform:
     """The C library."""
     libc_version: str = "2.17"
     """The version of the C library."""
-
-    @classmethod
-    def of(cls, facts: ProbeAnswer) -> Platform:
-        """Return the platform of the robot with these facts."""
-        return cls(facts.python, facts.machine, facts.libc, facts.libc_version)
 
     def __str__(self) -> str:
         return f"Python {self.python_version} on {self.machine}"
@@ -113,6 +105,10 @@ class Platform:
             )
 
 
+_ADDRESS = "0+from.an.address"
+"""A version that no package has. It stands in place of the address of a requirement."""
+
+_WANTS_ADDRESS = re.compile(rf"([\w.-]+)(?:\[[^]]*\])?==={re.escape(_ADDRESS)}")
 _NOT_FOUND = re.compile(r"No matching distribution found for ([^\s(]+)")
 _UNREACHABLE_INDEX = re.compile(r"NewConnectionError|NameResolutionError|ConnectTimeoutError|Network is unreachable")
 
@@ -130,17 +126,15 @@ def fetch_wheels(requirements: Iterable[str], target: Platform, report: Report, 
     """
     texts = sorted(requirements)
     key = json.dumps([texts, target.python_version, target.platforms])
-    folder = (cache or _find_cache_folder()) / hashlib.sha256(key.encode()).hexdigest()[:16]
+    parent = cache or Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache", "robotcore", "wheels")
+    folder = parent / hashlib.sha256(key.encode()).hexdigest()[:16]
     if not folder.is_dir():
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        with TemporaryDirectory(dir=folder.parent) as scratch:
+        parent.mkdir(parents=True, exist_ok=True)
+        with TemporaryDirectory(dir=parent) as scratch:
             whole = Path(scratch, "wheels")
             whole.mkdir()
             report(f"downloading wheels for {target}")
-            wanted = [*map(Requirement, texts)]
-            _refuse_addresses(wanted, target, whole)
-            _download(wanted, target, whole)
-            _refuse_addresses(wanted, target, whole)
+            _download(texts, target, whole)
             try:
                 whole.rename(folder)
             except OSError:
@@ -149,57 +143,23 @@ def fetch_wheels(requirements: Iterable[str], target: Platform, report: Report, 
     return folder
 
 
-def _find_cache_folder() -> Path:
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache", "robotcore", "wheels")
-
-
-def _refuse_addresses(requirements: Iterable[Requirement], target: Platform, folder: Path) -> None:
-    """Raise DeployError if a requirement, or one of the wheels in the folder, requires a package from an address.
-
-    pip on the robot would use the address instead of the wheel.
-    """
-    dependencies = dict(map(_read_name_and_dependencies, folder.glob("*.whl")))
-    queue, seen = _select_applicable(requirements, target, {""}), set()
-    while queue:
-        each = queue.pop()
-        if each.url:
-            raise DeployError(
-                f"{each.name} is required from an address, which a robot without a network cannot reach. Require it by "
-                "name and version, or put its code into the project. Or connect the robot once, and push without "
-                "--offline: the robot keeps the installed package",
-                kind="requirement-from-address",
-                requirement=each.name,
-            )
-        if str(each) not in seen:
-            seen.add(str(each))
-            queue += _select_applicable(dependencies.get(canonicalize_name(each.name), ()), target, {"", *each.extras})
-
-
-def _select_applicable(
-    requirements: Iterable[Requirement], target: Platform, extras: Iterable[str]
-) -> list[Requirement]:
-    """Return the requirements whose markers apply to the robot and to one of the extras."""
-    environments = [{**target.markers, "extra": extra} for extra in extras]
-    return [each for each in requirements if each.marker is None or any(map(each.marker.evaluate, environments))]
-
-
-def _read_name_and_dependencies(wheel: Path) -> tuple[str, list[Requirement]]:
-    with ZipFile(wheel) as opened:
-        (file,) = (name for name in opened.namelist() if re.fullmatch(r"[^/]+\.dist-info/METADATA", name))
-        metadata = message_from_string(opened.read(file).decode())
-    return canonicalize_name(metadata["Name"]), [*map(Requirement, metadata.get_all("Requires-Dist", ()))]
-
-
-def _download(requirements: list[Requirement], target: Platform, folder: Path) -> None:
+def _download(requirements: Sequence[str], target: Platform, folder: Path) -> None:
     """Download wheels for the robot. If a pure Python package has no wheel, build one."""
     platforms = [word for platform in target.platforms for word in ("--platform", platform)]
     python = ("--implementation", "cp", "--python-version", target.python_version)
     where = ("--only-binary=:all:", "--dest", str(folder), "--find-links", str(folder), *python, *platforms)
-    command = ("download", "--quiet", *where, "--", *map(str, requirements))
+    command = ("download", "--quiet", *where, "--", *requirements)
     built: set[str] = set()
     while (answer := run_pip(command, target.markers)).returncode:
-        found = _NOT_FOUND.search(answer.stderr)
-        if found is None:
+        if found := _WANTS_ADDRESS.search(answer.stderr):
+            raise DeployError(
+                f"{found[1]} is required from an address, which a robot without a network cannot reach. Require it by "
+                "name and version, or put its code into the project. Or connect the robot once, and push without "
+                "--offline: the robot keeps the installed package",
+                kind="requirement-from-address",
+                requirement=found[1],
+            )
+        if (found := _NOT_FOUND.search(answer.stderr)) is None:
             raise DeployError(
                 f"the wheels for {target} cannot be downloaded: {read_pip_error(answer)}", kind="wheels-not-fetched"
             )
@@ -229,27 +189,36 @@ def _build_pure_wheel(requirement: str, folder: Path) -> bool:
         return process.returncode == 0 and bool(pure)
 
 
-_PIP_WITH_MARKERS = """
+_PIP_FOR_ROBOT = f"""
 import json, runpy, sys
-from pip._vendor.packaging import markers
+from pip._vendor.packaging import markers, requirements, specifiers
+
+class Requirement(requirements.Requirement):
+    def __init__(self, text):
+        super().__init__(text)
+        if self.url:
+            self.url, self.specifier = None, specifiers.SpecifierSet("==={_ADDRESS}")
+
 values = json.loads(sys.argv.pop(1))
 markers.default_environment = lambda: dict(values)
+requirements.Requirement = Requirement
 runpy.run_module("pip", run_name="__main__", alter_sys=True)
 """
-"""A Python program that runs pip with other values of the variables in environment markers.
+"""A Python program that runs pip for another machine without a network.
 
-pip has options for the platform of the wheels. But it evaluates the markers of requirements for its own Python.
+pip has options for the platform of the wheels, but it evaluates the markers of requirements for its own Python. It
+would also connect to the addresses in requirements, which the robot cannot do later. So no version fits these.
 """
 
 
 def run_pip(arguments: Sequence[str], markers: Mapping[str, str] | None = None) -> subprocess.CompletedProcess[str]:
     """Run pip with the user's configuration, and return its output. Raises DeployError if pip is not installed.
 
-    markers: the values of the variables in environment markers; None for those of this Python.
+    markers: the values of the robot's variables in environment markers; None to run pip for this machine.
     """
     if find_spec("pip") is None:
         raise DeployError("pip is not installed here. Run python -m ensurepip", kind="no-pip")
-    program = ("-m", "pip") if markers is None else ("-c", _PIP_WITH_MARKERS, json.dumps(markers))
+    program = ("-m", "pip") if markers is None else ("-c", _PIP_FOR_ROBOT, json.dumps(markers))
     return subprocess.run(  # noqa: S603  no shell
         [sys.executable, *program, "--disable-pip-version-check", "--no-input", "--no-color", *arguments],
         stdin=subprocess.DEVNULL,

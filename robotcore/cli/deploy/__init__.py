@@ -1,4 +1,4 @@
-"""``robotcore deploy``: put a project on a robot and keep it running there. Each command has a module."""
+"""``robotcore deploy``: put a project on a robot and keep it running there."""
 
 from __future__ import annotations
 
@@ -12,7 +12,17 @@ from robotcore.cli.output import write_lines
     "deploy",
     cls=LazyGroup,
     package="robotcore.cli.deploy",
-    commands=("push", "list", "rollback", "status", "logs", "start", "stop", "remove", "fetch"),
+    commands=(
+        "push",
+        "list",
+        "releases:rollback",
+        "app:status",
+        "app:logs",
+        "app:start",
+        "app:stop",
+        "releases:remove",
+        "fetch",
+    ),
     invoke_without_command=True,
 )
 @click.pass_context

@@ -1,8 +1,10 @@
-"""Arguments and base classes of the commands of ``robotcore deploy``."""
+"""The argument HOST and the base classes of the commands of ``robotcore deploy``."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -35,25 +37,31 @@ class AnsweringDeployCommand(AnsweringCommand):
         return {"host": str(parameters.get("host") or ""), "error": str(error), "exit_status": error.exit_status}
 
 
-def robot_arguments(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add the argument HOST and the option ``--ssh-config`` to a command."""
-    config = click.option(
+def robot_argument(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the argument HOST and the option ``--ssh-config`` to a command. The command gets both as ``host``."""
+
+    @click.argument("host", type=_parse_host)
+    @click.option(
         "--ssh-config",
         metavar="FILE",
         type=click.Path(path_type=Path, exists=True, dir_okay=False),
         help="An ssh configuration file in place of yours.",
     )
-    return click.argument("host", type=_parse_host)(config(command))
+    @wraps(command)
+    def run(host: RobotAddress, ssh_config: Path | None, **chosen: Any) -> Any:
+        return command(replace(host, ssh_config=ssh_config), **chosen)
 
-
-def make_link(host: RobotAddress, ssh_config: Path | None) -> RobotLink:
-    """Return a link to a robot, which connects at the beginning of its ``with`` block."""
-    from robotcore.deploy.rpc import RobotLink
-
-    return RobotLink(host, ssh_config)
+    return run
 
 
 def _parse_host(value: str) -> RobotAddress:
     from robotcore.deploy.host import RobotAddress
 
     return RobotAddress.parse(value)
+
+
+def make_link(host: RobotAddress) -> RobotLink:
+    """Return a link to a robot, which connects at the beginning of its ``with`` block."""
+    from robotcore.deploy.rpc import RobotLink
+
+    return RobotLink(host)

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from robotcore.cli.deploy._options import AnsweringDeployCommand, make_link, robot_arguments
-from robotcore.cli.deploy._output import StepDisplay
+from robotcore.cli.deploy._options import AnsweringDeployCommand, make_link, robot_argument
+from robotcore.cli.deploy._progress import StepDisplay
 from robotcore.cli.options import FolderType
 from robotcore.cli.output import as_json, write_json, write_line
 from robotcore.errors import UsageError
@@ -28,13 +28,13 @@ RECORDINGS = Path("recordings")
 
 
 @click.command("fetch", cls=AnsweringDeployCommand)
-@robot_arguments
+@robot_argument
 @click.option(
     "-o", "--out", metavar="DIR", type=FolderType(), help="The folder for the recordings. Default: recordings/HOST."
 )
 @click.option("--move", "moves", is_flag=True, help="Delete each recording from the robot once its copy is verified.")
 @as_json
-def command(host: RobotAddress, ssh_config: Path | None, out: Path | None, *, moves: bool, as_json: bool) -> int:
+def command(host: RobotAddress, out: Path | None, *, moves: bool, as_json: bool) -> int:
     """Copy the recordings of HOST that are not in the folder yet.
 
     Fetches plain files with the names of recordings. Overwrites no file here, and leaves a recording that is still
@@ -43,7 +43,7 @@ def command(host: RobotAddress, ssh_config: Path | None, out: Path | None, *, mo
     from robotcore.deploy.fetch import fetch
 
     folder = out or _build_default_folder(host)
-    with StepDisplay() as display, make_link(host, ssh_config) as link:
+    with StepDisplay() as display, make_link(host) as link:
         result = fetch(link, folder, _ignore_progress if as_json else display, moves=moves)
     status = 1 if result.different else 0
     if as_json:

@@ -8,12 +8,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from robotcore.cli.deploy._options import AnsweringDeployCommand, make_link, robot_arguments
+from robotcore.cli.deploy._options import AnsweringDeployCommand, make_link, robot_argument
 from robotcore.cli.output import as_json, write_json, write_line, write_table
 
 if TYPE_CHECKING:
@@ -28,22 +27,20 @@ COLUMNS = ("release", "state", "app", "robot", "from", "proven")
 
 
 @click.command("list", cls=AnsweringDeployCommand)
-@robot_arguments
+@robot_argument
 @as_json
-def command(host: RobotAddress, ssh_config: Path | None, *, as_json: bool) -> int:
+def command(host: RobotAddress, *, as_json: bool) -> int:
     """List the releases on HOST, the newest first, and the checks that each passed before it was sent."""
-    from robotcore.cli.deploy._output import NO_RELEASE
-    from robotcore.deploy.host import command_hint
     from robotcore.deploy.robot_answers import ReleasesAnswer
 
-    with make_link(host, ssh_config) as link:
+    with make_link(host) as link:
         found = link.call("releases", ReleasesAnswer)
     if as_json:
         write_json({"host": str(host), **found.model_dump(by_alias=True), "exit_status": 0})
     elif found.releases:
         write_table(COLUMNS, [_build_row(each, found.current) for each in found.releases])
     else:
-        write_line(f"{host}: {NO_RELEASE}. {command_hint('push', host, ssh_config)}")
+        write_line(f"{host}: no release is on the robot. {host.format_command('push')}")
     return 0
 
 

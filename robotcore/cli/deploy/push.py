@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from robotcore.cli.deploy._options import DeployCommand, robot_arguments
+from robotcore.cli.deploy._options import DeployCommand, robot_argument
 from robotcore.cli.options import parse_pair
 from robotcore.cli.output import write_lines
 from robotcore.deploy.agent.releases import HEALTHY_WITHIN_S
@@ -22,7 +22,7 @@ PROJECT_FOLDER = click.Path(path_type=Path, exists=True, file_okay=False)
 
 
 @click.command("push", cls=DeployCommand)
-@robot_arguments
+@robot_argument
 @click.option(
     "--project", "folder", metavar="DIR", type=PROJECT_FOLDER, help="The project's folder. Default: the current folder."
 )
@@ -53,7 +53,6 @@ PROJECT_FOLDER = click.Path(path_type=Path, exists=True, file_okay=False)
 )
 def command(
     host: RobotAddress,
-    ssh_config: Path | None,
     *,
     skip_checks: bool,
     offline: bool,
@@ -68,7 +67,7 @@ def command(
     Exit status: 0 the release is healthy, 1 a check failed or the release was rolled back, 2 wrong usage, 3 the robot
     cannot be reached or refuses the release, 128 + the signal's number if interrupted.
     """
-    from robotcore.cli.deploy._output import StepDisplay
+    from robotcore.cli.deploy._progress import StepDisplay
     from robotcore.deploy.health_progress import STEP
     from robotcore.deploy.push import Push, describe_state_after, push
     from robotcore.errors import Interrupted, RobotcoreError
@@ -76,7 +75,6 @@ def command(
     request = Push(
         host,
         _build_project(**chosen),
-        ssh_config,
         is_checked=not skip_checks,
         is_offline=offline,
         healthy_within_s=healthy_within_s,

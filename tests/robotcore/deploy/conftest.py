@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from robotcore.deploy import rpc
-from robotcore.deploy.host import RobotAddress
 from robotcore.deploy.rpc import RobotLink
 from tests.robotcore.deploy.sshd import Sshd, robot, sshd
 
@@ -17,7 +16,7 @@ __all__ = ["add_action", "robot", "sshd"]
 
 @pytest.fixture(scope="session")
 def shared_link(robot: Sshd) -> Iterator[RobotLink]:
-    with RobotLink(RobotAddress.parse(robot.host), robot.config) as link:
+    with RobotLink(robot.address) as link:
         yield link
 
 

@@ -15,6 +15,8 @@ from pathlib import Path
 
 import pytest
 
+from robotcore.deploy.host import RobotAddress
+
 SERVER = shutil.which("sshd", path="/usr/sbin:/usr/local/sbin:/usr/bin")
 SYSTEM_PATH = "/usr/local/bin:/usr/bin:/bin"
 
@@ -63,8 +65,8 @@ class Sshd:
     """The server's processes for connections that other tests keep open."""
 
     @property
-    def host(self) -> str:
-        return "robot"
+    def address(self) -> RobotAddress:
+        return RobotAddress("robot", ssh_config=self.config)
 
     @property
     def config(self) -> Path:

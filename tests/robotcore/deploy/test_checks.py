@@ -11,7 +11,7 @@ from robotcore import Outcome
 from robotcore.deploy import checks, simulation
 from robotcore.deploy.bundle import Bundle
 from robotcore.deploy.checks import run_python
-from robotcore.deploy.project import DeployOptions, Project, build_project
+from robotcore.deploy.project import DeployOptions, DeployTable, Project, build_project
 from robotcore.deploy.simulation import choose_simulator, is_pass
 from robotcore.deploy.staging import copy_files
 from robotcore.errors import DescriptionError, UnprovenError, UsageError
@@ -145,7 +145,7 @@ def test_simulator_is_the_nearest_one_to_the_robot(tmp_path: Path, monkeypatch: 
     rover = build_project(DeployOptions(app="green-search", robot="rover"), tmp_path)
     assert choose_simulator(rover) == ("virtualpi", ())
     assert choose_simulator(replace(rover, robot="bubblerob")) == ("kinematic", ())
-    assert choose_simulator(replace(rover, backend="kinematic")) == ("kinematic", ())
+    assert choose_simulator(replace(rover, deploy=DeployTable(backend="kinematic"))) == ("kinematic", ())
     monkeypatch.setattr(simulation, "find_spec", lambda _: None)
     backend, warnings = choose_simulator(rover)
     assert (backend, len(warnings)) == ("kinematic", 1)

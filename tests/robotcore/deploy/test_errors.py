@@ -24,7 +24,7 @@ from tests.texts import CheckText, Raises
 
 def connect(server: Sshd | None = None, host: str = "robot") -> None:
     """Connect to a host, and close the connection."""
-    with RobotLink(RobotAddress.parse(host), server.config if server else None):
+    with RobotLink(server.address if server else RobotAddress.parse(host)):
         pass
 
 
@@ -128,7 +128,7 @@ def test_remedy_names_no_file_outside_of_the_users_ssh_folder(
 def test_missing_programs_on_this_machine(
     sshd: Sshd, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, raises: Raises
 ) -> None:
-    with RobotLink(RobotAddress.parse("robot"), sshd.config) as link:
+    with RobotLink(sshd.address) as link:
         monkeypatch.setenv("PATH", str(tmp_path))
         with raises(DeployError, "no-program"):
             rsync.send(link, tmp_path, "incoming")
@@ -140,7 +140,7 @@ def test_missing_programs_on_the_robot(tmp_path: Path, raises: Raises) -> None:
     with serving(tmp_path / "sshd", path="") as server:
         (server.bin / "cat").symlink_to(str(shutil.which("cat")))
         (server.bin / "python3").unlink()
-        with RobotLink(RobotAddress.parse("robot"), server.config) as link:
+        with RobotLink(server.address) as link:
             with raises(DeployError, "python"):
                 link.call("probe", EmptyAnswer)
             with raises(DeployError, "no-rsync"):
@@ -185,7 +185,7 @@ def test_connection_that_breaks_in_a_call(
             os.kill(pid, number)
 
     with (
-        RobotLink(RobotAddress.parse("robot"), sshd.config) as link,
+        RobotLink(sshd.address) as link,
         pytest.raises(DeployError) as raised,
     ):
         link.call("wait", EmptyAnswer, on_message=break_connection)
@@ -207,7 +207,7 @@ def test_connection_that_breaks_in_a_transfer(sshd: Sshd, tmp_path: Path, monkey
         for pid in sshd.connections():
             os.kill(pid, signal.SIGKILL)
 
-    with RobotLink(RobotAddress.parse("robot"), sshd.config) as link, pytest.raises(DeployError) as raised:
+    with RobotLink(sshd.address) as link, pytest.raises(DeployError) as raised:
         rsync.send(link, folder, "incoming", on_progress=break_connection)
     assert raised.value.kind == BROKEN
     assert not (sshd.home / "robotcore" / "incoming" / "big").exists()

@@ -8,7 +8,7 @@ import pytest
 from robotcore.deploy import health_progress as health
 from robotcore.deploy.errors import BROKEN
 from robotcore.deploy.health_progress import RECONNECTING
-from robotcore.deploy.host import RobotAddress, command_hint
+from robotcore.deploy.host import RobotAddress
 from robotcore.deploy.progress import Step, StepProgress
 from robotcore.deploy.robot_answers import HealthAnswer
 from robotcore.deploy.rpc import RobotLink
@@ -51,7 +51,7 @@ def prompt(monkeypatch: pytest.MonkeyPatch, robot: Sshd) -> None:
 def follow(link: RobotLink, robot: Sshd) -> list[StepProgress]:
     """Follow a health check; return its progress."""
     steps: list[StepProgress] = []
-    health.follow_check(link, robot.config, Step(health.STEP, steps.append), "activate", NEW, 5.0)
+    health.follow_check(link, Step(health.STEP, steps.append), "activate", NEW, 5.0)
     return steps
 
 
@@ -66,8 +66,8 @@ def follow_broken_connection(robot: Sshd, action: str = "activate", release: str
             for pid in set(robot.connections()) - others:
                 os.kill(pid, signal.SIGKILL)
 
-    with RobotLink(RobotAddress(robot.host), robot.config) as link:
-        health.follow_check(link, robot.config, Step(health.STEP, break_connection), action, release, 5.0)
+    with RobotLink(robot.address) as link:
+        health.follow_check(link, Step(health.STEP, break_connection), action, release, 5.0)
     return steps
 
 
@@ -121,7 +121,7 @@ def test_message_begins_with_the_error_of_robotcore(error: str, check_text: Chec
     lines = ["Traceback (most recent call last):", f"error: {error}", "error: the recording is not whole"]
     fields = {"release": NEW, "outcome": "unhealthy", "reason": "the app raised", "lines": lines, "current": None}
     result = HealthAnswer.model_validate({**fields, "is_running": False, "is_standing": True})
-    check_text(health._format_failure(RobotAddress("robot"), result, "logs"))
+    check_text(health._format_failure(RobotAddress("robot"), result))
 
 
 @pytest.mark.slow
@@ -145,7 +145,7 @@ def test_lost_robot_is_an_error_with_the_command_for_its_status(
         follow_broken_connection(robot)
     assert type(caught.value) is DeployError
     assert caught.value.kind == BROKEN
-    assert command_hint("status", RobotAddress("robot"), robot.config) in str(caught.value)
+    assert robot.address.format_command("status") in str(caught.value)
 
 
 @pytest.mark.parametrize("kind, attempts", [("denied", 1), ("host-key-changed", 1), ("time-out", health.ATTEMPTS)])

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from robotcore.deploy.project import DeployOptions, build_project
+from robotcore.deploy.project import DeployOptions, DeployTable, build_project
 from robotcore.deploy.push import UNTIL_STOPPED_S, create_release
 from robotcore.errors import DescriptionError, UnknownNameError, UsageError
 from tests.robotcore.deploy.projects import DRIVES_ON, TABLE, write, write_project
@@ -30,8 +30,9 @@ def test_named_file_makes_the_current_folder_the_project(tmp_path: Path) -> None
 def test_options_override_the_table_and_settings_add_up(tmp_path: Path) -> None:
     table = TABLE + 'settings = { speed_m_s = 0.2, is_shy = true }\nrequire = ["contacts<=0"]\n'
     project = write_project(tmp_path, table, settings={"speed_m_s": "0.1"}, rate_hz=50.0, require=(), record=True)
-    assert project.settings == {"speed_m_s": "0.1", "is_shy": "true"}
-    assert (project.backend, project.rate_hz, project.require, project.is_recorded) == ("kinematic", 50.0, (), True)
+    deploy = project.deploy
+    assert deploy.settings == {"speed_m_s": "0.1", "is_shy": "true"}
+    assert (deploy.backend, deploy.rate_hz, deploy.require, deploy.record) == ("kinematic", 50.0, (), True)
 
 
 def test_files_are_named_from_the_current_folder_and_stored_relative_to_the_project(tmp_path: Path) -> None:
@@ -92,7 +93,10 @@ def test_invalid_options_are_refused(tmp_path: Path, options: DeployOptions, err
 
 
 def test_release_has_commands_that_run_and_stop_it(tmp_path: Path) -> None:
-    project = replace(build_project(DeployOptions(app="green-search", robot="rover"), tmp_path), settings={"a": "b c"})
+    project = replace(
+        build_project(DeployOptions(app="green-search", robot="rover"), tmp_path),
+        deploy=DeployTable(settings={"a": "b c"}),
+    )
     release = create_release(project)
     words = ("run", "green-search", "--backend", "raspberrypi", "--timeout", f"{UNTIL_STOPPED_S:.0f}")
     assert release.run == (*words, "--set", "a=b c", "--realtime")

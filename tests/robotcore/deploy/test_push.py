@@ -79,7 +79,7 @@ def push_request(robot: Sshd, tmp_path_factory: pytest.TempPathFactory) -> Push:
     folder = tmp_path_factory.mktemp("project")
     (folder / "still.py").write_text(APP)
     project = build_project(DeployOptions(app="still.py", robot="rover", backend="kinematic"), folder)
-    return Push(RobotAddress(robot.host), project, robot.config, is_checked=False, healthy_within_s=7.0)
+    return Push(robot.address, project, is_checked=False, healthy_within_s=7.0)
 
 
 @pytest.fixture(autouse=True)
@@ -187,4 +187,4 @@ def test_nothing_is_sent_before_every_check_is_passed(
 def test_interrupted_push_describes_the_state_of_the_robot(
     push_request: Push, step: str, check_text: CheckText
 ) -> None:
-    check_text(describe_state_after(step, replace(push_request, host=RobotAddress("rover"), ssh_config=None)))
+    check_text(describe_state_after(step, replace(push_request, host=RobotAddress("rover"))))

@@ -11,7 +11,6 @@ import pytest
 from robotcore.deploy import robot_answers as answers
 from robotcore.deploy import rpc
 from robotcore.deploy.errors import CALL_FAILED, DAMAGED
-from robotcore.deploy.host import RobotAddress
 from robotcore.deploy.process_output import MalformedError
 from robotcore.deploy.robot_answers import (
     BeginAnswer,
@@ -23,7 +22,7 @@ from robotcore.deploy.robot_answers import (
     Refusal,
     RobotMessage,
 )
-from robotcore.deploy.rpc import RemoteCall, RobotLink
+from robotcore.deploy.rpc import RobotLink, parse_answer
 from robotcore.errors import DeployError
 from tests.robotcore.deploy.conftest import ECHO, WAIT, AddAction
 from tests.robotcore.deploy.sshd import serving
@@ -82,7 +81,7 @@ def test_message_quotes_only_the_beginning_of_a_long_value() -> None:
 @pytest.mark.parametrize("message", [b'{"other": 1}', b"{}"])
 def test_unknown_message_is_damaged(message: bytes) -> None:
     with pytest.raises(MalformedError, match="neither progress, nor an answer, nor a refusal"):
-        RemoteCall("raw", Home).parse_answer([b'\x1e{"begun": "raw"}\n\x1e' + message + b"\n"])
+        parse_answer([b'\x1e{"begun": "raw"}\n\x1e' + message + b"\n"], Home)
 
 
 RAW = """
@@ -141,7 +140,7 @@ def test_silence_ends_the_call(
 
 
 def test_output_on_stderr_is_no_silence() -> None:
-    answer = RemoteCall("raw", Home).parse_answer([*[b""] * 3000, b'\x1e{"done": {"home": "/home/pi"}}\n'])
+    answer = parse_answer([*[b""] * 3000, b'\x1e{"done": {"home": "/home/pi"}}\n'], Home)
     assert answer == Home(home="/home/pi")
 
 
@@ -180,7 +179,7 @@ def test_login_shell_with_endless_output_ends_the_connection(tmp_path: Path, she
     with (
         serving(tmp_path / "sshd", f"ForceCommand {shell}") as sshd,
         pytest.raises(DeployError) as caught,
-        RobotLink(RobotAddress.parse("robot"), sshd.config),
+        RobotLink(sshd.address),
     ):
         pass
     assert caught.value.kind == kind
@@ -197,7 +196,7 @@ def test_robot_does_not_get_the_users_ssh_agent(tmp_path: Path, add_action: AddA
             sshd.config.write_text(own + sshd.config.read_text())
             while not (tmp_path / "agent").exists():
                 assert agent.poll() is None
-            with RobotLink(RobotAddress.parse("robot"), sshd.config):
+            with RobotLink(sshd.address):
                 environment = (tmp_path / "environment").read_text()
         finally:
             agent.terminate()

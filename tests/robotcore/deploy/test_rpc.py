@@ -15,7 +15,6 @@ import pytest
 
 from robotcore.deploy import rpc, rsync, ssh
 from robotcore.deploy.agent.rpc import MARK
-from robotcore.deploy.host import RobotAddress
 from robotcore.deploy.robot_answers import EmptyAnswer, ProgressMessage, RobotMessage
 from robotcore.deploy.rpc import RobotLink
 from robotcore.errors import DeployError
@@ -173,7 +172,7 @@ def test_next_transfer_resumes_an_incomplete_recording(
 def test_only_recordings_are_received(link: RobotLink, tmp_path: Path) -> None:
     for name in [*NAMES, "", "a.mcap\n", "..", "../a.mcap", "/etc/a.mcap", "a\0.mcap", f"{'a' * 96}.mcap", "ü.mcap"]:
         with pytest.raises(ValueError, match=re.escape(repr(name))):
-            pytest.fail(f"{name!r} is received: {rsync.receive(link, [name], tmp_path)}")
+            pytest.fail(f"{name!r} is received: {rsync.receive(link, [name], tmp_path, partial=tmp_path)}")
 
 
 def test_files_are_sent_into_the_robots_folder_only(link: RobotLink, folder: Path) -> None:
@@ -202,7 +201,7 @@ def test_interrupted_call_ends_on_the_robot_and_the_link_still_works(link: Robot
 def test_closed_link_leaves_no_process_and_no_file(sshd: Sshd, monkeypatch: pytest.MonkeyPatch) -> None:
     with TemporaryDirectory(dir=ssh.SOCKET_FOLDER) as room:
         monkeypatch.setattr(ssh, "SOCKET_FOLDER", room)
-        with RobotLink(RobotAddress.parse(sshd.host), sshd.config):
+        with RobotLink(sshd.address):
             [process] = map(os.pidfd_open, sshd.connections())
             assert list(Path(room).iterdir())
         assert select.select([process], [], [], GONE_S)[0]
@@ -217,7 +216,7 @@ def test_login_shell_that_prints_disturbs_transfers_but_no_calls(
     shell = "echo Welcome; printf '$ '; echo oops >&2; eval \"$SSH_ORIGINAL_COMMAND\""
     with (
         serving(tmp_path / "sshd", f"ForceCommand {shell}") as sshd,
-        RobotLink(RobotAddress.parse("robot"), sshd.config) as link,
+        RobotLink(sshd.address) as link,
     ):
         lines: list[str] = []
         link.stream("print_line", lines.append, max_bytes=None)
@@ -236,5 +235,5 @@ def test_ssh_configuration_of_the_user_for_logins_does_no_harm(sshd: Sshd, add_a
         "ControlPersist 600",
     )
     sshd.config.write_text("\n".join((*own, "ExitOnForwardFailure yes", sshd.config.read_text())))
-    with RobotLink(RobotAddress.parse("robot"), sshd.config) as link:
+    with RobotLink(sshd.address) as link:
         assert link.call("echo", Echo, a=1) == Echo(arguments={"a": 1})

@@ -75,12 +75,12 @@ def test_text_of_a_host_is_that_of_the_user() -> None:
 ANSWERING_S = 20
 
 CONNECT = """
-with RobotLink(RobotAddress.parse("robot"), config) as link:
+with RobotLink(RobotAddress("robot", ssh_config=config)) as link:
     print("connected", flush=True)
 """
 
 SEND = """
-with RobotLink(RobotAddress.parse("robot"), config) as link:
+with RobotLink(RobotAddress("robot", ssh_config=config)) as link:
     try:
         rsync.send(link, folder, "incoming", on_progress=lambda done, part: print("sending", flush=True))
     except KeyboardInterrupt:

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import socket
 import tarfile
 from collections.abc import Callable
 from io import BytesIO
@@ -70,23 +71,21 @@ def test_package_without_a_wheel_for_the_robot_is_named_and_nothing_is_cached(
     assert list((tmp_path / "cache").iterdir()) == []
 
 
-@pytest.mark.parametrize("address", ["git+https://host.example/thing@v1", "https://host.example/thing-1.0.whl"])
-def test_requirement_with_an_address_is_refused(tmp_path: Path, address: str, raises: Raises) -> None:
-    with raises(DeployError, "requirement-from-address", requirement="thing"):
-        fetch(tmp_path, f"thing @ {address}")
-
-
 @pytest.mark.slow
-def test_dependency_with_an_address_is_refused_and_nothing_is_cached(
+def test_address_is_refused_before_pip_connects_to_it_and_nothing_is_cached(
     tmp_path: Path, publish: Publish, raises: Raises
 ) -> None:
-    publish("thing")
-    address = f"thing @ file://{tmp_path}/index/thing-1.0-py3-none-any.whl"
-    publish("plain", requires=(f"{address} ; extra == 'more'",))
-    publish("other", requires=(f"{address} ; python_version == '3.12'",))
-    assert fetch(tmp_path, "plain") == ["plain-1.0-py3-none-any.whl"]
-    with raises(DeployError, "requirement-from-address", requirement="thing"):
-        fetch(tmp_path, "plain", "other")
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        server.setblocking(False)
+        address = f"thing[x] @ http://127.0.0.1:{server.getsockname()[1]}/thing-1.0-py3-none-any.whl"
+        publish("plain", requires=(f"{address} ; extra == 'more'",))
+        publish("other", requires=(f"{address} ; python_version == '3.12'",))
+        assert fetch(tmp_path, "plain") == ["plain-1.0-py3-none-any.whl"]
+        for requirements in ([address], ["plain", "other"], ["thing @ git+https://host.example/thing@v1"]):
+            with raises(DeployError, "requirement-from-address", requirement="thing"):
+                fetch(tmp_path, *requirements)
+        with pytest.raises(BlockingIOError):
+            server.accept()
     assert len(list((tmp_path / "cache").iterdir())) == 1
 
 

@@ -20,6 +20,6 @@ def deploy(cli: Cli, robot: Sshd) -> Deploy:
     shutil.rmtree(robot.home / "robotcore", ignore_errors=True)
 
     def run(command: str, *arguments: str) -> Answer:
-        return cli("deploy", command, robot.host, "--ssh-config", str(robot.config), *arguments)
+        return cli("deploy", command, "robot", "--ssh-config", str(robot.config), *arguments)
 
     return run

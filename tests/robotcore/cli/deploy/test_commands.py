@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from robotcore.cli.deploy._output import _make_spinner
+from robotcore.cli.deploy._progress import _make_spinner
 from robotcore.deploy.agent.releases import HEALTHY, HealthResult, Release
 from robotcore.deploy.progress import StepProgress
 from tests.robotcore.cli.conftest import Cli

@@ -93,7 +93,7 @@ def test_the_commented_settings_of_deploy_are_valid(project: Path) -> None:
     file.write_text(re.sub(r"^# (?=\w+ = )", "", file.read_text(), flags=re.MULTILINE))
     deploy = read_tool_table(project)["deploy"]
     assert deploy.keys() == DeployTable.model_fields.keys()
-    assert build_project(DeployOptions(), here=project).settings == {"speed_m_s": "0.15"}
+    assert build_project(DeployOptions(), here=project).deploy.settings == {"speed_m_s": "0.15"}
 
 
 def test_its_robot_and_its_room_are_valid(
