@@ -122,12 +122,15 @@ def prepare_result(*, as_json: bool) -> None:
 
 
 def write_result(result: RunResult, *, as_json: bool) -> None:
-    """Write the result of a run on stdout, and its notes and its error on stderr.
+    """Write the result of a run on stdout, and its error and the notes that are not yet written on stderr.
 
     If an error ended the run, the JSON also has the key ``kind``, which identifies the error.
     """
+    from robotcore.runtime.result import WrittenNote
+
     for note in result.notes:
-        write_line(f"note: {note}", is_error=True)
+        if not isinstance(note, WrittenNote):
+            write_line(f"note: {note}", is_error=True)
     if isinstance(result.error, RobotcoreError):
         write_error(result.error)
     elif result.error and not result.ticks:

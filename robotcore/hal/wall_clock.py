@@ -43,6 +43,11 @@ class ThreadedTask(PeriodicTask):
                 due = max(due + self._period, self._clock.now())
 
 
+def read_idle_time() -> float:
+    """Return the time in seconds, from an arbitrary start, in which the calling thread did not use a processor."""
+    return time.monotonic() - time.thread_time()
+
+
 LONGEST_WAIT_S = 0.1
 """The longest time, in seconds, that the thread of a `MonotonicClock` waits before it checks for due calls.
 

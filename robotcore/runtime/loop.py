@@ -15,7 +15,7 @@ from robotcore.hal.drive import DifferentialDrive
 from robotcore.runtime.behaviour import Behaviour, Status
 from robotcore.runtime.intervention_timer import InterventionTimer
 from robotcore.runtime.layers import Assembled
-from robotcore.runtime.monitors import BatteryMonitor, DeviceLossTracker
+from robotcore.runtime.monitors import BatteryMonitor, DeviceLossTracker, WaitMonitor
 from robotcore.runtime.result import Outcome
 from robotcore.runtime.signals import WatchdogInterrupt
 from robotcore.runtime.trace import TickRecord, Trace
@@ -41,6 +41,7 @@ class Loop:
     observers: functions that are called with the record of each tick.
     step_limit, observer_limit: the watchdog's time limits for the app's step and for the observers.
     outage: the longest time for which a device may be lost, in seconds. The robot stands still while a device is lost.
+    waits: the monitor of the app's steps, in a simulation.
     """
 
     def __init__(
@@ -53,6 +54,7 @@ class Loop:
         step_limit: TimeLimit | None = None,
         observer_limit: TimeLimit | None = None,
         outage: float = 0.0,
+        waits: WaitMonitor | None = None,
     ) -> None:
         self.robot, self._clock = assembled.robot, assembled.clock
         self._latch, self._filter, self._activity = assembled.latch, assembled.command_filter, assembled.activity
@@ -70,6 +72,7 @@ class Loop:
         self._observers = (self.intervention_timer.add, *observers)
         self._deadline = self._clock.now()
         self._process = os.getpid()
+        self._waits = waits
         self._batteries = BatteryMonitor(assembled.robot)
         self._warnings: tuple[str, ...] = ()
         self._is_latch_recorded = False
@@ -205,8 +208,13 @@ class Loop:
         return status
 
     def _step(self) -> object:
+        if self._waits:
+            self._waits.begin()
         try:
-            return self.behaviour.step(self.robot)
+            status = self.behaviour.step(self.robot)
+            if self._waits:
+                self._waits.end(self._clock.now())
+            return status
         finally:
             if (process := os.getpid()) != self._process:
                 try:

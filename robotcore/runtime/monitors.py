@@ -1,13 +1,14 @@
-"""Monitors of a run: the voltages of batteries, and the losses of devices."""
+"""Monitors of a run: the voltages of batteries, the losses of devices, and the steps that wait."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from math import inf, isfinite
 
 from robotcore.errors import DeviceError, DeviceLostError
 from robotcore.hal.devices import Battery, Voltage
 from robotcore.hal.robot import Robot
+from robotcore.hal.wall_clock import read_idle_time
 
 PERIOD_S = 1.0
 """The time between two readings of a battery, in seconds of the robot's clock. A voltage changes slowly."""
@@ -129,3 +130,46 @@ class DeviceLossTracker:
         lengths = [length for name, length in self._past_losses if name == device]
         often = "once" if len(lengths) == 1 else f"{len(lengths)} times"
         return f"{device} was lost {often}, for {sum(lengths):.1f} s in total. The robot stood still meanwhile"
+
+
+MAX_WAIT_S = 1.0
+"""The longest time that the steps of a run may wait without a note, in seconds."""
+
+MAX_WAIT_SHARE = 1.5
+"""The longest time that the steps may wait without a note, as a multiple of the simulated time.
+
+A busy machine makes steps wait too, but for a shorter time.
+"""
+
+
+class WaitMonitor:
+    """Measures how long the app's steps wait, as in ``time.sleep``, and reports a long time once.
+
+    A simulation does not advance during a step. So an app that waits drives nowhere, or its run takes very long. The
+    time in which the step uses the processor does not count.
+
+    report: a function that gets the note.
+    """
+
+    def __init__(self, report: Callable[[str], object]) -> None:
+        self._report = report
+        self._waited_s = self._idle_s = 0.0
+        self._has_reported = False
+
+    def begin(self) -> None:
+        """Record the begin of a step."""
+        self._idle_s = read_idle_time()
+
+    def end(self, now: float) -> None:
+        """Record the end of a step.
+
+        now: the simulated time, in seconds.
+        """
+        self._waited_s += read_idle_time() - self._idle_s
+        if not self._has_reported and self._waited_s > max(MAX_WAIT_S, MAX_WAIT_SHARE * now):
+            self._has_reported = True
+            self._report(
+                f"the app's steps have waited for {self._waited_s:.1f} s, and {now:.1f} s have passed in the "
+                "simulation, which does not advance during a step. Do not sleep in step: return Status.RUNNING, and "
+                "compare robot.clock.now() in a later tick"
+            )

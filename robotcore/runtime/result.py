@@ -27,6 +27,12 @@ class Outcome(str, Enum):
     """The app raised an exception, or a device or the backend failed."""
 
 
+class WrittenNote(str):
+    """A note that the run has already written on stderr."""
+
+    __slots__ = ()
+
+
 @dataclass(frozen=True)
 class RunResult:
     """The result of one run. A value that the backend cannot measure is None.

@@ -18,9 +18,10 @@ from robotcore.runtime.layers import Assembled, assemble
 from robotcore.runtime.layers.base import Tap
 from robotcore.runtime.layers.guardian import guard_motors
 from robotcore.runtime.loop import Loop
+from robotcore.runtime.monitors import WaitMonitor
 from robotcore.runtime.observer import Observer, Run, notify_end
 from robotcore.runtime.plan import Plan, RunRequest
-from robotcore.runtime.result import Outcome, RunResult, get_outcome
+from robotcore.runtime.result import Outcome, RunResult, WrittenNote, get_outcome
 from robotcore.runtime.run_end import build_result
 from robotcore.runtime.signals import SignalGuard, WatchdogInterrupt
 from robotcore.runtime.success_verification import Verification, verify_run
@@ -44,11 +45,11 @@ WAKE_UP_S = 0.3
 SHUTDOWN_GRACE_S = 0.2
 """The time limit on a forced exit for closing the robot, and for each function that gets the result, in seconds."""
 
-SHUTDOWN_THREADS = 7
+SHUTDOWN_THREADS = 8
 """The number of reserved threads for the calls that may hang on a forced exit.
 
 The calls are the latch, the closing of the robot, the observers and ``on_forced_exit``. Others write two notes of the
-watchdog, and the lines of all threads.
+watchdog, one about steps that wait, and the lines of all threads.
 """
 
 
@@ -164,6 +165,7 @@ class RunSession:
             step_limit(plan.behaviour, safety.watchdog_s),
             observer_limit(safety.watchdog_s * (SIMULATION_FACTOR if assembled.robot.clock.is_lockstep else 1.0)),
             safety.outage_s,
+            WaitMonitor(self._add_note) if assembled.robot.clock.is_lockstep else None,
         )
         self._signals.set_last_resort(self._stop_after_signals)
         self._signals.set_suspension_hooks(
@@ -270,7 +272,7 @@ class RunSession:
             self._signals.interrupt_main_thread()
 
     def _add_note(self, note: str) -> None:
-        self._plan = replace(self._plan, notes=(*self._plan.notes, note))
+        self._plan = replace(self._plan, notes=(*self._plan.notes, WrittenNote(note)))
         self._write_to_stderr(f"note: {note}\n".encode())
 
     def _end_after_hang(self, error: RobotcoreError) -> None:

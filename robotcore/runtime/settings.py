@@ -64,12 +64,19 @@ def configure(app: type[Behaviour], values: Mapping[str, Any]) -> Behaviour:
     checked: dict[str, Any] = {}
     for name, value in values.items():
         if not dataclasses.is_dataclass(app):
+            declaration = _declare(app, name) or f"{name}: float = 0.5"
             raise UsageError(
                 f"unknown setting {name!r}: {app.__name__} is no dataclass, so it has no settings. "
-                "Put @dataclass above it",
+                f"Put @dataclass above it, and declare the setting with its type, such as {declaration}",
                 kind="not-a-dataclass",
             )
         if name not in known:
+            if declaration := _declare(app, name):
+                raise UsageError(
+                    f"{name!r} is no setting of {app.__name__}, because it has no type. Write {declaration}",
+                    kind="setting-without-type",
+                    setting=name,
+                )
             raise UnknownNameError("setting", name, list(known))
         checked[name] = _convert(known[name], value)
     for setting in known.values():
@@ -85,6 +92,14 @@ def configure(app: type[Behaviour], values: Mapping[str, Any]) -> Behaviour:
         raise
     except (Exception, SystemExit) as error:
         raise BehaviourError.from_exception(app, error) from error
+
+
+def _declare(app: type[Behaviour], name: str) -> str:
+    """Return the declaration of a setting for a plain attribute of an app's class. Empty if there is none."""
+    value = getattr(app, name, None)
+    is_declared = hasattr(Behaviour, name) or name in getattr(app, "__dataclass_fields__", ())
+    is_value = isinstance(value, (bool, int, float, str)) and not is_declared
+    return f"{name}: {type(value).__name__} = {value!r}" if is_value else ""
 
 
 def _convert(setting: Setting, value: Any) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Callable, Hashable, Iterator, Sequence
 from contextlib import contextmanager
@@ -66,8 +67,9 @@ def _render_failures(failing: Sequence[Record], file: Path) -> Iterator[Text]:
     if not failing:
         return
     yield Text(f"\n{len(failing)} failing run{'' if len(failing) == 1 else 's'}:", "bold")
-    causes = _group_by(format_failure, failing)
-    for cause, records in sorted(causes.items(), key=lambda item: -len(item[1]))[:MAX_CAUSES]:
+    causes = _group_by(_format_cause, failing)
+    for records in sorted(causes.values(), key=len, reverse=True)[:MAX_CAUSES]:
+        cause = format_failure(records[0])
         yield Text(f"  {len(records)} × {escape(cause)}" if len(records) > 1 else f"  {escape(cause)}", "yellow")
         if len(records) > 1:
             for key, group in _group_by(GroupKey.of, records).items():
@@ -77,6 +79,11 @@ def _render_failures(failing: Sequence[Record], file: Path) -> Iterator[Text]:
         yield Text(f"  and {len(causes) - MAX_CAUSES} other causes")
     if len(failing) > 1:
         yield Text(f"  all failing runs: {escape(str(file))}")
+
+
+def _format_cause(record: Record) -> str:
+    """Return why a run counts as failing, without the measured values, which differ from run to run."""
+    return re.sub(r"-?\d+\.\d+", "…", format_failure(record))
 
 
 def _format_seeds(records: Sequence[Record]) -> str:

@@ -9,10 +9,14 @@ import pytest
 from robotcore.errors import UsageError
 from robotcore.hal.backend import Capability
 from robotcore.hal.devices import Battery
+from robotcore.hal.robot import Robot
 from robotcore.testing.bench import RATE_HZ, TestBench, list_sensors, sleep
 from robotcore.testing.fakes import Gate
 
 RATES_HZ = (10.0, 20.0, 30.0, 50.0)
+
+ATTEMPTS = 5
+"""The number of calls of which one must be made in time. On a busy machine, a clock in real time may be late."""
 
 
 class ClockRules(TestBench):
@@ -56,17 +60,25 @@ class ClockRules(TestBench):
                 )
 
     def test_calls_are_made_when_they_are_due(self) -> None:
-        called_at: list[float] = []
+        delays: list[float] = []
         with self.open_robot() as robot:
-            due = robot.clock.now() + 0.1
-            robot.clock.call_at(due, lambda: called_at.append(robot.clock.now()))
-            robot.clock.sleep_until(due + 0.2)
+            while not delays or (delays[-1] >= 0.1 and len(delays) < ATTEMPTS):
+                delays.append(self._measure_call_delay(robot))
+        assert min(delays) >= -1e-9, f"the clock made a call {-min(delays)} s before it was due. Never make it earlier"
+        assert min(delays) < 0.1, (
+            f"the clock made the calls {delays} s after they were due. Make each within 0.1 s after it is due"
+        )
+
+    @staticmethod
+    def _measure_call_delay(robot: Robot) -> float:
+        called_at: list[float] = []
+        due = robot.clock.now() + 0.1
+        robot.clock.call_at(due, lambda: called_at.append(robot.clock.now()))
+        robot.clock.sleep_until(due + 0.2)
         assert called_at, (
             f"the clock had not made the call due at {due} s by {due + 0.2} s. Make due calls in sleep_until()"
         )
-        assert due - 1e-9 <= called_at[0] < due + 0.1, (
-            f"the clock made the call due at {due} s at {called_at[0]} s. Make it within 0.1 s after it is due"
-        )
+        return called_at[0] - due
 
 
 FRESH_S = 1.0

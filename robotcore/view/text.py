@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from math import inf
 from pathlib import Path
 
 from rich import box
@@ -80,7 +81,7 @@ def list_events(result: RunResult) -> Iterator[str]:
     """Yield a line with the milestones, one with the interventions, and the lines of `list_faults`, if they exist."""
     if result.milestones:
         yield ", ".join(f"{name} at {time:.1f} s" for name, time in result.milestones.items())
-    if causes := list(list_interventions(result.intervention_s)):
+    if causes := list(list_interventions(result.intervention_s, result.sim_time_s)):
         yield ", ".join(causes)
     yield from list_faults(result)
 
@@ -92,16 +93,24 @@ _UNNAMED = {VelocityLimit.cause, AccelerationLimit.cause}
 """The causes that a text does not name, because they occur in nearly every run."""
 
 
-def list_interventions(intervention_s: Mapping[str, float]) -> Iterator[str]:
+_UNITS_SHARE = 0.5
+"""The share of a run for which the velocity limit must hold until a text names it. The app may use other units."""
+
+
+def list_interventions(intervention_s: Mapping[str, float], sim_time_s: float = inf) -> Iterator[str]:
     """Yield a text such as ``the range guard held it back for 15.0 s`` for each cause of interventions.
 
-    The velocity limit, the acceleration limit, and each cause of less than 0.5 s have no text.
+    The acceleration limit, and each cause of less than 0.5 s have no text. The velocity limit has one only if it held
+    for most of the run.
 
     intervention_s: the duration of each cause of interventions, in seconds.
+    sim_time_s: the duration of the run, in seconds.
     """
     for cause, seconds in intervention_s.items():
         if seconds >= _NAMED_S and cause not in _UNNAMED:
             yield f"the {cause} held it back for {seconds:.1f} s"
+        elif cause == VelocityLimit.cause and seconds >= max(_NAMED_S, _UNITS_SHARE * sim_time_s):
+            yield f"the {cause} held it back for {seconds:.1f} s (velocities are in m/s and rad/s, not in degrees)"
 
 
 def list_faults(result: RunResult) -> Iterator[str]:

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import json
 import math
+import time
 from pathlib import Path
 
 import pytest
 
+from robotcore.cli.command_classes import write_result
 from robotcore.description import BatteryDescription, RobotDescription, load_robot
 from robotcore.errors import DeviceError, DeviceLostError
+from robotcore.hal.robot import Robot
 from robotcore.runtime.behaviour import Status
-from robotcore.runtime.monitors import LOW_VOLTAGE_S
+from robotcore.runtime.monitors import LOW_VOLTAGE_S, WaitMonitor
+from robotcore.runtime.result import WrittenNote
 from robotcore.runtime.session import RunRequest, RunResult, run
 from robotcore.testing.mock.devices import LOST, Script
 from robotcore.testing.mock.robot import MockRobot
@@ -93,3 +97,36 @@ def test_battery_that_cannot_be_opened_is_a_note(monkeypatch: pytest.MonkeyPatch
     battery_backend.install(monkeypatch, None)
     result = run_rover(rover)
     assert (result.exit_status, result.notes, result.batteries) == (0, ["cells: no answer"], {})
+
+
+@pytest.mark.parametrize(
+    "waits_s, simulated_s, notes", [((0.4, 0.4, 0.4), 0.05, 1), ((0.4,), 0.0, 0), ((1.2,), 1.0, 0)]
+)
+def test_steps_that_wait_longer_than_the_simulated_time_cause_one_note(
+    waits_s: tuple[float, ...],
+    simulated_s: float,
+    notes: int,
+    monkeypatch: pytest.MonkeyPatch,
+    check_text: CheckText,
+) -> None:
+    clock, reported = [0.0], list[str]()
+    monkeypatch.setattr("robotcore.runtime.monitors.read_idle_time", lambda: clock[0])
+    monitor = WaitMonitor(reported.append)
+    for wait_s in (*waits_s, 0.0):
+        monitor.begin()
+        clock[0] += wait_s
+        monitor.end(simulated_s)
+    assert len(reported) == notes
+    check_text("".join(reported))
+
+
+@pytest.mark.slow  # a note needs more than a second
+def test_run_in_a_simulation_reports_steps_that_sleep(capfd: pytest.CaptureFixture[str]) -> None:
+    def sleep(robot: Robot) -> Status:
+        time.sleep(1.1)
+        return Status.SUCCESS
+
+    result = run(RunRequest(FunctionApp(sleep)))
+    assert [isinstance(note, WrittenNote) for note in result.notes] == [True]
+    write_result(result, as_json=False)
+    assert capfd.readouterr().err.count("note: ") == 1

@@ -94,6 +94,16 @@ def test_other_attributes_cannot_be_set(raises: Raises) -> None:
         configure(PlainApp, {"state": "end"})
 
 
+def test_attribute_without_a_type_is_no_setting(raises: Raises) -> None:
+    class Square(PlainApp):
+        side = 0.5
+
+    with raises(UsageError, "not-a-dataclass"):
+        configure(Square, {"side": "1"})
+    with raises(UsageError, "setting-without-type", setting="side"):
+        configure(dataclass(Square), {"side": "1"})
+
+
 def test_setting_without_a_default_is_required(raises: Raises) -> None:
     with raises(UsageError, "setting-missing", setting="goal"):
         configure(RequiredSettingApp, {})
