@@ -10,7 +10,7 @@ from drivers.serial.driver import PortPlace, list_ports
 from robotcore.description import RobotDescription, StrictModel, load_robot
 from robotcore.errors import UsageError
 from robotcore.hal.backend import Setup
-from robotcore.hardware import DeviceBinding, HardwareBackend
+from robotcore.hardware import Connection, DeviceBinding, HardwareBackend
 
 if TYPE_CHECKING:
     from robotcore.hal.check_finding import Finding
@@ -39,6 +39,15 @@ class SerialBackend(HardwareBackend):
     @property
     def remedy(self) -> str:
         return "pip install 'robotcore[serial]'"
+
+    def place(self, connection: Connection) -> tuple[()]:
+        """Return no pins. Raises ValueError if a wire goes to a connector that only a Raspberry Pi has."""
+        if connection.bus in {"GPIO", "CSI"}:
+            raise ValueError(
+                f"the backend {self.name!r} has no {connection.bus}; write this device's table in [raspberrypi], or "
+                "name the driver of a device on a serial port or USB"
+            )
+        return ()
 
     def load_robot(self, robot: str, options: Mapping[str, Any]) -> RobotDescription:
         return self.configure(Setup(load_robot(robot), None, frozenset(), options=options)).robot

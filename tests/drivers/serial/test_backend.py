@@ -90,6 +90,15 @@ def test_devices_that_cannot_share_a_port_are_refused(right: dict[str, Any], rai
         SerialBackend().check(robot_on("/dev/a", motor("left"), right))
 
 
+@pytest.mark.parametrize("device", ["nose", "eye"])
+def test_a_driver_for_a_connector_of_the_pi_is_refused(device: str, raises: Raises) -> None:
+    rover = load_robot("rover")
+    tables = {**rover.backends[SECTION], device: rover.backends["raspberrypi"][device]}
+    robot = rover.model_copy(update={"backends": {SECTION: tables}})
+    with raises(DescriptionError, "unknown-pin"):
+        SerialBackend().check(robot)
+
+
 def test_wires_have_no_connector(robot: RobotDescription, pty: Pty) -> None:
     wiring = SerialBackend().wiring(robot)
     assert not wiring.pads
