@@ -98,10 +98,7 @@ class CoppeliaSimBackend(Backend):
             yield from inspect_scene(setup.robot, SECTION, scene)
 
     def examine(self, robot: RobotDescription | None) -> Iterator[Finding]:
-        if not self.is_installed:
-            yield Finding.warning(self.name, "is not installed", self.remedy, kind="not-installed")
-        else:
-            yield from diagnose(Address())
+        yield from diagnose(Address())
 
     def open(self, setup: Setup) -> Robot:
         options, setup = setup.options_as(CoppeliaSimOptions), setup.without_batteries()

@@ -12,7 +12,7 @@ from pydantic import Field
 
 from drivers.raspberrypi.backend import RaspberryPiBackend
 from robotcore.description import RobotDescription, StrictModel
-from robotcore.errors import UsageError
+from robotcore.errors import DescriptionError, UsageError
 from robotcore.hal.backend import Backend, Capability, Setup, load_backend
 from robotcore.hal.check_finding import Finding
 from robotcore.hal.robot import Robot
@@ -74,7 +74,10 @@ class VirtualPiBackend(RaspberryPiBackend):
         """Yield a finding that lists the devices that the simulator's own devices replace, if there are any."""
         from drivers.raspberrypi.virtual.models import find_unmodelled
 
-        bindings = find_unmodelled(self.bind(robot)) if robot else ()
+        try:
+            bindings = find_unmodelled(self.bind(robot)) if robot else ()
+        except DescriptionError:  # the smoke test reports it
+            return
         if names := [f"{binding.name} ({binding.driver.name})" for binding in bindings]:
             message = f"the simulator's own device stands in for {', '.join(names)}"
             yield Finding.ok(self.name, message, kind="stand-ins")

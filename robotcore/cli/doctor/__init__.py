@@ -107,11 +107,11 @@ def _diagnose_backend(name: str, robot: RobotDescription | None, *, is_chosen: b
             raise
         yield Finding.error(name, *split_remedy(str(error)), kind=error.kind)
         return
-    is_missing = is_chosen and not backend.is_installed
     for finding in findings_of([(name, lambda: diagnose(backend, robot))]):
         if finding.kind == "no-section" and not is_chosen:
             continue  # the robot is one for another backend
-        yield replace(finding, level=Level.ERROR) if is_missing and finding.subject == name else finding
+        is_unusable = finding.subject == name and finding.level is Level.WARNING and finding.kind != "unchecked"
+        yield replace(finding, level=Level.ERROR) if is_chosen and is_unusable else finding
 
 
 def _write_and_yield(found: Iterable[AboutFinding]) -> Iterator[AboutFinding]:

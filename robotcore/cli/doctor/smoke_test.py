@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from robotcore.description import RobotDescription, load_robot, load_world
 from robotcore.errors import DescriptionError, DeviceGroupError, RobotcoreError
 from robotcore.hal.backend import Backend, Setup
-from robotcore.hal.check_finding import Finding
+from robotcore.hal.check_finding import Finding, Level
 from robotcore.hal.robot import Robot, Role
 
 ROBOT, WORLD = "rover", "open"
@@ -20,21 +20,31 @@ VELOCITY_RAD_S = 2.0
 
 
 def diagnose(backend: Backend, robot: RobotDescription | None = None) -> Iterator[Finding]:
-    """Yield the findings of the smoke test, if the backend has one, and then those of the backend's own checks."""
-    if backend.is_smoke_tested:
-        yield from smoke_test(backend, robot)
-    yield from backend.examine(robot)
+    """Yield the findings of the backend's own checks, and then those of the smoke test, if the backend has one.
 
-
-def smoke_test(backend: Backend, robot: RobotDescription | None) -> Iterator[Finding]:
-    """Yield whether a simulator is installed, moves a robot, and can open a window.
-
-    backend: the simulator. Of another backend, only the installation is checked.
-    robot: the robot to move; None for the rover.
+    A simulator that is not installed is not checked. If its own checks find that it does not work, there is no smoke
+    test, because it would only repeat the problem.
     """
+    if not backend.is_smoke_tested:
+        yield from backend.examine(robot)
+        return
     if not backend.is_installed:
         yield Finding.warning(backend.name, "is not installed", backend.remedy, kind="not-installed")
         return
+    works = True
+    for finding in backend.examine(robot):
+        works = works and (finding.subject != backend.name or finding.level is Level.OK)
+        yield finding
+    if works:
+        yield from smoke_test(backend, robot)
+
+
+def smoke_test(backend: Backend, robot: RobotDescription | None) -> Iterator[Finding]:
+    """Yield whether a simulator moves a robot, and can open a window.
+
+    backend: the simulator, which is installed. Another backend is not tested.
+    robot: the robot to move; None for the rover.
+    """
     if not backend.needs_world:
         yield Finding.ok(backend.name, "is installed", kind="installed")
         return

@@ -107,6 +107,15 @@ def test_a_chosen_backend_that_is_not_installed_is_an_error(
     check_text(answer.out.splitlines()[-1])
 
 
+@pytest.mark.parametrize("arguments, level", [(("--backend", "ward"), "error"), ((), "warning")])
+def test_a_server_that_does_not_run_is_an_error_only_for_a_chosen_backend(
+    cli: Cli, ward: type[FindingBackend], arguments: tuple[str, ...], level: str
+) -> None:
+    ward.is_here = True
+    ward.found = (Finding.warning("ward", "no server listens", "Start it", kind="connection-refused"),)
+    assert cli("doctor", *arguments, "--json").json["findings"][-1]["level"] == level
+
+
 def test_only_the_backend_of_this_board_is_checked(cli: Cli, ward: type[FindingBackend]) -> None:
     ward.is_here = True
     assert {each["about"] for each in cli("doctor", "--json").json["findings"]} == {"machine"}

@@ -1,5 +1,8 @@
 from __future__ import annotations
 
+from importlib.resources import files
+from pathlib import Path
+
 import pytest
 
 from robotcore.cli.doctor.smoke_test import diagnose
@@ -77,6 +80,20 @@ def test_a_backend_that_is_missing_is_a_warning_with_the_command_that_installs_i
 def test_a_backend_that_simulates_nothing_is_not_tested() -> None:
     (found,) = diagnose_all(load_backend("replay"))
     assert (found.level, found.kind) == (Level.OK, "installed")
+
+
+def test_a_simulator_whose_own_check_fails_has_one_finding(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = Finding.warning("rig", "no server listens", "Start it", kind="connection-refused")
+    monkeypatch.setattr(RaisingBackend, "examine", lambda *_: [found])
+    assert diagnose_all(RaisingBackend(DeviceError("rig", "no server listens"))) == [found]
+
+
+def test_a_wrong_pin_is_one_finding_of_the_virtual_pi(tmp_path: Path) -> None:
+    file = tmp_path / "rover.toml"
+    text = files("robotcore.description").joinpath("robots/rover.toml").read_text(encoding="utf-8")
+    file.write_text(text.replace("trigger = 16", "trigger = 17"), encoding="utf-8")
+    (found,) = diagnose_all(load_backend("virtualpi"), str(file))
+    assert found.level is Level.ERROR
 
 
 @pytest.mark.parametrize("display, level", [(":0", Level.OK), ("", Level.WARNING)])
