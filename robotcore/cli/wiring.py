@@ -69,21 +69,28 @@ def _bold(text: str) -> str:
 
 
 @click.command("wiring")
-@click.argument("robot", default="rover")
+@click.argument("robot", required=False)
 @click.option("--backend", default="raspberrypi", show_default=True, help="The backend of the board.")
 @port_option
 @backend_option
 @as_json
-def command(robot: str, backend: str, port: str | None, options: tuple[tuple[str, str], ...], *, as_json: bool) -> None:
+def command(
+    robot: str | None, backend: str, port: str | None, options: tuple[tuple[str, str], ...], *, as_json: bool
+) -> None:
     """Show how to wire ROBOT.
+
+    Without ROBOT, it is the robot that the pyproject.toml in this folder names, or else the rover.
 
     Prints a table of the wires, a drawing of the board's connector if it has one, and the notes of the drivers.
     """
+    robot = robot or _find_robot()
     wiring = _load_wiring(robot, backend, merge_options(options, port=port))
     if as_json:
         write_json({"robot": robot, "backend": backend, **_build_payload(wiring)})
         return
 
+    write_line(f"{robot} on {backend}")
+    write_line()
     columns = ("device", "signal", "goes to", *(["pad"] if wiring.pads else []), "what it is")
     write_table(columns, _rows(wiring))
     write_line()
@@ -93,6 +100,15 @@ def command(robot: str, backend: str, port: str | None, options: tuple[tuple[str
         write_line()
     for note in _format_notes(wiring):
         write_lines(note)
+
+
+def _find_robot() -> str:
+    from pathlib import Path
+
+    from robotcore.deploy.project import read_tables
+
+    table = read_tables(Path.cwd()).robotcore
+    return (table and table.robot) or "rover"
 
 
 def _load_wiring(robot: str, name: str, options: Mapping[str, str]) -> Wiring:

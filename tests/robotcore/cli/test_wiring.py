@@ -36,8 +36,17 @@ def test_each_wire_has_a_row_and_a_pad(cli: Cli, post: str) -> None:
 
 def test_a_table_without_a_connector_has_no_column_of_pads(cli: Cli) -> None:
     answer = cli("wiring", "rover", "--backend", "serial").out.splitlines()
-    assert answer[0].split() == ["device", "signal", "goes", "to", "what", "it", "is"]
-    assert answer[2].split() == ["left_motor", "port", "serial", "/dev/ttyACM0", "motor,", "ros-arduino-motor"]
+    assert answer[0] == "rover on serial"
+    assert answer[2].split() == ["device", "signal", "goes", "to", "what", "it", "is"]
+    assert answer[4].split() == ["left_motor", "port", "serial", "/dev/ttyACM0", "motor,", "ros-arduino-motor"]
+
+
+def test_the_default_is_the_robot_of_the_project(
+    cli: Cli, post: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "pyproject.toml").write_text('[tool.robotcore]\nrobot = "post.toml"\n')
+    assert cli("wiring", "--backend", "plugboard", "--json").json["robot"] == "post.toml"
 
 
 def test_a_note_is_printed_once_with_all_its_devices(cli: Cli, post: str) -> None:
