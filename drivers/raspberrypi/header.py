@@ -70,13 +70,22 @@ _RENAMED = {"GPIO 0": "ID_SD", "GPIO 1": "ID_SC"}
 
 
 def build_wiring(bindings: Iterable[DeviceBinding]) -> Wiring:
-    """Return the wires of these devices on the header and the notes. A device has signal wires, then supply wires."""
+    """Return the wires of these devices on the header and the notes. A device has signal wires, then supply wires.
+
+    A board on the header's serial port has one ground wire, in the list of its first device.
+    """
     bindings = tuple(bindings)
     wires: list[Wire] = []
+    grounded: set[str] = set()
     for binding in bindings:
         signals = list(_signal_wires(binding))
         wires += signals
-        wires += _supply_wires(binding, signals, taken=Counter(wire.pads[0] for wire in wires if wire.pads))
+        ports = {wire.where for wire in binding.driver.connections() if is_header_port(wire)}
+        needs_ground = ports - grounded and "ground" not in binding.driver.supply
+        grounded |= ports
+        supply = (*binding.driver.supply, *(["ground"] if needs_ground else []))
+        taken = Counter(wire.pads[0] for wire in wires if wire.pads)
+        wires += _supply_wires(binding, supply, signals, taken)
     notes = ((binding.name, note) for binding in bindings for note in (*binding.notes, *_gpio_notes(binding)))
     return Wiring(HEADER, wires, tuple(notes))
 
@@ -100,11 +109,13 @@ def _gpio_notes(binding: DeviceBinding) -> Iterator[str]:
     yield from (note for gpios, note in GPIO_NOTES.items() if places & {f"GPIO {gpio}" for gpio in gpios})
 
 
-def _supply_wires(binding: DeviceBinding, signals: Iterable[Wire], taken: Counter[int]) -> Iterator[Wire]:
+def _supply_wires(
+    binding: DeviceBinding, supply: Iterable[str], signals: Iterable[Wire], taken: Counter[int]
+) -> Iterator[Wire]:
     # A wire goes to the pad with the fewest wires. Of several such pads, the nearest to the signals is used.
     rows = [_row(pad) for wire in signals for pad in wire.pads] or [1]
     middle = sum(rows) / len(rows)
-    for name in binding.driver.supply:
+    for name in supply:
         pads = sorted(find_pads(name), key=lambda pad: (taken[pad], abs(_row(pad) - middle)))
         yield Wire(binding.name, binding.label, "ground" if name == "ground" else "supply", name, tuple(pads))
 

@@ -36,12 +36,16 @@ def test_a_plug_and_an_address_have_no_pad() -> None:
     assert [wire.pads for wire in build_wiring([laser, camera]).wires] == [(3,), (), ()]
 
 
-def test_a_serial_port_on_the_header_uses_two_pins_and_another_port_none(check_text: CheckText) -> None:
+def test_a_serial_port_on_the_header_uses_two_pins_and_one_ground_and_another_port_none(check_text: CheckText) -> None:
     header, usb = (
         binding("left_motor", Connection("port", "serial", f"/dev/{name}")) for name in ("serial0", "ttyUSB0")
     )
-    wiring = build_wiring([header, usb])
-    assert [(wire.signal, wire.pads) for wire in wiring.wires] == [
+    wiring = build_wiring([header, header, usb])
+    assert [(wire.signal, wire.pads[:1]) for wire in wiring.wires] == [
+        ("port", ()),
+        ("sends", (8,)),
+        ("receives", (10,)),
+        ("ground", (9,)),
         ("port", ()),
         ("sends", (8,)),
         ("receives", (10,)),
