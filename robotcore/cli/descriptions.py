@@ -57,9 +57,14 @@ def check(
 
 
 def _check_robot(file: str, robot: RobotDescription) -> int:
+    from robotcore.description.plausibility import find_doubtful_values
     from robotcore.errors import BackendMissingError
 
-    results = [([f"OK, {_format_robot(robot)}"], ""), *(_check_section(robot, section) for section in robot.backends)]
+    doubts = [f"warning: {each}" for each in find_doubtful_values(robot)]
+    results = [
+        ([f"OK, {_format_robot(robot)}", *doubts], ""),
+        *(_check_section(robot, section) for section in robot.backends),
+    ]
     for line in (line for lines, _ in results for line in lines):
         write_line(f"{file}: {line}")
     if unchecked := [f"{file}: {why}" for _, why in results if why]:

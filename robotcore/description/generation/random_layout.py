@@ -110,7 +110,9 @@ def draw_world(world: WorldDescription, robot: RobotDescription, seed: int) -> W
         if drawn := drawing.draw():
             return drawn
     _, kind, key, problem, remedy = drawing.last_failed
-    raise DescriptionError(f"the world {world.name!r}", key, f"{problem} (seed {seed})", remedy, kind=kind, seed=seed)
+    size = f"{robot.body.length_m:g} m x {robot.body.width_m:g} m"
+    problem = f"{problem} (seed {seed}, robot {robot.name!r} of {size})"
+    raise DescriptionError(f"the world {world.name!r}", key, problem, remedy, kind=kind, seed=seed)
 
 
 class _LayoutDrawing:

@@ -1,0 +1,43 @@
+"""Finds values in a robot's file that are permitted but hardly intended, such as lengths in centimetres."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from robotcore.description.robot import RobotDescription
+
+LONGEST_M = 3.0
+"""A body that is longer or wider is doubtful, in metres."""
+
+DENSITY_KG_M3 = 8000.0
+"""A body with a greater density is doubtful, because that of steel is lower."""
+
+REACH = 3.0
+"""A part that is farther from the middle of the body is doubtful, as a multiple of the body's greatest size."""
+
+METRES = "Give lengths in metres"
+
+
+def find_doubtful_values(robot: RobotDescription) -> Iterator[str]:
+    """Yield a warning for each doubtful value: its key, the problem, and a sentence with the remedy."""
+    body = robot.body
+    longest = max(body.length_m, body.width_m)
+    if longest > LONGEST_M:
+        yield f"body: it is {body.length_m:g} m long and {body.width_m:g} m wide. {METRES}"
+    density = body.mass_kg / (body.length_m * body.width_m * body.height_m)
+    if density > DENSITY_KG_M3:
+        yield f"body.mass_kg: with {body.mass_kg:g} kg, the body is denser than steel. Give the mass in kg"
+    reach, middle = REACH * max(longest, body.height_m), body.middle_m
+    places = {f"{name}.mount": (mount.x_m, mount.y_m, mount.z_m) for name, mount in robot.mounts.items()}
+    if robot.drive and robot.drive.caster:
+        places["drive.caster.x_m"] = (robot.drive.caster.x_m, 0.0, 0.0)
+    for key, place in places.items():
+        distance = max(abs(each - centre) for each, centre in zip(place, middle, strict=True))
+        if distance > reach:
+            yield f"{key}: it is {distance:.2g} m from the middle of the body. {METRES}"
+    for sensor in robot.range_sensors_ahead:
+        if robot.safety.stop_distance_m > sensor.max_range_m:
+            yield (
+                f"safety.stop_distance_m: {robot.safety.stop_distance_m:g} m is beyond max_range_m of {sensor.name}, "
+                f"{sensor.max_range_m:g} m. Lower it"
+            )

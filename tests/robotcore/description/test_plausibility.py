@@ -1,0 +1,37 @@
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from robotcore.description import load_robot
+from robotcore.description.plausibility import find_doubtful_values
+from tests.texts import CheckText
+
+ROVER = load_robot("rover")
+
+
+@pytest.mark.parametrize("name", ["rover", "bubblerob", "lookout"])
+def test_the_shipped_robots_have_no_doubtful_values(name: str) -> None:
+    assert list(find_doubtful_values(load_robot(name))) == []
+
+
+@pytest.mark.parametrize(
+    "part, change",
+    [
+        ("body", {"length_m": 25.0, "width_m": 17.0, "height_m": 9.0}),
+        ("body", {"mass_kg": 900.0}),
+        ("safety", {"stop_distance_m": 12.0}),
+        ("drive", {"caster": {"x_m": 13.0, "radius_m": 0.01}}),
+    ],
+    ids=["centimetres", "grams", "stop distance", "caster"],
+)
+def test_a_doubtful_value_is_a_warning(part: str, change: dict[str, Any], check_text: CheckText) -> None:
+    table = {**ROVER.model_dump(), part: {**getattr(ROVER, part).model_dump(), **change}}
+    check_text("\n".join(find_doubtful_values(type(ROVER).model_validate(table))))
+
+
+def test_a_mount_far_from_the_body_is_a_warning(check_text: CheckText) -> None:
+    nose = next(iter(ROVER.range_sensors_ahead))
+    far = nose.model_copy(update={"mount": nose.mount.model_copy(update={"x_m": 18.0})})
+    check_text("\n".join(find_doubtful_values(ROVER.model_copy(update={"devices": (far,)}))))
