@@ -79,15 +79,19 @@ def suggestion(name: str, known: Sequence[str]) -> str:
 def find_nearest(name: str, known: Sequence[str]) -> str | None:
     """Return the known name that ``name`` probably stands for, or None if no known name is near.
 
-    A name is near if it has whole words of the other name at its start or its end, or two thirds of its letters.
+    A name is near if it has whole words of the other name at its start or its end, begins with the typed name, or has
+    two thirds of its letters.
 
     >>> find_nearest("speed", ["seeds", "speed_m_s"]), find_nearest("--sead", ["--seed"])
     ('speed_m_s', '--seed')
+    >>> find_nearest("stat", ["start", "status"])
+    'status'
     """
     plain = _strip_name(name)
     by_name = {_strip_name(each): each for each in known}
     with_its_words = (each for each in by_name if _has_words_of(*sorted((plain, each), key=len)))
-    close = (*with_its_words, *get_close_matches(plain, by_name, n=1, cutoff=2 / 3))
+    longer = (each for each in by_name if len(plain) > 2 and each.startswith(plain))
+    close = (*with_its_words, *longer, *get_close_matches(plain, by_name, n=1, cutoff=2 / 3))
     return by_name[close[0]] if close else None
 
 
