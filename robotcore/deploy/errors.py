@@ -16,7 +16,7 @@ SSH_FAILED = 255
 BROKEN, DAMAGED = "broken", "damaged"
 """The kinds of a DeployError if the connection broke, and if a robot's answer is malformed."""
 
-TRANSIENT = {BROKEN, "unknown", "refused", "no-route", "time-out", "hung-up", "login-time-out", "ssh-failed"}
+TRANSIENT = {BROKEN, "unknown-host", "refused", "no-route", "time-out", "hung-up", "login-time-out", "ssh-failed"}
 """The kinds of a DeployError after which a new attempt to connect may succeed, without a change by the user."""
 
 CALL_FAILED, RSYNC_FAILED = "call-failed", "rsync-failed"
@@ -34,9 +34,9 @@ SSH_FAILURES = (
     ),
     KnownFailure(
         r"^ssh: Could not resolve hostname (?P<name>[^\s:]+)",
-        "unknown",
+        "unknown-host",
         "the host name {name} was not found",
-        "Check the spelling, and that the robot is on and in this network. Or use its address: pi@192.168.1.20",
+        "Check the spelling, and that the robot is on and in this network. Or use its address, such as pi@192.168.1.20",
     ),
     KnownFailure(
         r"^ssh: connect to host \S+ port (?P<port>\d+): Connection refused",

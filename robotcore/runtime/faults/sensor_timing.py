@@ -56,7 +56,7 @@ class Drop(SampleLoss):
 
 
 class NoEcho(Drop):
-    """Echoes are lost, each with the given probability. The sensor then returns its last sample again, not ``inf``."""
+    """Echoes are lost, each with the given probability. The sensor then returns its last sample again, not infinity."""
 
     on = frozenset({TargetKind.RANGE})
     example = "range no_echo=0.5"

@@ -34,7 +34,7 @@ def configure(server: Sshd, line: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "host, kind", [("rover.invalid", "unknown"), ("224.0.0.1", "no-route"), ("pi@127.0.0.1:1", "refused")]
+    "host, kind", [("rover.invalid", "unknown-host"), ("224.0.0.1", "no-route"), ("pi@127.0.0.1:1", "refused")]
 )
 def test_host_that_ssh_does_not_reach(host: str, kind: str, raises: Raises) -> None:
     with raises(DeployError, kind):
