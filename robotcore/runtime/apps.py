@@ -25,8 +25,10 @@ def is_app_file(name: str) -> bool:
 
 
 def refuse_other_file(name: str) -> None:
-    """Raise UsageError if the name is that of a folder or of a file other than a ``.py`` file."""
+    """Raise UsageError if the name is that of a folder or of another file, or of a ``.py`` file without its end."""
     path = Path(name)
+    if name and Path(f"{name}.py").is_file():
+        raise UsageError(f"{name} is not an app. Did you mean the file {name}.py?", kind="not-an-app")
     if name and path.exists():
         what = "a folder" if path.is_dir() else "another file"
         raise UsageError(f"{name} is {what}, not an app. Name an app (robotcore apps) or a .py file", kind="not-an-app")
@@ -74,7 +76,13 @@ class _SourceLoader(SourceFileLoader):
         raise OSError
 
 
+_importing: set[Path] = set()
+"""The files of apps that are being imported."""
+
+
 def _import_file(path: Path) -> ModuleType:
+    if path.absolute() in _importing:
+        raise UsageError(f"{path} runs itself while it is imported. {IMPORT_ADVICE}", kind="app-runs-itself")
     use_script_folder(path)
     name = f"app_{path.stem}"
     spec = spec_from_file_location(name, path, loader=_SourceLoader(name, str(path)))
@@ -82,6 +90,7 @@ def _import_file(path: Path) -> ModuleType:
     assert spec.loader
     module = module_from_spec(spec)
     sys.modules[module.__name__] = module
+    _importing.add(path.absolute())
     try:
         spec.loader.exec_module(module)
     except SystemExit as error:
@@ -93,6 +102,8 @@ def _import_file(path: Path) -> ModuleType:
         raise BehaviourError(
             f"{path} cannot be imported: {type(error).__name__}: {error}", kind="app-not-importable"
         ) from error
+    finally:
+        _importing.discard(path.absolute())
     return module
 
 

@@ -83,4 +83,8 @@ class Behaviour(ABC):
 def _advise_to_run(app: str, file: str) -> None:
     """Write a note at the end of ``python my_app.py`` if the script defines an app, but creates none."""
     if sys.stderr and not hasattr(sys, "last_value"):  # an exception has not ended the script
-        sys.stderr.write(f"note: {file} defines the app {app}, but does not run it. Run it: robotcore run {file}\n")
+        defined = vars(sys.modules["__main__"]).values()
+        apps = [each for each in defined if isinstance(each, type) and each.__module__ == "__main__"]
+        has_several = sum(issubclass(each, Behaviour) for each in apps) > 1
+        name = f"{file}:{app}" if has_several else file
+        sys.stderr.write(f"note: {file} defines the app {app}, but does not run it. Run it: robotcore run {name}\n")

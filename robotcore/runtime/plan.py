@@ -79,6 +79,9 @@ class Plan:
 
         Raises UsageError if a part is unknown or does not fit, and BackendMissingError if a library is missing.
         """
+        if not isinstance(request, RunRequest):
+            name = getattr(request, "__name__", repr(request))
+            raise UsageError(f"run needs a RunRequest. Write run(RunRequest({name}))", kind="not-a-request")
         require_rate(request.rate_hz)
         if not 0 < request.timeout_s < inf:
             text = f"--timeout is {request.timeout_s}; it must be a positive number"

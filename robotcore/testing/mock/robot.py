@@ -13,7 +13,7 @@ from robotcore.description import (
     StrictModel,
     load_robot,
 )
-from robotcore.errors import UnmetNeedError
+from robotcore.errors import UnmetNeedError, UsageError
 from robotcore.geometry import Wheels
 from robotcore.hal.backend import Setup
 from robotcore.hal.devices import Image
@@ -79,6 +79,8 @@ class MockRobot:
         A further call continues the run. Raises the errors that end a real run: SafetyStop, DeviceError and
         BehaviourError.
         """
+        if isinstance(app, type):
+            raise UsageError(f"run needs an instance of the app. Write run({app.__name__}())", kind="not-an-instance")
         self._app = self._app or app
         loop = Loop(self._assembled, app, self.rate_hz, math.inf, [self._record_tick])
         for _ in range(ticks):

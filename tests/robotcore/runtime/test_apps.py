@@ -12,9 +12,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from robotcore.errors import BehaviourError, UsageError
 from robotcore.runtime import apps, versions
-from robotcore.runtime.apps import load_app_file, use_script_folder
+from robotcore.runtime.apps import load_app, load_app_file, use_script_folder
 from robotcore.runtime.time_limits import step_limit
+from tests.texts import Raises
 
 
 @pytest.fixture(autouse=True)
@@ -97,3 +99,17 @@ def test_line_of_a_step_that_hangs_is_named_for_a_file_in_the_working_folder(
 def test_version_of_a_library_without_a_known_distribution_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(versions, "_find_distributions", dict)
     assert versions.libraries(()) == {"python": platform.python_version(), "numpy": np.__version__}
+
+
+def test_file_without_its_end_is_suggested(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, raises: Raises) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("printy.py").touch()
+    with raises(UsageError, "not-an-app"):
+        load_app("printy")
+
+
+def test_file_that_runs_itself_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, raises: Raises) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("loop.py").write_text("import robotcore\nrobotcore.run(robotcore.RunRequest('loop.py'))\n")
+    with raises(BehaviourError, "app-not-importable"):
+        load_app("loop.py")

@@ -16,6 +16,14 @@ class App(Behaviour):
 
 
 @pytest.mark.slow
+def test_script_that_defines_two_apps_names_one_of_them(tmp_path: Path) -> None:
+    file = tmp_path / "two.py"
+    file.write_text(f"{APP}class Other(App): ...")
+    ended = subprocess.run([sys.executable, str(file)], capture_output=True, text=True, check=False)
+    assert ended.stderr.endswith(f"robotcore run {file}:Other\n")
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "last_line, is_advised", [("", True), ("run(RunRequest(App))", False), ("raise ValueError('typo')", False)]
 )

@@ -146,3 +146,8 @@ class TestRandomise:
         lags = {motor.name: motor.lag_s for motor in found.setup.robot.all_of(MotorDescription)}
         assert set(lags.values()) == {found.conditions.wheel_lag_s}
         assert found.description == ROVER
+
+
+def test_app_in_place_of_a_request_is_refused(raises: Raises) -> None:
+    with raises(UsageError, "not-a-request"):
+        Plan.of(Behaviour)  # type: ignore[arg-type]

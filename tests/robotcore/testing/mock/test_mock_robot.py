@@ -217,3 +217,8 @@ def test_faults_are_injected_and_depend_on_the_seed() -> None:
         return app.seen
 
     assert seen(1) == seen(1) != seen(2)
+
+
+def test_class_in_place_of_an_app_is_refused(raises: Raises) -> None:
+    with raises(UsageError, "not-an-instance"):
+        MockRobot().run(Ahead)  # type: ignore[arg-type]
