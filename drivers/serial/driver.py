@@ -51,6 +51,9 @@ class SerialDriver(DeviceDriver):
     baud: Annotated[int, Field(ge=300, le=4_000_000)] | None = None
     """The baud rate; None means ``default_baud``."""
 
+    part_key: ClassVar[str] = "side"
+    """The key of the setting that chooses the part of the board, for messages."""
+
     @property
     def speed(self) -> int:
         """The speed of the line in baud."""
@@ -63,9 +66,11 @@ class SerialDriver(DeviceDriver):
 
     def connections(self) -> Sequence[Connection]:
         protocol = f"{self.protocol_name} at {self.speed} baud"
-        remedy = "write the same baud for all devices of one board" if self.part else ""
+        remedy = "name drivers of the same board with the same baud" if self.part else ""
         port = Connection("port", "serial", self.port, bool(self.part), remedy, protocol)
-        return (port, Connection("side", self.protocol_name, f"{self.part} at {self.port}")) if self.part else (port,)
+        if not self.part:
+            return (port,)
+        return (port, Connection(self.part_key, self.protocol_name, f"{self.part} at {self.port}"))
 
 
 def list_ports(bindings: Iterable[DeviceBinding]) -> tuple[str, ...]:

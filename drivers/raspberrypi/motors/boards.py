@@ -31,7 +31,7 @@ PULLED_DOWN = (
 UNGUARDED = (
     "There is no standby line. If the kernel keeps the levels of outputs (see robotcore doctor), motors may continue "
     "to turn after the program and its guardian were killed. STBY, nSLEEP, or an L298N's joined ENA and ENB (jumpers "
-    "off) can be the standby line: set standby = GPIO in place of enable."
+    "off) can be the standby line: set standby = GPIO in place of the key with that GPIO."
 )
 RISING = (
     "GPIO 0 to 8 are pulled up from power-on until a program uses them, and {lines} may turn this motor during that "

@@ -212,6 +212,7 @@ class ArduinoSonar(ArduinoDriver):
     name = "ros-arduino-sonar"
     summary = "an ultrasonic module on an Arduino with ROSArduinoBridge or robotcore_bridge, on a serial line"
     described = RangeSensorDescription
+    part_key = "pin"
     aliases: ClassVar[tuple[str, ...]] = ("arduino", "sonar", "ultrasonic", "hc-sr04")
 
     pin: Annotated[int, Field(ge=2, le=69)] | None = None

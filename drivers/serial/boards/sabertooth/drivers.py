@@ -58,6 +58,7 @@ class SabertoothMotor(BoardDriver):
     protocol_name = "Sabertooth packet serial"
     default_baud = 9600
     is_mute = True
+    part_key = "motor"
     protocol = SabertoothProtocol
     answer_s = 2 * SETTLING_S
 
