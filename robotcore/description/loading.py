@@ -259,7 +259,9 @@ def _parse(file: str, content: bytes) -> Table:
         raise DescriptionError(file, "", problem, "Remove the nesting", kind="nested-too-deep") from error
     except ValueError as error:
         problem = f"it is not TOML: {str(error)[:MAX_LIBRARY_MESSAGE]}"
-        raise DescriptionError(file, "", problem, "Correct the file", kind="not-toml") from error
+        is_repeated = "twice" in problem
+        remedy = "Write [[NAME]], such as [[devices]], for each table of a list" if is_repeated else "Correct the file"
+        raise DescriptionError(file, "", problem, remedy, kind="not-toml") from error
     if mistake:
         raise DescriptionError.of_all(file, [mistake])
     return content_read

@@ -42,7 +42,8 @@ def bind_devices(
         if description.name in chosen and not isinstance(description, _OPTIONAL)
     ]
     if section not in robot.backends and wired:
-        remedy = f"Add a table for each device, such as [{section}.{wired[0]}]"
+        others = " or ".join(f"--backend {name}" for name in sorted(robot.backends))
+        remedy = f"Add a table for each device, such as [{section}.{wired[0]}]" + f", or name {others}" * bool(others)
         raise DescriptionError(robot.source, section, "is missing", remedy)
     bindings, mistakes = read_each(robot, section, wired, _bind, _missing_hint)
     mistakes += [*_contradictions(section, bindings, robot), *_pin_mistakes(section, bindings, place)]

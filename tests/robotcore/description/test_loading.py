@@ -84,6 +84,13 @@ def test_file_of_the_other_kind_is_refused(tmp_path: Path, raises: Raises) -> No
         load_robot(str(world))
 
 
+def test_a_table_of_a_list_with_single_brackets_is_explained(tmp_path: Path, raises: Raises) -> None:
+    file = tmp_path / "robot.toml"
+    file.write_text("[devices]\na = 1\n[devices]\na = 2\n")
+    with raises(DescriptionError, "not-toml"):
+        load_robot(str(file))
+
+
 @pytest.mark.parametrize(
     "content, kind",
     [

@@ -47,6 +47,11 @@ def test_devices_are_bound_in_the_order_of_the_file(post: Path) -> None:
     assert neck.notes == ("Push it in all the way.",)
 
 
+def test_a_file_with_another_section_is_reported_with_its_backend(post: Path, check_text: CheckText) -> None:
+    (error,) = mistakes_of(post, '[serial.neck]\ndriver = "any"\n')
+    check_text(error.remedy)
+
+
 def test_only_the_requested_devices_need_a_section(post: Path) -> None:
     (neck,) = bind_devices(described(post, NECK), "plugboard", {"neck"})
     assert neck.name == "neck"
