@@ -70,6 +70,7 @@ class AnsweringCommand(click.Command):
         try:
             return super().parse_args(ctx, args)
         except click.UsageError as error:
+            error.ctx = error.ctx or ctx  # click's parser leaves it out if an option lacks its value
             if "--json" in given:
                 self._write_answer(self._parse_leniently(ctx, given), UsageError(format_usage_error(error)))
             raise

@@ -52,7 +52,13 @@ def check(
             return _inspect_scene(file, description, backend, merge_options(options, host=host, port=port))
         return _check_robot(file, description)
     refuse_without("a robot", f"{file} describes a world. Leave the option out", backend=backend is not None)
-    write_line(f"{file}: OK, {_format_world(description)}")
+    from robotcore.description.plausibility import find_bodies_outside
+
+    for line in (
+        f"OK, {_format_world(description)}",
+        *(f"warning: {each}" for each in find_bodies_outside(description)),
+    ):
+        write_line(f"{file}: {line}")
     return 0
 
 

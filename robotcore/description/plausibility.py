@@ -1,10 +1,11 @@
-"""Finds values in a robot's file that are permitted but hardly intended, such as lengths in centimetres."""
+"""Finds values in the file of a robot or a world that are permitted but doubtful, such as lengths in centimetres."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
 from robotcore.description.robot import RobotDescription
+from robotcore.description.world import WorldDescription
 
 LONGEST_M = 3.0
 """A body that is longer or wider is doubtful, in metres."""
@@ -41,3 +42,11 @@ def find_doubtful_values(robot: RobotDescription) -> Iterator[str]:
                 f"safety.stop_distance_m: {robot.safety.stop_distance_m:g} m is beyond max_range_m of {sensor.name}, "
                 f"{sensor.max_range_m:g} m. Lower it"
             )
+
+
+def find_bodies_outside(world: WorldDescription) -> Iterator[str]:
+    """Yield a warning for each obstacle and target that is partly outside of the floor."""
+    x_limit, y_limit = world.floor.length_m / 2, world.floor.width_m / 2
+    for body in world.bodies:
+        if any(abs(x) > x_limit or abs(y) > y_limit for x, y in body.outline):
+            yield f"{body.name}: it is partly outside of the floor. Move it, or check its size. {METRES}"

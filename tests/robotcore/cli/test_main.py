@@ -78,6 +78,10 @@ def test_for_an_unknown_command_the_nearest_name_is_suggested(cli: Cli, check_te
     check_text(answer.err)
 
 
+def test_for_an_option_without_its_value_the_help_of_the_command_is_named(cli: Cli) -> None:
+    assert "'robotcore run --help'" in cli("run", "--backend").err
+
+
 @pytest.mark.parametrize("option", ["--sead", "--runs"])
 def test_for_an_unknown_option_only_a_near_name_is_suggested(cli: Cli, option: str, check_text: CheckText) -> None:
     answer = cli("sweep", "avoid-obstacles", option, "40")

@@ -4,8 +4,8 @@ from typing import Any
 
 import pytest
 
-from robotcore.description import load_robot
-from robotcore.description.plausibility import find_doubtful_values
+from robotcore.description import load_robot, load_world, world_names
+from robotcore.description.plausibility import find_bodies_outside, find_doubtful_values
 from tests.texts import CheckText
 
 ROVER = load_robot("rover")
@@ -35,3 +35,11 @@ def test_a_mount_far_from_the_body_is_a_warning(check_text: CheckText) -> None:
     nose = next(iter(ROVER.range_sensors_ahead))
     far = nose.model_copy(update={"mount": nose.mount.model_copy(update={"x_m": 18.0})})
     check_text("\n".join(find_doubtful_values(ROVER.model_copy(update={"devices": (far,)}))))
+
+
+def test_a_body_beyond_the_floor_is_a_warning(check_text: CheckText) -> None:
+    assert [each for name in world_names() for each in find_bodies_outside(load_world(name))] == []
+    arena = load_world("arena")
+    crate = next(each for each in arena.obstacles if each.shape == "box")
+    long = crate.model_copy(update={"length_m": 40.0})
+    check_text("\n".join(find_bodies_outside(arena.model_copy(update={"obstacles": (long,)}))))
