@@ -80,6 +80,12 @@ def test_an_option_port_with_an_incomplete_usb_id_is_refused(robot: RobotDescrip
         SerialBackend().open(setup_of(robot, port="usb:1a86"))
 
 
+@pytest.mark.parametrize("port", ["ttyUSB0", "COM3"])
+def test_a_port_that_is_no_path_is_refused(port: str, raises: Raises) -> None:
+    with raises(DescriptionError, "invalid-value"):
+        SerialBackend().check(robot_on(port, motor("left"), {**motor("right")}))
+
+
 @pytest.mark.parametrize(
     "right",
     [motor("right", baud=38400), {"driver": "waveshare-motor", "side": "right", "baud": 9600}],

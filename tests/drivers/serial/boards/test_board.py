@@ -275,7 +275,7 @@ REFUSED: dict[str, tuple[str, Devices]] = {
         "setting-conflict",
         {name: table for name, table in arduino().items() if "motor" in name},
     ),
-    "arduino-encoder-on-another-port": ("setting-conflict", with_right_motor(arduino(), port="COM3")),
+    "arduino-encoder-on-another-port": ("setting-conflict", with_right_motor(arduino(), port="/dev/ttyACM3")),
     "arduino-control-without-model": ("setting-conflict", arduino(control={})),
     "arduino-one-side-twice": ("pin-conflict", with_right_motor(arduino(), side="left")),
 }
