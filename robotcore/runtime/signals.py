@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from types import FrameType, TracebackType
 from typing import Any, NoReturn
 
-from robotcore.errors import Interrupted
+from robotcore.errors import Interrupted, RobotcoreError
 
 LAST_SIGNAL = 3
 """The third signal in a run ends the process at once."""
@@ -49,6 +49,9 @@ class SignalGuard:
     After a call of `mask`, signals are ignored, so that the stop of the motors is not interrupted. SIGHUP and SIGQUIT
     are ignored if the program was started so, for example by ``nohup``. A context in another thread handles no signals,
     because Python delivers signals only to the main thread. `set_suspension_hooks` defines how Ctrl-Z is handled.
+
+    Python discards an exception that is raised in a callback of a weak reference or in ``__del__``, for example during
+    an import. So the context raises Interrupted at its begin if an outer context has had a signal.
     """
 
     def __init__(self) -> None:
@@ -126,6 +129,8 @@ class SignalGuard:
 
     def __enter__(self) -> SignalGuard:
         if threading.current_thread() is threading.main_thread():
+            if outer := _find_active_guard():
+                outer.check()
             handlers = {
                 **dict.fromkeys(END_SIGNALS, self._raise),
                 WATCHDOG_SIGNAL: self._interrupt,
@@ -143,6 +148,9 @@ class SignalGuard:
     ) -> None:
         for number, handler in self._before.items():
             signal.signal(number, handler)
+        is_foreign = isinstance(error, Exception) and not isinstance(error, RobotcoreError)
+        if self.raised and is_foreign and not self._is_masked:
+            raise self.raised  # native code, such as pydantic's, raises an error of its own in its place
 
     def _raise(self, number: int, frame: FrameType | None) -> None:
         if self._is_masked:
@@ -182,6 +190,11 @@ class SignalGuard:
             self._last_resort()
         finally:
             end_by_signal(number)
+
+
+def _find_active_guard() -> SignalGuard | None:
+    owner = getattr(signal.getsignal(signal.SIGINT), "__self__", None)
+    return owner if isinstance(owner, SignalGuard) else None
 
 
 def _is_handled(number: int) -> bool:

@@ -13,7 +13,10 @@ from pathlib import Path
 import pytest
 
 from robotcore.errors import Interrupted
+from robotcore.hal.robot import Robot
 from robotcore.runtime.signals import LAST_SIGNAL, WATCHDOG_SIGNAL, SignalGuard, WatchdogInterrupt
+from tests.robotcore.fakes import FunctionApp
+from tests.robotcore.runs import Runner
 
 SIGNALS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT]
 
@@ -46,6 +49,24 @@ class TestSignalGuard:
             with pytest.raises(Interrupted) as raised:
                 guard.check()
         assert raised.value.exit_status == 128 + signal.SIGTERM
+
+    def test_signal_that_was_lost_before_a_run_prevents_the_run(self, perform: Runner) -> None:
+        steps: list[Robot] = []
+        with SignalGuard():
+            with suppress(Interrupted):  # as Python does in a callback of a weak reference
+                signal.raise_signal(signal.SIGINT)
+            with pytest.raises(Interrupted):
+                perform(FunctionApp(steps.append))
+        assert not steps
+
+    def test_error_of_a_library_does_not_replace_the_signal(self) -> None:
+        def convert() -> None:
+            with suppress(Interrupted):
+                signal.raise_signal(signal.SIGINT)
+            raise RuntimeError("Error calling __set_name__")
+
+        with pytest.raises(Interrupted), SignalGuard():
+            convert()
 
     def test_third_signal_stops_the_motors_and_ends_the_process(self, monkeypatch: pytest.MonkeyPatch) -> None:
         ended: list[int | str] = []
