@@ -102,9 +102,36 @@ class Fault(StrictModel):
         return -ROUNDING_S <= time - self.after < (self.lasts or inf) - ROUNDING_S
 
 
-class TickEndClock(ClockWrapper):
-    """A clock that calls ``end_tick`` at the end of each tick, before time passes."""
+class PollingLayer(Layer):
+    """A layer that reads its sensors in every tick. It reads a sensor at the end of a tick if the app did not."""
 
+    def __init__(self) -> None:
+        self._readers: list[Reader[Any]] = []
+        self._read: set[Reader[Any]] = set()
+        """The readers that were called in this tick."""
+
+    def poll(self, read: Reader[SampleT]) -> Reader[SampleT]:
+        """Return a function that calls ``read``. If nothing calls it in a tick, the layer calls it at the end."""
+
+        def polled() -> SampleT:
+            self._read.add(read)
+            return read()
+
+        self._readers.append(read)
+        return polled
+
+    def clock(self, clock: Clock) -> Clock:
+        return _PollingClock(clock, self._end_tick)
+
+    def _end_tick(self) -> None:
+        for read in self._readers:
+            if read not in self._read:
+                with suppress(DeviceError):
+                    read()
+        self._read.clear()
+
+
+class _PollingClock(ClockWrapper):
     def __init__(self, source: Clock, end_tick: Callable[[], None]) -> None:
         super().__init__(source)
         self._end_tick = end_tick
@@ -112,35 +139,6 @@ class TickEndClock(ClockWrapper):
     def sleep_until(self, deadline: float) -> bool:
         self._end_tick()
         return super().sleep_until(deadline)
-
-
-class PollingLayer(Layer):
-    """A layer that reads its sensors in every tick. It reads a sensor at the end of a tick if the app did not."""
-
-    def __init__(self) -> None:
-        self._readers: list[Reader[Any]] = []
-        self._unread: list[Reader[Any]] = []
-
-    def poll(self, read: Reader[SampleT]) -> Reader[SampleT]:
-        """Return a function that calls ``read``. If nothing calls it in a tick, the layer calls it at the end."""
-
-        def polled() -> SampleT:
-            if read in self._unread:
-                self._unread.remove(read)
-            return read()
-
-        self._readers.append(read)
-        self._unread.append(read)
-        return polled
-
-    def clock(self, clock: Clock) -> Clock:
-        return TickEndClock(clock, self._end_tick)
-
-    def _end_tick(self) -> None:
-        for read in self._unread:
-            with suppress(DeviceError):
-                read()
-        self._unread = list(self._readers)
 
 
 class SensorFault(Fault):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
+from dataclasses import dataclass
 from numbers import Real
 from pathlib import Path
 from traceback import extract_tb
@@ -17,38 +18,27 @@ P = ParamSpec("P")
 T = TypeVar("T")
 
 
+@dataclass(frozen=True)
 class FaultCode:
     """Calls the code of one fault. An exception of this code becomes an error that contains the fault.
 
     The error is a DeviceError if the call is for a device, otherwise a BackendError.
-
-    fault: the specification of the fault.
     """
 
-    def __init__(self, fault: str) -> None:
-        self._fault = fault
-        self._failure_below: Exception | None = None
+    fault: str
+    """The specification of the fault."""
 
     def call(self, device: str, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
         """Call a function of this code. ``device`` is the device of the call, or an empty text."""
         try:
             return function(*args, **kwargs)
         except (Exception, SystemExit) as error:
-            is_of_a_device = isinstance(error, RobotcoreError) and not isinstance(error, UsageError)
-            if is_of_a_device or error is self._failure_below:
-                raise
+            if isinstance(error, (RobotcoreError, MemoryError)) and not isinstance(error, UsageError):
+                raise  # it is of a device or the backend below the fault
             last = extract_tb(error.__traceback__)[-1]
             line = "" if last.filename == __file__ else f", at {Path(last.filename).name}:{last.lineno}"
             problem = f"{type(error).__name__}: {error}".removesuffix(": ") + line
             raise self._build_error(problem, device) from error
-
-    def call_below(self, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
-        """Call a function of the backend that this code uses. `call` raises an exception of the function unchanged."""
-        try:
-            return function(*args, **kwargs)
-        except Exception as error:
-            self._failure_below = error
-            raise
 
     def get(self, device: str, kind: Any, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
         """Call a function as `call` does. A result of None, or of another type than ``kind``, is an error too."""
@@ -59,10 +49,10 @@ class FaultCode:
         return result
 
     def _build_error(self, problem: str, device: str) -> RobotcoreError:
-        text = f'the fault "{self._fault}" does not work: {problem}. Correct its code, or leave the fault out'
+        text = f'the fault "{self.fault}" does not work: {problem}. Correct its code, or leave the fault out'
         if device:
-            return DeviceError(device, text, kind="fault-code", fault=self._fault)
-        return BackendError(text, kind="fault-code", fault=self._fault)
+            return DeviceError(device, text, kind="fault-code", fault=self.fault)
+        return BackendError(text, kind="fault-code", fault=self.fault)
 
 
 class CheckedLayer(Layer):
@@ -104,23 +94,8 @@ class CheckedLayer(Layer):
         return lambda image: self._code.call(display.name, changed, image)
 
     def clock(self, clock: Clock) -> Clock:
-        below = _ClockBelow(clock, self._code)
-        changed = self._code.get("", Clock, self._layer.clock, below)
-        return clock if changed is below else _CheckedClock(changed, self._code)
-
-
-class _ClockBelow(ClockWrapper):
-    """The clock that the code of a fault gets."""
-
-    def __init__(self, source: Clock, code: FaultCode) -> None:
-        super().__init__(source)
-        self._code = code
-
-    def now(self) -> float:
-        return self._code.call_below(self._source.now)
-
-    def sleep_until(self, deadline: float) -> bool:
-        return self._code.call_below(self._source.sleep_until, deadline)
+        changed = self._code.get("", Clock, self._layer.clock, clock)
+        return clock if changed is clock else _CheckedClock(changed, self._code)
 
 
 class _CheckedClock(ClockWrapper):

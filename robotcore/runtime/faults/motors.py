@@ -1,17 +1,18 @@
-"""Faults of motors: dead, weak, reversed. A faulty motor reports no error, and always obeys a stop."""
+"""Faults of motors: dead, weak, reversed. A faulty motor reports no error, and always obeys a stop.
+
+A fault that begins or ends takes effect with the next command, at the latest after one lease of the deadman.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from threading import RLock
+from dataclasses import replace
 from typing import Annotated
 
 from pydantic import Field
 
 from robotcore.hal.clock import Clock
-from robotcore.runtime.faults.base import Fault, FaultContext, TargetKind, TickEndClock
+from robotcore.runtime.faults.base import Fault, FaultContext, TargetKind
 from robotcore.runtime.layers.base import Layer, MotorOutput
-from robotcore.safety.deadman import TimedLock
 
 Gain = Annotated[float, Field(ge=0, le=1, description="gain")]
 
@@ -59,73 +60,16 @@ class Reversed(MotorFault):
 
 
 class MotorGainLayer(Layer):
-    """Multiplies the commanded velocities of motors by the gain of ``fault`` while it is active.
-
-    If the fault begins or ends while a motor turns, the layer sends the last command again at the end of the tick.
-    """
+    """Multiplies the commanded velocities of motors by the gain of ``fault`` while it is active."""
 
     def __init__(self, fault: MotorFault, clock: Clock) -> None:
         self._fault, self._clock = fault, clock
-        self._motors: list[FaultyMotor] = []
 
     def motor(self, motor: MotorOutput) -> MotorOutput:
-        faulty = FaultyMotor(motor, self._gain_now)
-        self._motors.append(faulty)
-        return MotorOutput(motor.name, faulty.set_velocity, faulty.stop)
+        """Return an output that returns the velocity without the gain, as a weak motor does not report its weakness."""
 
-    def clock(self, clock: Clock) -> Clock:
-        return TickEndClock(clock, self._end_tick)
+        def set_velocity(rad_s: float) -> float:
+            motor.set_velocity(self._fault.gain * rad_s if self._fault.is_on(self._clock.now()) else rad_s)
+            return rad_s
 
-    def _gain_now(self) -> float:
-        return self._fault.gain if self._fault.is_on(self._clock.now()) else 1.0
-
-    def _end_tick(self) -> None:
-        for motor in self._motors:
-            motor.renew()
-
-
-class FaultyMotor:
-    """Sends each velocity to a motor, multiplied by the present result of ``gain()``.
-
-    It has a lock, because the deadman may call `stop` from another thread.
-    """
-
-    def __init__(self, motor: MotorOutput, gain: Callable[[], float]) -> None:
-        self._motor, self._gain = motor, gain
-        self._asked = self._command = 0.0
-        self._stops = 0
-        self._lock = RLock()
-
-    def set_velocity(self, rad_s: float) -> float:
-        """Send ``gain()`` times a velocity in rad/s. Return the velocity without the gain.
-
-        A real motor does not report its own weakness either.
-        """
-        with self._lock:
-            self._asked = rad_s
-            self._send()
-        return rad_s
-
-    def stop(self) -> None:
-        """Stop the motor at once."""
-        with TimedLock(self._lock):
-            self._stops += 1
-            self._asked = self._command = 0.0
-            self._motor.stop()
-
-    def renew(self) -> None:
-        """Send the last velocity again if the gain has changed since then."""
-        with self._lock:
-            if self._gain() * self._asked != self._command:
-                self._send()
-
-    def _send(self) -> None:
-        """Send the velocity. If another thread stopped the motor during the call, stop the motor again.
-
-        A stop waits only a limited time for the lock. So a stop is possible during this call.
-        """
-        stops = self._stops
-        self._command = self._gain() * self._asked
-        self._motor.set_velocity(self._command)
-        if self._stops != stops:
-            self.stop()
+        return replace(motor, set_velocity=set_velocity)

@@ -17,7 +17,6 @@ from robotcore.runtime.faults.base import Fault, FaultContext, TargetKind
 from robotcore.runtime.faults.checked_layer import CheckedLayer, FaultCode
 from robotcore.runtime.faults.spec import VALUE, Spec, forms_of, quote_text
 from robotcore.runtime.layers.base import Layer
-from robotcore.text import suggestion
 
 ROLES = {
     TargetKind.CAMERA: "camera",
@@ -195,26 +194,17 @@ def _build_kind_error(spec: Spec, kind: TargetKind, candidates: Sequence[type[Fa
 
 
 def _build_fault(spec: Spec, fault: type[Fault]) -> Fault:
-    mistake = _find_mistake(spec, fault)
-    if not mistake:
-        try:
-            return fault.model_validate({**dict(spec.parameters), **({VALUE: spec.value} if spec.value else {})})
-        except ValidationError as error:
-            key, reason = first_mistake(error)
-            mistake = f"{spec.effect if key == VALUE else key} {reason}".strip()
+    values = dict(spec.parameters) if spec.value is None else {**dict(spec.parameters), VALUE: spec.value}
+    try:
+        return fault.model_validate(values)
+    except ValidationError as error:
+        key, reason = first_mistake(error)
+    if key == VALUE and (spec.value is None or VALUE not in fault.model_fields):
+        mistake = f"{spec.effect} {'needs a' if spec.value is None else 'takes no'} value"
+    else:
+        mistake = f"{spec.effect if key == VALUE else key} {reason}".strip()
     form = " ".join([spec.target, *forms_of(spec.effect, fault)])
     raise _build_error(spec, f'{mistake}\nWrite it as "{form}"', "fault-parameter")
-
-
-def _find_mistake(spec: Spec, fault: type[Fault]) -> str:
-    known = [name for name in fault.model_fields if name != VALUE]
-    for key, _ in spec.parameters:
-        if key not in known:
-            return f"unknown parameter {key!r}. {suggestion(key, known)}"
-    value = fault.model_fields.get(VALUE)
-    if spec.value is None:
-        return f"{spec.effect} needs a value" if value and value.is_required() else ""
-    return "" if value else f"{spec.effect} takes no value"
 
 
 def _build_error(spec: Spec, reason: str, kind: str) -> UsageError:

@@ -6,7 +6,8 @@ import re
 from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from math import inf
+from typing import Annotated, NamedTuple
 
 from pydantic import BeforeValidator, Field, ValidationError
 
@@ -18,10 +19,14 @@ from robotcore.runtime.faults.base import Fault
 GRAMMAR = "TARGET EFFECT[=VALUE] [KEY=VALUE …]"
 EXAMPLE = "camera drop=0.2 after=5"
 
+VALUE = "value"
+"""The name of the field in a `Fault` that contains the effect's value, such as 0.2 in ``drop=0.2``."""
+
 MAX_QUOTED_LENGTH = 60
 """The largest number of characters of a user's text in a message."""
 
-_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]*")
+_NAME = r"[A-Za-z][A-Za-z0-9_-]*"
+_FORM = re.compile(rf"({_NAME}) ({_NAME})(?:=(\S+))?((?: {_NAME}=\S+)*)")
 
 
 @dataclass(frozen=True)
@@ -40,17 +45,14 @@ class Spec:
     @classmethod
     def parse(cls, text: str) -> Spec:
         """Parse a specification. Raises UsageError if its form is wrong."""
-        words = text.split()
-        if len(words) < 2:
-            raise _build_form_error(text, "the effect is missing" if words else "the text is empty")
-        target, (effect, value), *rest = words[0], *(_split_word(text, word) for word in words[1:])
-        for key, given in rest:
-            if given is None:
-                raise _build_form_error(text, f"{quote_text(key)} has no value")
-            if [other for other, _ in rest].count(key) > 1:
-                raise _build_form_error(text, f"{key} is given twice")
-        parameters = [(key, given) for key, given in rest if given is not None]
-        return cls(_check_name(text, target), effect.replace("-", "_"), value, tuple(sorted(parameters)))
+        parts = _FORM.fullmatch(" ".join(text.split()))
+        pairs = [word.split("=", 1) for word in parts[4].split()] if parts else []
+        parameters = {key: _canonical(value) for key, value in pairs}
+        if not parts or not parts[0].isprintable() or len(parameters) < len(pairs) or VALUE in parameters:
+            form = f'Write {GRAMMAR}, each KEY once, such as "{EXAMPLE}"'
+            raise UsageError(f"{quote_text(text)} is no fault. {form}", kind="fault-form")
+        target, effect, value, _ = parts.groups()
+        return cls(target, effect.replace("-", "_"), value and _canonical(value), tuple(sorted(parameters.items())))
 
     def __str__(self) -> str:
         """Return the canonical form: sorted parameters, and each number with as few digits as possible."""
@@ -68,50 +70,28 @@ def quote_text(text: str) -> str:
     return repr(text if len(text) <= MAX_QUOTED_LENGTH else f"{text[:MAX_QUOTED_LENGTH]}…")
 
 
-def _build_form_error(text: str, mistake: str) -> UsageError:
-    return UsageError(f'{quote_text(text)}: {mistake}. Write {GRAMMAR}, such as "{EXAMPLE}"', kind="fault-form")
-
-
-def _split_word(text: str, word: str) -> tuple[str, str | None]:
-    key, sign, value = word.partition("=")
-    if sign and not value:
-        raise _build_form_error(text, f"{quote_text(word)} has no value")
-    return _check_name(text, key), _canonical(text, value) if sign else None
-
-
-def _check_name(text: str, word: str) -> str:
-    if not _NAME.fullmatch(word):
-        raise _build_form_error(text, f"{quote_text(word)} is no name")
-    return word
-
-
-def _canonical(text: str, value: str) -> str:
-    if not value.isprintable():
-        raise _build_form_error(text, f"{quote_text(value)} cannot be printed")
+def _canonical(value: str) -> str:
     with suppress(ValueError):
         return repr(float(value)).removesuffix(".0")
     return value
 
 
-LARGEST = 1e300
-
 MAX_INJECTED_FAULTS = 100
 """The largest number of faults in a run. Each fault adds a layer to its devices."""
 
 
-def _read_word(value: Any) -> str:
-    if isinstance(value, str):
-        return value
-    if isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < LARGEST:
-        return repr(float(value))
+def _read_word(value: object) -> str:
+    is_number = isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < inf
+    if is_number or isinstance(value, str):
+        return str(value)
     raise ValueError("is neither a number nor a text; write a number, or a text in quotes")
 
 
-Word = Annotated[str, BeforeValidator(_read_word)]
+_Words = dict[str, Annotated[str, BeforeValidator(_read_word)]]
 
 
 class _File(StrictModel):
-    fault: Annotated[tuple[dict[str, Word], ...], Field(min_length=1, description="one or more tables: [[fault]]")]
+    fault: Annotated[tuple[_Words, ...], Field(min_length=1, description="one or more tables: [[fault]]")]
 
 
 def read_specs(texts: Iterable[str]) -> tuple[str, ...]:
@@ -143,20 +123,13 @@ def _read(file: str) -> list[Spec]:
     return [_spec(dict(words), file, f"fault[#{number}]") for number, words in enumerate(faults, start=1)]
 
 
-def _spec(words: dict[str, str], file: str, place: str) -> Spec:
-    for key in ("target", "effect"):
-        if key not in words:
-            raise DescriptionError(file, f"{place}.{key}", "is missing", "Add it")
-    target, effect, value = words.pop("target"), words.pop("effect"), words.pop("value", None)
-    first = effect if value is None else f"{effect}={value}"
+def _spec(words: _Words, file: str, place: str) -> Spec:
+    target, effect = words.pop("target", ""), words.pop("effect", "")
+    first = f"{effect}={words.pop(VALUE)}" if VALUE in words else effect
     try:
         return Spec.parse(" ".join([target, first, *(f"{key}={word}" for key, word in words.items())]))
     except UsageError as error:
         raise UsageError(f"{file}: {place}: {error}", kind=error.kind, file=file, place=place) from error
-
-
-VALUE = "value"
-"""The name of the field in a `Fault` that contains the effect's value, such as 0.2 in ``drop=0.2``."""
 
 
 class Parameter(NamedTuple):

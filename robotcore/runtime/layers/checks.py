@@ -87,8 +87,8 @@ class CallMonitorLayer(Layer):
 class _MonitoredClock(ClockWrapper):
     """A backend's clock whose calls the watchdog checks.
 
-    The time limit of a sleep is the limit of a driver call plus the duration of the sleep. If the driver raises OSError
-    or EOFError during a sleep, BackendError is raised.
+    The time limit of a sleep is the limit of a driver call plus the duration of the sleep. An exception of the driver
+    during a sleep is raised as BackendError.
     """
 
     def __init__(self, source: Clock, activity: ActivityMonitor, limit: TimeLimit) -> None:
@@ -106,9 +106,9 @@ class _MonitoredClock(ClockWrapper):
             limit = limit._replace(limit_s=limit.limit_s + ahead)
         try:
             return self._activity.call_driver(limit, self._source.sleep_until, deadline)
-        except RobotcoreError:
+        except (RobotcoreError, MemoryError):
             raise
-        except (OSError, EOFError) as broken:
+        except Exception as broken:
             cause = f"{type(broken).__name__}: {broken}".removesuffix(": ")
             raise BackendError(
                 f"the backend's clock failed: {cause}. Check that the simulator is still running",

@@ -10,13 +10,13 @@ import pytest
 
 from robotcore import Outcome, RunRequest, RunResult
 from robotcore.errors import BackendError, DeviceError
-from robotcore.hal.clock import Clock, ClockWrapper, SteppedClock
+from robotcore.hal.clock import Clock, ClockWrapper
 from robotcore.runtime.faults import Fault, FaultContext, TargetKind, plan_faults
 from robotcore.runtime.layers.base import Layer
 from robotcore.runtime.session import run
 from tests.robotcore.fakes import ROVER
 from tests.robotcore.runtime.faults.conftest import Register, Wheels
-from tests.robotcore.runtime.faults.rigs import build_rig, layers
+from tests.robotcore.runtime.faults.rigs import build_rig
 
 
 def _divide_by_zero(*_: object) -> None:
@@ -135,12 +135,13 @@ def test_error_of_is_on_contains_the_fault() -> None:
     assert raised.value.kind == "fault-code"
 
 
-def test_error_of_the_backend_below_a_fault_of_the_loop_is_unchanged() -> None:
+def test_error_of_the_backend_below_a_fault_of_the_loop_does_not_contain_the_fault() -> None:
     Broken.built = "forwarding clock"
-    clock = SteppedClock(20, divide_by_zero)
-    (layer,) = layers("loop broken", clock=clock)
-    with pytest.raises(ZeroDivisionError):
-        layer.clock(clock).sleep_until(1.0)
+    rig = build_rig("loop broken")
+    rig.clock._advance = divide_by_zero
+    with pytest.raises(BackendError) as raised:
+        rig.sleep(1.0)
+    assert raised.value.kind == "connection-broken"
 
 
 def test_error_of_a_driver_below_a_fault_does_not_contain_the_fault() -> None:
