@@ -19,7 +19,7 @@ from robotcore.description import (
 from robotcore.errors import DeviceLostError, UnknownNameError, UnmetNeedError, UsageError
 from robotcore.geometry import Pose
 from robotcore.hal.clock import AppClock, Clock, TickClock
-from robotcore.hal.devices import Battery, Camera, Device, Display, Motor, RangeSensor, Sensor, invalid_velocity
+from robotcore.hal.devices import Battery, Camera, Device, Display, RangeSensor, Sensor, invalid_velocity
 from robotcore.hal.robot import Robot, Role
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.runtime.layers.base import Layer, MotorOutput, Reader, Show, Tap
@@ -135,7 +135,10 @@ def assemble(
         MaxAgeLayer(ticks, safety.max_age_s, latch),
     )
     taps = [layer for layer in layers if isinstance(layer, Tap)]
-    motors = {motor.name: _wrap_motor(motor, layers) for motor in raw.motors.values()}
+    motors = {
+        name: reduce(lambda output, layer: layer.motor(output), layers, MotorOutput.of(motor))
+        for name, motor in raw.motors.items()
+    }
     devices = {device.name: _wrap_device(device, ticks, layers) for device in raw.devices.values()}
     _set_properties(devices, description)
     motor_stops = StopGroup.create(*motors.values(), reserve=reserve)
@@ -175,17 +178,12 @@ def assemble(
     return Assembled(robot, ticks, latch, command_filter, motor_stops, activity, tuple(suspend_functions))
 
 
-def _wrap_motor(motor: Motor, layers: Sequence[Layer]) -> MotorOutput:
-    return reduce(lambda output, layer: layer.motor(output), layers, MotorOutput.of(motor))
-
-
 def _wrap_device(device: Device, clock: TickClock, layers: Sequence[Layer]) -> Device:
     """Return the app's version of a driver's sensor or display. Its calls pass through the layers."""
     if isinstance(device, Sensor):
-        read: Reader[Any] = device.read
-        for layer in layers:
-            read = layer.sensor(device, read)
-        return wrap_sensor(device, clock, read)
+        sensor: Sensor[Any] = device
+        read: Reader[Any] = reduce(lambda read, layer: layer.sensor(sensor, read), layers, sensor.read)
+        return wrap_sensor(sensor, clock, read)
     if isinstance(device, Display):
         show: Show = device.show
         for layer in layers:

@@ -5,10 +5,9 @@ from __future__ import annotations
 from functools import cache
 from typing import Any, cast
 
-from robotcore.errors import RobotcoreError
 from robotcore.geometry import to_float
 from robotcore.hal.clock import TickClock
-from robotcore.hal.devices import SENSOR_KINDS, Device, Display, Image, Motor, SampleT, Sensor, build_driver_error
+from robotcore.hal.devices import SENSOR_KINDS, Device, Display, Image, Motor, SampleT, Sensor
 from robotcore.runtime.layers.base import MotorOutput, Reader, Show
 
 
@@ -27,12 +26,7 @@ class AppSensor(Sensor[SampleT]):
     def read(self) -> SampleT:
         self._require_open()
         if self.latest is None or self._tick != self._clock.tick:
-            try:
-                self.latest = self._read_layers()
-            except RobotcoreError:
-                raise
-            except Exception as error:
-                raise build_driver_error(self.name, error) from error
+            self.latest = self._attempt(self._read_layers)
             self._tick = self._clock.tick
         return self.latest
 
@@ -76,13 +70,7 @@ class AppMotor(Motor):
 
     def set_velocity(self, rad_s: float) -> float:
         self._require_open()
-        rad_s = to_float(rad_s)
-        try:
-            return self._output.set_velocity(rad_s)
-        except RobotcoreError:
-            raise
-        except Exception as error:
-            raise build_driver_error(self.name, error) from error
+        return self._attempt(self._output.set_velocity, to_float(rad_s))
 
     def stop(self) -> None:
         if not self._is_closed:

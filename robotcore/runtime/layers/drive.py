@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 from robotcore.description import Drive, EncoderDescription, RobotDescription
@@ -61,26 +61,44 @@ def build_drive(
     motor_stops: stops the robot's motors.
     take_guardian_stops: a function that returns the number of stops by the guardian since its last call.
     """
-    left, right = wheels
-    commanded = CommandIntegrator(clock)
-    encoders = _encoders(devices, drive)
-    ahead = _sensors_ahead(devices, description)
-    checks: list[Rule] = []
+    safety, commanded = description.safety, CommandIntegrator(clock)
+    opened = [devices.get(sensor.name) for sensor in description.range_sensors_ahead]
+    ahead = [device for device in opened if isinstance(device, RangeSensor)]
     measured: Callable[[], Wheels] = commanded.angles
-    if encoders:
-        counted = _read_encoders(*encoders)
-        measured = _read_present_angles(*encoders, commanded)
-        checks.append(_build_tracking_check(description, drive, clock, latch, commanded.angles, counted))
-        checks.append(StuckRangeCheck(latch, ahead, Odometry(drive.geometry, counted).pose, description.safety.stuck_m))
+    rules: list[Rule] = []
+    match devices.get(drive.left_encoder or ""), devices.get(drive.right_encoder or ""):
+        case Encoder() as left, Encoder() as right:
+            measured = _read_present_angles(left, right, commanded)
+
+            def count() -> Wheels:
+                return Wheels(left.read().angle, right.read().angle)
+
+            motors, encoders = (drive.left, drive.right), (left.name, right.name)
+            steps = [
+                math.tau / each.counts_per_turn
+                for each in description.all_of(EncoderDescription)
+                if each.name in encoders
+            ]
+            rules = [
+                WheelTrackingCheck(
+                    clock, latch, commanded.angles, count, motors, encoders, safety.follow_s, max(steps)
+                ),
+                StuckRangeCheck(latch, ahead, Odometry(drive.geometry, count).pose, safety.stuck_m),
+            ]
+    rules.append(VelocityLimit(limit))
+    if drive.max_acceleration_rad_s2:
+        rules.append(AccelerationLimit(drive.max_acceleration_rad_s2 / rate_hz))
+    if ahead:  # last, so that no other rule changes its result
+        distance = DistanceAhead(clock, ahead)
+        rules.append(RangeGuard(drive.geometry, distance, safety.stop_distance_m, safety.deceleration_m_s2))
     safety_filter = SafetyFilter(
         clock,
-        left,
-        right,
-        (*checks, *_rules(ahead, clock, description, drive, limit, rate_hz)),
-        description.safety.lease_ticks / rate_hz,
+        *wheels,
+        rules,
+        safety.lease_ticks / rate_hz,
         latch,
         commanded.turn_at,
-        motor_stops.select(left, right),
+        motor_stops.select(*wheels),
         take_guardian_stops,
     )
     command_filter: CommandFilter = safety_filter
@@ -91,66 +109,17 @@ def build_drive(
     return GuardedDrive(guarded, command_filter, safety_filter.suspend)
 
 
-def _rules(
-    sensors: Sequence[RangeSensor],
-    clock: Clock,
-    description: RobotDescription,
-    drive: Drive,
-    limit: float,
-    rate_hz: float,
-) -> Iterator[Rule]:
-    """Yield the rules in their order. The range guard is last, so that no other rule changes its result."""
-    yield VelocityLimit(limit)
-    if drive.max_acceleration_rad_s2:
-        yield AccelerationLimit(drive.max_acceleration_rad_s2 / rate_hz)
-    if sensors:
-        safety = description.safety
-        ahead = DistanceAhead(clock, sensors)
-        yield RangeGuard(drive.geometry, ahead, safety.stop_distance_m, safety.deceleration_m_s2)
-
-
-def _sensors_ahead(devices: Mapping[str, Device], description: RobotDescription) -> list[RangeSensor]:
-    opened = (devices.get(sensor.name) for sensor in description.range_sensors_ahead)
-    return [device for device in opened if isinstance(device, RangeSensor)]
-
-
-def _encoders(devices: Mapping[str, Device], drive: Drive) -> tuple[Encoder, Encoder] | None:
-    left, right = devices.get(drive.left_encoder or ""), devices.get(drive.right_encoder or "")
-    return (left, right) if isinstance(left, Encoder) and isinstance(right, Encoder) else None
-
-
-def _read_encoders(left: Encoder, right: Encoder) -> Callable[[], Wheels]:
-    return lambda: Wheels(left.read().angle, right.read().angle)
-
-
 def _read_present_angles(left: Encoder, right: Encoder, commanded: CommandIntegrator) -> Callable[[], Wheels]:
     """Return a function that returns the present wheel angles in radians.
 
     The present angle is the encoder's angle plus the rotation that was commanded since the sample was captured.
     """
 
-    def angles() -> Wheels:
+    def read() -> Wheels:
         on_left, on_right = left.read(), right.read()
         return Wheels(
             on_left.angle + commanded.rotation_since(on_left.time).left,
             on_right.angle + commanded.rotation_since(on_right.time).right,
         )
 
-    return angles
-
-
-def _build_tracking_check(
-    description: RobotDescription,
-    drive: Drive,
-    clock: Clock,
-    latch: Latch,
-    commanded: Callable[[], Wheels],
-    turned: Callable[[], Wheels],
-) -> WheelTrackingCheck:
-    motors, encoders = (drive.left, drive.right), (drive.left_encoder or "", drive.right_encoder or "")
-    counts = [
-        math.tau / each.counts_per_turn for each in description.all_of(EncoderDescription) if each.name in encoders
-    ]
-    return WheelTrackingCheck(
-        clock, latch, commanded, turned, motors, encoders, description.safety.follow_s, max(counts)
-    )
+    return read

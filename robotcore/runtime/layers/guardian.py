@@ -41,13 +41,15 @@ class GuardianLayer(Layer):
     """Begins a lease of the guardian before the first motor turns, and ends it after the last motor has stopped.
 
     The clock's thread may stop motors while the loop commands them. A lock makes the lease agree with the set of
-    turning motors. No thread holds the lock during a driver call.
+    turning motors. No thread holds the lock during a driver call. If the guardian does not answer, every motor is
+    stopped, and GuardianError is raised before the command.
     """
 
     def __init__(self, guardian: Guardian) -> None:
         self._guardian = guardian
         self._motors: list[MotorOutput] = []
         self._turning: set[object] = set()
+        """The names of the turning motors, and one object for each command that is under way."""
         self._stops: list[Report] = []
         self._lock = RLock()
 
@@ -55,41 +57,30 @@ class GuardianLayer(Layer):
         self._motors.append(motor)
 
         def set_velocity(rad_s: float) -> float:
-            if rad_s:
-                with self.turning(motor.name):
-                    motor.set_velocity(rad_s)
-            else:
+            if not rad_s:
                 motor.set_velocity(rad_s)
-                self.end_turning(motor.name)
+                self._end_turning(motor.name)
+                return rad_s
+            command = object()
+            with self._stopping_all(), self._lock:
+                if self._guardian.renew_lease():
+                    self._stops += self._guardian.stops()
+                self._turning.add(command)
+            try:
+                motor.set_velocity(rad_s)
+            finally:
+                with self._lock:
+                    self._turning.remove(command)
+                    self._turning.add(motor.name)
             return rad_s  # not the rounded velocity of some drivers, from which the acceleration limit would not rise
 
         def stop() -> None:
             motor.stop()
-            self.end_turning(motor.name)
+            self._end_turning(motor.name)
 
         return MotorOutput(motor.name, set_velocity, stop)
 
-    @contextmanager
-    def turning(self, motor: str) -> Iterator[None]:
-        """Renew the guardian's lease, then return a context for a command that turns a motor.
-
-        After the context, the motor counts as turning. If the guardian does not answer, every motor is stopped, and
-        GuardianError is raised before the command.
-        """
-        command = object()
-        with self._stopping_all(), self._lock:
-            if self._guardian.renew_lease():
-                self._stops += self._guardian.stops()
-            self._turning.add(command)
-        try:
-            yield
-        finally:
-            with self._lock:
-                self._turning.remove(command)
-                self._turning.add(motor)
-
-    def end_turning(self, motor: str) -> None:
-        """Record that a motor has stopped. End the lease if no other motor turns."""
+    def _end_turning(self, motor: str) -> None:
         with self._lock:
             if motor in self._turning:
                 self._turning.remove(motor)
