@@ -167,9 +167,8 @@ def _run(
             in_terminal.append(
                 stack.enter_context(closing(ProgressLine(hint=estop_key.get_hint if estop_key else str)))
             )
-        interrupts.set_suspension_hooks(
-            lambda: [each.pause() for each in in_terminal], lambda: [each.resume() for each in in_terminal]
-        )
+        interrupts.before_suspension = lambda: [each.pause() for each in in_terminal]
+        interrupts.after_suspension = lambda: [each.resume() for each in in_terminal]
         observers: list[Observer] = [each for each in (notifier, recorder, drawer, *in_terminal) if each]
         taps = [recorder.layer] if recorder else []
         return run(RunRequest(**_build_request_fields(**values)), observers, taps, on_forced_exit=on_forced_exit)

@@ -14,6 +14,7 @@ from robotcore.hal.robot import Robot
 from robotcore.hal.truth import Truth
 from robotcore.hal.wall_clock import MonotonicClock, PacedClock
 from robotcore.runtime.active_runs import register_run
+from robotcore.runtime.apps import app_name
 from robotcore.runtime.layers import Assembled, assemble
 from robotcore.runtime.layers.base import Tap
 from robotcore.runtime.layers.guardian import guard_motors
@@ -22,7 +23,6 @@ from robotcore.runtime.monitors import WaitMonitor
 from robotcore.runtime.observer import Observer, Run, notify_end
 from robotcore.runtime.plan import Plan, RunRequest
 from robotcore.runtime.result import Outcome, RunResult, WrittenNote, get_outcome
-from robotcore.runtime.run_end import build_result
 from robotcore.runtime.signals import SignalGuard, WatchdogInterrupt
 from robotcore.runtime.success_verification import Verification, verify_run
 from robotcore.runtime.time_limits import (
@@ -76,6 +76,7 @@ class RunSession:
     ) -> None:
         self._plan, self._observers, self._taps, self._signals = plan, observers, taps, signals
         self._on_forced_exit = on_forced_exit
+        self._notes = list(plan.notes)
         self._wall, self._activity = MonotonicClock(), ActivityMonitor()
         timeout_scale *= SIMULATION_FACTOR if plan.request.gui else 1.0
         self._reserve = Reserve(self._wall)
@@ -136,7 +137,7 @@ class RunSession:
         self._activity.begin(open_limit(plan.backend.name))
         raw = robot = plan.backend.open(plan.setup)
         self._activity.begin(None)
-        self._plan = replace(plan, notes=(*plan.notes, *raw.notes))
+        self._notes += raw.notes
         outcome = Outcome.ERROR
         try:
             self._assembled = assembled = self._assemble(raw)
@@ -167,10 +168,10 @@ class RunSession:
             safety.outage_s,
             WaitMonitor(self._add_note) if assembled.robot.clock.is_lockstep else None,
         )
-        self._signals.set_last_resort(self._stop_after_signals)
-        self._signals.set_suspension_hooks(
-            partial(assembled.suspend, "suspension"), self._wait_for_sensors, is_deferred=True
-        )
+        self._signals.last_resort = self._stop_after_signals
+        self._signals.before_suspension = partial(assembled.suspend, "suspension")
+        self._signals.after_suspension = self._wait_for_sensors
+        self._signals.is_suspension_deferred = True
         run = Run(plan.request, plan.behaviour, plan.description, plan.world, assembled.robot, truth, stop, plan.faults)
         with self._signals.defer():
             for observer in self._observers:
@@ -211,8 +212,7 @@ class RunSession:
         try:
             self._guardian.enter_context(register_run(request.backend, request.robot, request.options))
         except OSError as error:
-            note = f"robotcore stop needs --backend and --robot to stop the robot of this run: {error}"
-            self._plan = replace(self._plan, notes=(*self._plan.notes, note))
+            self._notes.append(f"robotcore stop needs --backend and --robot to stop the robot of this run: {error}")
 
     def _build_truth(self, raw: Robot) -> Truth | None:
         if raw.truth is None or self._plan.world is None:
@@ -272,7 +272,7 @@ class RunSession:
             self._signals.interrupt_main_thread()
 
     def _add_note(self, note: str) -> None:
-        self._plan = replace(self._plan, notes=(*self._plan.notes, WrittenNote(note)))
+        self._notes.append(WrittenNote(note))
         self._write_to_stderr(f"note: {note}\n".encode())
 
     def _end_after_hang(self, error: RobotcoreError) -> None:
@@ -315,8 +315,45 @@ class RunSession:
             self._reserve.call(partial(receive, result)).is_done_within(SHUTDOWN_GRACE_S)
 
     def _build_result(self, error: RobotcoreError | Interrupted | None, outcome: Outcome) -> RunResult:
-        return build_result(
-            self._plan, self._loop, self._verification, outcome, error, self._late_failure, self._wall.now()
+        plan, request, loop, found = self._plan, self._plan.request, self._loop, self._verification
+        reason = str(error) if error else plan.behaviour.reason
+        if outcome is Outcome.TIMEOUT and not reason:
+            reason = f"not done after {request.timeout_s:g} s, in {plan.behaviour.state!r}"
+        if self._late_failure and self._late_failure is not error:
+            reason = f"{reason}; {self._late_failure}"
+        verified = False if error and found.verified else found.verified
+        result = RunResult(
+            app=app_name(request.app_reference),
+            backend=plan.backend.name,
+            robot=plan.description.name,
+            world=plan.world.name if plan.world else None,
+            seed=request.seed,
+            outcome=outcome,
+            exit_status=error.exit_status if error else int(outcome is not Outcome.SUCCESS or verified is False),
+            reason=reason,
+            verified=verified,
+            judge=app_name(request.judge) if request.judge else None,
+            wall_time_s=round(self._wall.now(), 3),
+            contacts=found.contacts,
+            distance_to_target_m=found.distance,
+            conditions=plan.drawn,
+            faults=[str(fault) for fault in plan.faults],
+            notes=[*self._notes],
+            error=error,
+        )
+        if not loop:
+            return result
+        return replace(
+            result,
+            sim_time_s=round(loop.time, 6),
+            ticks=loop.trace.ticks,
+            overruns=loop.overruns,
+            interventions=loop.trace.interventions,
+            intervention_s=loop.intervention_timer.measure(),
+            milestones=dict(loop.trace.milestones),
+            notes=[*self._notes, *loop.trace.warnings, *loop.losses.summarise(loop.time)],
+            batteries=dict(loop.trace.batteries),
+            trace_sha256=loop.trace.sha256,
         )
 
 

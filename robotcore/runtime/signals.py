@@ -48,7 +48,7 @@ class SignalGuard:
 
     After a call of `mask`, signals are ignored, so that the stop of the motors is not interrupted. SIGHUP and SIGQUIT
     are ignored if the program was started so, for example by ``nohup``. A context in another thread handles no signals,
-    because Python delivers signals only to the main thread. `set_suspension_hooks` defines how Ctrl-Z is handled.
+    because Python delivers signals only to the main thread.
 
     Python discards an exception that is raised in a callback of a weak reference or in ``__del__``, for example during
     an import. So the context raises Interrupted at its begin if an outer context has had a signal.
@@ -59,18 +59,22 @@ class SignalGuard:
         self._is_masked = self._is_deferred = False
         self.raised: Interrupted | None = None
         """The exception of the last signal."""
-        self._last_resort: Callable[[], object] = lambda: None
+        self.last_resort: Callable[[], object] = lambda: None
+        """Called at the third signal, before the process ends. An app may catch the exceptions of the first two."""
+        self.before_suspension: Callable[[], object] = lambda: None
+        """Called before the program is suspended (Ctrl-Z)."""
+        self.after_suspension: Callable[[], object] = lambda: None
+        """Called after the suspended program continues."""
+        self.is_suspension_deferred = False
+        """Whether a suspension waits for the next call of `check`."""
         self._count = 0
         self._before: dict[int, Any] = {}
         self._suspension = 0
-        self._is_suspension_deferred = False
-        self._before_suspension: Callable[[], object] = lambda: None
-        self._after_suspension: Callable[[], object] = lambda: None
 
     def mask(self) -> None:
         """Ignore all further signals. A run calls this before it closes the robot."""
         self._is_masked = True
-        self._is_suspension_deferred = False
+        self.is_suspension_deferred = False
 
     @contextmanager
     def defer(self) -> Iterator[None]:
@@ -85,28 +89,6 @@ class SignalGuard:
         finally:
             self._is_deferred = False
         self.check()
-
-    def set_last_resort(self, last_resort: Callable[[], object]) -> None:
-        """Set the function that is called at the third signal, before the process ends.
-
-        An app may catch the exceptions of the first two signals.
-        """
-        self._last_resort = last_resort
-
-    def set_suspension_hooks(
-        self,
-        before: Callable[[], object],
-        after: Callable[[], object] = lambda: None,
-        *,
-        is_deferred: bool = False,
-    ) -> None:
-        """Set the functions that are called before and after a suspension of the program (Ctrl-Z).
-
-        before: called before the program is suspended.
-        after: called after the program continues.
-        is_deferred: whether the suspension waits for the next call of `check`.
-        """
-        self._before_suspension, self._after_suspension, self._is_suspension_deferred = before, after, is_deferred
 
     def check(self) -> None:
         """Raise the exception of the last signal again, if there was a signal. Otherwise do a deferred suspension.
@@ -167,13 +149,13 @@ class SignalGuard:
             raise WatchdogInterrupt
 
     def _on_suspend(self, number: int, frame: FrameType | None) -> None:
-        if self._is_suspension_deferred:
+        if self.is_suspension_deferred:
             self._suspension = number
         elif not self._is_masked:  # the robot is not being closed
             self._suspend(number)
 
     def _suspend(self, number: int) -> None:
-        self._before_suspension()
+        self.before_suspension()
         if callable(outer := self._before[number]):
             outer(number, None)
         else:
@@ -182,12 +164,12 @@ class SignalGuard:
                 signal.raise_signal(number)  # the program is suspended in this call, and continues in it
             finally:  # another signal may interrupt the program as soon as it continues
                 signal.signal(number, own)
-        self._after_suspension()
+        self.after_suspension()
 
     def _end(self, number: int) -> NoReturn:
         self._is_masked = True
         try:
-            self._last_resort()
+            self.last_resort()
         finally:
             end_by_signal(number)
 

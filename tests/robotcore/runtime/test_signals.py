@@ -81,7 +81,7 @@ class TestSignalGuard:
 
         monkeypatch.setattr("robotcore.runtime.signals.end_by_signal", die)
         with SignalGuard() as guard:
-            guard.set_last_resort(stop)
+            guard.last_resort = stop
             for _ in range(2):
                 with pytest.raises(Interrupted):
                     signal.raise_signal(signal.SIGTERM)
