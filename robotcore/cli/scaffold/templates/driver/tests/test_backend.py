@@ -98,6 +98,7 @@ def test_a_board_that_takes_no_commands_is_named_in_the_error(monkeypatch: pytes
 
         with pytest.raises(DeviceError) as caught:
             gate.blocks(command_twice)
+        monkeypatch.undo()  # so that the stop may wait until the board goes on
     assert (caught.value.device, caught.value.kind) == ("left_motor", "board-silent")
 
 
