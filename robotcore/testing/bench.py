@@ -25,6 +25,9 @@ RATE_HZ = 20.0
 SETTLING_S = 0.5
 """The wheels must turn at the commanded velocity after this time, in seconds."""
 
+STANDSTILL_M = 0.002
+"""A robot that moves less than this distance stands still, in metres."""
+
 NO_TRUTH = (
     "the robot has no ground truth. Open it as Robot(..., truth=...), or remove POSE and CONTACTS from capabilities"
 )
@@ -99,8 +102,8 @@ class TestBench:
         """Return the robot's pose, measured from outside, if the backend has no truth. By default there is none.
 
         A suite with fake hardware overrides this method, and returns the pose of the fake robot. The rules compare
-        poses, so the origin does not matter. Without this method they measure motion by the encoders, which hide that
-        a motor and its encoder are both reversed.
+        poses, so the origin does not matter. One rule also calls it for a closed robot. Without this method they
+        measure motion by the encoders, which hide that a motor and its encoder are both reversed.
         """
         return None
 

@@ -11,7 +11,7 @@ from robotcore.description import RobotDescription
 from robotcore.errors import DeviceClosedError, DeviceError, UsageError
 from robotcore.hal.devices import Device, Display, Motor, Sensor
 from robotcore.hal.robot import Robot, Role
-from robotcore.testing.bench import TestBench
+from robotcore.testing.bench import SETTLING_S, STANDSTILL_M, TestBench, TestSupport, sleep
 from robotcore.testing.fakes import MotorSpy, cut_wire
 
 SPEED_RAD_S = 2.0
@@ -64,6 +64,25 @@ class LifecycleRules(TestBench):
         spies = self._start_motors(robot)
         robot.close()
         _require_stopped(spies, "close()", "Send 0 to every motor in close()")
+
+    def test_closing_brings_the_wheels_to_rest(self) -> None:
+        self.require(TestSupport.MOTION)
+        robot = self.open_robot(None, Role.DRIVE)
+        if self.measure_pose(robot) is None:
+            robot.close()
+            pytest.skip("the suite does not override measure_pose(), so nothing measures the motion of a closed robot")
+        self.command_wheels(robot, SPEED_RAD_S, SPEED_RAD_S)
+        robot.close()
+        sleep(robot, SETTLING_S)
+        before = self.measure_pose(robot)
+        sleep(robot, SETTLING_S)
+        after = self.measure_pose(robot)
+        assert before is not None
+        assert after is not None
+        assert before.distance_to(after.x, after.y) < STANDSTILL_M, (
+            f"{SETTLING_S} s after close() the robot still moved from {before} to {after} in {SETTLING_S} s. "
+            "Let close() wait until the hardware has the last command of every motor, a velocity of 0"
+        )
 
     @pytest.mark.parametrize("broken", ["left", "right"])
     def test_other_motor_stops_if_one_fails_to_stop(self, broken: str) -> None:

@@ -11,7 +11,7 @@ from robotcore.description import MotorDescription
 from robotcore.errors import InvalidCommandError
 from robotcore.hal.devices import Motor
 from robotcore.hal.robot import Role
-from robotcore.testing.bench import SETTLING_S, TestBench, TestSupport
+from robotcore.testing.bench import SETTLING_S, STANDSTILL_M, TestBench, TestSupport
 from robotcore.testing.fakes import Gate, MotorSpy
 
 SPEED_RAD_S = 4.0
@@ -59,7 +59,7 @@ class MotorRules(TestBench):
                 motor.stop()
             self.measure_motion(robot, SETTLING_S)
             motion = self.measure_motion(robot, SETTLING_S)
-        assert math.hypot(motion.forward, motion.left) < 0.002, (
+        assert math.hypot(motion.forward, motion.left) < STANDSTILL_M, (
             f"{SETTLING_S} s after stop() the robot still moved {motion.forward:+.4f} m in {SETTLING_S} s. "
             f"Bring its wheels to rest within {SETTLING_S} s"
         )

@@ -10,7 +10,7 @@ from robotcore.hal.robot import Robot
 from robotcore.testing import ConformanceSuite
 from tests.robotcore.testing.broken.devices import scale_angles
 from tests.robotcore.testing.broken.motors import change_apply, scale
-from tests.robotcore.testing.harness import broken
+from tests.robotcore.testing.harness import broken, replace_attribute
 
 drive_backward = change_apply(scale(-1.0))
 
@@ -72,7 +72,26 @@ def reverse_motors_and_encoders(robot: Robot) -> None:
     scale_angles(-1.0)(robot)
 
 
+def lose_commands_while_closing(robot: Robot) -> None:
+    """Let the motors take their last command in close(), and send it to no wheel."""
+    close = robot.close
+    closings: list[bool] = []
+
+    def close_at_once() -> None:
+        closings.append(True)
+        close()
+
+    replace_attribute(robot, "close", close_at_once)
+    change_apply(lambda apply: lambda rad_s: None if closings else apply(rad_s))(robot)
+
+
 BROKEN = (
+    broken(
+        "the stop of close() stays in a queue",
+        "closing_brings_the_wheels_to_rest",
+        lose_commands_while_closing,
+        suite=MeasuredSuite,
+    ),
     broken(
         "a measured robot without encoders drives backward",
         "positive_velocity_drives_forward left_motor_faster_turns_right",
