@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from functools import partial
+from typing import Literal
 
 from robotcore.errors import BehaviourError, DeviceError, DeviceLostError, Interrupted, RobotcoreError, UsageError
 from robotcore.hal.devices import Motor, Sensor
@@ -65,6 +66,8 @@ class Loop:
         self._drive = assembled.robot.drive if assembled.command_filter else None
         self.behaviour = behaviour
         self.trace = Trace(behaviour.milestones)
+        self.reason = ""
+        """The reason of the app, after it has ended or its time is over."""
         self.overruns = 0
         self._period = 1 / rate_hz
         self._timeout = timeout
@@ -107,6 +110,7 @@ class Loop:
             self._let_time_pass()
         if self._filter:
             self._filter.stop()
+        self.reason = self._read_text("reason")
         return Outcome.TIMEOUT if status is Status.RUNNING else Outcome(status.value)
 
     def _tick_or_wait(self) -> Status:
@@ -171,21 +175,21 @@ class Loop:
         self._last_tick = tick
         warnings, self._warnings = self._warnings, ()
         record = TickRecord(
-            tick, self._clock.now(), self._read_state(), *commit, lost, self._batteries.voltages, warnings
+            tick, self._clock.now(), self._read_text("state"), *commit, lost, self._batteries.voltages, warnings
         )
         self.trace.add(record)
         for observe in self._observers:
             observe(record)
 
-    def _read_state(self) -> str:
+    def _read_text(self, name: Literal["state", "reason"]) -> str:
         app = type(self.behaviour)
         try:
-            state: object = self.behaviour.state
-        except Exception as error:  # an app may define state as a property
+            text: object = getattr(self.behaviour, name)
+        except Exception as error:  # an app may define state or reason as a property
             raise BehaviourError.from_exception(app, error) from error
-        if not isinstance(state, str):
-            raise BehaviourError(f"{app.__name__}.state is {state!r:.100}. Set it to a text", kind="state-not-a-text")
-        return state
+        if not isinstance(text, str):
+            raise BehaviourError(f"{app.__name__}.{name} is {text!r:.100}. Set it to a text", kind=f"{name}-not-a-text")
+        return text
 
     def _decide(self) -> Status:
         app = type(self.behaviour)

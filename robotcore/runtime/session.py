@@ -316,7 +316,7 @@ class RunSession:
 
     def _build_result(self, error: RobotcoreError | Interrupted | None, outcome: Outcome) -> RunResult:
         plan, request, loop, found = self._plan, self._plan.request, self._loop, self._verification
-        reason = str(error) if error else plan.behaviour.reason
+        reason = str(error) if error else loop.reason if loop else ""
         if outcome is Outcome.TIMEOUT and not reason:
             reason = f"not done after {request.timeout_s:g} s, in {plan.behaviour.state!r}"
         if self._late_failure and self._late_failure is not error:

@@ -89,6 +89,13 @@ def test_a_state_that_is_no_text_is_an_error_of_the_app(raises: Raises) -> None:
         loop.tick()
 
 
+def test_a_reason_that_is_no_text_is_an_error_of_the_app(raises: Raises) -> None:
+    loop = loop_of(Rig(), lambda _: Status.FAILURE)
+    loop.behaviour.reason = ValueError("too dark")  # type: ignore[assignment]
+    with raises(BehaviourError, "reason-not-a-text"):
+        loop.run()
+
+
 @pytest.mark.parametrize("returned", [None, True, "success"])
 def test_step_must_return_a_status(returned: object, raises: Raises) -> None:
     with raises(BehaviourError, "not-a-status"):
