@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from functools import partial
 
 import pytest
@@ -15,6 +16,9 @@ from robotcore.testing.bench import SETTLING_S, STANDSTILL_M, TestBench, TestSup
 from robotcore.testing.fakes import Gate, MotorSpy
 
 SPEED_RAD_S = 4.0
+
+LONGEST_COMMAND_S = 0.02
+"""A command of a motor must not take longer, in seconds. A tick has the commands of all motors."""
 
 
 class MotorRules(TestBench):
@@ -105,6 +109,11 @@ class MotorRules(TestBench):
                     f"{motor.name}: set_velocity() waited for the hardware, so slow hardware delays every tick. Store "
                     "the velocity, and send it in a thread of the driver"
                 )
+                fastest_s = min(_time_command(motor, factor * SPEED_RAD_S) for factor in (1.0, 0.5, 0.25))
+                assert fastest_s < LONGEST_COMMAND_S, (
+                    f"{motor.name}: set_velocity() took {1000 * fastest_s:.0f} ms, which delays every tick. Store the "
+                    f"velocity within {1000 * LONGEST_COMMAND_S:.0f} ms, and send it in a thread of the driver"
+                )
 
     @pytest.mark.parametrize("velocity", [math.nan, math.inf, -math.inf])
     def test_velocity_that_is_not_finite_is_refused(self, velocity: float) -> None:
@@ -128,6 +137,13 @@ class MotorRules(TestBench):
                         f"{motor.name}: after set_velocity(nan) raised an error, the last velocity sent is "
                         f"{spy.last} rad/s. Stop the motor before you raise the error"
                     )
+
+
+def _time_command(motor: Motor, rad_s: float) -> float:
+    """Command a velocity, and return how long the call took, in seconds of wall time."""
+    begin = time.perf_counter()
+    motor.set_velocity(rad_s)
+    return time.perf_counter() - begin
 
 
 def _send_several(motor: Motor) -> None:

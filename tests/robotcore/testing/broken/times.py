@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import itertools
+import time
 from dataclasses import replace
 from functools import partial
 
@@ -62,6 +63,23 @@ def _wait_from_second(gate: Gate, apply: Apply) -> Apply:
     return send
 
 
+class SlowCommandSuite(Sound):
+    """A suite for a driver whose motors take a command late, without an answer of the hardware."""
+
+    def open_gated(self, setup: Setup, gate: Gate) -> Robot:
+        robot = self.open(setup)
+        change_apply(_sleep_first)(robot)
+        return robot
+
+
+def _sleep_first(apply: Apply) -> Apply:
+    def send(rad_s: float) -> None:
+        time.sleep(0.03)
+        apply(rad_s)
+
+    return send
+
+
 def sleep_one_step(robot: Robot) -> None:
     robot.clock.sleep_until(1 / 240)
 
@@ -90,6 +108,7 @@ def drop_calls(robot: Robot) -> None:
 
 BROKEN = (
     broken("a command waits for the hardware", "command_does_not_wait_for_hardware", suite=MotorWaitSuite),
+    broken("a command takes 30 ms", "command_does_not_wait_for_hardware", suite=SlowCommandSuite),
     broken(
         "capture times are those of the machine",
         "capture_times_are_on_the_robots_clock",
