@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -75,6 +76,12 @@ class DisplayRules(TestBench):
 
 SPEED_RAD_S = 4.0
 
+STEP_S = 0.1
+"""The time between two readings of an encoder, in seconds."""
+
+JITTER_RAD = 0.1
+"""An encoder may count back by less than this angle while its wheel turns, in radians."""
+
 
 class EncoderRules(TestBench):
     """Rules for the driver of a drive's encoders."""
@@ -106,6 +113,22 @@ class EncoderRules(TestBench):
             assert abs(angle) == pytest.approx(SPEED_RAD_S, rel=0.03), (
                 f"an encoder counted {abs(angle):.3f} in 1 s at {SPEED_RAD_S} rad/s. Return the angle of the wheel "
                 "in radians, within 3 %"
+            )
+
+    def test_angles_count_beyond_a_turn(self) -> None:
+        self.require(TestSupport.MOTION)
+        with self.open_robot(None, Role.DRIVE) as robot:
+            encoders = self.get_encoders(robot)
+            self.command_wheels(robot, SPEED_RAD_S, SPEED_RAD_S)
+            angles = [[encoder.read().angle for encoder in encoders]]
+            for _ in range(math.ceil(1.2 * math.tau / SPEED_RAD_S / STEP_S)):
+                sleep(robot, STEP_S)
+                angles.append([encoder.read().angle for encoder in encoders])
+        for encoder, counted in zip(encoders, zip(*angles, strict=True), strict=True):
+            steps = [now - then for then, now in pairwise(counted)]
+            assert -min(steps) < JITTER_RAD or max(steps) < JITTER_RAD, (
+                f"the wheel turned in one direction, and {encoder.name} counted {max(steps):+.2f} rad and "
+                f"{min(steps):+.2f} rad in {STEP_S} s. Add the whole turns, so that the angle does not jump back"
             )
 
     def _measure_turn(self, left_rad_s: float, right_rad_s: float) -> tuple[float, float]:

@@ -61,7 +61,7 @@ class TruthRules(TestBench):
         rolled = self.drive.geometry.to_twist(Wheels(left, right))
         origin = Pose(0.0, 0.0, 0.0)
         expected = compute_motion(origin, origin.advance(*rolled))
-        assert motion == pytest.approx(expected, abs=0.02), (
+        assert tuple(motion) == pytest.approx(tuple(expected), abs=0.02), (
             f"the pose moved by {motion}, and the encoders' angles give {expected}. Use the described wheel "
             "radius and track, and check that the wheels do not slip"
         )

@@ -90,6 +90,11 @@ BROKEN = (
         scale_angles(math.degrees(1.0)),
     ),
     broken(
+        "angles wrap at a whole turn",
+        "angles_count_beyond_a_turn pose_moves_as_the_wheels_roll",
+        change_samples(Encoder, lambda sample: replace(sample, angle=sample.angle % math.tau)),
+    ),
+    broken(
         "left and right encoder are swapped",
         "each_encoder_counts_its_own_wheel pose_moves_as_the_wheels_roll",
         swap_encoders,
