@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 from robotcore import Outcome, RunRequest, run
-from robotcore.description import load_robot
+from robotcore.description import RangeSensorDescription, load_robot
 from robotcore.errors import DeviceError
 from robotcore.hal.backend import Setup
 from robotcore.hal.clock import Clock
@@ -14,7 +14,7 @@ from robotcore.testing import Gate
 
 from my_board import commands
 from my_board.backend import MyBoardBackend
-from my_board.board import Board
+from my_board.board import WALL_M, Board
 
 ROBOT = str(Path(__file__).parents[1] / "my_board.toml")
 
@@ -100,6 +100,23 @@ def test_a_board_that_takes_no_commands_is_named_in_the_error(monkeypatch: pytes
             gate.blocks(command_twice)
         monkeypatch.undo()  # so that the stop may wait until the board goes on
     assert (caught.value.device, caught.value.kind) == ("left_motor", "board-silent")
+
+
+def test_the_distance_to_the_wall_is_in_metres() -> None:
+    board, description = Board(), load_robot(ROBOT)
+    setup = Setup(description, None, frozenset({"nose", "left_motor", "right_motor"}))
+    nose = description.first_of(RangeSensorDescription)
+    assert nose
+    with MyBoardBackend(lambda: board).open(setup) as robot:
+        assert robot.range.read().distance == pytest.approx(WALL_M - nose.mount.x_m, abs=0.01)
+        for motor in robot.motors.values():
+            motor.set_velocity(4.0)
+        robot.clock.sleep_until(4.0)
+        for motor in robot.motors.values():
+            motor.stop()
+        robot.clock.sleep_until(4.2)
+        assert board.pose.x > 0.4
+        assert robot.range.read().distance == pytest.approx(WALL_M - board.pose.x - nose.mount.x_m, abs=0.01)
 
 
 def test_closing_one_motor_sends_its_stop() -> None:
