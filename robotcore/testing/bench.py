@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from enum import Enum
 from functools import cache, partial
 from typing import Any, ClassVar, NamedTuple, NoReturn
@@ -10,7 +11,7 @@ from typing import Any, ClassVar, NamedTuple, NoReturn
 import pytest
 
 from robotcore.description import Drive, RobotDescription, WorldDescription, load_robot
-from robotcore.errors import UnmetNeedError
+from robotcore.errors import DeviceError, UnmetNeedError
 from robotcore.geometry import Pose, Wheels, wrap_angle
 from robotcore.hal.backend import Backend, Capability, Setup
 from robotcore.hal.devices import Encoder, Motor, Sensor
@@ -27,6 +28,9 @@ SETTLING_S = 0.5
 
 STANDSTILL_M = 0.002
 """A robot that moves less than this distance stands still, in metres."""
+
+UNPLUGGED_S = 6.0
+"""The calls of a device must raise an error after this time without its hardware, in seconds."""
 
 NO_TRUTH = (
     "the robot has no ground truth. Open it as Robot(..., truth=...), or remove POSE and CONTACTS from capabilities"
@@ -53,6 +57,9 @@ class TestSupport(str, Enum):
 
     SLOW_HARDWARE = "delay the hardware"
     """`TestBench.open_gated` can delay the answers of the hardware."""
+
+    UNPLUGGING = "unplug the hardware"
+    """`TestBench.unplug` can let every call of the hardware fail."""
 
 
 class Motion(NamedTuple):
@@ -97,6 +104,13 @@ class TestBench:
         By default the rule is skipped. A suite with fake hardware overrides this method.
         """
         self._skip_without_hook(TestSupport.SLOW_HARDWARE, "open_gated")
+
+    def unplug(self, robot: Robot) -> None:
+        """Let every further call of the robot's fake hardware fail, as the vendor's library does for a pulled cable.
+
+        By default the rule is skipped. A suite with fake hardware overrides this method.
+        """
+        self._skip_without_hook(TestSupport.UNPLUGGING, "unplug")
 
     def measure_pose(self, robot: Robot) -> Pose | None:
         """Return the robot's pose, measured from outside, if the backend has no truth. By default there is none.
@@ -147,6 +161,17 @@ class TestBench:
         except UnmetNeedError as error:
             pytest.skip(str(error))
         return self.open(self.build_setup(world, devices))
+
+    @contextmanager
+    def open_unplugged(self, *roles: Role) -> Iterator[Robot]:
+        """Open a robot as `open_robot` does, and unplug its hardware. At the end, ignore the errors of closing it."""
+        robot = self.open_robot(None, *roles)
+        try:
+            self.unplug(robot)
+            yield robot
+        finally:
+            with suppress(DeviceError):
+                robot.close()
 
     def require(self, *needed: TestSupport | Capability) -> None:
         """Skip the rule, with a reason, if the test bench or the backend cannot do one of these."""
@@ -217,6 +242,18 @@ def _load_robot(robot: str) -> RobotDescription:
 def sleep(robot: Robot, seconds: float) -> None:
     """Sleep for ``seconds`` of the robot's clock."""
     robot.clock.sleep_until(robot.clock.now() + seconds)
+
+
+def raises_in_time(robot: Robot, call: Callable[[], object]) -> bool:
+    """Repeat a call, and return whether it raises DeviceError within `UNPLUGGED_S`."""
+    end = robot.clock.now() + UNPLUGGED_S
+    while robot.clock.now() < end:
+        try:
+            call()
+        except DeviceError:
+            return True
+        sleep(robot, 1 / RATE_HZ)
+    return False
 
 
 def list_sensors(robot: Robot) -> list[Sensor[Any]]:

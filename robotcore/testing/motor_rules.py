@@ -12,7 +12,7 @@ from robotcore.description import MotorDescription
 from robotcore.errors import InvalidCommandError
 from robotcore.hal.devices import Motor
 from robotcore.hal.robot import Role
-from robotcore.testing.bench import SETTLING_S, STANDSTILL_M, TestBench, TestSupport
+from robotcore.testing.bench import SETTLING_S, STANDSTILL_M, UNPLUGGED_S, TestBench, TestSupport, raises_in_time
 from robotcore.testing.fakes import Gate, MotorSpy
 
 SPEED_RAD_S = 4.0
@@ -113,6 +113,14 @@ class MotorRules(TestBench):
                 assert fastest_s < LONGEST_COMMAND_S, (
                     f"{motor.name}: set_velocity() took {1000 * fastest_s:.0f} ms, which delays every tick. Store the "
                     f"velocity within {1000 * LONGEST_COMMAND_S:.0f} ms, and send it in a thread of the driver"
+                )
+
+    def test_command_to_unplugged_hardware_is_an_error(self) -> None:
+        with self.open_unplugged(Role.DRIVE) as robot:
+            for motor in self.get_motors(robot):
+                assert raises_in_time(robot, partial(motor.set_velocity, SPEED_RAD_S)), (
+                    f"{motor.name}: set_velocity() raised no error in {UNPLUGGED_S:g} s without hardware. Raise the "
+                    "error of the last command in the next one, as DeviceError"
                 )
 
     @pytest.mark.parametrize("velocity", [math.nan, math.inf, -math.inf])

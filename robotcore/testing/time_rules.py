@@ -10,7 +10,7 @@ from robotcore.errors import UsageError
 from robotcore.hal.backend import Capability
 from robotcore.hal.devices import Battery
 from robotcore.hal.robot import Robot
-from robotcore.testing.bench import RATE_HZ, TestBench, list_sensors, sleep
+from robotcore.testing.bench import RATE_HZ, UNPLUGGED_S, TestBench, list_sensors, raises_in_time, sleep
 from robotcore.testing.fakes import Gate
 
 RATES_HZ = (10.0, 20.0, 30.0, 50.0)
@@ -149,4 +149,12 @@ class SampleRules(TestBench):
                 assert not gate.blocks(sensor.read), (
                     f"{sensor.name}: read() waited for the hardware. Poll the hardware in a thread of the driver, and "
                     "let read() return the newest sample"
+                )
+
+    def test_reading_unplugged_hardware_is_an_error(self) -> None:
+        with self.open_unplugged() as robot:
+            for sensor in list_sensors(robot):
+                assert raises_in_time(robot, sensor.read), (
+                    f"{sensor.name}: read() raised no error in {UNPLUGGED_S:g} s without hardware. Raise the error of "
+                    "the last poll in read(), as DeviceError"
                 )

@@ -15,6 +15,7 @@ from tests.robotcore.testing.broken.unmeasured import (
     NoTruthSuite,
     UnmeasuredSuite,
 )
+from tests.robotcore.testing.broken.unplugged import UnpluggedSuite
 from tests.robotcore.testing.harness import Broken, Sound, find_failing_rules, list_rules
 
 MOTION_RULES = {
@@ -38,7 +39,16 @@ class TruthSuite(Sound):
         raise NotImplementedError
 
 
-SOUND = (Sound, BatterySuite, Lookout, NoTruthSuite, MeasuredSuite, MeasuredWithoutEncodersSuite, UnmeasuredSuite)
+SOUND = (
+    Sound,
+    BatterySuite,
+    Lookout,
+    NoTruthSuite,
+    MeasuredSuite,
+    MeasuredWithoutEncodersSuite,
+    UnmeasuredSuite,
+    UnpluggedSuite,
+)
 
 
 @pytest.mark.parametrize("suite", SOUND)

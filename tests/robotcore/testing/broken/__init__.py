@@ -1,6 +1,16 @@
 """Broken drivers, one module for each kind of device."""
 
-from tests.robotcore.testing.broken import cameras, devices, lifecycles, motors, ranges, times, truths, unmeasured
+from tests.robotcore.testing.broken import (
+    cameras,
+    devices,
+    lifecycles,
+    motors,
+    ranges,
+    times,
+    truths,
+    unmeasured,
+    unplugged,
+)
 from tests.robotcore.testing.harness import Broken
 
 BROKEN: tuple[Broken, ...] = (
@@ -12,4 +22,5 @@ BROKEN: tuple[Broken, ...] = (
     *times.BROKEN,
     *truths.BROKEN,
     *lifecycles.BROKEN,
+    *unplugged.BROKEN,
 )

@@ -68,6 +68,15 @@ def test_an_unplugged_board_is_named_in_the_error() -> None:
     assert (caught.value.device, caught.value.kind) == ("nose", "board-silent")
 
 
+def test_a_board_that_cannot_be_reached_is_named_in_the_error() -> None:
+    def connect() -> Board:
+        raise ConnectionError
+
+    with pytest.raises(DeviceError) as caught:
+        MyBoardBackend(connect).open(Setup(load_robot(ROBOT), None, frozenset({"nose"})))
+    assert (caught.value.device, caught.value.kind) == ("my-board", "board-silent")
+
+
 def test_a_command_that_failed_is_an_error_of_the_next_command() -> None:
     board = Unplugged()
     setup = Setup(load_robot(ROBOT), None, frozenset({"left_motor"}))

@@ -23,14 +23,43 @@ class TestMyBoard(ConformanceSuite):
     }
 
     def open(self, setup: Setup) -> Robot:
-        self._board = Board()
+        self._board = FragileBoard()
         return MyBoardBackend(lambda: self._board).open(setup)
+
+    def unplug(self, robot: Robot) -> None:
+        self._board.is_unplugged = True
 
     def measure_pose(self, robot: Robot) -> Pose:
         return self._board.pose
 
     def open_gated(self, setup: Setup, gate: Gate) -> Robot:
         return MyBoardBackend(lambda: SlowBoard(gate)).open(setup)
+
+
+class FragileBoard(Board):
+    """A board that answers until it is unplugged."""
+
+    is_unplugged = False
+
+    def turn(self, wheel: str, rad_s: float) -> None:
+        self._require_plug()
+        super().turn(wheel, rad_s)
+
+    def angle(self, wheel: str) -> float:
+        self._require_plug()
+        return super().angle(wheel)
+
+    def distance(self) -> float:
+        self._require_plug()
+        return super().distance()
+
+    def voltage(self) -> float:
+        self._require_plug()
+        return super().voltage()
+
+    def _require_plug(self) -> None:
+        if self.is_unplugged:
+            raise ConnectionError
 
 
 class SlowBoard(Board):
