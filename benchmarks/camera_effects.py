@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from robotcore.hal.devices import Image
+from robotcore.optics import Image
 
 Light = NDArray[np.float32]
 Mask = NDArray[np.bool_]

@@ -27,8 +27,7 @@ from benchmarks.frames import LabelledFrame, draw_frame
 from benchmarks.report import Interval, compute_median, parse_options, print_table
 from robotcore.autonomy.navigation.ball import KEPT_PX
 from robotcore.autonomy.vision import ColourDetector
-from robotcore.hal.devices import Image
-from robotcore.optics import Intrinsics
+from robotcore.optics import Image, Intrinsics
 
 INTRINSICS = Intrinsics(320, 240, math.radians(62))
 

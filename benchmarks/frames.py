@@ -20,7 +20,6 @@ from robotcore.description import (
     COLOURS,
     Ball,
     Box,
-    CameraDescription,
     Mount,
     RobotDescription,
     WorldDescription,
@@ -33,8 +32,8 @@ from robotcore.description.generation.clearance import gap_between
 from robotcore.description.world import Cylinder
 from robotcore.geometry import Pose
 from robotcore.hal.backend import Setup, load_backend
-from robotcore.hal.devices import Image
-from robotcore.optics import CameraView
+from robotcore.kinds.camera import CameraDescription
+from robotcore.optics import CameraView, Image
 from robotcore.simulation.painter import Painter
 from robotcore.simulation.rigid_body import BodyCamera
 

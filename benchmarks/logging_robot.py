@@ -6,13 +6,17 @@ from pathlib import Path
 
 import numpy as np
 
-from robotcore.description import CameraDescription, EncoderDescription, MotorDescription, StrictModel
+from robotcore.description import StrictModel
 from robotcore.errors import DeviceError
 from robotcore.hal.backend import Backend, Setup
 from robotcore.hal.clock import Clock
-from robotcore.hal.devices import Angle, Camera, Device, Encoder, Frame, MemoryDisplay, Motor
+from robotcore.hal.device import Device
 from robotcore.hal.robot import Robot
 from robotcore.hal.wall_clock import MonotonicClock
+from robotcore.kinds.camera import Camera, CameraDescription, Frame
+from robotcore.kinds.display import MemoryDisplay
+from robotcore.kinds.encoder import Angle, Encoder, EncoderDescription
+from robotcore.kinds.motor import Motor, MotorDescription
 from tests.robotcore.safety.guardian.doubles import RecordingMotor, cutoff
 from tests.robotcore.safety.guardian.recorder import Diary
 

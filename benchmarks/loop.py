@@ -24,16 +24,10 @@ from drivers.pybullet.body import Body
 from drivers.pybullet.bullet import Bullet
 from drivers.pybullet.scene import Scene
 from robotcore.autonomy.vision import ColourDetector
-from robotcore.description import (
-    CameraDescription,
-    RobotDescription,
-    WorldDescription,
-    draw_world,
-    load_robot,
-    load_world,
-)
+from robotcore.description import RobotDescription, WorldDescription, draw_world, load_robot, load_world
 from robotcore.hal.backend import Setup, load_backend
 from robotcore.hal.robot import Robot, Role
+from robotcore.kinds.camera import CameraDescription
 from robotcore.runtime.behaviour import Behaviour, Status
 from robotcore.runtime.layers import assemble, needed_devices
 from robotcore.runtime.loop import Loop

@@ -18,8 +18,10 @@ import numpy as np
 from benchmarks.report import compute_median, measure_ratio, parse_options, print_table
 from robotcore.description import load_robot
 from robotcore.hal.clock import Clock, SteppedClock
-from robotcore.hal.devices import Camera, Frame, Motor, Range, RangeSensor
 from robotcore.hal.robot import Robot
+from robotcore.kinds.camera import Camera, Frame
+from robotcore.kinds.motor import Motor
+from robotcore.kinds.range_sensor import Range, RangeSensor
 from robotcore.optics import Intrinsics
 from robotcore.runtime.behaviour import Behaviour, Status
 from robotcore.runtime.layers import assemble

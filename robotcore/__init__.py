@@ -22,10 +22,10 @@ if TYPE_CHECKING:
     from robotcore.errors import DeviceError as DeviceError
     from robotcore.geometry import Pose as Pose
     from robotcore.geometry import Twist as Twist
-    from robotcore.hal.devices import Image as Image
     from robotcore.hal.robot import Robot as Robot
     from robotcore.hal.robot import Role as Role
     from robotcore.hal.truth import Truth as Truth
+    from robotcore.optics import Image as Image
     from robotcore.runtime.behaviour import Behaviour as Behaviour
     from robotcore.runtime.behaviour import Status as Status
     from robotcore.runtime.behaviour import Stopping as Stopping
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 _MODULES = {
     "Behaviour": "runtime.behaviour",
     "DeviceError": "errors",
-    "Image": "hal.devices",
+    "Image": "optics",
     "Interval": "runtime.settings",
     "Outcome": "runtime.result",
     "Pose": "geometry",

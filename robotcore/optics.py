@@ -11,6 +11,12 @@ from numpy.typing import NDArray
 
 from robotcore.geometry import Pose
 
+Image = NDArray[np.uint8]
+"""A BGR picture of shape (height, width, 3), or a grey one of shape (height, width), as ``uint8``.
+
+The origin is the top left corner.
+"""
+
 
 @dataclass(frozen=True, slots=True)
 class Intrinsics:
@@ -77,7 +83,8 @@ class Mounted(Protocol):
 class CameraView:
     """Projects points of the world to the pixels of a camera at a fixed pose.
 
-    >>> from robotcore.description import CameraDescription, load_robot
+    >>> from robotcore.kinds.camera import CameraDescription
+    >>> from robotcore.description import load_robot
     >>> eye = load_robot("rover").first_of(CameraDescription)
     >>> view = CameraView.of(eye.intrinsics, eye.mount, Pose(0.0, 0.0, 0.0))
     >>> point = np.array([[1.14, 0.0, 0.1]])  # 1 m ahead of the camera

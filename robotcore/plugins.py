@@ -1,4 +1,4 @@
-"""Lists and loads the backends, apps, faults and device drivers that packages register as entry points."""
+"""Lists and loads the backends, apps, faults, device kinds and drivers that packages register as entry points."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ BACKENDS = "robotcore.backends"
 APPS = "robotcore.apps"
 FAULTS = "robotcore.faults"
 DEVICES = "robotcore.devices"
+KINDS = "robotcore.kinds"
 
 
 def backend_names() -> list[str]:
@@ -36,6 +37,11 @@ def fault_names() -> list[str]:
 def device_driver_names() -> list[str]:
     """Return the names of all registered device drivers, even if their libraries are not installed."""
     return sorted(_points(DEVICES))
+
+
+def kind_names() -> list[str]:
+    """Return the names of all registered kinds of device, such as ``range_sensor``."""
+    return sorted(_points(KINDS))
 
 
 def load_registered(kind: str, group: str, name: str) -> Any:

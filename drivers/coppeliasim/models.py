@@ -19,20 +19,12 @@ from typing import NamedTuple
 from drivers.coppeliasim.builder import AXLE, NO_UNDO, CollisionMask, Placement, SceneBuilder, place_on_floor
 from drivers.coppeliasim.restore import begin_building
 from drivers.coppeliasim.scene import CoppeliaSimScene
-from robotcore.description import (
-    Ball,
-    Box,
-    Cylinder,
-    Drive,
-    EncoderDescription,
-    MotorDescription,
-    RobotDescription,
-    WorldDescription,
-)
+from robotcore.description import Ball, Box, Cylinder, Drive, RobotDescription, WorldDescription
 from robotcore.description.robot import Body, Caster
 from robotcore.geometry import Pose
 from robotcore.hal.clock import Clock
-from robotcore.hal.devices import Angle, Encoder, Motor
+from robotcore.kinds.encoder import Angle, Encoder, EncoderDescription
+from robotcore.kinds.motor import Motor, MotorDescription
 from robotcore.simulation.sampling import SampleCache
 
 GROUND_M, GROUND_DEPTH_M = 60.0, 0.1

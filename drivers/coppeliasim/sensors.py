@@ -14,10 +14,9 @@ from numpy.typing import NDArray
 
 from drivers.coppeliasim.builder import FORWARD, NO_UNDO, Placement, SceneBuilder, place_mount
 from drivers.coppeliasim.connection import SimulatorConnection
-from robotcore.description import RangeSensorDescription
 from robotcore.errors import BackendError
 from robotcore.hal.clock import Clock
-from robotcore.hal.devices import Range, RangeSensor
+from robotcore.kinds.range_sensor import Range, RangeSensor, RangeSensorDescription
 from robotcore.raycast import FAN_RAYS, FAN_SETBACK_M, Fan
 from robotcore.simulation.remote_scene import Point, Scene
 from robotcore.simulation.sampling import SampleCache

@@ -30,20 +30,16 @@ from drivers.coppeliasim.sensors import (
     require_depth,
 )
 from drivers.coppeliasim.truth import ContactCounter, CoppeliaSimTruth
-from robotcore.description import (
-    AnyDevice,
-    CameraDescription,
-    DisplayDescription,
-    EncoderDescription,
-    MotorDescription,
-    RangeSensorDescription,
-    SimulatedDevice,
-    WorldDescription,
-)
+from robotcore.description import DeviceDescription, WorldDescription
 from robotcore.errors import DeviceError
 from robotcore.hal.backend import Setup
 from robotcore.hal.clock import SteppedClock
-from robotcore.hal.devices import Device
+from robotcore.hal.device import Device
+from robotcore.kinds.camera import CameraDescription
+from robotcore.kinds.display import DisplayDescription
+from robotcore.kinds.encoder import EncoderDescription
+from robotcore.kinds.motor import MotorDescription
+from robotcore.kinds.range_sensor import RangeSensorDescription
 from robotcore.simulation.remote_scene import State
 from robotcore.simulation.remote_scene.devices import SceneCamera, SceneDisplay
 
@@ -65,7 +61,7 @@ class Simulation:
         self._scene.start()
         self._scene.advance(1)
 
-    def open(self, description: SimulatedDevice) -> Device:
+    def open(self, description: DeviceDescription) -> Device:
         """Open one device. Raises DeviceError for a motor or an encoder that belongs to no wheel."""
         scene, clock = self._scene, self.clock
         if isinstance(description, MotorDescription):
@@ -81,8 +77,7 @@ class Simulation:
             return FanRangeSensor(scene.connection, description, sensor, clock)
         if isinstance(description, CameraDescription):
             return SceneCamera(description.name, description.intrinsics, scene, sensor, clock)
-        display: DisplayDescription = description  # the type checker reports a new kind of device here
-        return SceneDisplay(display.name, scene, sensor)
+        return SceneDisplay(description.name, scene, sensor)
 
     @property
     def motor_joints(self) -> Mapping[str, int]:
@@ -195,7 +190,7 @@ def compute_sky_grey(world: WorldDescription) -> float:
 
 def _add_sensor(
     builder: SceneBuilder,
-    description: AnyDevice,
+    description: DeviceDescription,
     world: WorldDescription,
     built_world: BuiltWorld,
     body: int,

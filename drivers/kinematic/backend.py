@@ -4,19 +4,16 @@ from __future__ import annotations
 
 from drivers.kinematic.devices import KinematicMotor, Sonar
 from drivers.kinematic.simulation import Simulation
-from robotcore.description import (
-    CameraDescription,
-    DisplayDescription,
-    EncoderDescription,
-    MotorDescription,
-    RangeSensorDescription,
-    SimulatedDevice,
-    StrictModel,
-)
+from robotcore.description import DeviceDescription, StrictModel
 from robotcore.errors import DeviceError, DeviceGroupError, UsageError
 from robotcore.hal.backend import Backend, Capability, Setup
-from robotcore.hal.devices import Device, MemoryDisplay
+from robotcore.hal.device import Device
 from robotcore.hal.robot import Robot
+from robotcore.kinds.camera import CameraDescription
+from robotcore.kinds.display import MemoryDisplay
+from robotcore.kinds.encoder import EncoderDescription
+from robotcore.kinds.motor import MotorDescription
+from robotcore.kinds.range_sensor import RangeSensorDescription
 from robotcore.optics import CameraView
 from robotcore.simulation.sampling import SampledCamera, SampledEncoder, SampledRangeSensor
 
@@ -62,7 +59,7 @@ def _require_wheels(setup: Setup, simulation: Simulation) -> None:
         raise DeviceGroupError(f"opening {setup.robot.name}", stray)
 
 
-def _open_device(description: SimulatedDevice, simulation: Simulation) -> Device:
+def _open_device(description: DeviceDescription, simulation: Simulation) -> Device:
     name = description.name
     if isinstance(description, MotorDescription):
         return KinematicMotor(description, simulation.wheels[name])
@@ -80,5 +77,4 @@ def _open_device(description: SimulatedDevice, simulation: Simulation) -> Device
             simulation.clock,
             lambda: simulation.painter.picture(CameraView.of(intrinsics, mount, simulation.body_pose)),
         )
-    display: DisplayDescription = description  # the type checker reports a new kind of device here
-    return MemoryDisplay(display.name)
+    return MemoryDisplay(description.name)

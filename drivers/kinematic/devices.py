@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.kinematic.motion import Wheel
-from robotcore.description import MotorDescription, RangeSensorDescription, WorldDescription
+from robotcore.description import WorldDescription
 from robotcore.geometry import Pose
-from robotcore.hal.devices import Motor
+from robotcore.kinds.motor import Motor, MotorDescription
+from robotcore.kinds.range_sensor import RangeSensorDescription
 from robotcore.raycast import FAN_SETBACK_M, Fan, cast, edges_of
 from robotcore.simulation.sampling import Echo
 

@@ -6,10 +6,11 @@ from functools import cached_property
 
 from drivers.kinematic.clearance import Bumper, Clearance
 from drivers.kinematic.motion import Chassis, Wheel
-from robotcore.description import Drive, MotorDescription, WorldDescription
+from robotcore.description import Drive, WorldDescription
 from robotcore.geometry import Pose, Twist, wrap_angle
 from robotcore.hal.backend import Setup
 from robotcore.hal.clock import SteppedClock
+from robotcore.kinds.motor import MotorDescription
 from robotcore.simulation.painter import Painter
 
 

@@ -12,11 +12,13 @@ from drivers.mujoco.model.attributes import RANGE_GROUPS, group_flags
 from drivers.mujoco.model.world import visual_name
 from drivers.mujoco.opengl import NoOpenGL
 from drivers.mujoco.rendering import Renderer
-from robotcore.description import CameraDescription, MotorDescription, RangeSensorDescription, WorldDescription
+from robotcore.description import WorldDescription
 from robotcore.errors import DeviceError
 from robotcore.hal.clock import Clock
-from robotcore.hal.devices import Image, Motor
-from robotcore.optics import CameraView
+from robotcore.kinds.camera import CameraDescription
+from robotcore.kinds.motor import Motor, MotorDescription
+from robotcore.kinds.range_sensor import RangeSensorDescription
+from robotcore.optics import CameraView, Image
 from robotcore.raycast import FAN_RAYS, FAN_SETBACK_M
 from robotcore.simulation.rigid_body import Array, BodyCamera, RayFanSensor
 

@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 from drivers.mujoco.model.attributes import CAMERA_GROUPS, group_flags
 from drivers.mujoco.model.builder import FAR_M, NEAR_M
 from drivers.mujoco.opengl import Context, NoOpenGL, open_context, select_for_mujoco
-from robotcore.hal.devices import Image
-from robotcore.optics import CameraView
+from robotcore.optics import CameraView, Image
 from robotcore.simulation.rigid_body import ObjectIds
 
 if TYPE_CHECKING:

@@ -10,22 +10,19 @@ from drivers.mujoco.body import Body
 from drivers.mujoco.devices import CameraSet, MujocoMotor, open_range_sensor
 from drivers.mujoco.model import build, compile_model
 from drivers.mujoco.window import Window
-from robotcore.description import (
-    CameraDescription,
-    DisplayDescription,
-    EncoderDescription,
-    MotorDescription,
-    RangeSensorDescription,
-    SimulatedDevice,
-    WorldDescription,
-)
+from robotcore.description import DeviceDescription, WorldDescription
 from robotcore.description.urdf import BASE
 from robotcore.errors import BackendError
 from robotcore.geometry import Pose, Twist
 from robotcore.hal.backend import Setup
 from robotcore.hal.clock import SteppedClock
-from robotcore.hal.devices import Device, MemoryDisplay
+from robotcore.hal.device import Device
 from robotcore.hal.truth import RELEASE_M
+from robotcore.kinds.camera import CameraDescription
+from robotcore.kinds.display import MemoryDisplay
+from robotcore.kinds.encoder import EncoderDescription
+from robotcore.kinds.motor import MotorDescription
+from robotcore.kinds.range_sensor import RangeSensorDescription
 from robotcore.simulation.rigid_body import ContactCounter
 from robotcore.simulation.sampling import SampledEncoder
 
@@ -58,7 +55,7 @@ class Simulation:
             self._window = Window(self.model, self.data, max(world.floor.length_m, world.floor.width_m))
             self._closing.callback(self._window.close)
 
-    def open(self, description: SimulatedDevice) -> Device:
+    def open(self, description: DeviceDescription) -> Device:
         """Open a device of the robot. Raises DeviceError for a motor or an encoder that is on no wheel."""
         if isinstance(description, MotorDescription):
             return MujocoMotor(self.model, self.data, description, self._body)
@@ -69,8 +66,7 @@ class Simulation:
             return open_range_sensor(self.model, self.data, description, self.clock, self._body)
         if isinstance(description, CameraDescription):
             return self._cameras.open(description, self.clock, self._body)
-        display: DisplayDescription = description  # the type checker reports a new kind of device here
-        return MemoryDisplay(display.name)
+        return MemoryDisplay(description.name)
 
     def close(self) -> None:
         """Release OpenGL and close the window. Further calls do nothing."""

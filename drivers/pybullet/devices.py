@@ -10,10 +10,12 @@ import numpy as np
 
 from drivers.pybullet.body import Body
 from drivers.pybullet.bullet import Bullet
-from robotcore.description import EncoderDescription, Light, MotorDescription, RangeSensorDescription
+from robotcore.description import Light
 from robotcore.hal.clock import Clock
-from robotcore.hal.devices import Image, Motor
-from robotcore.optics import CameraView
+from robotcore.kinds.encoder import EncoderDescription
+from robotcore.kinds.motor import Motor, MotorDescription
+from robotcore.kinds.range_sensor import RangeSensorDescription
+from robotcore.optics import CameraView, Image
 from robotcore.raycast import FAN_SETBACK_M
 from robotcore.simulation.rigid_body import Array, ObjectIds, RayFanSensor
 from robotcore.simulation.sampling import SampledEncoder

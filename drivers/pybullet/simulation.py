@@ -8,20 +8,17 @@ from drivers.pybullet.body import Body
 from drivers.pybullet.bullet import Bullet
 from drivers.pybullet.devices import BulletMotor, BulletRenderer, open_encoder, open_range_sensor
 from drivers.pybullet.scene import Scene
-from robotcore.description import (
-    CameraDescription,
-    DisplayDescription,
-    EncoderDescription,
-    MotorDescription,
-    RangeSensorDescription,
-    SimulatedDevice,
-    WorldDescription,
-)
+from robotcore.description import DeviceDescription, WorldDescription
 from robotcore.geometry import Pose, Twist
 from robotcore.hal.backend import Setup
 from robotcore.hal.clock import SteppedClock
-from robotcore.hal.devices import Device, MemoryDisplay
+from robotcore.hal.device import Device
 from robotcore.hal.truth import RELEASE_M
+from robotcore.kinds.camera import CameraDescription
+from robotcore.kinds.display import MemoryDisplay
+from robotcore.kinds.encoder import EncoderDescription
+from robotcore.kinds.motor import MotorDescription
+from robotcore.kinds.range_sensor import RangeSensorDescription
 from robotcore.simulation.rigid_body import BodyCamera, ContactCounter
 
 
@@ -49,7 +46,7 @@ class Simulation:
         )
         bullet.setGravity(0.0, 0.0, -9.81)
 
-    def open(self, description: SimulatedDevice) -> Device:
+    def open(self, description: DeviceDescription) -> Device:
         """Open a device of the robot. Raises DeviceError for a motor or an encoder that is on no wheel."""
         bullet = self._bullet.for_device(description.name)
         body = self._body.with_connection(bullet)
@@ -64,8 +61,7 @@ class Simulation:
         if isinstance(description, CameraDescription):
             renderer = BulletRenderer(bullet, self._scene.light)
             return BodyCamera(description, self.clock, body.transform, renderer, self._scene.things)
-        display: DisplayDescription = description  # the type checker reports a new kind of device here
-        return MemoryDisplay(display.name)
+        return MemoryDisplay(description.name)
 
     def pose(self) -> Pose:
         return self._body.pose()

@@ -13,10 +13,11 @@ from pydantic import Field
 
 from drivers.raspberrypi.header import Gpio, gpio
 from drivers.raspberrypi.pins import stop_edge_detection, translate_pin_errors
-from robotcore.description import EncoderDescription, RobotDescription
+from robotcore.description import RobotDescription
 from robotcore.hal.clock import Clock
-from robotcore.hal.devices import Angle, Device, Encoder
+from robotcore.hal.device import Device
 from robotcore.hardware import Connection, DeviceDriver, Drivers, Host, motor_of
+from robotcore.kinds.encoder import Angle, Encoder, EncoderDescription
 from robotcore.simulation.sampling import SampleCache
 
 if TYPE_CHECKING:

@@ -18,20 +18,17 @@ from drivers.replay.devices import (
     ReplayMotor,
     ReplayRangeSensor,
 )
-from robotcore.description import (
-    BatteryDescription,
-    CameraDescription,
-    DisplayDescription,
-    EncoderDescription,
-    MotorDescription,
-    RangeSensorDescription,
-    RobotDescription,
-    StrictModel,
-)
+from robotcore.description import RobotDescription, StrictModel
 from robotcore.errors import UnmetNeedError, UsageError
 from robotcore.hal.backend import Backend, Setup
-from robotcore.hal.devices import Device
+from robotcore.hal.device import Device
 from robotcore.hal.robot import Robot
+from robotcore.kinds.battery import BatteryDescription
+from robotcore.kinds.camera import CameraDescription
+from robotcore.kinds.display import DisplayDescription
+from robotcore.kinds.encoder import EncoderDescription
+from robotcore.kinds.motor import MotorDescription
+from robotcore.kinds.range_sensor import RangeSensorDescription
 from robotcore.recording import Recording, read
 from robotcore.runtime.plan import RunRequest
 

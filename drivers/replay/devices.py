@@ -10,21 +10,14 @@ from typing import Any, cast
 
 from robotcore.errors import DeviceError, RecordingEndedError, RecordingError
 from robotcore.hal.clock import Callback, Clock
-from robotcore.hal.devices import (
-    Angle,
-    Battery,
-    Camera,
-    Display,
-    Encoder,
-    Frame,
-    Image,
-    Motor,
-    Range,
-    RangeSensor,
-    SampleT,
-    Sensor,
-    Voltage,
-)
+from robotcore.hal.device import SampleT, Sensor
+from robotcore.kinds.battery import Battery, Voltage
+from robotcore.kinds.camera import Camera, Frame
+from robotcore.kinds.display import Display
+from robotcore.kinds.encoder import Angle, Encoder
+from robotcore.kinds.motor import Motor
+from robotcore.kinds.range_sensor import Range, RangeSensor
+from robotcore.optics import Image
 from robotcore.recording import Read, RecordedError, Recording, SampleKey
 
 _SAME_S = 1e-9
@@ -147,7 +140,7 @@ class ReplayDisplay(Display):
         self._shown: Iterator[RecordedError | None] = iter(())
         self._errors = [[each.error for each in tick.shown if each.device == name] for tick in recording.ticks]
 
-    def _show(self, image: Image) -> None:
+    def _apply(self, image: Image) -> None:
         if self._tick != self._clock.tick:
             self._tick = self._clock.tick
             self._shown = iter(self._errors[self._tick])

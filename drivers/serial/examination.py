@@ -12,9 +12,13 @@ from robotcore.description import RobotDescription
 from robotcore.errors import DeviceError, DeviceGroupError, RobotcoreError
 from robotcore.hal.backend import Backend, Setup
 from robotcore.hal.check_finding import Check, Finding, Level, findings_of
-from robotcore.hal.devices import Angle, Device, Frame, Range, Sensor, Voltage
+from robotcore.hal.device import Device, Sensor
 from robotcore.hardware import HardwareBackend
 from robotcore.hardware.diagnosis import check_batteries, check_description
+from robotcore.kinds.battery import Voltage
+from robotcore.kinds.camera import Frame
+from robotcore.kinds.encoder import Angle
+from robotcore.kinds.range_sensor import Range
 
 MUTE = "Lift the robot, and turn its wheels for a moment"
 

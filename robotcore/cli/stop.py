@@ -107,8 +107,8 @@ def _stop(name: str, robot: str, options: Mapping[str, Any]) -> int:
 
 
 def _build_motor_setup(backend: Backend, robot: str, options: Mapping[str, Any]) -> Setup:
-    from robotcore.description import MotorDescription
     from robotcore.hal.backend import Setup
+    from robotcore.kinds.motor import MotorDescription
 
     description = backend.load_robot(robot, options)
     motors = frozenset(device.name for device in description.devices if isinstance(device, MotorDescription))

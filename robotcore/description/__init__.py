@@ -1,17 +1,7 @@
 """The descriptions of robots and worlds, which are loaded from TOML files."""
 
 from robotcore.description.conditions import Conditions, Light, Randomisation
-from robotcore.description.devices import (
-    AnyDevice,
-    BatteryDescription,
-    CameraDescription,
-    DisplayDescription,
-    EncoderDescription,
-    MotorDescription,
-    Mount,
-    RangeSensorDescription,
-    SimulatedDevice,
-)
+from robotcore.description.devices import DeviceDescription, Mount
 from robotcore.description.generation.clearance import require_room, require_start
 from robotcore.description.generation.domain_randomisation import (
     DrawnValues,
@@ -40,29 +30,22 @@ from robotcore.description.world import Ball, Box, Cylinder, Floor, Start, Varia
 
 __all__ = [
     "COLOURS",
-    "AnyDevice",
     "Ball",
-    "BatteryDescription",
     "Body",
     "Box",
-    "CameraDescription",
     "Caster",
     "Conditions",
     "Cylinder",
-    "DisplayDescription",
+    "DeviceDescription",
     "DrawnValues",
     "Drive",
-    "EncoderDescription",
     "Floor",
     "Light",
-    "MotorDescription",
     "Mount",
     "Randomisation",
     "RandomisedWorld",
-    "RangeSensorDescription",
     "RobotDescription",
     "Safety",
-    "SimulatedDevice",
     "Start",
     "StrictModel",
     "Texture",

@@ -9,10 +9,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar, overload
 
 from pydantic import (
     BeforeValidator,
+    ConfigDict,
     Field,
     PrivateAttr,
     ValidationInfo,
@@ -20,14 +21,7 @@ from pydantic import (
 )
 
 from robotcore.description.conditions import Conditions
-from robotcore.description.devices import (
-    DescriptionT,
-    DeviceDescription,
-    EncoderDescription,
-    MotorDescription,
-    Mount,
-    RangeSensorDescription,
-)
+from robotcore.description.devices import AnyDevice, DescriptionT, Mount
 from robotcore.description.types import (
     Colour,
     Coordinate,
@@ -189,6 +183,9 @@ class _Origin:
 class RobotDescription(StrictModel):
     """The description of a robot. ``context={"file": …}`` in a call of `model_validate` sets its ``file``."""
 
+    model_config: ClassVar[ConfigDict] = ConfigDict(defer_build=True)
+    # Packages register the kinds of devices, and their modules import this one.
+
     name: Name
     summary: str = ""
     """One line about the robot, for `robotcore robots`."""
@@ -196,7 +193,7 @@ class RobotDescription(StrictModel):
     drive: Drive | None = None
     """The drive; None for a robot that cannot drive."""
     safety: Safety = Safety()
-    devices: Annotated[tuple[DeviceDescription, ...], Field(description="a list of tables: [[devices]]")] = ()
+    devices: Annotated[tuple[AnyDevice, ...], Field(description="a list of tables: [[devices]]")] = ()
     backends: Annotated[dict[str, dict[str, Any]], BeforeValidator(freeze)] = Field(default_factory=dict)
     """The contents of the file's sections for backends, by the names of the backends."""
     _origin: _Origin = PrivateAttr(default_factory=_Origin)
@@ -211,8 +208,8 @@ class RobotDescription(StrictModel):
     def _check_names(self) -> RobotDescription:
         require_unique("devices", (device.name for device in self.devices))
         if drive := self.drive:
-            motors = {motor.name for motor in self.all_of(MotorDescription)}
-            encoders = {encoder.name for encoder in self.all_of(EncoderDescription)}
+            motors = {motor.name for motor in self.all_of("motor")}
+            encoders = {encoder.name for encoder in self.all_of("encoder")}
             _require_devices("drive", (drive.left, drive.right), motors, "motor")
             _require_devices("drive", filter(None, (drive.left_encoder, drive.right_encoder)), encoders, "encoder")
         return self
@@ -258,12 +255,23 @@ class RobotDescription(StrictModel):
         return self.file or f"robot {self.name}"
 
     @property
-    def range_sensors_ahead(self) -> tuple[RangeSensorDescription, ...]:
+    def range_sensors_ahead(self) -> tuple[Any, ...]:
         """The range sensors that point ahead, which the range guard reads."""
-        return tuple(sensor for sensor in self.all_of(RangeSensorDescription) if sensor.mount.is_ahead)
+        return tuple(sensor for sensor in self.all_of("range_sensor") if sensor.mount.is_ahead)
 
-    def all_of(self, kind: type[DescriptionT]) -> tuple[DescriptionT, ...]:
-        """Return the descriptions of the devices of a kind, in the order of the file."""
+    @overload
+    def all_of(self, kind: type[DescriptionT]) -> tuple[DescriptionT, ...]: ...
+
+    @overload
+    def all_of(self, kind: str) -> tuple[Any, ...]: ...
+
+    def all_of(self, kind: type[StrictModel] | str) -> tuple[Any, ...]:
+        """Return the descriptions of the devices of a kind, in the order of the file.
+
+        kind: the name of the kind, or the class of its descriptions.
+        """
+        if isinstance(kind, str):
+            return tuple(device for device in self.devices if device.kind == kind)
         return tuple(device for device in self.devices if isinstance(device, kind))
 
     def with_conditions(self, conditions: Conditions) -> RobotDescription:
@@ -275,8 +283,17 @@ class RobotDescription(StrictModel):
         devices = (d.model_copy(update={"lag_s": lag}) if d.name in wheels else d for d in self.devices)
         return self.model_copy(update={"devices": tuple(devices)})
 
-    def first_of(self, kind: type[DescriptionT]) -> DescriptionT | None:
-        """Return the description of the first device of a kind, or None if there is none."""
+    @overload
+    def first_of(self, kind: type[DescriptionT]) -> DescriptionT | None: ...
+
+    @overload
+    def first_of(self, kind: str) -> Any: ...
+
+    def first_of(self, kind: type[StrictModel] | str) -> Any:
+        """Return the description of the first device of a kind, or None if there is none.
+
+        kind: the name of the kind, or the class of its descriptions.
+        """
         return next(iter(self.all_of(kind)), None)
 
 

@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
-from robotcore.description.devices import AnyDevice
+from robotcore.description.devices import DeviceDescription
 from robotcore.description.robot import RobotDescription
 from robotcore.description.types import StrictModel
 from robotcore.description.validation import MAX_FILE_ERRORS, find_mistakes, limit_errors
@@ -30,8 +30,8 @@ def read_each(
     robot: RobotDescription,
     section: str,
     needed: Collection[str],
-    read: Callable[[AnyDevice, Any], T],
-    missing_remedy: Callable[[AnyDevice], str],
+    read: Callable[[DeviceDescription, Any], T],
+    missing_remedy: Callable[[DeviceDescription], str],
 ) -> tuple[list[T], list[Mistake]]:
     """Read the tables of all devices. Return the results of ``read``, and the mistakes in the section.
 

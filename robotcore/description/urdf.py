@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 from xml.etree import ElementTree as ET
 
-from robotcore.description.devices import MotorDescription
 from robotcore.description.robot import Caster, Drive, RobotDescription
 from robotcore.description.types import Colour
 from robotcore.description.world import Box, Cylinder, WorldDescription
@@ -127,7 +126,7 @@ def _list_robot_parts(robot: RobotDescription) -> Iterator[ET.Element]:
     shape = _box(body.length_m, body.width_m, body.height_m, body.middle_m)
     yield _link(BASE, _Inertia(body.mass_kg, body.moments_kg_m2, body.middle_m), shape, shape, body.colour)
     if robot.drive:
-        for motor in robot.all_of(MotorDescription):
+        for motor in robot.all_of("motor"):
             if motor.name in (robot.drive.left, robot.drive.right):
                 yield from _list_wheel_parts(motor, robot.drive)
         if robot.drive.caster:
@@ -140,7 +139,7 @@ def _list_robot_parts(robot: RobotDescription) -> Iterator[ET.Element]:
         yield _joint(f"{sensor}_mount", "fixed", BASE, sensor_link(sensor), (mount.x_m, mount.y_m, mount.z_m), rpy)
 
 
-def _list_wheel_parts(motor: MotorDescription, drive: Drive) -> Iterator[ET.Element]:
+def _list_wheel_parts(motor: Any, drive: Drive) -> Iterator[ET.Element]:
     name, radius = wheel_link(motor.name), drive.wheel_radius_m
     tyre = _cylinder(radius, drive.wheel_width_m, rpy=_LYING)
     inertia = _Inertia(drive.wheel_mass_kg, drive.wheel_moments_kg_m2)

@@ -12,17 +12,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 from pydantic import ValidationError
 
-from robotcore.description import (
-    BatteryDescription,
-    RobotDescription,
-    StrictModel,
-    WorldDescription,
-    first_mistake,
-    load_robot,
-)
+from robotcore.description import RobotDescription, StrictModel, WorldDescription, first_mistake, load_robot
 from robotcore.errors import BackendMissingError, DeviceError, DeviceGroupError, UnknownNameError, UsageError
 from robotcore.hal.cutoff import CutoffSpec
-from robotcore.hal.devices import Device
+from robotcore.hal.device import Device
 from robotcore.hal.robot import Robot
 from robotcore.plugins import BACKENDS, backend_names, load_registered
 
@@ -100,7 +93,7 @@ class Setup:
 
     def without_batteries(self) -> Setup:
         """Return the setup without batteries, which simulators do not have."""
-        batteries = {battery.name for battery in self.robot.all_of(BatteryDescription)}
+        batteries = {battery.name for battery in self.robot.all_of("battery")}
         return replace(self, devices=self.devices - batteries)
 
     def open_each(self, open_one: Callable[[Any], Device]) -> list[Device]:
@@ -175,7 +168,7 @@ class Backend(ABC):
 
     def openable(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
         """Return the names of all devices that the backend can open. Batteries that it cannot measure are left out."""
-        batteries = {battery.name for battery in robot.all_of(BatteryDescription)}
+        batteries = {battery.name for battery in robot.all_of("battery")}
         return frozenset({device.name for device in robot.devices} - batteries) | self.batteries(robot, options)
 
     def builds_world(self, robot: RobotDescription) -> bool:

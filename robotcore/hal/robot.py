@@ -5,14 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from enum import Enum
 from types import TracebackType
-from typing import NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn, cast
 
 from robotcore.errors import DeviceGroupError, UnknownNameError, UnmetNeedError
 from robotcore.hal.clock import Clock
 from robotcore.hal.cutoff import CutoffSpec
-from robotcore.hal.devices import Camera, Device, Display, Motor, RangeSensor
+from robotcore.hal.device import Device
 from robotcore.hal.drive import DifferentialDrive
 from robotcore.hal.truth import TruthSource
+
+if TYPE_CHECKING:
+    from robotcore.kinds.camera import Camera
+    from robotcore.kinds.display import Display
+    from robotcore.kinds.motor import Motor
+    from robotcore.kinds.range_sensor import RangeSensor
 
 
 class Role(str, Enum):
@@ -22,6 +28,11 @@ class Role(str, Enum):
     CAMERA = "camera"
     RANGE = "range"
     DISPLAY = "display"
+
+    @property
+    def kind(self) -> str:
+        """The name of the kind whose first device fills the role; ``""`` for the drive, which is no device."""
+        return {Role.DRIVE: "", Role.RANGE: "range_sensor"}.get(self, self.value)
 
 
 class Robot:
@@ -59,9 +70,8 @@ class Robot:
         self.notes = tuple(notes)
         self._drive = drive
         self._release = release
-        self._camera = next((d for d in self.devices.values() if isinstance(d, Camera)), None)
-        self._range = next((d for d in self.devices.values() if isinstance(d, RangeSensor)), None)
-        self._display = next((d for d in self.devices.values() if isinstance(d, Display)), None)
+        firsts = {device.kind: device for device in reversed(self.devices.values())}
+        self._fillers = {role: firsts.get(role.kind) if role.kind else drive for role in Role}
 
     @property
     def drive(self) -> DifferentialDrive:
@@ -71,40 +81,34 @@ class Robot:
     @property
     def camera(self) -> Camera:
         """The first camera. Raises UnmetNeedError if no camera is open."""
-        return self._camera or self._unmet(Role.CAMERA)
+        return cast("Camera", self._first(Role.CAMERA))
 
     @property
     def range(self) -> RangeSensor:
         """The first range sensor. Raises UnmetNeedError if no range sensor is open."""
-        return self._range or self._unmet(Role.RANGE)
+        return cast("RangeSensor", self._first(Role.RANGE))
 
     @property
     def display(self) -> Display:
         """The first display. Raises UnmetNeedError if no display is open."""
-        return self._display or self._unmet(Role.DISPLAY)
+        return cast("Display", self._first(Role.DISPLAY))
 
     @property
     def motors(self) -> dict[str, Motor]:
         """The open motors by name."""
-        return {d.name: d for d in self.devices.values() if isinstance(d, Motor)}
+        return {d.name: cast("Motor", d) for d in self.devices.values() if d.kind == "motor"}
 
     def has(self, role: Role) -> bool:
         """Return whether the robot has the drive or the device for a role."""
-        return self._roles[role] is not None
+        return self._fillers[role] is not None
 
-    @property
-    def _roles(self) -> dict[Role, DifferentialDrive | Device | None]:
-        return {
-            Role.DRIVE: self._drive,
-            Role.CAMERA: self._camera,
-            Role.RANGE: self._range,
-            Role.DISPLAY: self._display,
-        }
+    def _first(self, role: Role) -> Any:
+        return self._fillers[role] or self._unmet(role)
 
     def __repr__(self) -> str:
         parts = [
             f"{role.value} {filler.name!r}" if isinstance(filler, Device) else role.value
-            for role, filler in self._roles.items()
+            for role, filler in self._fillers.items()
             if filler is not None
         ]
         return f"<Robot {self.name}: {', '.join([*parts, f't={self.clock.now():g} s'])}>"

@@ -7,7 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
-from robotcore.description import Ball, CameraDescription, RobotDescription, WorldDescription
+from robotcore.description import Ball, RobotDescription, WorldDescription
 from robotcore.geometry import Pose, Twist
 from robotcore.optics import CameraView
 from robotcore.raycast import cast, edges_of
@@ -40,7 +40,7 @@ class Truth:
 
     def __init__(self, source: TruthSource, robot: RobotDescription, world: WorldDescription) -> None:
         self._source, self._robot, self._world = source, robot, world
-        camera, ball = robot.first_of(CameraDescription), world.target
+        camera, ball = robot.first_of("camera"), world.target
         tall = max(camera.mount.z_m if camera else 0.0, 2 * ball.radius_m if ball else 0.0)
         self._edges = edges_of(prism.outline for prism in world.prisms if prism.height_m >= tall)
 
@@ -87,7 +87,7 @@ class Truth:
 
         Obstacles that are lower than the camera or the ball are ignored.
         """
-        camera = self._robot.first_of(CameraDescription)
+        camera = self._robot.first_of("camera")
         ball = self._world.target
         if camera is None or ball is None:
             return False

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, ClassVar
 
-from robotcore.description import BatteryDescription, RobotDescription
+from robotcore.description import RobotDescription
 from robotcore.hal.backend import Backend, Setup
 from robotcore.hal.cutoff import CutoffSpec
 from robotcore.hal.robot import Robot
@@ -14,6 +14,7 @@ from robotcore.hal.wiring import Wire, Wiring
 from robotcore.hardware.binding import bind_devices
 from robotcore.hardware.driver import Connection, DeviceBinding, Host
 from robotcore.hardware.opening import open_robot
+from robotcore.kinds.battery import BatteryDescription
 from robotcore.text import pluralize
 
 

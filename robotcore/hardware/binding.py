@@ -6,11 +6,13 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from typing import Any
 
-from robotcore.description import AnyDevice, BatteryDescription, DisplayDescription, RobotDescription
+from robotcore.description import DeviceDescription, RobotDescription
 from robotcore.description.sections import read_each, validate_table
 from robotcore.description.validation import MAX_SHOWN_CHARACTERS
 from robotcore.errors import BackendMissingError, DescriptionError, Mistake, UnknownNameError
 from robotcore.hardware.driver import Connection, DeviceBinding, DeviceDriver
+from robotcore.kinds.battery import BatteryDescription
+from robotcore.kinds.display import DisplayDescription
 from robotcore.plugins import DEVICES, device_driver_names, load_registered
 from robotcore.text import suggestion
 
@@ -52,13 +54,13 @@ def bind_devices(
     return tuple(binding for binding in bindings if binding.name in chosen)
 
 
-def _bind(description: AnyDevice, table: Any) -> DeviceBinding:
+def _bind(description: DeviceDescription, table: Any) -> DeviceBinding:
     kind = _driver(description, table)
     settings = {name: value for name, value in table.items() if name != "driver"}
     return DeviceBinding(description, validate_table(kind, settings))
 
 
-def _driver(description: AnyDevice, table: Any) -> type[DeviceDriver]:
+def _driver(description: DeviceDescription, table: Any) -> type[DeviceDriver]:
     if not isinstance(table, Mapping):
         raise Mistake(f"should be a table, got {table!r}", f"Name its driver: {_list_drivers(description)}")
     if "driver" not in table:
@@ -78,18 +80,18 @@ def _driver(description: AnyDevice, table: Any) -> type[DeviceDriver]:
     return driver
 
 
-def _missing_hint(description: AnyDevice) -> str:
+def _missing_hint(description: DeviceDescription) -> str:
     return (
         f"Add a table with one of these drivers: {_list_drivers(description)}. If the robot has no such device, "
         f"remove {description.name!r} from [[devices]]"
     )
 
 
-def _list_drivers(description: AnyDevice) -> str:
+def _list_drivers(description: DeviceDescription) -> str:
     return ", ".join(_find_drivers(description)) or "(none is installed)"
 
 
-def _suggest_driver(name: str, description: AnyDevice) -> str:
+def _suggest_driver(name: str, description: DeviceDescription) -> str:
     drivers = _find_drivers(description)
     word = _normalise(name)
     same = [driver for driver in drivers if _normalise(driver) == word]
@@ -107,7 +109,7 @@ def _normalise(word: str) -> str:
     return "".join(letter for letter in word.lower() if letter.isalnum())
 
 
-def _find_drivers(description: AnyDevice) -> dict[str, type[DeviceDriver]]:
+def _find_drivers(description: DeviceDescription) -> dict[str, type[DeviceDriver]]:
     # Drivers that cannot be imported are left out.
     found = {}
     for name in device_driver_names():

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import suppress
 
-from robotcore.description import BatteryDescription, RobotDescription
+from robotcore.description import RobotDescription
 from robotcore.errors import DescriptionError, DeviceError
 from robotcore.hal.backend import Backend, Setup
 from robotcore.hal.check_finding import Finding
-from robotcore.hal.devices import Battery
 from robotcore.hal.robot import Robot
 from robotcore.hardware import DeviceBinding
+from robotcore.kinds.battery import Battery, BatteryDescription
 
 CHARGE = "Charge or replace the battery"
 UNREAD_REMEDY = "Check that the board is switched on and connected, and that no other program uses its port"

@@ -9,11 +9,11 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Protocol, TypeVar
 
-from robotcore.description import AnyDevice, RobotDescription, StrictModel
+from robotcore.description import DeviceDescription, RobotDescription, StrictModel
 from robotcore.errors import DeviceError, RobotcoreError
 from robotcore.hal.clock import Clock
 from robotcore.hal.cutoff import CutoffSpec
-from robotcore.hal.devices import Device, build_driver_error
+from robotcore.hal.device import Device, build_driver_error
 
 
 @dataclass(frozen=True)
@@ -188,7 +188,7 @@ Drivers = Mapping[str, DeviceDriver]
 class DeviceBinding:
     """A device of a robot and its driver."""
 
-    description: AnyDevice
+    description: DeviceDescription
     driver: DeviceDriver
 
     @property

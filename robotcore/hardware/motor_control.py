@@ -11,13 +11,14 @@ from typing import Annotated
 
 from pydantic import Field, NonNegativeFloat
 
-from robotcore.description import EncoderDescription, MotorDescription, RobotDescription, StrictModel
+from robotcore.description import RobotDescription, StrictModel
 from robotcore.errors import DeviceError, DeviceLostError
 from robotcore.hal.clock import Clock, PeriodicTask
-from robotcore.hal.devices import Encoder, Motor
 from robotcore.hardware.driver import Host
 from robotcore.hardware.motor_model import DutyMotor, MotorModel, Output
 from robotcore.hardware.opening import encoder_of
+from robotcore.kinds.encoder import Encoder, EncoderDescription
+from robotcore.kinds.motor import Motor, MotorDescription
 
 MIN_COUNTS = 8
 """The least number of encoder counts from which a velocity is measured, for an error of at most 1/8."""

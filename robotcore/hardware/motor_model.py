@@ -8,8 +8,8 @@ from typing import Annotated
 
 from pydantic import Field, PositiveFloat
 
-from robotcore.description import MotorDescription, StrictModel
-from robotcore.hal.devices import Motor
+from robotcore.description import StrictModel
+from robotcore.kinds.motor import Motor, MotorDescription
 
 FullSpeed = Annotated[PositiveFloat, Field(description="the wheel's velocity at full duty in rad/s, such as 14.0")]
 

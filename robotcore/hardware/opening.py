@@ -7,21 +7,19 @@ from contextlib import ExitStack
 from types import MappingProxyType
 from typing import Any
 
-from robotcore.description import (
-    BatteryDescription,
-    CameraDescription,
-    DisplayDescription,
-    EncoderDescription,
-    RangeSensorDescription,
-    RobotDescription,
-)
+from robotcore.description import RobotDescription
 from robotcore.errors import DeviceError, DeviceGroupError
 from robotcore.hal.backend import Setup
 from robotcore.hal.clock import Clock
-from robotcore.hal.devices import Device, MemoryDisplay
+from robotcore.hal.device import Device
 from robotcore.hal.robot import Robot
 from robotcore.hal.truth import TruthSource
 from robotcore.hardware.driver import DeviceBinding, Host
+from robotcore.kinds.battery import BatteryDescription
+from robotcore.kinds.camera import CameraDescription
+from robotcore.kinds.display import DisplayDescription, MemoryDisplay
+from robotcore.kinds.encoder import EncoderDescription
+from robotcore.kinds.range_sensor import RangeSensorDescription
 
 _ORDER = (EncoderDescription, RangeSensorDescription, CameraDescription, DisplayDescription, BatteryDescription)
 

@@ -8,9 +8,10 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from typing import Generic
 
-from robotcore.description import RangeSensorDescription, RobotDescription
+from robotcore.description import RobotDescription
 from robotcore.errors import DeviceError
-from robotcore.hal.devices import Range, RangeSensor, SampleT, build_driver_error
+from robotcore.hal.device import SampleT, build_driver_error
+from robotcore.kinds.range_sensor import Range, RangeSensor, RangeSensorDescription
 
 
 class LatestSample(Generic[SampleT]):
@@ -18,7 +19,7 @@ class LatestSample(Generic[SampleT]):
 
     A background thread calls `put` and `fail`, and other threads call `get`.
 
-    >>> from robotcore.hal.devices import Range
+    >>> from robotcore.kinds.range_sensor import Range
     >>> newest = LatestSample("nose", Range(0.5, time=0.0, sequence=0))
     >>> newest.fail(OSError("unplugged"))
     >>> newest.put(Range(0.4, time=0.2, sequence=1))

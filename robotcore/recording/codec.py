@@ -22,7 +22,7 @@ import cv2
 import numpy as np
 from pydantic import BaseModel, TypeAdapter
 
-from robotcore.hal.devices import Image
+from robotcore.optics import Image
 
 T = TypeVar("T")
 

@@ -14,7 +14,10 @@ from pydantic import Field
 from robotcore import errors
 from robotcore.errors import Interrupted, RobotcoreError
 from robotcore.geometry import Pose, Wheels
-from robotcore.hal.devices import Angle, Frame, Range, Voltage
+from robotcore.kinds.battery import Voltage
+from robotcore.kinds.camera import Frame
+from robotcore.kinds.encoder import Angle
+from robotcore.kinds.range_sensor import Range
 from robotcore.safety import Intervention
 
 RecordedSample = Range | Angle | Voltage | Frame

@@ -10,18 +10,12 @@ from typing import TYPE_CHECKING, Any
 import cv2
 
 from robotcore.geometry import Pose
-from robotcore.hal.devices import (
-    Angle,
-    Battery,
-    Camera,
-    Device,
-    Display,
-    Encoder,
-    Frame,
-    Range,
-    RangeSensor,
-    Voltage,
-)
+from robotcore.hal.device import Device
+from robotcore.kinds.battery import Battery, Voltage
+from robotcore.kinds.camera import Camera, Frame
+from robotcore.kinds.display import Display
+from robotcore.kinds.encoder import Angle, Encoder
+from robotcore.kinds.range_sensor import Range, RangeSensor
 from robotcore.recording.codec import Schema, name_schema, to_json
 from robotcore.recording.events import GroundTruthSample, Tick
 from robotcore.recording.mcap_file import McapFile

@@ -10,7 +10,11 @@ from typing import NamedTuple
 from mcap.records import Channel, Schema
 
 from robotcore.errors import RecordingError
-from robotcore.hal.devices import Angle, Frame, Image, Range, Voltage
+from robotcore.kinds.battery import Voltage
+from robotcore.kinds.camera import Frame
+from robotcore.kinds.encoder import Angle
+from robotcore.kinds.range_sensor import Range
+from robotcore.optics import Image
 from robotcore.recording import foxglove_channels as channels
 from robotcore.recording.chunks import ChunkedFile, ChunkLocation, Message, Record
 from robotcore.recording.codec import decode_compressed_image, decode_raw_image, from_json

@@ -9,9 +9,8 @@ from dataclasses import asdict, dataclass
 from itertools import pairwise
 from typing import Any
 
-from robotcore.description import BatteryDescription
 from robotcore.geometry import Pose
-from robotcore.hal.devices import Voltage
+from robotcore.kinds.battery import BatteryDescription, Voltage
 from robotcore.recording.events import Tick
 from robotcore.recording.recording import Recording
 from robotcore.runtime.apps import app_name

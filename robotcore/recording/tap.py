@@ -11,7 +11,10 @@ from typing import TypeVar
 
 from robotcore.errors import RobotcoreError
 from robotcore.geometry import Wheels
-from robotcore.hal.devices import Display, Frame, Image, Sample, SampleT, Sensor
+from robotcore.hal.device import Sample, SampleT, Sensor
+from robotcore.kinds.camera import Frame
+from robotcore.kinds.display import Display
+from robotcore.optics import Image
 from robotcore.recording.events import (
     GUARD,
     ODOMETRY,

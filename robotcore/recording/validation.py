@@ -15,7 +15,9 @@ from typing import Any, get_type_hints
 from pydantic import BaseModel, create_model
 
 from robotcore.errors import BackendError, DeviceError, Interrupted, RobotcoreError, SafetyStop, UsageError
-from robotcore.hal.devices import Angle, Range, Voltage
+from robotcore.kinds.battery import Voltage
+from robotcore.kinds.encoder import Angle
+from robotcore.kinds.range_sensor import Range
 from robotcore.recording.codec import from_json
 from robotcore.recording.events import RecordedError, Tick
 from robotcore.recording.recording import FORMAT, Metadata

@@ -7,10 +7,11 @@ import math
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
-from robotcore.description import CameraDescription, RangeSensorDescription, RobotDescription
+from robotcore.description import RobotDescription
 from robotcore.geometry import Pose, Wheels
-from robotcore.hal.devices import Frame
 from robotcore.hal.drive import Odometry
+from robotcore.kinds.camera import CameraDescription, Frame
+from robotcore.kinds.range_sensor import RangeSensorDescription
 from robotcore.recording import foxglove_channels as channels
 from robotcore.recording.codec import to_json, to_plain
 from robotcore.recording.event_log import Level, LogLine, RunLog, build_last_line

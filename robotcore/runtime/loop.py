@@ -11,8 +11,9 @@ from functools import partial
 from typing import Literal
 
 from robotcore.errors import BehaviourError, DeviceError, DeviceLostError, Interrupted, RobotcoreError, UsageError
-from robotcore.hal.devices import Motor, Sensor
+from robotcore.hal.device import Sensor
 from robotcore.hal.drive import DifferentialDrive
+from robotcore.kinds.motor import Motor
 from robotcore.runtime.behaviour import Behaviour, Status
 from robotcore.runtime.intervention_timer import InterventionTimer
 from robotcore.runtime.layers import Assembled

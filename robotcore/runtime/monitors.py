@@ -6,9 +6,9 @@ from collections.abc import Callable, Mapping
 from math import inf, isfinite
 
 from robotcore.errors import DeviceError, DeviceLostError
-from robotcore.hal.devices import Battery, Voltage
 from robotcore.hal.robot import Robot
 from robotcore.hal.wall_clock import read_idle_time
+from robotcore.kinds.battery import Battery, Voltage
 
 PERIOD_S = 1.0
 """The time between two readings of a battery, in seconds of the robot's clock. A voltage changes slowly."""

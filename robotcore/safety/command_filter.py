@@ -10,8 +10,9 @@ from typing import NamedTuple, Protocol
 from robotcore.errors import DeviceLostError, RobotcoreError
 from robotcore.geometry import Wheels
 from robotcore.hal.clock import Clock
-from robotcore.hal.devices import VelocityOutput, build_driver_error, invalid_velocity
+from robotcore.hal.device import build_driver_error
 from robotcore.hal.drive import WheelStage
+from robotcore.kinds.motor import VelocityOutput, invalid_velocity
 from robotcore.safety.deadman import Deadman, TimedLock
 from robotcore.safety.latch import Latch
 from robotcore.safety.motor_stop import StopGroup

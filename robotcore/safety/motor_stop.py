@@ -8,8 +8,8 @@ from threading import get_ident
 from typing import TypeVar
 
 from robotcore.errors import DeviceError, DeviceLostError
-from robotcore.hal.devices import VelocityOutput
 from robotcore.hal.wall_clock import MonotonicClock
+from robotcore.kinds.motor import VelocityOutput
 from robotcore.safety.thread_reserve import BackgroundCall, Reserve
 from robotcore.threads import is_out_of_memory
 

@@ -8,7 +8,7 @@ from math import copysign, degrees
 from robotcore.errors import RangeFaultError, WheelFaultError
 from robotcore.geometry import Pose, Wheels, wrap_angle
 from robotcore.hal.clock import Clock
-from robotcore.hal.devices import Range, RangeSensor
+from robotcore.kinds.range_sensor import Range, RangeSensor
 from robotcore.safety.latch import Latch
 
 MIN_RESPONSE = 0.25

@@ -8,7 +8,7 @@ from typing import ClassVar
 
 from robotcore.geometry import DifferentialGeometry, Wheels
 from robotcore.hal.clock import Clock
-from robotcore.hal.devices import RangeSensor
+from robotcore.kinds.range_sensor import RangeSensor
 
 
 @dataclass(eq=False)

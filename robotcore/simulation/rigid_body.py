@@ -8,11 +8,11 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from robotcore.description import CameraDescription, RangeSensorDescription
 from robotcore.geometry import Pose
 from robotcore.hal.clock import Clock
-from robotcore.hal.devices import Image
-from robotcore.optics import CameraView
+from robotcore.kinds.camera import CameraDescription
+from robotcore.kinds.range_sensor import RangeSensorDescription
+from robotcore.optics import CameraView, Image
 from robotcore.raycast import Fan
 from robotcore.simulation.sampling import Echo, SampledCamera, SampledRangeSensor
 

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Generic, NamedTuple
 
-from robotcore.description import EncoderDescription, RangeSensorDescription
 from robotcore.hal.clock import Clock
-from robotcore.hal.devices import Angle, Camera, Encoder, Frame, Image, Range, RangeSensor, SampleT
-from robotcore.optics import Intrinsics
+from robotcore.hal.device import SampleT
+from robotcore.kinds.camera import Camera, Frame
+from robotcore.kinds.encoder import Angle, Encoder, EncoderDescription
+from robotcore.kinds.range_sensor import Range, RangeSensor, RangeSensorDescription
+from robotcore.optics import Image, Intrinsics
 
 
 class SampleCache(Generic[SampleT]):
@@ -20,7 +22,7 @@ class SampleCache(Generic[SampleT]):
     take: takes a sample. Its arguments are the time in seconds and the sequence number, which begins at 0.
 
     >>> from robotcore.hal.clock import SteppedClock
-    >>> from robotcore.hal.devices import Angle
+    >>> from robotcore.kinds.encoder import Angle
     >>> clock = SteppedClock(20, lambda steps: None)
     >>> read = SampleCache(clock, lambda time, sequence: Angle(0.5, time, sequence))
     >>> read() is read(), clock.sleep_until(0.1), read().sequence

@@ -14,9 +14,11 @@ from robotcore.description import Drive, RobotDescription, WorldDescription, loa
 from robotcore.errors import DeviceError, UnmetNeedError
 from robotcore.geometry import Pose, Wheels, wrap_angle
 from robotcore.hal.backend import Backend, Capability, Setup
-from robotcore.hal.devices import Encoder, Motor, Sensor
+from robotcore.hal.device import Sensor
 from robotcore.hal.drive import Odometry
 from robotcore.hal.robot import Robot, Role
+from robotcore.kinds.encoder import Encoder
+from robotcore.kinds.motor import Motor
 from robotcore.runtime.layers import needed_devices
 from robotcore.testing import worlds
 from robotcore.testing.fakes import Gate

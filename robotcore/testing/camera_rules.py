@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from robotcore.description import CameraDescription, WorldDescription
+from robotcore.description import WorldDescription
 from robotcore.geometry import Pose
-from robotcore.hal.devices import Frame
 from robotcore.hal.robot import Role
+from robotcore.kinds.camera import CameraDescription, Frame
 from robotcore.optics import CameraView
 from robotcore.testing import worlds
 from robotcore.testing.bench import TestBench, TestSupport, sleep

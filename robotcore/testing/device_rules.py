@@ -8,8 +8,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from robotcore.hal.devices import Battery
 from robotcore.hal.robot import Robot, Role
+from robotcore.kinds.battery import Battery
 from robotcore.testing.bench import TestBench, TestSupport, sleep
 
 FRESH_S = 5.0

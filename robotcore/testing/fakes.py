@@ -8,7 +8,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
 from robotcore.errors import DeviceError
-from robotcore.hal.devices import Motor
+from robotcore.kinds.motor import Motor
 
 SETTLE_LIMIT_S = 5.0
 """A call that waits for a lock, instead of the gate, counts as blocked after this time, in seconds."""

@@ -9,8 +9,10 @@ import pytest
 
 from robotcore.description import RobotDescription
 from robotcore.errors import DeviceClosedError, DeviceError, UsageError
-from robotcore.hal.devices import Device, Display, Motor, Sensor
+from robotcore.hal.device import Device, Sensor
 from robotcore.hal.robot import Robot, Role
+from robotcore.kinds.display import Display
+from robotcore.kinds.motor import Motor
 from robotcore.testing.bench import SETTLING_S, STANDSTILL_M, TestBench, TestSupport, sleep
 from robotcore.testing.fakes import MotorSpy, cut_wire
 

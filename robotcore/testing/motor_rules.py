@@ -7,11 +7,10 @@ from functools import partial
 
 import pytest
 
-from robotcore.description import MotorDescription
 from robotcore.errors import InvalidCommandError
-from robotcore.hal.devices import Motor
 from robotcore.hal.robot import Role
 from robotcore.hal.wall_clock import MonotonicClock
+from robotcore.kinds.motor import Motor, MotorDescription
 from robotcore.testing.bench import SETTLING_S, STANDSTILL_M, UNPLUGGED_S, TestBench, TestSupport, raises_in_time
 from robotcore.testing.fakes import Gate, MotorSpy
 

@@ -6,9 +6,9 @@ import math
 
 import pytest
 
-from robotcore.description import RangeSensorDescription, WorldDescription
-from robotcore.hal.devices import Range
+from robotcore.description import WorldDescription
 from robotcore.hal.robot import Role
+from robotcore.kinds.range_sensor import Range, RangeSensorDescription
 from robotcore.testing import worlds
 from robotcore.testing.bench import TestBench, TestSupport, sleep
 

@@ -7,12 +7,12 @@ from typing import Any
 
 import pytest
 
-from robotcore.description import CameraDescription, Mount, Start, WorldDescription
+from robotcore.description import Mount, Start, WorldDescription
 from robotcore.geometry import Pose, Wheels, wrap_angle
 from robotcore.hal.backend import Capability
-from robotcore.hal.devices import Frame
 from robotcore.hal.robot import Robot, Role
 from robotcore.hal.truth import TruthSource
+from robotcore.kinds.camera import CameraDescription, Frame
 from robotcore.testing import worlds
 from robotcore.testing.bench import NO_TRUTH, RATE_HZ, TestBench, TestSupport, compute_motion, list_sensors, sleep
 

@@ -8,8 +8,8 @@ import pytest
 
 from robotcore.errors import UsageError
 from robotcore.hal.backend import Capability
-from robotcore.hal.devices import Battery
 from robotcore.hal.robot import Robot
+from robotcore.kinds.battery import Battery
 from robotcore.testing.bench import RATE_HZ, UNPLUGGED_S, TestBench, list_sensors, raises_in_time, sleep
 from robotcore.testing.fakes import Gate
 

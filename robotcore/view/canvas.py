@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from robotcore.hal.devices import Image
+from robotcore.optics import Image
 from robotcore.text import escape
 
 Colour = tuple[int, int, int]

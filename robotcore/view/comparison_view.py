@@ -11,7 +11,7 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from robotcore.geometry import wrap_angle
-from robotcore.hal.devices import Image
+from robotcore.optics import Image
 from robotcore.recording.run_comparison import Comparison, RunSummary
 from robotcore.text import escape, pluralize
 from robotcore.view.canvas import BAD, FADED, GOOD, INK, RULE, Canvas, Colour, measure_text, shorten_text

@@ -14,7 +14,7 @@ import numpy as np
 from robotcore.description import Ball, Light, RobotDescription, WorldDescription
 from robotcore.description.world import Prism
 from robotcore.geometry import Pose
-from robotcore.hal.devices import Image
+from robotcore.optics import Image
 from robotcore.view.canvas import INK, PAPER, Canvas, Colour, Point, darken, lighten
 
 

@@ -8,7 +8,7 @@ import cv2
 
 from robotcore.errors import UsageError
 from robotcore.files import replace_file, require_replaceable
-from robotcore.hal.devices import Image
+from robotcore.optics import Image
 from robotcore.view.canvas import FADED, INK, PAPER, Canvas, Colour, shorten_text
 
 WIDTH, HEIGHT = 1600, 1000

@@ -11,8 +11,9 @@ import numpy as np
 
 from robotcore.description import Floor, RobotDescription, WorldDescription
 from robotcore.geometry import Pose
-from robotcore.hal.devices import Frame, Image
 from robotcore.hal.robot import Robot
+from robotcore.kinds.camera import Frame
+from robotcore.optics import Image
 from robotcore.recording import Recording, Tick
 from robotcore.recording.summary import build_odometry_path, build_result, build_true_path
 from robotcore.runtime.layers.devices import AppDisplay, AppSensor

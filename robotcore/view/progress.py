@@ -11,8 +11,8 @@ from rich.spinner import Spinner
 from rich.table import Table
 from rich.text import Text
 
-from robotcore.hal.devices import RangeSensor
 from robotcore.hal.wall_clock import MonotonicClock
+from robotcore.kinds.range_sensor import RangeSensor
 from robotcore.runtime.intervention_timer import InterventionTimer
 from robotcore.runtime.layers.devices import AppSensor
 from robotcore.runtime.result import RunResult

@@ -11,7 +11,8 @@ import numpy as np
 
 from robotcore.errors import RecordingError, UnknownNameError, UsageError
 from robotcore.files import replace_file
-from robotcore.hal.devices import Frame, Image
+from robotcore.kinds.camera import Frame
+from robotcore.optics import Image
 from robotcore.recording import Recording, SampleKey
 from robotcore.recording.mcap_file import build_unwritable_error
 from robotcore.text import pluralize

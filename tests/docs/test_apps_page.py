@@ -12,9 +12,10 @@ import pytest
 from robotcore import Robot, Role
 from robotcore.autonomy.vision import Blob
 from robotcore.cli.main import execute
-from robotcore.hal.devices import Camera, Frame, Range, RangeSensor
 from robotcore.hal.drive import DifferentialDrive
 from robotcore.hal.truth import Truth
+from robotcore.kinds.camera import Camera, Frame
+from robotcore.kinds.range_sensor import Range, RangeSensor
 from robotcore.optics import Intrinsics
 from robotcore.testing.mock.robot import MockRobot
 from tests.docs.listings import ConsoleCommand, find_code, list_commands, list_listings, read_rows
@@ -92,8 +93,8 @@ def test_each_listed_part_of_a_robot_exists() -> None:
     [
         (Robot, {"close", "stop", "truth"}),
         (DifferentialDrive, {"track"}),
-        (RangeSensor, {"close"}),
-        (Camera, {"close"}),
+        (RangeSensor, {"close", "kind"}),
+        (Camera, {"close", "kind"}),
         (Range, {"point"}),
         (Frame, set()),
         (Intrinsics, set()),

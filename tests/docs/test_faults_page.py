@@ -92,8 +92,10 @@ def test_app_of_the_page_survives_a_lost_connection_if_the_robot_waits_for_it(fo
 
 
 def test_the_new_fault_of_the_page_works(monkeypatch: pytest.MonkeyPatch, folder: Path) -> None:
-    points = {**registry._points(registry.FAULTS), **_list_entry_points(FILES[-1])}
-    monkeypatch.setattr(registry, "_points", lambda _: points)
+    known, added = registry._points, _list_entry_points(FILES[-1])
+    monkeypatch.setattr(
+        registry, "_points", lambda group: {**known(group), **(added if group == registry.FAULTS else {})}
+    )
     rig = build_rig("camera fog=0.5 after=0.05")
     rig.eye.image = picture((20, 180, 220))
     shown = []

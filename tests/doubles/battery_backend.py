@@ -12,9 +12,10 @@ import pytest
 
 from drivers.kinematic.backend import KinematicBackend
 from robotcore import plugins as registry
-from robotcore.description import BatteryDescription, RobotDescription, load_robot
+from robotcore.description import RobotDescription, load_robot
 from robotcore.hal.backend import Setup
 from robotcore.hal.robot import Robot
+from robotcore.kinds.battery import BatteryDescription
 from robotcore.testing.mock.devices import MockBattery, Script
 
 CELLS = '\n[[devices]]\nkind = "battery"\nname = "cells"\nwarn_below_v = 6.6\n'

@@ -7,18 +7,16 @@ from pathlib import Path
 from threading import Lock
 from typing import Any
 
-from robotcore.description import (
-    AnyDevice,
-    CameraDescription,
-    EncoderDescription,
-    MotorDescription,
-    RangeSensorDescription,
-    StrictModel,
-)
+from robotcore.description import DeviceDescription, StrictModel
 from robotcore.hal.backend import Backend, Capability, Setup
 from robotcore.hal.clock import SteppedClock
-from robotcore.hal.devices import Camera, Device, Encoder, MemoryDisplay, Motor, RangeSensor, Sensor
+from robotcore.hal.device import Device, Sensor
 from robotcore.hal.robot import Robot
+from robotcore.kinds.camera import Camera, CameraDescription
+from robotcore.kinds.display import MemoryDisplay
+from robotcore.kinds.encoder import Encoder, EncoderDescription
+from robotcore.kinds.motor import Motor, MotorDescription
+from robotcore.kinds.range_sensor import RangeSensor, RangeSensorDescription
 
 
 class ExternalSimulatorOptions(StrictModel):
@@ -115,7 +113,7 @@ def register(directory: Path) -> None:
     (package / "entry_points.txt").write_text(f"[robotcore.backends]\nexternal = {__name__}:ExternalSimulatorBackend\n")
 
 
-def _open_device(description: AnyDevice, client: RpcClient) -> Device:
+def _open_device(description: DeviceDescription, client: RpcClient) -> Device:
     sensor: RemoteReader
     match description:
         case MotorDescription():

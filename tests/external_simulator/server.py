@@ -15,8 +15,9 @@ from typing import Any
 from drivers.kinematic.backend import KinematicBackend
 from robotcore.hal.backend import Setup
 from robotcore.hal.clock import SteppedClock
-from robotcore.hal.devices import Motor, Sensor
+from robotcore.hal.device import Sensor
 from robotcore.hal.robot import Robot
+from robotcore.kinds.motor import Motor
 
 
 def main() -> None:

@@ -13,10 +13,15 @@ from robotcore.errors import DeviceError
 from robotcore.geometry import Pose, Twist
 from robotcore.hal.backend import Backend, Capability, Setup
 from robotcore.hal.clock import Clock, SteppedClock
-from robotcore.hal.devices import Angle, Camera, Device, Encoder, Frame, Image, MemoryDisplay, Motor, Range, RangeSensor
+from robotcore.hal.device import Device
 from robotcore.hal.robot import Robot, Role
 from robotcore.hal.truth import TruthSource
-from robotcore.optics import Intrinsics
+from robotcore.kinds.camera import Camera, Frame
+from robotcore.kinds.display import MemoryDisplay
+from robotcore.kinds.encoder import Angle, Encoder
+from robotcore.kinds.motor import Motor
+from robotcore.kinds.range_sensor import Range, RangeSensor
+from robotcore.optics import Image, Intrinsics
 from robotcore.runtime.behaviour import Behaviour, Status
 from robotcore.runtime.layers import Assembled, assemble
 

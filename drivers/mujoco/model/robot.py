@@ -6,10 +6,12 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from drivers.mujoco.model.attributes import CollisionGroup, RenderGroup, camera_orientation, rgba, rotation_about_z
-from robotcore.description import CameraDescription, Drive, MotorDescription, RobotDescription
+from robotcore.description import Drive, RobotDescription
 from robotcore.description.robot import Body, Caster
 from robotcore.description.urdf import BASE, CASTER_COLOUR, WHEEL_COLOUR, wheel_joint, wheel_link
 from robotcore.geometry import Pose
+from robotcore.kinds.camera import CameraDescription
+from robotcore.kinds.motor import MotorDescription
 
 if TYPE_CHECKING:
     from mujoco import MjSpec

@@ -13,11 +13,11 @@ from typing import Annotated, Any, ClassVar, Generic, NamedTuple, TypeVar
 import numpy as np
 from pydantic import Field
 
-from robotcore.description import CameraDescription
 from robotcore.errors import DeviceError, ResourceError
 from robotcore.hal.clock import Clock
-from robotcore.hal.devices import Camera, Frame, Image
 from robotcore.hardware import DeviceDriver, Host, LatestSample
+from robotcore.kinds.camera import Camera, CameraDescription, Frame
+from robotcore.optics import Image
 from robotcore.threads import start_thread
 
 Seconds = Annotated[float, Field(gt=0, le=1)]

@@ -13,12 +13,12 @@ from pydantic import Field
 
 from drivers.raspberrypi.header import HELD_UP, PULLED_UP, Gpio, gpio
 from drivers.raspberrypi.motors.bridge import Bridge, open_output
-from robotcore.description import MotorDescription, RobotDescription
+from robotcore.description import RobotDescription
 from robotcore.hal.cutoff import CutoffSpec
-from robotcore.hal.devices import Motor
 from robotcore.hardware import Connection, DeviceDriver, Drivers, Host
 from robotcore.hardware.motor_control import Control, open_motor, require_drivable
 from robotcore.hardware.motor_model import Model
+from robotcore.kinds.motor import Motor, MotorDescription
 
 BATTERY = (
     "The motors need a battery of their own. A pad of the header gives too little current, and the motors disturb it. "

@@ -12,12 +12,12 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field
 
 from drivers.raspberrypi.header import HEADER_BUS, gpio
-from robotcore.description import RangeSensorDescription, RobotDescription
+from robotcore.description import RobotDescription
 from robotcore.errors import DeviceError
 from robotcore.hal.clock import Clock
-from robotcore.hal.devices import RangeSensor
 from robotcore.hardware import Connection, DeviceDriver, Drivers, Host, SampledRangeSensor
 from robotcore.hardware.polled_samples import RangeSampler, require_timely
+from robotcore.kinds.range_sensor import RangeSensor, RangeSensorDescription
 
 Status = Literal["target", "too near", "beyond", "no light", "broken"]
 """The status that a chip reports with a measurement.

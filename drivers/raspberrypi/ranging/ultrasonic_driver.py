@@ -16,11 +16,11 @@ from pydantic import Field
 from drivers.raspberrypi.header import Gpio, gpio
 from drivers.raspberrypi.pins import stop_edge_detection, translate_pin_errors
 from drivers.raspberrypi.ranging.echo_timer import EchoTimer
-from robotcore.description import RangeSensorDescription, RobotDescription
+from robotcore.description import RobotDescription
 from robotcore.hal.clock import Clock, PeriodicTask
-from robotcore.hal.devices import RangeSensor
 from robotcore.hardware import Connection, DeviceDriver, Drivers, Host, SampledRangeSensor
 from robotcore.hardware.polled_samples import RangeSampler, require_timely
+from robotcore.kinds.range_sensor import RangeSensor, RangeSensorDescription
 
 REACH_M = 4.0
 """The longest distance that the module measures, in metres. Source: HC-SR04 data sheet, ElecFreaks."""

@@ -14,12 +14,15 @@ from drivers.raspberrypi.encoders import EncoderDriver, Pulses, Quadrature
 from drivers.raspberrypi.motors.boards import HBridge, PhaseEnable
 from drivers.raspberrypi.ranging.time_of_flight_driver import TimeOfFlight
 from drivers.raspberrypi.ranging.ultrasonic_driver import Ultrasonic, speed_of_sound
-from robotcore.description import AnyDevice, BatteryDescription, EncoderDescription
+from robotcore.description import DeviceDescription
 from robotcore.hal.clock import MIN_PHYSICS_RATE_HZ, Clock, SteppedClock
-from robotcore.hal.devices import Encoder, Motor, RangeSensor
 from robotcore.hal.robot import Robot
 from robotcore.hardware import DeviceBinding
 from robotcore.hardware.motor_model import MotorModel
+from robotcore.kinds.battery import BatteryDescription
+from robotcore.kinds.encoder import Encoder, EncoderDescription
+from robotcore.kinds.motor import Motor
+from robotcore.kinds.range_sensor import RangeSensor
 
 PI_4B = "c03115"
 """The revision code of the simulated board, a Raspberry Pi 4B.
@@ -269,7 +272,7 @@ def find_unmodelled(bindings: Iterable[DeviceBinding]) -> list[DeviceBinding]:
     ]
 
 
-def describe_hardware(binding: DeviceBinding) -> AnyDevice:
+def describe_hardware(binding: DeviceBinding) -> DeviceDescription:
     """Return the description of a device's hardware, for the simulator.
 
     An encoder's counts are all of its edges. An ultrasonic module also measures walls beyond its ``max_range_m``.

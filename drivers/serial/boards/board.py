@@ -10,7 +10,8 @@ from typing import ClassVar, NamedTuple
 
 from drivers.serial.driver import Side
 from drivers.serial.protocol import Protocol
-from robotcore.hal.devices import Angle, Voltage
+from robotcore.kinds.battery import Voltage
+from robotcore.kinds.encoder import Angle
 
 GATHER_S = 0.001
 """The longest wait, in seconds, of a command to one motor for a command to the other motor. One frame then has both."""

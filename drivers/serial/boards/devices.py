@@ -7,8 +7,10 @@ from collections.abc import Callable
 from drivers.serial.boards.board import CommandBuffer
 from drivers.serial.driver import Side
 from drivers.serial.line import Line
-from robotcore.hal.devices import Angle, Battery, Encoder, SampleT, Sensor, Voltage
+from robotcore.hal.device import SampleT, Sensor
 from robotcore.hardware.motor_model import Output
+from robotcore.kinds.battery import Battery, Voltage
+from robotcore.kinds.encoder import Angle, Encoder
 
 
 class BoardOutput(Output):

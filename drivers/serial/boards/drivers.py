@@ -11,11 +11,13 @@ from pydantic import Field
 from drivers.serial.boards.devices import BoardBattery, BoardEncoder, BoardOutput
 from drivers.serial.driver import SerialDriver, Side
 from drivers.serial.line import Line
-from robotcore.description import BatteryDescription, EncoderDescription, MotorDescription, RobotDescription
+from robotcore.description import RobotDescription
 from robotcore.errors import DeviceError
 from robotcore.hal.cutoff import CutoffSpec
-from robotcore.hal.devices import Battery, Encoder
 from robotcore.hardware import Host
+from robotcore.kinds.battery import Battery, BatteryDescription
+from robotcore.kinds.encoder import Encoder, EncoderDescription
+from robotcore.kinds.motor import MotorDescription
 
 BoardTimeout = Annotated[float, Field(ge=0.1, le=5)]
 """The type of a key ``board_timeout_s``: the board stops its motors after this many seconds without a command."""

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from drivers.serial.line import Line
-from robotcore.description import RangeSensorDescription
-from robotcore.hal.devices import Range
 from robotcore.hardware import SampledRangeSensor
 from robotcore.hardware.polled_samples import NOTHING_YET, RangeSampler
+from robotcore.kinds.range_sensor import Range, RangeSensorDescription
 
 
 class LineRangeSensor(SampledRangeSensor):

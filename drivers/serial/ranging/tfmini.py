@@ -13,10 +13,10 @@ from drivers.serial.line import Line
 from drivers.serial.protocol import Protocol
 from drivers.serial.ranging.protocol import Detection, Parser, Reading
 from drivers.serial.ranging.sensor import LineRangeSensor
-from robotcore.description import RangeSensorDescription, RobotDescription
-from robotcore.hal.devices import RangeSensor
+from robotcore.description import RobotDescription
 from robotcore.hardware import Drivers, Host
 from robotcore.hardware.polled_samples import RangeSampler, require_timely
+from robotcore.kinds.range_sensor import RangeSensor, RangeSensorDescription
 
 _FULL = 4000
 """If a read returns this many bytes or more, the kernel's buffer was full and has dropped data.

@@ -11,8 +11,8 @@ from robotcore.autonomy.navigation.next_best_view import Coverage
 from robotcore.autonomy.navigation.occupancy_grid import OccupancyGrid
 from robotcore.autonomy.navigation.planner import Traversability
 from robotcore.geometry import Pose, wrap_angle
-from robotcore.hal.devices import RangeSensor
 from robotcore.hal.robot import Robot
+from robotcore.kinds.range_sensor import RangeSensor
 
 HISTORY_S = 2.0
 """The age at which a pose is deleted from the history, in s. The samples that an app reads are newer."""

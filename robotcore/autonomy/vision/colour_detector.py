@@ -20,8 +20,7 @@ from robotcore.autonomy.vision.hue_segmentation import (
     pixels_in,
 )
 from robotcore.errors import UnknownNameError, UsageError
-from robotcore.hal.devices import Image
-from robotcore.optics import Intrinsics
+from robotcore.optics import Image, Intrinsics
 
 HUES = {
     "red": 0.0,

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from robotcore.hal.devices import Image
+from robotcore.optics import Image
 
 Tests = NDArray[np.float32]
 """Three linear tests, one a row, (3, 4). A colour passes a test if the row times (b, g, r, 1) is at least 255."""

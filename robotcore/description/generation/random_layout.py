@@ -6,10 +6,9 @@ import math
 from collections.abc import Callable, Iterator
 from functools import partial
 from random import Random
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from robotcore.description.conditions import Light
-from robotcore.description.devices import CameraDescription
 from robotcore.description.generation.clearance import gap_between, gap_to_edge
 from robotcore.description.generation.reachability import is_solvable, is_target_hidden, is_target_in_view
 from robotcore.description.robot import RobotDescription
@@ -192,9 +191,9 @@ class _LayoutDrawing:
         return world.model_copy(update={"start": start})
 
     @property
-    def _fixed_camera(self) -> CameraDescription | None:
+    def _fixed_camera(self) -> Any:
         """The camera of a robot that cannot drive; None for a robot that can drive."""
-        return None if self._robot.drive else self._robot.first_of(CameraDescription)
+        return None if self._robot.drive else self._robot.first_of("camera")
 
     def _disc(self, start: Start) -> Outline:
         # The part of the floor that the robot covers as it turns on the spot.

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from robotcore.description.devices import CameraDescription
 from robotcore.description.robot import RobotDescription
 from robotcore.description.world import Ball, WorldDescription
 from robotcore.optics import CameraView
@@ -133,7 +133,7 @@ def is_target_hidden(world: WorldDescription, robot: RobotDescription) -> bool:
     """
     if (ball := world.target) is None:
         return False
-    camera = robot.first_of(CameraDescription)
+    camera = robot.first_of("camera")
     eye_height = camera.mount.z_m if camera else robot.body.height_m
     tall = max(eye_height, 2 * ball.radius_m)
     edges = edges_of(prism.outline for prism in world.prisms if prism.height_m >= tall)
@@ -142,7 +142,7 @@ def is_target_hidden(world: WorldDescription, robot: RobotDescription) -> bool:
 
 def is_target_in_view(world: WorldDescription, robot: RobotDescription) -> bool:
     """Return whether all of the first target is in view of the first camera at the start."""
-    camera, ball = robot.first_of(CameraDescription), world.target
+    camera, ball = robot.first_of("camera"), world.target
     if camera is None or ball is None:
         return False
     view = CameraView.of(camera.intrinsics, camera.mount, world.start.pose)
@@ -152,7 +152,7 @@ def is_target_in_view(world: WorldDescription, robot: RobotDescription) -> bool:
     return bool(view.shows(corners).all() and visible_parts(view.eye[None, :2], ball, edges).all())
 
 
-def _eyes_around_start(world: WorldDescription, camera: CameraDescription | None) -> Array:
+def _eyes_around_start(world: WorldDescription, camera: Any) -> Array:
     """Return the start, and the positions of the camera while the robot turns on the spot there, shape (n, 2)."""
     start = world.start
     eyes = [(start.x_m, start.y_m)]

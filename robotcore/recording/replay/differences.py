@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from robotcore.errors import RecordingError
 from robotcore.geometry import Wheels
-from robotcore.hal.devices import Frame
+from robotcore.kinds.camera import Frame
 from robotcore.recording.events import NUMBERS, DriveCommand, MotorCommand, Read, RecordedSample, SampleKey, Tick
 from robotcore.text import escape
 

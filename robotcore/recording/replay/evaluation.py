@@ -10,7 +10,8 @@ from typing import Any
 
 from robotcore.errors import RecordingEndedError
 from robotcore.geometry import Wheels
-from robotcore.hal.devices import Battery, SampleT, Sensor
+from robotcore.hal.device import SampleT, Sensor
+from robotcore.kinds.battery import Battery
 from robotcore.recording import MotorCommand, Recording
 from robotcore.recording.replay.app_permission import require_recorded_app
 from robotcore.recording.replay.app_run import ReplayTap, require_ticks, run_app

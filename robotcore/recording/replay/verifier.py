@@ -9,7 +9,8 @@ from typing import NoReturn, TypeVar
 
 from robotcore.errors import DeviationError, RecordingEndedError, RobotcoreError, SafetyStop
 from robotcore.geometry import Wheels
-from robotcore.hal.devices import Battery, SampleT, Sensor
+from robotcore.hal.device import SampleT, Sensor
+from robotcore.kinds.battery import Battery
 from robotcore.recording import DriveCommand, MotorCommand, RecordedError, Recording
 from robotcore.recording.replay.app_run import ReplayTap
 from robotcore.recording.replay.differences import (

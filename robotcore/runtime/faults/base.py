@@ -16,7 +16,7 @@ from pydantic import Field
 from robotcore.description import StrictModel
 from robotcore.errors import DeviceError
 from robotcore.hal.clock import Clock, ClockWrapper
-from robotcore.hal.devices import SampleT, Sensor
+from robotcore.hal.device import SampleT, Sensor
 from robotcore.runtime.layers.base import Layer, Reader
 from robotcore.runtime.layers.imperfections import Noise, random_at
 

@@ -11,7 +11,8 @@ from typing import Any, ParamSpec, TypeVar
 
 from robotcore.errors import BackendError, DeviceError, RobotcoreError, UsageError
 from robotcore.hal.clock import Clock, ClockWrapper
-from robotcore.hal.devices import Display, SampleT, Sensor
+from robotcore.hal.device import SampleT, Sensor
+from robotcore.kinds.display import Display
 from robotcore.runtime.layers.base import Layer, MotorOutput, Reader, Show
 
 P = ParamSpec("P")

@@ -11,7 +11,8 @@ from pydantic import Field, model_validator
 
 from robotcore.errors import DeviceLostError
 from robotcore.hal.clock import Clock, ClockWrapper
-from robotcore.hal.devices import Display, SampleT, Sensor
+from robotcore.hal.device import SampleT, Sensor
+from robotcore.kinds.display import Display
 from robotcore.runtime.faults.base import ROUNDING_S, Duration, Fault, FaultContext, TargetKind
 from robotcore.runtime.layers.base import Layer, MotorOutput, Reader, Show
 

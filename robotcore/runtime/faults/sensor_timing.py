@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
-from robotcore.hal.devices import Sensor
+from robotcore.hal.device import Sensor
 from robotcore.runtime.faults.base import ROUNDING_S, SENSORS, FaultContext, Probability, SensorFault, TargetKind
 from robotcore.runtime.layers.base import Reader
 

@@ -8,9 +8,12 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
-from robotcore.hal.devices import Angle, Image, Range, RangeSensor, Sensor
+from robotcore.hal.device import Sensor
+from robotcore.kinds.encoder import Angle
+from robotcore.kinds.range_sensor import Range, RangeSensor, limit_reading
+from robotcore.optics import Image
 from robotcore.runtime.faults.base import FaultContext, Probability, SensorFault, TargetKind
-from robotcore.runtime.layers.base import Reader, limit_reading
+from robotcore.runtime.layers.base import Reader
 from robotcore.runtime.layers.imperfections import ProcessedFrames, build_noise_effect
 
 Deviation = Annotated[float, Field(gt=0, le=1, description="metres")]

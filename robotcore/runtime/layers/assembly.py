@@ -9,19 +9,18 @@ from dataclasses import dataclass
 from functools import partial, reduce
 from typing import Any
 
-from robotcore.description import (
-    BatteryDescription,
-    CameraDescription,
-    Conditions,
-    RangeSensorDescription,
-    RobotDescription,
-)
+from robotcore.description import Conditions, RobotDescription
 from robotcore.errors import DeviceLostError, UnknownNameError, UnmetNeedError, UsageError
 from robotcore.geometry import Pose
 from robotcore.hal.clock import AppClock, Clock, TickClock
-from robotcore.hal.devices import Battery, Camera, Device, Display, RangeSensor, Sensor, invalid_velocity
+from robotcore.hal.device import Device, Sensor
 from robotcore.hal.robot import Robot, Role
 from robotcore.hal.wall_clock import MonotonicClock
+from robotcore.kinds.battery import Battery, BatteryDescription
+from robotcore.kinds.camera import Camera, CameraDescription
+from robotcore.kinds.display import Display
+from robotcore.kinds.motor import invalid_velocity
+from robotcore.kinds.range_sensor import RangeSensor, RangeSensorDescription
 from robotcore.runtime.layers.base import Layer, MotorOutput, Reader, Show, Tap
 from robotcore.runtime.layers.checks import CallMonitorLayer, MaxAgeLayer
 from robotcore.runtime.layers.devices import AppDisplay, AppMotor, wrap_sensor

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from math import inf
+from dataclasses import dataclass
 
 from robotcore.geometry import Wheels
 from robotcore.hal.clock import Clock
-from robotcore.hal.devices import Display, Image, Motor, Range, RangeSensor, SampleT, Sensor
+from robotcore.hal.device import SampleT, Sensor
+from robotcore.kinds.display import Display
+from robotcore.kinds.motor import Motor
+from robotcore.optics import Image
 from robotcore.safety import CommandFilter, Latch
 
 Reader = Callable[[], SampleT]
@@ -79,13 +81,3 @@ class Tap(Layer):
 
     def latch(self, latch: Latch) -> None:
         """Receive the latch of the run. A run calls this once, before it reads the first sensor."""
-
-
-def limit_reading(sensor: RangeSensor, reading: Range, distance: float) -> Range:
-    """Return a copy of a reading with another distance in metres, limited to the sensor's range.
-
-    A distance below the range becomes the sensor's minimum. A distance beyond the range becomes ``inf``.
-    """
-    if distance > sensor.max_range:
-        return replace(reading, distance=inf, point=None)
-    return replace(reading, distance=max(distance, sensor.min_range))

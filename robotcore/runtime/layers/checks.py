@@ -8,7 +8,8 @@ from types import FrameType
 
 from robotcore.errors import BackendError, DeviceError, RobotcoreError, StaleSampleError
 from robotcore.hal.clock import Clock, ClockWrapper, TickClock
-from robotcore.hal.devices import Battery, SampleT, Sensor
+from robotcore.hal.device import SampleT, Sensor
+from robotcore.kinds.battery import Battery
 from robotcore.runtime.layers.base import Layer, MotorOutput, Reader
 from robotcore.safety import ActivityMonitor, Latch, TimeLimit
 

@@ -7,7 +7,11 @@ from typing import Any, cast
 
 from robotcore.geometry import to_float
 from robotcore.hal.clock import TickClock
-from robotcore.hal.devices import SENSOR_KINDS, Device, Display, Image, Motor, SampleT, Sensor
+from robotcore.hal.device import Device, SampleT, Sensor
+from robotcore.hal.kind import load_kind
+from robotcore.kinds.display import Display
+from robotcore.kinds.motor import Motor
+from robotcore.optics import Image
 from robotcore.runtime.layers.base import MotorOutput, Reader, Show
 
 
@@ -48,14 +52,14 @@ class AppSensor(Sensor[SampleT]):
 
 def wrap_sensor(sensor: Sensor[SampleT], clock: TickClock, read: Reader[SampleT]) -> Sensor[SampleT]:
     """Return a sensor of the same kind that calls ``read``. ``clock`` counts the ticks."""
-    kind = next(each for each in (*SENSOR_KINDS, Sensor) if isinstance(sensor, each))
-    return _app_class(kind)(sensor, clock, read)
+    return _app_class(sensor.kind)(sensor, clock, read)
 
 
 @cache
-def _app_class(kind: type[Sensor[Any]]) -> type[AppSensor[Any]]:
-    """Return a subclass of AppSensor and of the device kind, such as Camera."""
-    return cast("type[AppSensor[Any]]", type(kind.__name__, (AppSensor, kind), {}))
+def _app_class(kind: str) -> type[AppSensor[Any]]:
+    """Return a subclass of AppSensor and of the class of a kind, such as Camera."""
+    device: Any = load_kind(kind).device
+    return cast("type[AppSensor[Any]]", type(device.__name__, (AppSensor, device), {}))
 
 
 class AppMotor(Motor):
@@ -97,7 +101,7 @@ class AppDisplay(Display):
     def __repr__(self) -> str:
         return super().__repr__().replace(AppDisplay.__name__, Display.__name__, 1)  # as sensors show their kind
 
-    def _show(self, image: Image) -> None:
+    def _apply(self, image: Image) -> None:
         self.latest = image
         self._show_layers(image)
 

@@ -6,11 +6,13 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
-from robotcore.description import Drive, EncoderDescription, RobotDescription
+from robotcore.description import Drive, RobotDescription
 from robotcore.geometry import Wheels
 from robotcore.hal.clock import Clock
-from robotcore.hal.devices import Device, Encoder, RangeSensor
+from robotcore.hal.device import Device
 from robotcore.hal.drive import CommandIntegrator, DifferentialDrive, Odometry
+from robotcore.kinds.encoder import Encoder, EncoderDescription
+from robotcore.kinds.range_sensor import RangeSensor
 from robotcore.runtime.layers.base import MotorOutput, Tap
 from robotcore.safety import (
     AccelerationLimit,

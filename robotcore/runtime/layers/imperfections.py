@@ -12,8 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotcore.description import Conditions, Drive
-from robotcore.hal.devices import Camera, Frame, Image, Range, RangeSensor, Sensor
-from robotcore.runtime.layers.base import Layer, MotorOutput, Reader, limit_reading
+from robotcore.hal.device import Sensor
+from robotcore.kinds.camera import Camera, Frame
+from robotcore.kinds.range_sensor import Range, RangeSensor, limit_reading
+from robotcore.optics import Image
+from robotcore.runtime.layers.base import Layer, MotorOutput, Reader
 
 STRIP_POSITIONS = 1 << 16
 """The number of positions in the long array of random numbers at which a picture's noise can begin."""

@@ -6,7 +6,7 @@ import math
 from threading import RLock
 
 from robotcore.hal.clock import TickClock
-from robotcore.hal.devices import invalid_velocity
+from robotcore.kinds.motor import invalid_velocity
 from robotcore.runtime.layers.base import MotorOutput
 from robotcore.safety import Deadman, Latch, StopGroup
 from robotcore.safety.deadman import TimedLock

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotcore.description import WorldDescription
-from robotcore.hal.devices import Image
-from robotcore.optics import CameraView
+from robotcore.optics import CameraView, Image
 from robotcore.simulation.painter.canvas import Canvas, Palette, Stroke, pack_colours, shade, shade_ramp
 from robotcore.simulation.painter.faces import Block, Faces, Facet, split_into_blocks
 from robotcore.simulation.painter.occlusion import OcclusionPlanes, find_disjoint_columns, sort_back_to_front

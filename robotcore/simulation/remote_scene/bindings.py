@@ -9,20 +9,16 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field
 
-from robotcore.description import (
-    AnyDevice,
-    BatteryDescription,
-    CameraDescription,
-    DisplayDescription,
-    EncoderDescription,
-    MotorDescription,
-    RangeSensorDescription,
-    RobotDescription,
-    StrictModel,
-)
+from robotcore.description import DeviceDescription, RobotDescription, StrictModel
 from robotcore.description.sections import read_each, validate_table
 from robotcore.errors import DescriptionError, DeviceError, DeviceGroupError, Mistake
 from robotcore.hal.check_finding import Finding
+from robotcore.kinds.battery import BatteryDescription
+from robotcore.kinds.camera import CameraDescription
+from robotcore.kinds.display import DisplayDescription
+from robotcore.kinds.encoder import EncoderDescription
+from robotcore.kinds.motor import MotorDescription
+from robotcore.kinds.range_sensor import RangeSensorDescription
 from robotcore.simulation.remote_scene.devices import choose_intrinsics
 from robotcore.simulation.remote_scene.interface import ObjectKind, Scene, SceneObject
 from robotcore.text import find_nearest
@@ -85,7 +81,7 @@ _NEEDED = (MotorDescription, EncoderDescription, RangeSensorDescription, CameraD
 class SceneBinding:
     """A device, and its table in a section of the robot's file."""
 
-    description: AnyDevice
+    description: DeviceDescription
     settings: ObjectBinding
     """The device's table: the path of the scene object, and options."""
     kind: ObjectKind
@@ -133,11 +129,11 @@ def _find_other_paths(binding: SceneBinding, bound: Iterable[SceneBinding]) -> f
     return frozenset().union(*(each.settings.path for each in bound if paths.isdisjoint(each.settings.path)))
 
 
-def _suggest_path(robot: RobotDescription, description: AnyDevice) -> str:
+def _suggest_path(robot: RobotDescription, description: DeviceDescription) -> str:
     return f'Name its {_BINDINGS[type(description)][1].value} in the scene: path = "/{robot.name}/{description.name}"'
 
 
-def _read_binding(section: str, description: AnyDevice, table: Any) -> SceneBinding:
+def _read_binding(section: str, description: DeviceDescription, table: Any) -> SceneBinding:
     if isinstance(description, BatteryDescription):
         raise Mistake("is not allowed: a scene has no battery", "Remove it")
     model, kind = _BINDINGS[type(description)]

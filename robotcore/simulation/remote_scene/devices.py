@@ -7,12 +7,15 @@ from threading import Lock
 
 import numpy as np
 
-from robotcore.description import CameraDescription, EncoderDescription, MotorDescription, RangeSensorDescription
 from robotcore.errors import DeviceError
 from robotcore.geometry import Pose, Twist
 from robotcore.hal.clock import Clock
-from robotcore.hal.devices import Angle, Display, Encoder, Image, Motor
-from robotcore.optics import Intrinsics
+from robotcore.kinds.camera import CameraDescription
+from robotcore.kinds.display import Display
+from robotcore.kinds.encoder import Angle, Encoder, EncoderDescription
+from robotcore.kinds.motor import Motor, MotorDescription
+from robotcore.kinds.range_sensor import RangeSensorDescription
+from robotcore.optics import Image, Intrinsics
 from robotcore.simulation.remote_scene.interface import CameraOptics, Point, RawPicture, Scene
 from robotcore.simulation.sampling import Echo, SampleCache, SampledCamera, SampledRangeSensor
 
@@ -126,7 +129,7 @@ class SceneDisplay(Display):
         optics = scene.read_optics(sensor)
         self._size = (optics.width, optics.height)
 
-    def _show(self, image: Image) -> None:
+    def _apply(self, image: Image) -> None:
         import cv2
 
         if (image.shape[1], image.shape[0]) != self._size:

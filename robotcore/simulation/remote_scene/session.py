@@ -10,23 +10,19 @@ from enum import Enum
 
 from pydantic import Field
 
-from robotcore.description import (
-    CameraDescription,
-    DisplayDescription,
-    EncoderDescription,
-    MotorDescription,
-    RangeSensorDescription,
-    RobotDescription,
-    SimulatedDevice,
-    StrictModel,
-)
+from robotcore.description import DeviceDescription, RobotDescription, StrictModel
 from robotcore.errors import BackendError
 from robotcore.hal.backend import Setup
 from robotcore.hal.clock import Clock, SteppedClock
 from robotcore.hal.cutoff import CutoffSpec
-from robotcore.hal.devices import Device, MemoryDisplay
+from robotcore.hal.device import Device
 from robotcore.hal.robot import Robot
 from robotcore.hal.wall_clock import ServerClock
+from robotcore.kinds.camera import CameraDescription
+from robotcore.kinds.display import MemoryDisplay
+from robotcore.kinds.encoder import EncoderDescription
+from robotcore.kinds.motor import MotorDescription
+from robotcore.kinds.range_sensor import RangeSensorDescription
 from robotcore.simulation.remote_scene.bindings import (
     CameraBinding,
     JointBinding,
@@ -168,7 +164,7 @@ class _DeviceOpener:
     bindings: Mapping[str, ObjectBinding]
     found: ObjectsByDevice
 
-    def open(self, description: SimulatedDevice) -> Device:
+    def open(self, description: DeviceDescription) -> Device:
         bound_object = self.found.get(description.name)
         if bound_object is None:
             return MemoryDisplay(description.name)
@@ -180,8 +176,7 @@ class _DeviceOpener:
             return SceneRangeSensor(description, self.scene, bound_object.handle, self.clock)
         if isinstance(description, CameraDescription):
             return self._open_camera(description, bound_object.handle)
-        display: DisplayDescription = description  # the type checker reports a new kind of device here
-        return SceneDisplay(display.name, self.scene, bound_object.handle)
+        return SceneDisplay(description.name, self.scene, bound_object.handle)
 
     def _open_encoder(self, description: EncoderDescription, joint: int) -> SceneEncoder:
         limits = [motor.max_velocity_rad_s for motor in self.robot.all_of(MotorDescription)]
@@ -195,7 +190,7 @@ class _DeviceOpener:
         intrinsics = choose_intrinsics(description, self.scene.read_optics(sensor), as_found=as_found)
         return SceneCamera(description.name, intrinsics, self.scene, sensor, self.clock)
 
-    def _is_reversed(self, description: SimulatedDevice) -> bool:
+    def _is_reversed(self, description: DeviceDescription) -> bool:
         binding = self.bindings[description.name]
         return isinstance(binding, JointBinding) and binding.reversed
 

@@ -6,22 +6,17 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from robotcore.description import (
-    BatteryDescription,
-    CameraDescription,
-    DisplayDescription,
-    Drive,
-    EncoderDescription,
-    MotorDescription,
-    RangeSensorDescription,
-    RobotDescription,
-    StrictModel,
-)
+from robotcore.description import Drive, RobotDescription, StrictModel
 from robotcore.errors import UnknownNameError
 from robotcore.hal.backend import Backend, Capability, Setup
 from robotcore.hal.clock import Clock, SteppedClock
-from robotcore.hal.devices import Device
+from robotcore.hal.device import Device
 from robotcore.hal.robot import Robot
+from robotcore.kinds.battery import BatteryDescription
+from robotcore.kinds.camera import CameraDescription
+from robotcore.kinds.encoder import EncoderDescription
+from robotcore.kinds.motor import MotorDescription
+from robotcore.kinds.range_sensor import RangeSensorDescription
 from robotcore.testing.mock.devices import (
     MockBattery,
     MockCamera,
@@ -88,8 +83,7 @@ class MockBackend(Backend):
                 if name in scripts:
                     yield MockBattery(name, scripts[name], clock, rate_hz)
             else:
-                display: DisplayDescription = device  # the type checker reports a new kind of device here
-                yield MockDisplay(display.name)
+                yield MockDisplay(name)
 
 
 def _find_motor(encoder: str, drive: Drive | None) -> str:

@@ -9,23 +9,15 @@ from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 
-from robotcore.description import CameraDescription, MotorDescription, RangeSensorDescription
 from robotcore.errors import DeviceError, UsageError
 from robotcore.hal.clock import Clock
-from robotcore.hal.devices import (
-    Angle,
-    Battery,
-    Camera,
-    Display,
-    Encoder,
-    Frame,
-    Image,
-    Motor,
-    Range,
-    RangeSensor,
-    Voltage,
-)
-from robotcore.optics import Intrinsics
+from robotcore.kinds.battery import Battery, Voltage
+from robotcore.kinds.camera import Camera, CameraDescription, Frame
+from robotcore.kinds.display import Display
+from robotcore.kinds.encoder import Angle, Encoder
+from robotcore.kinds.motor import Motor, MotorDescription
+from robotcore.kinds.range_sensor import Range, RangeSensor, RangeSensorDescription
+from robotcore.optics import Image, Intrinsics
 
 ValueT = TypeVar("ValueT")
 
@@ -213,7 +205,7 @@ class MockDisplay(Display):
         super().__init__(name)
         self.pictures: list[Image] = []
 
-    def _show(self, image: Image) -> None:
+    def _apply(self, image: Image) -> None:
         self.pictures.append(image.copy())
 
 

@@ -6,18 +6,14 @@ import math
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 
-from robotcore.description import (
-    CameraDescription,
-    RangeSensorDescription,
-    RobotDescription,
-    StrictModel,
-    load_robot,
-)
+from robotcore.description import RobotDescription, StrictModel, load_robot
 from robotcore.errors import UnmetNeedError, UsageError
 from robotcore.geometry import Wheels
 from robotcore.hal.backend import Setup
-from robotcore.hal.devices import Image
 from robotcore.hal.robot import Robot
+from robotcore.kinds.camera import CameraDescription
+from robotcore.kinds.range_sensor import RangeSensorDescription
+from robotcore.optics import Image
 from robotcore.runtime.behaviour import Behaviour, Status
 from robotcore.runtime.faults import plan_faults
 from robotcore.runtime.layers import Assembled, assemble, needed_devices

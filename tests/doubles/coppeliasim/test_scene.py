@@ -7,8 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from robotcore.description import CameraDescription, load_robot, load_world
+from robotcore.description import load_robot, load_world
 from robotcore.geometry import Pose
+from robotcore.kinds.camera import CameraDescription
 from robotcore.optics import CameraView
 from robotcore.simulation.painter import Painter
 from tests.doubles.coppeliasim.scene import Graph, Simulator, State

@@ -10,13 +10,15 @@ from typing import Any, ClassVar, TypeAlias
 import pytest
 
 from drivers.serial.backend import SECTION, SerialBackend
-from robotcore.description import BatteryDescription, RobotDescription, load_robot
+from robotcore.description import RobotDescription, load_robot
 from robotcore.hal.backend import Setup
 from robotcore.hal.clock import Clock, SteppedClock
-from robotcore.hal.devices import Encoder, Motor
 from robotcore.hal.robot import Robot
 from robotcore.hardware import backend as module
 from robotcore.hardware import bind_devices, open_robot
+from robotcore.kinds.battery import BatteryDescription
+from robotcore.kinds.encoder import Encoder
+from robotcore.kinds.motor import Motor
 from robotcore.testing import TestSupport, worlds
 from robotcore.testing.bench import RATE_HZ, TestBench
 from tests.doubles.serial.board import PERIOD_S, BoardDouble, Powered

@@ -7,7 +7,8 @@ from collections.abc import Callable
 
 import zmq
 
-from robotcore.description import DisplayDescription, RobotDescription, load_robot
+from robotcore.description import RobotDescription, load_robot
+from robotcore.kinds.display import DisplayDescription
 
 
 class ScriptedServer:

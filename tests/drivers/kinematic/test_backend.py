@@ -3,10 +3,11 @@ from __future__ import annotations
 import pytest
 
 from drivers.kinematic.backend import KinematicBackend
-from robotcore.description import MotorDescription, Start, load_robot, load_world, world_names
+from robotcore.description import Start, load_robot, load_world, world_names
 from robotcore.errors import DeviceGroupError, UsageError
 from robotcore.hal.backend import Setup
-from robotcore.hal.devices import MemoryDisplay
+from robotcore.kinds.display import MemoryDisplay
+from robotcore.kinds.motor import MotorDescription
 from tests.drivers.kinematic.rooms import ROVER, ball, get_truth, open_robot, room, sleep
 from tests.texts import Raises
 

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from drivers.kinematic.devices import Sonar
-from robotcore.description import Mount, RangeSensorDescription, WorldDescription
+from robotcore.description import Mount, WorldDescription
 from robotcore.geometry import Pose
-from robotcore.hal.devices import Camera, RangeSensor
 from robotcore.hal.robot import Robot
+from robotcore.kinds.camera import Camera
+from robotcore.kinds.range_sensor import RangeSensor, RangeSensorDescription
 from tests.drivers.kinematic.rooms import ball, box, drive, get_truth, open_robot, post, read_wheel_angles, room, sleep
 
 COUNT = math.tau / 960

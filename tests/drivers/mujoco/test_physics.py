@@ -6,8 +6,7 @@ import pytest
 
 from drivers.mujoco.backend import MujocoBackend
 from drivers.mujoco.simulation import Simulation
-from robotcore.description import MotorDescription
-from robotcore.hal.devices import Motor
+from robotcore.kinds.motor import Motor, MotorDescription
 from tests.drivers.physics import driving, ranging, seeing
 from tests.drivers.physics.worlds import ROVER, Thing, ball, box, drive, get_truth, post, setup, world
 

@@ -6,7 +6,7 @@ import pytest
 
 from robotcore.description import Start
 from robotcore.geometry import Wheels, wrap_angle
-from robotcore.hal.devices import Encoder
+from robotcore.kinds.encoder import Encoder
 from tests.drivers.physics.worlds import (
     LOOKOUT,
     ROVER,

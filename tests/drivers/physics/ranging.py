@@ -4,7 +4,8 @@ import math
 
 import pytest
 
-from robotcore.description import Mount, RangeSensorDescription, Start
+from robotcore.description import Mount, Start
+from robotcore.kinds.range_sensor import RangeSensorDescription
 from tests.drivers.physics.worlds import ROVER, EngineTests, Thing, box, post
 
 NOSE_X = 0.14

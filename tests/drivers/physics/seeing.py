@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from robotcore.description import (
-    CameraDescription,
     Light,
     Mount,
     RobotDescription,
@@ -19,6 +18,7 @@ from robotcore.description import (
 )
 from robotcore.description.texture import PATTERNS, Pattern
 from robotcore.geometry import Pose
+from robotcore.kinds.camera import CameraDescription
 from robotcore.optics import CameraView
 from robotcore.simulation.painter import Painter
 from tests.drivers.physics.worlds import LOOKOUT, ROVER, EngineTests, ball, box, get_camera, post, world

@@ -9,11 +9,9 @@ from robotcore.description import (
     COLOURS,
     Ball,
     Box,
-    CameraDescription,
     Cylinder,
     Floor,
     Light,
-    MotorDescription,
     RobotDescription,
     Start,
     WorldDescription,
@@ -22,6 +20,8 @@ from robotcore.description import (
 from robotcore.hal.backend import Backend, Setup
 from robotcore.hal.robot import Robot
 from robotcore.hal.truth import TruthSource
+from robotcore.kinds.camera import CameraDescription
+from robotcore.kinds.motor import MotorDescription
 from robotcore.simulation.rigid_body import BodyCamera
 
 Thing = Box | Cylinder | Ball

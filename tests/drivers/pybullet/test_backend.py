@@ -16,7 +16,7 @@ from robotcore.errors import (
     UnknownNameError,
     UsageError,
 )
-from robotcore.hal.devices import Encoder
+from robotcore.kinds.encoder import Encoder
 from tests.drivers.physics.worlds import ROVER, get_truth, setup, world
 from tests.texts import Raises
 

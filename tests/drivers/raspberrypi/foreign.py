@@ -9,9 +9,10 @@ from typing import Any
 import pytest
 
 from robotcore import plugins as registry
-from robotcore.description import RangeSensorDescription, RobotDescription, load_robot
-from robotcore.hal.devices import Device
+from robotcore.description import RobotDescription, load_robot
+from robotcore.hal.device import Device
 from robotcore.hardware import Connection, DeviceDriver, Host
+from robotcore.kinds.range_sensor import RangeSensorDescription
 
 
 class IrSwitch(DeviceDriver):

@@ -16,9 +16,9 @@ from hypothesis import strategies as st
 
 from drivers.raspberrypi.encoders import EdgeCounter, PinEncoder, QuadratureDecoder
 from robotcore.errors import DescriptionError, DeviceClosedError, DeviceError
-from robotcore.hal.devices import Angle
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.hardware import bind_devices
+from robotcore.kinds.encoder import Angle
 from tests.drivers.raspberrypi.motors.rig import Rig, rover
 from tests.texts import Raises
 

@@ -11,8 +11,8 @@ from drivers.replay.devices import ReplayClock
 from robotcore.description import load_robot
 from robotcore.errors import DeviceError, RecordingEndedError, UnmetNeedError, UsageError
 from robotcore.hal.backend import Setup
-from robotcore.hal.devices import Range
 from robotcore.hal.robot import Robot
+from robotcore.kinds.range_sensor import Range
 from robotcore.recording import Metadata, Read, RecordedError, Recording, SampleKey, Tick
 from robotcore.runtime.plan import RunRequest
 from robotcore.runtime.result import Outcome

@@ -4,7 +4,8 @@ import math
 
 import pytest
 
-from robotcore.description import Mount, RangeSensorDescription, load_robot
+from robotcore.description import Mount, load_robot
+from robotcore.kinds.range_sensor import RangeSensorDescription
 
 ROVER = load_robot("rover")
 

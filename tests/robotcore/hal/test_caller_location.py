@@ -7,7 +7,7 @@ import pytest
 
 from robotcore.errors import InvalidCommandError
 from robotcore.geometry import Wheels
-from robotcore.hal.devices import caller_location
+from robotcore.hal.device import caller_location
 from robotcore.hal.robot import Robot
 from robotcore.runtime.result import Outcome
 from robotcore.safety.velocity_limits import VelocityLimit

@@ -7,7 +7,8 @@ import pytest
 
 from robotcore.errors import BackendError, DeviceClosedError, DeviceError, InvalidCommandError
 from robotcore.hal.clock import SteppedClock
-from robotcore.hal.devices import Frame, MemoryDisplay
+from robotcore.kinds.camera import Frame
+from robotcore.kinds.display import MemoryDisplay
 from tests.robotcore.fakes import NullMotor, NullRange, picture
 from tests.texts import Raises
 

@@ -11,12 +11,13 @@ import pytest
 from pydantic import Field
 
 from robotcore import plugins as registry
-from robotcore.description import AnyDevice, MotorDescription, RobotDescription, StrictModel, load_robot
+from robotcore.description import DeviceDescription, RobotDescription, StrictModel, load_robot
 from robotcore.errors import DeviceError
 from robotcore.hal.clock import SteppedClock
-from robotcore.hal.devices import Device
+from robotcore.hal.device import Device
 from robotcore.hal.wiring import Pad, PadKind, Wiring
 from robotcore.hardware import Connection, DeviceBinding, DeviceDriver, Drivers, HardwareBackend, Host
+from robotcore.kinds.motor import MotorDescription
 
 
 class RecordedDevice(Device):
@@ -40,7 +41,7 @@ class RecordingDriver(DeviceDriver):
     dead: tuple[str, ...] = ()
     calls: list[str] = Field(default_factory=list)
 
-    def open(self, description: AnyDevice, host: Host) -> Device:
+    def open(self, description: DeviceDescription, host: Host) -> Device:
         self.calls.append(f"open {description.name} beside {', '.join(host.opened) or 'nothing'}")
         if description.name in self.dead:
             raise DeviceError(description.name, "does not answer")
@@ -106,7 +107,7 @@ class PlugBoard(HardwareBackend):
 def register(monkeypatch: pytest.MonkeyPatch, **broken: str) -> None:
     """Register the board and its drivers. ``broken`` maps the names of further drivers to their entry points."""
     drivers = {"plug": f"{__name__}:Plug", "motor-plug": f"{__name__}:MotorPlug", **broken}
-    groups = (registry.APPS, registry.BACKENDS, registry.DEVICES, registry.FAULTS)
+    groups = (registry.APPS, registry.BACKENDS, registry.DEVICES, registry.FAULTS, registry.KINDS)
     points = {group: dict(registry._points(group)) for group in groups}
     points[registry.DEVICES] = {name: EntryPoint(name, value, registry.DEVICES) for name, value in drivers.items()}
     points[registry.BACKENDS]["plugboard"] = EntryPoint("plugboard", f"{__name__}:PlugBoard", registry.BACKENDS)

@@ -6,11 +6,11 @@ import math
 
 import pytest
 
-from robotcore.description import RangeSensorDescription, load_robot
+from robotcore.description import load_robot
 from robotcore.errors import DeviceError
-from robotcore.hal.devices import Range
 from robotcore.hardware import LatestSample
 from robotcore.hardware.polled_samples import RangeSampler
+from robotcore.kinds.range_sensor import Range, RangeSensorDescription
 from tests.texts import Raises
 
 FIRST, SECOND = Range(1.0, time=0.0, sequence=0), Range(0.9, time=0.1, sequence=1)

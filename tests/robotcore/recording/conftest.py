@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from robotcore.hal.devices import Camera
+from robotcore.kinds.camera import Camera
 from robotcore.recording import Recording, read
 from robotcore.recording.recorder import Recorder
 from robotcore.runtime.layers.base import Tap

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from robotcore.errors import DeviceError
-from robotcore.hal.devices import Voltage
+from robotcore.kinds.battery import Voltage
 from robotcore.recording import Recording, read
 from robotcore.recording.csv_table import write_csv
 from robotcore.recording.event_log import Level, LogLine, RunLog

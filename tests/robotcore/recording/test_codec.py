@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from robotcore.geometry import Wheels
-from robotcore.hal.devices import Angle, Range
+from robotcore.kinds.encoder import Angle
+from robotcore.kinds.range_sensor import Range
 from robotcore.recording import GroundTruthSample, RecordedError, Tick
 from robotcore.recording.codec import from_json, to_json, to_plain
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from robotcore.errors import RecordingError
-from robotcore.hal.devices import Frame
+from robotcore.kinds.camera import Frame
 from robotcore.recording import Recording, read
 from robotcore.recording.chunks import MAGIC, ChunkedFile
 from tests.robotcore.recording.conftest import RecordedRun, record

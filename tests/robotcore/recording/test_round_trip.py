@@ -9,7 +9,7 @@ import pytest
 
 from robotcore.errors import DeviceError, InvalidCommandError
 from robotcore.geometry import Wheels
-from robotcore.hal.devices import Frame
+from robotcore.kinds.camera import Frame
 from robotcore.recording import RecordedError, SampleKey, read
 from robotcore.recording.recorder import Recorder
 from robotcore.runtime.result import Outcome

@@ -10,9 +10,10 @@ from pathlib import Path
 import pytest
 
 from robotcore.cli.command_classes import write_result
-from robotcore.description import BatteryDescription, RobotDescription, load_robot
+from robotcore.description import RobotDescription, load_robot
 from robotcore.errors import DeviceError, DeviceLostError
 from robotcore.hal.robot import Robot
+from robotcore.kinds.battery import BatteryDescription
 from robotcore.runtime.behaviour import Status
 from robotcore.runtime.monitors import LOW_VOLTAGE_S, WaitMonitor
 from robotcore.runtime.result import WrittenNote

@@ -6,9 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from robotcore.description import Conditions, MotorDescription
+from robotcore.description import Conditions
 from robotcore.errors import BackendMissingError, UsageError
 from robotcore.hal.robot import Robot, Role
+from robotcore.kinds.motor import MotorDescription
 from robotcore.runtime.behaviour import Behaviour, Status, Stopping
 from robotcore.runtime.plan import Plan, RunRequest
 from tests.robotcore.fakes import ROVER, RigBackend

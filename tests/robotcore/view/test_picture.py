@@ -13,7 +13,8 @@ import pytest
 from robotcore import RunRequest, run
 from robotcore.errors import UsageError
 from robotcore.geometry import Pose
-from robotcore.hal.devices import Frame, Image
+from robotcore.kinds.camera import Frame
+from robotcore.optics import Image
 from robotcore.runtime.layers.devices import AppDisplay, AppSensor
 from robotcore.runtime.session import Run
 from robotcore.view import page

@@ -10,8 +10,8 @@ from rich.console import Console
 
 from robotcore import RunRequest, run
 from robotcore.geometry import Wheels
-from robotcore.hal.devices import Range, RangeSensor
 from robotcore.hal.wall_clock import MonotonicClock
+from robotcore.kinds.range_sensor import Range, RangeSensor
 from robotcore.runtime.session import Run
 from robotcore.runtime.trace import TickRecord
 from robotcore.safety import Intervention

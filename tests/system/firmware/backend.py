@@ -10,12 +10,14 @@ from pathlib import Path
 from typing import Any
 
 from drivers.serial.backend import SECTION
-from robotcore.description import BatteryDescription, CameraDescription, RobotDescription, StrictModel
+from robotcore.description import RobotDescription, StrictModel
 from robotcore.hal.backend import Backend, Capability, Setup
-from robotcore.hal.devices import Device
+from robotcore.hal.device import Device
 from robotcore.hal.robot import Robot
 from robotcore.hal.wall_clock import ServerClock
 from robotcore.hardware import bind_devices, open_robot
+from robotcore.kinds.battery import BatteryDescription
+from robotcore.kinds.camera import CameraDescription
 from tests.system.firmware.board import Board
 from tests.system.firmware.config import BOARD_TIMEOUT_S, on_serial, wiring
 from tests.system.firmware.simulated import OnDemandClock, SimulatedRobot, Wiring, map_bench

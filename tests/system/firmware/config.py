@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from drivers.serial.backend import SECTION
-from robotcore.description import BatteryDescription, RobotDescription, load_robot
+from robotcore.description import RobotDescription, load_robot
+from robotcore.kinds.battery import BatteryDescription
 from tests.system.firmware.simulated import WheelPins, Wiring
 
 ROVER = {

@@ -9,12 +9,14 @@ from threading import RLock
 
 from drivers.kinematic.devices import Sonar
 from drivers.kinematic.simulation import Simulation
-from robotcore.description import CameraDescription, MotorDescription, RangeSensorDescription, RobotDescription
+from robotcore.description import RobotDescription
 from robotcore.geometry import Pose, Twist, Wheels
 from robotcore.hal.backend import Setup
 from robotcore.hal.clock import Clock
-from robotcore.hal.devices import Camera, Frame, Image
-from robotcore.optics import CameraView
+from robotcore.kinds.camera import Camera, CameraDescription, Frame
+from robotcore.kinds.motor import MotorDescription
+from robotcore.kinds.range_sensor import RangeSensorDescription
+from robotcore.optics import CameraView, Image
 from robotcore.simulation.sampling import SampleCache
 from tests.system.firmware.simulated import SimulatedRobot
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from robotcore.description import load_robot
-from robotcore.hal.devices import Device
+from robotcore.hal.device import Device
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.hardware import Host, bind_devices
 from tests.system.speed import scaled

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from drivers.raspberrypi.cameras.v4l2 import UsbCamera
-from robotcore.description import CameraDescription, load_robot
+from robotcore.description import load_robot
 from robotcore.errors import DeviceError, DeviceLostError
-from robotcore.hal.devices import Camera
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.hardware import Host
+from robotcore.kinds.camera import Camera, CameraDescription
 from tests.system.guest.bench import wait_until
 
 VIVID = Path("/sys/bus/platform/drivers/vivid")

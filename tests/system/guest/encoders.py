@@ -6,7 +6,7 @@ from typing import Any, cast
 
 import pytest
 
-from robotcore.hal.devices import Encoder
+from robotcore.kinds.encoder import Encoder
 from tests.system.guest.bench import open_device, wait_until
 from tests.system.guest.chip import Chip
 from tests.system.guest.models import Disc

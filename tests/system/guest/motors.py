@@ -5,7 +5,7 @@ from typing import Any, cast
 
 import pytest
 
-from robotcore.hal.devices import Motor
+from robotcore.kinds.motor import Motor
 from tests.system.guest.bench import open_device, wait_until
 from tests.system.guest.chip import Chip
 

@@ -6,7 +6,7 @@ from typing import Any, cast
 import pytest
 
 from robotcore.errors import DeviceError
-from robotcore.hal.devices import RangeSensor
+from robotcore.kinds.range_sensor import RangeSensor
 from tests.system.guest.bench import open_device, wait_until
 from tests.system.guest.chip import Chip
 from tests.system.guest.models import ECHO, echo_module

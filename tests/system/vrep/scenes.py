@@ -13,7 +13,9 @@ import pytest
 
 from drivers.coppeliasim.builder import FORWARD, CollisionMask, Placement, SceneBuilder
 from drivers.coppeliasim.connection import LOADING_S, SimulatorConnection
-from robotcore.description import CameraDescription, RangeSensorDescription, load_robot
+from robotcore.description import load_robot
+from robotcore.kinds.camera import CameraDescription
+from robotcore.kinds.range_sensor import RangeSensorDescription
 from robotcore.testing import worlds
 from tests.system.coppeliasim import server
 

@@ -10,11 +10,12 @@ from pydantic import Field
 
 from drivers.serial.boards.drivers import BatteryDriver, BoardDriver, EncoderDriver, MotorDriver
 from drivers.serial.boards.hoverboard.protocol import LIMIT, STANDING, STOP, HoverboardProtocol, Mixer
-from robotcore.description import EncoderDescription, MotorDescription, RobotDescription
-from robotcore.hal.devices import Motor
+from robotcore.description import RobotDescription
 from robotcore.hardware import Connection, Drivers, Host
 from robotcore.hardware.motor_control import Control, open_motor, require_drivable
 from robotcore.hardware.motor_model import Model, OutputMotor
+from robotcore.kinds.encoder import EncoderDescription
+from robotcore.kinds.motor import Motor, MotorDescription
 
 WIRING = (
     "Use the cable of one of the hoverboard's sensor boards. Connect its RX, TX (3.3 V) and ground to the adapter, but "

@@ -7,11 +7,14 @@ import math
 from drivers.serial.boards.board import CountAccumulator, wrap_difference
 from drivers.serial.boards.devices import BoardOutput
 from drivers.serial.boards.rosarduino.protocol import FASTEST
-from robotcore.description import EncoderDescription, MotorDescription, RangeSensorDescription, RobotDescription
+from robotcore.description import RobotDescription
 from robotcore.errors import DeviceError
 from robotcore.hardware import encoder_of
 from robotcore.hardware.motor_model import OutputMotor
 from robotcore.hardware.polled_samples import RangeSampler
+from robotcore.kinds.encoder import EncoderDescription
+from robotcore.kinds.motor import MotorDescription
+from robotcore.kinds.range_sensor import RangeSensorDescription
 
 FASTEST_HZ = 50_000
 """The most encoder edges that an Arduino can count in a second."""

@@ -24,19 +24,16 @@ from drivers.serial.boards.rosarduino.devices import (
 from drivers.serial.boards.rosarduino.protocol import PING_S, RANGE, STOP_CONFIRMED, STOP_NOW, ping
 from drivers.serial.boards.rosarduino.requests import VERSION
 from drivers.serial.ranging.sensor import LineRangeSensor
-from robotcore.description import (
-    BatteryDescription,
-    EncoderDescription,
-    MotorDescription,
-    RangeSensorDescription,
-    RobotDescription,
-)
+from robotcore.description import RobotDescription
 from robotcore.errors import DeviceError
-from robotcore.hal.devices import Battery, Encoder, Motor, RangeSensor, Voltage
 from robotcore.hardware import Drivers, Host
 from robotcore.hardware.motor_control import Control, open_motor, require_drivable
 from robotcore.hardware.motor_model import Model
 from robotcore.hardware.polled_samples import RangeSampler, require_timely
+from robotcore.kinds.battery import Battery, BatteryDescription, Voltage
+from robotcore.kinds.encoder import Encoder, EncoderDescription
+from robotcore.kinds.motor import Motor, MotorDescription
+from robotcore.kinds.range_sensor import RangeSensor, RangeSensorDescription
 
 BRIDGE_CYCLE_S = 0.06
 """The period in which robotcore_bridge triggers its ultrasonic module, in seconds."""

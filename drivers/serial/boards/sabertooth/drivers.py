@@ -19,12 +19,12 @@ from drivers.serial.boards.sabertooth.protocol import (
     stop,
 )
 from drivers.serial.driver import Side
-from robotcore.description import MotorDescription, RobotDescription
+from robotcore.description import RobotDescription
 from robotcore.hal.cutoff import CutoffSpec
-from robotcore.hal.devices import Motor
 from robotcore.hardware import Drivers, Host
 from robotcore.hardware.motor_control import Control, open_motor, require_drivable
 from robotcore.hardware.motor_model import Model
+from robotcore.kinds.motor import Motor, MotorDescription
 
 BAUDS = (2400, 9600, 19200, 38400, 115200)
 """The baud rates of all Sabertooth models. Each model has some of them."""

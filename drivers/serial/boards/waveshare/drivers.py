@@ -7,10 +7,11 @@ from typing import Any
 
 from drivers.serial.boards.drivers import BatteryDriver, BoardDriver, BoardTimeout, EncoderDriver, MotorDriver
 from drivers.serial.boards.waveshare.protocol import BAUD, FASTEST_M_S, STANDING, STOP, WaveshareProtocol
-from robotcore.description import EncoderDescription, MotorDescription, RobotDescription
-from robotcore.hal.devices import Motor
+from robotcore.description import RobotDescription
 from robotcore.hardware import Drivers, Host
 from robotcore.hardware.motor_model import OutputMotor
+from robotcore.kinds.encoder import EncoderDescription
+from robotcore.kinds.motor import Motor, MotorDescription
 
 FIRMWARE = (
     "The board must run Waveshare's ugv_base_ros. Set the rover once: send "

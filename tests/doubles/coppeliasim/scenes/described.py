@@ -4,18 +4,11 @@ from __future__ import annotations
 
 import math
 
-from robotcore.description import (
-    AnyDevice,
-    Box,
-    CameraDescription,
-    Cylinder,
-    DisplayDescription,
-    MotorDescription,
-    Mount,
-    RangeSensorDescription,
-    RobotDescription,
-    WorldDescription,
-)
+from robotcore.description import Box, Cylinder, DeviceDescription, Mount, RobotDescription, WorldDescription
+from robotcore.kinds.camera import CameraDescription
+from robotcore.kinds.display import DisplayDescription
+from robotcore.kinds.motor import MotorDescription
+from robotcore.kinds.range_sensor import RangeSensorDescription
 from robotcore.raycast import FAN_SETBACK_M
 from tests.doubles.coppeliasim.scene import Graph, Simulator
 from tests.doubles.coppeliasim.scene.objects import Joint, Primitive, ProximitySensor, Shape, VisionSensor
@@ -62,7 +55,9 @@ def _add_robot(graph: Graph, robot: RobotDescription, world: WorldDescription) -
         _add_device(graph, body, middle.inverse, robot, device)
 
 
-def _add_device(graph: Graph, body: Shape, inward: Transform, robot: RobotDescription, device: AnyDevice) -> None:
+def _add_device(
+    graph: Graph, body: Shape, inward: Transform, robot: RobotDescription, device: DeviceDescription
+) -> None:
     """Add the object of a device. ``inward`` is the robot's frame in the frame of the body."""
     if isinstance(device, MotorDescription):
         _add_motor(graph, body, inward, robot, device)

@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from robotcore.hal.devices import Image
+from robotcore.optics import Image
 from tests.drivers.raspberrypi.cameras.fakes import RED_RGB, LabClock
 
 CHANNELS = {"BGR888": (0, 1, 2), "RGB888": (2, 1, 0)}

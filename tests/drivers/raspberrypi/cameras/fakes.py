@@ -10,10 +10,11 @@ import cv2
 import numpy as np
 
 from drivers.raspberrypi.cameras.capture import CameraDriver, CapturingCamera, Shot, Source
-from robotcore.description import CameraDescription, load_robot
+from robotcore.description import load_robot
 from robotcore.errors import DeviceError
 from robotcore.hal.clock import Clock, SteppedClock
-from robotcore.hal.devices import Image
+from robotcore.kinds.camera import CameraDescription
+from robotcore.optics import Image
 
 BOOTED_S = 5000.0
 """The value of CLOCK_MONOTONIC when the clock begins, in seconds."""

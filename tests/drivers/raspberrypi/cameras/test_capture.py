@@ -18,8 +18,9 @@ from drivers.raspberrypi.cameras.capture import (
     Shot,
 )
 from robotcore.errors import DeviceClosedError, DeviceError
-from robotcore.hal.devices import Frame, Image
 from robotcore.hal.wall_clock import MonotonicClock
+from robotcore.kinds.camera import Frame
+from robotcore.optics import Image
 from tests.drivers.raspberrypi.cameras.fakes import EYE, FakeSource, LabClock, build_lost_error, open_camera, plain
 from tests.texts import CheckText, Raises
 

@@ -10,9 +10,10 @@ import pytest
 
 from drivers.raspberrypi.cameras.capture import CapturingCamera
 from drivers.raspberrypi.cameras.csi import PiCamera
-from robotcore.description import CameraDescription, load_robot
+from robotcore.description import load_robot
 from robotcore.errors import DeviceError
 from robotcore.hardware import Host
+from robotcore.kinds.camera import CameraDescription
 from tests.drivers.raspberrypi.cameras.fakepicamera import FOUND_GAIN, FOUND_GAINS, FOUND_US, FakeCamera
 from tests.drivers.raspberrypi.cameras.fakes import EYE, RED_BGR, LabClock
 from tests.texts import CheckText, Raises

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from robotcore.description import AnyDevice, StrictModel, load_robot
-from robotcore.hal.devices import Device
+from robotcore.description import DeviceDescription, StrictModel, load_robot
+from robotcore.hal.device import Device
 from robotcore.hardware import Connection, DeviceBinding, DeviceDriver, Host
 
 Tree = Mapping[str, str | bytes]
@@ -72,13 +72,13 @@ class ConnectedDriver(DeviceDriver):
     wires: tuple[Connection, ...] = ()
     hints: tuple[str, ...] = ()
 
-    def open(self, description: AnyDevice, host: Host) -> Device:
+    def open(self, description: DeviceDescription, host: Host) -> Device:
         raise NotImplementedError
 
     def connections(self) -> tuple[Connection, ...]:
         return self.wires
 
-    def notes(self, description: AnyDevice) -> tuple[str, ...]:
+    def notes(self, description: DeviceDescription) -> tuple[str, ...]:
         return self.hints
 
 

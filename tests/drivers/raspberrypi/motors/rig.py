@@ -10,9 +10,11 @@ from gpiozero.pins.mock import MockFactory, MockPWMPin
 
 from robotcore.description import RobotDescription, load_robot
 from robotcore.hal.clock import SteppedClock
-from robotcore.hal.devices import Device, Encoder, Motor
+from robotcore.hal.device import Device
 from robotcore.hardware import Host, bind_devices, open_devices
 from robotcore.hardware.motor_model import MotorModel
+from robotcore.kinds.encoder import Encoder
+from robotcore.kinds.motor import Motor
 
 FORWARD, BACKWARD, A, B = 17, 27, 5, 6
 MODEL: Mapping[str, float] = {"dead_band": 0.1, "forward_rad_s": 14.0, "backward_rad_s": 14.0}

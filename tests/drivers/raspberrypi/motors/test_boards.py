@@ -17,8 +17,8 @@ from drivers.raspberrypi.motors.bridge import open_output, round_to_percent
 from robotcore.description import RobotDescription, load_robot
 from robotcore.errors import DescriptionError, DeviceError
 from robotcore.hal.backend import Setup
-from robotcore.hal.devices import Motor
 from robotcore.hardware import Host, bind_devices
+from robotcore.kinds.motor import Motor
 from tests.drivers.raspberrypi.lines import Lines
 from tests.drivers.raspberrypi.motors.rig import BACKWARD, FORWARD, H_BRIDGE, MODEL, Rig, rover
 from tests.texts import Raises

@@ -5,8 +5,8 @@ from unittest.mock import Mock
 import pytest
 
 from robotcore.errors import DescriptionError, DeviceError, DeviceLostError
-from robotcore.hal.devices import Angle
 from robotcore.hardware import bind_devices
+from robotcore.kinds.encoder import Angle
 from tests.drivers.raspberrypi.motors.rig import H_BRIDGE, QUADRATURE, Rig, rover
 from tests.texts import Raises
 

@@ -10,10 +10,10 @@ from typing import Any
 
 from drivers.raspberrypi.ranging.ultrasonic_driver import Ultrasonic, speed_of_sound
 from drivers.raspberrypi.virtual.models import VirtualPins
-from robotcore.description import RangeSensorDescription, load_robot
+from robotcore.description import load_robot
 from robotcore.hal.clock import Clock, SteppedClock
-from robotcore.hal.devices import Range, RangeSensor
 from robotcore.hardware import Host
+from robotcore.kinds.range_sensor import Range, RangeSensor, RangeSensorDescription
 
 TRIGGER, ECHO = 16, 26
 DELAY_S = 0.00045

@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 
 from drivers.raspberrypi.ranging.echo_timer import LONGEST_ECHO_S, SILENCE_S, STUCK_S, EchoTimer
 from robotcore.errors import DeviceError
-from robotcore.hal.devices import Range
 from robotcore.hardware.polled_samples import RangeSampler
+from robotcore.kinds.range_sensor import Range
 from tests.drivers.raspberrypi.ranging.modules import NOSE
 
 UNHURRIED = settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.too_slow])

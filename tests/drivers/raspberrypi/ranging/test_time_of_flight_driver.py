@@ -10,8 +10,8 @@ from drivers.raspberrypi.ranging.time_of_flight_driver import VL53L0X, VL53L1X, 
 from robotcore.description import load_robot
 from robotcore.errors import DescriptionError, DeviceClosedError, DeviceError
 from robotcore.hal.clock import SteppedClock
-from robotcore.hal.devices import RangeSensor
 from robotcore.hardware import Host, bind_devices
+from robotcore.kinds.range_sensor import RangeSensor
 from tests.drivers.raspberrypi.ranging.lightbus import FakeBus, FakeChip, FakeVL53L0X, FakeVL53L1X
 from tests.drivers.raspberrypi.ranging.modules import NOSE
 from tests.texts import Raises

@@ -18,11 +18,7 @@ from drivers.raspberrypi.virtual.backend import VirtualPiBackend
 from drivers.raspberrypi.virtual.models import MODELLED, SIMULATED
 from robotcore import RunRequest, run
 from robotcore.cli.main import execute
-from robotcore.description import (
-    RangeSensorDescription,
-    WorldDescription,
-    load_robot,
-)
+from robotcore.description import WorldDescription, load_robot
 from robotcore.errors import (
     DeviceClosedError,
     DeviceError,
@@ -31,6 +27,7 @@ from robotcore.errors import (
 from robotcore.hal.backend import Setup
 from robotcore.hal.robot import Robot
 from robotcore.hardware.motor_model import DutyMotor
+from robotcore.kinds.range_sensor import RangeSensorDescription
 from robotcore.plugins import DEVICES, device_driver_names, load_registered
 from robotcore.recording.replay.verification import replay
 from robotcore.runtime.plan import Plan

@@ -22,8 +22,9 @@ from robotcore.description import load_robot
 from robotcore.errors import DescriptionError, DeviceLostError
 from robotcore.hal.backend import Setup
 from robotcore.hal.cutoff import merge_cutoffs
-from robotcore.hal.devices import Angle, Motor
 from robotcore.hardware import bind_devices
+from robotcore.kinds.encoder import Angle
+from robotcore.kinds.motor import Motor
 from tests.doubles.serial.bench import Devices, Rig, board_devices, connect_devices
 from tests.doubles.serial.board import BoardDouble
 from tests.doubles.serial.hoverboard import Hoverboard

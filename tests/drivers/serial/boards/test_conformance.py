@@ -8,9 +8,9 @@ from typing import Any, ClassVar
 from robotcore.errors import DeviceError
 from robotcore.geometry import Pose, Wheels
 from robotcore.hal.backend import Setup
-from robotcore.hal.devices import Motor
 from robotcore.hal.drive import Odometry
 from robotcore.hal.robot import Robot
+from robotcore.kinds.motor import Motor
 from robotcore.testing import ConformanceSuite
 from robotcore.testing.bench import RATE_HZ
 from robotcore.testing.fakes import MotorSpy

@@ -14,13 +14,13 @@ import pytest
 
 from drivers.kinematic.backend import KinematicBackend
 from drivers.serial.ranging.tfmini import TFmini
-from robotcore.description import RangeSensorDescription, RobotDescription, load_robot
+from robotcore.description import RobotDescription, load_robot
 from robotcore.errors import DescriptionError, DeviceError, DeviceLostError
 from robotcore.hal.backend import Setup
 from robotcore.hal.clock import SteppedClock
-from robotcore.hal.devices import RangeSensor
 from robotcore.hal.robot import Robot
 from robotcore.hardware import Host, bind_devices, open_robot
+from robotcore.kinds.range_sensor import RangeSensor, RangeSensorDescription
 from robotcore.testing import TestSupport
 from robotcore.testing.lifecycle_rules import LifecycleRules
 from robotcore.testing.range_rules import RangeRules

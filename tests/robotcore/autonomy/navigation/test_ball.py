@@ -7,7 +7,8 @@ import pytest
 
 from robotcore.autonomy.navigation import BallTracker
 from robotcore.geometry import Pose
-from robotcore.hal.devices import Frame, Image
+from robotcore.kinds.camera import Frame
+from robotcore.optics import Image
 from tests.robotcore.fakes import EYE, Rig, picture
 
 RADIUS = 0.1

@@ -7,8 +7,7 @@ import math
 
 import numpy as np
 
-from robotcore.hal.devices import Image
-from robotcore.optics import Intrinsics
+from robotcore.optics import Image, Intrinsics
 
 INTRINSICS = Intrinsics(64, 48, math.radians(60))
 

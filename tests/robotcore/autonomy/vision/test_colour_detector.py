@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 from robotcore.autonomy.vision import Blob, ColourDetector, draw_boxes
 from robotcore.autonomy.vision.colour_detector import YELLOW
 from robotcore.errors import UsageError
-from robotcore.hal.devices import Image
-from robotcore.optics import Intrinsics
+from robotcore.optics import Image, Intrinsics
 from tests.robotcore.autonomy.vision.pictures import INTRINSICS, bgr, draw_rectangles, draw_round_patch
 from tests.texts import Raises
 

@@ -11,7 +11,8 @@ from itertools import count
 from typing import Any
 
 from robotcore.errors import DeviceError, Interrupted, RobotcoreError
-from robotcore.hal.devices import Device, Display, SampleT, Sensor
+from robotcore.hal.device import Device, SampleT, Sensor
+from robotcore.kinds.display import Display
 from robotcore.recording import GroundTruthSample, RecordedError, RecordedSample, Recording, SampleKey, Tick
 from robotcore.recording.recording import build_metadata
 from robotcore.recording.tap import RecordingTap

@@ -8,8 +8,9 @@ from typing import Literal
 
 from robotcore.errors import DeviceError, SafetyStop
 from robotcore.geometry import Wheels
-from robotcore.hal.devices import Image, Motor
 from robotcore.hal.robot import Robot, Role
+from robotcore.kinds.motor import Motor
+from robotcore.optics import Image
 from robotcore.runtime.behaviour import Behaviour, Status
 
 FinalAction = Literal["succeed", "fail", "go_on", "divide", "command_nan", "swallow_nan", "rename_nan", "stop_and_go"]

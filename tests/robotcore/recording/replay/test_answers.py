@@ -12,8 +12,9 @@ import pytest
 from drivers.kinematic.backend import KinematicBackend
 from robotcore.errors import DeviceError
 from robotcore.hal.backend import Setup
-from robotcore.hal.devices import Display, RangeSensor
 from robotcore.hal.robot import Robot
+from robotcore.kinds.display import Display
+from robotcore.kinds.range_sensor import RangeSensor
 from robotcore.recording import MotorCommand, Recording
 from robotcore.recording.replay import evaluate, replay
 from tests.robotcore.fakes import NullMotor

@@ -18,7 +18,10 @@ def register(monkeypatch: pytest.MonkeyPatch) -> Register:
     """Return a function that adds an entry point of a fault, with a name and a value, to the installed ones."""
 
     def add(name: str, value: str) -> None:
-        points = {group: dict(plugins._points(group)) for group in (plugins.APPS, plugins.BACKENDS, plugins.FAULTS)}
+        points = {
+            group: dict(plugins._points(group))
+            for group in (plugins.APPS, plugins.BACKENDS, plugins.FAULTS, plugins.KINDS)
+        }
         points[plugins.FAULTS][name] = EntryPoint(name, value, plugins.FAULTS)
         monkeypatch.setattr("robotcore.plugins._points", points.get)
 

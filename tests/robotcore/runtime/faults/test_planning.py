@@ -12,7 +12,7 @@ from pydantic import Field
 from robotcore.cli.main import execute
 from robotcore.description import load_robot
 from robotcore.errors import BackendMissingError, UsageError
-from robotcore.hal.devices import Sensor
+from robotcore.hal.device import Sensor
 from robotcore.hal.robot import Role
 from robotcore.runtime.faults import Fault, FaultContext, TargetKind, plan_faults
 from robotcore.runtime.faults.planning import Target, load_fault

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from robotcore.hal.devices import Range
+from robotcore.kinds.range_sensor import Range
 from tests.robotcore.fakes import Rig
 from tests.robotcore.runtime.faults.rigs import TICK_S, build_rig
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from robotcore.hal.clock import SteppedClock
-from robotcore.hal.devices import Range
+from robotcore.kinds.range_sensor import Range
 from tests.robotcore.fakes import NullEncoder, Rig, picture
 from tests.robotcore.runtime.faults.rigs import TICK_S, build_rig, layers
 

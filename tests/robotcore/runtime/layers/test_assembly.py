@@ -12,8 +12,9 @@ from robotcore.errors import (
     UsageError,
 )
 from robotcore.geometry import Wheels
-from robotcore.hal.devices import Display, SampleT, Sensor
+from robotcore.hal.device import SampleT, Sensor
 from robotcore.hal.robot import Robot, Role
+from robotcore.kinds.display import Display
 from robotcore.runtime.layers import assemble, needed_devices
 from robotcore.runtime.layers.base import MotorOutput, Reader, Show, Tap
 from robotcore.safety import CommandFilter

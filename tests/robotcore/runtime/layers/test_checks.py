@@ -4,7 +4,7 @@ import pytest
 
 from robotcore.errors import BackendError, DeviceError, RobotcoreError, StaleSampleError
 from robotcore.hal.clock import SteppedClock, TickClock
-from robotcore.hal.devices import Range
+from robotcore.kinds.range_sensor import Range
 from robotcore.runtime.layers.base import MotorOutput
 from robotcore.runtime.layers.checks import CallMonitorLayer, MaxAgeLayer
 from robotcore.safety import ActivityMonitor, Latch, TimeLimit

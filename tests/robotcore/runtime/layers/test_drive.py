@@ -8,11 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from robotcore.description import MotorDescription
 from robotcore.errors import DeviceClosedError, EmergencyStopError, InvalidCommandError, UsageError
 from robotcore.hal.clock import SteppedClock
-from robotcore.hal.devices import Motor
 from robotcore.hal.robot import Robot
+from robotcore.kinds.motor import Motor, MotorDescription
 from robotcore.runtime.layers import Assembled, assemble
 from robotcore.safety import EmergencyStop
 from tests.robotcore.fakes import ROVER, UNHURRIED, NullMotor, Rig

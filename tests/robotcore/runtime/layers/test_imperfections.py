@@ -8,7 +8,9 @@ import pytest
 
 from robotcore.description import Conditions
 from robotcore.hal.clock import SteppedClock
-from robotcore.hal.devices import Frame, Image, Range
+from robotcore.kinds.camera import Frame
+from robotcore.kinds.range_sensor import Range
+from robotcore.optics import Image
 from robotcore.runtime.layers.base import MotorOutput
 from robotcore.runtime.layers.imperfections import ImperfectionLayer, Noise
 from tests.robotcore.fakes import EYE, ROVER, NullCamera, NullMotor, NullRange, picture

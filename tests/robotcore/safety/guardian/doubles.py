@@ -12,9 +12,9 @@ from typing import Any
 
 from robotcore.hal.backend import Backend, Setup
 from robotcore.hal.cutoff import CutoffSpec
-from robotcore.hal.devices import Motor
 from robotcore.hal.robot import Robot
 from robotcore.hal.wall_clock import MonotonicClock
+from robotcore.kinds.motor import Motor
 from tests.robotcore.safety.guardian.recorder import Diary, notes
 
 UNGUARDED = "unguarded"

@@ -17,8 +17,8 @@ from pathlib import Path
 from unittest.mock import patch
 
 from robotcore.hal.backend import Backend
-from robotcore.hal.devices import Motor
 from robotcore.hal.robot import Robot
+from robotcore.kinds.motor import Motor
 from robotcore.runtime.behaviour import Behaviour, Status
 from robotcore.runtime.session import Observer, Run, RunRequest, RunResult, run
 from robotcore.runtime.trace import TickRecord

@@ -9,8 +9,7 @@ from robotcore.description import Light, Mount, Texture, Walls, WorldDescription
 from robotcore.description.meshes import Wrap, face_wrap, floor_wrap
 from robotcore.description.texture import PATTERNS, TILE_PX
 from robotcore.geometry import Pose
-from robotcore.hal.devices import Image
-from robotcore.optics import CameraView, Intrinsics
+from robotcore.optics import CameraView, Image, Intrinsics
 from robotcore.simulation.painter import Painter
 from tests.drivers.kinematic.rooms import ball, box, post, room
 from tests.robotcore.simulation.painter.tracer import compute_rays, trace_depths, trace_labels

@@ -13,8 +13,11 @@ from drivers.kinematic.backend import KinematicBackend
 from robotcore.description import RobotDescription, StrictModel, load_robot
 from robotcore.errors import BackendError
 from robotcore.hal.backend import Backend, Capability, Setup
-from robotcore.hal.devices import Camera, Encoder, Motor, RangeSensor
 from robotcore.hal.robot import Robot
+from robotcore.kinds.camera import Camera
+from robotcore.kinds.encoder import Encoder
+from robotcore.kinds.motor import Motor
+from robotcore.kinds.range_sensor import RangeSensor
 from robotcore.simulation.remote_scene import (
     CameraOptics,
     ObjectKind,

@@ -4,8 +4,9 @@ from typing import Any
 
 import pytest
 
-from robotcore.description import BatteryDescription, load_robot
+from robotcore.description import load_robot
 from robotcore.errors import DescriptionError
+from robotcore.kinds.battery import BatteryDescription
 from robotcore.simulation.remote_scene import ObjectKind, read_bindings
 from robotcore.simulation.remote_scene.bindings import JointBinding
 from tests.robotcore.simulation.remote_scene.memory import SECTION, rover

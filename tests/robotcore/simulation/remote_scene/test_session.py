@@ -10,8 +10,9 @@ import pytest
 from robotcore.description import RobotDescription, load_robot
 from robotcore.errors import BackendError, DeviceError, DeviceGroupError, UsageError
 from robotcore.hal.backend import Setup
-from robotcore.hal.devices import Camera, MemoryDisplay
 from robotcore.hal.robot import Robot
+from robotcore.kinds.camera import Camera
+from robotcore.kinds.display import MemoryDisplay
 from robotcore.simulation.remote_scene import (
     CameraOptics,
     ObjectKind,

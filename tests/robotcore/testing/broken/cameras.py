@@ -6,9 +6,10 @@ from typing import Any
 import numpy as np
 
 from robotcore.hal.backend import Setup
-from robotcore.hal.devices import Camera, Device, Frame, Image
+from robotcore.hal.device import Device
 from robotcore.hal.robot import Robot
-from robotcore.optics import Intrinsics
+from robotcore.kinds.camera import Camera, Frame
+from robotcore.optics import Image, Intrinsics
 from tests.robotcore.testing.broken.sensing import Damage, change_description, change_samples
 from tests.robotcore.testing.harness import Sound, broken, replace_attribute
 

@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from robotcore.description import BatteryDescription, RobotDescription, load_robot
-from robotcore.hal.devices import Battery, Encoder, Image, Voltage
+from robotcore.description import RobotDescription, load_robot
 from robotcore.hal.robot import Robot
+from robotcore.kinds.battery import Battery, BatteryDescription, Voltage
+from robotcore.kinds.encoder import Encoder
+from robotcore.optics import Image
 from tests.doubles.battery_backend import BatteryBackend
 from tests.robotcore.testing.broken.sensing import Damage, change_samples
 from tests.robotcore.testing.harness import Sound, broken, replace_attribute
@@ -18,7 +20,7 @@ def refuse_grey(robot: Robot) -> None:
         _, _, _ = image.shape
 
     if "screen" in robot.devices:
-        replace_attribute(robot["screen"], "_show", show)
+        replace_attribute(robot["screen"], "_apply", show)
 
 
 def draw_a_frame(robot: Robot) -> None:
@@ -27,7 +29,7 @@ def draw_a_frame(robot: Robot) -> None:
             image[0] = 0
 
     if "screen" in robot.devices:
-        replace_attribute(robot["screen"], "_show", show)
+        replace_attribute(robot["screen"], "_apply", show)
 
 
 ROVER = load_robot("rover")

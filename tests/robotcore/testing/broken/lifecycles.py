@@ -4,8 +4,8 @@ from dataclasses import replace
 from types import TracebackType
 
 from robotcore.hal.backend import Setup
-from robotcore.hal.devices import Display
 from robotcore.hal.robot import Robot
+from robotcore.kinds.display import Display
 from tests.robotcore.testing.harness import Sound, broken, replace_attribute
 
 

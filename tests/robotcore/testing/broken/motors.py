@@ -4,8 +4,8 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from robotcore.hal.devices import Motor, invalid_velocity
 from robotcore.hal.robot import Robot
+from robotcore.kinds.motor import Motor, invalid_velocity
 from tests.robotcore.testing.harness import broken, replace_attribute
 
 Apply = Callable[[float], None]

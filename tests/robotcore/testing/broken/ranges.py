@@ -6,8 +6,8 @@ from dataclasses import replace
 from typing import Any, ClassVar
 
 from robotcore.hal.backend import Setup
-from robotcore.hal.devices import Range, RangeSensor
 from robotcore.hal.robot import Robot
+from robotcore.kinds.range_sensor import Range, RangeSensor
 from robotcore.testing import ConformanceSuite, TestSupport
 from robotcore.testing.mock.backend import MockBackend
 from robotcore.testing.mock.devices import LOST

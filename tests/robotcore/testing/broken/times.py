@@ -6,8 +6,8 @@ from dataclasses import replace
 from functools import partial
 
 from robotcore.hal.backend import Setup
-from robotcore.hal.devices import Range, RangeSensor
 from robotcore.hal.robot import Robot
+from robotcore.kinds.range_sensor import Range, RangeSensor
 from robotcore.testing import Gate
 from tests.robotcore.testing.broken.motors import Apply, change_apply
 from tests.robotcore.testing.broken.sensing import change_samples

@@ -9,8 +9,8 @@ from typing import Any
 from robotcore.description import Start
 from robotcore.geometry import Twist
 from robotcore.hal.backend import Setup
-from robotcore.hal.devices import Encoder
 from robotcore.hal.robot import Robot
+from robotcore.kinds.encoder import Encoder
 from tests.robotcore.testing.broken.sensing import change_samples
 from tests.robotcore.testing.harness import broken, replace_attribute
 

@@ -6,8 +6,9 @@ from collections.abc import Callable
 from typing import Any
 
 from robotcore.errors import DeviceError
-from robotcore.hal.devices import Motor, Sensor
+from robotcore.hal.device import Sensor
 from robotcore.hal.robot import Robot
+from robotcore.kinds.motor import Motor
 from tests.robotcore.testing.harness import Sound, broken, replace_attribute
 
 

@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from robotcore.description import CameraDescription, RangeSensorDescription, load_robot
+from robotcore.description import load_robot
 from robotcore.geometry import Pose
 from robotcore.hal.robot import Role
+from robotcore.kinds.camera import CameraDescription
+from robotcore.kinds.range_sensor import RangeSensorDescription
 from robotcore.optics import CameraView
 from robotcore.testing import worlds
 from tests.system.coppeliasim.server import open_robot

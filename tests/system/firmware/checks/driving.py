@@ -10,8 +10,9 @@ import pytest
 
 from robotcore.errors import DeviceError, DeviceGroupError, DeviceLostError
 from robotcore.hal.backend import Setup
-from robotcore.hal.devices import Battery, Encoder
 from robotcore.hal.robot import Robot
+from robotcore.kinds.battery import Battery
+from robotcore.kinds.encoder import Encoder
 from robotcore.testing import worlds
 from tests.system.firmware.backend import SimavrBackend
 from tests.system.firmware.board import STANDS, Board

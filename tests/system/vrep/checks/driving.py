@@ -12,8 +12,8 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from robotcore.hal.devices import Encoder
 from robotcore.hal.robot import Robot
+from robotcore.kinds.encoder import Encoder
 from tests.system import rolling
 from tests.system.vrep import scenes
 from tests.system.vrep.server import open_rover

@@ -5,10 +5,10 @@ import math
 import pytest
 
 from drivers.serial.boards.rosarduino.devices import Pings, Ranges, WheelCounter
-from robotcore.description import RangeSensorDescription, load_robot
+from robotcore.description import load_robot
 from robotcore.errors import DeviceError
-from robotcore.hal.devices import Range
 from robotcore.hardware.polled_samples import RangeSampler
+from robotcore.kinds.range_sensor import Range, RangeSensorDescription
 from tests.texts import Raises
 
 NOSE = load_robot("rover").first_of(RangeSensorDescription)

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from robotcore.description import MotorDescription
 from robotcore.hal.backend import Backend, Setup
 from robotcore.hal.cutoff import CutoffSpec
-from robotcore.hal.devices import Motor
 from robotcore.hal.robot import Robot
 from robotcore.hal.wall_clock import MonotonicClock
+from robotcore.kinds.motor import Motor, MotorDescription
 
 from .cutoff import write_command
 

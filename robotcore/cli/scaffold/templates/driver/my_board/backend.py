@@ -5,21 +5,16 @@ from contextlib import ExitStack, closing
 from functools import partial
 from typing import Any
 
-from robotcore.description import (
-    AnyDevice,
-    BatteryDescription,
-    Drive,
-    EncoderDescription,
-    MotorDescription,
-    RangeSensorDescription,
-    RobotDescription,
-    StrictModel,
-)
+from robotcore.description import DeviceDescription, Drive, RobotDescription, StrictModel
 from robotcore.errors import DeviceError
 from robotcore.hal.backend import Backend, Capability, Setup
 from robotcore.hal.clock import Clock
-from robotcore.hal.devices import Device
+from robotcore.hal.device import Device
 from robotcore.hal.robot import Robot
+from robotcore.kinds.battery import BatteryDescription
+from robotcore.kinds.encoder import EncoderDescription
+from robotcore.kinds.motor import MotorDescription
+from robotcore.kinds.range_sensor import RangeSensorDescription
 
 from my_board.board import Board
 from my_board.devices import BoardBattery, BoardEncoder, BoardMotor, BoardRange
@@ -64,7 +59,7 @@ class MyBoardBackend(Backend):
         return Robot(setup.robot.name, clock, devices, release=board.disconnect)
 
 
-def _open_device(drive: Drive | None, board: Board, clock: Clock, description: AnyDevice) -> Device:
+def _open_device(drive: Drive | None, board: Board, clock: Clock, description: DeviceDescription) -> Device:
     match description:
         case MotorDescription():
             return BoardMotor(description, board, _find_wheel(description.name, drive), clock)

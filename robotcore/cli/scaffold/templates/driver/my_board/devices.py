@@ -2,9 +2,11 @@
 
 import math
 
-from robotcore.description import BatteryDescription, EncoderDescription, MotorDescription, RangeSensorDescription
 from robotcore.hal.clock import Clock
-from robotcore.hal.devices import Angle, Battery, Encoder, Motor, Range, RangeSensor, Voltage
+from robotcore.kinds.battery import Battery, BatteryDescription, Voltage
+from robotcore.kinds.encoder import Angle, Encoder, EncoderDescription
+from robotcore.kinds.motor import Motor, MotorDescription
+from robotcore.kinds.range_sensor import Range, RangeSensor, RangeSensorDescription
 
 from my_board.board import Board
 from my_board.commands import CommandSender

@@ -5,7 +5,7 @@ from typing import Generic
 
 from robotcore.errors import DeviceError
 from robotcore.hal.clock import Clock
-from robotcore.hal.devices import SampleT
+from robotcore.hal.device import SampleT
 from robotcore.hardware import LatestSample
 
 from my_board.failures import translate_errors

@@ -4,11 +4,12 @@ from pathlib import Path
 
 import pytest
 from robotcore import Outcome, RunRequest, run
-from robotcore.description import RangeSensorDescription, load_robot
+from robotcore.description import load_robot
 from robotcore.errors import DeviceError
 from robotcore.hal.backend import Setup
 from robotcore.hal.clock import Clock
 from robotcore.hal.wall_clock import MonotonicClock
+from robotcore.kinds.range_sensor import RangeSensorDescription
 from robotcore.plugins import backend_names
 from robotcore.testing import Gate
 

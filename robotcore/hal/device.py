@@ -1,0 +1,144 @@
+"""The base classes of devices: sensors, which return samples, and actuators, which take commands."""
+
+from __future__ import annotations
+
+import sys
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from pathlib import Path
+from types import FrameType
+from typing import ClassVar, Generic, ParamSpec, Protocol, TypeVar
+
+from robotcore.errors import DeviceClosedError, DeviceError, RobotcoreError
+from robotcore.geometry import Pose
+
+_OURS = "robotcore"
+_LOOP = "robotcore.runtime.loop"
+"""The module that calls apps. The stack frames above this module are not part of an app."""
+
+
+def caller_location() -> str:
+    """Return ``file.py:line`` of the app's code that called the framework; ``""`` if no app made the call."""
+    frame: FrameType | None = sys._getframe(1)  # noqa: SLF001  Python offers no public function
+    while frame and _module(frame).partition(".")[0] == _OURS:
+        frame = None if _module(frame) == _LOOP else frame.f_back
+    return f"{Path(frame.f_code.co_filename).name}:{frame.f_lineno}" if frame else ""
+
+
+def _module(frame: FrameType) -> str:
+    return str(frame.f_globals.get("__name__"))
+
+
+class Sample(Protocol):
+    """The fields of every sample."""
+
+    @property
+    def time(self) -> float:
+        """The time of the measurement on the robot's clock, in seconds."""
+
+    @property
+    def sequence(self) -> int:
+        """The number of the sample. It grows with each new sample of a device."""
+
+
+SampleT = TypeVar("SampleT", bound=Sample)
+CommandT = TypeVar("CommandT")
+P = ParamSpec("P")
+T = TypeVar("T")
+
+
+class Device:
+    """The base class of a robot's devices. The constructor does not use hardware.
+
+    ``mount`` is the pose of a mounted device on the robot in the plane. A run sets it from the robot's description.
+    """
+
+    kind: ClassVar[str] = ""
+    """The name of the device's kind, as in a robot's file."""
+    mount = Pose(0.0, 0.0, 0.0)
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self._is_closed = False
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.name!r}{', closed' if self._is_closed else ''}>"
+
+    def close(self) -> None:
+        """Release the hardware. Then a second `close` does nothing, and other methods raise DeviceClosedError."""
+        if not self._is_closed:
+            self._is_closed = True
+            self._attempt(self._release)
+
+    def _release(self) -> None:
+        """Release the hardware. `close` calls this once."""
+
+    def _require_open(self) -> None:
+        if self._is_closed:
+            raise DeviceClosedError(self.name)
+
+    def _attempt(self, method: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
+        """Call a driver's method. Raise its exceptions, except RobotcoreErrors, as DeviceErrors."""
+        try:
+            return method(*args, **kwargs)
+        except RobotcoreError:
+            raise
+        except Exception as error:
+            raise build_driver_error(self.name, error) from error
+
+
+class Sensor(Device, ABC, Generic[SampleT]):
+    """The base class of sensors, which return samples."""
+
+    def read(self) -> SampleT:
+        """Return the newest sample, without waiting for hardware. Raises DeviceError if the sensor fails."""
+        self._require_open()
+        return self._attempt(self._newest)
+
+    @abstractmethod
+    def _newest(self) -> SampleT:
+        """Return the newest sample. Without a new measurement, return the last sample with its old time.
+
+        An implementation raises an exception if the sensor fails, and never returns a made-up value.
+        """
+
+
+class Actuator(Device, ABC, Generic[CommandT]):
+    """The base class of actuators, which take commands."""
+
+    def send(self, command: CommandT) -> CommandT:
+        """Send a command within the limits of the actuator, and return the command that was sent.
+
+        It does not wait for hardware. Raises InvalidCommandError for a command without a meaning, such as NaN, and
+        DeviceError if the actuator fails.
+        """
+        self._require_open()
+        sent = self._limit(command)
+        self._attempt(self._apply, sent)
+        return sent
+
+    def stop(self) -> None:
+        """Bring the actuator into its safe state. By default this does nothing. A closed actuator is safe already."""
+
+    def close(self) -> None:
+        """Stop the actuator, then release the hardware, even if the stop has failed."""
+        try:
+            self.stop()
+        finally:
+            super().close()
+
+    def _limit(self, command: CommandT) -> CommandT:
+        """Return the command within the limits of the actuator. Raises InvalidCommandError for an invalid command."""
+        return command
+
+    @abstractmethod
+    def _apply(self, command: CommandT) -> None:
+        """Send a command that is within the limits, without waiting for the hardware.
+
+        A driver of slow hardware stores the command, and a thread of the driver sends it.
+        """
+
+
+def build_driver_error(device: str, error: Exception, kind: str = "driver-error") -> DeviceError:
+    """Return the error for an exception of a driver. The caller raises it from that exception."""
+    return DeviceError(device, f"{type(error).__name__}: {error}".removesuffix(": "), kind=kind)

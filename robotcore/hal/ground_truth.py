@@ -1,0 +1,62 @@
+"""The true state of a simulated robot and its world, from which kinds of devices are simulated."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robotcore.description import RobotDescription, WorldDescription
+from robotcore.geometry import Pose, Twist
+from robotcore.hal.clock import Clock
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class GroundTruth:
+    """The true state of a simulated robot and its world. Each simulator in this process provides one."""
+
+    robot: RobotDescription
+    world: WorldDescription
+    clock: Clock
+    """The simulated clock."""
+    pose: Callable[[], Pose]
+    """Returns the true pose of the axle's centre in the world."""
+    twist: Callable[[], Twist]
+    """Returns the true velocity of the axle's centre."""
+    cast: Callable[[Array, Array], Array]
+    """Returns the length of each ray up to its first hit, (n,) in metres, and ``inf`` without a hit.
+
+    Its arguments are the common start of the rays, (3,) in metres, and their unit vectors, (n, 3), both in the robot's
+    frame. The rays ignore the robot and the floor.
+    """
+    touched: Callable[[], Collection[str]]
+    """Returns the names of the bodies that the robot touches now."""
+
+    def touch_bearings(self) -> tuple[float, ...]:
+        """Return the directions of the present contacts in the robot's frame, in radians, positive to the left.
+
+        The direction of a contact is that of the body's point that is nearest to the middle of the robot.
+        """
+        names = self.touched()
+        if not names:
+            return ()
+        pose, middle = self.pose(), self.robot.body.centre_x_m
+        outlines = {body.name: body.outline for body in (*self.world.prisms, *self.world.targets)}
+        nearest = (_nearest_point(outlines[name], pose.to_world(middle, 0.0)) for name in sorted(names))
+        local = (pose.to_local(*point) for point in nearest)
+        return tuple(math.atan2(y, x - middle) for x, y in local)
+
+
+def _nearest_point(outline: tuple[tuple[float, float], ...], point: tuple[float, float]) -> tuple[float, float]:
+    """Return the point of an outline that is nearest to ``point``."""
+    start = np.array(outline)
+    edge = np.roll(start, -1, axis=0) - start
+    along = np.clip(((np.array(point) - start) * edge).sum(axis=1) / (edge**2).sum(axis=1), 0.0, 1.0)
+    candidates = start + along[:, None] * edge
+    x, y = candidates[((candidates - np.array(point)) ** 2).sum(axis=1).argmin()]
+    return float(x), float(y)

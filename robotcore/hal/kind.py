@@ -1,0 +1,120 @@
+"""A kind of device as data, and devices that are made of functions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING, Any, cast
+
+from robotcore.description import DeviceDescription
+from robotcore.errors import BackendMissingError
+from robotcore.hal.device import Actuator, Device, Sensor
+from robotcore.plugins import KINDS, load_registered
+
+if TYPE_CHECKING:
+    from robotcore.hal.ground_truth import GroundTruth
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of device. An entry point of the group ``robotcore.kinds`` with the kind's name refers to it."""
+
+    summary: str
+    """A description of the kind in a few words, which `robotcore kinds` lists."""
+    description: type[DeviceDescription]
+    """The model of a device's table ``[[devices]]`` in a robot's file."""
+    device: type[Device]
+    """The class of the devices. Drivers inherit it."""
+    sample: type[Any] | None = None
+    """The class of a sensor's samples: a dataclass with the fields ``time`` and ``sequence`` at the end."""
+    simulate: Callable[[Any, GroundTruth], Callable[..., Any]] | None = None
+    """Simulates a device in every simulator. Its arguments are the device's description and the ground truth.
+
+    For a sensor, it returns a function that takes a sample. The arguments of this function are the time in seconds and
+    the sequence number. For an actuator, it returns a function that applies a command. With None, a simulator
+    simulates the device itself, or lacks it.
+    """
+    rules: tuple[Callable[..., None], ...] = ()
+    """The rules that the conformance kit checks. The arguments of each are the test bench, the robot and the device."""
+    is_optional: bool = False
+    """Whether a robot runs without the device if its backend has no table for it."""
+
+    @property
+    def name(self) -> str:
+        """The name of the kind in robots' files, such as ``range_sensor``."""
+        return self.device.kind
+
+
+def load_kind(name: str) -> Kind:
+    """Return the kind with a registered name.
+
+    Raises UnknownNameError for an unknown name, and BackendMissingError for a kind that cannot be loaded.
+    """
+    kind = load_registered("device kind", KINDS, name)
+    if not isinstance(kind, Kind):
+        raise BackendMissingError(
+            f"the entry point of the device kind {name!r} is not a robotcore.hal.kind.Kind. Correct it", name=name
+        )
+    return kind
+
+
+def build_sensor(
+    description: DeviceDescription, newest: Callable[[], Any], release: Callable[[], None] = lambda: None
+) -> Sensor[Any]:
+    """Return a sensor of the described kind.
+
+    newest: returns the newest sample.
+    release: releases the hardware when the sensor is closed.
+    """
+    sensor = cast("_FunctionSensor", _sensor_class(description.kind)(description.name, **description.arguments()))
+    sensor._newest_sample, sensor._release_hardware = newest, release  # noqa: SLF001  its own kind
+    return sensor
+
+
+def build_actuator(
+    description: DeviceDescription, apply: Callable[[Any], object], release: Callable[[], None] = lambda: None
+) -> Actuator[Any]:
+    """Return an actuator of the described kind.
+
+    apply: applies a command that is within the actuator's limits.
+    release: releases the hardware when the actuator is closed.
+    """
+    device = _actuator_class(description.kind)(description.name, **description.arguments())
+    actuator = cast("_FunctionActuator", device)
+    actuator._apply_command, actuator._release_hardware = apply, release  # noqa: SLF001  its own kind
+    return actuator
+
+
+class _FunctionSensor(Sensor[Any]):
+    _newest_sample: Callable[[], Any]
+    _release_hardware: Callable[[], None]
+
+    def _newest(self) -> Any:
+        return self._newest_sample()
+
+    def _release(self) -> None:
+        self._release_hardware()
+
+
+class _FunctionActuator(Actuator[Any]):
+    _apply_command: Callable[[Any], object]
+    _release_hardware: Callable[[], None]
+
+    def _apply(self, command: Any) -> None:
+        self._apply_command(command)
+
+    def _release(self) -> None:
+        self._release_hardware()
+
+
+@cache
+def _sensor_class(kind: str) -> Callable[..., Device]:
+    device: Any = load_kind(kind).device
+    return type(device.__name__, (_FunctionSensor, device), {})
+
+
+@cache
+def _actuator_class(kind: str) -> Callable[..., Device]:
+    device: Any = load_kind(kind).device
+    return type(device.__name__, (_FunctionActuator, device), {})

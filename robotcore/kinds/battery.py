@@ -1,0 +1,45 @@
+"""A battery whose voltage is measured."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from robotcore.description import DeviceDescription
+from robotcore.hal.device import Sensor
+from robotcore.hal.kind import Kind
+
+
+class BatteryDescription(DeviceDescription):
+    """A battery whose voltage is measured."""
+
+    kind: Literal["battery"]
+    warn_below_v: Annotated[float, Field(ge=0.1, le=1000)] | None = None
+    """The voltage, in volts, below which the user is warned to charge the battery; None for no warning."""
+
+
+@dataclass(frozen=True, slots=True)
+class Voltage:
+    """A sample of a battery."""
+
+    voltage: float
+    """The voltage of the battery, in volts."""
+    time: float
+    """The time of the measurement on the robot's clock, in seconds."""
+    sequence: int
+    """The number of the sample. It grows with each new sample of a device."""
+
+
+class Battery(Sensor[Voltage]):
+    """A sensor that measures the voltage of a battery. A run continues if this sensor fails.
+
+    A run warns below ``warn_below`` volts, a limit that the run sets from the robot's description.
+    """
+
+    kind = "battery"
+    warn_below: float | None = None
+
+
+KIND = Kind("a battery whose voltage is measured", BatteryDescription, Battery, Voltage, is_optional=True)

@@ -1,0 +1,80 @@
+"""A camera."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import Field
+
+from robotcore.description import DeviceDescription, Mount
+from robotcore.hal.device import Sensor
+from robotcore.hal.kind import Kind
+from robotcore.optics import Image, Intrinsics
+
+
+class CameraDescription(DeviceDescription):
+    """A camera, which simulators model as a pinhole camera."""
+
+    kind: Literal["camera"]
+    mount: Mount
+    width_px: Annotated[int, Field(ge=16, le=4096)]
+    """The width of a picture, in pixels."""
+    height_px: Annotated[int, Field(ge=16, le=4096)]
+    """The height of a picture, in pixels."""
+    horizontal_fov_rad: Annotated[float, Field(ge=0.01, le=3)]
+    """The full horizontal field of view, in radians. Pixels are square, so the vertical field of view follows."""
+
+    @property
+    def intrinsics(self) -> Intrinsics:
+        return Intrinsics(self.width_px, self.height_px, self.horizontal_fov_rad)
+
+    def arguments(self) -> dict[str, Any]:
+        return {"intrinsics": self.intrinsics}
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """A sample of a camera.
+
+    >>> frame = Frame(np.zeros((120, 160, 3), np.uint8), time=1.25, sequence=25)
+    >>> frame
+    <Frame 160x120, t=1.25 s, sequence 25>
+    >>> frame.grey.shape
+    (120, 160)
+    """
+
+    image: Image
+    """The BGR picture, shape (height, width, 3), read-only. The origin is the top left corner."""
+    time: float
+    """The time of capture on the robot's clock, in seconds."""
+    sequence: int
+    """The number of the frame. It grows with each new frame of a camera."""
+
+    def __repr__(self) -> str:
+        height, width = self.image.shape[:2]
+        return f"<Frame {width}x{height}, t={self.time:g} s, sequence {self.sequence}>"
+
+    @cached_property
+    def grey(self) -> Image:
+        """The picture in grey, shape (height, width), read-only."""
+        import cv2
+
+        grey = np.asarray(cv2.cvtColor(self.image, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
+        grey.flags.writeable = False
+        return grey
+
+
+class Camera(Sensor[Frame]):
+    """A camera. ``intrinsics`` is its pinhole model, and ``mount`` is its pose on the robot in the plane."""
+
+    kind = "camera"
+
+    def __init__(self, name: str, intrinsics: Intrinsics) -> None:
+        super().__init__(name)
+        self.intrinsics = intrinsics
+
+
+KIND = Kind("a camera", CameraDescription, Camera, Frame)

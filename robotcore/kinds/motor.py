@@ -1,0 +1,104 @@
+"""A motor of a wheel."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC
+from typing import Annotated, Any, Literal, Protocol
+
+from pydantic import AfterValidator, Field
+
+from robotcore.description import DeviceDescription
+from robotcore.errors import InvalidCommandError, Mistake
+from robotcore.hal.device import Actuator, caller_location
+from robotcore.hal.kind import Kind
+
+MIN_LAG_S = 1e-4
+"""The shortest lag other than 0, in seconds. Simulators have longer time steps, so a shorter lag has no effect."""
+
+
+def _require_measurable_lag(lag: float) -> float:
+    if 0 < lag < MIN_LAG_S:
+        problem = f"is {lag:g} s, shorter than a simulator's time step"
+        raise Mistake(problem, f"Use 0, or at least {MIN_LAG_S:g} s", kind="lag-too-short")
+    return lag
+
+
+class MotorDescription(DeviceDescription):
+    """A motor of a wheel. The wheel's velocity follows the command with a first-order lag."""
+
+    kind: Literal["motor"]
+    max_velocity_rad_s: Annotated[float, Field(ge=0.001, le=1e4)]
+    """The greatest velocity of the wheel, forward and backward, in rad/s."""
+    lag_s: Annotated[float, Field(ge=0, le=10), AfterValidator(_require_measurable_lag)] = 0.05
+    """The time constant of the wheel's lag, in seconds."""
+    max_torque_nm: Annotated[float, Field(ge=1e-6, le=1e4)] = 0.08
+    """The greatest torque at the wheel, in N·m."""
+
+    def arguments(self) -> dict[str, Any]:
+        return {"max_velocity": self.max_velocity_rad_s}
+
+
+class Motor(Actuator[float], ABC):
+    """A motor of a wheel. A positive velocity drives the robot forward, on the left and on the right.
+
+    ``max_velocity`` is the greatest velocity in rad/s, forward and backward.
+    """
+
+    kind = "motor"
+
+    def __init__(self, name: str, max_velocity: float) -> None:
+        super().__init__(name)
+        self.max_velocity = max_velocity
+
+    def set_velocity(self, rad_s: float) -> float:
+        """Send a velocity in rad/s, limited to ``max_velocity``, and return the velocity that was sent.
+
+        It does not wait for hardware.
+
+        Stops the motor and raises InvalidCommandError if ``rad_s`` is NaN or infinite. Raises DeviceError if the motor
+        fails.
+        """
+        return self.send(rad_s)
+
+    def stop(self) -> None:
+        """Stop the motor now. A closed motor is stopped already."""
+        if not self._is_closed:
+            self._attempt(self._apply, 0.0)
+
+    def _limit(self, command: float) -> float:
+        if not math.isfinite(command):
+            self.stop()
+            raise invalid_velocity(self.name, command)
+        return max(-self.max_velocity, min(command, self.max_velocity))
+
+
+class VelocityOutput(Protocol):
+    """The methods of a motor that layers of a run, such as a fault, can replace."""
+
+    @property
+    def name(self) -> str:
+        """The motor's name."""
+
+    def set_velocity(self, rad_s: float, /) -> float:
+        """Send a velocity in rad/s, and return the velocity that was sent."""
+
+    def stop(self) -> None:
+        """Stop the motor."""
+
+
+def invalid_velocity(name: str, rad_s: float) -> InvalidCommandError:
+    """Return the error for a command that is NaN or infinite. Its message names the app's line that gave the command.
+
+    name: the name of the motor.
+    rad_s: the commanded velocity.
+    """
+    line = caller_location()
+    where = f", at {line}" if line else ""
+    return InvalidCommandError(
+        f"{name}: the app commanded a velocity of {rad_s} rad/s{where}, and all motors were stopped. "
+        "Look for a division by zero, or for a range of inf, in the app"
+    )
+
+
+KIND = Kind("a motor of a wheel", MotorDescription, Motor)

@@ -1,0 +1,88 @@
+"""A sensor that measures the distance to the nearest body, such as an ultrasonic module."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, model_validator
+
+from robotcore.description import DeviceDescription, Mount
+from robotcore.errors import Mistake
+from robotcore.hal.device import Sensor
+from robotcore.hal.kind import Kind
+
+SensorRange = Annotated[float, Field(ge=1e-4, le=1000)]
+"""The shortest or the longest distance that a range sensor measures, in metres."""
+
+
+class RangeSensorDescription(DeviceDescription):
+    """A sensor that measures the distance to the nearest body in a cone."""
+
+    kind: Literal["range_sensor"]
+    mount: Mount
+    min_range_m: SensorRange
+    """The shortest distance that the sensor measures, in metres. A nearer body is measured at this distance."""
+    max_range_m: SensorRange
+    """The longest distance that the sensor measures, in metres. For a farther body, the sensor returns ``inf``."""
+    cone_rad: Annotated[float, Field(ge=0, lt=math.pi)]
+    """The full opening angle of the cone, in radians."""
+
+    @model_validator(mode="after")
+    def _ranges_in_order(self) -> RangeSensorDescription:
+        if self.min_range_m >= self.max_range_m:
+            problem = f"min_range_m, {self.min_range_m:g} m, is not below max_range_m, {self.max_range_m:g} m"
+            raise Mistake(problem, "Correct one of them", kind="ranges-in-wrong-order")
+        return self
+
+    def arguments(self) -> dict[str, Any]:
+        return {"min_range": self.min_range_m, "max_range": self.max_range_m, "cone": self.cone_rad}
+
+
+@dataclass(frozen=True, slots=True)
+class Range:
+    """A sample of a range sensor.
+
+    >>> Range(distance=0.84, time=1.25, sequence=25).distance
+    0.84
+    """
+
+    distance: float
+    """The distance in metres; ``inf`` if nothing is in range."""
+    time: float
+    """The time of the measurement on the robot's clock, in seconds."""
+    sequence: int
+    """The number of the sample. It grows with each new sample of a device."""
+    point: tuple[float, float, float] | None = None
+    """The detected point in the sensor's frame, in metres. Only some simulators provide it."""
+
+
+class RangeSensor(Sensor[Range]):
+    """A sensor that measures the distance to the nearest body in a cone, such as an ultrasonic module.
+
+    min_range, max_range: the shortest and the longest distance that the sensor measures, in metres. A shorter distance
+        is returned as ``min_range``.
+    cone: the full opening angle of the cone in radians.
+
+    ``mount`` is the sensor's pose on the robot in the plane. A run sets it from the robot's description.
+    """
+
+    kind = "range_sensor"
+
+    def __init__(self, name: str, *, min_range: float, max_range: float, cone: float) -> None:
+        super().__init__(name)
+        self.min_range, self.max_range, self.cone = min_range, max_range, cone
+
+
+def limit_reading(sensor: RangeSensor, reading: Range, distance: float) -> Range:
+    """Return a copy of a reading with another distance in metres, limited to the sensor's range.
+
+    A distance below the range becomes the sensor's minimum. A distance beyond the range becomes ``inf``.
+    """
+    if distance > sensor.max_range:
+        return replace(reading, distance=math.inf, point=None)
+    return replace(reading, distance=max(distance, sensor.min_range))
+
+
+KIND = Kind("a sensor of the distance to the nearest body", RangeSensorDescription, RangeSensor, Range)
