@@ -23,9 +23,9 @@ from robotcore.description import Ball, Box, Cylinder, Drive, RobotDescription, 
 from robotcore.description.robot import Body, Caster
 from robotcore.geometry import Pose
 from robotcore.hal.clock import Clock
+from robotcore.hal.sampling import SampleCache
 from robotcore.kinds.encoder import Angle, Encoder, EncoderDescription
 from robotcore.kinds.motor import Motor, MotorDescription
-from robotcore.simulation.sampling import SampleCache
 
 GROUND_M, GROUND_DEPTH_M = 60.0, 0.1
 """The side length and the thickness of the ground, in metres.

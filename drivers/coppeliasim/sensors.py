@@ -16,10 +16,10 @@ from drivers.coppeliasim.builder import FORWARD, NO_UNDO, Placement, SceneBuilde
 from drivers.coppeliasim.connection import SimulatorConnection
 from robotcore.errors import BackendError
 from robotcore.hal.clock import Clock
+from robotcore.hal.sampling import SampleCache
 from robotcore.kinds.range_sensor import Range, RangeSensor, RangeSensorDescription
 from robotcore.raycast import FAN_RAYS, FAN_SETBACK_M, Fan
 from robotcore.simulation.remote_scene import Point, Scene
-from robotcore.simulation.sampling import SampleCache
 
 NEAR_M, FAR_M = 0.01, 40.0
 _EXPLICIT_VISION, _PERSPECTIVE, _OWN_BACKGROUND = 1, 2, 128

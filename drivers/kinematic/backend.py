@@ -9,13 +9,12 @@ from robotcore.errors import DeviceError, DeviceGroupError, UsageError
 from robotcore.hal.backend import Backend, Capability, Setup
 from robotcore.hal.device import Device
 from robotcore.hal.robot import Robot
-from robotcore.kinds.camera import CameraDescription
+from robotcore.kinds.camera import CameraDescription, SampledCamera
 from robotcore.kinds.display import MemoryDisplay
-from robotcore.kinds.encoder import EncoderDescription
+from robotcore.kinds.encoder import EncoderDescription, SampledEncoder
 from robotcore.kinds.motor import MotorDescription
-from robotcore.kinds.range_sensor import RangeSensorDescription
+from robotcore.kinds.range_sensor import RangeSensorDescription, SampledRangeSensor
 from robotcore.optics import CameraView
-from robotcore.simulation.sampling import SampledCamera, SampledEncoder, SampledRangeSensor
 
 
 class KinematicOptions(StrictModel):

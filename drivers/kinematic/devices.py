@@ -11,9 +11,8 @@ from drivers.kinematic.motion import Wheel
 from robotcore.description import WorldDescription
 from robotcore.geometry import Pose
 from robotcore.kinds.motor import Motor, MotorDescription
-from robotcore.kinds.range_sensor import RangeSensorDescription
+from robotcore.kinds.range_sensor import Echo, RangeSensorDescription
 from robotcore.raycast import FAN_SETBACK_M, Fan, cast, edges_of
-from robotcore.simulation.sampling import Echo
 
 
 class KinematicMotor(Motor):

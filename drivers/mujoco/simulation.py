@@ -20,11 +20,10 @@ from robotcore.hal.device import Device
 from robotcore.hal.truth import RELEASE_M
 from robotcore.kinds.camera import CameraDescription
 from robotcore.kinds.display import MemoryDisplay
-from robotcore.kinds.encoder import EncoderDescription
+from robotcore.kinds.encoder import EncoderDescription, SampledEncoder
 from robotcore.kinds.motor import MotorDescription
 from robotcore.kinds.range_sensor import RangeSensorDescription
 from robotcore.simulation.rigid_body import ContactCounter
-from robotcore.simulation.sampling import SampledEncoder
 
 
 class Simulation:

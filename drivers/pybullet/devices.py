@@ -12,13 +12,12 @@ from drivers.pybullet.body import Body
 from drivers.pybullet.bullet import Bullet
 from robotcore.description import Light
 from robotcore.hal.clock import Clock
-from robotcore.kinds.encoder import EncoderDescription
+from robotcore.kinds.encoder import EncoderDescription, SampledEncoder
 from robotcore.kinds.motor import Motor, MotorDescription
 from robotcore.kinds.range_sensor import RangeSensorDescription
 from robotcore.optics import CameraView, Image
 from robotcore.raycast import FAN_SETBACK_M
 from robotcore.simulation.rigid_body import Array, ObjectIds, RayFanSensor
-from robotcore.simulation.sampling import SampledEncoder
 
 
 class BulletMotor(Motor):

@@ -16,9 +16,9 @@ from drivers.raspberrypi.pins import stop_edge_detection, translate_pin_errors
 from robotcore.description import RobotDescription
 from robotcore.hal.clock import Clock
 from robotcore.hal.device import Device
+from robotcore.hal.sampling import SampleCache
 from robotcore.hardware import Connection, DeviceDriver, Drivers, Host, motor_of
 from robotcore.kinds.encoder import Angle, Encoder, EncoderDescription
-from robotcore.simulation.sampling import SampleCache
 
 if TYPE_CHECKING:
     from gpiozero import InputDevice

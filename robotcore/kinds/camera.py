@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, Any, Literal
@@ -10,8 +11,10 @@ import numpy as np
 from pydantic import Field
 
 from robotcore.description import DeviceDescription, Mount
+from robotcore.hal.clock import Clock
 from robotcore.hal.device import Sensor
 from robotcore.hal.kind import Kind
+from robotcore.hal.sampling import SampleCache
 from robotcore.optics import Image, Intrinsics
 
 
@@ -75,6 +78,26 @@ class Camera(Sensor[Frame]):
     def __init__(self, name: str, intrinsics: Intrinsics) -> None:
         super().__init__(name)
         self.intrinsics = intrinsics
+
+
+class SampledCamera(Camera):
+    """A simulated camera.
+
+    take_picture: returns a new picture, (height, width, 3), BGR. The camera makes it read-only.
+    """
+
+    def __init__(self, name: str, intrinsics: Intrinsics, clock: Clock, take_picture: Callable[[], Image]) -> None:
+        super().__init__(name, intrinsics)
+
+        def take(time: float, sequence: int) -> Frame:
+            image = take_picture()
+            image.flags.writeable = False
+            return Frame(image, time, sequence)
+
+        self._newest_at = SampleCache(clock, take)
+
+    def _newest(self) -> Frame:
+        return self._newest_at()
 
 
 KIND = Kind("a camera", CameraDescription, Camera, Frame)

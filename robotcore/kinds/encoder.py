@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from pydantic import Field
 
 from robotcore.description import DeviceDescription
+from robotcore.hal.clock import Clock
 from robotcore.hal.device import Sensor
 from robotcore.hal.kind import Kind
+from robotcore.hal.sampling import SampleCache
 
 
 class EncoderDescription(DeviceDescription):
@@ -43,6 +46,24 @@ class Encoder(Sensor[Angle]):
     """A sensor that measures the angle of a wheel."""
 
     kind = "encoder"
+
+
+class SampledEncoder(Encoder):
+    """An encoder of a simulated wheel, which measures in whole counts.
+
+    read_angle: returns the angle of the wheel in radians.
+    """
+
+    def __init__(self, description: EncoderDescription, clock: Clock, read_angle: Callable[[], float]) -> None:
+        super().__init__(description.name)
+
+        def take(time: float, sequence: int) -> Angle:
+            return Angle(description.quantise(read_angle()), time, sequence)
+
+        self._newest_at = SampleCache(clock, take)
+
+    def _newest(self) -> Angle:
+        return self._newest_at()
 
 
 KIND = Kind("an encoder on a wheel", EncoderDescription, Encoder, Angle)

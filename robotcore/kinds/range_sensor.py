@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import Field, model_validator
 
 from robotcore.description import DeviceDescription, Mount
 from robotcore.errors import Mistake
+from robotcore.hal.clock import Clock
 from robotcore.hal.device import Sensor
 from robotcore.hal.kind import Kind
+from robotcore.hal.sampling import SampleCache
 
 SensorRange = Annotated[float, Field(ge=1e-4, le=1000)]
 """The shortest or the longest distance that a range sensor measures, in metres."""
@@ -83,6 +86,35 @@ def limit_reading(sensor: RangeSensor, reading: Range, distance: float) -> Range
     if distance > sensor.max_range:
         return replace(reading, distance=math.inf, point=None)
     return replace(reading, distance=max(distance, sensor.min_range))
+
+
+class Echo(NamedTuple):
+    """The distance of an echo, and the point that it came from."""
+
+    distance: float
+    """The distance in metres; ``inf`` if nothing is within the sensor's range."""
+    point: tuple[float, float, float] | None
+    """The point in the sensor's frame, in metres; None if it is unknown or nothing is within the sensor's range."""
+
+
+class SampledRangeSensor(RangeSensor):
+    """A simulated range sensor.
+
+    measure: returns the echo that the sensor receives now.
+    """
+
+    def __init__(self, description: RangeSensorDescription, clock: Clock, measure: Callable[[], Echo]) -> None:
+        limits = {"min_range": description.min_range_m, "max_range": description.max_range_m}
+        super().__init__(description.name, cone=description.cone_rad, **limits)
+
+        def take(time: float, sequence: int) -> Range:
+            echo = measure()
+            return Range(echo.distance, time, sequence, echo.point)
+
+        self._newest_at = SampleCache(clock, take)
+
+    def _newest(self) -> Range:
+        return self._newest_at()
 
 
 KIND = Kind("a sensor of the distance to the nearest body", RangeSensorDescription, RangeSensor, Range)

@@ -10,11 +10,10 @@ from numpy.typing import NDArray
 
 from robotcore.geometry import Pose
 from robotcore.hal.clock import Clock
-from robotcore.kinds.camera import CameraDescription
-from robotcore.kinds.range_sensor import RangeSensorDescription
+from robotcore.kinds.camera import CameraDescription, SampledCamera
+from robotcore.kinds.range_sensor import Echo, RangeSensorDescription, SampledRangeSensor
 from robotcore.optics import CameraView, Image
 from robotcore.raycast import Fan
-from robotcore.simulation.sampling import Echo, SampledCamera, SampledRangeSensor
 
 Array = NDArray[np.float64]
 ObjectIds = NDArray[np.int32]

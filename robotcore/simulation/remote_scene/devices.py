@@ -10,14 +10,14 @@ import numpy as np
 from robotcore.errors import DeviceError
 from robotcore.geometry import Pose, Twist
 from robotcore.hal.clock import Clock
-from robotcore.kinds.camera import CameraDescription
+from robotcore.hal.sampling import SampleCache
+from robotcore.kinds.camera import CameraDescription, SampledCamera
 from robotcore.kinds.display import Display
 from robotcore.kinds.encoder import Angle, Encoder, EncoderDescription
 from robotcore.kinds.motor import Motor, MotorDescription
-from robotcore.kinds.range_sensor import RangeSensorDescription
+from robotcore.kinds.range_sensor import Echo, RangeSensorDescription, SampledRangeSensor
 from robotcore.optics import Image, Intrinsics
 from robotcore.simulation.remote_scene.interface import CameraOptics, Point, RawPicture, Scene
-from robotcore.simulation.sampling import Echo, SampleCache, SampledCamera, SampledRangeSensor
 
 
 class SceneMotor(Motor):

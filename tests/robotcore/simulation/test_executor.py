@@ -9,10 +9,10 @@ from collections.abc import Iterator
 import pytest
 
 from robotcore.hal.clock import SteppedClock
+from robotcore.hal.sampling import SampleCache
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.kinds.encoder import Angle
 from robotcore.simulation.executor import SerialExecutor
-from robotcore.simulation.sampling import SampleCache
 
 
 @pytest.fixture

@@ -13,11 +13,11 @@ from robotcore.description import RobotDescription
 from robotcore.geometry import Pose, Twist, Wheels
 from robotcore.hal.backend import Setup
 from robotcore.hal.clock import Clock
+from robotcore.hal.sampling import SampleCache
 from robotcore.kinds.camera import Camera, CameraDescription, Frame
 from robotcore.kinds.motor import MotorDescription
 from robotcore.kinds.range_sensor import RangeSensorDescription
 from robotcore.optics import CameraView, Image
-from robotcore.simulation.sampling import SampleCache
 from tests.system.firmware.simulated import SimulatedRobot
 
 STEPS_PER_S = 240
