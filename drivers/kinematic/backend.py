@@ -8,9 +8,9 @@ from robotcore.description import DeviceDescription, StrictModel
 from robotcore.errors import DeviceError, DeviceGroupError, UsageError
 from robotcore.hal.backend import Backend, Capability, Setup
 from robotcore.hal.device import Device
+from robotcore.hal.kind import simulate_device
 from robotcore.hal.robot import Robot
 from robotcore.kinds.camera import CameraDescription, SampledCamera
-from robotcore.kinds.display import MemoryDisplay
 from robotcore.kinds.encoder import EncoderDescription, SampledEncoder
 from robotcore.kinds.motor import MotorDescription
 from robotcore.kinds.range_sensor import RangeSensorDescription, SampledRangeSensor
@@ -76,4 +76,4 @@ def _open_device(description: DeviceDescription, simulation: Simulation) -> Devi
             simulation.clock,
             lambda: simulation.painter.picture(CameraView.of(intrinsics, mount, simulation.body_pose)),
         )
-    return MemoryDisplay(description.name)
+    return simulate_device(description, simulation.ground_truth)

@@ -28,6 +28,11 @@ class Bumper:
         self._touched: dict[int, float] = {}
         self._measure(clearances.measure_gaps(start))
 
+    @property
+    def touched(self) -> tuple[int, ...]:
+        """The indices of the bodies that the robot touches now, the prisms and then the targets."""
+        return tuple(self._touched)
+
     def try_move(self, here: Pose, there: Pose, distance: float, turn: float) -> bool:
         """Return whether the robot may move from the pose ``here`` to ``there``, and count a contact if not.
 

@@ -29,24 +29,37 @@ class KinematicMotor(Motor):
 Array = NDArray[np.float64]
 
 
+class WorldSlice:
+    """The outlines of all bodies of a world at a height ``z_m`` in metres."""
+
+    def __init__(self, world: WorldDescription, z_m: float) -> None:
+        self._edges = edges_of(prism.outline for prism in world.prisms if prism.height_m > z_m)
+        self._circles = np.array(
+            [(ball.x_m, ball.y_m, ball.radius_m**2 - (z_m - ball.radius_m) ** 2) for ball in world.targets]
+        ).reshape(-1, 3)
+
+    def cast(self, x: float, y: float, dx: Array, dy: Array) -> Array:
+        """Return the length of each ray to its first hit, as (n,) in metres; ``inf`` without a hit.
+
+        x, y: the common start of all rays, in metres.
+        dx, dy: the unit vectors of the rays, each (n,).
+        """
+        return np.minimum(cast(x, y, dx, dy, self._edges), cast_at_circles(x, y, dx, dy, self._circles))
+
+
 class Sonar:
     """Casts the fan of rays of a range sensor at all bodies at the height of the sensor."""
 
     def __init__(self, sensor: RangeSensorDescription, world: WorldDescription) -> None:
-        mount = sensor.mount
-        self._mount = Pose(mount.x_m, mount.y_m, mount.yaw_rad)
+        self._mount = sensor.mount.pose
         self._fan = Fan(sensor.cone_rad, sensor.min_range_m, sensor.max_range_m)
-        self._edges = edges_of(prism.outline for prism in world.prisms if prism.height_m > mount.z_m)
-        self._circles = np.array(
-            [(ball.x_m, ball.y_m, ball.radius_m**2 - (mount.z_m - ball.radius_m) ** 2) for ball in world.targets]
-        ).reshape(-1, 3)
+        self._slice = WorldSlice(world, sensor.mount.z_m)
 
     def measure(self, robot: Pose) -> Echo:
         """Return the echo that the sensor receives if the robot has the pose ``robot``."""
         sensor = robot.compose(self._mount)
         x, y = sensor.to_world(-FAN_SETBACK_M, 0.0)
-        dx, dy = self._fan.directions(sensor)
-        lengths = np.minimum(cast(x, y, dx, dy, self._edges), cast_at_circles(x, y, dx, dy, self._circles))
+        lengths = self._slice.cast(x, y, *self._fan.directions(sensor))
         return Echo(self._fan.reading(lengths), self._fan.point(lengths))
 
 

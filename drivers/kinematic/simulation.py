@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from functools import cached_property
 
 from drivers.kinematic.clearance import Bumper, Clearance
+from drivers.kinematic.devices import Array, WorldSlice
 from drivers.kinematic.motion import Chassis, Wheel
 from robotcore.description import Drive, WorldDescription
 from robotcore.geometry import Pose, Twist, wrap_angle
 from robotcore.hal.backend import Setup
 from robotcore.hal.clock import SteppedClock
+from robotcore.hal.ground_truth import GroundTruth
 from robotcore.kinds.motor import MotorDescription
 from robotcore.simulation.painter import Painter
 
@@ -18,8 +21,9 @@ class Simulation:
     """A robot in a world, which advances with ``clock``. It is the `TruthSource` of the run."""
 
     def __init__(self, setup: Setup, world: WorldDescription) -> None:
-        robot = setup.robot
+        self._robot = robot = setup.robot
         self.world = world
+        self._slices: dict[float, WorldSlice] = {}
         self.clock = SteppedClock(setup.rate_hz, self._advance)
         self.wheels = {motor.name: Wheel(motor.lag_s, self.clock.step) for motor in robot.all_of(MotorDescription)}
         """The wheel of each motor, by the name of the motor."""
@@ -52,6 +56,24 @@ class Simulation:
 
     def contacts(self) -> int:
         return self._bumper.contacts
+
+    @cached_property
+    def ground_truth(self) -> GroundTruth:
+        """The ground truth from which kinds of devices are simulated."""
+        return GroundTruth(self._robot, self.world, self.clock, self.pose, self.twist, self._cast, self._touched)
+
+    def _cast(self, origin: Array, directions: Array) -> Array:
+        pose, z = self.body_pose, float(origin[2])
+        x, y = pose.to_world(float(origin[0]), float(origin[1]))
+        cos, sin = math.cos(pose.heading), math.sin(pose.heading)
+        dx, dy = directions[:, 0], directions[:, 1]
+        if z not in self._slices:
+            self._slices[z] = WorldSlice(self.world, z)
+        return self._slices[z].cast(x, y, cos * dx - sin * dy, sin * dx + cos * dy)
+
+    def _touched(self) -> list[str]:
+        bodies = (*self.world.prisms, *self.world.targets)
+        return [bodies[index].name for index in self._bumper.touched]
 
     def _build_chassis(self, drive: Drive) -> Chassis:
         left, right = self.wheels[drive.left], self.wheels[drive.right]

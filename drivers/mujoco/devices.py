@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drivers.mujoco.body import Body
 from drivers.mujoco.model.attributes import RANGE_GROUPS, group_flags
@@ -19,7 +21,7 @@ from robotcore.kinds.camera import CameraDescription
 from robotcore.kinds.motor import Motor, MotorDescription
 from robotcore.kinds.range_sensor import RangeSensorDescription
 from robotcore.optics import CameraView, Image
-from robotcore.raycast import FAN_RAYS, FAN_SETBACK_M
+from robotcore.raycast import FAN_SETBACK_M
 from robotcore.simulation.rigid_body import Array, BodyCamera, RayFanSensor
 
 if TYPE_CHECKING:
@@ -38,19 +40,35 @@ class MujocoMotor(Motor):
         self._controls[self._number] = rad_s
 
 
+@cache
+def _get_range_groups() -> NDArray[np.uint8]:
+    return np.array(group_flags(RANGE_GROUPS), dtype=np.uint8)
+
+
+def cast_rays(model: MjModel, data: MjData, start: Array, rays: Array, reach_m: float = math.inf) -> Array:
+    """Return the length of each ray up to its first hit, (n,) in metres. The rays ignore the robot and the floor.
+
+    start: the common start of the rays in the world, (3,) in metres.
+    rays: the unit vectors of the rays, (n, 3).
+    reach_m: the length up to which hits count, in metres.
+    """
+    from mujoco import mj_multiRay, mjMAXVAL
+
+    hit, lengths = np.zeros(len(rays), dtype=np.int32), np.zeros(len(rays))
+    mj_multiRay(
+        model, data, start, rays.ravel(), _get_range_groups(), True, -1, hit, lengths, None, len(rays), min(reach_m, mjMAXVAL)
+    )
+    return np.where(hit >= 0, lengths, math.inf)
+
+
 def open_range_sensor(
     model: MjModel, data: MjData, description: RangeSensorDescription, clock: Clock, body: Body
 ) -> RayFanSensor:
     """Open a range sensor, whose rays ignore the robot and the floor."""
-    from mujoco import mj_multiRay
-
-    groups = np.array(group_flags(RANGE_GROUPS), dtype=np.uint8)
-    hit, lengths = np.zeros(FAN_RAYS, dtype=np.int32), np.zeros(FAN_RAYS)
     reach = description.max_range_m + 2 * FAN_SETBACK_M
 
     def cast(start: Array, rays: Array) -> Array:
-        mj_multiRay(model, data, start, rays.ravel(), groups, True, -1, hit, lengths, None, FAN_RAYS, reach)
-        return np.where(hit >= 0, lengths, math.inf)
+        return cast_rays(model, data, start, rays, reach)
 
     return RayFanSensor(description, clock, body.transform, cast)
 

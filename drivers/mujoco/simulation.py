@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from contextlib import ExitStack
+from functools import cached_property
 
 import numpy as np
 
 from drivers.mujoco.body import Body
-from drivers.mujoco.devices import CameraSet, MujocoMotor, open_range_sensor
+from drivers.mujoco.devices import CameraSet, MujocoMotor, cast_rays, open_range_sensor
 from drivers.mujoco.model import build, compile_model
 from drivers.mujoco.window import Window
 from robotcore.description import DeviceDescription, WorldDescription
@@ -17,9 +18,10 @@ from robotcore.geometry import Pose, Twist
 from robotcore.hal.backend import Setup
 from robotcore.hal.clock import SteppedClock
 from robotcore.hal.device import Device
+from robotcore.hal.ground_truth import Array, GroundTruth
+from robotcore.hal.kind import simulate_device
 from robotcore.hal.truth import RELEASE_M
 from robotcore.kinds.camera import CameraDescription
-from robotcore.kinds.display import MemoryDisplay
 from robotcore.kinds.encoder import EncoderDescription, SampledEncoder
 from robotcore.kinds.motor import MotorDescription
 from robotcore.kinds.range_sensor import RangeSensorDescription
@@ -37,6 +39,7 @@ class Simulation:
     def __init__(self, setup: Setup, world: WorldDescription) -> None:
         from mujoco import MjData, mj_step1, mj_step2, mjtGeom
 
+        self._robot, self._world = setup.robot, world
         self.clock = SteppedClock(setup.rate_hz, self._advance)
         self.model = compile_model(build(setup.robot, world, self.clock.step))
         self.data = MjData(self.model)
@@ -65,7 +68,7 @@ class Simulation:
             return open_range_sensor(self.model, self.data, description, self.clock, self._body)
         if isinstance(description, CameraDescription):
             return self._cameras.open(description, self.clock, self._body)
-        return MemoryDisplay(description.name)
+        return simulate_device(description, self.ground_truth)
 
     def close(self) -> None:
         """Release OpenGL and close the window. Further calls do nothing."""
@@ -83,6 +86,18 @@ class Simulation:
         self._require_sound()
         return self._contacts.count
 
+    @cached_property
+    def ground_truth(self) -> GroundTruth:
+        """The ground truth from which kinds of devices are simulated."""
+        return GroundTruth(self._robot, self._world, self.clock, self.pose, self.twist, self._cast, self._touched)
+
+    def _cast(self, origin: Array, directions: Array) -> Array:
+        rotation, start = self._body.transform()
+        return cast_rays(self.model, self.data, start + rotation @ origin, directions @ rotation.T)
+
+    def _touched(self) -> list[str]:
+        return [self.model.geom(thing).name for thing in self._contacts.touched]
+
     def _advance(self, steps: int) -> None:
         for _ in range(steps):
             self._finish_step(self.model, self.data)
@@ -96,7 +111,7 @@ class Simulation:
         """Count the contacts that began in the last physics step, except those with the floor."""
         pairs = self.data.contact.geom.tolist()
         touching = {thing for pair in pairs if self._box in pair for thing in pair} - self._ignored
-        if touching or self._contacts.is_touching:
+        if touching or self._contacts.touched:
             self._contacts.update(touching, self._is_near)
 
     def _is_near(self, thing: int) -> bool:

@@ -58,13 +58,26 @@ def open_encoder(bullet: Bullet, description: EncoderDescription, clock: Clock, 
     return SampledEncoder(description, clock, lambda: float(joint_state(body.body_id, joint)[0]))
 
 
+RAY_M = 200.0
+"""The length of the rays of `GroundTruth.cast`, in metres: longer than the diagonal of any floor."""
+
+
+def cast_rays(bullet: Bullet, start: Array, rays: Array, length_m: float) -> Array:
+    """Return the length of each ray up to its first hit, (n,) in metres. The rays ignore the robot and the floor.
+
+    start: the common start of the rays in the world, (3,) in metres.
+    rays: the rays, (n, 3) in metres, all of the length ``length_m``.
+    """
+    hits = bullet.rayTestBatch([start] * len(rays), start + rays)
+    return np.array([hit[2] * length_m if hit[0] >= 0 else math.inf for hit in hits])
+
+
 def open_range_sensor(bullet: Bullet, description: RangeSensorDescription, clock: Clock, body: Body) -> RayFanSensor:
     """Open a range sensor, whose rays ignore the robot and the floor."""
-    length, cast_rays = description.max_range_m + 2 * FAN_SETBACK_M, bullet.rayTestBatch
+    length = description.max_range_m + 2 * FAN_SETBACK_M
 
     def cast(start: Array, rays: Array) -> Array:
-        hits = cast_rays([start] * len(rays), start + rays)
-        return np.array([hit[2] * length if hit[0] >= 0 else math.inf for hit in hits])
+        return cast_rays(bullet, start, rays, length)
 
     return RayFanSensor(description, clock, body.transform, cast, length)
 

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import math
+from functools import cached_property
 
 from drivers.pybullet.body import Body
 from drivers.pybullet.bullet import Bullet
-from drivers.pybullet.devices import BulletMotor, BulletRenderer, open_encoder, open_range_sensor
+from drivers.pybullet.devices import RAY_M, BulletMotor, BulletRenderer, cast_rays, open_encoder, open_range_sensor
 from drivers.pybullet.scene import Scene
 from robotcore.description import DeviceDescription, WorldDescription
 from robotcore.geometry import Pose, Twist
 from robotcore.hal.backend import Setup
 from robotcore.hal.clock import SteppedClock
 from robotcore.hal.device import Device
+from robotcore.hal.ground_truth import Array, GroundTruth
+from robotcore.hal.kind import simulate_device
 from robotcore.hal.truth import RELEASE_M
 from robotcore.kinds.camera import CameraDescription
-from robotcore.kinds.display import MemoryDisplay
 from robotcore.kinds.encoder import EncoderDescription
 from robotcore.kinds.motor import MotorDescription
 from robotcore.kinds.range_sensor import RangeSensorDescription
@@ -29,6 +31,7 @@ class Simulation:
     """
 
     def __init__(self, bullet: Bullet, setup: Setup, world: WorldDescription, solver_iterations: int) -> None:
+        self._robot, self._world = setup.robot, world
         self._bullet = bullet
         self._scene = Scene(bullet, world)
         self._body = Body(bullet, setup.robot, world.start.pose)
@@ -61,7 +64,7 @@ class Simulation:
         if isinstance(description, CameraDescription):
             renderer = BulletRenderer(bullet, self._scene.light)
             return BodyCamera(description, self.clock, body.transform, renderer, self._scene.things)
-        return MemoryDisplay(description.name)
+        return simulate_device(description, self.ground_truth)
 
     def pose(self) -> Pose:
         return self._body.pose()
@@ -71,6 +74,19 @@ class Simulation:
 
     def contacts(self) -> int:
         return self._contacts.count
+
+    @cached_property
+    def ground_truth(self) -> GroundTruth:
+        """The ground truth from which kinds of devices are simulated."""
+        return GroundTruth(self._robot, self._world, self.clock, self.pose, self.twist, self._cast, self._touched)
+
+    def _cast(self, origin: Array, directions: Array) -> Array:
+        rotation, start = self._body.transform()
+        return cast_rays(self._bullet, start + rotation @ origin, directions @ rotation.T * RAY_M, RAY_M)
+
+    def _touched(self) -> list[str]:
+        names = {number: name for name, number in self._scene.things.items()}
+        return [names[thing] for thing in self._contacts.touched]
 
     def _advance(self, steps: int) -> None:
         for _ in range(steps):
@@ -85,7 +101,7 @@ class Simulation:
         Bullet also lists bodies that are near but do not touch. Their gap is greater than 0.
         """
         points = self._contact_points(bodyA=self._body.body_id, linkIndexA=-1)
-        if not (points or self._contacts.is_touching):  # the usual case; what follows takes longer than Bullet's call
+        if not (points or self._contacts.touched):  # the usual case; what follows takes longer than Bullet's call
             return
         gaps: dict[int, float] = {}
         for _, _, thing, _, _, _, _, _, gap, *_ in points:

@@ -8,8 +8,9 @@ from functools import cache
 from typing import TYPE_CHECKING, Any, cast
 
 from robotcore.description import DeviceDescription
-from robotcore.errors import BackendMissingError
+from robotcore.errors import BackendMissingError, DeviceError
 from robotcore.hal.device import Actuator, Device, Sensor
+from robotcore.hal.sampling import SampleCache
 from robotcore.plugins import KINDS, load_registered
 
 if TYPE_CHECKING:
@@ -84,6 +85,21 @@ def build_actuator(
     actuator = cast("_FunctionActuator", device)
     actuator._apply_command, actuator._release_hardware = apply, release  # noqa: SLF001  its own kind
     return actuator
+
+
+def simulate_device(description: DeviceDescription, truth: GroundTruth) -> Device:
+    """Return a device of the described kind that is simulated from the ground truth.
+
+    Raises DeviceError if the kind is that of a sensor without a simulation.
+    """
+    kind = load_kind(description.kind)
+    simulation = kind.simulate(description, truth) if kind.simulate else None
+    if not issubclass(kind.device, Sensor):
+        return build_actuator(description, simulation or (lambda _command: None))
+    if simulation is None:
+        problem = f"simulators have no {description.kind.replace('_', ' ')}. Remove it from the robot's file"
+        raise DeviceError(description.name, problem, kind="not-simulated")
+    return build_sensor(description, SampleCache(truth.clock, simulation))
 
 
 class _FunctionSensor(Sensor[Any]):

@@ -97,8 +97,9 @@ class ContactCounter:
         self._touched: set[int] = set()
 
     @property
-    def is_touching(self) -> bool:
-        return bool(self._touched)
+    def touched(self) -> frozenset[int]:
+        """The bodies that the robot touches now."""
+        return frozenset(self._touched)
 
     def update(self, touching: set[int], is_near: Callable[[int], bool]) -> None:
         """Count the contacts that began in the last physics step.

@@ -1,0 +1,57 @@
+"""A bumper, which detects contacts in a sector of directions."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from robotcore.description import DeviceDescription
+from robotcore.geometry import wrap_angle
+from robotcore.hal.device import Sensor
+from robotcore.hal.ground_truth import GroundTruth
+from robotcore.hal.kind import Kind
+
+
+class BumperDescription(DeviceDescription):
+    """A bumper, which detects contacts in a sector of directions."""
+
+    kind: Literal["bumper"]
+    direction_rad: Annotated[float, Field(ge=-math.pi, le=math.pi)] = 0.0
+    """The angle from the robot's x axis to the middle of the sector, in radians, positive to the left."""
+    width_rad: Annotated[float, Field(gt=0, le=math.tau)] = math.pi
+    """The full width of the sector, in radians."""
+
+
+@dataclass(frozen=True, slots=True)
+class Touch:
+    """A sample of a bumper."""
+
+    is_pressed: bool
+    """Whether the bumper touches a body."""
+    time: float
+    """The time of the measurement on the robot's clock, in seconds."""
+    sequence: int
+    """The number of the sample. It grows with each new sample of a device."""
+
+
+class Bumper(Sensor[Touch]):
+    """A sensor that detects contacts with other bodies."""
+
+    kind = "bumper"
+
+
+def simulate(bumper: BumperDescription, truth: GroundTruth) -> Callable[[float, int], Touch]:
+    """Return a function that takes a sample: whether a contact's direction is in the bumper's sector."""
+
+    def take(time: float, sequence: int) -> Touch:
+        asides = (abs(wrap_angle(bearing - bumper.direction_rad)) for bearing in truth.touch_bearings())
+        return Touch(any(aside <= bumper.width_rad / 2 for aside in asides), time, sequence)
+
+    return take
+
+
+KIND = Kind("a sensor of contacts", BumperDescription, Bumper, Touch, simulate)
