@@ -56,7 +56,18 @@ def cast_rays(model: MjModel, data: MjData, start: Array, rays: Array, reach_m: 
 
     hit, lengths = np.zeros(len(rays), dtype=np.int32), np.zeros(len(rays))
     mj_multiRay(
-        model, data, start, rays.ravel(), _get_range_groups(), True, -1, hit, lengths, None, len(rays), min(reach_m, mjMAXVAL)
+        model,
+        data,
+        start,
+        rays.ravel(),
+        _get_range_groups(),
+        True,
+        -1,
+        hit,
+        lengths,
+        None,
+        len(rays),
+        min(reach_m, mjMAXVAL),
     )
     return np.where(hit >= 0, lengths, math.inf)
 

@@ -5,9 +5,11 @@ from __future__ import annotations
 import sys
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from types import FrameType
-from typing import ClassVar, Generic, ParamSpec, Protocol, TypeVar
+from typing import Any, ClassVar, Generic, NamedTuple, ParamSpec, Protocol, TypeVar, get_type_hints
 
 from robotcore.errors import DeviceClosedError, DeviceError, RobotcoreError
 from robotcore.geometry import Pose
@@ -39,6 +41,29 @@ class Sample(Protocol):
     @property
     def sequence(self) -> int:
         """The number of the sample. It grows with each new sample of a device."""
+
+
+@dataclass(frozen=True)
+class Unit:
+    """The unit of a field of a sample or a command, as an annotation: ``voltage: Annotated[float, Unit("V")]``."""
+
+    symbol: str
+    """The symbol of the unit, such as ``m/s``; empty for a number without a unit."""
+
+
+class Value(NamedTuple):
+    """A number in the samples of a kind."""
+
+    field: str
+    unit: str
+
+
+@cache
+def list_values(sample: Any) -> tuple[Value, ...]:
+    """Return the fields of a class of samples that are annotated with a unit."""
+    hints = get_type_hints(sample, include_extras=True)
+    found = ((name, unit) for name, hint in hints.items() for unit in getattr(hint, "__metadata__", ()))
+    return tuple(Value(name, unit.symbol) for name, unit in found if isinstance(unit, Unit))
 
 
 SampleT = TypeVar("SampleT", bound=Sample)

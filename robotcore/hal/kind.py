@@ -27,7 +27,7 @@ class Kind:
     """The model of a device's table ``[[devices]]`` in a robot's file."""
     device: type[Device]
     """The class of the devices. Drivers inherit it."""
-    sample: type[Any] | None = None
+    sample: Any = None
     """The class of a sensor's samples: a dataclass with the fields ``time`` and ``sequence`` at the end."""
     simulate: Callable[[Any, GroundTruth], Callable[..., Any]] | None = None
     """Simulates a device in every simulator. Its arguments are the device's description and the ground truth.

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from robotcore.description import DeviceDescription
-from robotcore.hal.device import Sensor
+from robotcore.hal.device import Sensor, Unit
 from robotcore.hal.kind import Kind
 
 
@@ -24,7 +24,7 @@ class BatteryDescription(DeviceDescription):
 class Voltage:
     """A sample of a battery."""
 
-    voltage: float
+    voltage: Annotated[float, Unit("V")]
     """The voltage of the battery, in volts."""
     time: float
     """The time of the measurement on the robot's clock, in seconds."""

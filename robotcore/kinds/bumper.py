@@ -11,7 +11,7 @@ from pydantic import Field
 
 from robotcore.description import DeviceDescription
 from robotcore.geometry import wrap_angle
-from robotcore.hal.device import Sensor
+from robotcore.hal.device import Sensor, Unit
 from robotcore.hal.ground_truth import GroundTruth
 from robotcore.hal.kind import Kind
 
@@ -30,7 +30,7 @@ class BumperDescription(DeviceDescription):
 class Touch:
     """A sample of a bumper."""
 
-    is_pressed: bool
+    is_pressed: Annotated[bool, Unit("")]
     """Whether the bumper touches a body."""
     time: float
     """The time of the measurement on the robot's clock, in seconds."""

@@ -11,7 +11,7 @@ from pydantic import Field
 
 from robotcore.description import DeviceDescription
 from robotcore.hal.clock import Clock
-from robotcore.hal.device import Sensor
+from robotcore.hal.device import Sensor, Unit
 from robotcore.hal.kind import Kind
 from robotcore.hal.sampling import SampleCache
 
@@ -34,7 +34,7 @@ class EncoderDescription(DeviceDescription):
 class Angle:
     """A sample of an encoder."""
 
-    angle: float
+    angle: Annotated[float, Unit("rad")]
     """The angle by which the wheel has turned since the robot was opened, in radians, positive forward."""
     time: float
     """The time of the measurement on the robot's clock, in seconds."""

@@ -12,7 +12,7 @@ from pydantic import Field, model_validator
 from robotcore.description import DeviceDescription, Mount
 from robotcore.errors import Mistake
 from robotcore.hal.clock import Clock
-from robotcore.hal.device import Sensor
+from robotcore.hal.device import Sensor, Unit
 from robotcore.hal.kind import Kind
 from robotcore.hal.sampling import SampleCache
 
@@ -51,7 +51,7 @@ class Range:
     0.84
     """
 
-    distance: float
+    distance: Annotated[float, Unit("m")]
     """The distance in metres; ``inf`` if nothing is in range."""
     time: float
     """The time of the measurement on the robot's clock, in seconds."""

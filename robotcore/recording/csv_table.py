@@ -5,10 +5,12 @@ from __future__ import annotations
 import csv
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from robotcore.files import replace_file
-from robotcore.recording.events import NUMBERS, Read
+from robotcore.hal.device import Value, list_values
+from robotcore.hal.kind import load_kind
+from robotcore.recording.events import Read
 from robotcore.recording.mcap_file import build_unwritable_error
 from robotcore.recording.recording import Recording
 from robotcore.text import escape_formula
@@ -16,7 +18,6 @@ from robotcore.text import escape_formula
 _NO_WHEELS, _NO_POSE = ("",) * 2, ("",) * 3
 _POSE = ("x_m", "y_m", "heading_rad")
 _PICTURE = "sequence"
-_UNITS = {"range_sensor": "m", "encoder": "rad", "battery": "v"}
 
 
 def write_csv(recording: Recording, where: Path, name: str) -> Path:
@@ -44,7 +45,7 @@ def write_csv(recording: Recording, where: Path, name: str) -> Path:
 def _build_header(recording: Recording) -> list[str]:
     wheels = [f"{command}_{side}_rad_s" for command in ("asked", "sent") for side in ("left", "right")]
     true = [f"true_{name}" for name in _POSE] if recording.truth else []
-    devices = [column for name, unit in _list_sensors(recording) for column in (f"{name}_{unit}", f"{name}_time_s")]
+    devices = [column for each in _list_sensors(recording) for column in (*each.columns, f"{each.name}_time_s")]
     return ["tick", "time_s", "state", *wheels, *_POSE, *true, *devices, "interventions", "error"]
 
 
@@ -54,21 +55,37 @@ def _build_rows(recording: Recording) -> Iterator[list[Any]]:
         true = list(truth.get(tick.number) or _NO_POSE) if truth else []
         decided = [*(tick.asked or _NO_WHEELS), *(tick.sent or _NO_WHEELS), *(tick.pose or _NO_POSE)]
         reads = {read.device: read for read in tick.reads if not read.error}  # the last one of each device
-        samples = [cell for name, unit in sensors for cell in _build_sample_cells(recording, reads.get(name), unit)]
+        samples = [cell for each in sensors for cell in _build_sample_cells(recording, reads.get(each.name), each)]
         causes = " ".join(each.cause for each in tick.interventions)
         state, causes, error = map(escape_formula, (tick.state, causes, tick.error.message if tick.error else ""))
         yield [tick.number, tick.time, state, *decided, *true, *samples, causes, error]
 
 
-def _list_sensors(recording: Recording) -> Iterator[tuple[str, str]]:
+class _Sensor(NamedTuple):
+    name: str
+    values: tuple[Value, ...]
+    """The numbers of a sample; none for a sensor whose samples are pictures."""
+
+    @property
+    def columns(self) -> list[str]:
+        if not self.values:
+            return [f"{self.name}_{_PICTURE}"]
+        fields = [f"{self.name}_{each.field}" if len(self.values) > 1 else self.name for each in self.values]
+        units = [each.unit.lower().replace("/", "_") for each in self.values]
+        return [f"{field}_{unit}" if unit else field for field, unit in zip(fields, units, strict=True)]
+
+
+def _list_sensors(recording: Recording) -> Iterator[_Sensor]:
     for device in recording.metadata.description.devices:
-        if device.name in recording.metadata.devices and device.kind in (*_UNITS, "camera"):
-            yield device.name, _UNITS.get(device.kind, _PICTURE)
+        sample = load_kind(device.kind).sample
+        if device.name in recording.metadata.devices and sample:
+            yield _Sensor(device.name, list_values(sample))
 
 
-def _build_sample_cells(recording: Recording, read: Read | None, unit: str) -> tuple[Any, Any]:
+def _build_sample_cells(recording: Recording, read: Read | None, sensor: _Sensor) -> list[Any]:
     if read is None:
-        return "", ""
-    sample = None if read.key is None or unit == _PICTURE else recording.samples.get(read.key)
-    field, _ = NUMBERS.get(type(sample), ("", ""))
-    return getattr(sample, field) if field else read.sequence, read.time
+        return [""] * (len(sensor.columns) + 1)
+    if not sensor.values:
+        return [read.sequence, read.time]
+    sample = recording.samples.get(read.key) if read.key else None
+    return [*(getattr(sample, each.field, "") for each in sensor.values), read.time]

@@ -14,17 +14,7 @@ from pydantic import Field
 from robotcore import errors
 from robotcore.errors import Interrupted, RobotcoreError
 from robotcore.geometry import Pose, Wheels
-from robotcore.kinds.battery import Voltage
-from robotcore.kinds.camera import Frame
-from robotcore.kinds.encoder import Angle
-from robotcore.kinds.range_sensor import Range
 from robotcore.safety import Intervention
-
-RecordedSample = Range | Angle | Voltage | Frame
-"""A recorded sample of a sensor. A picture on a display is recorded as a Frame."""
-
-NUMBERS = {Range: ("distance", "m"), Angle: ("angle", "rad"), Voltage: ("voltage", "V")}
-"""The field of the number in each kind of sample but a picture, and its unit."""
 
 GUARD, ODOMETRY = "guard", "odometry"
 """The values of ``Read.by``: the range guard and the odometry, which read sensors too."""

@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING, Any
 import cv2
 
 from robotcore.geometry import Pose
-from robotcore.hal.device import Device
-from robotcore.kinds.battery import Battery, Voltage
+from robotcore.hal.device import Device, Sensor
+from robotcore.hal.kind import load_kind
 from robotcore.kinds.camera import Camera, Frame
 from robotcore.kinds.display import Display
-from robotcore.kinds.encoder import Angle, Encoder
 from robotcore.kinds.range_sensor import Range, RangeSensor
-from robotcore.recording.codec import Schema, name_schema, to_json
+from robotcore.recording.codec import name_schema, to_json
 from robotcore.recording.events import GroundTruthSample, Tick
 from robotcore.recording.mcap_file import McapFile
 
@@ -108,9 +107,6 @@ TRANSFORMS, STATIC_TRANSFORMS = "/tf", "/tf_static"
 RESERVED = {RUN, TICKS, RESULT, END, TRUTH, LOG, POSE, TRANSFORMS, STATIC_TRANSFORMS}
 
 TICK_SCHEMA = name_schema("Tick", Tick)
-RANGE_SCHEMA = name_schema("Range", Range)
-ANGLE_SCHEMA = name_schema("Angle", Angle)
-VOLTAGE_SCHEMA = name_schema("Voltage", Voltage)
 TRUTH_SCHEMA = name_schema("Truth", GroundTruthSample)
 RUN_SCHEMA = name_schema("Run", request=dict, devices=tuple[str, ...], started=str)
 RESULT_SCHEMA = name_schema("Result", outcome=str, reason=str, exit_status=int, ticks=int)
@@ -146,10 +142,8 @@ def open_channel(file: McapFile, device: Device, *, is_jpeg: bool) -> Write | No
             return lambda frame, at: shown(replace(frame, time=at), at)
         case RangeSensor():
             return _open_ranges(file, device)
-        case Encoder():
-            return _open_numbers(file, device.name, ANGLE_SCHEMA)
-        case Battery():
-            return _open_numbers(file, device.name, VOLTAGE_SCHEMA)
+        case Sensor():
+            return _open_numbers(file, device)
     return None
 
 
@@ -210,7 +204,7 @@ def _open_ranges(file: McapFile, sensor: RangeSensor) -> Write:
     from foxglove.channels import LaserScanChannel
     from foxglove.messages import LaserScan
 
-    write_number = _open_numbers(file, sensor.name, RANGE_SCHEMA)
+    write_number = _open_numbers(file, sensor)
     scans = LaserScanChannel(f"{build_topic(sensor.name)}/scan", context=file.context)
 
     def write(reading: Range, at: float) -> None:
@@ -228,6 +222,8 @@ def _open_ranges(file: McapFile, sensor: RangeSensor) -> Write:
     return write
 
 
-def _open_numbers(file: McapFile, device: str, schema: Schema) -> Write:
-    numbers = file.open_json_channel(build_topic(device), schema, {DEVICE: device})
+def _open_numbers(file: McapFile, sensor: Sensor[Any]) -> Write:
+    sample: Any = load_kind(sensor.kind).sample
+    schema = name_schema(sample.__name__, sample)
+    numbers = file.open_json_channel(build_topic(sensor.name), schema, {DEVICE: sensor.name})
     return lambda sample, at: numbers(to_json(sample), to_nanoseconds(at))

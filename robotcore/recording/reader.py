@@ -10,19 +10,18 @@ from typing import NamedTuple
 from mcap.records import Channel, Schema
 
 from robotcore.errors import RecordingError
-from robotcore.kinds.battery import Voltage
+from robotcore.hal.device import Sample
+from robotcore.hal.kind import Kind, load_kind
 from robotcore.kinds.camera import Frame
-from robotcore.kinds.encoder import Angle
-from robotcore.kinds.range_sensor import Range
 from robotcore.optics import Image
 from robotcore.recording import foxglove_channels as channels
 from robotcore.recording.chunks import ChunkedFile, ChunkLocation, Message, Record
 from robotcore.recording.codec import decode_compressed_image, decode_raw_image, from_json
-from robotcore.recording.events import GroundTruthSample, RecordedSample, SampleKey, Tick
+from robotcore.recording.events import GroundTruthSample, SampleKey, Tick
 from robotcore.recording.foxglove_channels import DEVICE
 from robotcore.recording.limits import DAMAGE, Allowance, format_damage
 from robotcore.recording.recording import Metadata, Recording
-from robotcore.recording.validation import UnknownFormatError, parse_metadata, parse_number, parse_result, parse_tick
+from robotcore.recording.validation import UnknownFormatError, parse_metadata, parse_result, parse_sample, parse_tick
 from robotcore.runtime.result import RunResult
 
 CACHED_CHUNKS = 2
@@ -46,14 +45,14 @@ class Picture(NamedTuple):
     """The sequence number of the frame."""
 
 
-class FileSamples(Mapping[SampleKey, RecordedSample]):
+class FileSamples(Mapping[SampleKey, Sample]):
     """The samples of a file by key. Getting a damaged picture raises RecordingError."""
 
-    def __init__(self, path: Path, samples: Mapping[SampleKey, RecordedSample | Picture]) -> None:
+    def __init__(self, path: Path, samples: Mapping[SampleKey, Sample | Picture]) -> None:
         self._path, self._samples = path, samples
         self._messages = lru_cache(CACHED_CHUNKS)(self._read)
 
-    def __getitem__(self, key: SampleKey) -> RecordedSample:
+    def __getitem__(self, key: SampleKey) -> Sample:
         sample = self._samples[key]
         if not isinstance(sample, Picture):
             return sample
@@ -82,9 +81,6 @@ class FileSamples(Mapping[SampleKey, RecordedSample]):
         return {(each.channel_id, each.sequence): each.data for each in records if isinstance(each, Message)}
 
 
-_NUMBERS: dict[str, type[Range | Angle | Voltage]] = {
-    f"robotcore.{each.__name__}": each for each in (Range, Angle, Voltage)
-}
 _PICTURES: dict[str, Unpack] = {
     "foxglove.RawImage": decode_raw_image,
     "foxglove.CompressedImage": decode_compressed_image,
@@ -126,11 +122,12 @@ class _RecordingBuilder:
         self._path = path
         self._schemas: dict[int, str] = {}
         self._channels: dict[int, _Channel] = {}
-        self._numbers: dict[SampleKey, RecordedSample] = {}
+        self._numbers: dict[SampleKey, Sample] = {}
         self._pictures: dict[SampleKey, Picture] = {}
         self._ticks: list[Tick] = []
         self._truth: list[GroundTruthSample] = []
         self._metadata: Metadata | None = None
+        self._kinds: dict[str, Kind] = {}
         self._result: RunResult | None = None
         self._ended_early = ""
 
@@ -157,9 +154,10 @@ class _RecordingBuilder:
 
     def _add_json(self, channel: _Channel, sequence: int, content: bytes) -> None:
         if channel.device is not None:
-            self._numbers[SampleKey(channel.device, sequence - 1)] = parse_number(_NUMBERS[channel.schema], content)
+            self._numbers[SampleKey(channel.device, sequence - 1)] = parse_sample(self._kinds[channel.device], content)
         elif channel.topic == channels.RUN:
             self._metadata = parse_metadata(content)
+            self._kinds = {each.name: load_kind(each.kind) for each in self._metadata.description.devices}
         elif channel.topic == channels.TICKS:
             self._ticks.append(parse_tick(content, self._ticks[-1] if self._ticks else None))
         elif channel.topic == channels.TRUTH:

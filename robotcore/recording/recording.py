@@ -11,7 +11,8 @@ from importlib.metadata import version
 from typing import Any
 
 from robotcore.description import RobotDescription, WorldDescription
-from robotcore.recording.events import GroundTruthSample, RecordedSample, SampleKey, Tick
+from robotcore.hal.device import Sample
+from robotcore.recording.events import GroundTruthSample, SampleKey, Tick
 from robotcore.runtime.apps import app_path, is_app_file
 from robotcore.runtime.behaviour import Behaviour
 from robotcore.runtime.plan import RunRequest
@@ -55,7 +56,7 @@ class Recording:
 
     metadata: Metadata
     ticks: Sequence[Tick]
-    samples: Mapping[SampleKey, RecordedSample]
+    samples: Mapping[SampleKey, Sample]
     """The recorded samples, and the pictures on displays as frames.
 
     A JPEG differs from the picture of the run. Getting a picture raises RecordingError if the file is damaged there.

@@ -15,9 +15,8 @@ from typing import Any, get_type_hints
 from pydantic import BaseModel, create_model
 
 from robotcore.errors import BackendError, DeviceError, Interrupted, RobotcoreError, SafetyStop, UsageError
-from robotcore.kinds.battery import Voltage
-from robotcore.kinds.encoder import Angle
-from robotcore.kinds.range_sensor import Range
+from robotcore.hal.device import Sample, list_values
+from robotcore.hal.kind import Kind
 from robotcore.recording.codec import from_json
 from robotcore.recording.events import RecordedError, Tick
 from robotcore.recording.recording import FORMAT, Metadata
@@ -87,11 +86,14 @@ def parse_tick(content: bytes, before: Tick | None) -> Tick:
     return tick
 
 
-def parse_number(kind: type[Range | Angle | Voltage], content: bytes) -> Range | Angle | Voltage:
-    """Parse a sample of a range sensor, an encoder or a battery."""
-    sample = from_json(kind, content)
-    if isinstance(sample, Angle):
-        _require_angle(sample.angle)
+def parse_sample(kind: Kind, content: bytes) -> Sample:
+    """Parse a sample of a sensor. Raises ValueError if devices of the kind have no such samples."""
+    if kind.sample is None:
+        raise ValueError(f"a {kind.name} has no samples")
+    sample: Sample = from_json(kind.sample, content)
+    for value in list_values(kind.sample):
+        if value.unit == "rad":
+            _require_angle(getattr(sample, value.field))
     return sample
 
 

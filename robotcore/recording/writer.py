@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from robotcore.description import RobotDescription
 from robotcore.geometry import Pose, Wheels
 from robotcore.hal.drive import Odometry
-from robotcore.kinds.camera import CameraDescription, Frame
-from robotcore.kinds.range_sensor import RangeSensorDescription
+from robotcore.kinds.camera import Frame
 from robotcore.recording import foxglove_channels as channels
 from robotcore.recording.codec import to_json, to_plain
 from robotcore.recording.event_log import Level, LogLine, RunLog, build_last_line
@@ -151,10 +150,10 @@ def _build_static_transforms(metadata: Metadata) -> Iterator[FrameTransform]:
     if metadata.world:
         yield build_pose_transform(TRUE, ODOMETRY, metadata.world.start.pose, 0.0)
     for device in metadata.description.devices:
-        if isinstance(device, (CameraDescription, RangeSensorDescription)):
-            mount, turn = device.mount, (0.0, device.mount.pitch_rad, device.mount.yaw_rad)
+        if mount := metadata.description.mounts.get(device.name):
+            turn = (0.0, mount.pitch_rad, mount.yaw_rad)
             yield build_transform(BODY, device.name, (mount.x_m, mount.y_m, mount.z_m), turn)
-        if isinstance(device, CameraDescription):
+        if device.kind == "camera":
             turn = (-math.pi / 2, 0.0, -math.pi / 2)
             yield build_transform(device.name, build_optical_name(device.name), (0.0, 0.0, 0.0), turn)
 

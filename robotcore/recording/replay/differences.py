@@ -9,8 +9,9 @@ from dataclasses import dataclass
 
 from robotcore.errors import RecordingError
 from robotcore.geometry import Wheels
+from robotcore.hal.device import Sample, list_values
 from robotcore.kinds.camera import Frame
-from robotcore.recording.events import NUMBERS, DriveCommand, MotorCommand, Read, RecordedSample, SampleKey, Tick
+from robotcore.recording.events import DriveCommand, MotorCommand, Read, SampleKey, Tick
 from robotcore.text import escape
 
 NO_COMMAND = "no command"
@@ -101,12 +102,12 @@ def format_wheels(wheels: Wheels | None) -> str:
     return "stop" if wheels is None else f"left {wheels.left!r}, right {wheels.right!r} rad/s"
 
 
-def format_reads(tick: Tick, samples: Mapping[SampleKey, RecordedSample]) -> tuple[str, ...]:
+def format_reads(tick: Tick, samples: Mapping[SampleKey, Sample]) -> tuple[str, ...]:
     """Return a text about each read of a sensor in a tick."""
     return tuple(dict.fromkeys(_format_read(read, samples) for read in tick.reads))
 
 
-def _format_read(read: Read, samples: Mapping[SampleKey, RecordedSample]) -> str:
+def _format_read(read: Read, samples: Mapping[SampleKey, Sample]) -> str:
     if read.error:
         return f"{read.device} raised {read.error.kind}: {read.error.message}"
     try:
@@ -116,11 +117,12 @@ def _format_read(read: Read, samples: Mapping[SampleKey, RecordedSample]) -> str
     return f"{read.device} {sample} at {read.time:g} s, sequence {read.sequence}"
 
 
-def _format_sample(sample: RecordedSample | None) -> str:
+def _format_sample(sample: Sample | None) -> str:
     if sample is None:
         return "dropped picture"
     if isinstance(sample, Frame):
         height, width = sample.image.shape[:2]
         return f"{width} x {height} picture"
-    field, unit = NUMBERS[type(sample)]
-    return f"{getattr(sample, field)!r} {unit}"
+    values = ((getattr(sample, each.field), each) for each in list_values(type(sample)))
+    named = [f"{value!r} {each.unit}".rstrip() for value, each in values]
+    return ", ".join(named)

@@ -6,7 +6,7 @@ from drivers.kinematic.backend import KinematicBackend
 from robotcore.description import Start, load_robot, load_world, world_names
 from robotcore.errors import DeviceGroupError, UsageError
 from robotcore.hal.backend import Setup
-from robotcore.kinds.display import MemoryDisplay
+from robotcore.kinds.display import Display
 from robotcore.kinds.motor import MotorDescription
 from tests.drivers.kinematic.rooms import ROVER, ball, get_truth, open_robot, room, sleep
 from tests.texts import Raises
@@ -33,7 +33,7 @@ def test_robot_without_a_drive_stays_at_the_start() -> None:
         truth = get_truth(robot)
         assert (truth.pose(), truth.twist(), truth.contacts()) == ((0.2, 0.0, 0.1), (0.0, 0.0), 0)
         assert robot.camera.read().time == 1.0
-        assert isinstance(robot.display, MemoryDisplay)
+        assert isinstance(robot.display, Display)
 
 
 def test_motor_outside_the_drive_does_not_move_the_robot() -> None:

@@ -10,8 +10,9 @@ from collections import Counter
 import pytest
 from mcap.reader import make_reader
 
-from robotcore.recording.codec import read_fields
-from robotcore.recording.foxglove_channels import RANGE_SCHEMA, RUN_SCHEMA, TICK_SCHEMA, to_nanoseconds, to_quaternion
+from robotcore.kinds.range_sensor import Range
+from robotcore.recording.codec import name_schema, read_fields
+from robotcore.recording.foxglove_channels import RUN_SCHEMA, TICK_SCHEMA, to_nanoseconds, to_quaternion
 from tests.robotcore.recording.conftest import RecordedRun
 
 SCHEMAS = {
@@ -76,7 +77,7 @@ def test_schemas_have_the_fields_of_the_events_and_their_simple_types() -> None:
     assert tick["warnings"] == {"type": "array", "items": {"type": "string"}}
     assert tick["reads"]["items"]["properties"]["number"] == {"type": "integer"}
     assert tick["error"]["properties"]["attributes"] == {"type": "object", "properties": {}}
-    assert RANGE_SCHEMA["properties"]["point"] == {"type": "array", "items": {"type": "number"}}
+    assert name_schema("Range", Range)["properties"]["point"] == {"type": "array", "items": {"type": "number"}}
     assert list(RUN_SCHEMA["properties"]) == ["request", "devices", "started"]
 
 

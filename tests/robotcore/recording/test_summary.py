@@ -61,7 +61,7 @@ def test_table_has_one_row_per_tick_with_every_digit(search: Recording, tmp_path
     assert float(row["true_x_m"]) == search.truth[7].pose.x
     nose = next(read for read in tick.reads if read.device == "nose")
     assert nose.key
-    assert float(row["nose_m"]) == search.samples[nose.key].distance  # type: ignore[union-attr]  # it is a Range
+    assert float(row["nose_m"]) == search.samples[nose.key].distance  # type: ignore[attr-defined]  # it is a Range
     assert (float(row["nose_time_s"]), row["eye_sequence"]) == (nose.time, "7")
     assert {rows[9][name] for name in ("nose_m", "eye_sequence", "asked_left_rad_s", "sent_left_rad_s", "x_m")} == {""}
 

@@ -11,9 +11,9 @@ from itertools import count
 from typing import Any
 
 from robotcore.errors import DeviceError, Interrupted, RobotcoreError
-from robotcore.hal.device import Device, SampleT, Sensor
+from robotcore.hal.device import Device, Sample, SampleT, Sensor
 from robotcore.kinds.display import Display
-from robotcore.recording import GroundTruthSample, RecordedError, RecordedSample, Recording, SampleKey, Tick
+from robotcore.recording import GroundTruthSample, RecordedError, Recording, SampleKey, Tick
 from robotcore.recording.recording import build_metadata
 from robotcore.recording.tap import RecordingTap
 from robotcore.recording.writer import TickBuilder
@@ -29,7 +29,7 @@ class Memory:
     def __init__(self) -> None:
         self.layer = RecordingTap(lambda: True)
         self.ticks: list[Tick] = []
-        self.samples: dict[SampleKey, RecordedSample] = {}
+        self.samples: dict[SampleKey, Sample] = {}
         self.truth: list[GroundTruthSample] = []
         self.result: RunResult | None = None
 
@@ -39,7 +39,7 @@ class Memory:
 
     def tick(self, record: TickRecord) -> None:
         events, error = self.layer.take(), self.layer.find_latched(record.interventions) or sys.exc_info()[1]
-        self.samples |= dict(events.samples)  # type: ignore[arg-type]  # samples of ours are recorded ones
+        self.samples |= dict(events.samples)
         raised = RecordedError.of(error) if isinstance(error, (RobotcoreError, Interrupted)) else None
         self.ticks.append(self._builder.build(record, events, raised))
         if truth := self.run.truth:
