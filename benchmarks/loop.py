@@ -29,8 +29,9 @@ from robotcore.hal.backend import Setup, load_backend
 from robotcore.hal.robot import Robot, Role
 from robotcore.kinds.camera import CameraDescription
 from robotcore.runtime.behaviour import Behaviour, Status
-from robotcore.runtime.layers import assemble, needed_devices
+from robotcore.runtime.layers import assemble
 from robotcore.runtime.loop import Loop
+from robotcore.runtime.needs import needed_devices
 from robotcore.runtime.plan import RunRequest
 from robotcore.runtime.session import run
 

@@ -88,6 +88,7 @@ def worlds(*, as_json: bool) -> None:
 def _app_row(name: str) -> dict[str, Any]:
     from robotcore.errors import BackendMissingError
     from robotcore.runtime.apps import load_app
+    from robotcore.runtime.needs import name_need
     from robotcore.runtime.settings import list_settings
 
     try:
@@ -97,7 +98,7 @@ def _app_row(name: str) -> dict[str, Any]:
     return {
         "name": name,
         "summary": (app.__doc__ or "").strip().partition("\n")[0],
-        "needs": sorted(role.value for role in app.needs),
+        "needs": sorted(map(name_need, app.needs)),
         "milestones": list(app.milestones),
         "settings": [_setting_row(setting) for setting in list_settings(app).values()],
     }

@@ -63,6 +63,11 @@ class DeviceDescription(StrictModel):
         """Return the arguments of the device class's constructor, without the name."""
         return {}
 
+    def configure(self, device: Any) -> None:
+        """Set the properties of an open device that the description defines, such as its mount."""
+        if isinstance(mount := getattr(self, "mount", None), Mount):
+            device.mount = mount.pose
+
 
 DescriptionT = TypeVar("DescriptionT", bound=StrictModel)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from enum import Enum
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, NoReturn, cast
+from typing import TYPE_CHECKING, Any, NoReturn, TypeVar, cast
 
 from robotcore.errors import DeviceGroupError, UnknownNameError, UnmetNeedError
 from robotcore.hal.clock import Clock
@@ -19,6 +19,9 @@ if TYPE_CHECKING:
     from robotcore.kinds.display import Display
     from robotcore.kinds.motor import Motor
     from robotcore.kinds.range_sensor import RangeSensor
+
+
+DeviceT = TypeVar("DeviceT", bound=Device)
 
 
 class Role(str, Enum):
@@ -101,6 +104,13 @@ class Robot:
     def has(self, role: Role) -> bool:
         """Return whether the robot has the drive or the device for a role."""
         return self._fillers[role] is not None
+
+    def all(self, kind: type[DeviceT]) -> tuple[DeviceT, ...]:
+        """Return the open devices of a kind, in the order of the robot's file.
+
+        kind: the class of the kind, such as RangeSensor.
+        """
+        return tuple(device for device in self.devices.values() if isinstance(device, kind))
 
     def _first(self, role: Role) -> Any:
         return self._fillers[role] or self._unmet(role)

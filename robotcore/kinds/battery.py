@@ -19,6 +19,9 @@ class BatteryDescription(DeviceDescription):
     warn_below_v: Annotated[float, Field(ge=0.1, le=1000)] | None = None
     """The voltage, in volts, below which the user is warned to charge the battery; None for no warning."""
 
+    def configure(self, device: Battery) -> None:
+        device.warn_below = self.warn_below_v
+
 
 @dataclass(frozen=True, slots=True)
 class Voltage:

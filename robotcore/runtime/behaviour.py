@@ -5,11 +5,13 @@ from __future__ import annotations
 import atexit
 import sys
 from abc import ABC, abstractmethod
+from collections.abc import Set as AbstractSet
 from enum import Enum
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
-from robotcore.hal.robot import Robot, Role
+from robotcore.hal.robot import Robot
 from robotcore.hal.truth import Truth
+from robotcore.runtime.needs import Need
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -39,10 +41,11 @@ class Behaviour(ABC):
     the app's settings (``--set speed_m_s=0.2``), and robotcore checks their types.
     """
 
-    needs: ClassVar[frozenset[Role]] = frozenset()
-    """The roles that the app requires. A run opens only the devices of ``needs`` and ``wants``."""
-    wants: ClassVar[frozenset[Role]] = frozenset()
-    """The roles that the app uses if the robot has them."""
+    needs: ClassVar[AbstractSet[Need]] = frozenset()
+    """The devices that the app requires: roles, names of devices, and classes of kinds, such as ``Role.DRIVE``,
+    ``"rear"`` and ``Camera``. A run opens only the devices of ``needs`` and ``wants``."""
+    wants: ClassVar[AbstractSet[Need]] = frozenset()
+    """The devices that the app uses if the robot has them."""
     milestones: ClassVar[tuple[str, ...]] = ()
     """The states whose first time is recorded. A milestone is reached when ``state`` first equals its name."""
     state: str = "start"

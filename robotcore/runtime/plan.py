@@ -24,7 +24,7 @@ from robotcore.hal.backend import Backend, Capability, Setup, load_backend, load
 from robotcore.runtime.apps import load_app
 from robotcore.runtime.behaviour import Behaviour
 from robotcore.runtime.faults import PlannedFault, plan_faults
-from robotcore.runtime.layers import needed_devices
+from robotcore.runtime.needs import needed_devices
 from robotcore.runtime.request import RunRequest as RunRequest  # noqa: PLC0414  the modules above import it from here
 from robotcore.runtime.settings import configure
 from robotcore.runtime.success_verification import load_judge

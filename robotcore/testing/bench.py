@@ -19,7 +19,7 @@ from robotcore.hal.drive import Odometry
 from robotcore.hal.robot import Robot, Role
 from robotcore.kinds.encoder import Encoder
 from robotcore.kinds.motor import Motor
-from robotcore.runtime.layers import needed_devices
+from robotcore.runtime.needs import needed_devices
 from robotcore.testing import worlds
 from robotcore.testing.fakes import Gate
 from robotcore.testing.plugin import UNMEASURED_MOTION

@@ -3,24 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from functools import partial, reduce
 from typing import Any
 
 from robotcore.description import Conditions, RobotDescription
-from robotcore.errors import DeviceLostError, UnknownNameError, UnmetNeedError, UsageError
-from robotcore.geometry import Pose
+from robotcore.errors import DeviceLostError, UsageError
 from robotcore.hal.clock import AppClock, Clock, TickClock
 from robotcore.hal.device import Device, Sensor
-from robotcore.hal.robot import Robot, Role
+from robotcore.hal.robot import Robot
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.kinds.battery import Battery, BatteryDescription
-from robotcore.kinds.camera import Camera, CameraDescription
 from robotcore.kinds.display import Display
 from robotcore.kinds.motor import invalid_velocity
-from robotcore.kinds.range_sensor import RangeSensor, RangeSensorDescription
 from robotcore.runtime.layers.base import Layer, MotorOutput, Reader, Show, Tap
 from robotcore.runtime.layers.checks import CallMonitorLayer, MaxAgeLayer
 from robotcore.runtime.layers.devices import AppDisplay, AppMotor, wrap_sensor
@@ -30,8 +26,6 @@ from robotcore.runtime.layers.imperfections import PERFECT, ImperfectionLayer
 from robotcore.runtime.layers.standalone_motor import StandaloneGuard
 from robotcore.safety import ActivityMonitor, CommandFilter, Latch, StopGroup
 from robotcore.safety.thread_reserve import Reserve
-
-_KINDS = {Role.CAMERA: "camera", Role.RANGE: "range_sensor", Role.DISPLAY: "display"}
 
 
 @dataclass(frozen=True)
@@ -63,28 +57,6 @@ class Assembled:
         with ExitStack() as each:
             for suspend in self.suspend_functions:
                 each.callback(_suspend_quietly, suspend, cause)
-
-
-def needed_devices(description: RobotDescription, needs: Iterable[Role], wants: Iterable[Role] = ()) -> frozenset[str]:
-    """Return the names of the devices that a run opens for an app.
-
-    needs: the roles that the app requires. Raises UnmetNeedError if the robot lacks one.
-    wants: the roles that the app uses if the robot has them.
-
-    The role of the drive includes its motors, its encoders, and the range sensors that measure forward.
-    """
-    if isinstance(needs, str):
-        written = f"Role.{needs.name}" if isinstance(needs, Role) else repr(needs)
-        raise UsageError(f"needs is {written}. Write a set of roles: needs = {{{written}}}", kind="needs-not-a-set")
-    names: set[str] = set()
-    for role in sorted(map(_role, needs)):
-        if not (found := _names_for(description, role)):
-            raise UnmetNeedError(
-                f"the robot {description.name!r} has no {role.value}, which the app needs. "
-                "Choose another robot with --robot, or add it to the description"
-            )
-        names |= found
-    return frozenset(names.union(*(_names_for(description, _role(role)) for role in wants)))
 
 
 def assemble(
@@ -206,27 +178,7 @@ def _suspend_quietly(suspend: Callable[[str], None], cause: str) -> None:
         suspend(cause)
 
 
-def _role(name: Role | str) -> Role:
-    try:
-        return Role(name)
-    except ValueError:
-        raise UnknownNameError("role", str(name), [role.value for role in Role]) from None
-
-
-def _names_for(description: RobotDescription, role: Role) -> set[str]:
-    if role is not Role.DRIVE:
-        return set([d.name for d in description.devices if d.kind == _KINDS[role]][:1])
-    if (drive := description.drive) is None:
-        return set()
-    wheels = (drive.left, drive.right, drive.left_encoder, drive.right_encoder)
-    return {name for name in wheels if name} | {sensor.name for sensor in description.range_sensors_ahead}
-
-
 def _set_properties(devices: Mapping[str, Device], description: RobotDescription) -> None:
-    """Set the mounts of sensors and the voltage limits of batteries by the description."""
     for each in description.devices:
-        match each, devices.get(each.name):
-            case (CameraDescription() | RangeSensorDescription(), Camera() | RangeSensor() as sensor):
-                sensor.mount = Pose(each.mount.x_m, each.mount.y_m, each.mount.yaw_rad)
-            case (BatteryDescription(), Battery() as battery):
-                battery.warn_below = each.warn_below_v
+        if device := devices.get(each.name):
+            each.configure(device)

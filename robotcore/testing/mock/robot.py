@@ -16,8 +16,9 @@ from robotcore.kinds.range_sensor import RangeSensorDescription
 from robotcore.optics import Image
 from robotcore.runtime.behaviour import Behaviour, Status
 from robotcore.runtime.faults import plan_faults
-from robotcore.runtime.layers import Assembled, assemble, needed_devices
+from robotcore.runtime.layers import Assembled, assemble
 from robotcore.runtime.loop import Loop
+from robotcore.runtime.needs import needed_devices
 from robotcore.runtime.trace import TickRecord
 from robotcore.testing.mock.backend import MockBackend
 from robotcore.testing.mock.devices import Command, MockDisplay, MockMotor, Script

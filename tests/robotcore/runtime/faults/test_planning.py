@@ -17,8 +17,8 @@ from robotcore.hal.robot import Role
 from robotcore.runtime.faults import Fault, FaultContext, TargetKind, plan_faults
 from robotcore.runtime.faults.planning import Target, load_fault
 from robotcore.runtime.faults.spec import Spec
-from robotcore.runtime.layers import needed_devices
 from robotcore.runtime.layers.base import Layer, Reader
+from robotcore.runtime.needs import needed_devices
 from robotcore.sweep.fingerprint import compute_code_digests
 from tests.robotcore.fakes import ROVER
 from tests.robotcore.runtime.faults.conftest import Register

@@ -15,8 +15,9 @@ from robotcore.geometry import Wheels
 from robotcore.hal.device import SampleT, Sensor
 from robotcore.hal.robot import Robot, Role
 from robotcore.kinds.display import Display
-from robotcore.runtime.layers import assemble, needed_devices
+from robotcore.runtime.layers import assemble
 from robotcore.runtime.layers.base import MotorOutput, Reader, Show, Tap
+from robotcore.runtime.needs import needed_devices
 from robotcore.safety import CommandFilter
 from tests.robotcore.fakes import ROVER, UNHURRIED, NullEncoder, Rig
 from tests.robotcore.runtime.faults.rigs import layers
@@ -174,4 +175,4 @@ def test_app_sensor_shows_the_attributes_of_its_kind() -> None:
 
 def test_needs_without_a_set_are_refused(raises: Raises) -> None:
     with raises(UsageError, "needs-not-a-set"):
-        needed_devices(ROVER, Role.RANGE)  # type: ignore[arg-type]
+        needed_devices(ROVER, Role.RANGE)

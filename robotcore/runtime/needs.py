@@ -1,0 +1,86 @@
+"""The devices that an app needs: by role, by name, or by the class of their kind."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from robotcore.description import RobotDescription
+from robotcore.errors import UnmetNeedError, UsageError
+from robotcore.hal.device import Device
+from robotcore.hal.robot import Role
+from robotcore.text import suggestion
+
+Need = Role | str | type[Device]
+"""A role, the name of a device in the robot's file, or the class of a kind, such as RangeSensor."""
+
+
+def needed_devices(description: RobotDescription, needs: Iterable[Need], wants: Iterable[Need] = ()) -> frozenset[str]:
+    """Return the names of the devices that a run opens for an app.
+
+    needs: what the app requires. A class stands for all devices of its kind. The role of the drive includes its motors,
+        its encoders, and the range sensors that measure forward.
+    wants: what the app uses if the robot has it.
+
+    Raises UnmetNeedError if the robot lacks something that the app requires, and UsageError for a wrong need.
+    """
+    if isinstance(needs, (str, type)):
+        written = format_need(needs)
+        raise UsageError(f"needs is {written}. Write a set: needs = {{{written}}}", kind="needs-not-a-set")
+    names: set[str] = set()
+    for need in sorted(needs, key=format_need):
+        found = find_devices(description, need)
+        if not found:
+            raise _build_unmet_error(description, need)
+        names |= found
+    return frozenset(names.union(*(find_devices(description, want) for want in wants)))
+
+
+def find_devices(description: RobotDescription, need: Need) -> frozenset[str]:
+    """Return the names of the devices that a need stands for; none if the robot lacks it.
+
+    A text is the name of a device, or else the name of a role.
+    """
+    if isinstance(need, type) and issubclass(need, Device):
+        return frozenset(device.name for device in description.devices if device.kind == need.kind)
+    if isinstance(need, str) and not isinstance(need, Role):
+        if any(device.name == need for device in description.devices):
+            return frozenset({need})
+        if need not in [role.value for role in Role]:
+            return frozenset()
+        need = Role(need)
+    if not isinstance(need, Role):
+        text = f"the need {need!r} is neither a role, nor the name of a device, nor the class of a kind. Correct it"
+        raise UsageError(text, kind="wrong-need")
+    if need is not Role.DRIVE:
+        return frozenset(device.name for device in description.all_of(need.kind)[:1])
+    if (drive := description.drive) is None:
+        return frozenset()
+    wheels = (drive.left, drive.right, drive.left_encoder, drive.right_encoder)
+    ahead = {sensor.name for sensor in description.range_sensors_ahead}
+    return frozenset({name for name in wheels if name} | ahead)
+
+
+def name_need(need: Need) -> str:
+    """Return the name of a need: of a role, a kind or a device."""
+    if isinstance(need, Role):
+        return need.value
+    return need.kind if isinstance(need, type) else need
+
+
+def format_need(need: Need) -> str:
+    """Return a need as an app's file has it, such as ``Role.CAMERA``, ``'gripper'`` or ``RangeSensor``."""
+    if isinstance(need, Role):
+        return f"Role.{need.name}"
+    return need.__name__ if isinstance(need, type) else repr(need)
+
+
+def _build_unmet_error(description: RobotDescription, need: Need) -> UnmetNeedError:
+    if isinstance(need, Role):
+        lacking, remedy = need.value, "Choose another robot with --robot, or add it to the description"
+    elif isinstance(need, type):
+        kind = need.kind.replace("_", " ")
+        lacking, remedy = kind, f'Choose another robot with --robot, or add [[devices]] with kind = "{need.kind}"'
+    else:
+        names = [*(device.name for device in description.devices), *(role.value for role in Role)]
+        lacking, remedy = f"device {need!r}", suggestion(str(need), names)
+    return UnmetNeedError(f"the robot {description.name!r} has no {lacking}, which the app needs. {remedy}")
