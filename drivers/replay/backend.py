@@ -9,26 +9,15 @@ from typing import Any
 
 from pydantic import InstanceOf
 
-from drivers.replay.devices import (
-    ReplayBattery,
-    ReplayCamera,
-    ReplayClock,
-    ReplayDisplay,
-    ReplayEncoder,
-    ReplayMotor,
-    ReplayRangeSensor,
-)
+from drivers.replay.devices import ReplayClock, ReplayMotor, ReplayReader, ReplaySender
 from robotcore.description import RobotDescription, StrictModel
 from robotcore.errors import UnmetNeedError, UsageError
 from robotcore.hal.backend import Backend, Setup
-from robotcore.hal.device import Device
+from robotcore.hal.device import Device, Sensor
+from robotcore.hal.kind import build_actuator, build_sensor, load_kind
 from robotcore.hal.robot import Robot
 from robotcore.kinds.battery import BatteryDescription
-from robotcore.kinds.camera import CameraDescription
-from robotcore.kinds.display import DisplayDescription
-from robotcore.kinds.encoder import EncoderDescription
 from robotcore.kinds.motor import MotorDescription
-from robotcore.kinds.range_sensor import RangeSensorDescription
 from robotcore.recording import Recording, read
 from robotcore.runtime.plan import RunRequest
 
@@ -117,20 +106,13 @@ def _relax_rules(recording: Recording) -> RobotDescription:
 def _build_devices(setup: Setup, recording: Recording, clock: ReplayClock) -> Iterator[Device]:
     for device in setup.chosen_devices:
         recorded = recording, clock, device.name
-        match device:
-            case MotorDescription():
-                yield ReplayMotor(device.name, device.max_velocity_rad_s)
-            case RangeSensorDescription():
-                low, high = device.min_range_m, device.max_range_m
-                yield ReplayRangeSensor(*recorded, min_range=low, max_range=high, cone=device.cone_rad)
-            case CameraDescription():
-                yield ReplayCamera(*recorded, intrinsics=device.intrinsics)
-            case DisplayDescription():
-                yield ReplayDisplay(*recorded)
-            case EncoderDescription():
-                yield ReplayEncoder(*recorded)
-            case BatteryDescription():
-                yield ReplayBattery(*recorded)
+        kind = load_kind(device.kind).device
+        if isinstance(device, MotorDescription):
+            yield ReplayMotor(device.name, device.max_velocity_rad_s)
+        elif issubclass(kind, Sensor):
+            yield build_sensor(device, ReplayReader(*recorded))
+        else:
+            yield build_actuator(device, ReplaySender(*recorded))
     # A driver may have opened a motor that is not in the robot's description, and the app may have commanded it.
     chosen = {device.name for device in setup.chosen_devices}
     limits = {device.name: device.max_velocity_rad_s for device in setup.robot.all_of(MotorDescription)}
@@ -151,7 +133,7 @@ def _require_rate(setup: Setup, recording: Recording) -> None:
 
 
 def _require_recorded(setup: Setup, recording: Recording) -> None:
-    sensors = {device.name for device in setup.chosen_devices if device.kind not in ("motor", "display")}
+    sensors = {each.name for each in setup.chosen_devices if issubclass(load_kind(each.kind).device, Sensor)}
     opened = recording.metadata.devices
     if missing := sorted(sensors.difference(opened)):
         names, app = ", ".join(missing), recording.metadata.request.app_reference

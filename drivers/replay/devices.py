@@ -6,19 +6,13 @@ import heapq
 import itertools
 from bisect import bisect_right
 from collections.abc import Iterator, Sequence
-from typing import Any, cast
 
 from robotcore.errors import DeviceError, RecordingEndedError, RecordingError
 from robotcore.hal.clock import Callback, Clock
-from robotcore.hal.device import SampleT, Sensor
-from robotcore.kinds.battery import Battery, Voltage
-from robotcore.kinds.camera import Camera, Frame
-from robotcore.kinds.display import Display
-from robotcore.kinds.encoder import Angle, Encoder
+from robotcore.hal.device import Sample
 from robotcore.kinds.motor import Motor
-from robotcore.kinds.range_sensor import Range, RangeSensor
-from robotcore.optics import Image
 from robotcore.recording import Read, RecordedError, Recording, SampleKey
+from robotcore.recording.events import ActuatorCommand, ShownPicture
 
 _SAME_S = 1e-9
 """The tolerance for equal times, in seconds. Sums of periods have rounding errors."""
@@ -66,30 +60,29 @@ class ReplayClock(Clock):
         self._now = self._times[self.tick]
 
 
-class ReplaySensor(Sensor[SampleT]):
-    """A sensor that repeats its recorded reads: it returns their samples or raises their errors.
+class ReplayReader:
+    """Repeats the recorded reads of a sensor: a call returns their samples or raises their errors.
 
     After the last recorded read of a tick, this read is repeated. If a tick has no recorded read, or its sample was not
     recorded, the newest earlier sample is returned.
     """
 
-    def __init__(self, recording: Recording, clock: ReplayClock, name: str, **properties: Any) -> None:
-        super().__init__(name, **properties)
-        self._samples, self._clock = recording.samples, clock
+    def __init__(self, recording: Recording, clock: ReplayClock, name: str) -> None:
+        self._name, self._samples, self._clock = name, recording.samples, clock
         self._reads = [[read for read in tick.reads if read.device == name] for tick in recording.ticks]
         keys = ((at, read.key) for at, reads in enumerate(self._reads) for read in reads if read.key)
         self._given = [(at, key) for at, key in keys if key in self._samples]
         self._tick, self._count = -1, 0
 
-    def _newest(self) -> SampleT:
+    def __call__(self) -> Sample:
         read = self._take_read()
         if read and read.error:
             raise read.error.rebuild()
         key = read.key if read else None
         try:
-            return cast("SampleT", self._samples[key if key and key in self._samples else self._newest_key()])
+            return self._samples[key if key and key in self._samples else self._newest_key()]
         except RecordingError as error:
-            raise DeviceError(self.name, str(error), kind="recording-damaged") from error
+            raise DeviceError(self._name, str(error), kind="recording-damaged") from error
 
     def _take_read(self) -> Read | None:
         reads = self._reads[self._clock.tick]
@@ -101,27 +94,11 @@ class ReplaySensor(Sensor[SampleT]):
         at = bisect_right(self._given, self._clock.tick, key=lambda given: given[0])
         if not at:
             raise DeviceError(
-                self.name,
+                self._name,
                 f"the recording has no sample of this device at {self._clock.now():g} s or before",
                 kind="no-sample-yet",
             )
         return self._given[at - 1][1]
-
-
-class ReplayRangeSensor(ReplaySensor[Range], RangeSensor):
-    """A range sensor that returns the distances of a recording."""
-
-
-class ReplayCamera(ReplaySensor[Frame], Camera):
-    """A camera that returns the pictures of a recording."""
-
-
-class ReplayEncoder(ReplaySensor[Angle], Encoder):
-    """An encoder that returns the angles of a recording."""
-
-
-class ReplayBattery(ReplaySensor[Voltage], Battery):
-    """A battery that returns the voltages of a recording."""
 
 
 class ReplayMotor(Motor):
@@ -131,18 +108,20 @@ class ReplayMotor(Motor):
         """Do nothing."""
 
 
-class ReplayDisplay(Display):
-    """A display that shows nothing, and raises the recorded errors of the display."""
+class ReplaySender:
+    """Ignores the commands to an actuator, and raises its recorded errors."""
 
     def __init__(self, recording: Recording, clock: ReplayClock, name: str) -> None:
-        super().__init__(name)
         self._clock, self._tick = clock, -1
-        self._shown: Iterator[RecordedError | None] = iter(())
-        self._errors = [[each.error for each in tick.shown if each.device == name] for tick in recording.ticks]
+        self._sent: Iterator[RecordedError | None] = iter(())
+        commands: list[list[ShownPicture | ActuatorCommand]] = [
+            [*tick.shown, *tick.commands] for tick in recording.ticks
+        ]
+        self._errors = [[each.error for each in sent if each.device == name] for sent in commands]
 
-    def _apply(self, image: Image) -> None:
+    def __call__(self, command: object) -> None:
         if self._tick != self._clock.tick:
             self._tick = self._clock.tick
-            self._shown = iter(self._errors[self._tick])
-        if error := next(self._shown, None):
+            self._sent = iter(self._errors[self._tick])
+        if error := next(self._sent, None):
             raise error.rebuild()

@@ -7,7 +7,7 @@ in the file.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Annotated, NamedTuple, TypeVar
+from typing import Annotated, Any, NamedTuple, TypeVar
 
 from pydantic import Field
 
@@ -132,6 +132,18 @@ class MotorCommand:
 
 
 @dataclass(frozen=True, slots=True)
+class ActuatorCommand:
+    """A command of the app to an actuator, with the command that was sent or the raised error."""
+
+    device: str
+    asked: Any = None
+    """The command of the app, as JSON."""
+    given: Any = None
+    """The command that was sent, as JSON."""
+    error: RecordedError | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class WheelAngles:
     """The wheel angles that the odometry read, or the raised error."""
 
@@ -161,6 +173,8 @@ class Tick:
     commit_error: RecordedError | None = None
     """The error that occurred when the command was sent; None if there was none."""
     shown: Events[ShownPicture] = ()
+    commands: Events[ActuatorCommand] = ()
+    """The commands to actuators other than motors and displays."""
     error: RecordedError | None = None
     """The error that aborted the tick. It ended the run, unless the run waited for a lost device to return."""
     warnings: Events[str] = ()

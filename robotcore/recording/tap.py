@@ -7,17 +7,19 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from robotcore.errors import RobotcoreError
 from robotcore.geometry import Wheels
-from robotcore.hal.device import Sample, SampleT, Sensor
+from robotcore.hal.device import Actuator, Sample, SampleT, Sensor
 from robotcore.kinds.camera import Frame
 from robotcore.kinds.display import Display
 from robotcore.optics import Image
+from robotcore.recording.codec import to_plain
 from robotcore.recording.events import (
     GUARD,
     ODOMETRY,
+    ActuatorCommand,
     DriveCommand,
     MotorCommand,
     Read,
@@ -26,7 +28,7 @@ from robotcore.recording.events import (
     ShownPicture,
     WheelAngles,
 )
-from robotcore.runtime.layers.base import MotorOutput, Reader, Show, Tap
+from robotcore.runtime.layers.base import MotorOutput, Reader, Send, Tap
 from robotcore.safety import CommandFilter, Commit, Intervention, Latch
 
 T = TypeVar("T")
@@ -41,6 +43,7 @@ class TickEvents:
     motor_asks: list[MotorCommand] = field(default_factory=list)
     turned: list[WheelAngles] = field(default_factory=list)
     shown: list[ShownPicture] = field(default_factory=list)
+    commands: list[ActuatorCommand] = field(default_factory=list)
     samples: list[tuple[SampleKey, Sample]] = field(default_factory=list)
     """The new samples, and copies of the displayed pictures."""
     commit_error: RecordedError | None = None
@@ -110,19 +113,23 @@ class RecordingTap(Tap):
 
         return partial(self.record, "reads", build, read)
 
-    def display(self, display: Display, show: Show) -> Show:
-        """Return a function that records a copy of each picture, because the app may change the picture later."""
+    def actuator(self, actuator: Actuator[Any], send: Send) -> Send:
+        """Return a function that records each command, of a picture a copy, because the app may change it later."""
 
-        def record(image: Image) -> None:
-            def build(_: None, error: RecordedError | None) -> ShownPicture:
+        def record_picture(image: Image) -> Any:
+            def build(_: Any, error: RecordedError | None) -> ShownPicture:
                 if error:
-                    return ShownPicture(display.name, error=error)
-                picture = Frame(image.copy(), 0.0, self._kept[display.name])
-                return ShownPicture(display.name, self._keep(display.name, picture))
+                    return ShownPicture(actuator.name, error=error)
+                picture = Frame(image.copy(), 0.0, self._kept[actuator.name])
+                return ShownPicture(actuator.name, self._keep(actuator.name, picture))
 
-            self.record("shown", build, partial(show, image))
+            return self.record("shown", build, partial(send, image))
 
-        return record
+        def record(command: Any) -> Any:
+            build = partial(ActuatorCommand, actuator.name, to_plain(command))
+            return self.record("commands", lambda sent, error: build(to_plain(sent), error), partial(send, command))
+
+        return record_picture if isinstance(actuator, Display) else record
 
     def command_filter(self, inner: CommandFilter) -> CommandFilter:
         return RecordedStage(self, inner)

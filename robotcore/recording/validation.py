@@ -128,7 +128,7 @@ def _build_result_model() -> type[BaseModel]:
 
 
 def _list_device_errors(tick: Tick) -> Iterator[RecordedError]:
-    for events in (tick.reads, tick.asks, tick.motor_asks, tick.turned, tick.shown):
+    for events in (tick.reads, tick.asks, tick.motor_asks, tick.turned, tick.shown, tick.commands):
         yield from (event.error for event in events if event.error)
     if tick.commit_error:
         yield tick.commit_error

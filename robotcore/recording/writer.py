@@ -195,6 +195,7 @@ class TickBuilder:
             interventions=record.interventions,
             commit_error=events.commit_error,
             shown=tuple(events.shown),
+            commands=tuple(events.commands),
             error=error,
             warnings=record.warnings,
         )

@@ -13,10 +13,11 @@ from robotcore.description import Floor, RobotDescription, WorldDescription
 from robotcore.geometry import Pose
 from robotcore.hal.robot import Robot
 from robotcore.kinds.camera import Frame
+from robotcore.kinds.display import Display
 from robotcore.optics import Image
 from robotcore.recording import Recording, Tick
 from robotcore.recording.summary import build_odometry_path, build_result, build_true_path
-from robotcore.runtime.layers.devices import AppDisplay, AppSensor
+from robotcore.runtime.layers.devices import AppActuator, AppSensor
 from robotcore.runtime.result import Outcome, RunResult
 from robotcore.runtime.session import Run
 from robotcore.runtime.trace import TickRecord
@@ -242,6 +243,6 @@ def draw_png(figure: RunFigure) -> bytes:
 def find_last_image(robot: Robot) -> Image | None:
     """Return the last image that a display showed, else the last camera image, else None. This reads no device."""
     devices = robot.devices.values()
-    shown = [each.latest for each in devices if isinstance(each, AppDisplay)]
+    shown = [each.latest for each in devices if isinstance(each, AppActuator) and isinstance(each, Display)]
     read = [each.latest.image for each in devices if isinstance(each, AppSensor) and isinstance(each.latest, Frame)]
     return next((image for image in (*shown, *read) if image is not None), None)

@@ -11,9 +11,8 @@ from typing import Any, ParamSpec, TypeVar
 
 from robotcore.errors import BackendError, DeviceError, RobotcoreError, UsageError
 from robotcore.hal.clock import Clock, ClockWrapper
-from robotcore.hal.device import SampleT, Sensor
-from robotcore.kinds.display import Display
-from robotcore.runtime.layers.base import Layer, MotorOutput, Reader, Show
+from robotcore.hal.device import Actuator, SampleT, Sensor
+from robotcore.runtime.layers.base import Layer, MotorOutput, Reader, Send
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -88,11 +87,11 @@ class CheckedLayer(Layer):
 
         return MotorOutput(motor.name, set_velocity, stop)
 
-    def display(self, display: Display, show: Show) -> Show:
-        if display.name not in self._devices:
-            return show
-        changed = self._code.get(display.name, Callable, self._layer.display, display, show)
-        return lambda image: self._code.call(display.name, changed, image)
+    def actuator(self, actuator: Actuator[Any], send: Send) -> Send:
+        if actuator.name not in self._devices:
+            return send
+        changed = self._code.get(actuator.name, Callable, self._layer.actuator, actuator, send)
+        return lambda command: self._code.call(actuator.name, changed, command)
 
     def clock(self, clock: Clock) -> Clock:
         changed = self._code.get("", Clock, self._layer.clock, clock)

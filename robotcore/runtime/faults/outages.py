@@ -5,16 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from math import floor, inf
-from typing import Annotated, ParamSpec, TypeVar
+from typing import Annotated, Any, ParamSpec, TypeVar
 
 from pydantic import Field, model_validator
 
 from robotcore.errors import DeviceLostError
 from robotcore.hal.clock import Clock, ClockWrapper
-from robotcore.hal.device import SampleT, Sensor
-from robotcore.kinds.display import Display
+from robotcore.hal.device import Actuator, SampleT, Sensor
 from robotcore.runtime.faults.base import ROUNDING_S, Duration, Fault, FaultContext, TargetKind
-from robotcore.runtime.layers.base import Layer, MotorOutput, Reader, Show
+from robotcore.runtime.layers.base import Layer, MotorOutput, Reader, Send
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -120,8 +119,8 @@ class ConnectionLoss(Layer):
     def motor(self, motor: MotorOutput) -> MotorOutput:
         return replace(motor, set_velocity=self._fail_while_lost(motor.name, motor.set_velocity))
 
-    def display(self, display: Display, show: Show) -> Show:
-        return self._fail_while_lost(display.name, show)
+    def actuator(self, actuator: Actuator[Any], send: Send) -> Send:
+        return self._fail_while_lost(actuator.name, send)
 
     def _fail_while_lost(self, device: str, function: Callable[P, T]) -> Callable[P, T]:
         written = self._context.spec

@@ -12,14 +12,13 @@ from typing import Any
 from robotcore.description import Conditions, RobotDescription
 from robotcore.errors import DeviceLostError, UsageError
 from robotcore.hal.clock import AppClock, Clock, TickClock
-from robotcore.hal.device import Device, Sensor
+from robotcore.hal.device import Actuator, Device, Sensor
 from robotcore.hal.robot import Robot
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.kinds.display import Display
-from robotcore.kinds.motor import invalid_velocity
-from robotcore.runtime.layers.base import Layer, MotorOutput, Reader, Show, Tap
+from robotcore.kinds.motor import Motor, invalid_velocity
+from robotcore.runtime.layers.base import Layer, MotorOutput, Reader, Send, Tap
 from robotcore.runtime.layers.checks import CallMonitorLayer, MaxAgeLayer
-from robotcore.runtime.layers.devices import AppDisplay, AppMotor, wrap_sensor
+from robotcore.runtime.layers.devices import AppMotor, wrap_actuator, wrap_sensor
 from robotcore.runtime.layers.drive import build_drive
 from robotcore.runtime.layers.guardian import GuardianLayer
 from robotcore.runtime.layers.imperfections import PERFECT, ImperfectionLayer
@@ -150,16 +149,17 @@ def assemble(
 
 
 def _wrap_device(device: Device, clock: TickClock, layers: Sequence[Layer]) -> Device:
-    """Return the app's version of a driver's sensor or display. Its calls pass through the layers."""
+    """Return the app's version of a driver's sensor or actuator. Its calls pass through the layers."""
     if isinstance(device, Sensor):
         sensor: Sensor[Any] = device
         read: Reader[Any] = reduce(lambda read, layer: layer.sensor(sensor, read), layers, sensor.read)
         return wrap_sensor(sensor, clock, read)
-    if isinstance(device, Display):
-        show: Show = device.show
+    if isinstance(device, Actuator) and not isinstance(device, Motor):
+        actuator: Actuator[Any] = device
+        send: Send = actuator.send
         for layer in layers:
-            show = layer.display(device, show)
-        return AppDisplay(device, show)
+            send = layer.actuator(actuator, send)
+        return wrap_actuator(actuator, send)
     return device
 
 

@@ -4,20 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 from robotcore.geometry import Wheels
 from robotcore.hal.clock import Clock
-from robotcore.hal.device import SampleT, Sensor
-from robotcore.kinds.display import Display
+from robotcore.hal.device import Actuator, SampleT, Sensor
 from robotcore.kinds.motor import Motor
-from robotcore.optics import Image
 from robotcore.safety import CommandFilter, Latch
 
 Reader = Callable[[], SampleT]
 """A function that returns the newest sample of one sensor."""
 
-Show = Callable[[Image], None]
-"""A function that shows a picture on one display."""
+Send = Callable[[Any], Any]
+"""A function that sends a command to one actuator, and returns the command that was sent."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -52,9 +51,9 @@ class Layer:
         """Return the output that commands a motor through this layer. It may call ``motor``."""
         return motor
 
-    def display(self, display: Display, show: Show) -> Show:
-        """Return the function that shows a picture on ``display`` through this layer. It may call ``show``."""
-        return show
+    def actuator(self, actuator: Actuator[Any], send: Send) -> Send:
+        """Return the function that commands ``actuator``, no motor, through this layer. It may call ``send``."""
+        return send
 
     def clock(self, clock: Clock) -> Clock:
         """Return the clock that the loop uses through this layer. It may wrap ``clock``."""

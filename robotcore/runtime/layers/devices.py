@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
 from typing import Any, cast
 
 from robotcore.geometry import to_float
 from robotcore.hal.clock import TickClock
-from robotcore.hal.device import Device, SampleT, Sensor
+from robotcore.hal.device import Actuator, Device, SampleT, Sensor
 from robotcore.hal.kind import load_kind
-from robotcore.kinds.display import Display
 from robotcore.kinds.motor import Motor
-from robotcore.optics import Image
-from robotcore.runtime.layers.base import MotorOutput, Reader, Show
+from robotcore.runtime.layers.base import MotorOutput, Reader, Send
 
 
 class AppSensor(Sensor[SampleT]):
@@ -36,9 +35,7 @@ class AppSensor(Sensor[SampleT]):
 
     def __getattr__(self, name: str) -> Any:
         """Return an attribute of the driver's sensor, such as a camera's intrinsics."""
-        if name.startswith("_") or not hasattr(self._inner, name):
-            raise AttributeError(f"{self!r} has no attribute {name!r}", name=name, obj=self)
-        return getattr(self._inner, name)
+        return _get_inner(self, self._inner, name)
 
     def __dir__(self) -> list[str]:
         return sorted({*super().__dir__(), *(name for name in vars(self._inner) if not name.startswith("_"))})
@@ -87,23 +84,49 @@ class AppMotor(Motor):
         self._inner.close()
 
 
-class AppDisplay(Display):
-    """The display that an app uses. The layers pass each picture on to the driver's display.
+class AppActuator(Actuator[Any]):
+    """An actuator that sends its commands through the layers. Its other attributes are those of the driver's actuator.
 
-    ``latest`` is the newest picture.
+    ``latest`` is the newest command.
     """
 
-    def __init__(self, inner: Display, show: Show) -> None:
-        super().__init__(inner.name)
-        self._inner, self._show_layers = inner, show
-        self.latest: Image | None = None
+    def __init__(self, inner: Actuator[Any], send: Send) -> None:
+        Device.__init__(self, inner.name)
+        self._inner, self._send_layers = inner, send
+        self.latest: Any = None
 
-    def __repr__(self) -> str:
-        return super().__repr__().replace(AppDisplay.__name__, Display.__name__, 1)  # as sensors show their kind
+    def send(self, command: Any) -> Any:
+        self._require_open()
+        self.latest = command
+        return self._attempt(self._send_layers, command)
 
-    def _apply(self, image: Image) -> None:
-        self.latest = image
-        self._show_layers(image)
+    def stop(self) -> None:
+        if not self._is_closed:
+            self._inner.stop()
+
+    def __getattr__(self, name: str) -> Any:
+        """Return an attribute of the driver's actuator, such as a servo's limits."""
+        return _get_inner(self, self._inner, name)
+
+    def _apply(self, command: Any) -> None:
+        self.send(command)
 
     def _release(self) -> None:
         self._inner.close()
+
+
+def wrap_actuator(actuator: Actuator[Any], send: Send) -> Actuator[Any]:
+    """Return an actuator of the same kind that calls ``send``."""
+    return _app_actuator_class(actuator.kind)(actuator, send)
+
+
+@cache
+def _app_actuator_class(kind: str) -> Callable[..., AppActuator]:
+    device: Any = load_kind(kind).device
+    return type(device.__name__, (AppActuator, device), {})
+
+
+def _get_inner(device: Device, inner: Device, name: str) -> Any:
+    if name.startswith("_") or not hasattr(inner, name):
+        raise AttributeError(f"{device!r} has no attribute {name!r}", name=name, obj=device)
+    return getattr(inner, name)

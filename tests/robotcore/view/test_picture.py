@@ -15,7 +15,7 @@ from robotcore.errors import UsageError
 from robotcore.geometry import Pose
 from robotcore.kinds.camera import Frame
 from robotcore.optics import Image
-from robotcore.runtime.layers.devices import AppDisplay, AppSensor
+from robotcore.runtime.layers.devices import AppActuator, AppSensor
 from robotcore.runtime.session import Run
 from robotcore.view import page
 from robotcore.view.canvas import BAD, FAIR, GOOD, Canvas, choose_state_colours, measure_text
@@ -187,7 +187,7 @@ def test_the_picture_on_a_display_comes_before_the_camera_image() -> None:
     recorder = RunKeeper()
     run(RunRequest("mark-green", world="open", seed=3, settings={"duration_s": 0.5}), [recorder])
     robot = recorder.run.robot
-    assert isinstance(robot.display, AppDisplay)
+    assert isinstance(robot.display, AppActuator)
     assert isinstance(robot.camera, AppSensor)
     assert robot.camera.latest is not None
     assert find_last_image(robot) is robot.display.latest is not robot.camera.latest.image

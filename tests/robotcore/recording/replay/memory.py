@@ -11,13 +11,12 @@ from itertools import count
 from typing import Any
 
 from robotcore.errors import DeviceError, Interrupted, RobotcoreError
-from robotcore.hal.device import Device, Sample, SampleT, Sensor
-from robotcore.kinds.display import Display
+from robotcore.hal.device import Actuator, Device, Sample, SampleT, Sensor
 from robotcore.recording import GroundTruthSample, RecordedError, Recording, SampleKey, Tick
 from robotcore.recording.recording import build_metadata
 from robotcore.recording.tap import RecordingTap
 from robotcore.recording.writer import TickBuilder
-from robotcore.runtime.layers.base import Reader, Show, Tap
+from robotcore.runtime.layers.base import Reader, Send, Tap
 from robotcore.runtime.result import RunResult
 from robotcore.runtime.session import Run, RunRequest, run
 from robotcore.runtime.trace import TickRecord
@@ -62,8 +61,8 @@ class FailingDevices(Tap):
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
         return partial(self._call, sensor, read)
 
-    def display(self, display: Display, show: Show) -> Show:
-        return partial(self._call, display, show)
+    def actuator(self, actuator: Actuator[Any], send: Send) -> Send:
+        return partial(self._call, actuator, send)
 
     def _call(self, device: Device, call: Callable[..., Any], *arguments: Any) -> Any:
         if isinstance(device, self._kind) and next(self._calls) % self._every == 0:

@@ -46,7 +46,7 @@ def replace_functions(function: Any) -> Layer:
     return build_layer(
         sensor=lambda _sensor, _read: function,
         motor=lambda motor: replace(motor, set_velocity=function),
-        display=lambda _display, _show: function,
+        actuator=lambda _actuator, _send: function,
     )
 
 

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
+from typing import Any
 
 import pytest
 
@@ -12,11 +13,10 @@ from robotcore.errors import (
     UsageError,
 )
 from robotcore.geometry import Wheels
-from robotcore.hal.device import SampleT, Sensor
+from robotcore.hal.device import Actuator, SampleT, Sensor
 from robotcore.hal.robot import Robot, Role
-from robotcore.kinds.display import Display
 from robotcore.runtime.layers import assemble
-from robotcore.runtime.layers.base import MotorOutput, Reader, Show, Tap
+from robotcore.runtime.layers.base import MotorOutput, Reader, Send, Tap
 from robotcore.runtime.needs import needed_devices
 from robotcore.safety import CommandFilter
 from tests.robotcore.fakes import ROVER, UNHURRIED, NullEncoder, Rig
@@ -114,9 +114,9 @@ class RecordingTap(Tap):
 
         return record_read
 
-    def display(self, display: Display, show: Show) -> Show:
-        self.calls.append(display.name)
-        return show
+    def actuator(self, actuator: Actuator[Any], send: Send) -> Send:
+        self.calls.append(actuator.name)
+        return send
 
     def command_filter(self, inner: CommandFilter) -> CommandFilter:
         ask = inner.ask
