@@ -1,1 +1,14 @@
-"""The kinds of devices. Each module holds one kind; other packages register theirs as entry points."""
+"""The kinds of devices. Each module holds one kind; other packages register theirs as entry points.
+
+>>> from robotcore.kinds import Camera
+>>> Camera.kind
+'camera'
+"""
+
+from robotcore.kinds.battery import Battery as Battery
+from robotcore.kinds.bumper import Bumper as Bumper
+from robotcore.kinds.camera import Camera as Camera
+from robotcore.kinds.display import Display as Display
+from robotcore.kinds.encoder import Encoder as Encoder
+from robotcore.kinds.motor import Motor as Motor
+from robotcore.kinds.range_sensor import RangeSensor as RangeSensor

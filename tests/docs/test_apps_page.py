@@ -83,7 +83,7 @@ def test_command_output_equals_the_page(
 def test_each_listed_part_of_a_robot_exists() -> None:
     robot = MockRobot(range=1.0).layered
     blob = Blob((160.0, 120.0), (150, 110, 20, 20), 400, 0.0, is_clipped=False)
-    parts = {"robot": robot, "frame": robot.camera.read(), "blob": blob, "Role": Role}
+    parts = {"robot": robot, "frame": robot.camera.read(), "blob": blob, "Role": Role, "Camera": Camera}
     for code in PARTS:
         exec(compile(code, f"the page's code {code}", "exec"), dict(parts))  # noqa: S102  the page's own words
 

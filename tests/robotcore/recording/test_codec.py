@@ -17,10 +17,13 @@ from robotcore.kinds.encoder import Angle
 from robotcore.kinds.range_sensor import Range
 from robotcore.recording import GroundTruthSample, RecordedError, Tick
 from robotcore.recording.codec import from_json, to_json, to_plain
+from robotcore.recording.events import ActuatorCommand
 
 names = st.text(max_size=8)
 attributes = st.dictionaries(names, st.floats(allow_nan=False, allow_infinity=False))
 st.register_type_strategy(RecordedError, st.builds(RecordedError, names, names, attributes))
+plain = st.none() | st.booleans() | st.floats(allow_nan=False, allow_infinity=False) | names | attributes
+st.register_type_strategy(ActuatorCommand, st.builds(ActuatorCommand, names, plain, plain, st.from_type(RecordedError)))
 
 
 @pytest.mark.slow
