@@ -105,12 +105,14 @@ class Robot:
         """Return whether the robot has the drive or the device for a role."""
         return self._fillers[role] is not None
 
-    def all(self, kind: type[DeviceT]) -> tuple[DeviceT, ...]:
+    def all(self, kind: Callable[..., DeviceT]) -> tuple[DeviceT, ...]:
         """Return the open devices of a kind, in the order of the robot's file.
 
-        kind: the class of the kind, such as RangeSensor.
+        kind: the class of the kind, such as RangeSensor. Its type is not ``type[DeviceT]``, because type checkers
+            accept no abstract class for that.
         """
-        return tuple(device for device in self.devices.values() if isinstance(device, kind))
+        found: type[DeviceT] = cast("type[DeviceT]", kind)
+        return tuple(device for device in self.devices.values() if isinstance(device, found))
 
     def _first(self, role: Role) -> Any:
         return self._fillers[role] or self._unmet(role)
