@@ -6,7 +6,7 @@ import sys
 from types import TracebackType
 from typing import TYPE_CHECKING
 
-from robotcore.cli.output import write_line
+from robotcore.cli.output import write_lines
 from robotcore.deploy.progress import StepProgress
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ class StepDisplay:
         else:
             self.close()
         if progress.is_done:
-            write_line(str(progress))
+            write_lines(str(progress))
 
     def close(self) -> None:
         """Remove the spinner. The method may be called again."""

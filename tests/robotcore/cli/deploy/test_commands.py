@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from robotcore.cli.deploy._progress import _make_spinner
+from robotcore.cli.deploy._progress import StepDisplay, _make_spinner
 from robotcore.deploy.agent.releases import HEALTHY, HealthResult, Release
 from robotcore.deploy.progress import StepProgress
 from tests.robotcore.cli.conftest import Cli
@@ -206,6 +206,13 @@ def test_refusal_cannot_forge_a_line(
 def test_spinner_does_not_interpret_markup_of_a_robot() -> None:
     spinner = _make_spinner(StepProgress("release", "[/] [red]it starts[/red]"))
     assert str(spinner.text) == "release      [/] [red]it starts[/red]"
+
+
+def test_each_detail_of_a_step_has_its_own_line(capsys: pytest.CaptureFixture[str]) -> None:
+    progress = StepProgress("check", "OK", ("warning: a", "warning: b\x1b"), is_done=True)
+    with StepDisplay() as display:
+        display(progress)
+    assert capsys.readouterr().out.splitlines() == ["  check        OK", "    warning: a", "    warning: b\\x1b"]
 
 
 def test_ctrl_c_in_a_health_check_names_the_command_for_its_result(
