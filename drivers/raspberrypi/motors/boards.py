@@ -29,9 +29,15 @@ PULLED_DOWN = (
     "program drives that line. Remove a pull-up of that line on the motor board."
 )
 UNGUARDED = (
+    "Connect 10 kΩ from each of these lines to ground: GPIO {lines}. The resistors keep the motor off while the Pi "
+    "starts, and if no program drives the lines."
+)
+"""The note that `robotcore wiring` prints for a motor without a standby line."""
+NO_STANDBY = (
     "There is no standby line. If the kernel keeps the levels of outputs (see robotcore doctor), motors may continue "
-    "to turn after the program and its guardian were killed. STBY, nSLEEP, or an L298N's joined ENA and ENB (jumpers "
-    "off) can be the standby line: set standby = GPIO in place of the key with that GPIO."
+    "to turn after the program and its guardian were killed. A standby line prevents that: connect STBY, nSLEEP, or "
+    "an L298N's joined ENA and ENB (jumpers off) to one GPIO. Set standby of both motors to it, and remove an L298N's "
+    "enable and pwm."
 )
 RISING = (
     "GPIO 0 to 8 are pulled up from power-on until a program uses them, and {lines} may turn this motor during that "
@@ -93,7 +99,11 @@ class MotorDriver(DeviceDriver):
         return wires if self.standby is None else (*wires, gpio("standby", self.standby, is_shared=True))
 
     def notes(self, description: MotorDescription) -> Sequence[str]:
-        return (BATTERY, UNGUARDED if self.standby is None else PULLED_DOWN.format(line=self.standby))
+        if self.standby is not None:
+            return BATTERY, PULLED_DOWN.format(line=self.standby)
+        enable = [int(wire.where) for wire in self.wires() if wire.signal == "enable"]
+        lines = enable or self._find_turning_lines()
+        return BATTERY, UNGUARDED.format(lines=", ".join(map(str, lines))), NO_STANDBY
 
     def warnings(self) -> Sequence[str]:
         lines = [line for line in self._find_turning_lines() if line in PULLED_UP]
@@ -151,7 +161,7 @@ class MotorDriver(DeviceDriver):
 INPUTS = (
     "The inputs of boards. TB6612: forward AIN1 and BIN1, backward AIN2 and BIN2, standby STBY, pwm PWMA and PWMB, or "
     "these two to 3.3 V. DRV8833: forward AIN1 and BIN1, backward AIN2 and BIN2, standby nSLEEP. L298N: forward IN1 "
-    "and IN3, backward IN2 and IN4, pwm ENA and ENB, or the jumpers on these two."
+    "and IN3, backward IN2 and IN4, pwm or enable ENA and ENB, or the jumpers on these two."
 )
 """The note that `robotcore wiring` prints for a motor on an H-bridge."""
 

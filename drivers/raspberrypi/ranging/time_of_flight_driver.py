@@ -57,6 +57,7 @@ class TimeOfFlight(DeviceDriver):
     """
 
     described = RangeSensorDescription
+    supply = ("3.3 V", "ground")
     remedy = "On the Pi: pip install 'robotcore[tof]'"
 
     reach: ClassVar[float]

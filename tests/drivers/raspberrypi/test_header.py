@@ -11,6 +11,7 @@ from pydantic import ValidationError
 from drivers.raspberrypi.encoders import Pulses, Quadrature
 from drivers.raspberrypi.header import HEADER, Gpio, build_wiring, find_pads, gpio
 from drivers.raspberrypi.motors.boards import HBridge, PhaseEnable
+from drivers.raspberrypi.ranging.time_of_flight_driver import VL53L0X
 from drivers.raspberrypi.ranging.ultrasonic_driver import Ultrasonic
 from robotcore.description import StrictModel
 from robotcore.hal.wiring import Wire
@@ -93,9 +94,12 @@ MODEL = {"dead_band": 0.1, "forward_rad_s": 14.0, "backward_rad_s": 14.0}
     [
         (Ultrasonic, ("5 V", "ground"), {"trigger": 16, "echo": 26}),
         (HBridge, ("ground",), {"forward": 17, "backward": 27, "model": MODEL, "standby": 22}),
+        (HBridge, ("ground",), {"forward": 17, "backward": 27, "model": MODEL}),
+        (HBridge, ("ground",), {"forward": 17, "backward": 27, "model": MODEL, "enable": 12}),
         (PhaseEnable, ("ground",), {"phase": 17, "enable": 27, "model": MODEL}),
         (Quadrature, ("3.3 V", "ground"), {"a": 5, "b": 6}),
         (Pulses, ("3.3 V", "ground"), {"gpio": 5}),
+        (VL53L0X, ("3.3 V", "ground"), {}),
     ],
     ids=lambda value: getattr(value, "name", ""),
 )
