@@ -19,6 +19,7 @@ from robotcore.deploy.progress import OnStep, Report, Step
 from robotcore.deploy.project import Project
 from robotcore.deploy.staging import list_files
 from robotcore.description import RobotDescription, load_world
+from robotcore.description.plausibility import find_bodies_outside, find_doubtful_values
 from robotcore.errors import BackendMissingError, DescriptionError, UnprovenError
 from robotcore.hal.backend import load_backend
 from robotcore.hal.wall_clock import MonotonicClock
@@ -165,7 +166,9 @@ def check_descriptions(project: Project, report: Report) -> CheckResult:
             warnings += _check_description(project, name)
         except DescriptionError as error:
             again = format_command(project, shlex.join(["robotcore", "check", name]))
-            raise UnprovenError(f"check: {error}\nTo repeat it: {again}", kind="description-check-failed") from error
+            # `robotcore check` does not miss a section, because it checks only those in the file
+            repeat = "" if error.kind == "no-section" else f"\nTo repeat it: {again}"
+            raise UnprovenError(f"check: {error}{repeat}", kind="description-check-failed") from error
     return CheckResult(
         "; ".join(f"{escape(name)}: OK" for name in filter(None, (project.robot, project.world))), tuple(warnings)
     )
@@ -173,12 +176,11 @@ def check_descriptions(project: Project, report: Report) -> CheckResult:
 
 def _check_description(project: Project, name: str) -> list[str]:
     if name == project.world:
-        load_world(project.resolve(name))
-        return []
+        return [f"warning: {each}" for each in find_bodies_outside(load_world(project.resolve(name)))]
     robot = project.load_description()
-    return [
-        warning for backend in {*robot.backends, project.deploy.backend} for warning in _list_warnings(robot, backend)
-    ]
+    doubts = [f"warning: {each}" for each in find_doubtful_values(robot)]
+    backends = sorted({*robot.backends, project.deploy.backend})
+    return doubts + [warning for backend in backends for warning in _list_warnings(robot, backend)]
 
 
 def _list_warnings(robot: RobotDescription, backend: str) -> Iterator[str]:

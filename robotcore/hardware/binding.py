@@ -46,7 +46,7 @@ def bind_devices(
     if section not in robot.backends and wired:
         others = " or ".join(f"--backend {name}" for name in sorted(robot.backends))
         remedy = f"Add a table for each device, such as [{section}.{wired[0]}]" + f", or name {others}" * bool(others)
-        raise DescriptionError(robot.source, section, "is missing", remedy)
+        raise DescriptionError(robot.source, section, "is missing", remedy, kind="no-section")
     bindings, mistakes = read_each(robot, section, wired, _bind, _missing_hint)
     mistakes += [*_contradictions(section, bindings, robot), *_pin_mistakes(section, bindings, place)]
     if mistakes:

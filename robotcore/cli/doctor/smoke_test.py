@@ -61,7 +61,9 @@ def _try_robot(backend: Backend, robot: RobotDescription) -> Finding:
     except DescriptionError as error:
         others = f", and {len(error.others)} more" if error.others else ""
         said = f"cannot open {error.file}: {error.key}: {error.problem}{others}"
-        return Finding.error(backend.name, said, f"robotcore check {robot.file or robot.name}", kind=error.kind)
+        # `robotcore check` does not miss a section, because it checks only those in the file
+        remedy = error.remedy if error.kind == "no-section" else f"robotcore check {robot.file or robot.name}"
+        return Finding.error(backend.name, said, remedy, kind=error.kind)
     except RobotcoreError as error:
         text = "; ".join(map(str, error.failures)) if isinstance(error, DeviceGroupError) else str(error)
         problem, remedy = split_remedy(text)

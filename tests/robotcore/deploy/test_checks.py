@@ -3,6 +3,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from importlib.resources import files
 from pathlib import Path
 
 import pytest
@@ -18,7 +19,7 @@ from robotcore.errors import DescriptionError, UnprovenError, UsageError
 from robotcore.runtime.plan import RunRequest
 from tests.robotcore.deploy.projects import DRIVES_ON, TABLE, write, write_project
 from tests.robotcore.sweep.conftest import make_record
-from tests.texts import Raises
+from tests.texts import CheckText, Raises
 
 RAISES = DRIVES_ON.replace("return Status.RUNNING", "return 1 / 0")
 
@@ -63,6 +64,21 @@ def test_every_mistake_of_a_description_is_reported(tmp_path: Path, raises: Rais
     cause = raised.value.__cause__
     assert isinstance(cause, DescriptionError)
     assert {each.key for each in (cause, *cause.others)} >= {"floor.lenght_m", "walls.hight_m"}
+
+
+def test_doubtful_values_of_the_robot_and_the_world_are_warnings(tmp_path: Path) -> None:
+    robot = files("robotcore.description").joinpath("robots/rover.toml").read_text(encoding="utf-8")
+    target = '[[targets]]\nname = "ball"\ncolour = "red"\nx_m = 9\ny_m = 0\nradius_m = 0.1\n'
+    world = f'name = "room"\n[floor]\nlength_m = 3\nwidth_m = 3\n{target}'
+    write(tmp_path, {"cm.toml": robot.replace("width_m = 0.185", "width_m = 18.5"), "room.toml": world})
+    result = checks.check_descriptions(write_project(tmp_path, robot="cm.toml", world="room.toml"), str)
+    assert [each.split(":")[:2] for each in result.warnings] == [["warning", " body"], ["warning", " ball"]]
+
+
+def test_error_for_a_missing_section_names_no_check_that_passes(tmp_path: Path, check_text: CheckText) -> None:
+    with pytest.raises(UnprovenError) as raised:
+        checks.check_descriptions(write_project(tmp_path, robot="bubblerob", backend="raspberrypi"), str)
+    check_text(str(raised.value))
 
 
 @pytest.mark.slow

@@ -96,6 +96,12 @@ def test_a_wrong_pin_is_one_finding_of_the_virtual_pi(tmp_path: Path) -> None:
     assert found.level is Level.ERROR
 
 
+def test_a_robot_without_a_section_is_an_error_that_names_no_check_that_passes(check_text: CheckText) -> None:
+    (found,) = diagnose_all(load_backend("virtualpi"), "bubblerob")
+    assert (found.level, found.kind) == (Level.ERROR, "no-section")
+    check_text(f"{found.message}\n{found.remedy}")
+
+
 @pytest.mark.parametrize("display, level", [(":0", Level.OK), ("", Level.WARNING)])
 def test_a_window_needs_a_display(monkeypatch: pytest.MonkeyPatch, display: str, level: Level) -> None:
     monkeypatch.setattr("sys.platform", "linux")
