@@ -159,9 +159,9 @@ def _draw_recording(recording: Recording, picture: Path) -> None:
 
 
 def _replay(recording: Recording, file: Path, app: str | None, settings: dict[str, str]) -> ReplayResult | Evaluation:
-    from robotcore.recording.replay import evaluate, is_recorded_file, replay
+    from robotcore.recording.replay import evaluate, is_recorded_app, replay
 
-    is_same_app = not app or (recording.is_replayable and is_recorded_file(recording, app))
+    is_same_app = not app or (recording.is_replayable and is_recorded_app(recording, app))
     if settings or not is_same_app:
         return evaluate(recording, app, settings, file=file)
     return replay(recording, file, app=app)

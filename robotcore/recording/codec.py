@@ -13,6 +13,7 @@ import math
 import struct
 from collections.abc import Iterator, Mapping
 from dataclasses import fields, is_dataclass
+from enum import Enum
 from functools import cache
 from numbers import Integral, Real
 from types import NoneType
@@ -41,7 +42,8 @@ def from_json(kind: type[T], content: bytes) -> T:
 def to_plain(value: Any) -> Any:
     """Return a value as numbers, strings, lists and dicts, which JSON supports.
 
-    A dataclass or a named tuple becomes a dict of its fields. A value of any other class becomes ``str(value)``.
+    A dataclass or a named tuple becomes a dict of its fields. A member of an enumeration becomes its value. A value of
+    any other class becomes ``str(value)``.
     """
     kind: Any = type(value)
     if kind in _SCALARS:
@@ -49,11 +51,13 @@ def to_plain(value: Any) -> Any:
     if names := list_fields(kind):
         named = ((name, getattr(value, name)) for name in names)
         return {name: to_plain(each) for name, each in named if each is not None and each != ()}
+    if isinstance(value, Enum):
+        return to_plain(value.value)
     if isinstance(value, BaseModel):
         value = value.model_dump()
     if isinstance(value, Mapping):
         return {_to_text(key): to_plain(each) for key, each in value.items()}
-    if isinstance(value, (tuple, list, frozenset)):
+    if isinstance(value, (tuple, list, set, frozenset)):
         return [to_plain(each) for each in value]
     return _to_scalar(value)
 

@@ -26,7 +26,7 @@ from robotcore.runtime.behaviour import Behaviour
 from robotcore.runtime.faults import PlannedFault, plan_faults
 from robotcore.runtime.needs import needed_devices
 from robotcore.runtime.request import RunRequest as RunRequest  # noqa: PLC0414  the modules above import it from here
-from robotcore.runtime.settings import configure
+from robotcore.runtime.settings import configure, list_changes
 from robotcore.runtime.success_verification import load_judge
 from robotcore.safety import stopping_distance
 
@@ -38,7 +38,8 @@ MIN_RATE_HZ, MAX_RATE_HZ = 1.0, 1000.0
 class Plan:
     """A request with resolved names and checked values.
 
-    Its request names the app, also if the user's request has a class or an instance.
+    Its request names the app, also if the user's request has a class or an instance. It has the settings of
+    an instance.
 
     >>> plan = Plan.of(RunRequest("green-search", seed=7))
     >>> plan
@@ -89,7 +90,8 @@ class Plan:
         backend = load_backend(request.backend)
         judge = None if request.judge is None else load_judge(request.judge)
         behaviour = _make_behaviour(request)  # last: it changes where imports search
-        request = replace(request, app=request.app_reference)
+        settings = list_changes(request.app) if isinstance(request.app, Behaviour) else request.settings
+        request = replace(request, app=request.app_reference, settings=settings)
         description = backend.load_robot(request.robot, request.options)
         devices = needed_devices(description, behaviour.needs, behaviour.wants)
         devices |= backend.batteries(description, request.options)

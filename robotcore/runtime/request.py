@@ -26,10 +26,10 @@ class RunRequest:
     """
 
     app: Annotated[str | type[Behaviour] | Behaviour, GetPydanticSchema(lambda *_: str_schema())]
-    """The app's name, its ``.py`` file, its class, or an instance. An instance is run as it is, without settings.
-    Its state remains after the run, so create one for each run.
+    """The app's name, its ``.py`` file, its class, or an instance.
 
-    A recording stores the name of a class, so a replay of it needs ``--app FILE.py``.
+    An instance has its own settings, and their values are not checked. Its state remains after the run, so create one
+    for each run. A recording stores the name of a class and the settings, so a replay of it needs ``--app FILE.py``.
     """
     backend: str = "kinematic"
     robot: str = "rover"

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import Annotated, Any, get_type_hints
 
 from annotated_types import Interval as Interval  # noqa: PLC0414  apps import it from robotcore
@@ -35,21 +36,28 @@ def list_settings(app: type[Behaviour]) -> dict[str, Setting]:
     """
     if not dataclasses.is_dataclass(app):
         return {}
-    try:
+    with _blame(app):
         hints = get_type_hints(app, include_extras=True)
         return {
-            field.name: Setting(
-                field.name,
-                hints[field.name],
-                field.default if field.default_factory is dataclasses.MISSING else field.default_factory(),
-            )
+            field.name: Setting(field.name, hints[field.name], _make_default(field))
             for field in dataclasses.fields(app)
             if field.init
         }
-    except RobotcoreError:
-        raise
-    except (Exception, SystemExit) as error:
-        raise BehaviourError.from_exception(app, error) from error
+
+
+def list_changes(app: Behaviour) -> dict[str, Any]:
+    """Return the settings of an instance of an app that differ from their defaults, by name.
+
+    Raises BehaviourError if the app's code raises an exception.
+    """
+    if not dataclasses.is_dataclass(app):
+        return {}
+    with _blame(type(app)):
+        return {
+            field.name: value
+            for field in dataclasses.fields(app)
+            if field.init and repr(value := getattr(app, field.name, None)) != repr(_make_default(field))
+        }
 
 
 def configure(app: type[Behaviour], values: Mapping[str, Any]) -> Behaviour:
@@ -92,12 +100,23 @@ def configure(app: type[Behaviour], values: Mapping[str, Any]) -> Behaviour:
                 kind="setting-missing",
                 setting=setting.name,
             )
-    try:
+    with _blame(app):
         return app(**checked)
+
+
+@contextmanager
+def _blame(app: type[Behaviour]) -> Iterator[None]:
+    """Raise BehaviourError for an exception of the app's code."""
+    try:
+        yield
     except RobotcoreError:
         raise
     except (Exception, SystemExit) as error:
         raise BehaviourError.from_exception(app, error) from error
+
+
+def _make_default(field: dataclasses.Field[Any]) -> Any:
+    return field.default if field.default_factory is dataclasses.MISSING else field.default_factory()
 
 
 def _declare(app: type[Behaviour], name: str) -> str:

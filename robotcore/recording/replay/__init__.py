@@ -1,8 +1,8 @@
 """Replay a recording: verify the decisions of its app, or evaluate another app on its samples."""
 
-from robotcore.recording.replay.app_permission import is_recorded_file
+from robotcore.recording.replay.app_permission import is_recorded_app
 from robotcore.recording.replay.differences import Deviation
 from robotcore.recording.replay.evaluation import Evaluation, evaluate
 from robotcore.recording.replay.verification import ReplayResult, replay
 
-__all__ = ["Deviation", "Evaluation", "ReplayResult", "evaluate", "is_recorded_file", "replay"]
+__all__ = ["Deviation", "Evaluation", "ReplayResult", "evaluate", "is_recorded_app", "replay"]

@@ -14,10 +14,11 @@ from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from robotcore.errors import RecordingError
+from robotcore.plugins import app_names
 from robotcore.recording import Recording
 from robotcore.recording.codec import to_plain
 from robotcore.recording.recording import read_app_source
-from robotcore.runtime.apps import app_path, is_app_file, load_app_file
+from robotcore.runtime.apps import app_name, app_path, is_app_file, load_app, load_app_file
 from robotcore.runtime.settings import Setting, list_settings
 from robotcore.text import escape
 
@@ -39,9 +40,17 @@ def require_recorded_app(recording: Recording, file: Path | str, given: Containe
     given: the names of the settings that the user sets, so that their recorded values are not used.
     """
     app = recording.metadata.request.app_reference
-    if not is_app_file(app):
-        return
     called, shown = file or "the recording", escape(app)
+    if not is_app_file(app):
+        if app_name(app) not in app_names():
+            raise RecordingError(
+                called,
+                f"its app, {shown}, is a class, or an app that is not installed here",
+                "Name the file of the app: --app FILE.py",
+                kind="app-not-here",
+                app=app,
+            )
+        return
     if not app_path(app).is_file():
         remedy = "Replay it from the folder of the recorded run, or name the app's file: --app FILE.py"
         raise RecordingError(
@@ -58,12 +67,21 @@ def require_recorded_app(recording: Recording, file: Path | str, given: Containe
         )
 
 
-def is_recorded_file(recording: Recording, app: str) -> bool:
-    """Return whether a file has the name or the source of the recorded app."""
+def is_recorded_app(recording: Recording, app: str) -> bool:
+    """Return whether the user's app is the recorded app.
+
+    It has the recorded name, or its file has the name or the source of the recorded file. If the recording names a
+    class, the user's app has this class.
+    """
     recorded = recording.metadata.request.app_reference
-    if not (is_app_file(app) and is_app_file(recorded)):
-        return False
-    return app_path(app).name == app_path(recorded).name or has_app_changed(recording, app) is False
+    if app_name(app) == app_name(recorded):
+        return True
+    if is_app_file(recorded):
+        classes = {name.partition(":")[2] for name in (app, recorded)} - {""}
+        has_same_name = app_path(app).name == app_path(recorded).name
+        is_same_file = has_same_name or has_app_changed(recording, app) is False
+        return is_app_file(app) and is_same_file and len(classes) <= 1
+    return app_name(recorded) not in app_names() and load_app(app).__name__ == recorded
 
 
 def has_app_changed(recording: Recording, app: str) -> bool | None:

@@ -13,7 +13,7 @@ from robotcore.geometry import Wheels
 from robotcore.hal.device import SampleT, Sensor
 from robotcore.kinds.battery import Battery
 from robotcore.recording import MotorCommand, Recording
-from robotcore.recording.replay.app_permission import require_recorded_app
+from robotcore.recording.replay.app_permission import is_recorded_app, require_recorded_app
 from robotcore.recording.replay.app_run import ReplayTap, require_ticks, run_app
 from robotcore.recording.replay.differences import (
     NO_COMMAND,
@@ -112,9 +112,9 @@ def evaluate(
     if app is None:
         require_recorded_app(recording, file, settings or {})
     recorded = recording.metadata.request
-    is_recorded_app = app is None or app_name(app) == app_name(recorded.app_reference)
     comparator = DecisionComparator(recording)
-    result = run_app(comparator, app, {**(recorded.settings if is_recorded_app else {}), **(settings or {})})
+    inherited = recorded.settings if app is None or is_recorded_app(recording, app) else {}
+    result = run_app(comparator, app, {**inherited, **(settings or {})})
     return comparator.build_evaluation(result)
 
 

@@ -18,6 +18,7 @@ from robotcore.kinds.range_sensor import Range
 from robotcore.recording import GroundTruthSample, RecordedError, Tick
 from robotcore.recording.codec import from_json, to_json, to_plain
 from robotcore.recording.events import ActuatorCommand
+from robotcore.runtime.behaviour import Status
 
 names = st.text(max_size=8)
 attributes = st.dictionaries(names, st.floats(allow_nan=False, allow_infinity=False))
@@ -51,7 +52,8 @@ def test_non_finite_number_is_a_string_in_json() -> None:
 
 
 def test_numpy_numbers_and_enumerations_become_plain_values() -> None:
-    assert to_plain([np.float64(0.1), np.int64(3), np.bool_(True).item()]) == [0.1, 3, True]
+    values = [np.float64(0.1), np.int64(3), np.bool_(True).item(), Status.RUNNING]
+    assert to_plain(values) == [0.1, 3, True, "running"]
 
 
 @pytest.mark.parametrize("text", [rb"\ud800", rb"a\uDC80b", rb"\ud83d \ude00", b"\xed\xa0\x80"])

@@ -11,7 +11,7 @@ from pydantic import Field
 from robotcore.errors import BehaviourError, UnknownNameError, UsageError
 from robotcore.hal.robot import Robot
 from robotcore.runtime.behaviour import Behaviour, Status
-from robotcore.runtime.settings import configure, list_settings
+from robotcore.runtime.settings import configure, list_changes, list_settings
 from tests.texts import Raises
 
 
@@ -53,6 +53,11 @@ class RequiredSettingApp(PlainApp):
 def test_settings_are_the_fields_of_the_constructor() -> None:
     defaults = {name: setting.default for name, setting in list_settings(App).items()}
     assert defaults == {"speed_m_s": 0.25, "hue": "green", "laps": 3, "is_loud": False, "hues": ["green"]}
+
+
+def test_changes_are_the_settings_of_an_instance_that_differ_from_the_defaults() -> None:
+    assert list_changes(App(speed_m_s=0.5, hues=["red"])) == {"speed_m_s": 0.5, "hues": ["red"]}
+    assert list_changes(PlainApp()) == {}
 
 
 @pytest.mark.parametrize(

@@ -16,6 +16,7 @@ from robotcore.recording import GroundTruthSample, RecordedError, Recording, Sam
 from robotcore.recording.recording import build_metadata
 from robotcore.recording.tap import RecordingTap
 from robotcore.recording.writer import TickBuilder
+from robotcore.runtime.behaviour import Behaviour
 from robotcore.runtime.layers.base import Reader, Send, Tap
 from robotcore.runtime.result import RunResult
 from robotcore.runtime.session import Run, RunRequest, run
@@ -106,7 +107,11 @@ def send_signal(number: signal.Signals) -> Callable[[Run], None]:
 
 
 def record_run(
-    app: str = "green-search", *, disturbance: Disturbance | None = None, below: Sequence[Tap] = (), **asked: Any
+    app: str | type[Behaviour] | Behaviour = "green-search",
+    *,
+    disturbance: Disturbance | None = None,
+    below: Sequence[Tap] = (),
+    **asked: Any,
 ) -> Recording:
     """Run an app, and return its recording.
 

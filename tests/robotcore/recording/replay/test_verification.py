@@ -15,7 +15,8 @@ import pytest
 from robotcore.errors import EmergencyStopError, Interrupted, RecordingError
 from robotcore.geometry import Wheels
 from robotcore.recording import RecordedError, Recording, Tick
-from robotcore.recording.replay import replay
+from robotcore.recording.replay import is_recorded_app, replay
+from robotcore.runtime.behaviour import Behaviour
 from robotcore.runtime.result import Outcome, RunResult
 from robotcore.runtime.trace import TickRecord, Trace
 from robotcore.safety import Intervention
@@ -26,7 +27,7 @@ from tests.robotcore.recording.replay.memory import (
     record_run,
     send_signal,
 )
-from tests.robotcore.recording.replay.recorded_apps import FinalAction
+from tests.robotcore.recording.replay.recorded_apps import FinalAction, FinalActionApp
 from tests.texts import Raises
 
 APPS = str(Path(__file__).parent / "recorded_apps.py")
@@ -140,6 +141,19 @@ def test_recording_that_cannot_be_replayed_is_refused(raises: Raises) -> None:
         replay(replace(record_final_action(), ticks=[]))
     with raises(RecordingError, "recording-not-replayable", file="run.mcap"):
         replay(replace(record_final_action(), missing_inputs="the pictures of eye are JPEGs"), "run.mcap")
+
+
+@pytest.mark.parametrize("app", [FinalActionApp, FinalActionApp(ticks=3, speed=0.35)])
+def test_class_and_instance_are_verified_by_the_file_of_their_class(
+    app: type[Behaviour] | Behaviour, raises: Raises
+) -> None:
+    recording = record_run(app, seed=3)
+    file = f"{APPS}:FinalActionApp"
+    assert is_recorded_app(recording, file)
+    assert not is_recorded_app(recording, f"{APPS}:SwallowingApp")
+    assert replay(recording, app=file).exit_status == 0
+    with raises(RecordingError, "app-not-here", app="FinalActionApp"):
+        replay(recording)
 
 
 def test_wrong_digest_is_reported() -> None:
