@@ -125,8 +125,21 @@ def prepare_result(*, as_json: bool) -> None:
 def write_result(result: RunResult, *, as_json: bool) -> None:
     """Write the result of a run on stdout, and its error and the notes that are not yet written on stderr.
 
-    If an error ended the run, the JSON also has the key ``kind``, which identifies the error.
+    The JSON comes first, because a full pipe at stderr blocks. If an error ended the run, the JSON also has the key
+    ``kind``, which identifies the error.
     """
+    if as_json and isinstance(result.error, RobotcoreError | Interrupted):
+        write_json({**json.loads(result.to_json()), "kind": result.error.kind})
+    elif as_json:
+        write_content(f"{result.to_json()}\n")
+    _write_notes(result)
+    if not as_json and result.ticks:
+        from robotcore.view.text import format_summary
+
+        write(format_summary(result))
+
+
+def _write_notes(result: RunResult) -> None:
     from robotcore.runtime.result import WrittenNote
 
     for note in result.notes:
@@ -136,14 +149,6 @@ def write_result(result: RunResult, *, as_json: bool) -> None:
         write_error(result.error)
     elif result.error and not result.ticks:
         write_failure(result.reason)
-    if as_json and isinstance(result.error, RobotcoreError | Interrupted):
-        write_json({**json.loads(result.to_json()), "kind": result.error.kind})
-    elif as_json:
-        write_content(f"{result.to_json()}\n")
-    elif result.ticks:
-        from robotcore.view.text import format_summary
-
-        write(format_summary(result))
 
 
 def _build_result_without_run(parameters: Mapping[str, Any], error: RobotcoreError | Interrupted) -> RunResult:

@@ -104,6 +104,7 @@ def command(
             result, recorded = finish_recording(result, recorder)
             written += [recorded] if recorded else []
         result = notifier.choose_exit_status(result) if notifier else result
+        interrupts.mask(but_last=True)
         return _finish(result, written, as_json=as_json)
 
 

@@ -56,7 +56,7 @@ class SignalGuard:
 
     def __init__(self) -> None:
         self._thread = threading.get_ident()
-        self._is_masked = self._is_deferred = False
+        self._is_masked = self._is_deferred = self._is_last_masked = False
         self.raised: Interrupted | None = None
         """The exception of the last signal."""
         self.last_resort: Callable[[], object] = lambda: None
@@ -67,13 +67,18 @@ class SignalGuard:
         """Called after the suspended program continues."""
         self.is_suspension_deferred = False
         """Whether a suspension waits for the next call of `check`."""
-        self._count = 0
+        self.count = 0
+        """The number of signals in this context and in the contexts inside it."""
         self._before: dict[int, Any] = {}
         self._suspension = 0
 
-    def mask(self) -> None:
-        """Ignore all further signals. A run calls this before it closes the robot."""
-        self._is_masked = True
+    def mask(self, *, but_last: bool = False) -> None:
+        """Ignore all further signals. A run calls this before it closes the robot.
+
+        but_last: whether the third signal still ends the process. A command sets it before it writes its result,
+            because a full pipe or a paused terminal blocks the write.
+        """
+        self._is_masked, self._is_last_masked = True, not but_last
         self.is_suspension_deferred = False
 
     @contextmanager
@@ -130,16 +135,19 @@ class SignalGuard:
     ) -> None:
         for number, handler in self._before.items():
             signal.signal(number, handler)
+        if outer := _find_active_guard():
+            outer.count += self.count
         is_foreign = isinstance(error, Exception) and not isinstance(error, RobotcoreError)
         if self.raised and is_foreign and not self._is_masked:
             raise self.raised  # native code, such as pydantic's, raises an error of its own in its place
 
     def _raise(self, number: int, frame: FrameType | None) -> None:
-        if self._is_masked:
+        self.count += 1
+        is_last = self.count >= LAST_SIGNAL and not self._is_last_masked
+        if self._is_masked and not is_last:
             return
-        self._count += 1
         self.raised = Interrupted(number)
-        if self._count == LAST_SIGNAL:
+        if is_last:
             self._end(number)
         if not self._is_deferred:
             raise self.raised
@@ -167,7 +175,7 @@ class SignalGuard:
         self.after_suspension()
 
     def _end(self, number: int) -> NoReturn:
-        self._is_masked = True
+        self.mask()
         try:
             self.last_resort()
         finally:

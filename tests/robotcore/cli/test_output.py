@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import ast
+from io import StringIO
 from pathlib import Path
 
 import pytest
@@ -8,8 +9,10 @@ from rich.console import Group
 from rich.text import Text
 
 import robotcore.cli
+from robotcore.cli.command_classes import write_result
 from robotcore.cli.output import write, write_failure, write_finding, write_line, write_table
 from robotcore.hal.check_finding import Finding
+from robotcore.runtime.result import Outcome, RunResult
 from tests.robotcore.cli.conftest import AppFile, Cli
 
 HOSTILE = "\x1b]0;title\x07\x1b[2J\x9b31m\u202e\nerror: forged"
@@ -22,6 +25,15 @@ def require_harmless(written: str) -> None:
     assert all(each.isprintable() or each == "\n" for each in written)
     assert SHOWN in written
     assert not any(line.startswith("error: forged") for line in written.splitlines())
+
+
+def test_json_comes_before_the_notes(monkeypatch: pytest.MonkeyPatch) -> None:
+    written = StringIO()
+    monkeypatch.setattr("sys.stdout", written)
+    monkeypatch.setattr("sys.stderr", written)
+    write_result(RunResult("an-app", "mock", "rover", None, None, Outcome.SUCCESS, 0, notes=["a note"]), as_json=True)
+    answer, *notes = written.getvalue().splitlines()
+    assert (answer[0], notes) == ("{", ["note: a note"])
 
 
 def test_control_characters_of_a_line_are_escaped(capsys: pytest.CaptureFixture[str]) -> None:

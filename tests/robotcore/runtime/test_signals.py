@@ -90,6 +90,22 @@ class TestSignalGuard:
                 signal.raise_signal(signal.SIGTERM)
         assert ended == ["stopped", signal.SIGTERM]
 
+    def test_third_signal_ends_the_process_while_it_writes_its_result(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        def die(number: int) -> None:
+            raise SystemExit(number)
+
+        monkeypatch.setattr("robotcore.runtime.signals.end_by_signal", die)
+        with SignalGuard() as command:
+            with SignalGuard() as run:
+                with pytest.raises(Interrupted):
+                    signal.raise_signal(signal.SIGTERM)
+                run.mask()
+            command.mask(but_last=True)
+            signal.raise_signal(signal.SIGTERM)
+            with pytest.raises(SystemExit) as ended:
+                signal.raise_signal(signal.SIGINT)
+        assert ended.value.code == signal.SIGINT
+
     def test_deferred_signal_raises_at_the_end(self) -> None:
         done: list[str] = []
 
