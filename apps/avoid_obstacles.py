@@ -49,11 +49,19 @@ class AvoidObstacles(Behaviour):
         self.state = "look"
         self._end = heading + 2 * np.pi
         self._free = np.zeros_like(BEARINGS)
+        self._times: list[float] = []
+        self._headings: list[float] = []
 
     def _look(self, robot: Robot, pose: Pose) -> tuple[float, float]:
-        """Turn once around. The free distance at a bearing is the longest reading of which the cone covers it."""
-        sensor, heading = robot.range, pose.heading + robot.range.mount.heading
-        distance = min(sensor.read().distance, sensor.max_range)
+        """Turn once around. The free distance at a bearing is the longest reading of which the cone covers it.
+
+        The robot has turned on since the sensor measured, so the heading at the time of the sample counts.
+        """
+        sensor, sample = robot.range, robot.range.read()
+        self._times.append(robot.clock.now())
+        self._headings.append(pose.heading)
+        heading = np.interp(sample.time, self._times, self._headings) + sensor.mount.heading
+        distance = min(sample.distance, sensor.max_range)
         in_cone = np.cos(BEARINGS - heading) >= np.cos(sensor.cone / 2)
         self._free[in_cone] = np.maximum(self._free[in_cone], sensor.mount.x + distance)
         if pose.heading < self._end:

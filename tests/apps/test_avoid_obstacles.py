@@ -36,6 +36,12 @@ def test_wanders_without_a_contact_with_a_narrow_cone(narrow: str, world: str, s
     assert list(result.milestones) == ["look", "turn", "cruise"]
 
 
+def test_readings_that_arrive_late_show_no_corridor_beside_the_free_one() -> None:
+    settings = {"duration_s": 25}
+    result = run(RunRequest("avoid-obstacles", seed=7, faults=("nose delay=0.2",), settings=settings))
+    assert (result.outcome, result.contacts) == (Outcome.SUCCESS, 0)
+
+
 @pytest.mark.parametrize("contacts", [0, 1])
 def test_only_a_run_without_contacts_is_verified(contacts: int) -> None:
     truth = create_autospec(Truth, instance=True, contacts=contacts)
