@@ -32,6 +32,9 @@ class Role(str, Enum):
     RANGE = "range"
     DISPLAY = "display"
 
+    def __iter__(self) -> NoReturn:
+        raise TypeError(f"Role.{self.name} is one role, and not a set. Write {{Role.{self.name}}}")
+
     @property
     def kind(self) -> str:
         """The name of the kind whose first device fills the role; ``""`` for the drive, which is no device."""

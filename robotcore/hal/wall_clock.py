@@ -5,6 +5,7 @@ from __future__ import annotations
 import heapq
 import itertools
 import math
+import os
 import threading
 import time
 from collections.abc import Callable
@@ -46,6 +47,21 @@ class ThreadedTask(PeriodicTask):
 def read_idle_time() -> float:
     """Return the time in seconds, from an arbitrary start, in which the calling thread did not use a processor."""
     return time.monotonic() - time.thread_time()
+
+
+def read_queue_time() -> float:
+    """Return the time in seconds for which the calling thread has waited for a busy processor. 0 if it is unknown.
+
+    Source: https://docs.kernel.org/scheduler/sched-stats.html, /proc/<pid>/schedstat.
+    """
+    try:
+        file = os.open("/proc/thread-self/schedstat", os.O_RDONLY)
+    except OSError:  # another system than Linux, or a kernel without these statistics
+        return 0.0
+    try:
+        return int(os.read(file, 100).split()[1]) / 1e9
+    finally:
+        os.close(file)
 
 
 LONGEST_WAIT_S = 0.1

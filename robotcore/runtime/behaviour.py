@@ -7,8 +7,10 @@ import sys
 from abc import ABC, abstractmethod
 from collections.abc import Set as AbstractSet
 from enum import Enum
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from inspect import signature
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple
 
+from robotcore.errors import BehaviourError
 from robotcore.hal.robot import Robot
 from robotcore.hal.truth import Truth
 from robotcore.runtime.needs import Need
@@ -81,6 +83,38 @@ class Behaviour(ABC):
         Return None if this app cannot decide it.
         """
         return None
+
+
+def require_declarations(app: Behaviour) -> None:
+    """Raise BehaviourError if an app's milestones are not texts, or if its ``stopping`` is not a Stopping."""
+    name = type(app).__name__
+    milestones: object = app.milestones
+    if not isinstance(milestones, (tuple, list)) or not all(isinstance(each, str) for each in milestones):
+        remedy = 'Write a tuple of texts, with a comma after each: milestones = ("go",)'
+        raise BehaviourError(f"{name}.milestones is {milestones!r:.100}. {remedy}", kind="milestones-not-texts")
+    try:
+        stopping: object = app.stopping
+    except Exception as error:
+        raise BehaviourError.from_exception(type(app), error) from error
+    if stopping is not None and not isinstance(stopping, Stopping):
+        problem = f"{stopping!r:.100}. Return a Stopping: Stopping(0.28, 0.2)"
+        problem = "a method. Put @property above def stopping" if callable(stopping) else problem
+        raise BehaviourError(f"{name}.stopping is {problem}", kind="not-a-stopping")
+
+
+def require_callable(app: Behaviour, name: Literal["step", "verify"]) -> None:
+    """Raise BehaviourError if an attribute hides a method of an app, or if the method does not take its argument."""
+    method: object = getattr(app, name)
+    label = f"{type(app).__name__}.{name}"
+    if not callable(method):
+        text = f"{label} is {method!r:.100}, which hides the method {name}. Choose another name for the attribute"
+        raise BehaviourError(text, kind="method-hidden", method=name)
+    try:
+        signature(method).bind(None)
+    except TypeError:
+        argument = "robot" if name == "step" else "truth"
+        text = f"{label} does not take the argument {argument}. Write def {name}(self, {argument})"
+        raise BehaviourError(text, kind="wrong-parameters", method=name) from None
 
 
 def _advise_to_run(app: str, file: str) -> None:

@@ -14,7 +14,7 @@ from robotcore.errors import BehaviourError, DeviceError, DeviceLostError, Inter
 from robotcore.hal.device import Sensor
 from robotcore.hal.drive import DifferentialDrive
 from robotcore.kinds.motor import Motor
-from robotcore.runtime.behaviour import Behaviour, Status
+from robotcore.runtime.behaviour import Behaviour, Status, require_callable
 from robotcore.runtime.intervention_timer import InterventionTimer
 from robotcore.runtime.layers import Assembled
 from robotcore.runtime.monitors import BatteryMonitor, DeviceLossTracker, WaitMonitor
@@ -204,6 +204,7 @@ class Loop:
         except BaseException as error:
             self._reserve.release_memory()
             self._latch.check()
+            require_callable(self.behaviour, "step")
             raise BehaviourError.from_exception(app, error) from error
         if not isinstance(status, Status):
             raise BehaviourError(

@@ -23,9 +23,11 @@ def needed_devices(description: RobotDescription, needs: Iterable[Need], wants: 
 
     Raises UnmetNeedError if the robot lacks something that the app requires, and UsageError for a wrong need.
     """
-    if isinstance(needs, (str, type)):
-        written = format_need(needs)
-        raise UsageError(f"needs is {written}. Write a set: needs = {{{written}}}", kind="needs-not-a-set")
+    for attribute, value in (("needs", needs), ("wants", wants)):
+        if isinstance(value, (str, type)):
+            written = format_need(value)
+            text = f"{attribute} is {written}. Write a set: {attribute} = {{{written}}}"
+            raise UsageError(text, kind="needs-not-a-set")
     names: set[str] = set()
     for need in sorted(needs, key=format_need):
         found = find_devices(description, need)

@@ -22,7 +22,7 @@ from robotcore.description import (
 from robotcore.errors import UsageError
 from robotcore.hal.backend import Backend, Capability, Setup, load_backend, loadable_backends
 from robotcore.runtime.apps import load_app
-from robotcore.runtime.behaviour import Behaviour
+from robotcore.runtime.behaviour import Behaviour, require_declarations
 from robotcore.runtime.faults import PlannedFault, plan_faults
 from robotcore.runtime.needs import needed_devices
 from robotcore.runtime.request import RunRequest as RunRequest  # noqa: PLC0414  the modules above import it from here
@@ -90,6 +90,7 @@ class Plan:
         backend = load_backend(request.backend)
         judge = None if request.judge is None else load_judge(request.judge)
         behaviour = _make_behaviour(request)  # last: it changes where imports search
+        require_declarations(behaviour)
         settings = list_changes(request.app) if isinstance(request.app, Behaviour) else request.settings
         request = replace(request, app=request.app_reference, settings=settings)
         description = backend.load_robot(request.robot, request.options)

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import MISSING, dataclass, replace
 
+import numpy as np
+
 from robotcore.errors import BehaviourError, RobotcoreError, UnknownNameError, UsageError
 from robotcore.hal.truth import Truth
 from robotcore.runtime.apps import app_path, is_app_file, load_app, use_script_folder
-from robotcore.runtime.behaviour import Behaviour
+from robotcore.runtime.behaviour import Behaviour, require_callable
 from robotcore.runtime.result import Outcome
 from robotcore.runtime.settings import configure, list_settings
 
@@ -77,15 +79,28 @@ def ask_judge(judge: Behaviour, truth: Truth, name: str | None) -> bool | None:
 
     name: the judge's name or file. None if the app judges itself.
 
-    Raises BehaviourError if the judge's code raises an exception.
+    Raises BehaviourError if the judge's code raises an exception, or returns neither True, False nor None.
     """
     if name and is_app_file(name):
         use_script_folder(app_path(name))
     try:
-        verdict = judge.verify(truth)
-        return None if verdict is None else bool(verdict)  # bool raises for an array of several values
+        return _call_verify(judge, truth)
+    except BehaviourError as error:
+        raise (BehaviourError(f"--judge {name}: {error}", kind=error.kind) if name else error) from error.__cause__
+
+
+def _call_verify(judge: Behaviour, truth: Truth) -> bool | None:
+    try:
+        verdict: object = judge.verify(truth)
     except RobotcoreError:
         raise
     except (Exception, SystemExit) as error:
-        raised = BehaviourError.from_exception(type(judge), error)
-        raise (BehaviourError(f"--judge {name}: {raised}") if name else raised) from error
+        require_callable(judge, "verify")
+        raise BehaviourError.from_exception(type(judge), error) from error
+    if verdict is None:
+        return None
+    if isinstance(verdict, (bool, np.bool_)):
+        return bool(verdict)
+    raise BehaviourError(
+        f"{type(judge).__name__}.verify returned {verdict!r:.100}. Return True, False or None", kind="not-a-verdict"
+    )

@@ -14,7 +14,7 @@ from robotcore.hal.robot import Robot
 from robotcore.kinds.camera import CameraDescription
 from robotcore.kinds.range_sensor import RangeSensorDescription
 from robotcore.optics import Image
-from robotcore.runtime.behaviour import Behaviour, Status
+from robotcore.runtime.behaviour import Behaviour, Status, require_declarations
 from robotcore.runtime.faults import plan_faults
 from robotcore.runtime.layers import Assembled, assemble
 from robotcore.runtime.loop import Loop
@@ -78,6 +78,7 @@ class MockRobot:
         """
         if isinstance(app, type):
             raise UsageError(f"run needs an instance of the app. Write run({app.__name__}())", kind="not-an-instance")
+        require_declarations(app)
         self._app = self._app or app
         loop = Loop(self._assembled, app, self.rate_hz, math.inf, [self._record_tick])
         for _ in range(ticks):

@@ -6,6 +6,11 @@ from pathlib import Path
 
 import pytest
 
+from robotcore import Behaviour, Robot, RunRequest, Status, run
+from robotcore.errors import BehaviourError
+from robotcore.testing import MockRobot
+from tests.texts import Raises
+
 APP = """
 from robotcore import Behaviour, RunRequest, Status, run
 
@@ -35,3 +40,28 @@ def test_script_that_defines_an_app_and_runs_none_says_how_to_run_it(
     ended = subprocess.run([sys.executable, str(file)], capture_output=True, text=True, check=False)
     advice = f"note: {file} defines the app App, but does not run it. Run it: robotcore run {file}\n"
     assert (ended.stderr == advice) == is_advised
+
+
+class Standing(Behaviour):
+    def step(self, robot: Robot) -> Status:
+        return Status.SUCCESS
+
+
+@pytest.mark.parametrize(
+    "name, value, kind",
+    [
+        ("stopping", 0.3, "not-a-stopping"),
+        ("stopping", (0.28, 0.2), "not-a-stopping"),
+        ("stopping", lambda _: 0.3, "not-a-stopping"),
+        ("stopping", property(lambda _: 1 / 0), "behaviour"),
+        ("milestones", "go", "milestones-not-texts"),
+        ("milestones", (1, 2), "milestones-not-texts"),
+    ],
+    ids=["number", "pair", "method", "error", "text", "numbers"],
+)
+def test_declarations_of_another_type_are_refused(name: str, value: object, kind: str, raises: Raises) -> None:
+    app = type("Wrong", (Standing,), {name: value})
+    with raises(BehaviourError, kind):
+        run(RunRequest(app, world="open"))
+    with pytest.raises(BehaviourError):
+        MockRobot().run(app())

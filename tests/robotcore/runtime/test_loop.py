@@ -100,3 +100,13 @@ def test_a_reason_that_is_no_text_is_an_error_of_the_app(raises: Raises) -> None
 def test_step_must_return_a_status(returned: object, raises: Raises) -> None:
     with raises(BehaviourError, "not-a-status"):
         loop_of(Rig(), lambda _: returned).run()  # type: ignore[arg-type,return-value]
+
+
+@pytest.mark.parametrize(
+    "step, kind", [(0, "method-hidden"), (lambda: None, "wrong-parameters")], ids=["hidden", "self"]
+)
+def test_a_step_that_cannot_be_called_is_named(step: object, kind: str, raises: Raises) -> None:
+    loop = loop_of(Rig(), forever)
+    loop.behaviour.step = step  # type: ignore[method-assign,assignment]
+    with raises(BehaviourError, kind, method="step"):
+        loop.run()

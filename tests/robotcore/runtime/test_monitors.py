@@ -112,6 +112,7 @@ def test_steps_that_wait_longer_than_the_simulated_time_cause_one_note(
 ) -> None:
     clock, reported = [0.0], list[str]()
     monkeypatch.setattr("robotcore.runtime.monitors.read_idle_time", lambda: clock[0])
+    monkeypatch.setattr("robotcore.runtime.monitors.read_queue_time", lambda: 0.0)
     monitor = WaitMonitor(reported.append)
     for wait_s in (*waits_s, 0.0):
         monitor.begin()
@@ -119,6 +120,17 @@ def test_steps_that_wait_longer_than_the_simulated_time_cause_one_note(
         monitor.end(simulated_s)
     assert len(reported) == notes
     check_text("".join(reported))
+
+
+def test_wait_for_a_busy_processor_is_no_wait_of_the_app(monkeypatch: pytest.MonkeyPatch) -> None:
+    clock, reported = [0.0], list[str]()
+    monkeypatch.setattr("robotcore.runtime.monitors.read_idle_time", lambda: clock[0])
+    monkeypatch.setattr("robotcore.runtime.monitors.read_queue_time", lambda: 0.95 * clock[0])
+    monitor = WaitMonitor(reported.append)
+    monitor.begin()
+    clock[0] += 10.0
+    monitor.end(0.1)
+    assert reported == []
 
 
 @pytest.mark.slow  # a note needs more than a second

@@ -65,7 +65,11 @@ def test_app_and_judge_each_import_the_module_beside_them(app: App) -> None:
 
 @pytest.mark.parametrize(
     "code, cause",
-    [("1 / 0", ZeroDivisionError), ("exit(3)", SystemExit), ("import numpy; return numpy.ones(2) > 0", ValueError)],
+    [
+        ("1 / 0", ZeroDivisionError),
+        ("exit(3)", SystemExit),
+        ("import numpy; return bool(numpy.ones(2) > 0)", ValueError),
+    ],
 )
 def test_error_of_a_judge_names_the_judge(
     app: App, code: str, cause: type[BaseException], check_text: CheckText
@@ -76,6 +80,18 @@ def test_error_of_a_judge_names_the_judge(
     assert isinstance(result.error, BehaviourError)
     assert isinstance(result.error.__cause__, cause)
     check_text(result.reason, hide=[str(result.error.__cause__)] if cause is ValueError else [])
+
+
+@pytest.mark.parametrize(
+    "code, kind",
+    [("return 1.77", "not-a-verdict"), ("return 'no'", "not-a-verdict"), ("...\n    verify = 1", "method-hidden")],
+)
+def test_verdict_of_another_type_is_an_error(app: App, code: str, kind: str, check_text: CheckText) -> None:
+    result = run(RunRequest(app("pupil", code), world="open"))
+    assert (result.outcome, result.exit_status, result.verified) == (Outcome.ERROR, 5, None)
+    assert isinstance(result.error, BehaviourError)
+    assert result.error.kind == kind
+    check_text(result.reason)
 
 
 def test_app_without_verify_is_no_judge(raises: Raises) -> None:

@@ -173,6 +173,12 @@ def test_app_sensor_shows_the_attributes_of_its_kind() -> None:
         _ = sensor.value  # type: ignore[attr-defined]
 
 
-def test_needs_without_a_set_are_refused(raises: Raises) -> None:
+@pytest.mark.parametrize("needs, wants", [(Role.RANGE, set()), (set(), Role.RANGE)], ids=["needs", "wants"])
+def test_needs_and_wants_without_a_set_are_refused(needs: Any, wants: Any, raises: Raises) -> None:
     with raises(UsageError, "needs-not-a-set"):
-        needed_devices(ROVER, Role.RANGE)
+        needed_devices(ROVER, needs, wants)
+
+
+def test_a_role_is_not_a_set_of_letters() -> None:
+    with pytest.raises(TypeError, match=r"Write \{Role.DRIVE\}"):
+        frozenset(Role.DRIVE)
