@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from enum import Enum
+from functools import partial
+from numbers import Real
 from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
@@ -42,6 +44,8 @@ class Playback(Generic[ValueT]):
     device: the sensor's name, for error messages.
     rate_hz: the number of ticks per second.
     convert: checks a reading, and returns it as the value of a sample.
+
+    Raises UsageError if a constant or a list has no valid readings.
     """
 
     def __init__(
@@ -51,6 +55,9 @@ class Playback(Generic[ValueT]):
             raise UsageError(f"{device}: the script is empty. Give it at least one reading", kind="script-empty")
         self._device, self._script, self._clock, self._rate_hz = device, script, clock, rate_hz
         self._convert = convert
+        for reading in () if callable(script) else script if isinstance(script, (list, tuple)) else (script,):
+            if reading is not LOST and not isinstance(reading, Exception):
+                convert(reading)
         self._played_until = -1
         self._newest: tuple[ValueT, float, int] | None = None
         self._failure: Exception | None = None
@@ -146,12 +153,13 @@ class MockRangeSensor(RangeSensor):
         return Range(*self._playback.newest())
 
     def _within_limits(self, distance: Any) -> float:
-        if not isinstance(distance, (int, float)) or math.isnan(distance) or distance < 0:
+        if not isinstance(distance, Real) or math.isnan(distance) or float(distance) < 0:
             raise UsageError(
                 f"{self.name}: the script has {distance!r}. Give a distance in metres, inf, LOST or an exception",
                 kind="script-reading",
             )
-        return math.inf if distance > self.max_range else max(float(distance), self.min_range)
+        metres = float(distance)
+        return math.inf if metres > self.max_range else max(metres, self.min_range)
 
 
 class MockCamera(Camera):
@@ -181,7 +189,7 @@ class MockEncoder(Encoder):
 
     def __init__(self, name: str, script: Script, clock: Clock, rate_hz: float) -> None:
         super().__init__(name)
-        self._playback = Playback(name, script, clock, rate_hz, float)
+        self._playback = Playback(name, script, clock, rate_hz, partial(_convert_number, name))
 
     def _newest(self) -> Angle:
         return Angle(*self._playback.newest())
@@ -192,7 +200,7 @@ class MockBattery(Battery):
 
     def __init__(self, name: str, script: Script, clock: Clock, rate_hz: float) -> None:
         super().__init__(name)
-        self._playback = Playback(name, script, clock, rate_hz, float)
+        self._playback = Playback(name, script, clock, rate_hz, partial(_convert_number, name))
 
     def _newest(self) -> Voltage:
         return Voltage(*self._playback.newest())
@@ -207,6 +215,14 @@ class MockDisplay(Display):
 
     def _apply(self, image: Image) -> None:
         self.pictures.append(image.copy())
+
+
+def _convert_number(device: str, reading: Any) -> float:
+    if not isinstance(reading, Real):
+        raise UsageError(
+            f"{device}: the script has {reading!r}. Give a number, LOST or an exception", kind="script-reading"
+        )
+    return float(reading)
 
 
 def grey_picture(intrinsics: Intrinsics) -> Image:

@@ -60,6 +60,12 @@ class MockRobot:
     ) -> None:
         self.description = load_robot(robot) if isinstance(robot, str) else robot
         self.rate_hz = rate_hz
+        if isinstance(faults, str):
+            raise UsageError(
+                f"faults is {faults!r}; it must be a list of specifications, such as [{faults!r}]",
+                kind="wrong-type",
+                field="faults",
+            )
         self._faults, self._seed = tuple(faults), seed
         self.ticks: list[TickRecord] = []
         """The record of each tick so far."""
@@ -74,7 +80,8 @@ class MockRobot:
         """Run the app for ``ticks`` ticks, or until it ends, and return its last status.
 
         A further call continues the run. Raises the errors that end a real run: SafetyStop, DeviceError and
-        BehaviourError.
+        BehaviourError. Raises UsageError if a script has an invalid reading, and UnmetNeedError if the robot has not
+        all devices of the app's ``needs``.
         """
         if isinstance(app, type):
             raise UsageError(f"run needs an instance of the app. Write run({app.__name__}())", kind="not-an-instance")

@@ -166,15 +166,17 @@ def test_without_a_script_nothing_is_in_range_and_the_picture_is_grey() -> None:
 @pytest.mark.parametrize(
     "script, app, error, kind",
     [
-        ({"range": [math.nan]}, Ahead, BehaviourError, ""),
-        ({"range": [-0.1]}, Ahead, BehaviourError, ""),
-        ({"range": ["near"]}, Ahead, BehaviourError, ""),
-        ({"range": [None]}, Ahead, BehaviourError, ""),
+        ({"range": [1.0, math.nan]}, Ahead, UsageError, "script-reading"),
+        ({"range": -0.1}, Ahead, UsageError, "script-reading"),
+        ({"range": ["near"]}, Ahead, UsageError, "script-reading"),
+        ({"range": lambda _: None}, Ahead, BehaviourError, ""),
+        ({"readings": {"left_encoder": "far"}}, Ahead, UsageError, "script-reading"),
+        ({"faults": "range drop=0.2"}, Ahead, UsageError, "wrong-type"),
         ({"range": LOST}, Ahead, DeviceError, "nothing-read"),
         ({"range": []}, Ahead, UsageError, "script-empty"),
-        ({"camera": np.zeros((10, 10, 3), dtype=np.uint8)}, Marking, BehaviourError, ""),
+        ({"camera": np.zeros((10, 10, 3), dtype=np.uint8)}, Marking, UsageError, "script-reading"),
     ],
-    ids=["nan", "negative", "text", "None", "no first reading", "empty", "small picture"],
+    ids=["nan", "negative", "text", "None", "no number", "no list", "no first reading", "empty", "small picture"],
 )
 def test_script_that_cannot_be_played_is_refused(
     script: dict[str, Any], app: type[Behaviour], error: type[RobotcoreError], kind: str, raises: Raises
