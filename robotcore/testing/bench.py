@@ -11,7 +11,7 @@ from typing import Any, ClassVar, NamedTuple, NoReturn
 import pytest
 
 from robotcore.description import Drive, RobotDescription, WorldDescription, load_robot
-from robotcore.errors import DeviceError, UnmetNeedError
+from robotcore.errors import DeviceError, UnmetNeedError, UsageError
 from robotcore.geometry import Pose, Wheels, wrap_angle
 from robotcore.hal.backend import Backend, Capability, Setup
 from robotcore.hal.device import Sensor
@@ -91,6 +91,17 @@ class TestBench:
 
     lacks: ClassVar[Mapping[TestSupport, str]] = {}
     """What the test bench cannot do, each with a reason. The rules that require it are skipped."""
+
+    def __init_subclass__(cls) -> None:
+        """Raise UsageError if an attribute of the suite has the wrong type."""
+        backend = getattr(cls, "backend", Backend)
+        if not (isinstance(backend, type) and issubclass(backend, Backend)):
+            text = f"{cls.__name__}.backend is {backend!r}. Set it to the class of the backend"
+            raise UsageError(text, kind="suite-backend", backend=backend)
+        if unknown := [each for each in cls.lacks if not isinstance(each, TestSupport)]:
+            names = ", ".join(each.name for each in TestSupport)
+            text = f"{cls.__name__}.lacks has {unknown[0]!r}. Its keys are members of TestSupport: {names}"
+            raise UsageError(text, kind="suite-lacks", key=unknown[0])
 
     def open(self, setup: Setup) -> Robot:
         """Open the devices of a setup with the backend. A suite may override this method."""

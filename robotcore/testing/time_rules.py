@@ -47,8 +47,9 @@ class ClockRules(TestBench):
     @pytest.mark.parametrize("rate_hz", RATES_HZ)
     def test_steps_divide_the_tick(self, rate_hz: float) -> None:
         self.require(Capability.LOCKSTEP)
+        setup = replace(self.build_setup(), rate_hz=rate_hz)
         try:
-            robot = self.open(replace(self.build_setup(), rate_hz=rate_hz))
+            robot = self.open(setup)
         except UsageError as refusal:
             pytest.skip(f"the backend does not support {rate_hz} Hz: {refusal}")
         with robot:

@@ -2,10 +2,13 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from typing import Any
 
 import pytest
 
-from tests.texts import CheckText
+from robotcore.errors import UsageError
+from robotcore.testing import ConformanceSuite
+from tests.texts import CheckText, Raises
 
 pytest_plugins = ["pytester"]
 
@@ -32,6 +35,15 @@ class TestByEncoders(NoTruthSuite): ...
 def run_suite(pytester: pytest.Pytester, *modules: str) -> pytest.RunResult:
     pytester.makepyfile(SUITE.format(modules=modules))
     return pytester.runpytest_inprocess("--strict-markers", "-k", "echo or hardware or wall_is_right")
+
+
+@pytest.mark.parametrize(
+    "attributes, kind",
+    [({"backend": "kinematic"}, "suite-backend"), ({"lacks": {"WORLD": "an empty room"}}, "suite-lacks")],
+)
+def test_suite_with_an_invalid_attribute_is_refused(attributes: dict[str, Any], kind: str, raises: Raises) -> None:
+    with raises(UsageError, kind):
+        type("TestDriver", (ConformanceSuite,), attributes)
 
 
 def list_unchecked(result: pytest.RunResult) -> list[str]:
