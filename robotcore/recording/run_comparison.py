@@ -15,6 +15,7 @@ from robotcore.recording.summary import (
     build_result,
     build_true_path,
     count_interventions,
+    format_settings,
     measure_path,
     measure_rate,
 )
@@ -83,6 +84,8 @@ class RunSummary:
             "robot": result.robot,
             "world": result.world,
             "seed": result.seed,
+            "settings": format_settings(self.recording),
+            "faults": result.faults,
             "outcome": self.outcome,
             "verified": result.verified,
             "reason": result.reason,

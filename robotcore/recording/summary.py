@@ -164,6 +164,11 @@ def summarise_devices(recording: Recording) -> Iterator[DeviceContents]:
             yield DeviceContents(name, device.kind, samples, reads[name], errors[name], rate)
 
 
+def format_settings(recording: Recording) -> dict[str, str]:
+    """Return the settings of the app that differ from their defaults, as texts by name."""
+    return {name: str(value) for name, value in recording.metadata.request.settings.items()}
+
+
 def summarise_contents(recording: Recording) -> dict[str, Any]:
     """Return the JSON fields of ``robotcore info``; an unknown value is None."""
     about, result = recording.metadata, build_result(recording)
@@ -173,7 +178,7 @@ def summarise_contents(recording: Recording) -> dict[str, Any]:
         "robot": result.robot,
         "world": result.world,
         "seed": result.seed,
-        "settings": {name: str(value) for name, value in about.request.settings.items()},
+        "settings": format_settings(recording),
         "started": about.started,
         "platform": dict(about.platform),
         "duration_s": measure_duration(recording),

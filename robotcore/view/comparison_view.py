@@ -118,6 +118,9 @@ def build_rows(comparison: Comparison) -> Iterator[Row]:
     """
     runs = [_summarise(each) for each in (comparison.first, comparison.second)]
     yield _build_row("run", "{}", (each["heading"] for each in runs))
+    for title in ("settings", "faults"):
+        if any(each[title] for each in runs):
+            yield _build_row(title, "{}", (each[title] or None for each in runs))
     yield _build_row("outcome", "{}", (each["outcome"] for each in runs))
     for name in dict.fromkeys(chain(*comparison.milestones)):
         yield _build_row(name, "{:.2f} s", (reached.get(name) for reached in comparison.milestones))
@@ -136,6 +139,8 @@ def _summarise(run: RunSummary) -> dict[str, Any]:
     end, rate = values["final_truth"] or values["final_odometry"], values["rate_hz"]
     return values | {
         "heading": format_heading(run.result),
+        "settings": ", ".join(f"{name}={value}" for name, value in values["settings"].items()),
+        "faults": "; ".join(values["faults"]),
         "end": end and f"{end[0]:.2f} m, {end[1]:.2f} m, {wrap_angle(end[2]):.2f} rad",
         "loop": f"{NOTHING if rate is None else f'{rate:.2f} Hz'}, {pluralize(values['overruns'], 'overrun')}",
     }

@@ -13,7 +13,7 @@ from robotcore.recording import GroundTruthSample, Recording
 from robotcore.recording.run_comparison import Comparison, RunSummary, StateDifference
 from robotcore.recording.summary import measure_path
 from robotcore.runtime.result import Outcome
-from robotcore.view.comparison_view import FIRST, SECOND, draw_comparison, format_comparison
+from robotcore.view.comparison_view import FIRST, SECOND, build_rows, draw_comparison, format_comparison
 from tests.robotcore.recording.replay.memory import change_tick, record_run
 from tests.texts import CheckText
 
@@ -85,6 +85,13 @@ def test_rooms_that_differ_are_reported_and_drawn(run: Recording, other: Recordi
     check_text(format_heading(two))
     same_paths = compare(run, replace(run, metadata=replace(run.metadata, world=other.metadata.world)))
     assert (draw_comparison(same_paths)[:136] != draw_comparison(compare(run, run))[:136]).any()
+
+
+def test_settings_and_faults_of_the_runs_are_rows(run: Recording) -> None:
+    other = record_run("avoid-obstacles", seed=1, settings={"duration_s": 1}, faults=("range noise=0.1",))
+    rows = {title: texts for title, *texts in build_rows(compare(run, other))}
+    assert rows["settings"] == ["duration_s=15", "duration_s=1"]
+    assert rows["faults"] == ["–", "range noise=0.1"]
 
 
 def test_cut_file_is_measured_up_to_its_end(run: Recording) -> None:
