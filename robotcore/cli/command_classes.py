@@ -125,11 +125,11 @@ def prepare_result(*, as_json: bool) -> None:
 def write_result(result: RunResult, *, as_json: bool) -> None:
     """Write the result of a run on stdout, and its error and the notes that are not yet written on stderr.
 
-    The JSON comes first, because a full pipe at stderr blocks. If an error ended the run, the JSON also has the key
-    ``kind``, which identifies the error.
+    The JSON comes first, because a full pipe at stderr blocks. If an error ended the run, the JSON also has the keys
+    ``error``, its message, and ``kind``, which identifies it.
     """
     if as_json and isinstance(result.error, RobotcoreError | Interrupted):
-        write_json({**json.loads(result.to_json()), "kind": result.error.kind})
+        write_json({**json.loads(result.to_json()), "error": str(result.error), "kind": result.error.kind})
     elif as_json:
         write_content(f"{result.to_json()}\n")
     _write_notes(result)

@@ -78,7 +78,10 @@ class RunRequest:
 
 
 _TYPES: dict[str, tuple[Any, str]] = {
-    "app": ((str, type, Behaviour), "an app's name, its .py file, a subclass of Behaviour, or an instance of one"),
+    "app": (
+        (str, type, Behaviour),
+        "an app's name or file, as a string, a subclass of Behaviour, or an instance of one",
+    ),
     "backend": (str, "the name of a backend"),
     "robot": (str, "a robot's name or file, as a string"),
     "world": ((str, NoneType), "a world's name or file, as a string, or None"),

@@ -48,11 +48,15 @@ class RunResult:
     app: str
     """The app's name, or its file."""
     backend: str
+    """The backend's name."""
     robot: str
+    """The robot's name."""
     world: str | None
     """The name of the world. None if the run has none."""
     seed: int | None
+    """The seed of the request. None if it has none."""
     outcome: Outcome
+    """How the run ended by the app's own account, or by an error."""
     exit_status: int
     """The exit status of the program. It is 0 if the app succeeded and ``verified`` is not False."""
     reason: str = ""
@@ -64,12 +68,15 @@ class RunResult:
     sim_time_s: float = 0.0
     """The robot's time at the end, in seconds."""
     wall_time_s: float = 0.0
+    """The duration of the run in real time, with the opening and closing of the robot, in seconds."""
     ticks: int = 0
+    """The number of ticks."""
     overruns: int = 0
     """The number of ticks that took longer than their period."""
     contacts: int | None = None
     """The number of the robot's contacts with obstacles. None if the backend cannot count them."""
     distance_to_target_m: float | None = None
+    """The distance at the end from the front of the robot's body to the target's surface, in metres."""
     interventions: int = 0
     """The number of times that the command filter or the latch changed a command."""
     intervention_s: dict[str, float] = field(default_factory=dict)

@@ -406,8 +406,9 @@ def run(
     on_forced_exit: a function that gets the result if an app or a driver hangs and cannot be interrupted.
     timeout_scale: a factor that multiplies every time limit of the run.
 
-    Raises UsageError and BackendMissingError before any device is opened. An error during the run stops every motor,
-    and is part of the result. Another thread calls ``on_forced_exit`` before the process ends.
+    Raises UsageError, DescriptionError, BehaviourError and BackendMissingError if the run cannot be planned. A later
+    error, such as an unknown option of the backend or an exception of the app, stops every motor. It is in the result:
+    ``error``, ``reason`` and ``exit_status``. Another thread calls ``on_forced_exit`` before the process ends.
 
     >>> result = run(RunRequest("green-search", seed=7))
     >>> result.outcome.value, result.verified

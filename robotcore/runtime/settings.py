@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from enum import Enum
 from typing import Annotated, Any, get_type_hints
 
 from annotated_types import Interval as Interval  # noqa: PLC0414  apps import it from robotcore
@@ -132,8 +133,10 @@ def _convert(setting: Setting, value: Any) -> Any:
         return TypeAdapter(setting.type).validate_python(value)
     except ValidationError as error:
         _, problem = first_mistake(error)
+        default = setting.default.value if isinstance(setting.default, Enum) else setting.default
+        hint = "" if default is dataclasses.MISSING else f"; the default is {default!r}"
         raise UsageError(
-            f"setting {setting.name}: {problem}; the default is {setting.default!r}",
+            f"setting {setting.name}: {problem}{hint}",
             kind="setting-invalid",
             setting=setting.name,
         ) from error

@@ -11,6 +11,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from robotcore.sweep.record import GroupKey, Record
+from robotcore.text import pluralize
 
 SIGNIFICANCE = 0.05
 """The largest corrected p-value of a significant split."""
@@ -227,7 +228,7 @@ def _correct(splits: Iterable[Split]) -> list[Split]:
 
 def _find_reason(strata: Sequence[tuple[GroupKey, Sequence[_Run]]], ranked: Sequence[Split]) -> str:
     runs, failing = sum(len(each) for _, each in strata), sum(run.is_failure for _, each in strata for run in each)
-    counts = f"({runs} runs, {failing} failing)"
+    counts = f"({pluralize(runs, 'run')}, {failing} failing)"
     if not failing:
         return ""
     if not ranked:

@@ -66,6 +66,7 @@ def test_an_app_that_raises_shows_its_own_part_of_the_traceback(
 ) -> None:
     answer = cli("run", app_file("1 / 0"), "--json")
     assert (answer.status, answer.json["kind"], answer.json["ticks"]) == (5, "behaviour", 3)
+    assert answer.json["error"] == answer.json["reason"]
     check_text(answer.plain_err)
     assert [line for line in answer.err.splitlines() if "File " in line] == [
         f'    File "{tmp_path}/odd.py", line 13, in step'

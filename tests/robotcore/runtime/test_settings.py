@@ -50,9 +50,21 @@ class RequiredSettingApp(PlainApp):
     goal: str
 
 
+@dataclass
+class TwoSettingsApp(PlainApp):
+    laps: int
+    status: Status = Status.SUCCESS
+
+
 def test_settings_are_the_fields_of_the_constructor() -> None:
     defaults = {name: setting.default for name, setting in list_settings(App).items()}
     assert defaults == {"speed_m_s": 0.25, "hue": "green", "laps": 3, "is_loud": False, "hues": ["green"]}
+
+
+def test_message_has_the_default_as_a_user_writes_it(raises: Raises) -> None:
+    for name in ("laps", "status"):
+        with raises(UsageError, "setting-invalid", setting=name):
+            configure(TwoSettingsApp, {name: "up"})
 
 
 def test_changes_are_the_settings_of_an_instance_that_differ_from_the_defaults() -> None:
