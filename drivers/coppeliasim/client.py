@@ -17,7 +17,8 @@ from typing import Any
 from uuid import uuid4
 
 import zmq
-from coppeliasim_zmqremoteapi_client import RemoteAPIClient, cbor
+from cbor.cbor import loads  # in Python: the extension in C crashes on deeply nested lists
+from coppeliasim_zmqremoteapi_client import RemoteAPIClient
 
 from drivers.coppeliasim.address import Address, RefusedError, build_answer_error, build_error, is_listening
 from robotcore.errors import BackendError
@@ -131,7 +132,7 @@ class Client(RemoteAPIClient):  # type: ignore[misc]  # the library has no types
 
     def _decode_reply(self, raw: bytes) -> dict[str, Any]:
         try:
-            reply = cbor.loads(raw)
+            reply = loads(raw)
         except Exception as error:
             raise self._build_answer_error(f"{len(raw)} bytes that are not CBOR") from error
         if not isinstance(reply, dict):

@@ -121,6 +121,15 @@ def test_reply_that_names_a_function_of_the_program_runs_nothing(scripted: Scrip
     assert ran == []
 
 
+def test_deeply_nested_reply_is_an_error(scripted: ScriptedServer, raises: Raises) -> None:
+    scripted.reply = greet
+    connection = connect(scripted.port)
+    scripted.reply = lambda _: b"\x81" * 300_000 + b"\0"
+    with raises(BackendError, "unexpected-answer", hide=[scripted.port], function="sim.step"):
+        connection.call("sim.step")
+    connection.close()
+
+
 @pytest.mark.slow
 @given(
     st.one_of(
