@@ -6,6 +6,7 @@ It reads a sensor when the app first asks for its sample in a tick. After the ti
 from __future__ import annotations
 
 import os
+import reprlib
 from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Literal
@@ -109,10 +110,14 @@ class Loop:
     def _run(self) -> Outcome:
         while (status := self._tick_or_wait()) is Status.RUNNING and self._clock.now() < self._timeout:
             self._let_time_pass()
+        self.end()
+        return Outcome.TIMEOUT if status is Status.RUNNING else Outcome(status.value)
+
+    def end(self) -> None:
+        """Stop the wheels, and read the app's reason."""
         if self._filter:
             self._filter.stop()
         self.reason = self._read_text("reason")
-        return Outcome.TIMEOUT if status is Status.RUNNING else Outcome(status.value)
 
     def _tick_or_wait(self) -> Status:
         try:
@@ -189,7 +194,17 @@ class Loop:
         except Exception as error:  # an app may define state or reason as a property
             raise BehaviourError.from_exception(app, error) from error
         if not isinstance(text, str):
-            raise BehaviourError(f"{app.__name__}.{name} is {text!r:.100}. Set it to a text", kind=f"{name}-not-a-text")
+            raise BehaviourError(
+                f"{app.__name__}.{name} is {reprlib.repr(text)}. Set it to a text", kind=f"{name}-not-a-text"
+            )
+        try:
+            text.encode()
+        except UnicodeEncodeError as error:
+            raise BehaviourError(
+                f"{app.__name__}.{name} is {reprlib.repr(text)}, which cannot be written as UTF-8. Replace its "
+                'surrogates, for example with text.encode(errors="replace").decode()',
+                kind=f"{name}-not-encodable",
+            ) from error
         return text
 
     def _decide(self) -> Status:
@@ -208,7 +223,7 @@ class Loop:
             raise BehaviourError.from_exception(app, error) from error
         if not isinstance(status, Status):
             raise BehaviourError(
-                f"{app.__name__}.step returned {status!r}. Return a Status, such as Status.RUNNING",
+                f"{app.__name__}.step returned {reprlib.repr(status)}. Return a Status, such as Status.RUNNING",
                 kind="not-a-status",
             )
         return status

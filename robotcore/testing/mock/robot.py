@@ -86,11 +86,13 @@ class MockRobot:
         if isinstance(app, type):
             raise UsageError(f"run needs an instance of the app. Write run({app.__name__}())", kind="not-an-instance")
         require_declarations(app)
+        if ticks < 1:
+            raise UsageError(f"ticks is {ticks}; it must be at least 1", kind="no-ticks", ticks=ticks)
         self._app = self._app or app
         loop = Loop(self._assembled, app, self.rate_hz, math.inf, [self._record_tick])
         for _ in range(ticks):
             if (status := loop.tick()) is not Status.RUNNING:
-                self._stop_motors()
+                loop.end()
                 return status
             self.advance()
         return Status.RUNNING
@@ -146,10 +148,6 @@ class MockRobot:
                 kind="no-device-for-script",
             )
         self._scripts[device.name] = script
-
-    def _stop_motors(self) -> None:
-        if command_filter := self._assembled.command_filter:
-            command_filter.stop()
 
     def _record_tick(self, record: TickRecord) -> None:
         self.ticks.append(record)

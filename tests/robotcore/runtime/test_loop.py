@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 
 import pytest
@@ -94,6 +95,35 @@ def test_a_reason_that_is_no_text_is_an_error_of_the_app(raises: Raises) -> None
     loop.behaviour.reason = ValueError("too dark")  # type: ignore[assignment]
     with raises(BehaviourError, "reason-not-a-text"):
         loop.run()
+
+
+@pytest.mark.parametrize("name", ["state", "reason"])
+def test_a_text_that_is_not_utf_8_is_an_error_of_the_app(name: str, raises: Raises) -> None:
+    loop = loop_of(Rig(), lambda _: Status.FAILURE)
+    setattr(loop.behaviour, name, os.fsdecode(b"\xff.txt"))
+    with raises(BehaviourError, f"{name}-not-encodable"):
+        loop.run()
+
+
+class Unprintable:
+    """An object whose ``__repr__`` raises an exception."""
+
+    def __repr__(self) -> str:
+        raise RuntimeError
+
+
+def test_a_reason_that_cannot_be_printed_is_an_error_of_the_app() -> None:
+    loop = loop_of(Rig(), lambda _: Status.FAILURE)
+    loop.behaviour.reason = Unprintable()  # type: ignore[assignment]
+    with pytest.raises(BehaviourError) as caught:
+        loop.run()
+    assert caught.value.kind == "reason-not-a-text"
+
+
+def test_a_status_that_cannot_be_printed_is_an_error_of_the_app() -> None:
+    with pytest.raises(BehaviourError) as caught:
+        loop_of(Rig(), lambda _: Unprintable()).run()  # type: ignore[arg-type,return-value]
+    assert caught.value.kind == "not-a-status"
 
 
 @pytest.mark.parametrize("returned", [None, True, "success"])

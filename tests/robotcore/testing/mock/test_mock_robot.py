@@ -221,6 +221,21 @@ def test_faults_are_injected_and_depend_on_the_seed() -> None:
     assert seen(1) == seen(1) != seen(2)
 
 
+def test_reason_that_is_no_text_is_an_error_as_in_a_real_run(raises: Raises) -> None:
+    app = Ahead(ticks=1)
+    app.reason = 5  # type: ignore[assignment]
+    robot = MockRobot()
+    with raises(BehaviourError, "reason-not-a-text"):
+        robot.run(app)
+    assert robot.commands["left_motor"][-1].velocity == 0.0
+
+
+@pytest.mark.parametrize("ticks", [0, -5])
+def test_run_without_a_tick_is_refused(ticks: int, raises: Raises) -> None:
+    with raises(UsageError, "no-ticks", ticks=ticks):
+        MockRobot().run(Ahead(), ticks=ticks)
+
+
 def test_class_in_place_of_an_app_is_refused(raises: Raises) -> None:
     with raises(UsageError, "not-an-instance"):
         MockRobot().run(Ahead)  # type: ignore[arg-type]
