@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -44,6 +45,17 @@ def parse_count(value: str) -> int:
     if not value.strip().isdecimal() or not int(value):
         raise click.BadParameter(f"{value!r} is not a whole number greater than 0. Give a number such as 4")
     return int(value)
+
+
+def parse_seconds(value: str) -> float:
+    """Parse a finite positive number of seconds."""
+    try:
+        seconds = float(value)
+    except ValueError:
+        seconds = 0.0
+    if not 0 < seconds < inf:
+        raise click.BadParameter(f"{value!r} is not a positive number of seconds. Give a number such as 90")
+    return seconds
 
 
 def parse_size(value: str) -> int:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from robotcore.cli.command_classes import AnsweringCommand
-from robotcore.cli.options import FolderType, parse_count, parse_names, run_options
+from robotcore.cli.options import FolderType, parse_count, parse_names, parse_seconds, run_options
 from robotcore.cli.output import redirect_prints, write_line
 from robotcore.cli.sweep_output import show_resumed, show_sweep
 from robotcore.errors import BackendError, Interrupted, RobotcoreError, UsageError
@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 
 
 FOLDER = FolderType()
+
+MAX_JOBS = 1024
+"""The greatest number of parallel runs. Each has a thread and a process, whose number the operating system limits."""
 
 
 class _SweepCommand(AnsweringCommand):
@@ -66,7 +69,7 @@ class _SweepCommand(AnsweringCommand):
     "--wall-timeout",
     "wall_timeout_s",
     metavar="SECONDS",
-    type=click.FloatRange(0, min_open=True),
+    type=parse_seconds,
     help="A run that takes longer in real time has hung. Default: ten times --timeout, plus 60 seconds.",
 )
 @click.option("--cluster", metavar="ADDRESS", help="The address of a Dask scheduler, such as tcp://lab:8786.")
@@ -164,6 +167,8 @@ def _make_engine(
 def _limit_jobs(jobs: int | None, backends: tuple[str, ...]) -> int | None:
     from robotcore.hal.backend import load_backend
 
+    if jobs and jobs > MAX_JOBS:
+        raise UsageError(f"--jobs is {jobs}; it must be at most {MAX_JOBS}", kind="too-many-jobs", jobs=jobs)
     alone = [name for name in backends if load_backend(name).is_exclusive]
     if alone and jobs and jobs > 1:
         raise UsageError(

@@ -142,6 +142,8 @@ def test_a_missed_requirement_has_exit_status_1_with_the_value_and_the_bound(
         (["green-search", "--out", ""], "usage"),
         (["green-search", "--report", ""], "usage"),
         (["green-serch", "--report", "new/page"], "unknown-app"),
+        (["green-search", "--jobs", "40000"], "too-many-jobs"),
+        (["green-search", "--wall-timeout", "nan"], "usage"),
     ],
 )
 def test_a_wrong_sweep_is_refused_before_the_first_run(
