@@ -8,7 +8,6 @@ import os
 import re
 import termios
 from contextlib import suppress
-from pathlib import Path
 from select import select
 from typing import TYPE_CHECKING
 
@@ -32,7 +31,7 @@ def find_path(place: str) -> str:
     place: the path of the port, or its USB id such as ``usb:1a86:7523``.
     """
     if not (usb := USB.fullmatch(place)):
-        if not Path(place).exists():
+        if not os.path.exists(place):  # noqa: PTH110  it takes any name, however long
             raise PortMissingError(f"there is no {place}; {describe_ports()}")
         return place
     from serial.tools.list_ports import comports

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from contextlib import suppress
 from dataclasses import dataclass
@@ -27,9 +28,9 @@ def is_app_file(name: str) -> bool:
 def refuse_other_file(name: str) -> None:
     """Raise UsageError if the name is that of a folder or of another file, or of a ``.py`` file without its end."""
     path = Path(name)
-    if name and Path(f"{name}.py").is_file():
+    if name and os.path.isfile(f"{name}.py"):  # noqa: PTH113  it takes any name, however long
         raise UsageError(f"{name} is not an app. Did you mean the file {name}.py?", kind="not-an-app")
-    if name and path.exists():
+    if name and os.path.exists(path):  # noqa: PTH110
         what = "a folder" if path.is_dir() else "another file"
         raise UsageError(f"{name} is {what}, not an app. Name an app (robotcore apps) or a .py file", kind="not-an-app")
 
@@ -49,7 +50,7 @@ def load_app_file(name: str) -> type[Behaviour]:
     """
     file, _, wanted = name.partition(":")
     path = app_path(name)
-    if not path.is_file():
+    if not os.path.isfile(path):  # noqa: PTH113
         raise UsageError(
             f"{file}: there is no such file. Name an app (robotcore apps) or a .py file", kind="no-such-file"
         )

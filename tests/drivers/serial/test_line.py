@@ -11,8 +11,10 @@ import pytest
 from serial.tools import list_ports
 
 from drivers.serial import line as line_module
+from drivers.serial import port
 from drivers.serial.line import BITS_PER_BYTE, FIRST_RETRY_S, RECOVERY_S, SUSPENDED_S, Line, Waker
 from drivers.serial.line import PERIOD_S as LINE_PERIOD_S
+from drivers.serial.port import PortMissingError
 from robotcore.errors import DeviceError, DeviceLostError
 from robotcore.hal.clock import SteppedClock
 from robotcore.hal.wall_clock import MonotonicClock
@@ -83,11 +85,11 @@ def test_a_lost_port_is_reopened_with_growing_pauses(bench: Bench, monkeypatch: 
     bench.open().lose()
     tried: list[float] = []
 
-    def is_there(_path: Path) -> bool:
+    def find_no_path(place: str) -> str:
         tried.append(bench.clock.now())
-        return False
+        raise PortMissingError(place)
 
-    monkeypatch.setattr(Path, "exists", is_there)
+    monkeypatch.setattr(port, "find_path", find_no_path)
     bench.pass_time(6.0)
     gaps = [after - before for before, after in pairwise(tried)]
     assert gaps == pytest.approx([0.2, 0.4, 0.8, 1.6, 2.0], abs=2 * PERIOD_S)

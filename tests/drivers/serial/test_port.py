@@ -44,6 +44,11 @@ def test_a_port_is_found_by_its_usb_id_or_its_path(place: str, path: str) -> Non
     assert find_path(place) == path
 
 
+def test_a_port_with_a_name_that_is_too_long_is_missing() -> None:
+    with pytest.raises(PortMissingError):
+        find_path("/" + 300 * "a")
+
+
 @pytest.mark.parametrize(
     "place", ["usb:2341:0043", "usb:10c4:ea60", "/dev/nowhere"], ids=["two-ports", "unplugged", "no-file"]
 )

@@ -113,3 +113,10 @@ def test_file_that_runs_itself_is_refused(tmp_path: Path, monkeypatch: pytest.Mo
     Path("loop.py").write_text("import robotcore\nrobotcore.run(robotcore.RunRequest('loop.py'))\n")
     with raises(BehaviourError, "app-not-importable"):
         load_app("loop.py")
+
+
+@pytest.mark.parametrize("ending, kind", [("", "unknown-app"), (".py", "no-such-file")])
+def test_name_that_is_too_long_is_refused(ending: str, kind: str) -> None:
+    with pytest.raises(UsageError) as caught:
+        load_app(5000 * "a" + ending)
+    assert caught.value.kind == kind
