@@ -101,7 +101,7 @@ class CoppeliaSimBackend(Backend):
         yield from diagnose(Address())
 
     def open(self, setup: Setup) -> Robot:
-        options, setup = setup.options_as(CoppeliaSimOptions), setup.without_batteries()
+        options = setup.options_as(CoppeliaSimOptions)
         self.require_installed()
         may_stop = self.builds_world(setup.robot) or options.simulation is SimulationControl.OURS
         connect = partial(open_scene, options.address, options.choose_answer_s(setup), may_stop=may_stop)

@@ -39,7 +39,6 @@ class KinematicBackend(Backend):
     needs_world = True
 
     def open(self, setup: Setup) -> Robot:
-        setup = setup.without_batteries()
         if setup.world is None:
             raise UsageError("the backend 'kinematic' needs a world. Name one with --world", kind="world-missing")
         setup.options_as(KinematicOptions)

@@ -60,7 +60,6 @@ class MujocoBackend(Backend):
             )
 
     def open(self, setup: Setup) -> Robot:
-        setup = setup.without_batteries()
         if setup.world is None:
             raise UsageError("the backend 'mujoco' needs a world. Name one with --world", kind="world-missing")
         setup.options_as(MujocoOptions)

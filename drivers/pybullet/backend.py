@@ -47,7 +47,6 @@ class PyBulletBackend(Backend):
         )
 
     def open(self, setup: Setup) -> Robot:
-        setup = setup.without_batteries()
         if setup.world is None:
             raise UsageError("the backend 'pybullet' needs a world. Name one with --world", kind="world-missing")
         options = setup.options_as(PyBulletOptions)

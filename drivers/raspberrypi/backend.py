@@ -54,9 +54,9 @@ class RaspberryPiBackend(HardwareBackend):
     def examine(self, robot: RobotDescription | None) -> Iterable[Finding]:
         from drivers.raspberrypi.doctor import examine
         from robotcore.hal.check_finding import findings_of
-        from robotcore.hardware.diagnosis import diagnose_batteries
+        from robotcore.hardware.diagnosis import diagnose_monitored
 
-        batteries = [("battery", partial(diagnose_batteries, self, robot))] if robot and self.is_native_host else []
+        batteries = [("battery", partial(diagnose_monitored, self, robot))] if robot and self.is_native_host else []
         return chain(examine(self, robot), findings_of(batteries))
 
     def wiring(self, robot: RobotDescription) -> Wiring:

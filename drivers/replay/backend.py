@@ -14,9 +14,8 @@ from robotcore.description import RobotDescription, StrictModel
 from robotcore.errors import UnmetNeedError, UsageError
 from robotcore.hal.backend import Backend, Setup
 from robotcore.hal.device import Device, Sensor
-from robotcore.hal.kind import build_actuator, build_sensor, load_kind
+from robotcore.hal.kind import build_actuator, build_sensor, list_monitored, load_kind
 from robotcore.hal.robot import Robot
-from robotcore.kinds.battery import BatteryDescription
 from robotcore.kinds.motor import MotorDescription
 from robotcore.recording import Recording, read
 from robotcore.runtime.plan import RunRequest
@@ -68,9 +67,11 @@ class ReplayBackend(Backend):
             )
         return recorded.description if options.get("is_held") else _relax_rules(recording)
 
-    def batteries(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
-        batteries = {battery.name for battery in robot.all_of(BatteryDescription)}
-        return frozenset(batteries.intersection(self._recording(options).metadata.devices) if batteries else ())
+    def openable(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
+        names = frozenset(device.name for device in robot.devices)
+        if not (monitored := list_monitored(robot)):
+            return names
+        return names - (monitored - set(self._recording(options).metadata.devices))
 
     def open(self, setup: Setup) -> Robot:
         setup.options_as(ReplayOptions)

@@ -14,11 +14,7 @@ from robotcore.hal.backend import Backend, Setup
 from robotcore.hal.check_finding import Check, Finding, Level, findings_of
 from robotcore.hal.device import Device, Sensor
 from robotcore.hardware import HardwareBackend
-from robotcore.hardware.diagnosis import check_batteries, check_description
-from robotcore.kinds.battery import Voltage
-from robotcore.kinds.camera import Frame
-from robotcore.kinds.encoder import Angle
-from robotcore.kinds.range_sensor import Range
+from robotcore.hardware.diagnosis import check_description, check_monitored
 
 MUTE = "Lift the robot, and turn its wheels for a moment"
 
@@ -86,7 +82,7 @@ def _check_devices(
             if mute:
                 message = f"{' and '.join(mute)}: their board never answers"
                 yield Finding.unchecked(what, message, MUTE, kind="board-mute")
-            yield from check_batteries(robot, opened)
+            yield from check_monitored(robot, opened)
     except DeviceGroupError as error:
         yield from (_error_finding(what, each) for each in error.failures if not isinstance(each, SharedBoardError))
     except DeviceError as error:
@@ -106,15 +102,4 @@ def _format_device(device: Device) -> str:
         sample = device.read()
     except DeviceError:
         return f"{device.name} has no sample yet"
-    match sample:
-        case Range(distance=distance):
-            value = f"{distance:.2f} m"
-        case Angle(angle=angle):
-            value = f"{round(angle, 2) + 0.0:.2f} rad"  # no -0.00
-        case Frame(image=image):
-            value = f"{image.shape[1]} x {image.shape[0]} pixels"
-        case Voltage(voltage=voltage):
-            value = f"{voltage:.1f} V"
-        case _:
-            value = "something"
-    return f"{device.name} reads {value}"
+    return f"{device.name} reads {device.format_sample(sample)}"

@@ -68,7 +68,7 @@ class VrepBackend(Backend):
             yield from inspect_scene(setup.robot, SECTION, scene)
 
     def open(self, setup: Setup) -> Robot:
-        options, setup = setup.options_as(VrepOptions), setup.without_batteries()
+        options = setup.options_as(VrepOptions)
         return open_in_scene(
             setup,
             SECTION,

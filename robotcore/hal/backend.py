@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from enum import Enum
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
@@ -16,6 +16,7 @@ from robotcore.description import RobotDescription, StrictModel, WorldDescriptio
 from robotcore.errors import BackendMissingError, DeviceError, DeviceGroupError, UnknownNameError, UsageError
 from robotcore.hal.cutoff import CutoffSpec
 from robotcore.hal.device import Device
+from robotcore.hal.kind import load_kind
 from robotcore.hal.robot import Robot
 from robotcore.plugins import BACKENDS, backend_names, load_registered
 
@@ -91,11 +92,6 @@ class Setup:
         """The descriptions of the devices to open, in the order of the robot's file."""
         return tuple(device for device in self.robot.devices if device.name in self.devices)
 
-    def without_batteries(self) -> Setup:
-        """Return the setup without batteries, which simulators do not have."""
-        batteries = {battery.name for battery in self.robot.all_of("battery")}
-        return replace(self, devices=self.devices - batteries)
-
     def open_each(self, open_one: Callable[[Any], Device]) -> list[Device]:
         """Open all chosen devices, and return them.
 
@@ -159,17 +155,12 @@ class Backend(ABC):
         """
         return load_robot(robot)
 
-    def batteries(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
-        """Return the names of the batteries whose voltage the backend can measure; a simulator returns none.
-
-        Each run opens these batteries, even if its app does not use them.
-        """
-        return frozenset()
-
     def openable(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
-        """Return the names of all devices that the backend can open. Batteries that it cannot measure are left out."""
-        batteries = {battery.name for battery in robot.all_of("battery")}
-        return frozenset({device.name for device in robot.devices} - batteries) | self.batteries(robot, options)
+        """Return the names of the devices that the backend can open: by default all that a simulator can have.
+
+        Each run opens the monitored sensors among them, such as a battery, even if its app does not use them.
+        """
+        return frozenset(device.name for device in robot.devices if load_kind(device.kind).is_simulated)
 
     def builds_world(self, robot: RobotDescription) -> bool:
         """Return whether the backend builds the world from the world's file, and does not use an existing scene."""

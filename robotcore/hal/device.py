@@ -59,7 +59,7 @@ class Value(NamedTuple):
 
 
 @cache
-def list_values(sample: Any) -> tuple[Value, ...]:
+def list_values(sample: type[Any]) -> tuple[Value, ...]:
     """Return the fields of a class of samples that are annotated with a unit."""
     hints = get_type_hints(sample, include_extras=True)
     found = ((name, unit) for name, hint in hints.items() for unit in getattr(hint, "__metadata__", ()))
@@ -114,6 +114,27 @@ class Device:
 
 class Sensor(Device, ABC, Generic[SampleT]):
     """The base class of sensors, which return samples."""
+
+    is_monitored: ClassVar[bool] = False
+    """Whether a run reads the sensor once a second by itself, as it does with a battery, and continues if it fails.
+
+    A run opens such a sensor even if its app does not use it. The app may read it too. Its samples may be old.
+    """
+
+    def find_problem(self, sample: SampleT) -> str:
+        """Return what is wrong with a sample and what to do, such as a low voltage; ``""`` if nothing is wrong.
+
+        A run warns about the problem of a monitored sensor.
+        """
+        return ""
+
+    def format_sample(self, sample: SampleT) -> str:
+        """Return the values of a sample with their units as a text, such as ``7.40 V``."""
+        values = ((getattr(sample, field), field, unit) for field, unit in list_values(type(sample)))
+        # Adding 0.0 turns -0.0 into 0.0.
+        return ", ".join(
+            f"{round(value, 2) + 0.0:.2f} {unit}" if unit else f"{field} {value}" for value, field, unit in values
+        )
 
     def read(self) -> SampleT:
         """Return the newest sample, without waiting for hardware. Raises DeviceError if the sensor fails."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any, cast
 
-from robotcore.description import DeviceDescription
+from robotcore.description import DeviceDescription, RobotDescription
 from robotcore.errors import BackendMissingError, DeviceError
 from robotcore.hal.device import Actuator, Device, Sensor
 from robotcore.hal.sampling import SampleCache
@@ -40,6 +40,8 @@ class Kind:
     """The rules that the conformance kit checks. The arguments of each are the test bench, the robot and the device."""
     is_optional: bool = False
     """Whether a robot runs without the device if its backend has no table for it."""
+    is_simulated: bool = True
+    """Whether simulators have such devices."""
 
     @property
     def name(self) -> str:
@@ -58,6 +60,17 @@ def load_kind(name: str) -> Kind:
             f"the entry point of the device kind {name!r} is not a robotcore.hal.kind.Kind. Correct it", name=name
         )
     return kind
+
+
+def list_monitored(robot: RobotDescription) -> frozenset[str]:
+    """Return the names of a robot's sensors that a run reads by itself, such as batteries."""
+    return frozenset(device.name for device in robot.devices if is_monitored(device))
+
+
+def is_monitored(description: DeviceDescription) -> bool:
+    """Return whether a run reads the described device by itself."""
+    device = load_kind(description.kind).device
+    return issubclass(device, Sensor) and device.is_monitored
 
 
 def build_sensor(

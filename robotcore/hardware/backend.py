@@ -8,13 +8,13 @@ from typing import Any, ClassVar
 from robotcore.description import RobotDescription
 from robotcore.hal.backend import Backend, Setup
 from robotcore.hal.cutoff import CutoffSpec
+from robotcore.hal.kind import list_monitored
 from robotcore.hal.robot import Robot
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.hal.wiring import Wire, Wiring
 from robotcore.hardware.binding import bind_devices
 from robotcore.hardware.driver import Connection, DeviceBinding, Host
 from robotcore.hardware.opening import open_robot
-from robotcore.kinds.battery import BatteryDescription
 from robotcore.text import pluralize
 
 
@@ -43,9 +43,10 @@ class HardwareBackend(Backend):
         """Return a text with the number of the devices."""
         return pluralize(len(bindings), "device")
 
-    def batteries(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
+    def openable(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
+        """Return the names of all devices but monitored sensors, such as a battery, without a table in the section."""
         tables = robot.backends.get(self.section, {})
-        return frozenset(battery.name for battery in robot.all_of(BatteryDescription) if battery.name in tables)
+        return frozenset(device.name for device in robot.devices) - (list_monitored(robot) - tables.keys())
 
     def check(self, robot: RobotDescription) -> str:
         return self.summarize(self.bind(robot))

@@ -10,13 +10,10 @@ from robotcore.description import DeviceDescription, RobotDescription
 from robotcore.description.sections import read_each, validate_table
 from robotcore.description.validation import MAX_SHOWN_CHARACTERS
 from robotcore.errors import BackendMissingError, DescriptionError, Mistake, UnknownNameError
+from robotcore.hal.kind import load_kind
 from robotcore.hardware.driver import Connection, DeviceBinding, DeviceDriver
-from robotcore.kinds.battery import BatteryDescription
-from robotcore.kinds.display import DisplayDescription
 from robotcore.plugins import DEVICES, device_driver_names, load_registered
 from robotcore.text import suggestion
-
-_OPTIONAL = (BatteryDescription, DisplayDescription)
 
 
 def bind_devices(
@@ -27,7 +24,8 @@ def bind_devices(
 ) -> tuple[DeviceBinding, ...]:
     """Return devices of a robot with their drivers and settings.
 
-    A display or a battery without a table in the section is left out. All tables of the section are checked.
+    A device of an optional kind, such as a display, is left out without a table in the section. All tables of the
+    section are checked.
 
     section: the name of the backend's section in the robot's file.
     names: the names of the devices to return. None returns all.
@@ -41,7 +39,7 @@ def bind_devices(
     wired = [
         description.name
         for description in robot.devices
-        if description.name in chosen and not isinstance(description, _OPTIONAL)
+        if description.name in chosen and not load_kind(description.kind).is_optional
     ]
     if section not in robot.backends and wired:
         others = " or ".join(f"--backend {name}" for name in sorted(robot.backends))

@@ -1,60 +1,64 @@
-"""Findings of `robotcore doctor` about a robot's batteries and its description."""
+"""Findings of `robotcore doctor` about a robot's monitored sensors and its description."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import suppress
+from typing import Any
 
 from robotcore.description import RobotDescription
 from robotcore.errors import DescriptionError, DeviceError
 from robotcore.hal.backend import Backend, Setup
 from robotcore.hal.check_finding import Finding
+from robotcore.hal.device import Sensor
+from robotcore.hal.kind import list_monitored
 from robotcore.hal.robot import Robot
 from robotcore.hardware import DeviceBinding
-from robotcore.kinds.battery import Battery, BatteryDescription
 
-CHARGE = "Charge or replace the battery"
 UNREAD_REMEDY = "Check that the board is switched on and connected, and that no other program uses its port"
 
 
-def diagnose_batteries(backend: Backend, robot: RobotDescription) -> Iterator[Finding]:
-    """Open only the batteries of a robot, and yield a finding for each battery. Raises the errors of `Backend.open`."""
-    if not robot.all_of(BatteryDescription) or not (names := backend.batteries(robot, {})):
+def diagnose_monitored(backend: Backend, robot: RobotDescription) -> Iterator[Finding]:
+    """Open only the monitored sensors of a robot, such as its battery, and yield a finding for each.
+
+    Raises the errors of `Backend.open`.
+    """
+    if not (names := list_monitored(robot) & backend.openable(robot, {})):
         return
     with suppress(DescriptionError), backend.open(Setup(robot, None, names)) as opened:  # `examine` reports the file
-        yield from check_batteries(robot, opened)
+        yield from check_monitored(robot, opened)
 
 
-def check_batteries(robot: RobotDescription, opened: Robot) -> Iterator[Finding]:
-    """Yield a finding about the voltage of each battery, or about the failure to open or read it.
+def check_monitored(robot: RobotDescription, opened: Robot) -> Iterator[Finding]:
+    """Yield a finding about the value of each monitored sensor, or about the failure to open or read it.
 
     robot: the description of the robot.
-    opened: the robot with its open batteries.
+    opened: the robot with its open sensors.
     """
     for note in opened.notes:
-        yield _unchecked_finding("battery", note)
-    for description in robot.all_of(BatteryDescription):
-        if isinstance(battery := opened.devices.get(description.name), Battery):
+        yield _build_unread("sensor", note)
+    for description in robot.devices:
+        sensor = opened.devices.get(description.name)
+        if isinstance(sensor, Sensor) and sensor.is_monitored:
+            description.configure(sensor)
             try:
-                yield _judge_voltage(description, battery.read().voltage)
+                yield _judge(sensor)
             except DeviceError as failure:
-                yield _unchecked_finding(description.name, str(failure))
+                yield _build_unread(sensor.name, str(failure))
 
 
-def _unchecked_finding(subject: str, problem: str) -> Finding:
-    """Return a finding about an unknown voltage, with a general remedy if the problem's text has no remedy."""
+def _build_unread(subject: str, problem: str) -> Finding:
+    """Return a finding about an unknown value, with a general remedy if the problem's text has no remedy."""
     remedy = "" if ". " in problem or "; " in problem else UNREAD_REMEDY
-    return Finding.unchecked(subject, problem, remedy, kind="battery-unread")
+    return Finding.unchecked(subject, problem, remedy, kind="sensor-unread")
 
 
-def _judge_voltage(description: BatteryDescription, voltage: float) -> Finding:
-    limit = description.warn_below_v
-    if limit is None:
-        return Finding.ok(description.name, f"{voltage:.2f} V", kind="battery-ok")
-    if voltage < limit:
-        said = f"{voltage:.2f} V, below the limit of {limit:g} V"
-        return Finding.warning(description.name, said, CHARGE, kind="battery-low")
-    return Finding.ok(description.name, f"{voltage:.2f} V, not below the limit of {limit:g} V", kind="battery-ok")
+def _judge(sensor: Sensor[Any]) -> Finding:
+    sample = sensor.read()
+    if problem := sensor.find_problem(sample):
+        said, _, remedy = problem.partition(". ")
+        return Finding.warning(sensor.name, said, remedy, kind="sensor-problem")
+    return Finding.ok(sensor.name, sensor.format_sample(sample), kind="sensor-ok")
 
 
 def check_description(

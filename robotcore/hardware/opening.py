@@ -7,21 +7,16 @@ from contextlib import ExitStack
 from types import MappingProxyType
 from typing import Any
 
-from robotcore.description import RobotDescription
+from robotcore.description import DeviceDescription, RobotDescription
 from robotcore.errors import DeviceError, DeviceGroupError
 from robotcore.hal.backend import Setup
 from robotcore.hal.clock import Clock
-from robotcore.hal.device import Device
+from robotcore.hal.device import Actuator, Device, Sensor
+from robotcore.hal.kind import build_actuator, is_monitored, load_kind
 from robotcore.hal.robot import Robot
 from robotcore.hal.truth import TruthSource
 from robotcore.hardware.driver import DeviceBinding, Host
-from robotcore.kinds.battery import BatteryDescription
-from robotcore.kinds.camera import CameraDescription
-from robotcore.kinds.display import DisplayDescription, MemoryDisplay
-from robotcore.kinds.encoder import EncoderDescription
-from robotcore.kinds.range_sensor import RangeSensorDescription
-
-_ORDER = (EncoderDescription, RangeSensorDescription, CameraDescription, DisplayDescription, BatteryDescription)
+from robotcore.kinds.motor import Motor
 
 
 def open_robot(
@@ -36,9 +31,9 @@ def open_robot(
 ) -> Robot:
     """Open the devices of a robot with their drivers, and return the robot.
 
-    A display without a table in the section becomes a `MemoryDisplay`. A battery that cannot be opened is left out, and
-    the robot gets a note about it. If opening fails, and when the robot is closed, the devices are closed, then their
-    shared resources, and then ``release`` is called.
+    An actuator of an optional kind, such as a display, takes commands without a table in the section too. A monitored
+    sensor, such as a battery, that cannot be opened is left out, and the robot gets a note about it. If opening fails,
+    and when the robot is closed, the devices are closed, then their shared resources, and then ``release`` is called.
 
     bindings: the devices with their drivers.
     pins: gpiozero's pin factory; None if the backend has no pins.
@@ -68,7 +63,9 @@ def open_robot(
 
 
 def open_devices(bindings: Iterable[DeviceBinding], host: Host, opened: dict[str, Device]) -> Sequence[str]:
-    """Open all devices, motors last, and add them to ``opened``. Return a note for each battery that failed.
+    """Open all devices, the sensors first and the motors last, and add them to ``opened``.
+
+    Return a note for each monitored sensor that failed.
 
     If another device fails, the remaining devices are still opened, to find all failures. Then all devices are closed.
     Raises one failure as a DeviceError, and several failures, also those of closing, as a DeviceGroupError.
@@ -78,14 +75,12 @@ def open_devices(bindings: Iterable[DeviceBinding], host: Host, opened: dict[str
     failures: list[Exception] = []
     notes = []
     with ExitStack() as undo:
-        for binding in sorted(
-            bindings, key=lambda binding: [not isinstance(binding.description, kind) for kind in _ORDER]
-        ):
+        for binding in sorted(bindings, key=_rank):
             try:
                 device = binding.open(host)
             except DeviceError as failure:
-                if isinstance(binding.description, BatteryDescription):
-                    notes.append(f"{failure}. The run does not report the voltage of this battery")
+                if is_monitored(binding.description):
+                    notes.append(f"{failure}. The run does not read this {binding.description.kind.replace('_', ' ')}")
                 else:
                     failures.append(failure)
                 continue
@@ -104,8 +99,17 @@ def _in_order(setup: Setup, opened: Mapping[str, Device]) -> Iterator[Device]:
     for description in setup.chosen_devices:
         if description.name in opened:
             yield opened[description.name]
-        elif isinstance(description, DisplayDescription):
-            yield MemoryDisplay(description.name)
+        elif issubclass(_class_of(description), Actuator):
+            yield build_actuator(description, lambda _command: None)
+
+
+def _rank(binding: DeviceBinding) -> tuple[bool, bool]:
+    device = _class_of(binding.description)
+    return not issubclass(device, Sensor), issubclass(device, Motor)
+
+
+def _class_of(description: DeviceDescription) -> type[Device]:
+    return load_kind(description.kind).device
 
 
 def _close(device: Device, failures: list[Exception]) -> None:

@@ -36,13 +36,27 @@ class Voltage:
 
 
 class Battery(Sensor[Voltage]):
-    """A sensor that measures the voltage of a battery. A run continues if this sensor fails.
+    """A sensor that measures the voltage of a battery.
 
     A run warns below ``warn_below`` volts, a limit that the run sets from the robot's description.
     """
 
     kind = "battery"
+    is_monitored = True
     warn_below: float | None = None
 
+    def find_problem(self, sample: Voltage) -> str:
+        limit = self.warn_below
+        if limit is None or sample.voltage >= limit:
+            return ""
+        return f"{sample.voltage:.2f} V is below the limit of {limit:g} V. Charge the battery"
 
-KIND = Kind("a battery whose voltage is measured", BatteryDescription, Battery, Voltage, is_optional=True)
+
+KIND = Kind(
+    "a battery whose voltage is measured",
+    BatteryDescription,
+    Battery,
+    Voltage,
+    is_optional=True,
+    is_simulated=False,
+)

@@ -79,6 +79,9 @@ class Camera(Sensor[Frame]):
         super().__init__(name)
         self.intrinsics = intrinsics
 
+    def format_sample(self, sample: Frame) -> str:
+        return f"{sample.image.shape[1]} x {sample.image.shape[0]} pixels"
+
 
 class SampledCamera(Camera):
     """A simulated camera.

@@ -10,7 +10,8 @@ from itertools import pairwise
 from typing import Any
 
 from robotcore.geometry import Pose
-from robotcore.kinds.battery import BatteryDescription, Voltage
+from robotcore.hal.device import list_values
+from robotcore.hal.kind import list_monitored
 from robotcore.recording.events import Tick
 from robotcore.recording.recording import Recording
 from robotcore.runtime.apps import app_name
@@ -61,20 +62,20 @@ def explain_missing_end(recording: Recording) -> str:
 
 
 def _list_records(recording: Recording) -> Iterator[TickRecord]:
-    batteries = {battery.name for battery in recording.metadata.description.all_of(BatteryDescription)}
+    monitored = list_monitored(recording.metadata.description)
     for tick in recording.ticks:
         decided = tick.asked, tick.sent, tick.interventions
         yield TickRecord(
             *(tick.number, tick.time, tick.state, *decided),
-            voltages=_read_voltages(tick, recording, batteries),
+            voltages=_read_values(tick, recording, monitored),
             warnings=tick.warnings,
         )
 
 
-def _read_voltages(tick: Tick, recording: Recording, batteries: Container[str]) -> dict[str, float]:
-    keys = [read.key for read in tick.reads if read.key and read.device in batteries]
+def _read_values(tick: Tick, recording: Recording, monitored: Container[str]) -> dict[str, float]:
+    keys = [read.key for read in tick.reads if read.key and read.device in monitored]
     samples = {key.device: recording.samples.get(key) for key in keys}
-    return {device: sample.voltage for device, sample in samples.items() if isinstance(sample, Voltage)}
+    return {device: getattr(sample, list_values(type(sample))[0].field) for device, sample in samples.items() if sample}
 
 
 PosePath = dict[int, Pose]

@@ -18,7 +18,7 @@ from robotcore.kinds.motor import Motor
 from robotcore.runtime.behaviour import Behaviour, Status, require_callable
 from robotcore.runtime.intervention_timer import InterventionTimer
 from robotcore.runtime.layers import Assembled
-from robotcore.runtime.monitors import BatteryMonitor, DeviceLossTracker, WaitMonitor
+from robotcore.runtime.monitors import DeviceLossTracker, SensorMonitor, WaitMonitor
 from robotcore.runtime.result import Outcome
 from robotcore.runtime.signals import WatchdogInterrupt
 from robotcore.runtime.trace import TickRecord, Trace
@@ -78,7 +78,7 @@ class Loop:
         self._deadline = self._clock.now()
         self._process = os.getpid()
         self._waits = waits
-        self._batteries = BatteryMonitor(assembled.robot)
+        self._monitor = SensorMonitor(assembled.robot)
         self._warnings: tuple[str, ...] = ()
         self._is_latch_recorded = False
         self._last_tick = -1
@@ -136,7 +136,7 @@ class Loop:
         self._activity.ticks += 1
         if self._drive:
             self._update_odometry(self._drive)
-        self._warnings += self._batteries.read(self._clock.now())
+        self._warnings += self._monitor.read(self._clock.now())
         commit, lost = _IDLE, None
         try:
             self._probe_lost_devices()
@@ -181,7 +181,7 @@ class Loop:
         self._last_tick = tick
         warnings, self._warnings = self._warnings, ()
         record = TickRecord(
-            tick, self._clock.now(), self._read_text("state"), *commit, lost, self._batteries.voltages, warnings
+            tick, self._clock.now(), self._read_text("state"), *commit, lost, self._monitor.values, warnings
         )
         self.trace.add(record)
         for observe in self._observers:

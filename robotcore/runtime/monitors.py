@@ -1,39 +1,42 @@
-"""Monitors of a run: the voltages of batteries, the losses of devices, and the steps that wait."""
+"""Monitors of a run: sensors that it reads by itself, the losses of devices, and the steps that wait."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from math import inf, isfinite
+from typing import Any
 
 from robotcore.errors import DeviceError, DeviceLostError
+from robotcore.hal.device import Sensor, list_values
+from robotcore.hal.kind import load_kind
 from robotcore.hal.robot import Robot
 from robotcore.hal.wall_clock import read_idle_time, read_queue_time
-from robotcore.kinds.battery import Battery, Voltage
 
 PERIOD_S = 1.0
-"""The time between two readings of a battery, in seconds of the robot's clock. A voltage changes slowly."""
+"""The time between two readings of a monitored sensor, in seconds of the robot's clock."""
 
-LOW_VOLTAGE_S = 3.0
-"""A voltage that stays low for this time, in seconds, causes a warning.
+PROBLEM_S = 3.0
+"""A problem that lasts for this time, in seconds, causes a warning.
 
-A motor that starts lowers the voltage too, but for a shorter time.
+A motor that starts lowers the voltage of a battery too, but for a shorter time.
 """
 
 
-class BatteryMonitor:
-    """Reads every battery of a robot once a second, even if the app reads none.
+class SensorMonitor:
+    """Reads every monitored sensor of a robot, such as a battery, once a second, even if the app reads none.
 
-    The voltages are recorded and cause warnings. They do not stop the run.
+    The values are recorded, and problems cause warnings. They do not stop the run.
     """
 
     def __init__(self, robot: Robot) -> None:
-        self._gauges = [BatteryGauge(device) for device in robot.devices.values() if isinstance(device, Battery)]
+        devices = robot.devices.values()
+        self._gauges = [Gauge(device) for device in devices if isinstance(device, Sensor) and device.is_monitored]
         self._due = -inf if self._gauges else inf
-        self.voltages: Mapping[str, float] = {}
-        """The last voltage of each battery, in volts, by name. Each reading replaces the mapping."""
+        self.values: Mapping[str, float] = {}
+        """The last value of each sensor, by name. Each reading replaces the mapping."""
 
     def read(self, now: float) -> tuple[str, ...]:
-        """Read the batteries if `PERIOD_S` has passed since the last reading. Return new warnings, each a sentence.
+        """Read the sensors if `PERIOD_S` has passed since the last reading. Return new warnings, each a sentence.
 
         now: the robot's time, in seconds.
         """
@@ -41,44 +44,47 @@ class BatteryMonitor:
             return ()
         self._due = now + PERIOD_S
         warnings = [gauge.read() for gauge in self._gauges]
-        self.voltages = {gauge.name: gauge.voltage for gauge in self._gauges if gauge.voltage is not None}
+        self.values = {gauge.name: gauge.value for gauge in self._gauges if gauge.value is not None}
         return tuple(filter(None, warnings))
 
 
-class BatteryGauge:
-    """Reads one battery. It warns once in a run about a low voltage, and once about each series of failed reads."""
+class Gauge:
+    """Reads one sensor. It warns once in a run about a problem, and once about each series of failed reads."""
 
-    def __init__(self, battery: Battery) -> None:
-        self.name = battery.name
-        self.voltage: float | None = None
-        self._battery = battery
-        self._sufficient_at = -inf
+    def __init__(self, sensor: Sensor[Any]) -> None:
+        self.name = sensor.name
+        self.value: float | None = None
+        """The first number of the newest sample; None before the first sample."""
+        self._sensor = sensor
+        self._field, self._unit = list_values(load_kind(sensor.kind).sample)[0]
+        self._good_at = -inf
         self._has_failed = self._has_warned = False
 
     def read(self) -> str:
-        """Read the voltage. Return a warning, or an empty text."""
+        """Read the sensor. Return a warning, or an empty text."""
         try:
-            sample = self._battery.read()
+            sample = self._sensor.read()
         except DeviceError as failure:
-            return self._read_failure_warning(str(failure))
-        if not isfinite(sample.voltage):
-            problem = f"{self.name}: the voltage is {sample.voltage} V. Report this to the author of the driver"
-            return self._read_failure_warning(problem)
-        self.voltage = sample.voltage
-        return self._low_voltage_warning(sample)
+            return self._build_failure_warning(str(failure))
+        value = getattr(sample, self._field)
+        if not isfinite(value):
+            problem = f"{self.name}: the {self._field} is {value} {self._unit}. Report this to the author of the driver"
+            return self._build_failure_warning(problem)
+        self.value = value
+        return self._build_problem_warning(sample)
 
-    def _read_failure_warning(self, why: str) -> str:
+    def _build_failure_warning(self, why: str) -> str:
         has_failed, self._has_failed = self._has_failed, True
-        return "" if has_failed else f"{why.rstrip('.')}. The run continues without this voltage"
+        return "" if has_failed else f"{why.rstrip('.')}. The run continues without this sensor"
 
-    def _low_voltage_warning(self, sample: Voltage) -> str:
-        # At the start of a run the warning has no delay, because no motor lowers the voltage yet.
-        limit = self._battery.warn_below
-        if limit is None or sample.voltage >= limit:
-            self._sufficient_at = sample.time
-        elif not self._has_warned and sample.time - self._sufficient_at >= LOW_VOLTAGE_S:
+    def _build_problem_warning(self, sample: Any) -> str:
+        # At the start of a run the warning has no delay, because no motor lowers a voltage yet.
+        problem = self._sensor.find_problem(sample)
+        if not problem:
+            self._good_at = sample.time
+        elif not self._has_warned and sample.time - self._good_at >= PROBLEM_S:
             self._has_warned = True
-            return f"{self.name}: {sample.voltage:.2f} V is below the limit of {limit:g} V. Charge the battery"
+            return f"{self.name}: {problem}"
         return ""
 
 

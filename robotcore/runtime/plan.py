@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 from math import inf
 
@@ -21,6 +22,7 @@ from robotcore.description import (
 )
 from robotcore.errors import UsageError
 from robotcore.hal.backend import Backend, Capability, Setup, load_backend, loadable_backends
+from robotcore.hal.kind import list_monitored
 from robotcore.runtime.apps import load_app
 from robotcore.runtime.behaviour import Behaviour, require_declarations
 from robotcore.runtime.faults import PlannedFault, plan_faults
@@ -94,8 +96,10 @@ class Plan:
         settings = list_changes(request.app) if isinstance(request.app, Behaviour) else request.settings
         request = replace(request, app=request.app_reference, settings=settings)
         description = backend.load_robot(request.robot, request.options)
-        devices = needed_devices(description, behaviour.needs, behaviour.wants)
-        devices |= backend.batteries(description, request.options)
+        openable = backend.openable(description, request.options)
+        _require_openable(backend, description, needed_devices(description, behaviour.needs) - openable)
+        devices = needed_devices(description, behaviour.needs, behaviour.wants) | list_monitored(description)
+        devices &= openable
         faults = plan_faults(request.faults, description, devices)
         _require_room_to_stop(behaviour, description)
         _require_window(request, backend)
@@ -160,6 +164,18 @@ def _require_room_to_stop(behaviour: Behaviour, description: RobotDescription) -
             distance_m=stopping.distance,
             speed_m_s=stopping.speed,
             guard_m=guard,
+        )
+
+
+def _require_openable(backend: Backend, description: RobotDescription, missing: Collection[str]) -> None:
+    if missing:
+        kinds = {device.name: device.kind.replace("_", " ") for device in description.devices}
+        name = min(missing)
+        raise UsageError(
+            f"the backend {backend.name!r} cannot open the {kinds[name]} {name!r}. Choose another --backend, or move "
+            "the device from the app's needs to its wants",
+            kind="device-not-openable",
+            device=name,
         )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from importlib.metadata import EntryPoint
 from importlib.resources import files
 from pathlib import Path
@@ -35,12 +36,12 @@ class BatteryBackend(KinematicBackend):
     name = "powered"
     volts: ClassVar[Any] = 7.4
 
-    def batteries(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
-        return frozenset(battery.name for battery in robot.all_of(BatteryDescription))
+    def openable(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
+        return frozenset(device.name for device in robot.devices)
 
     def open(self, setup: Setup) -> Robot:
-        raw = super().open(setup)
-        names = self.batteries(setup.robot, {}) & setup.devices
+        names = {battery.name for battery in setup.robot.all_of(BatteryDescription)} & setup.devices
+        raw = super().open(replace(setup, devices=setup.devices - names))
         if self.volts is None:
             return Robot(raw.name, raw.clock, raw.devices.values(), notes=[f"{name}: no answer" for name in names])
         batteries = [MockBattery(name, self.volts, raw.clock, setup.rate_hz) for name in names]

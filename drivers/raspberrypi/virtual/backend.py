@@ -55,9 +55,8 @@ class VirtualPiBackend(RaspberryPiBackend):
     def remedy(self) -> str:
         return "pip install 'robotcore[pi]'"
 
-    def batteries(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
-        """Return no names, because virtual pins measure no battery."""
-        return frozenset()
+    def openable(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
+        return Backend.openable(self, robot, options)
 
     def notes(self, setup: Setup) -> list[str]:
         from drivers.raspberrypi.virtual.models import SIMULATED, find_unmodelled
@@ -89,7 +88,7 @@ class VirtualPiBackend(RaspberryPiBackend):
     def open(self, setup: Setup) -> Robot:
         from drivers.raspberrypi.virtual.models import VirtualPins, connect_pins, describe_hardware
 
-        options, setup = setup.options_as(VirtualPiOptions), setup.without_batteries()
+        options = setup.options_as(VirtualPiOptions)
         simulator = self._load_simulator(options.simulator)
         bindings = self.bind(setup.robot, setup.devices)
         hardware = {binding.name: describe_hardware(binding) for binding in bindings}

@@ -11,7 +11,6 @@ from typing import Any
 from robotcore.errors import RecordingEndedError
 from robotcore.geometry import Wheels
 from robotcore.hal.device import SampleT, Sensor
-from robotcore.kinds.battery import Battery
 from robotcore.recording import MotorCommand, Recording
 from robotcore.recording.replay.app_permission import is_recorded_app, require_recorded_app
 from robotcore.recording.replay.app_run import ReplayTap, require_ticks, run_app
@@ -134,7 +133,7 @@ class DecisionComparator(ReplayTap):
         self._states: list[str] = []
 
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
-        if isinstance(sensor, Battery):
+        if sensor.is_monitored:
             return read
 
         def reader() -> SampleT:

@@ -10,7 +10,6 @@ from typing import NoReturn, TypeVar
 from robotcore.errors import DeviationError, RecordingEndedError, RobotcoreError, SafetyStop
 from robotcore.geometry import Wheels
 from robotcore.hal.device import SampleT, Sensor
-from robotcore.kinds.battery import Battery
 from robotcore.recording import DriveCommand, MotorCommand, RecordedError, Recording
 from robotcore.recording.replay.app_run import ReplayTap
 from robotcore.recording.replay.differences import (
@@ -109,9 +108,9 @@ class Verifier(ReplayTap):
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
         """Return a reader that reports a difference if the recorded run did not read the sensor in this tick.
 
-        The reads of a battery are not compared, because the framework decides when to read it.
+        The reads of a monitored sensor are not compared, because the run decides when to read it.
         """
-        if isinstance(sensor, Battery):
+        if sensor.is_monitored:
             return read
 
         def reader() -> SampleT:

@@ -9,7 +9,6 @@ from types import FrameType
 from robotcore.errors import BackendError, DeviceError, RobotcoreError, StaleSampleError
 from robotcore.hal.clock import Clock, ClockWrapper, TickClock
 from robotcore.hal.device import SampleT, Sensor
-from robotcore.kinds.battery import Battery
 from robotcore.runtime.layers.base import Layer, MotorOutput, Reader
 from robotcore.safety import ActivityMonitor, Latch, TimeLimit
 
@@ -17,14 +16,14 @@ from robotcore.safety import ActivityMonitor, Latch, TimeLimit
 class MaxAgeLayer(Layer):
     """Ends the run with StaleSampleError if a sample is older than ``limit`` seconds.
 
-    A battery's sample may be older, because it does not influence the motion.
+    The sample of a monitored sensor, such as a battery, may be older.
     """
 
     def __init__(self, clock: TickClock, limit: float, latch: Latch) -> None:
         self._clock, self._limit, self._latch = clock, limit, latch
 
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
-        if isinstance(sensor, Battery):
+        if sensor.is_monitored:
             return read
         clock, limit = self._clock, self._limit
 

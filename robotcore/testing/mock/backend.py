@@ -11,6 +11,7 @@ from robotcore.errors import UnknownNameError
 from robotcore.hal.backend import Backend, Capability, Setup
 from robotcore.hal.clock import Clock, SteppedClock
 from robotcore.hal.device import Device
+from robotcore.hal.kind import list_monitored
 from robotcore.hal.robot import Robot
 from robotcore.kinds.battery import BatteryDescription
 from robotcore.kinds.camera import CameraDescription
@@ -49,8 +50,9 @@ class MockBackend(Backend):
     def __init__(self, scripts: Mapping[str, Script] | None = None) -> None:
         self._scripts = dict(scripts or {})
 
-    def batteries(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
-        return frozenset(battery.name for battery in robot.all_of(BatteryDescription) if battery.name in self._scripts)
+    def openable(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
+        """Return the names of all devices but monitored sensors, such as a battery, without a script."""
+        return frozenset(device.name for device in robot.devices) - (list_monitored(robot) - self._scripts.keys())
 
     def open(self, setup: Setup) -> Robot:
         setup.options_as(MockOptions)

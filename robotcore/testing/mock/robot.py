@@ -10,6 +10,7 @@ from robotcore.description import RobotDescription, StrictModel, load_robot
 from robotcore.errors import UnmetNeedError, UsageError
 from robotcore.geometry import Wheels
 from robotcore.hal.backend import Setup
+from robotcore.hal.kind import list_monitored
 from robotcore.hal.robot import Robot
 from robotcore.kinds.camera import CameraDescription
 from robotcore.kinds.range_sensor import RangeSensorDescription
@@ -127,7 +128,8 @@ class MockRobot:
     def _raw(self) -> Robot:
         backend, names = MockBackend(self._scripts), frozenset(device.name for device in self.description.devices)
         if app := self._app:
-            names = needed_devices(self.description, app.needs, app.wants) | backend.batteries(self.description, {})
+            names = needed_devices(self.description, app.needs, app.wants) | list_monitored(self.description)
+            names &= backend.openable(self.description, {})
         return backend.open(Setup(self.description, None, names, self.rate_hz))
 
     @cached_property

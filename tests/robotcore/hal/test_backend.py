@@ -6,7 +6,7 @@ import pytest
 
 from drivers.raspberrypi.backend import RaspberryPiBackend
 from robotcore.description import StrictModel, load_robot, load_world
-from robotcore.errors import BackendMissingError, UnknownNameError, UsageError
+from robotcore.errors import BackendMissingError, DeviceError, UnknownNameError, UsageError
 from robotcore.hal.backend import Backend, Setup, load_backend
 from robotcore.hal.check_finding import Finding
 from robotcore.hal.robot import Robot
@@ -72,23 +72,23 @@ SECTIONS = "".join(f'\n[{section}.cells]\ndriver = "of-tomorrow"\n' for section 
 def test_backend_opens_the_batteries_in_its_section(tmp_path: Path, backend: str, batteries: set[str]) -> None:
     rover = load_battery_rover(tmp_path)
     file = Path(str(rover.file))
-    assert load_backend(backend).batteries(rover, {}) == set()
     file.write_text(file.read_text() + SECTIONS)
     description = load_robot(str(file))
-    assert load_backend(backend).batteries(description, {}) == batteries
     every_device = {device.name for device in description.devices}
     assert load_backend(backend).openable(description, {}) == every_device - {"cells"} | batteries
 
 
-@pytest.mark.parametrize("backend", ["kinematic", "mujoco", "pybullet", "virtualpi", "mock"])
+@pytest.mark.parametrize("backend", ["kinematic", "mujoco", "pybullet", "virtualpi"])
 def test_simulator_opens_no_battery(tmp_path: Path, backend: str) -> None:
     opener = load_backend(backend)
     if not opener.is_installed:
         pytest.skip(opener.remedy)
     rover = load_battery_rover(tmp_path)
-    every_device = frozenset(device.name for device in rover.devices)
-    with opener.open(Setup(rover, load_world("open"), every_device)) as robot:
-        assert set(robot.devices) == every_device - {"cells"}
+    assert opener.openable(rover, {}) == frozenset(device.name for device in rover.devices) - {"cells"}
+    with pytest.raises(DeviceError) as caught:
+        opener.open(Setup(rover, load_world("open"), frozenset({"cells"})))
+    (failure,) = getattr(caught.value, "failures", [caught.value])
+    assert (failure.device, failure.kind) == ("cells", "not-simulated")
 
 
 @pytest.mark.parametrize("is_native_host", [True, False])
@@ -96,6 +96,6 @@ def test_doctor_reads_batteries_only_on_a_raspberry_pi(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *, is_native_host: bool
 ) -> None:
     found = Finding.ok("cells", "7.40 V", kind="voltage")
-    monkeypatch.setattr("robotcore.hardware.diagnosis.diagnose_batteries", lambda *_: [found])
+    monkeypatch.setattr("robotcore.hardware.diagnosis.diagnose_monitored", lambda *_: [found])
     monkeypatch.setattr(RaspberryPiBackend, "is_native_host", is_native_host)
     assert (found in list(RaspberryPiBackend().examine(load_battery_rover(tmp_path)))) is is_native_host

@@ -75,7 +75,7 @@ def test_a_battery_is_bound_only_if_the_section_has_it(post: Path) -> None:
     cells = '[[devices]]\nkind = "battery"\nname = "cells"\n'
     for section, batteries in ((cells + EYE + NECK, set()), (cells + CELLS + EYE + NECK, {"cells"})):
         robot = described(post, section)
-        assert PlugBoard().batteries(robot, {}) == batteries
+        assert PlugBoard().openable(robot, {}) == {"neck", "eye", "screen", *batteries}
         assert {each.name for each in bind_devices(robot, "plugboard")} == {"neck", "eye", *batteries}
 
 

@@ -10,7 +10,7 @@ from robotcore.errors import DescriptionError
 from robotcore.hal.backend import Setup
 from robotcore.hal.check_finding import Finding, Level
 from robotcore.hal.robot import Robot
-from robotcore.hardware.diagnosis import UNREAD_REMEDY, diagnose_batteries
+from robotcore.hardware.diagnosis import UNREAD_REMEDY, diagnose_monitored
 from robotcore.testing.mock.backend import MockBackend
 from tests.doubles.battery_backend import load_battery_rover
 from tests.texts import CheckText
@@ -32,13 +32,13 @@ class BatteryBackend(MockBackend):
 
 @pytest.mark.parametrize(
     "volts, level, kind",
-    [(7.412, Level.OK, "battery-ok"), (6.6, Level.OK, "battery-ok"), (6.2, Level.WARNING, "battery-low")],
+    [(7.412, Level.OK, "sensor-ok"), (6.6, Level.OK, "sensor-ok"), (6.2, Level.WARNING, "sensor-problem")],
 )
 def test_only_the_battery_is_opened_and_its_voltage_is_reported(
     tmp_path: Path, volts: float, level: Level, kind: str, check_text: CheckText
 ) -> None:
     backend = BatteryBackend({"cells": volts})
-    (finding,) = diagnose_batteries(backend, load_battery_rover(tmp_path))
+    (finding,) = diagnose_monitored(backend, load_battery_rover(tmp_path))
     assert (finding.subject, finding.level, finding.kind) == ("cells", level, kind)
     assert backend.opened == {"cells"}
     check_text(finding)
@@ -51,17 +51,17 @@ def test_only_the_battery_is_opened_and_its_voltage_is_reported(
 def test_a_battery_that_cannot_be_opened_is_unchecked(tmp_path: Path, note: str, remedy: str) -> None:
     backend = BatteryBackend({"cells": 7.4})
     backend.battery_notes = (note,)
-    (finding,) = diagnose_batteries(backend, load_battery_rover(tmp_path))
-    assert finding == Finding.unchecked("battery", note, remedy, kind="battery-unread")
+    (finding,) = diagnose_monitored(backend, load_battery_rover(tmp_path))
+    assert finding == Finding.unchecked("sensor", note, remedy, kind="sensor-unread")
 
 
 def test_nothing_is_opened_if_the_backend_has_no_battery(tmp_path: Path) -> None:
     backend = BatteryBackend()
-    assert list(diagnose_batteries(backend, load_battery_rover(tmp_path))) == []
+    assert list(diagnose_monitored(backend, load_battery_rover(tmp_path))) == []
     assert not hasattr(backend, "opened")
 
 
 def test_mistake_in_the_file_is_not_reported_as_a_battery_finding(tmp_path: Path) -> None:
     backend = BatteryBackend({"cells": 7.4})
     backend.error = DescriptionError("a.toml", "serial", "is missing", "Add it")
-    assert list(diagnose_batteries(backend, load_battery_rover(tmp_path))) == []
+    assert list(diagnose_monitored(backend, load_battery_rover(tmp_path))) == []

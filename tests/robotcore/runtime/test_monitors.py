@@ -15,7 +15,7 @@ from robotcore.errors import DeviceError, DeviceLostError
 from robotcore.hal.robot import Robot
 from robotcore.kinds.battery import BatteryDescription
 from robotcore.runtime.behaviour import Status
-from robotcore.runtime.monitors import LOW_VOLTAGE_S, WaitMonitor
+from robotcore.runtime.monitors import PROBLEM_S, WaitMonitor
 from robotcore.runtime.result import WrittenNote
 from robotcore.runtime.session import RunRequest, RunResult, run
 from robotcore.testing.mock.devices import LOST, Script
@@ -48,7 +48,7 @@ BROKEN = DeviceError("cells", "no answer")
 @pytest.mark.parametrize(
     "volts, warned_at, last_v",
     [
-        (lambda time: 7.0 if time < 2 else 6.4, [1.0 + LOW_VOLTAGE_S], 6.4),
+        (lambda time: 7.0 if time < 2 else 6.4, [1.0 + PROBLEM_S], 6.4),
         (lambda time: 6.0 if time % 3 else 7.0, [], 6.0),
         (6.0, [0.0], 6.0),
         (lambda time: BROKEN if 2 <= time < 4 or time > 6 else 7.0 + time / 10, [2.0], 7.6),

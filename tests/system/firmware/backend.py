@@ -16,7 +16,6 @@ from robotcore.hal.device import Device
 from robotcore.hal.robot import Robot
 from robotcore.hal.wall_clock import ServerClock
 from robotcore.hardware import bind_devices, open_robot
-from robotcore.kinds.battery import BatteryDescription
 from robotcore.kinds.camera import CameraDescription
 from tests.system.firmware.board import Board
 from tests.system.firmware.config import BOARD_TIMEOUT_S, on_serial, wiring
@@ -58,8 +57,8 @@ class SimavrBackend(Backend):
     def __init__(self, board: Board | None = None) -> None:
         self._board = board
 
-    def batteries(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
-        return frozenset(device.name for device in robot.all_of(BatteryDescription))
+    def openable(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
+        return frozenset(device.name for device in robot.devices)
 
     def open(self, setup: Setup) -> Robot:
         options = setup.options_as(SimavrOptions)

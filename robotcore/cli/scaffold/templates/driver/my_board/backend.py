@@ -40,9 +40,9 @@ class MyBoardBackend(Backend):
     def __init__(self, connect: Callable[[], Board] = Board) -> None:
         self._connect = connect
 
-    def batteries(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
-        """Return the names of the batteries in the robot's description. Every run opens them."""
-        return frozenset(battery.name for battery in robot.all_of(BatteryDescription))
+    def openable(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
+        """Return the names of all devices, because the board has a battery too, which simulators lack."""
+        return frozenset(device.name for device in robot.devices)
 
     def open(self, setup: Setup) -> Robot:
         """Open the chosen devices. If one cannot be opened, close the others."""
