@@ -16,7 +16,17 @@ SSH_FAILED = 255
 BROKEN, DAMAGED = "broken", "damaged"
 """The kinds of a DeployError if the connection broke, and if a robot's answer is malformed."""
 
-TRANSIENT = {BROKEN, "unknown-host", "refused", "no-route", "time-out", "hung-up", "login-time-out", "ssh-failed"}
+TRANSIENT = {
+    BROKEN,
+    "unknown-host",
+    "refused",
+    "no-route",
+    "time-out",
+    "no-ssh",
+    "hung-up",
+    "login-time-out",
+    "ssh-failed",
+}
 """The kinds of a DeployError after which a new attempt to connect may succeed, without a change by the user."""
 
 CALL_FAILED, RSYNC_FAILED = "call-failed", "rsync-failed"
@@ -49,6 +59,12 @@ SSH_FAILURES = (
         "no-route",
         "no network route to the robot",
         "Check that the robot is on, and in the same network as this machine",
+    ),
+    KnownFailure(
+        r"^Connection timed out during banner exchange",
+        "no-ssh",
+        "a program accepts the connection, but does not answer as ssh does",
+        "Check the address and the port. If they are right, restart the robot",
     ),
     KnownFailure(
         r"^(?:ssh: connect to host|Connection) [^\n]*timed out",

@@ -63,9 +63,10 @@ class RobotAddress:
 
     @property
     def login(self) -> str:
-        """The arguments of ssh that log in to the robot, for a remedy."""
+        """The arguments of ssh and of ssh-copy-id that log in to the robot, for a remedy."""
+        config = f"-F {shlex.quote(str(self.ssh_config))} " if self.ssh_config else ""
         port = f"-p {self.port} " if self.port else ""
-        return port + (f"{self.user}@{self.name}" if self.user else self.name)
+        return config + port + (f"{self.user}@{self.name}" if self.user else self.name)
 
     def format_command(self, command: str) -> str:
         """Return a command line of ``robotcore deploy`` that a user can paste into a shell.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from importlib.metadata import metadata
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
@@ -293,3 +294,7 @@ def _require_valid(project: Project) -> None:
     parse_seeds(deploy.seeds)
     for bound in deploy.require:
         Requirement.parse(bound)
+    known = {*(metadata("robotcore").get_all("Provides-Extra") or ()), *project.metadata.optional}
+    for extra in deploy.extras:
+        if extra not in known:
+            raise UnknownNameError("extra", extra, sorted(known))

@@ -11,7 +11,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from robotcore.deploy.project import FILE, Project
-from robotcore.errors import BackendMissingError, UnknownNameError, UsageError
+from robotcore.errors import BackendMissingError, UsageError
 from robotcore.hal.backend import load_backend
 from robotcore.plugins import APPS, BACKENDS, DEVICES, load_registered
 from robotcore.runtime.apps import app_name, is_app_file
@@ -49,7 +49,7 @@ def collect_requirements(project: Project, site: Path, pinned: Iterable[str] = (
     password, or another version of a sent package.
     """
     sent = {canonicalize_name(each.metadata["Name"]): each for each in distributions(path=[str(site)])}
-    own = _select_extras(project, sent[canonicalize_name(ROBOTCORE)])
+    own = {*find_extras(project), *project.deploy.extras}
     collector = _RequirementCollector(sent)
     for name in sent:
         collector.add(Requirement(f"{name}[{','.join(sorted(own))}]"))
@@ -96,14 +96,6 @@ def _list_project_requirements(project: Project) -> Iterator[str]:
     yield from project.metadata.dependencies
     for extra in project.deploy.extras:
         yield from project.metadata.optional.get(extra, ())
-
-
-def _select_extras(project: Project, robotcore: Distribution) -> set[str]:
-    known = {*robotcore.metadata.get_all("Provides-Extra", ()), *project.metadata.optional}
-    for extra in project.deploy.extras:
-        if extra not in known:
-            raise UnknownNameError("extra", extra, sorted(known))
-    return {*find_extras(project), *project.deploy.extras}
 
 
 def _parse(text: str) -> Requirement:

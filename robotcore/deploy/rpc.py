@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from importlib.resources import files
 from typing import Any
@@ -31,6 +32,9 @@ A build by pip and the hash of a large recording take less time.
 
 REMOTE_COMMAND = "python3 -I -"
 """The command that the robot's shell runs for each call."""
+
+_AGENT_COMMAND = re.compile(r"robotcore deploy ([a-z]+(?: --[a-z]+)*)")
+"""The pattern of a command in an agent's remedy. The agent does not know the robot's address."""
 
 COMMAND_NOT_FOUND = 127
 """The exit status of a shell that did not find a command."""
@@ -73,7 +77,8 @@ class RobotLink(SshConnection):
         if answer is None:
             raise self.find_cause(self._explain_no_answer(output.status, output.stderr_excerpt))
         if isinstance(answer, Refusal):
-            raise DeployError(f"{self.host}: {answer.problem}. {answer.remedy}", kind=answer.kind)
+            remedy = _AGENT_COMMAND.sub(lambda found: self.host.format_command(found[1]), answer.remedy)
+            raise DeployError(f"{self.host}: {answer.problem}. {remedy}", kind=answer.kind)
         return answer
 
     def _explain_no_answer(self, status: int, output: str) -> DeployError:

@@ -61,14 +61,23 @@ def status(host: RobotAddress, *, as_json: bool) -> int:
 )
 def logs(host: RobotAddress, lines: int, *, follow: bool) -> int:
     """Print the log of the app on HOST, with systemd's messages about it. Ctrl-C does not stop the app."""
+    is_empty = True
+
+    def write_log_line(line: str) -> None:
+        nonlocal is_empty
+        is_empty = False
+        write_line(line)
+
     try:
         with make_link(host) as link:
             max_bytes = None if follow else OVERHEAD_BYTES + lines * LINE_BYTES
-            link.stream("logs", on_line=write_line, max_bytes=max_bytes, lines=lines, follow=follow)
+            link.stream("logs", on_line=write_log_line, max_bytes=max_bytes, lines=lines, follow=follow)
     except Interrupted as interruption:
         if not follow:
             raise
         return interruption.exit_status
+    if is_empty:
+        write_line(f"{host}: the log has no line of an app. {host.format_command('status')}", is_error=True)
     return 0
 
 

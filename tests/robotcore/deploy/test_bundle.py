@@ -11,7 +11,7 @@ import pytest
 
 from robotcore.deploy.bundle import Bundle, build_bundle, build_package
 from robotcore.deploy.project import DeployOptions, build_project
-from robotcore.errors import DeployError, UnknownNameError, UsageError
+from robotcore.errors import DeployError, UsageError
 from robotcore.plugins import _points
 from tests.robotcore.deploy.projects import TABLE, git, write, write_project
 from tests.texts import Raises
@@ -147,13 +147,6 @@ def test_address_of_a_repository_over_ssh_keeps_its_user(tmp_path: Path, bundle_
     place = "thing @ git+ssh://git@host.example/thing"
     project = write_project(tmp_path / "project", f'[project]\ndependencies = ["{place}"]\n{TABLE}')
     assert place in build_bundle(project, bundle_folder).requirements
-
-
-@pytest.mark.usefixtures("without_code")
-def test_unknown_extra_is_reported_with_the_nearest_name(tmp_path: Path, bundle_folder: Path, raises: Raises) -> None:
-    project = write_project(tmp_path / "project", f'{TABLE}extras = ["tofu"]\n')
-    with raises(UnknownNameError, "unknown-extra", name="tofu"):
-        build_bundle(project, bundle_folder)
 
 
 @pytest.mark.usefixtures("without_code")

@@ -92,6 +92,11 @@ def test_invalid_options_are_refused(tmp_path: Path, options: DeployOptions, err
     assert getattr(raised.value, "kind", "").startswith(kind)
 
 
+def test_unknown_extra_is_reported_with_the_nearest_name(tmp_path: Path, raises: Raises) -> None:
+    with raises(UnknownNameError, "unknown-extra", name="tofu"):
+        write_project(tmp_path, f'{TABLE}extras = ["tofu"]\n')
+
+
 def test_release_has_commands_that_run_and_stop_it(tmp_path: Path) -> None:
     project = replace(
         build_project(DeployOptions(app="green-search", robot="rover"), tmp_path),

@@ -186,6 +186,13 @@ def test_logs_are_printed_until_ctrl_c(deploy: Deploy, add_action: AddAction) ->
     assert (result.status, result.err) == (130, "")
 
 
+def test_empty_log_is_reported(deploy: Deploy, add_action: AddAction, robot: Sshd, check_text: CheckText) -> None:
+    add_action("logs", build_action({}))
+    result = deploy("logs")
+    assert (result.status, result.out) == (0, "")
+    check_text(result.err, hide=[robot.config])
+
+
 def test_logs_are_escaped(deploy: Deploy, add_action: AddAction) -> None:
     add_action("logs", HOSTILE_LOG)
     assert deploy("logs").out == "a \\x1b]0;title\\x07\\x1b[2J\\r \tend\n"
@@ -225,10 +232,12 @@ def test_ctrl_c_in_a_health_check_names_the_command_for_its_result(
 
 
 @pytest.mark.parametrize("name", ["", "../../etc", "2026-01-01T00-00-00Z"])
-def test_rollback_to_an_unknown_release_is_wrong_usage(deploy: Deploy, name: str, check_text: CheckText) -> None:
+def test_rollback_to_an_unknown_release_is_wrong_usage(
+    deploy: Deploy, robot: Sshd, name: str, check_text: CheckText
+) -> None:
     result = deploy("rollback", name)
     assert result.status == 2
-    check_text(result.err)
+    check_text(result.err, hide=[robot.config])
 
 
 def test_remove_without_a_terminal_needs_yes(
