@@ -11,7 +11,7 @@ import click
 
 from robotcore.cli.options import backend_option, load_connected_robot, merge_options, port_option
 from robotcore.cli.output import as_json, write_json, write_line, write_lines, write_table
-from robotcore.text import escape
+from robotcore.text import escape, pluralize
 
 if TYPE_CHECKING:
     from robotcore.hal.wiring import Pad, Wire, Wiring
@@ -42,7 +42,11 @@ def _format_uses(wiring: Wiring, pad: Pad) -> str:
     """Return the devices and signals on a pad, such as ``left_motor + right_motor standby``."""
     here = [wire for wire in wiring.wires if wire.pads[:1] == (pad.number,)]
     by_signal = groupby(sorted(here, key=attrgetter("signal")), key=attrgetter("signal"))
-    text = ", ".join(f"{' + '.join(wire.device for wire in wires)} {signal}" for signal, wires in by_signal)
+    devices = {signal: [wire.device for wire in wires] for signal, wires in by_signal}
+    text = ", ".join(f"{' + '.join(names)} {signal}" for signal, names in devices.items())
+    if len(text) > USES_WIDTH:
+        counts = {signal: pluralize(len(names), "device") for signal, names in devices.items() if len(names) > 1}
+        text = ", ".join(f"{counts.get(signal, names[0])} {signal}" for signal, names in devices.items())
     text = escape(text)
     return text if len(text) <= USES_WIDTH else f"{text[: USES_WIDTH - 1]}…"
 

@@ -25,6 +25,7 @@ from robotcore.description.validation import (
 from robotcore.description.world import WorldDescription
 from robotcore.errors import DescriptionError, Mistake, UnknownNameError, UsageError
 from robotcore.plugins import backend_names
+from robotcore.text import find_nearest
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -199,10 +200,7 @@ def _read(name_or_file: str, *kinds: str) -> tuple[str, Table]:
         return name_or_file, _parse(name_or_file, _read_bytes(Path(name_or_file)))
     shipped = {name: kind for kind in kinds for name in _list_shipped(kind)}
     if name_or_file not in shipped:
-        file = f"{name_or_file}.toml"
-        raise UnknownNameError(
-            " or ".join(kinds), name_or_file, list(shipped), f"the file {file}" if _is_file(file) else ""
-        )
+        raise UnknownNameError(" or ".join(kinds), name_or_file, list(shipped), _suggest_file(name_or_file))
     file = f"{name_or_file}.toml"
     return file, _parse(file, _shipped_folder(shipped[name_or_file]).joinpath(file).read_bytes())
 
@@ -211,11 +209,12 @@ def _file_of(name_or_file: str) -> str | None:
     return name_or_file if is_own(name_or_file) else None
 
 
-def _is_file(name: str) -> bool:
-    try:
-        return Path(name).is_file()
-    except (OSError, ValueError):  # the name is too long, or holds a NUL
-        return False
+def _suggest_file(name: str) -> str:
+    """Return a suggestion of the file of this name in the current folder, or of one with a similar name."""
+    files = [file.name for file in Path().glob("*.toml")]
+    nearest = find_nearest(name, files) if "." in name else None
+    file = nearest or f"{name}.toml"
+    return f"the file {file}" if file in files else ""
 
 
 def _read_bytes(path: Path) -> bytes:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 from robotcore.description.robot import RobotDescription
@@ -15,6 +16,9 @@ DENSITY_KG_M3 = 8000.0
 
 REACH = 3.0
 """A part that is farther from the middle of the body is doubtful, as a multiple of the body's greatest size."""
+
+FASTEST_M_S = 5.0
+"""A robot whose wheels can drive faster is doubtful, in m/s."""
 
 METRES = "Give lengths in metres"
 
@@ -36,12 +40,26 @@ def find_doubtful_values(robot: RobotDescription) -> Iterator[str]:
         distance = max(abs(each - centre) for each, centre in zip(place, middle, strict=True))
         if distance > reach:
             yield f"{key}: it is {distance:.2g} m from the middle of the body. {METRES}"
+    yield from _find_wrong_units(robot)
     for sensor in robot.range_sensors_ahead:
         if robot.safety.stop_distance_m > sensor.max_range_m:
             yield (
                 f"safety.stop_distance_m: {robot.safety.stop_distance_m:g} m is beyond max_range_m of {sensor.name}, "
                 f"{sensor.max_range_m:g} m. Lower it"
             )
+
+
+def _find_wrong_units(robot: RobotDescription) -> Iterator[str]:
+    for name, mount in robot.mounts.items():
+        if abs(mount.pitch_rad) > math.pi / 2:
+            pitch = f"{mount.pitch_rad:g} rad is {math.degrees(mount.pitch_rad):.0f}°"
+            yield f"{name}.mount.pitch_rad: {pitch}, so it looks backwards. Give angles in radians"
+    if drive := robot.drive:
+        for motor in robot.all_of("motor"):
+            speed = motor.max_velocity_rad_s * drive.wheel_radius_m
+            if motor.name in drive.wheel_motors and speed > FASTEST_M_S:
+                fast = f"{motor.max_velocity_rad_s:g} rad/s drives the robot at {speed:.2g} m/s"
+                yield f"{motor.name}.max_velocity_rad_s: {fast}. Give rad/s: one revolution per minute is 0.105 rad/s"
 
 
 def find_bodies_outside(world: WorldDescription) -> Iterator[str]:

@@ -44,6 +44,12 @@ RISING = (
     "time. Use GPIO 9 to 27, resistors of 10 kΩ to ground, or a standby line."
 )
 """The warning that `robotcore wiring` prints for a motor on GPIO 0 to 8."""
+CONSOLE_GPIO = 14
+CONSOLE = (
+    f"GPIO {CONSOLE_GPIO} is high while the Pi starts if the serial console is on, and may turn this motor. Switch the "
+    "console off (sudo raspi-config, Interface Options, Serial Port), or use another GPIO."
+)
+"""The warning that `robotcore wiring` prints for a motor on the GPIO by which the serial console sends."""
 
 MAX_SILENCE_S = 0.25
 """The time for which the guardian does not kill a silent app, in seconds. The app may be swapping, collecting garbage,
@@ -106,8 +112,10 @@ class MotorDriver(DeviceDriver):
         return BATTERY, UNGUARDED.format(lines=", ".join(map(str, lines))), NO_STANDBY
 
     def warnings(self) -> Sequence[str]:
-        lines = [line for line in self._find_turning_lines() if line in PULLED_UP]
-        return (RISING.format(lines=f"GPIO {', '.join(map(str, lines))}"),) if lines else ()
+        turning = self._find_turning_lines()
+        lines = [line for line in turning if line in PULLED_UP]
+        rising = (RISING.format(lines=f"GPIO {', '.join(map(str, lines))}"),) if lines else ()
+        return (*rising, *([CONSOLE] if CONSOLE_GPIO in turning else []))
 
     def check(self, description: MotorDescription, robot: RobotDescription, drivers: Drivers) -> None:
         if held := [line for line in self._find_turning_lines() if line in HELD_UP]:

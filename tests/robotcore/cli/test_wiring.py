@@ -72,6 +72,13 @@ def row(*wires: Wire) -> str:
     return list(draw_connector(Wiring(pads, wires, ())))[1]
 
 
+def test_devices_whose_names_are_too_long_for_a_row_are_counted() -> None:
+    wires = (
+        Wire(f"{side}_{kind}", "", "sends", "", (1,)) for side in ("left", "right") for kind in ("motor", "encoder")
+    )
+    assert "4 devices sends" in row(*wires)
+
+
 def test_no_row_of_the_drawing_is_wider_than_a_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("click.style", lambda words, *_, **__: words)
     drawn = row(Wire(LONG, "", "forward", "", (1,)), Wire(LONG, "", "supply", "", (2, 4)))

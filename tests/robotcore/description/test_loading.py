@@ -62,7 +62,7 @@ def test_error_suggests_the_nearest_name_or_a_file_that_is_named_without_its_end
 ) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "my_own.toml").write_text("")
-    for name in ("my_own", "arna", "rovr"):
+    for name in ("my_own", "arna", "rovr", "my_own.tml"):
         with raises(UnknownNameError, kind):
             load(name)
 

@@ -37,6 +37,16 @@ def test_a_mount_far_from_the_body_is_a_warning(check_text: CheckText) -> None:
     check_text("\n".join(find_doubtful_values(ROVER.model_copy(update={"devices": (far,)}))))
 
 
+def test_degrees_and_revolutions_per_minute_are_warnings(check_text: CheckText) -> None:
+    changes: dict[str, dict[str, Any]] = {
+        "nose": {"mount": {"z_m": 0.1, "pitch_rad": 5.0}},
+        "left_motor": {"max_velocity_rad_s": 200.0},
+    }
+    devices = [{**each.model_dump(), **changes.get(each.name, {})} for each in ROVER.devices]
+    table = {**ROVER.model_dump(), "devices": devices}
+    check_text("\n".join(find_doubtful_values(type(ROVER).model_validate(table))))
+
+
 def test_a_body_beyond_the_floor_is_a_warning(check_text: CheckText) -> None:
     assert [each for name in world_names() for each in find_bodies_outside(load_world(name))] == []
     arena = load_world("arena")

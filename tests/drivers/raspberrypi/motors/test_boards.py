@@ -264,6 +264,7 @@ def bind(**sections: Board) -> RobotDescription:
     [
         ({**H_BRIDGE, "forward": 9}, False),
         ({**H_BRIDGE, "forward": 8}, True),
+        ({**H_BRIDGE, "forward": 14}, True),
         ({**H_BRIDGE, "standby": 4}, True),
         ({**H_BRIDGE, "forward": 8, "standby": 22}, False),
         ({**WITH_PWM, "forward": 8}, False),
