@@ -38,6 +38,18 @@ class Kind:
     """
     rules: tuple[Callable[..., None], ...] = ()
     """The rules that the conformance kit checks. The arguments of each are the test bench, the robot and the device."""
+    default_reading: Callable[[Any], Any] | None = None
+    """Returns the reading of a mock sensor without a script. Its argument is the device's description.
+
+    The reading is the value of a sample, or a mapping of field to value. With None, numbers are 0 and booleans False.
+    """
+    check_reading: Callable[[Any, Any], Any] | None = None
+    """Returns a sample with a scripted reading as a mock sensor returns it, such as limited to the sensor's range.
+
+    Its arguments are the device's description and the sample. Numbers may be infinite or NaN. It raises ValueError for
+    a reading that the sensor cannot have; the text is the valid form, such as ``a distance in metres``. With None, all
+    finite numbers are valid.
+    """
     is_optional: bool = False
     """Whether a robot runs without the device if its backend has no table for it."""
     is_simulated: bool = True

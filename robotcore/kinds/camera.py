@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Annotated, Any, Literal
 
@@ -103,4 +103,20 @@ class SampledCamera(Camera):
         return self._newest_at()
 
 
-KIND = Kind("a camera", CameraDescription, Camera, Frame)
+def draw_grey(camera: CameraDescription) -> Image:
+    """Return a grey picture of a camera's size, the reading of a mock camera without a script."""
+    return np.full((camera.height_px, camera.width_px, 3), 128, dtype=np.uint8)
+
+
+def check_reading(camera: CameraDescription, frame: Frame) -> Frame:
+    """Return a scripted frame with a read-only copy of its picture. Raises ValueError for a picture of another form."""
+    image: object = frame.image
+    shape = (camera.height_px, camera.width_px, 3)
+    if not isinstance(image, np.ndarray) or image.shape != shape or image.dtype != np.uint8:
+        raise ValueError(f"a uint8 picture of shape {shape}")
+    image = image.copy(order="C")
+    image.flags.writeable = False
+    return replace(frame, image=image)
+
+
+KIND = Kind("a camera", CameraDescription, Camera, Frame, default_reading=draw_grey, check_reading=check_reading)

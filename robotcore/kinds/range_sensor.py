@@ -78,6 +78,14 @@ class RangeSensor(Sensor[Range]):
         self.min_range, self.max_range, self.cone = min_range, max_range, cone
 
 
+def check_reading(sensor: RangeSensorDescription, reading: Range) -> Range:
+    """Return a scripted reading, limited to the sensor's range. Raises ValueError if it is NaN or negative."""
+    if not reading.distance >= 0:
+        raise ValueError("a distance in metres, inf")
+    is_in_range = reading.distance <= sensor.max_range_m
+    return replace(reading, distance=max(reading.distance, sensor.min_range_m) if is_in_range else math.inf)
+
+
 def limit_reading(sensor: RangeSensor, reading: Range, distance: float) -> Range:
     """Return a copy of a reading with another distance in metres, limited to the sensor's range.
 
@@ -117,4 +125,11 @@ class SampledRangeSensor(RangeSensor):
         return self._newest_at()
 
 
-KIND = Kind("a sensor of the distance to the nearest body", RangeSensorDescription, RangeSensor, Range)
+KIND = Kind(
+    "a sensor of the distance to the nearest body",
+    RangeSensorDescription,
+    RangeSensor,
+    Range,
+    default_reading=lambda _sensor: math.inf,
+    check_reading=check_reading,
+)

@@ -17,7 +17,7 @@ from robotcore.description import RobotDescription, load_robot
 from robotcore.hal.backend import Setup
 from robotcore.hal.robot import Robot
 from robotcore.kinds.battery import BatteryDescription
-from robotcore.testing.mock.devices import MockBattery, Script
+from robotcore.testing.mock.devices import Script, open_sensor
 
 CELLS = '\n[[devices]]\nkind = "battery"\nname = "cells"\nwarn_below_v = 6.6\n'
 """The section of a battery in a robot's file, without a section for a backend."""
@@ -44,7 +44,8 @@ class BatteryBackend(KinematicBackend):
         raw = super().open(replace(setup, devices=setup.devices - names))
         if self.volts is None:
             return Robot(raw.name, raw.clock, raw.devices.values(), notes=[f"{name}: no answer" for name in names])
-        batteries = [MockBattery(name, self.volts, raw.clock, setup.rate_hz) for name in names]
+        described = [each for each in setup.chosen_devices if each.name in names]
+        batteries = [open_sensor(each, self.volts, raw.clock, setup.rate_hz) for each in described]
         return Robot(raw.name, raw.clock, [*raw.devices.values(), *batteries], truth=raw.truth)
 
 

@@ -1,27 +1,26 @@
-"""Mock devices: sensors with scripted readings, motors that record commands, and displays that record pictures."""
+"""Mock devices of any kind: sensors with scripted readings, and actuators that record their commands."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from copy import deepcopy
+from dataclasses import MISSING, fields
 from enum import Enum
-from functools import partial
-from numbers import Real
-from typing import Any, Generic, NamedTuple, TypeVar
+from functools import cache, cached_property
+from numbers import Integral, Real
+from typing import Any, NamedTuple, get_type_hints
 
 import numpy as np
 
+from robotcore.description import DeviceDescription
 from robotcore.errors import DeviceError, UsageError
 from robotcore.hal.clock import Clock
-from robotcore.kinds.battery import Battery, Voltage
-from robotcore.kinds.camera import Camera, CameraDescription, Frame
+from robotcore.hal.device import Actuator, Sample, Sensor
+from robotcore.hal.kind import build_sensor, load_kind
 from robotcore.kinds.display import Display
-from robotcore.kinds.encoder import Angle, Encoder
-from robotcore.kinds.motor import Motor, MotorDescription
-from robotcore.kinds.range_sensor import Range, RangeSensor, RangeSensorDescription
-from robotcore.optics import Image, Intrinsics
-
-ValueT = TypeVar("ValueT")
+from robotcore.kinds.motor import Motor
+from robotcore.optics import Image
 
 
 class _Lost(Enum):
@@ -34,36 +33,101 @@ LOST = _Lost.LOST
 Script = Any | Sequence[Any] | Callable[[float], Any]
 """The readings of a sensor: a constant, a list with one reading per tick, or a function of the time in seconds.
 
-After the end of a list, its last reading is repeated. If a reading is an exception, the sensor raises DeviceError.
+A reading is the value of a sample, such as 0.84 for a range sensor. For a sample with several values it is a mapping of
+field to value; a field that is not in the mapping has its value without a script. After the end of a list, its last
+reading is repeated. If a reading is an exception, the sensor raises DeviceError.
 """
 
 
-class Playback(Generic[ValueT]):
-    """Plays the script of a sensor: each tick has one reading.
+_NUMBERS: Mapping[Any, tuple[Any, str]] = {
+    float: (Real, "a number"),
+    int: (Integral, "a whole number"),
+    bool: ((bool, np.bool_), "True or False"),
+}
+"""The classes of valid readings of a number, and their description, by the number's type in a sample."""
 
-    device: the sensor's name, for error messages.
+
+class Readings:
+    """Converts readings of a script to samples of a sensor's kind."""
+
+    def __init__(self, description: DeviceDescription) -> None:
+        self._description, self._kind = description, load_kind(description.kind)
+        hints = get_type_hints(self._kind.sample)
+        values = [each for each in fields(self._kind.sample) if each.name not in ("time", "sequence")]
+        self._types = {each.name: hints[each.name] for each in values}
+        self._required = [each.name for each in values if each.default is MISSING]
+
+    @cached_property
+    def default(self) -> Mapping[str, Any]:
+        """The values of a sample without a script, by field."""
+        if self._kind.default_reading is None:
+            return {name: self._types[name]() for name in self._required if self._types[name] in _NUMBERS}
+        reading = self._kind.default_reading(self._description)
+        return reading if isinstance(reading, Mapping) else {self._required[0]: reading}
+
+    def convert(self, reading: Any, time: float = 0.0, sequence: int = 0) -> Any:
+        """Return a sample with the values of a reading. Raises UsageError if the sensor cannot have this reading."""
+        try:
+            values = {name: self._convert_value(name, value) for name, value in self._name_values(reading).items()}
+            sample = self._kind.sample(**values, time=time, sequence=sequence)
+            return self._kind.check_reading(self._description, sample) if self._kind.check_reading else sample
+        except ValueError as error:
+            name = self._description.name
+            raise UsageError(
+                f"{name}: the script has {_describe(reading)}. Give {error}, LOST or an exception",
+                kind="script-reading",
+                device=name,
+                reading=_describe(reading),
+            ) from error
+
+    def check(self, script: Script) -> None:
+        """Raise UsageError if the script has no reading, or a wrong one. A function is not called."""
+        if isinstance(script, (list, tuple)) and not script:
+            name = self._description.name
+            text = f"{name}: the script is empty. Give it at least one reading"
+            raise UsageError(text, kind="script-empty", device=name)
+        if callable(script):
+            return
+        for reading in script if isinstance(script, (list, tuple)) else [script]:
+            if reading is not LOST and not isinstance(reading, Exception):
+                self.convert(reading)
+
+    def _name_values(self, reading: Any) -> Mapping[str, Any]:
+        if not isinstance(reading, Mapping) and len(self._required) == 1:
+            return {self._required[0]: reading}
+        if isinstance(reading, Mapping) and reading.keys() <= self._types.keys():
+            values = {**self.default, **reading}
+            if values.keys() >= set(self._required):
+                return values
+        raise ValueError(f"a mapping of fields ({', '.join(self._types)}) to values")
+
+    def _convert_value(self, name: str, value: Any) -> Any:
+        if (expected := self._types[name]) not in _NUMBERS:
+            return value
+        classes, form = _NUMBERS[expected]
+        if isinstance(value, classes):
+            if self._kind.check_reading or math.isfinite(value):
+                return expected(value)
+            form = "a finite number"
+        raise ValueError(f"{form} as {name}" if len(self._required) > 1 else form)
+
+
+class Playback:
+    """Plays the script of a sensor: each tick has one reading. Without a script, each has the reading of the kind.
+
     rate_hz: the number of ticks per second.
-    convert: checks a reading, and returns it as the value of a sample.
-
-    Raises UsageError if a constant or a list has no valid readings.
     """
 
-    def __init__(
-        self, device: str, script: Script, clock: Clock, rate_hz: float, convert: Callable[[Any], ValueT]
-    ) -> None:
-        if isinstance(script, (list, tuple)) and not script:
-            raise UsageError(f"{device}: the script is empty. Give it at least one reading", kind="script-empty")
-        self._device, self._script, self._clock, self._rate_hz = device, script, clock, rate_hz
-        self._convert = convert
-        for reading in () if callable(script) else script if isinstance(script, (list, tuple)) else (script,):
-            if reading is not LOST and not isinstance(reading, Exception):
-                convert(reading)
+    def __init__(self, description: DeviceDescription, script: Script | None, clock: Clock, rate_hz: float) -> None:
+        self._device, self._readings = description.name, Readings(description)
+        self._script = self._readings.default if script is None else script
+        self._clock, self._rate_hz = clock, rate_hz
         self._played_until = -1
-        self._newest: tuple[ValueT, float, int] | None = None
+        self._newest: Sample | None = None
         self._failure: Exception | None = None
 
-    def newest(self) -> tuple[ValueT, float, int]:
-        """Play the script until the current tick, and return the newest sample: its value, its time, its sequence.
+    def newest(self) -> Sample:
+        """Play the script until the current tick, and return the newest sample.
 
         Raises DeviceError if the current reading is an exception, or if all readings so far are `LOST`.
         """
@@ -91,15 +155,20 @@ class Playback(Generic[ValueT]):
         self._failure = reading if isinstance(reading, Exception) else None
         if self._failure or reading is LOST:
             return
-        sequence = self._newest[2] + 1 if self._newest else 0
-        self._newest = self._convert(reading), time, sequence
+        self._newest = self._readings.convert(reading, time, self._newest.sequence + 1 if self._newest else 0)
 
 
-GREY = 128
+def open_sensor(description: DeviceDescription, script: Script | None, clock: Clock, rate_hz: float) -> Sensor[Any]:
+    """Return a sensor of the described kind that plays a script.
+
+    script: the script; None stands for the reading that the kind has without one.
+    rate_hz: the number of ticks per second.
+    """
+    return build_sensor(description, Playback(description, script, clock, rate_hz).newest)
 
 
 class Command(NamedTuple):
-    """A command that a motor received.
+    """A command that an actuator received.
 
     >>> Command(0.05, 4.0).velocity
     4.0
@@ -108,17 +177,32 @@ class Command(NamedTuple):
     time: float
     """The time of the command on the robot's clock, in seconds."""
 
-    velocity: float
-    """The commanded velocity, in rad/s."""
+    value: Any
+    """The command: the velocity of a motor in rad/s, a copy of the picture of a display."""
+
+    @property
+    def velocity(self) -> float:
+        """The commanded velocity of a motor, in rad/s."""
+        return float(self.value)
 
 
-class MockMotor(Motor):
-    """A motor that records its commands in ``commands``, and turns exactly at the commanded velocity."""
+class MockActuator(Actuator[Any]):
+    """An actuator that records its commands in ``commands``. `open_actuator` adds the class of a kind."""
 
-    def __init__(self, description: MotorDescription, clock: Clock) -> None:
-        super().__init__(description.name, description.max_velocity_rad_s)
+    def __init__(self, description: DeviceDescription, clock: Clock) -> None:
+        super().__init__(description.name, **description.arguments())
         self.commands: list[Command] = []
         self._clock = clock
+
+    def _apply(self, command: Any) -> None:
+        self.commands.append(Command(self._clock.now(), deepcopy(command)))
+
+
+class MockMotor(MockActuator, Motor):
+    """A motor that records its commands in ``commands``, and turns exactly at the commanded velocity."""
+
+    def __init__(self, description: DeviceDescription, clock: Clock) -> None:
+        super().__init__(description, clock)
         self._angle_at_command = 0.0
 
     @property
@@ -132,103 +216,31 @@ class MockMotor(Motor):
         since = self.commands[-1].time if self.commands else 0.0
         return self._angle_at_command + self.velocity * (self._clock.now() - since)
 
-    def _apply(self, rad_s: float) -> None:
+    def _apply(self, command: float) -> None:
         self._angle_at_command = self.angle
-        self.commands.append(Command(self._clock.now(), rad_s))
+        super()._apply(command)
 
 
-class MockRangeSensor(RangeSensor):
-    """A range sensor that returns scripted distances in metres, limited to its range."""
+class MockDisplay(MockActuator, Display):
+    """A display that records its commands in ``commands``."""
 
-    def __init__(self, description: RangeSensorDescription, script: Script, clock: Clock, rate_hz: float) -> None:
-        super().__init__(
-            description.name,
-            min_range=description.min_range_m,
-            max_range=description.max_range_m,
-            cone=description.cone_rad,
-        )
-        self._playback = Playback(self.name, script, clock, rate_hz, self._within_limits)
-
-    def _newest(self) -> Range:
-        return Range(*self._playback.newest())
-
-    def _within_limits(self, distance: Any) -> float:
-        if not isinstance(distance, Real) or math.isnan(distance) or float(distance) < 0:
-            raise UsageError(
-                f"{self.name}: the script has {distance!r}. Give a distance in metres, inf, LOST or an exception",
-                kind="script-reading",
-            )
-        metres = float(distance)
-        return math.inf if metres > self.max_range else max(metres, self.min_range)
+    @property
+    def pictures(self) -> list[Image]:
+        """Copies of the pictures that the display has shown, in their order."""
+        return [command.value for command in self.commands]
 
 
-class MockCamera(Camera):
-    """A camera that returns scripted pictures: BGR, ``uint8`` of shape (height, width, 3)."""
-
-    def __init__(self, description: CameraDescription, script: Script, clock: Clock, rate_hz: float) -> None:
-        super().__init__(description.name, description.intrinsics)
-        self._playback = Playback(self.name, script, clock, rate_hz, self._check_picture)
-
-    def _newest(self) -> Frame:
-        return Frame(*self._playback.newest())
-
-    def _check_picture(self, picture: Any) -> Image:
-        expected = (self.intrinsics.height, self.intrinsics.width, 3)
-        if not isinstance(picture, np.ndarray) or picture.shape != expected or picture.dtype != np.uint8:
-            raise UsageError(
-                f"{self.name}: the script has {_describe(picture)}. Give uint8 pictures of shape {expected}",
-                kind="script-reading",
-            )
-        image: Image = picture.copy(order="C")
-        image.flags.writeable = False
-        return image
+def open_actuator(description: DeviceDescription, clock: Clock) -> MockActuator:
+    """Return an actuator of the described kind that records its commands."""
+    return _actuator_class(description.kind)(description, clock)
 
 
-class MockEncoder(Encoder):
-    """An encoder that returns scripted angles in radians."""
-
-    def __init__(self, name: str, script: Script, clock: Clock, rate_hz: float) -> None:
-        super().__init__(name)
-        self._playback = Playback(name, script, clock, rate_hz, partial(_convert_number, name))
-
-    def _newest(self) -> Angle:
-        return Angle(*self._playback.newest())
+@cache
+def _actuator_class(kind: str) -> type[MockActuator]:
+    device: Any = load_kind(kind).device
+    own = {Motor.kind: MockMotor, Display.kind: MockDisplay}.get(kind)
+    return own or type(f"Mock{device.__name__}", (MockActuator, device), {})
 
 
-class MockBattery(Battery):
-    """A battery that returns scripted voltages in volts."""
-
-    def __init__(self, name: str, script: Script, clock: Clock, rate_hz: float) -> None:
-        super().__init__(name)
-        self._playback = Playback(name, script, clock, rate_hz, partial(_convert_number, name))
-
-    def _newest(self) -> Voltage:
-        return Voltage(*self._playback.newest())
-
-
-class MockDisplay(Display):
-    """A display that records its pictures in ``pictures``."""
-
-    def __init__(self, name: str) -> None:
-        super().__init__(name)
-        self.pictures: list[Image] = []
-
-    def _apply(self, image: Image) -> None:
-        self.pictures.append(image.copy())
-
-
-def _convert_number(device: str, reading: Any) -> float:
-    if not isinstance(reading, Real):
-        raise UsageError(
-            f"{device}: the script has {reading!r}. Give a number, LOST or an exception", kind="script-reading"
-        )
-    return float(reading)
-
-
-def grey_picture(intrinsics: Intrinsics) -> Image:
-    """Return a grey picture of a camera's size: BGR, ``uint8`` of shape (height, width, 3)."""
-    return np.full((intrinsics.height, intrinsics.width, 3), GREY, dtype=np.uint8)
-
-
-def _describe(picture: Any) -> str:
-    return f"{picture.dtype} of shape {picture.shape}" if isinstance(picture, np.ndarray) else repr(picture)
+def _describe(reading: Any) -> str:
+    return f"{reading.dtype} of shape {reading.shape}" if isinstance(reading, np.ndarray) else repr(reading)

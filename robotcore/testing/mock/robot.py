@@ -6,14 +6,12 @@ import math
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 
-from robotcore.description import RobotDescription, StrictModel, load_robot
+from robotcore.description import RobotDescription, load_robot
 from robotcore.errors import UnmetNeedError, UsageError
 from robotcore.geometry import Wheels
 from robotcore.hal.backend import Setup
 from robotcore.hal.kind import list_monitored
-from robotcore.hal.robot import Robot
-from robotcore.kinds.camera import CameraDescription
-from robotcore.kinds.range_sensor import RangeSensorDescription
+from robotcore.hal.robot import Robot, Role
 from robotcore.optics import Image
 from robotcore.runtime.behaviour import Behaviour, Status, require_declarations
 from robotcore.runtime.faults import plan_faults
@@ -22,7 +20,7 @@ from robotcore.runtime.loop import Loop
 from robotcore.runtime.needs import needed_devices
 from robotcore.runtime.trace import TickRecord
 from robotcore.testing.mock.backend import MockBackend
-from robotcore.testing.mock.devices import Command, MockDisplay, MockMotor, Script
+from robotcore.testing.mock.devices import Command, MockActuator, MockDisplay, Script
 
 
 class MockRobot:
@@ -33,10 +31,13 @@ class MockRobot:
     robot: the description of the robot, or its name or file.
     range: the script of the first range sensor, in metres.
     camera: the script of the first camera: BGR pictures, ``uint8`` of shape (height, width, 3).
-    readings: the scripts of other sensors, by name.
+    readings: the scripts of other sensors, by name. A reading is the value of a sample, such as True for a bumper, or a
+        mapping of field to value for a sample with several values.
     rate_hz: the number of ticks per second.
     faults: injected faults, written as for the option ``--fault``, such as ``camera drop=0.2``.
     seed: the seed of the faults' random numbers.
+
+    Raises UsageError if a constant or a list has a reading that the sensor cannot have.
 
     >>> from apps.avoid_obstacles import AvoidObstacles
     >>> robot = MockRobot(range=1.0)
@@ -72,17 +73,17 @@ class MockRobot:
         """The record of each tick so far."""
         self.wheels: list[Wheels] = []
         """The wheel velocities in rad/s at the end of each tick."""
-        self._scripts = dict(readings or {})
-        self._script_first("range sensor", RangeSensorDescription, range)
-        self._script_first("camera", CameraDescription, camera)
+        roles = {Role.RANGE: range, Role.CAMERA: camera}
+        scripts = {self._find_first(role): script for role, script in roles.items() if script is not None}
+        self._backend = MockBackend({**(readings or {}), **scripts})
+        self._backend.check_scripts(self.description)
         self._app: Behaviour | None = None
 
     def run(self, app: Behaviour, ticks: int = 1) -> Status:
         """Run the app for ``ticks`` ticks, or until it ends, and return its last status.
 
         A further call continues the run. Raises the errors that end a real run: SafetyStop, DeviceError and
-        BehaviourError. Raises UsageError if a script has an invalid reading, and UnmetNeedError if the robot has not
-        all devices of the app's ``needs``.
+        BehaviourError. Raises UnmetNeedError if the robot has not all devices of the app's ``needs``.
         """
         if isinstance(app, type):
             raise UsageError(f"run needs an instance of the app. Write run({app.__name__}())", kind="not-an-instance")
@@ -114,9 +115,9 @@ class MockRobot:
 
     @property
     def commands(self) -> dict[str, list[Command]]:
-        """The commands that each motor received after all safety layers, by the motor's name."""
+        """The commands that each actuator received after all safety layers, by the actuator's name."""
         devices = self._raw.devices.values()
-        return {device.name: device.commands for device in devices if isinstance(device, MockMotor)}
+        return {device.name: device.commands for device in devices if isinstance(device, MockActuator)}
 
     @property
     def pictures(self) -> list[Image]:
@@ -126,7 +127,7 @@ class MockRobot:
 
     @cached_property
     def _raw(self) -> Robot:
-        backend, names = MockBackend(self._scripts), frozenset(device.name for device in self.description.devices)
+        backend, names = self._backend, frozenset(device.name for device in self.description.devices)
         if app := self._app:
             names = needed_devices(self.description, app.needs, app.wants) | list_monitored(self.description)
             names &= backend.openable(self.description, {})
@@ -139,17 +140,15 @@ class MockRobot:
         faults = [fault.layer(raw.clock, seed) for fault in planned]
         return assemble(raw, self.description, self.rate_hz, seed=seed, faults=faults)
 
-    def _script_first(self, name: str, kind: type[StrictModel], script: Script | None) -> None:
-        if script is None:
-            return
-        device = next((d for d in self.description.devices if isinstance(d, kind)), None)
-        if device is None:
-            raise UnmetNeedError(
-                f"{self.description.name} has no {name} for the script. Add one to its description, or leave the "
-                "script out",
-                kind="no-device-for-script",
-            )
-        self._scripts[device.name] = script
+    def _find_first(self, role: Role) -> str:
+        """Return the name of the device that fills a role."""
+        if device := self.description.first_of(role.kind):
+            return str(device.name)
+        raise UnmetNeedError(
+            f"{self.description.name} has no {role.kind.replace('_', ' ')} for the script. Add one to its description, "
+            "or leave the script out",
+            kind="no-device-for-script",
+        )
 
     def _record_tick(self, record: TickRecord) -> None:
         self.ticks.append(record)

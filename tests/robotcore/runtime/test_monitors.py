@@ -12,10 +12,12 @@ import pytest
 from robotcore.cli.command_classes import write_result
 from robotcore.description import RobotDescription, load_robot
 from robotcore.errors import DeviceError, DeviceLostError
+from robotcore.hal.clock import SteppedClock
+from robotcore.hal.kind import build_sensor
 from robotcore.hal.robot import Robot
-from robotcore.kinds.battery import BatteryDescription
+from robotcore.kinds.battery import BatteryDescription, Voltage
 from robotcore.runtime.behaviour import Status
-from robotcore.runtime.monitors import PROBLEM_S, WaitMonitor
+from robotcore.runtime.monitors import PROBLEM_S, SensorMonitor, WaitMonitor
 from robotcore.runtime.result import WrittenNote
 from robotcore.runtime.session import RunRequest, RunResult, run
 from robotcore.testing.mock.devices import LOST, Script
@@ -52,20 +54,27 @@ BROKEN = DeviceError("cells", "no answer")
         (lambda time: 6.0 if time % 3 else 7.0, [], 6.0),
         (6.0, [0.0], 6.0),
         (lambda time: BROKEN if 2 <= time < 4 or time > 6 else 7.0 + time / 10, [2.0], 7.6),
-        (math.nan, [0.0], None),
         ([6.7, LOST], [], 6.7),
     ],
-    ids=["low", "low for moments", "low from the start", "failing", "nan", "old"],
+    ids=["low", "low for moments", "low from the start", "failing", "old"],
 )
 def test_lasting_low_voltage_or_failure_causes_one_warning_and_ends_no_run(
-    volts: Script, warned_at: list[float], last_v: float | None, check_text: CheckText
+    volts: Script, warned_at: list[float], last_v: float, check_text: CheckText
 ) -> None:
     robot = run_with_voltage(volts, 12.0)
     warnings = [(round(tick.time, 6), warning) for tick in robot.ticks for warning in tick.warnings]
     assert [time for time, _ in warnings] == warned_at
     for _, warning in warnings:
         check_text(warning)
-    assert robot.ticks[-1].voltages == ({"cells": pytest.approx(last_v)} if last_v else {})
+    assert robot.ticks[-1].voltages == {"cells": pytest.approx(last_v)}
+
+
+def test_voltage_that_is_not_finite_causes_a_warning_and_is_left_out(check_text: CheckText) -> None:
+    cells = build_sensor(BatteryDescription(kind="battery", name="cells"), lambda: Voltage(math.nan, 0.0, 0))
+    monitor = SensorMonitor(Robot("rover", SteppedClock(20.0, lambda _steps: None), [cells]))
+    (warning,) = monitor.read(0.0)
+    check_text(warning)
+    assert monitor.values == {}
 
 
 @pytest.fixture

@@ -10,7 +10,6 @@ import pytest
 from robotcore.errors import (
     BehaviourError,
     DeviceError,
-    RobotcoreError,
     UnknownNameError,
     UnmetNeedError,
     UsageError,
@@ -164,25 +163,31 @@ def test_without_a_script_nothing_is_in_range_and_the_picture_is_grey() -> None:
 
 
 @pytest.mark.parametrize(
-    "script, app, error, kind",
+    "script, kind",
     [
-        ({"range": [1.0, math.nan]}, Ahead, UsageError, "script-reading"),
-        ({"range": -0.1}, Ahead, UsageError, "script-reading"),
-        ({"range": ["near"]}, Ahead, UsageError, "script-reading"),
-        ({"range": lambda _: None}, Ahead, BehaviourError, ""),
-        ({"readings": {"left_encoder": "far"}}, Ahead, UsageError, "script-reading"),
-        ({"faults": "range drop=0.2"}, Ahead, UsageError, "wrong-type"),
-        ({"range": LOST}, Ahead, DeviceError, "nothing-read"),
-        ({"range": []}, Ahead, UsageError, "script-empty"),
-        ({"camera": np.zeros((10, 10, 3), dtype=np.uint8)}, Marking, UsageError, "script-reading"),
+        pytest.param({"range": [1.0, math.nan]}, "script-reading", id="nan"),
+        pytest.param({"range": -0.1}, "script-reading", id="negative"),
+        pytest.param({"range": ["near"]}, "script-reading", id="text"),
+        pytest.param({"range": [None]}, "script-reading", id="None"),
+        pytest.param({"range": []}, "script-empty", id="empty"),
+        pytest.param({"camera": np.zeros((10, 10, 3), dtype=np.uint8)}, "script-reading", id="small picture"),
+        pytest.param({"readings": {"left_encoder": math.inf}}, "script-reading", id="infinite angle"),
+        pytest.param({"faults": "range drop=0.2"}, "wrong-type", id="no list"),
     ],
-    ids=["nan", "negative", "text", "None", "no number", "no list", "no first reading", "empty", "small picture"],
 )
-def test_script_that_cannot_be_played_is_refused(
-    script: dict[str, Any], app: type[Behaviour], error: type[RobotcoreError], kind: str, raises: Raises
-) -> None:
-    with raises(error, kind):
-        MockRobot(**script).run(app())
+def test_wrong_argument_is_refused_at_once(script: dict[str, Any], kind: str, raises: Raises) -> None:
+    with raises(UsageError, kind):
+        MockRobot(**script)
+
+
+def test_wrong_reading_of_a_function_is_refused_when_it_is_read(raises: Raises) -> None:
+    with raises(BehaviourError):
+        MockRobot(range=lambda time: -time).run(Ahead(), ticks=2)
+
+
+def test_script_without_a_first_reading_fails_the_device(raises: Raises) -> None:
+    with raises(DeviceError, "nothing-read"):
+        MockRobot(range=LOST).run(Ahead())
 
 
 def test_device_that_the_app_does_not_need_is_not_open(raises: Raises) -> None:
@@ -201,7 +206,7 @@ def test_script_for_a_device_that_is_not_there_is_refused(raises: Raises) -> Non
     with raises(UnmetNeedError, "no-device-for-script"):
         MockRobot("lookout", range=1.0)
     with raises(UnknownNameError, "unknown-scripted-sensor"):
-        MockRobot(readings={"noes": 1.0}).run(Ahead())
+        MockRobot(readings={"noes": 1.0})
 
 
 def test_mock_runs_from_the_command_line_too() -> None:
