@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 from contextlib import suppress
 from dataclasses import dataclass
@@ -15,9 +16,14 @@ from typing import NoReturn
 from robotcore.errors import BehaviourError, UnknownNameError, UsageError
 from robotcore.plugins import APPS, app_names, load_registered
 from robotcore.runtime.behaviour import Behaviour
+from robotcore.text import escape
 
 IMPORT_ADVICE = "Put the code that causes this below if __name__ == '__main__', or into step()"
 """The advice to the author of an app's file whose import ends the process or hangs."""
+
+
+_SURROGATE = re.compile("[\ud800-\udfff]")
+"""Matches what Python puts in place of a byte that is no valid UTF-8 in a file's name."""
 
 
 def is_app_file(name: str) -> bool:
@@ -45,8 +51,8 @@ def load_app_file(name: str) -> type[Behaviour]:
 
     name: the file, such as ``my_app.py``. If it defines several behaviours, ``my_app.py:MyApp`` selects one.
 
-    Raises UsageError if the file or the behaviour does not exist, or if the import of the file calls ``sys.exit``.
-    Raises BehaviourError if the import raises another exception.
+    Raises UsageError if the file or the behaviour does not exist, if the file's name is no valid UTF-8, or if the
+    import of the file calls ``sys.exit``. Raises BehaviourError if the import raises another exception.
     """
     file, _, wanted = name.partition(":")
     path = app_path(name)
@@ -54,6 +60,9 @@ def load_app_file(name: str) -> type[Behaviour]:
         raise UsageError(
             f"{file}: there is no such file. Name an app (robotcore apps) or a .py file", kind="no-such-file"
         )
+    if _SURROGATE.search(name):  # a result and a recording have the name as UTF-8
+        problem = f"{escape(file)}: the name is no valid UTF-8. Rename the file or its folder"
+        raise UsageError(problem, kind="name-not-utf-8")
     apps = _find_behaviours(_import_file(path))
     if wanted and wanted not in apps:
         raise UnknownNameError(f"behaviour in {file}", wanted, list(apps))

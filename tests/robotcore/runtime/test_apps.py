@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import platform
 import sys
 from collections.abc import Iterator
@@ -106,6 +107,13 @@ def test_file_without_its_end_is_suggested(tmp_path: Path, monkeypatch: pytest.M
     Path("printy.py").touch()
     with raises(UsageError, "not-an-app"):
         load_app("printy")
+
+
+def test_file_whose_name_is_no_text_is_refused(tmp_path: Path, raises: Raises) -> None:
+    app = tmp_path / os.fsdecode(b"\xff.py")
+    app.touch()
+    with raises(UsageError, "name-not-utf-8"):
+        load_app_file(str(app))
 
 
 def test_file_that_runs_itself_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, raises: Raises) -> None:
