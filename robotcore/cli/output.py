@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 import sys
 from collections.abc import Iterable, Sequence
-from contextlib import AbstractContextManager, nullcontext, redirect_stdout, suppress
+from contextlib import ExitStack, nullcontext, redirect_stdout, suppress
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
 PIPED_WIDTH = 160
 INDENT = "  "
 """Precedes an app's lines on stderr, to distinguish them from those of robotcore."""
+
+_STDOUT, _STDERR = 1, 2
 
 _STYLES = re.compile(r"(\x1b\[[0-9;]*m)")
 """Matches the escape sequences that `click.style` adds to a text."""
@@ -59,9 +62,21 @@ def write_content(text: str) -> None:
     click.echo(text, nl=False)
 
 
-def redirect_prints(*, as_json: bool) -> AbstractContextManager[object]:
-    """Return a context in which apps print on stderr if ``as_json`` is True, so that stdout has only JSON."""
-    return redirect_stdout(sys.stderr) if as_json else nullcontext()
+def redirect_prints(*, as_json: bool) -> ExitStack:
+    """Redirect stdout to stderr if ``as_json`` is True, until the returned stack is closed.
+
+    So the prints of an app and of its subprocesses go to stderr, and stdout has only JSON.
+    """
+    stack = ExitStack()
+    if as_json and sys.stdout and sys.stderr:  # else the file descriptor 1 or 2 may be that of another file
+        descriptor = os.dup(_STDOUT)
+        stack.callback(os.close, descriptor)
+        stack.callback(os.dup2, descriptor, _STDOUT)
+        stack.callback(sys.stdout.flush)
+        os.dup2(_STDERR, _STDOUT)
+    if as_json:
+        stack.enter_context(redirect_stdout(sys.stderr))
+    return stack
 
 
 def write_table(columns: Sequence[str], rows: Iterable[Sequence[RenderableType]]) -> None:

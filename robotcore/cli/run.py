@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable
-from contextlib import ExitStack, closing, redirect_stdout
+from contextlib import ExitStack, closing
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -89,9 +89,9 @@ def command(
             record, dict(values["options"]), is_forced=is_forced, is_jpeg=record_jpeg, limit=record_limit
         )
         notifier = Notifier.of(os.environ)
-        on_forced_exit = _make_forced_exit_handler(recorder, notifier, as_json=as_json)
         prepare_result(as_json=as_json)
-        with redirect_prints(as_json=as_json):
+        with redirect_prints(as_json=as_json) as redirection:
+            on_forced_exit = _make_forced_exit_handler(recorder, notifier, redirection, as_json=as_json)
             result = _run(
                 values, drawer, recorder, notifier, interrupts, on_forced_exit, has_estop_key=not no_estop_key
             )
@@ -176,20 +176,19 @@ def _run(
 
 
 def _make_forced_exit_handler(
-    recorder: Recorder | None, notifier: Notifier | None, *, as_json: bool
+    recorder: Recorder | None, notifier: Notifier | None, redirection: ExitStack, *, as_json: bool
 ) -> Callable[[RunResult], None]:
     """Return a function that writes the result of a run whose app hangs, before the process is ended by force.
 
-    The function writes on the present stdout, because the run redirects stdout. Under systemd, it also ends the
+    The function first closes ``redirection``, which redirects stdout during the run. Under systemd, it also ends the
     process, because `Notifier` may choose another exit status.
     """
-    stdout = sys.stdout
 
     def report_forced_exit(result: RunResult) -> None:
         result, recorded = finish_recording(result, recorder) if recorder else (result, "")
         result = notifier.choose_exit_status(result) if notifier else result
-        with redirect_stdout(stdout):
-            status = _finish(result, [recorded] if recorded else [], as_json=as_json)
+        redirection.close()
+        status = _finish(result, [recorded] if recorded else [], as_json=as_json)
         if notifier:
             os._exit(status)
 

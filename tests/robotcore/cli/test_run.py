@@ -61,6 +61,12 @@ def test_timeout_is_a_failure(cli: Cli) -> None:
     assert (answer.status, answer.json["outcome"], answer.json["ticks"]) == (1, "timeout", 5)
 
 
+def test_output_of_a_subprocess_is_not_in_the_json(cli: Cli, app_file: AppFile) -> None:
+    answer = cli("run", app_file("os.system('echo raw')"), "--timeout", "0.3", "--json")
+    assert answer.json["ticks"] == 7
+    assert answer.err == "raw\n"
+
+
 def test_an_app_that_raises_shows_its_own_part_of_the_traceback(
     cli: Cli, app_file: AppFile, tmp_path: Path, check_text: CheckText
 ) -> None:
