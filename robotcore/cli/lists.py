@@ -150,7 +150,7 @@ def _backend_cells(backend: dict[str, Any]) -> tuple[RenderableType, ...]:
 
 def _fault_row(name: str) -> dict[str, Any]:
     from robotcore.errors import BackendMissingError
-    from robotcore.runtime.faults.planning import ROLES, effect_of, load_fault
+    from robotcore.runtime.faults.planning import effect_of, load_fault, targets_for
     from robotcore.runtime.faults.spec import parameters_of
 
     effect = effect_of(name)
@@ -160,7 +160,7 @@ def _fault_row(name: str) -> dict[str, Any]:
         return {"name": effect, "on": [], "parameters": [], "example": "", "summary": str(error)}
     return {
         "name": effect,
-        "on": [role for kind, role in ROLES.items() if kind in fault.on],
+        "on": targets_for(name),
         "parameters": [each._asdict() for each in parameters_of(effect, fault)],
         "example": fault.example,
         "summary": (fault.__doc__ or "").strip().partition("\n")[0],

@@ -6,6 +6,7 @@ import sys
 from importlib.metadata import EntryPoint
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,10 +16,12 @@ from robotcore import plugins as registry
 from robotcore.cli.main import execute
 from robotcore.description import load_robot
 from robotcore.errors import DeviceLostError
+from robotcore.hal.device import Actuator, Sensor
 from robotcore.plugins import fault_names
-from robotcore.runtime.faults import TargetKind, plan_faults
-from robotcore.runtime.faults.planning import ROLES, load_fault
+from robotcore.runtime.faults import plan_faults
+from robotcore.runtime.faults.planning import load_fault
 from robotcore.runtime.faults.spec import forms_of, read_specs
+from robotcore.runtime.faults.targets import name_target
 from tests.docs.listings import ConsoleCommand, find_code, list_commands, list_listings, read_rows
 from tests.robotcore.fakes import picture
 from tests.robotcore.runtime.faults.rigs import build_rig
@@ -37,6 +40,7 @@ CONSOLE_COMMANDS = [
 ]
 FILES = [each.text for each in LISTINGS if each.language == "toml"]
 ROVER = load_robot("rover")
+BASES: dict[type, str] = {Sensor: "every sensor", Actuator: "every actuator"}
 
 
 @pytest.fixture
@@ -72,7 +76,7 @@ def test_faults_of_the_first_commands_are_valid() -> None:
 
 
 def test_table_has_every_effect_with_its_unit_and_its_targets() -> None:
-    answer = {(find_code(row[0])[0], tuple(find_code(row[1]))) for row in read_rows(PAGE, "Effects")}
+    answer = {(find_code(row[0])[0], row[1]) for row in read_rows(PAGE, "Effects")}
     assert answer == {_build_row(name) for name in fault_names()}
 
 
@@ -113,7 +117,8 @@ def _list_entry_points(pyproject: str) -> dict[str, EntryPoint]:
     return {name: EntryPoint(name, value, registry.FAULTS) for name, value in faults.items()}
 
 
-def _build_row(name: str) -> tuple[str, tuple[str, ...]]:
+def _build_row(name: str) -> tuple[str, str]:
     effect, fault = name.partition(".")[0], load_fault(name)
-    roles = tuple(ROLES[kind] for kind in TargetKind if kind in fault.on)
-    return forms_of(effect, fault)[0], roles
+    classes: tuple[Any, ...] = fault.on
+    words = ", ".join(BASES.get(each) or f"`{name_target(each.kind)}`" for each in classes)
+    return forms_of(effect, fault)[0], words

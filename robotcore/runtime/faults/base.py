@@ -1,4 +1,4 @@
-"""The base classes of injected faults: parameters, kinds of target, context, and polling layers."""
+"""The base classes of injected faults: parameters, context, and polling layers."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from abc import abstractmethod
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
-from enum import Enum
 from math import inf
 from random import Random
 from typing import Annotated, Any, ClassVar
@@ -17,6 +16,7 @@ from robotcore.description import StrictModel
 from robotcore.errors import DeviceError
 from robotcore.hal.clock import Clock, ClockWrapper
 from robotcore.hal.device import SampleT, Sensor
+from robotcore.runtime.faults.targets import TargetClass
 from robotcore.runtime.layers.base import Layer, Reader
 from robotcore.runtime.layers.imperfections import Noise, random_at
 
@@ -55,22 +55,6 @@ ROUNDING_S = 1e-6
 MAX_TIME_S = 1e5
 """The largest value of a parameter that is a time or a duration, in seconds."""
 
-
-class TargetKind(str, Enum):
-    """A kind of target: the ``kind`` of a device's description, the loop, or the connection to all devices."""
-
-    CAMERA = "camera"
-    RANGE = "range_sensor"
-    ENCODER = "encoder"
-    BATTERY = "battery"
-    MOTOR = "motor"
-    DISPLAY = "display"
-    LOOP = "loop"
-    CONNECTION = "connection"
-
-
-SENSORS = frozenset({TargetKind.CAMERA, TargetKind.RANGE, TargetKind.ENCODER, TargetKind.BATTERY})
-
 Moment = Annotated[float, Field(ge=0, le=MAX_TIME_S, description="seconds")]
 Duration = Annotated[float, Field(ge=0.001, le=MAX_TIME_S, description="seconds")]
 Probability = Annotated[float, Field(ge=0, le=1, description="probability")]
@@ -83,15 +67,20 @@ class Fault(StrictModel):
     ``drop=0.2``. The fault begins at ``after`` seconds on the robot's clock, and ends ``lasts`` seconds later. If
     ``lasts`` is None, it ends with the run.
 
-    on: the kinds of targets that the fault can affect.
+    on: the classes that the fault can affect: classes of devices such as Sensor or Motor, LoopTarget, ConnectionTarget.
     example: a specification of the fault.
     """
 
-    on: ClassVar[frozenset[TargetKind]] = frozenset()
+    on: ClassVar[tuple[type, ...]] = ()
     example: ClassVar[str] = ""
 
     after: Moment = 0.0
     lasts: Duration | None = None
+
+    @classmethod
+    def fits(cls, target: TargetClass) -> bool:
+        """Return whether the fault can affect targets of a class."""
+        return issubclass(target, cls.on)
 
     @abstractmethod
     def layer(self, context: FaultContext) -> Layer:

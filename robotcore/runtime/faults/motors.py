@@ -11,7 +11,8 @@ from typing import Annotated
 from pydantic import Field
 
 from robotcore.hal.clock import Clock
-from robotcore.runtime.faults.base import Fault, FaultContext, TargetKind
+from robotcore.kinds.motor import Motor
+from robotcore.runtime.faults.base import Fault, FaultContext
 from robotcore.runtime.layers.base import Layer, MotorOutput
 
 Gain = Annotated[float, Field(ge=0, le=1, description="gain")]
@@ -20,7 +21,7 @@ Gain = Annotated[float, Field(ge=0, le=1, description="gain")]
 class MotorFault(Fault):
     """The base class of the faults of motors. ``gain`` multiplies the commanded velocities."""
 
-    on = frozenset({TargetKind.MOTOR})
+    on = (Motor,)
 
     @property
     def gain(self) -> float:

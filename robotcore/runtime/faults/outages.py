@@ -12,7 +12,8 @@ from pydantic import Field, model_validator
 from robotcore.errors import DeviceLostError
 from robotcore.hal.clock import Clock, ClockWrapper
 from robotcore.hal.device import Actuator, SampleT, Sensor
-from robotcore.runtime.faults.base import ROUNDING_S, Duration, Fault, FaultContext, TargetKind
+from robotcore.runtime.faults.base import ROUNDING_S, Duration, Fault, FaultContext
+from robotcore.runtime.faults.targets import ConnectionTarget, LoopTarget
 from robotcore.runtime.layers.base import Layer, MotorOutput, Reader, Send
 
 P = ParamSpec("P")
@@ -54,7 +55,7 @@ class Outage(Fault):
 class Stall(Outage):
     """The loop stalls for the given time. Time passes without a tick, and the deadman stops the motors."""
 
-    on = frozenset({TargetKind.LOOP})
+    on = (LoopTarget,)
     example = "loop stall=0.3 after=5 every=10"
 
     value: Pause
@@ -66,7 +67,7 @@ class Stall(Outage):
 class Lost(Outage):
     """Devices are disconnected for the given time. Each call of such a device fails, except the stop of a motor."""
 
-    on = frozenset(TargetKind) - {TargetKind.LOOP}
+    on = (Sensor, Actuator, ConnectionTarget)
     example = "connection lost=2 after=10"
 
     def layer(self, context: FaultContext) -> ConnectionLoss:
@@ -105,7 +106,7 @@ class StallingClock(ClockWrapper):
 
 
 class ConnectionLoss(Layer):
-    """Raises DeviceLostError in the calls of sensors, motors and displays while the fault is active.
+    """Raises DeviceLostError in the calls of sensors and actuators while the fault is active.
 
     A stop still reaches the driver.
     """

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import NamedTuple
 
 from pydantic import ValidationError
 
@@ -13,70 +12,11 @@ from robotcore.description import RobotDescription, first_mistake
 from robotcore.errors import BackendMissingError, UnknownNameError, UsageError
 from robotcore.hal.clock import Clock
 from robotcore.plugins import FAULTS, fault_names, load_registered
-from robotcore.runtime.faults.base import Fault, FaultContext, TargetKind
+from robotcore.runtime.faults.base import Fault, FaultContext
 from robotcore.runtime.faults.checked_layer import CheckedLayer, FaultCode
 from robotcore.runtime.faults.spec import VALUE, Spec, forms_of, quote_text
+from robotcore.runtime.faults.targets import Target, TargetClass, find_target, list_classes, name_target
 from robotcore.runtime.layers.base import Layer
-
-ROLES = {
-    TargetKind.CAMERA: "camera",
-    TargetKind.RANGE: "range",
-    TargetKind.ENCODER: "encoders",
-    TargetKind.BATTERY: "battery",
-    TargetKind.MOTOR: "drive",
-    TargetKind.DISPLAY: "display",
-    TargetKind.LOOP: "loop",
-    TargetKind.CONNECTION: "connection",
-}
-"""For each kind, the name of a target that exists on every robot with such a device."""
-
-_FIRST_OF = (TargetKind.CAMERA, TargetKind.RANGE, TargetKind.BATTERY, TargetKind.DISPLAY)
-"""The kinds of which the first device fills the role."""
-
-
-class Target(NamedTuple):
-    """The target of a fault: devices that fail together, the loop, or the connection."""
-
-    kind: TargetKind
-    """The kind of the target."""
-    devices: frozenset[str]
-    """The names of the devices. The target ``loop`` has no device, ``connection`` has all devices."""
-
-
-def find_target(name: str, description: RobotDescription, opened: Collection[str]) -> Target:
-    """Return the target with a name. Raises UsageError if there is no such target.
-
-    opened: the names of the devices that the run opens.
-    """
-    targets = targets_of(description, opened)
-    if name in targets:
-        return targets[name]
-    if name in targets_of(description, [device.name for device in description.devices]):
-        raise UsageError(
-            f"the app does not use {name}. Choose a target that it uses: {', '.join(sorted(targets))}",
-            kind="fault-target-not-open",
-        )
-    raise UnknownNameError("target", name, list(targets))
-
-
-def targets_of(description: RobotDescription, opened: Collection[str]) -> dict[str, Target]:
-    """Return all targets of a robot by name.
-
-    opened: the names of the devices that the run opens.
-    """
-    kinds = {each.name: TargetKind(each.kind) for each in description.devices if each.name in opened}
-    roles: dict[str, Sequence[str | None]] = {
-        ROLES[kind]: [name for name in kinds if kinds[name] is kind][:1] for kind in _FIRST_OF
-    }
-    if drive := description.drive:
-        roles |= {"drive": (drive.left, drive.right), "encoders": (drive.left_encoder, drive.right_encoder)}
-    open_roles = {role: [name for name in names if name in kinds] for role, names in roles.items()}
-    return {
-        "loop": Target(TargetKind.LOOP, frozenset()),
-        "connection": Target(TargetKind.CONNECTION, frozenset(kinds)),
-        **{role: Target(kinds[names[0]], frozenset(names)) for role, names in open_roles.items() if names},
-        **{name: Target(kind, frozenset({name})) for name, kind in kinds.items()},
-    }
 
 
 def effect_of(name: str) -> str:
@@ -97,11 +37,13 @@ def load_fault(name: str) -> type[Fault]:
         raise BackendMissingError(
             f"the entry point of the fault {name!r} is not a subclass of robotcore.runtime.faults.Fault. Correct it"
         )
+    if not isinstance(found.on, tuple):
+        raise BackendMissingError(f"`on` of the fault {name!r} is {found.on!r}. Write a tuple of classes of devices")
     return found
 
 
 def find_faults(effect: str) -> list[type[Fault]]:
-    """Return the fault classes with an effect. They are for different kinds of target.
+    """Return the fault classes with an effect. They are for different classes of targets.
 
     Raises UnknownNameError if no fault has the effect. Raises UsageError if no fault is registered.
     """
@@ -111,13 +53,31 @@ def find_faults(effect: str) -> list[type[Fault]]:
     return [load_fault(name) for name in names or [effect]]
 
 
-def effects_on(kind: TargetKind) -> list[str]:
-    """Return the names of the effects on a kind of target. Faults that cannot be loaded are left out."""
-    found = set()
+def select_fault(faults: Iterable[type[Fault]], target: TargetClass) -> type[Fault] | None:
+    """Return the fault for a class of targets from the faults with one effect; None if none of them fits.
+
+    If several fit, this is the one for the smallest class: a fault for range sensors comes before one for all sensors.
+    """
+    fitting = [fault for fault in faults if fault.fits(target)]
+    return min(fitting, key=lambda fault: sum(issubclass(each, fault.on) for each in target.__mro__), default=None)
+
+
+def targets_for(name: str) -> list[str]:
+    """Return the names of the targets on which the effect of a registered fault is this fault."""
+    fault = load_fault(name)
+    candidates = [each for other, each in _loadable_faults() if effect_of(other) == effect_of(name)]
+    return [name_target(each.kind) for each in list_classes() if select_fault(candidates, each) is fault]
+
+
+def effects_on(target: TargetClass) -> list[str]:
+    """Return the names of the effects on a class of targets."""
+    return sorted({effect_of(name) for name, fault in _loadable_faults() if fault.fits(target)})
+
+
+def _loadable_faults() -> Iterator[tuple[str, type[Fault]]]:
     for name in fault_names():
         with suppress(BackendMissingError):
-            found |= {effect_of(name)} if kind in load_fault(name).on else set()
-    return sorted(found)
+            yield name, load_fault(name)
 
 
 def modules_of(specs: Iterable[str]) -> list[str]:
@@ -177,18 +137,18 @@ def _plan_fault(spec: Spec, description: RobotDescription, opened: Collection[st
         target = find_target(spec.target, description, opened)
     except UsageError as error:
         raise _build_error(spec, f"{error}\nrobotcore faults lists all effects", error.kind) from error
-    fault = next((fault for fault in candidates if target.kind in fault.on), None)
+    fault = select_fault(candidates, target.kind)
     if fault is None:
         raise _build_kind_error(spec, target.kind, candidates)
     return PlannedFault(spec, _build_fault(spec, fault), target, position)
 
 
-def _build_kind_error(spec: Spec, kind: TargetKind, candidates: Sequence[type[Fault]]) -> UsageError:
-    fitting = [role for each, role in ROLES.items() if any(each in fault.on for fault in candidates)]
+def _build_kind_error(spec: Spec, target: TargetClass, candidates: Sequence[type[Fault]]) -> UsageError:
+    fitting = [name_target(each.kind) for each in list_classes() if select_fault(candidates, each)]
     return _build_error(
         spec,
-        f"{spec.effect} is for {' or '.join(fitting)}. Effects on a {kind.value.replace('_', ' ')}: "
-        f'{", ".join(effects_on(kind))}\nWrite it like "{candidates[0].example}"; robotcore faults lists all effects',
+        f"{spec.effect} is for {' or '.join(fitting)}. Effects on a {target.kind.replace('_', ' ')}: "
+        f'{", ".join(effects_on(target))}\nWrite it like "{candidates[0].example}"; robotcore faults lists all effects',
         "fault-not-on-this-kind",
     )
 

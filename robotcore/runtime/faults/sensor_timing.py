@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections import deque
 from math import inf
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
 from robotcore.hal.device import Sensor
-from robotcore.runtime.faults.base import ROUNDING_S, SENSORS, FaultContext, Probability, SensorFault, TargetKind
+from robotcore.kinds.range_sensor import RangeSensor
+from robotcore.runtime.faults.base import ROUNDING_S, FaultContext, Probability, SensorFault
 from robotcore.runtime.layers.base import Reader
 
 Latency = Annotated[float, Field(gt=0, le=5, description="seconds")]
@@ -18,7 +19,7 @@ Latency = Annotated[float, Field(gt=0, le=5, description="seconds")]
 class SampleLoss(SensorFault):
     """The base class of faults that lose samples. The sensor then returns its last sample again."""
 
-    on = SENSORS
+    on: ClassVar[tuple[type, ...]] = (Sensor,)
     is_polling = True
 
     def is_lost(self, context: FaultContext, device: str, time: float) -> bool:
@@ -58,7 +59,7 @@ class Drop(SampleLoss):
 class NoEcho(Drop):
     """Echoes are lost, each with the given probability. The sensor then returns its last sample again, not infinity."""
 
-    on = frozenset({TargetKind.RANGE})
+    on = (RangeSensor,)
     example = "range no_echo=0.5"
 
 
@@ -68,7 +69,7 @@ class Delay(SensorFault):
     The sensor returns its last sample until a newer one arrives. So the time of capture never decreases.
     """
 
-    on = SENSORS
+    on = (Sensor,)
     example = "camera delay=0.2"
     is_polling = True
 

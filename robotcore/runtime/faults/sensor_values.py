@@ -9,10 +9,11 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from robotcore.hal.device import Sensor
-from robotcore.kinds.encoder import Angle
+from robotcore.kinds.camera import Camera
+from robotcore.kinds.encoder import Angle, Encoder
 from robotcore.kinds.range_sensor import Range, RangeSensor, limit_reading
 from robotcore.optics import Image
-from robotcore.runtime.faults.base import FaultContext, Probability, SensorFault, TargetKind
+from robotcore.runtime.faults.base import FaultContext, Probability, SensorFault
 from robotcore.runtime.layers.base import Reader
 from robotcore.runtime.layers.imperfections import ProcessedFrames, build_noise_effect
 
@@ -25,7 +26,7 @@ Share = Annotated[float, Field(ge=0, le=1, description="share")]
 class RangeFault(SensorFault):
     """The base class of faults that change the readings of a range sensor."""
 
-    on = frozenset({TargetKind.RANGE})
+    on = (RangeSensor,)
 
     @abstractmethod
     def distort(self, context: FaultContext, sensor: RangeSensor, reading: Range) -> Range:
@@ -83,7 +84,7 @@ class Spikes(RangeFault):
 class CameraNoise(SensorFault):
     """Pixels have normal noise with the given standard deviation."""
 
-    on = frozenset({TargetKind.CAMERA})
+    on = (Camera,)
     example = "camera noise=20 after=5"
 
     value: GreyLevels
@@ -103,7 +104,7 @@ class Slip(SensorFault):
     The share is subtracted from each rotation between two samples if the fault was active at the first of them.
     """
 
-    on = frozenset({TargetKind.ENCODER})
+    on = (Encoder,)
     example = "encoders slip=0.1"
     is_polling = True
 

@@ -9,20 +9,18 @@ import pytest
 
 from robotcore import plugins
 
-Register = Callable[[str, str], None]
+Register = Callable[..., None]
 Wheels = dict[str, float]
 
 
 @pytest.fixture
 def register(monkeypatch: pytest.MonkeyPatch) -> Register:
-    """Return a function that adds an entry point of a fault, with a name and a value, to the installed ones."""
+    """Return a function that adds an entry point with a name and a value to the installed ones, by default a fault."""
 
-    def add(name: str, value: str) -> None:
-        points = {
-            group: dict(plugins._points(group))
-            for group in (plugins.APPS, plugins.BACKENDS, plugins.FAULTS, plugins.KINDS)
-        }
-        points[plugins.FAULTS][name] = EntryPoint(name, value, plugins.FAULTS)
+    def add(name: str, value: str, group: str = plugins.FAULTS) -> None:
+        groups = (plugins.APPS, plugins.BACKENDS, plugins.FAULTS, plugins.KINDS)
+        points = {each: dict(plugins._points(each)) for each in groups}
+        points[group][name] = EntryPoint(name, value, group)
         monkeypatch.setattr("robotcore.plugins._points", points.get)
 
     return add

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from robotcore.description import DeviceDescription, RobotDescription
 from robotcore.hal.clock import Clock
 from robotcore.runtime.faults import plan_faults
 from robotcore.runtime.layers import assemble
@@ -15,6 +16,11 @@ def layers(*specs: str, clock: Clock, seed: int = 1) -> list[Layer]:
     """Return the layers of faults on a rover with all devices open."""
     names = [device.name for device in UNHURRIED.devices]
     return [fault.layer(clock, seed) for fault in plan_faults(specs, UNHURRIED, names)]
+
+
+def build_rover(*devices: DeviceDescription) -> RobotDescription:
+    """Return the description of a rover with further devices."""
+    return UNHURRIED.model_copy(update={"devices": (*UNHURRIED.devices, *devices)})
 
 
 def build_rig(*specs: str, seed: int = 1) -> Rig:

@@ -11,7 +11,8 @@ import pytest
 from robotcore import Outcome, RunRequest, RunResult
 from robotcore.errors import BackendError, DeviceError
 from robotcore.hal.clock import Clock, ClockWrapper
-from robotcore.runtime.faults import Fault, FaultContext, TargetKind, plan_faults
+from robotcore.hal.device import Device
+from robotcore.runtime.faults import ConnectionTarget, Fault, FaultContext, LoopTarget, plan_faults
 from robotcore.runtime.layers.base import Layer
 from robotcore.runtime.session import run
 from tests.robotcore.fakes import ROVER
@@ -71,7 +72,7 @@ LAYERS: dict[str, Any] = {
 class Broken(Fault):
     """A fault with one of the layers."""
 
-    on = frozenset(TargetKind)
+    on = (Device, LoopTarget, ConnectionTarget)
     built: ClassVar[Any] = None
 
     def layer(self, context: FaultContext) -> Any:

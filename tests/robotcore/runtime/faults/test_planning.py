@@ -14,37 +14,60 @@ from robotcore.description import load_robot
 from robotcore.errors import BackendMissingError, UsageError
 from robotcore.hal.device import Sensor
 from robotcore.hal.robot import Role
-from robotcore.runtime.faults import Fault, FaultContext, TargetKind, plan_faults
-from robotcore.runtime.faults.planning import Target, load_fault
+from robotcore.kinds import Camera, Encoder, Motor, RangeSensor
+from robotcore.kinds.battery import BatteryDescription
+from robotcore.kinds.bumper import BumperDescription
+from robotcore.runtime.faults import ConnectionTarget, Fault, FaultContext, LoopTarget, plan_faults
+from robotcore.runtime.faults.planning import load_fault
 from robotcore.runtime.faults.spec import Spec
+from robotcore.runtime.faults.targets import Target, TargetClass
 from robotcore.runtime.layers.base import Layer, Reader
 from robotcore.runtime.needs import needed_devices
 from robotcore.sweep.fingerprint import compute_code_digests
 from tests.robotcore.fakes import ROVER
 from tests.robotcore.runtime.faults.conftest import Register
-from tests.robotcore.runtime.faults.rigs import build_rig
+from tests.robotcore.runtime.faults.rigs import build_rig, build_rover
 from tests.texts import Raises
 
 LOOKOUT = load_robot("lookout")
 DRIVING = needed_devices(ROVER, {Role.DRIVE})
 EVERYTHING = frozenset(device.name for device in ROVER.devices)
+BUMPY = build_rover(
+    BumperDescription(kind="bumper", name="front"),
+    BumperDescription(kind="bumper", name="rear"),
+    BatteryDescription(kind="battery", name="cells"),
+)
 
 
 @pytest.mark.parametrize(
     "spec, kind, devices",
     [
-        ("eye drop=0.1", TargetKind.CAMERA, {"eye"}),
-        ("camera drop=0.1", TargetKind.CAMERA, {"eye"}),
-        ("range drop=0.1", TargetKind.RANGE, {"nose"}),
-        ("encoders drop=0.1", TargetKind.ENCODER, {"left_encoder", "right_encoder"}),
-        ("drive dead", TargetKind.MOTOR, {"left_motor", "right_motor"}),
-        ("loop stall=0.1", TargetKind.LOOP, set()),
-        ("connection lost=1", TargetKind.CONNECTION, EVERYTHING),
+        ("eye drop=0.1", Camera, {"eye"}),
+        ("camera drop=0.1", Camera, {"eye"}),
+        ("range drop=0.1", RangeSensor, {"nose"}),
+        ("encoders drop=0.1", Encoder, {"left_encoder", "right_encoder"}),
+        ("drive dead", Motor, {"left_motor", "right_motor"}),
+        ("loop stall=0.1", LoopTarget, set()),
+        ("connection lost=1", ConnectionTarget, EVERYTHING),
     ],
 )
-def test_target_is_a_device_a_role_the_loop_or_the_connection(spec: str, kind: TargetKind, devices: set[str]) -> None:
+def test_target_is_a_device_a_role_the_loop_or_the_connection(spec: str, kind: TargetClass, devices: set[str]) -> None:
     (planned,) = plan_faults([spec], ROVER, EVERYTHING)
     assert planned.target == Target(kind, frozenset(devices))
+
+
+@pytest.mark.parametrize("target, devices", [("bumper", {"front"}), ("rear", {"rear"}), ("battery", {"cells"})])
+@pytest.mark.parametrize("effect", ["drop=0.1", "freeze", "delay=0.1", "lost=1"])
+def test_target_of_a_kind_without_a_role_is_its_first_device(target: str, devices: set[str], effect: str) -> None:
+    (planned,) = plan_faults([f"{target} {effect}"], BUMPY, [device.name for device in BUMPY.devices])
+    assert planned.target.devices == devices
+
+
+def test_fault_whose_classes_are_no_tuple_is_not_loaded(register: Register, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Shift, "on", {RangeSensor})
+    register("shift", f"{__name__}:Shift")
+    with pytest.raises(BackendMissingError):
+        load_fault("shift")
 
 
 @pytest.mark.parametrize(
@@ -58,7 +81,7 @@ def test_target_is_a_device_a_role_the_loop_or_the_connection(spec: str, kind: T
         ("camera drop=much", "fault-parameter"),
         ("camera drop", "fault-parameter"),
         ("camera freeze=1", "fault-parameter"),
-        ("left_motor drop=0.2", "fault-not-on-this-kind"),
+        ("left_motor no_echo=0.2", "fault-not-on-this-kind"),
         ("loop stall=2 every=1", "fault-parameter"),
     ],
 )
@@ -72,24 +95,24 @@ def test_target_that_the_app_does_not_open_is_refused(raises: Raises) -> None:
         plan_faults(["camera drop=0.2"], ROVER, DRIVING)
 
 
-class Bias(Fault):
+class Shift(Fault):
     """Adds this to each distance.
 
     A wall that is not where it seems.
     """
 
-    on = frozenset({TargetKind.RANGE})
-    example = "range bias=0.1"
+    on = (RangeSensor,)
+    example = "range shift=0.1"
 
     value: Annotated[float, Field(ge=-1, le=1, description="metres")]
     mode: str = "plain"
 
     def layer(self, context: FaultContext) -> Layer:
-        return Biased(self)
+        return Shifted(self)
 
 
-class Biased(Layer):
-    def __init__(self, fault: Bias) -> None:
+class Shifted(Layer):
+    def __init__(self, fault: Shift) -> None:
         self._fault = fault
 
     def sensor(self, sensor: Sensor[Any], read: Reader[Any]) -> Reader[Any]:
@@ -97,7 +120,7 @@ class Biased(Layer):
 
 
 def test_another_package_can_add_an_effect_for_another_kind_of_device(register: Register) -> None:
-    register("weak.range", f"{__name__}:Bias")
+    register("weak.range", f"{__name__}:Shift")
     rig = build_rig("nose weak=0.25", "left_motor weak=0.5")
     rig.nose.distance = 1.0
     assert rig.robot.range.read().distance == 1.25
@@ -107,24 +130,24 @@ def test_another_package_can_add_an_effect_for_another_kind_of_device(register: 
 
 
 def test_code_digest_of_a_sweep_includes_a_fault_of_another_package(register: Register) -> None:
-    register("bias", f"{__name__}:Bias")
+    register("shift", f"{__name__}:Shift")
     ours, without = (compute_code_digests((), (), faults) for faults in (["range drop=0.1", "range"], ()))
     assert ours == without
-    assert compute_code_digests((), (), ["range bias=0.1"]) != without
+    assert compute_code_digests((), (), ["range shift=0.1"]) != without
 
 
 def test_fault_of_another_package_is_listed(register: Register, capsys: pytest.CaptureFixture[str]) -> None:
-    register("bias", f"{__name__}:Bias")
+    register("shift", f"{__name__}:Shift")
     assert execute(["faults", "--json"]) == 0
-    bias = next(fault for fault in json.loads(capsys.readouterr().out) if fault["name"] == "bias")
-    assert bias["on"] == ["range"]
-    assert bias["summary"] == "Adds this to each distance."
-    assert bias["parameters"][:1] == [{"name": "bias", "unit": "metres", "limits": "from -1 to 1", "required": True}]
+    shift = next(fault for fault in json.loads(capsys.readouterr().out) if fault["name"] == "shift")
+    assert shift["on"] == ["range"]
+    assert shift["summary"] == "Adds this to each distance."
+    assert shift["parameters"][:1] == [{"name": "shift", "unit": "metres", "limits": "from -1 to 1", "required": True}]
     assert execute(["faults"]) == 0
-    assert "bias: metres, from -1 to 1" in capsys.readouterr().out
+    assert "shift: metres, from -1 to 1" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("value", ["no_such_package:Thing", f"{__name__}:Biased", f"{__name__}:ROVER"])
+@pytest.mark.parametrize("value", ["no_such_package:Thing", f"{__name__}:Shifted", f"{__name__}:ROVER"])
 def test_fault_that_cannot_be_loaded_is_reported_and_the_others_are_listed(
     register: Register, capsys: pytest.CaptureFixture[str], value: str, raises: Raises
 ) -> None:
@@ -136,11 +159,11 @@ def test_fault_that_cannot_be_loaded_is_reported_and_the_others_are_listed(
     assert "broken" in text
     assert "camera drop=0.2 after=5" in text
     with raises(UsageError, "fault-not-on-this-kind"):
-        plan_faults(["left_motor drop=1"], ROVER, {"left_motor"})
+        plan_faults(["left_motor no_echo=1"], ROVER, {"left_motor"})
 
 
 @pytest.mark.parametrize("after, lasts", [(5.0, 0.3), (0.3, 0.1), (0.1, 0.2)])
 def test_fault_is_active_from_after_until_after_plus_lasts(after: float, lasts: float) -> None:
-    fault = Bias(value=1.0, after=after, lasts=lasts)
+    fault = Shift(value=1.0, after=after, lasts=lasts)
     ticks = [tick for tick in range(120) if fault.is_on(tick / 20)]
     assert ticks == list(range(round(20 * after), round(20 * (after + lasts))))

@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 from robotcore.errors import RobotcoreError, UsageError
 from robotcore.plugins import fault_names
 from robotcore.runtime.faults import Spec
-from robotcore.runtime.faults.planning import effect_of, targets_of
+from robotcore.runtime.faults.planning import effect_of
 from robotcore.runtime.faults.spec import read_specs
+from robotcore.runtime.faults.targets import targets_of
 from tests.robotcore.fakes import ROVER
 from tests.robotcore.runtime.faults.rigs import TICK_S, build_rig
 from tests.texts import CheckText, Raises
