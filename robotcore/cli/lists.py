@@ -169,7 +169,7 @@ def _fault_row(name: str) -> dict[str, Any]:
 
 def _fault_cells(fault: dict[str, Any]) -> tuple[str, ...]:
     own = (each for each in fault["parameters"] if each["name"] not in ("after", "lasts"))
-    parameters = "\n".join(f"{each['name']}: {each['unit']}, {each['limits']}" for each in own)
+    parameters = "\n".join(f"{each['name']}: {each['unit']}, {each['limits']}".removesuffix(", ") for each in own)
     return fault["name"], ", ".join(fault["on"]), parameters, fault["example"], fault["summary"]
 
 

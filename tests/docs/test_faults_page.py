@@ -20,6 +20,7 @@ from robotcore.hal.device import Actuator, Sensor
 from robotcore.plugins import fault_names
 from robotcore.runtime.faults import plan_faults
 from robotcore.runtime.faults.planning import load_fault
+from robotcore.runtime.faults.sensor_fields import FieldFault
 from robotcore.runtime.faults.spec import forms_of, read_specs
 from robotcore.runtime.faults.targets import name_target
 from tests.docs.listings import ConsoleCommand, find_code, list_commands, list_listings, read_rows
@@ -119,6 +120,9 @@ def _list_entry_points(pyproject: str) -> dict[str, EntryPoint]:
 
 def _build_row(name: str) -> tuple[str, str]:
     effect, fault = name.partition(".")[0], load_fault(name)
-    classes: tuple[Any, ...] = fault.on
-    words = ", ".join(BASES.get(each) or f"`{name_target(each.kind)}`" for each in classes)
+    if issubclass(fault, FieldFault):
+        words = "every other sensor with a number" + (" or a contact" if bool in fault.types else "")
+    else:
+        classes: tuple[Any, ...] = fault.on
+        words = ", ".join(BASES.get(each) or f"`{name_target(each.kind)}`" for each in classes)
     return forms_of(effect, fault)[0], words

@@ -140,7 +140,7 @@ def _plan_fault(spec: Spec, description: RobotDescription, opened: Collection[st
     fault = select_fault(candidates, target.kind)
     if fault is None:
         raise _build_kind_error(spec, target.kind, candidates)
-    return PlannedFault(spec, _build_fault(spec, fault), target, position)
+    return PlannedFault(spec, _build_fault(spec, fault, target), target, position)
 
 
 def _build_kind_error(spec: Spec, target: TargetClass, candidates: Sequence[type[Fault]]) -> UsageError:
@@ -153,10 +153,10 @@ def _build_kind_error(spec: Spec, target: TargetClass, candidates: Sequence[type
     )
 
 
-def _build_fault(spec: Spec, fault: type[Fault]) -> Fault:
+def _build_fault(spec: Spec, fault: type[Fault], target: Target) -> Fault:
     values = dict(spec.parameters) if spec.value is None else {**dict(spec.parameters), VALUE: spec.value}
     try:
-        return fault.model_validate(values)
+        return fault.model_validate(values, context={"target": target.kind})
     except ValidationError as error:
         key, reason = first_mistake(error)
     if key == VALUE and (spec.value is None or VALUE not in fault.model_fields):

@@ -18,6 +18,7 @@ from robotcore.runtime.layers.base import Reader
 from robotcore.runtime.layers.imperfections import ProcessedFrames, build_noise_effect
 
 Deviation = Annotated[float, Field(gt=0, le=1, description="metres")]
+Offset = Annotated[float, Field(ge=-100, le=100, description="metres")]
 Distance = Annotated[float, Field(gt=0, le=100, description="metres")]
 GreyLevels = Annotated[float, Field(gt=0, le=64, description="grey levels")]
 Share = Annotated[float, Field(ge=0, le=1, description="share")]
@@ -50,6 +51,17 @@ class RangeNoise(RangeFault):
     def distort(self, context: FaultContext, sensor: RangeSensor, reading: Range) -> Range:
         error = context.noise(sensor.name, self.value).draw_number(reading.time)
         return limit_reading(sensor, reading, reading.distance + error)
+
+
+class RangeBias(RangeFault):
+    """The given distance is added to each distance."""
+
+    example = "range bias=0.1"
+
+    value: Offset
+
+    def distort(self, context: FaultContext, sensor: RangeSensor, reading: Range) -> Range:
+        return limit_reading(sensor, reading, reading.distance + self.value)
 
 
 class Stuck(RangeFault):

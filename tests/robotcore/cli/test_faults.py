@@ -57,11 +57,11 @@ def test_every_example_in_the_list_is_a_fault(cli: Cli) -> None:
 
 
 def test_a_fault_is_listed_with_its_targets_units_and_limits(cli: Cli, check_text: CheckText) -> None:
-    faults = [fault for fault in cli("faults", "--json").json if fault["name"] == "noise"]
-    assert [(fault["on"], fault["parameters"][0]["unit"]) for fault in faults] == [
-        (["camera"], "grey levels"),
-        (["range"], "metres"),
-    ]
+    noises = [fault for fault in cli("faults", "--json").json if fault["name"] == "noise"]
+    targets = {fault["parameters"][0]["unit"]: fault["on"] for fault in noises}
+    assert (targets["grey levels"], targets["metres"]) == (["camera"], ["range"])
+    assert {"battery", "encoders"} <= set(targets["number"])
+    assert {"bumper", "camera", "range"}.isdisjoint(targets["number"])
     table = cli("faults").out
     assert "grey levels" in table
     check_text(table.rpartition("\n\n")[2])

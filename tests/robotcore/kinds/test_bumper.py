@@ -63,6 +63,13 @@ def test_only_the_bumper_that_faces_the_wall_is_pressed(
     assert result.contacts == 1
 
 
+def test_injected_fault_presses_the_bumper(robot: str) -> None:
+    faults = ("rear stuck=1 after=0.5",)
+    result = robotcore.run(RunRequest(Bump, robot=robot, backend="kinematic", world="open", faults=faults))
+    assert (result.outcome, result.reason, result.contacts) == (Outcome.SUCCESS, "rear", 0)
+    assert result.sim_time_s == pytest.approx(0.5, abs=0.06)
+
+
 def test_app_needs_a_device_by_name(robot: str) -> None:
     class Front(Bump):
         needs: ClassVar = {Role.DRIVE, "front"}

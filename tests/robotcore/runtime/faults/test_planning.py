@@ -57,10 +57,27 @@ def test_target_is_a_device_a_role_the_loop_or_the_connection(spec: str, kind: T
 
 
 @pytest.mark.parametrize("target, devices", [("bumper", {"front"}), ("rear", {"rear"}), ("battery", {"cells"})])
-@pytest.mark.parametrize("effect", ["drop=0.1", "freeze", "delay=0.1", "lost=1"])
+@pytest.mark.parametrize("effect", ["drop=0.1", "freeze", "delay=0.1", "lost=1", "stuck=1"])
 def test_target_of_a_kind_without_a_role_is_its_first_device(target: str, devices: set[str], effect: str) -> None:
     (planned,) = plan_faults([f"{target} {effect}"], BUMPY, [device.name for device in BUMPY.devices])
     assert planned.target.devices == devices
+
+
+@pytest.mark.parametrize("spec", ["bumper noise=1", "bumper bias=1", "camera stuck=1", "front weak=0.5"])
+def test_effect_that_the_samples_of_a_kind_cannot_have_is_refused(spec: str) -> None:
+    with pytest.raises(UsageError) as raised:
+        plan_faults([spec], BUMPY, [device.name for device in BUMPY.devices])
+    assert raised.value.kind == "fault-not-on-this-kind"
+
+
+@pytest.mark.parametrize(
+    "target, file", [("range", "sensor_values"), ("nose", "sensor_values"), ("battery", "sensor_fields")]
+)
+@pytest.mark.parametrize("effect", ["noise=0.1", "bias=0.1", "stuck=1", "spikes=0.1"])
+def test_fault_of_the_smallest_class_is_used(target: str, file: str, effect: str) -> None:
+    size = " size=1" if (effect, target) == ("spikes=0.1", "battery") else ""
+    (planned,) = plan_faults([f"{target} {effect}{size}"], BUMPY, [device.name for device in BUMPY.devices])
+    assert type(planned.fault).__module__.endswith(file)
 
 
 def test_fault_whose_classes_are_no_tuple_is_not_loaded(register: Register, monkeypatch: pytest.MonkeyPatch) -> None:

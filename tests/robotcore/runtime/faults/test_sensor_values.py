@@ -31,6 +31,14 @@ class TestRangeNoise:
         assert all(math.isinf(reading.distance) for reading in readings(build_rig("range noise=1"), 20))
 
 
+class TestRangeBias:
+    def test_bias_is_added_within_the_sensors_range(self) -> None:
+        for distance, read in ((1.0, 0.75), (0.2, 0.02), (math.inf, math.inf)):
+            rig = build_rig("range bias=-0.25")
+            rig.nose.distance = distance
+            assert rig.robot.range.read().distance == read
+
+
 class TestStuck:
     def test_sample_has_the_stuck_distance_a_new_time_and_no_point(self) -> None:
         rig = build_rig("range stuck=1.5 after=0.1 lasts=0.1")

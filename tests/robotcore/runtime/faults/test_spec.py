@@ -107,7 +107,7 @@ EFFECTS = sorted({effect_of(name) for name in fault_names()})
 TARGETS = [*targets_of(ROVER, NAMES), "screen", "x"]
 VALUES = ["0", "1", "0.5", "0.001", "-1", "1e999", "1e-320", "60", "100000", "nan", "inf", "x", "'", "٣", "\\", "0x1"]
 WORDS = st.one_of(st.sampled_from(VALUES), st.text(max_size=8), st.floats().map(str))
-KEYS = st.sampled_from(["after", "lasts", "every", "value", "model_config", "on", "x"])
+KEYS = st.sampled_from(["after", "lasts", "every", "field", "size", "value", "model_config", "on", "x"])
 
 
 @settings(max_examples=400, deadline=None, derandomize=True)
