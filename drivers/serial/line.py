@@ -53,6 +53,9 @@ SUSPENDED_S, RECOVERY_S = 0.3, 1.0
 """If the line's thread did not run for `SUSPENDED_S` seconds, the program was suspended. The board then needs up to
 `RECOVERY_S` seconds to answer again."""
 
+OUTDATED_S = 0.5
+"""After a suspension of this many seconds, the samples from before it are too old."""
+
 MAX_WAIT_S = 0.005
 """The longest wait for a byte, in seconds. After it the thread checks whether data must be sent."""
 
@@ -86,7 +89,7 @@ class Line:
         self._protocol, self._clock = protocol, clock
         self._loss: str | None = None
         self._defect: Exception | None = None
-        self._free_at = self._retry_at = self._lost_at = -math.inf
+        self._free_at = self._retry_at = self._lost_at = self._resumed_at = -math.inf
         self._exchanged_at, self._suspended_s = math.inf, 0.0
         self._back_off = FIRST_RETRY_S
         self._has_received = False
@@ -141,24 +144,38 @@ class Line:
     def require_since_lost(self, device: str, sample_time: float) -> None:
         """Raise DeviceLostError like `require`, and also if a sample is older than the last loss of the line.
 
+        A suspension of the program for more than `OUTDATED_S` counts as a loss.
+
         sample_time: the time of the sample in seconds.
         """
         self.require(device)
-        if sample_time < self._lost_at:
+        if sample_time < self._lost_at or self._pause_s > OUTDATED_S:
+            if self._was_suspended:
+                problem = self._with_timeout_notice(self._explain_suspension())
+                raise DeviceLostError(device, problem, kind="program-suspended", place=self.place)
             problem = f"the board on {self.place} is back, but has not sent a new sample of this device yet"
             raise DeviceLostError(device, problem, kind="no-sample-yet", place=self.place)
 
     def _explain_silence(self) -> str:
         if self._was_suspended:
-            return (
-                f"this program was suspended, or had no processor, for {self._suspended_s:.1f} s, and waits for the "
-                f"board on {self.place} again. Find out what stopped the program"
-            )
+            return self._explain_suspension()
         return self._protocol.explain_silence(self.place, has_received=self._has_received)
+
+    def _explain_suspension(self) -> str:
+        suspended_s = max(self._pause_s, self._suspended_s)
+        return (
+            f"this program was suspended, or had no processor, for {suspended_s:.1f} s, and waits for the "
+            f"board on {self.place} again. Find out what stopped the program"
+        )
 
     @property
     def _was_suspended(self) -> bool:
-        return self._suspended_s > SUSPENDED_S and self._clock.now() < self._lost_at + RECOVERY_S
+        return self._pause_s > SUSPENDED_S or self._clock.now() < self._resumed_at + RECOVERY_S
+
+    @property
+    def _pause_s(self) -> float:
+        # After a suspension, another thread may run before the line's thread.
+        return self._clock.now() - self._exchanged_at
 
     def wait_until(
         self,
@@ -231,7 +248,7 @@ class Line:
             self._waker.wait(self._port.file, min(max(0.0, due - now), MAX_WAIT_S))
 
     def _read_and_write(self) -> None:
-        was_ready, exchanged_at, self._exchanged_at = self._protocol.is_ready, self._exchanged_at, self._clock.now()
+        was_ready, pause_s, begun_at = self._protocol.is_ready, self._pause_s, self._clock.now()
         if data := self._port.read():
             self._has_received = True
             self._protocol.receive(data, self._clock.now())
@@ -241,8 +258,11 @@ class Line:
         if now >= self._free_at and (sent := self._protocol.data_to_send(now)):
             self._free_at = now + len(sent) * BITS_PER_BYTE / self._protocol.baud
             self._port.write(sent)
-        if was_ready and not self._protocol.is_ready:
-            self._lost_at, self._suspended_s, self._has_received = now, self._exchanged_at - exchanged_at, False
+        if pause_s > SUSPENDED_S:
+            self._suspended_s, self._resumed_at = pause_s, now
+        if pause_s > OUTDATED_S or (was_ready and not self._protocol.is_ready):
+            self._lost_at, self._has_received = now, False
+        self._exchanged_at = begun_at
 
     def _lose(self, loss: str) -> None:
         self._loss = loss
@@ -254,7 +274,7 @@ class Line:
     def _reopen(self) -> None:
         if self._clock.now() >= self._retry_at:
             self._port.open()
-            self._free_at, self._has_received = -math.inf, False
+            self._free_at, self._exchanged_at, self._has_received = -math.inf, math.inf, False
             self._protocol.begin(self._clock.now())
             self._loss = None
 

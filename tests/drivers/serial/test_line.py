@@ -12,7 +12,7 @@ from serial.tools import list_ports
 
 from drivers.serial import line as line_module
 from drivers.serial import port
-from drivers.serial.line import BITS_PER_BYTE, FIRST_RETRY_S, RECOVERY_S, SUSPENDED_S, Line, Waker
+from drivers.serial.line import BITS_PER_BYTE, FIRST_RETRY_S, OUTDATED_S, RECOVERY_S, SUSPENDED_S, Line, Waker
 from drivers.serial.line import PERIOD_S as LINE_PERIOD_S
 from drivers.serial.port import PortMissingError
 from robotcore.errors import DeviceError, DeviceLostError
@@ -242,6 +242,20 @@ def test_a_board_that_was_lost_while_the_program_was_suspended_is_not_reported_a
     real.clock.sleep_until(real.clock.now() + RECOVERY_S)
     with pytest.raises(DeviceLostError):
         real.line.require("wheel")
+
+
+@pytest.mark.parametrize("has_line_run", [False, True])
+def test_a_sample_from_before_a_suspension_is_not_reported_as_old(
+    bench: Bench, raises: Raises, *, has_line_run: bool
+) -> None:
+    sample_time = bench.open().clock.now()
+    bench.line._exchanged_at -= 2 * OUTDATED_S
+    if has_line_run:
+        bench.pass_time(PERIOD_S)
+    with raises(DeviceLostError, "program-suspended", device="wheel", hide=["1.0 s"]):
+        bench.line.require_since_lost("wheel", sample_time)
+    bench.pass_time(RECOVERY_S)
+    bench.line.require_since_lost("wheel", bench.clock.now())
 
 
 def test_data_with_a_due_time_is_sent_on_time_during_another_wait(
