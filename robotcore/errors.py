@@ -42,7 +42,7 @@ from traceback import format_exception
 from types import MappingProxyType, TracebackType
 from typing import Any, ClassVar
 
-from robotcore.text import suggestion
+from robotcore.text import suggest_attribute, suggestion
 
 _CALLERS = {"robotcore", "importlib", "_frozen_importlib", "_frozen_importlib_external"}
 """The packages that import or call an app. Their stack frames are left out of a traceback of the app."""
@@ -462,7 +462,8 @@ class BehaviourError(RobotcoreError):
             text = f"its text is unknown, because __str__ raised {type(failure).__name__}"
         if len(text) > MAX_EXCEPTION_TEXT:
             text = f"{text[:MAX_EXCEPTION_TEXT]}… ({len(text) - MAX_EXCEPTION_TEXT} more characters)"
-        error = cls(f"{app.__name__} raised {type(cause).__name__}{f': {text}' if text else ''}")
+        parts = (f"{app.__name__} raised {type(cause).__name__}{f': {text}' if text else ''}", suggest_attribute(cause))
+        error = cls(". ".join(filter(None, parts)))
         error.__cause__ = cause
         return error
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Collection, Sequence
+from contextlib import suppress
 from difflib import get_close_matches
 
 
@@ -93,6 +95,30 @@ def find_nearest(name: str, known: Sequence[str]) -> str | None:
     longer = (each for each in by_name if len(plain) > 2 and each.startswith(plain))
     close = (*with_its_words, *longer, *get_close_matches(plain, by_name, n=1, cutoff=2 / 3))
     return by_name[close[0]] if close else None
+
+
+def suggest_attribute(error: BaseException) -> str:
+    """Return a sentence that suggests another name if an attribute, or a name in an import, does not exist.
+
+    It is empty for another error, or if no name is near. Before Python 3.12, a traceback as text has no suggestion.
+
+    >>> try:
+    ...     "text".splitt()
+    ... except AttributeError as error:
+    ...     suggest_attribute(error)
+    "Did you mean 'split'?"
+    """
+    with suppress(Exception):  # an app's own classes may define __str__ and __dir__
+        match error:
+            case AttributeError(name=str(name), obj=owner):
+                known = [each for each in dir(owner) if not each.startswith("_")]
+            case ImportError(name=str(module)) if str(error).startswith("cannot import name "):
+                name, known = str(error).split("'")[1], dir(sys.modules[module])
+            case _:
+                return ""
+        if close := find_nearest(name, known):
+            return f"Did you mean {close!r}?"
+    return ""
 
 
 def _strip_name(name: str) -> str:

@@ -200,6 +200,9 @@ def _read(name_or_file: str, *kinds: str) -> tuple[str, Table]:
         return name_or_file, _parse(name_or_file, _read_bytes(Path(name_or_file)))
     shipped = {name: kind for kind in kinds for name in _list_shipped(kind)}
     if name_or_file not in shipped:
+        if any(file.name == name_or_file and file.is_file() for file in Path().glob("*")):
+            text = f"{name_or_file} is another file, not that of a {' or a '.join(kinds)}. Name a .toml file"
+            raise UsageError(text, kind="not-a-description")
         raise UnknownNameError(" or ".join(kinds), name_or_file, list(shipped), _suggest_file(name_or_file))
     file = f"{name_or_file}.toml"
     return file, _parse(file, _shipped_folder(shipped[name_or_file]).joinpath(file).read_bytes())

@@ -16,7 +16,7 @@ from typing import NoReturn
 from robotcore.errors import BehaviourError, UnknownNameError, UsageError
 from robotcore.plugins import APPS, app_names, load_registered
 from robotcore.runtime.behaviour import Behaviour
-from robotcore.text import escape
+from robotcore.text import escape, suggest_attribute
 
 IMPORT_ADVICE = "Put the code that causes this below if __name__ == '__main__', or into step()"
 """The advice to the author of an app's file whose import ends the process or hangs."""
@@ -109,9 +109,8 @@ def _import_file(path: Path) -> ModuleType:
             f"the import of {path} ends the process, with exit({status}). {IMPORT_ADVICE}", kind="app-exits"
         ) from error
     except Exception as error:
-        raise BehaviourError(
-            f"{path} cannot be imported: {type(error).__name__}: {error}", kind="app-not-importable"
-        ) from error
+        parts = (f"{path} cannot be imported: {type(error).__name__}: {error}", suggest_attribute(error))
+        raise BehaviourError(". ".join(filter(None, parts)), kind="app-not-importable") from error
     finally:
         _importing.discard(path.absolute())
     return module

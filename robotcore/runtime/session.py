@@ -33,7 +33,7 @@ from robotcore.runtime.time_limits import (
     open_limit,
     step_limit,
 )
-from robotcore.safety import ActivityMonitor, EmergencyStop, Watchdog
+from robotcore.safety import ActivityMonitor, EmergencyStop, RangeGuard, Watchdog
 from robotcore.safety.motor_stop import STOP_S
 from robotcore.safety.thread_reserve import BackgroundCall, Reserve
 
@@ -317,8 +317,8 @@ class RunSession:
     def _build_result(self, error: RobotcoreError | Interrupted | None, outcome: Outcome) -> RunResult:
         plan, request, loop, found = self._plan, self._plan.request, self._loop, self._verification
         reason = str(error) if error else loop.reason if loop else ""
-        if outcome is Outcome.TIMEOUT and not reason:
-            reason = f"not done after {request.timeout_s:g} s, in {plan.behaviour.state!r}"
+        if outcome is Outcome.TIMEOUT and loop and not reason:
+            reason = self._explain_timeout(loop)
         if self._late_failure and self._late_failure is not error:
             reason = f"{reason}; {self._late_failure}"
         verified = False if error and found.verified else found.verified
@@ -355,6 +355,15 @@ class RunSession:
             batteries=dict(loop.trace.batteries),
             trace_sha256=loop.trace.sha256,
         )
+
+    def _explain_timeout(self, loop: Loop) -> str:
+        plan = self._plan
+        reason = f"not done after {plan.request.timeout_s:g} s, in {plan.behaviour.state!r}"
+        if loop.intervention_timer.measure().get(RangeGuard.cause, 0.0) < loop.time / 2:
+            return reason
+        sensors = " or ".join(sensor.name for sensor in plan.description.range_sensors_ahead)
+        place = f"{plan.description.safety.stop_distance_m:.2f} m in front of an obstacle"
+        return f"{reason}. The range guard stops the robot {place}, measured by {sensors}"
 
 
 def _format_stacks() -> bytes:

@@ -4,10 +4,12 @@ import inspect
 import pickle
 import re
 import signal
+from collections.abc import Callable
 from enum import Enum
 
 import pytest
 
+import robotcore
 from robotcore import errors
 from robotcore.errors import (
     MAX_EXCEPTION_TEXT,
@@ -119,6 +121,25 @@ def test_exception_of_an_app_is_the_cause(check_text: CheckText) -> None:
     error = BehaviourError.from_exception(dict, cause)
     assert error.__cause__ is cause
     check_text(error)
+
+
+def _import_wrong_name() -> None:
+    from robotcore import Behavior  # noqa: F401
+
+
+@pytest.mark.parametrize(
+    "fail, name",
+    [
+        (lambda: robotcore.Status.RUNING, "RUNNING"),  # type: ignore[attr-defined]
+        (lambda: robotcore.Role.drive, "DRIVE"),  # type: ignore[attr-defined]
+        (lambda: robotcore.Behavior, "Behaviour"),
+        (_import_wrong_name, "Behaviour"),
+    ],
+)
+def test_wrong_name_of_an_attribute_has_a_suggestion(fail: Callable[[], object], name: str) -> None:
+    with pytest.raises((AttributeError, ImportError)) as raised:
+        fail()
+    assert str(BehaviourError.from_exception(dict, raised.value)).endswith(f". Did you mean {name!r}?")
 
 
 class _UnreadableError(Exception):

@@ -177,8 +177,11 @@ class ColourDetector:
         image: a BGR picture, (height, width, 3). The method does not change it.
         intrinsics: the intrinsics of the camera that took the picture.
 
-        Raises UsageError for a grey picture.
+        Raises UsageError for a grey picture, or if ``image`` is no array.
         """
+        if not isinstance(image, np.ndarray):
+            text = f"find needs a picture, not {image!r:.100}. Pass its array: robot.camera.read().image"
+            raise UsageError(text, kind="not-a-picture")
         if image.ndim != 3:
             text = f"a picture of the shape {image.shape} has no colours; pass a BGR picture, (height, width, 3)"
             raise UsageError(text, kind="grey-picture", shape=image.shape)

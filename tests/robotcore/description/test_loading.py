@@ -67,6 +67,13 @@ def test_error_suggests_the_nearest_name_or_a_file_that_is_named_without_its_end
             load(name)
 
 
+def test_name_of_another_file_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, raises: Raises) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("wall.py").touch()
+    with raises(UsageError, "not-a-description"):
+        load_any("wall.py")
+
+
 @pytest.mark.parametrize("name", ["a" * 5000, "a\0b", ""], ids=["long", "NUL", "empty"])
 def test_name_that_no_file_can_have_is_unknown(name: str) -> None:
     with pytest.raises(UnknownNameError) as raised:

@@ -109,6 +109,13 @@ def test_simulated_time_is_paced_only_on_request(
     assert len(paced) == realtime
 
 
+def test_timeout_of_a_robot_that_stands_before_an_obstacle_names_the_sensor(
+    perform: Runner, backend: RigBackend, check_text: CheckText
+) -> None:
+    backend._prepare = lambda rig: setattr(rig.nose, "distance", 0.05)
+    check_text(perform(drive_then(lambda _: None), RunRequest("app", timeout_s=0.5)).reason)
+
+
 def test_observers_get_the_run_each_tick_and_the_result(perform: Runner) -> None:
     watcher = Watcher()
     result = perform(drive_then(lambda _: Status.SUCCESS), observers=[watcher])

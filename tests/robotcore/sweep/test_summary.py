@@ -34,9 +34,11 @@ def test_failing_runs_are_grouped_by_cause_the_most_frequent_first(check_text: C
 
 
 def test_measured_values_do_not_distinguish_causes() -> None:
-    reasons = ["the wheel turned 7.8 rad in 1.6 s", "the wheel turned -0.1 rad in 2.0 s"]
-    lines = _render_lines([make_record(Outcome.STOPPED, seed=seed, reason=each) for seed, each in enumerate(reasons)])
-    assert f"  2 × stopped, {reasons[0]}" in lines
+    reasons = ["the wheel turned 7.8 rad in 1.6 s, or 3°", "the wheel turned -0.1 rad in 2.0 s, or 40°"]
+    records = [
+        make_record(Outcome.STOPPED, seed=seed, reason=each, contacts=seed + 1) for seed, each in enumerate(reasons)
+    ]
+    assert f"  2 × stopped, {reasons[0]}, 1 contact" in _render_lines(records)
 
 
 def test_only_the_most_frequent_causes_are_listed(check_text: CheckText) -> None:

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from hypothesis import strategies as st
 from robotcore.autonomy.vision import Blob, ColourDetector, draw_boxes
 from robotcore.autonomy.vision.colour_detector import YELLOW
 from robotcore.errors import UsageError
+from robotcore.kinds.camera import Frame
 from robotcore.optics import Image, Intrinsics
 from tests.robotcore.autonomy.vision.pictures import INTRINSICS, bgr, draw_rectangles, draw_round_patch
 from tests.texts import Raises
@@ -74,6 +76,11 @@ class TestFind:
     def test_picture_without_channels_is_refused(self, raises: Raises) -> None:
         with raises(UsageError, "grey-picture", shape=(48, 64)):
             find(np.zeros((48, 64), np.uint8))
+
+    def test_frame_in_place_of_its_picture_is_refused(self, raises: Raises) -> None:
+        frame: Any = Frame(draw_rectangles(), time=0.0, sequence=0)
+        with raises(UsageError, "not-a-picture"):
+            find(frame)
 
     @pytest.mark.parametrize("left, sign", [(5, 1), (50, -1)])
     def test_bearing_is_positive_to_the_left(self, left: int, sign: int) -> None:
