@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import os
+import shlex
 import sys
 from collections.abc import Callable
-from contextlib import ExitStack, closing
+from contextlib import ExitStack, closing, suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+from click.core import ParameterSource
 
 from robotcore.cli.command_classes import RunCommand, prepare_result, write_result
 from robotcore.cli.options import host_option, merge_options, parse_size, port_option, run_options
@@ -90,13 +92,13 @@ def command(
         )
         notifier = Notifier.of(os.environ)
         prepare_result(as_json=as_json)
+        written = [] if as_json else _describe_project(values["robot"])
         with redirect_prints(as_json=as_json) as redirection:
             on_forced_exit = _make_forced_exit_handler(recorder, notifier, redirection, as_json=as_json)
             result = _run(
                 values, drawer, recorder, notifier, interrupts, on_forced_exit, has_estop_key=not no_estop_key
             )
         interrupts.mask()
-        written = []
         if picture and drawer:
             result, is_saved = _save_picture(result, drawer, picture)
             written += [f"The picture: {picture}"] if is_saved else []
@@ -106,6 +108,22 @@ def command(
         result = notifier.choose_exit_status(result) if notifier else result
         interrupts.mask(but_last=True)
         return _finish(result, written, as_json=as_json)
+
+
+def _describe_project(robot: str) -> list[str]:
+    """Return a line if --robot is not given, and the pyproject.toml in this folder names another robot."""
+    is_default = click.get_current_context().get_parameter_source("robot") is ParameterSource.DEFAULT
+    if not is_default or not Path("pyproject.toml").is_file():
+        return []
+    from robotcore.deploy.project import FILE, read_tables
+
+    with suppress(UsageError):  # a run needs no valid pyproject.toml
+        table = read_tables(Path()).robotcore
+        if table and table.robot and table.robot != robot:
+            names = {"--robot": table.robot, "--world": table.world}
+            options = shlex.join(word for name, value in names.items() if value for word in (name, value))
+            return [f"The robot was {robot}. For that of {FILE}: {options}"]
+    return []
 
 
 def _finish(result: RunResult, written: list[str], *, as_json: bool) -> int:

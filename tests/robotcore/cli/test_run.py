@@ -41,6 +41,16 @@ def test_without_json_the_outcome_comes_first(cli: Cli) -> None:
     assert answer.err == ""
 
 
+def test_a_run_without_the_robot_of_the_project_names_its_options(
+    cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("pyproject.toml").write_text('[tool.robotcore]\nrobot = "my robot.toml"\nworld = "room.toml"\n')
+    line = "The robot was rover. For that of pyproject.toml: --robot 'my robot.toml' --world room.toml\n"
+    assert cli(*SHORT).out.endswith(line)
+    assert line not in cli(*SHORT, "--robot", "rover").out
+
+
 def test_a_success_that_the_simulator_does_not_confirm_is_a_failure(
     cli: Cli, app_file: AppFile, tmp_path: Path, check_text: CheckText
 ) -> None:
