@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, closing
 from functools import partial
+from typing import Any
 
 from pydantic import Field
 
@@ -26,8 +27,11 @@ from robotcore.simulation.remote_scene import (
     SimulationControl,
     State,
     inspect_scene,
+    list_scene_devices,
     open_in_scene,
     read_bindings,
+    require_scene_devices,
+    warn_of_missing_kinds,
 )
 from robotcore.text import pluralize
 
@@ -83,6 +87,12 @@ class CoppeliaSimBackend(Backend):
         bound = read_bindings(robot, SECTION)
         return pluralize(len(bound), "object")
 
+    def openable(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
+        return list_scene_devices(robot)
+
+    def warnings(self, robot: RobotDescription) -> list[str]:
+        return warn_of_missing_kinds(robot)
+
     def inspect_scene(self, setup: Setup) -> Iterator[Finding]:
         options = setup.options_as(CoppeliaSimOptions)
         if self.builds_world(setup.robot):
@@ -127,6 +137,7 @@ def _open_built(
     *,
     keep: bool,
 ) -> Robot:
+    require_scene_devices(setup)
     with ExitStack() as undo:
         scene = connect()
         undo.callback(scene.close)

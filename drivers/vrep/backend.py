@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import closing
 from functools import partial
+from typing import Any
 
 from pydantic import Field
 
@@ -12,7 +13,15 @@ from robotcore.description import RobotDescription
 from robotcore.hal.backend import Backend, Capability, Setup
 from robotcore.hal.check_finding import Finding
 from robotcore.hal.robot import Robot
-from robotcore.simulation.remote_scene import Scene, SceneOptions, inspect_scene, open_in_scene, read_bindings
+from robotcore.simulation.remote_scene import (
+    Scene,
+    SceneOptions,
+    inspect_scene,
+    list_scene_devices,
+    open_in_scene,
+    read_bindings,
+    warn_of_missing_kinds,
+)
 from robotcore.text import pluralize
 
 SECTION = "vrep"
@@ -60,6 +69,12 @@ class VrepBackend(Backend):
     def check(self, robot: RobotDescription) -> str:
         bound = read_bindings(robot, SECTION)
         return pluralize(len(bound), "object")
+
+    def openable(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
+        return list_scene_devices(robot)
+
+    def warnings(self, robot: RobotDescription) -> list[str]:
+        return warn_of_missing_kinds(robot)
 
     def inspect_scene(self, setup: Setup) -> Iterator[Finding]:
         options = setup.options_as(VrepOptions)

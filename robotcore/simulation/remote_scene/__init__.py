@@ -11,6 +11,11 @@ from robotcore.simulation.remote_scene.interface import (
     State,
     compute_horizontal_fov,
 )
+from robotcore.simulation.remote_scene.scene_kinds import (
+    list_scene_devices,
+    require_scene_devices,
+    warn_of_missing_kinds,
+)
 from robotcore.simulation.remote_scene.session import SceneOptions, SimulationControl, keep_running, open_in_scene
 
 __all__ = [
@@ -27,6 +32,9 @@ __all__ = [
     "compute_horizontal_fov",
     "inspect_scene",
     "keep_running",
+    "list_scene_devices",
     "open_in_scene",
     "read_bindings",
+    "require_scene_devices",
+    "warn_of_missing_kinds",
 ]

@@ -5,76 +5,27 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Annotated, Any
+from typing import Any
 
-from pydantic import BeforeValidator, Field
-
-from robotcore.description import DeviceDescription, RobotDescription, StrictModel
+from robotcore.description import DeviceDescription, RobotDescription
 from robotcore.description.sections import read_each, validate_table
 from robotcore.errors import DescriptionError, DeviceError, DeviceGroupError, Mistake
 from robotcore.hal.check_finding import Finding
-from robotcore.kinds.battery import BatteryDescription
+from robotcore.hal.kind import load_kind
 from robotcore.kinds.camera import CameraDescription
-from robotcore.kinds.display import DisplayDescription
-from robotcore.kinds.encoder import EncoderDescription
-from robotcore.kinds.motor import MotorDescription
-from robotcore.kinds.range_sensor import RangeSensorDescription
+from robotcore.kinds.motor import Motor
 from robotcore.simulation.remote_scene.devices import choose_intrinsics
 from robotcore.simulation.remote_scene.interface import ObjectKind, Scene, SceneObject
+from robotcore.simulation.remote_scene.scene_kinds import (
+    BINDINGS,
+    REMEDY,
+    CameraBinding,
+    DisplayBinding,
+    ObjectBinding,
+    describe_lack,
+    find_missing_kinds,
+)
 from robotcore.text import find_nearest
-
-Paths = Annotated[
-    tuple[Annotated[str, Field(min_length=1)], ...],
-    BeforeValidator(lambda paths: (paths,) if isinstance(paths, str) else paths),
-    Field(min_length=1, description='a path in quotes, or a list of them: ["/robot/joint", "old_name"]'),
-]
-"""The possible paths of an object, or its names in scenes without paths. The first one in the scene is used."""
-
-
-class ObjectBinding(StrictModel):
-    """A device's table in a section of the robot's file: the path of its scene object.
-
-    >>> ObjectBinding(path="/rover/nose").path
-    ('/rover/nose',)
-    """
-
-    path: Paths
-
-
-class JointBinding(ObjectBinding):
-    """The table of a motor or an encoder, which is bound to a joint."""
-
-    reversed: bool = False
-    """Whether the joint turns backwards as the robot drives forward."""
-
-
-class CameraBinding(ObjectBinding):
-    """The table of a camera, which is bound to a vision sensor."""
-
-    as_found: bool = False
-    """Whether the camera has the resolution and the field of view of the vision sensor.
-
-    If False, the vision sensor must have the resolution and the field of view of the robot's description.
-    """
-
-
-class DisplayBinding(ObjectBinding):
-    """The table of a display, which is bound to a vision sensor that shows its pictures."""
-
-    optional: bool = False
-    """Whether the scene may lack the vision sensor. The display then keeps its pictures in memory."""
-
-
-_BINDINGS: dict[type[StrictModel], tuple[type[ObjectBinding], ObjectKind]] = {
-    MotorDescription: (JointBinding, ObjectKind.JOINT),
-    EncoderDescription: (JointBinding, ObjectKind.JOINT),
-    RangeSensorDescription: (ObjectBinding, ObjectKind.PROXIMITY_SENSOR),
-    CameraDescription: (CameraBinding, ObjectKind.VISION_SENSOR),
-    DisplayDescription: (DisplayBinding, ObjectKind.VISION_SENSOR),
-}
-
-
-_NEEDED = (MotorDescription, EncoderDescription, RangeSensorDescription, CameraDescription)
 
 
 @dataclass(frozen=True)
@@ -98,8 +49,8 @@ def read_bindings(
     section: the name of the section, which is the name of the backend.
     names: the names of the devices to bind; None stands for all.
 
-    The result omits batteries, which no scene has. It also omits displays that the section does not name. Raises
-    DescriptionError with all mistakes in the section.
+    The result omits devices of kinds that no scene has, such as a battery. It also omits optional devices, such as a
+    display, that the section does not name. Raises DescriptionError with all mistakes in the section.
 
     >>> from robotcore.description import load_robot
     >>> [binding.settings.path for binding in read_bindings(load_robot("lookout"), "vrep", {"eye"})]
@@ -109,7 +60,7 @@ def read_bindings(
     needed = [
         description.name
         for description in robot.devices
-        if description.name in chosen and isinstance(description, _NEEDED)
+        if description.name in chosen and description.kind in BINDINGS and not load_kind(description.kind).is_optional
     ]
     if section not in robot.backends and needed:
         name = needed[0]
@@ -130,13 +81,13 @@ def _find_other_paths(binding: SceneBinding, bound: Iterable[SceneBinding]) -> f
 
 
 def _suggest_path(robot: RobotDescription, description: DeviceDescription) -> str:
-    return f'Name its {_BINDINGS[type(description)][1].value} in the scene: path = "/{robot.name}/{description.name}"'
+    return f'Name its {BINDINGS[description.kind][1].value} in the scene: path = "/{robot.name}/{description.name}"'
 
 
 def _read_binding(section: str, description: DeviceDescription, table: Any) -> SceneBinding:
-    if isinstance(description, BatteryDescription):
-        raise Mistake("is not allowed: a scene has no battery", "Remove it")
-    model, kind = _BINDINGS[type(description)]
+    if description.kind not in BINDINGS:
+        raise Mistake(f"is not allowed: {describe_lack(description)}", "Remove it")
+    model, kind = BINDINGS[description.kind]
     if not isinstance(table, Mapping):
         remedy = f"Write [{section}.{description.name}], and its path in the next line"
         raise Mistake(f"should be a table, got {table!r}", remedy)
@@ -201,7 +152,7 @@ def find(bound: SceneBinding, scene: Scene) -> SceneObject | None:
 def _require_fit(bound: SceneBinding, handle: int, scene: Scene) -> None:
     if isinstance(bound.description, CameraDescription) and isinstance(bound.settings, CameraBinding):
         choose_intrinsics(bound.description, scene.read_optics(handle), as_found=bound.settings.as_found)
-    if isinstance(bound.description, RangeSensorDescription) and (why := scene.diagnose_sensor(handle)):
+    if bound.kind is ObjectKind.PROXIMITY_SENSOR and (why := scene.diagnose_sensor(handle)):
         raise DeviceError(bound.description.name, why, kind="sensor-not-simulated")
 
 
@@ -226,7 +177,7 @@ def _suggest_object(bound: SceneBinding, scene: Scene) -> str:
 
 def _find_shared_motors(bound: Sequence[SceneBinding], found: ObjectsByDevice) -> Iterator[DeviceError]:
     first_motors: dict[int, str] = {}
-    for name in (each.description.name for each in bound if isinstance(each.description, MotorDescription)):
+    for name in (each.description.name for each in bound if each.description.kind == Motor.kind):
         if (joint := found.get(name)) and (other := first_motors.setdefault(joint.handle, name)) != name:
             yield DeviceError(
                 name,
@@ -238,7 +189,7 @@ def _find_shared_motors(bound: Sequence[SceneBinding], found: ObjectsByDevice) -
 
 
 def inspect_scene(robot: RobotDescription, section: str, scene: Scene) -> Iterator[Finding]:
-    """Yield a finding for each device: its scene object, or why it has none. No motor turns.
+    """Yield a finding for each device: its scene object, or the reason why it has none. No motor turns.
 
     section: the name of the section of the robot's file.
 
@@ -246,6 +197,8 @@ def inspect_scene(robot: RobotDescription, section: str, scene: Scene) -> Iterat
     """
     for bound in read_bindings(robot, section):
         yield _find_device(bound, scene)
+    for device in find_missing_kinds(robot):
+        yield Finding.warning(device.name, describe_lack(device), REMEDY, kind="not-in-scene")
 
 
 def _find_device(bound: SceneBinding, scene: Scene) -> Finding:

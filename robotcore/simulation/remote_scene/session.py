@@ -23,15 +23,7 @@ from robotcore.kinds.display import MemoryDisplay
 from robotcore.kinds.encoder import EncoderDescription
 from robotcore.kinds.motor import MotorDescription
 from robotcore.kinds.range_sensor import RangeSensorDescription
-from robotcore.simulation.remote_scene.bindings import (
-    CameraBinding,
-    JointBinding,
-    ObjectBinding,
-    ObjectsByDevice,
-    SceneBinding,
-    find_all,
-    read_bindings,
-)
+from robotcore.simulation.remote_scene.bindings import ObjectsByDevice, SceneBinding, find_all, read_bindings
 from robotcore.simulation.remote_scene.devices import (
     SceneCamera,
     SceneDisplay,
@@ -42,6 +34,12 @@ from robotcore.simulation.remote_scene.devices import (
     choose_intrinsics,
 )
 from robotcore.simulation.remote_scene.interface import Scene, State
+from robotcore.simulation.remote_scene.scene_kinds import (
+    CameraBinding,
+    JointBinding,
+    ObjectBinding,
+    require_scene_devices,
+)
 
 FASTEST_RAD_S = 30.0
 """The assumed maximum velocity of a wheel, in rad/s, if the robot's description has none."""
@@ -120,9 +118,10 @@ def open_in_scene(
         the handle of its joint.
 
     The motors stand still from the first step on. Raises DescriptionError if the section has a mistake, UsageError if
-    the rate does not fit the time step, and the errors of `find_all` and `keep_running`. After an error, no connection
-    is open.
+    the rate does not fit the time step, and the errors of `require_scene_devices`, `find_all` and `keep_running`. After
+    an error, no connection is open.
     """
+    require_scene_devices(setup)
     bound = read_bindings(setup.robot, section, setup.devices)
     with ExitStack() as undo:
         session = undo.enter_context(ExitStack())

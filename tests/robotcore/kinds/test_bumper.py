@@ -1,4 +1,4 @@
-"""A bumper is simulated from the ground truth, so every simulator in this process has it."""
+"""A bumper is simulated from the ground truth: every simulator in this process has it, and no remote scene."""
 
 from __future__ import annotations
 
@@ -11,8 +11,15 @@ import pytest
 
 import robotcore
 from robotcore import Behaviour, Outcome, Robot, Role, RunRequest, Status
+from robotcore.cli.main import execute
+from robotcore.description import load_robot, load_world
+from robotcore.errors import UsageError
 from robotcore.kinds import Bumper
+from tests.doubles.coppeliasim.double import Double
+from tests.doubles.coppeliasim.scene import Simulator
+from tests.doubles.coppeliasim.scenes import default_scene, described_scene
 from tests.robotcore.description.files import ROVER
+from tests.texts import CheckText, Raises
 
 SIMULATORS = ["kinematic", "mujoco", "pybullet"]
 BUMPERS = """
@@ -75,3 +82,50 @@ def test_app_needs_a_device_by_name(robot: str) -> None:
         needs: ClassVar = {Role.DRIVE, "front"}
 
     assert robotcore.run(RunRequest(Front, robot=robot, backend="kinematic", world="arena")).reason == "front"
+
+
+class Wish(Bump):
+    """Counts the bumpers, and ends."""
+
+    needs: ClassVar = {Role.DRIVE}
+    wants: ClassVar = {Bumper}
+
+    def step(self, robot: Robot) -> Status:
+        self.reason = f"{len(robot.all(Bumper))} bumpers"
+        return Status.SUCCESS
+
+
+@pytest.mark.parametrize("backend", ["coppeliasim", "vrep"])
+def test_app_that_needs_a_bumper_is_refused_by_the_simulators_of_scenes(
+    robot: str, backend: str, raises: Raises
+) -> None:
+    with raises(UsageError, "device-not-openable", device="front"):
+        robotcore.run(RunRequest(Bump, robot=robot, backend=backend, world="arena"))
+
+
+@pytest.fixture
+def scene() -> Simulator:
+    """The double of a scene with the objects of the shipped rover."""
+    return described_scene(load_robot("rover"), load_world("open"))
+
+
+@pytest.mark.slow
+def test_app_that_only_wants_a_bumper_runs_in_scenes_without_it(robot: str, scene: Simulator) -> None:
+    with Double(default_scene()) as double:
+        options = {"port": double.zmq_port}
+        built = robotcore.run(RunRequest(Wish, robot=robot, backend="coppeliasim", world="open", options=options))
+    with Double(scene) as double:
+        joined = robotcore.run(RunRequest(Wish, robot=robot, backend="vrep", options={"port": double.legacy_port}))
+    assert (built.reason, joined.reason) == ("0 bumpers", "0 bumpers")
+
+
+def test_check_warns_that_a_scene_has_no_bumper(
+    robot: str, scene: Simulator, capfd: pytest.CaptureFixture[str], check_text: CheckText
+) -> None:
+    file = Path(robot)
+    file.write_text(re.sub(r"\[(raspberrypi|serial)\.\w+\].*?\n\n", "", file.read_text(), flags=re.DOTALL))
+    assert execute(["check", robot]) == 0
+    check_text(capfd.readouterr().out)
+    with Double(scene) as double:
+        assert execute(["check", robot, "--backend", "vrep", "--port", str(double.legacy_port)]) == 0
+    check_text(capfd.readouterr().out)

@@ -4,13 +4,14 @@ from typing import Any
 
 import pytest
 
-from robotcore.description import load_robot
+from robotcore.description import DeviceDescription, RobotDescription, load_robot
 from robotcore.errors import DescriptionError
 from robotcore.kinds.battery import BatteryDescription
-from robotcore.simulation.remote_scene import ObjectKind, read_bindings
-from robotcore.simulation.remote_scene.bindings import JointBinding
+from robotcore.kinds.bumper import BumperDescription
+from robotcore.simulation.remote_scene import ObjectKind, list_scene_devices, read_bindings, warn_of_missing_kinds
+from robotcore.simulation.remote_scene.scene_kinds import JointBinding
 from tests.robotcore.simulation.remote_scene.memory import SECTION, rover
-from tests.texts import Raises
+from tests.texts import CheckText, Raises
 
 
 def test_each_binding_has_paths_and_a_required_kind_of_object() -> None:
@@ -32,14 +33,36 @@ def test_joint_can_be_reversed() -> None:
     assert bound.settings == JointBinding(path=("/left",), reversed=True)
 
 
-def test_battery_is_not_bound_and_its_entry_is_refused(raises: Raises) -> None:
-    powered = rover()
-    cells = BatteryDescription(kind="battery", name="cells")
-    powered = powered.model_copy(update={"devices": (*powered.devices, cells)})
-    assert "cells" not in {each.description.name for each in read_bindings(powered, "memory")}
-    section = {"memory": {**powered.backends["memory"], "cells": {"path": "/cells"}}}
-    with raises(DescriptionError, key="memory.cells"):
-        read_bindings(powered.model_copy(update={"backends": section}), "memory")
+LACKING = pytest.mark.parametrize(
+    "device",
+    [BatteryDescription(kind="battery", name="cells"), BumperDescription(kind="bumper", name="front")],
+    ids=lambda each: each.kind,
+)
+
+
+def add(device: DeviceDescription, **tables: Any) -> RobotDescription:
+    robot = rover(**tables)
+    return robot.model_copy(update={"devices": (*robot.devices, device)})
+
+
+@LACKING
+def test_device_of_a_kind_that_no_scene_has_is_not_bound(device: DeviceDescription) -> None:
+    robot = add(device)
+    assert device.name not in {each.description.name for each in read_bindings(robot, "memory")}
+    assert list_scene_devices(robot) == {each.name for each in rover().devices}
+
+
+@LACKING
+def test_entry_of_a_device_that_no_scene_has_is_refused(device: DeviceDescription, raises: Raises) -> None:
+    robot = add(device, **{device.name: {"path": "/rover/part"}})
+    with raises(DescriptionError, key=f"memory.{device.name}"):
+        read_bindings(robot, "memory")
+
+
+def test_warning_is_only_for_kinds_that_other_simulators_have(check_text: CheckText) -> None:
+    assert warn_of_missing_kinds(add(BatteryDescription(kind="battery", name="cells"))) == []
+    (warning,) = warn_of_missing_kinds(add(BumperDescription(kind="bumper", name="front")))
+    check_text(warning)
 
 
 def test_display_without_an_entry_is_not_bound() -> None:

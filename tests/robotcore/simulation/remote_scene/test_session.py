@@ -11,6 +11,7 @@ from robotcore.description import RobotDescription, load_robot
 from robotcore.errors import BackendError, DeviceError, DeviceGroupError, UsageError
 from robotcore.hal.backend import Setup
 from robotcore.hal.robot import Robot
+from robotcore.kinds.bumper import BumperDescription
 from robotcore.kinds.camera import Camera
 from robotcore.kinds.display import MemoryDisplay
 from robotcore.simulation.remote_scene import (
@@ -81,6 +82,14 @@ def test_simulation_that_must_not_be_started_is_refused_and_unchanged(
     with raises(BackendError, kind):
         open_robot(scene, setup, control)
     assert scene.diary == ["leave"]
+
+
+def test_device_of_a_kind_that_no_scene_has_is_refused_before_the_connection(raises: Raises) -> None:
+    robot = rover()
+    bumper = BumperDescription(kind="bumper", name="front")
+    setup = create_setup(robot.model_copy(update={"devices": (*robot.devices, bumper)}))
+    with raises(DeviceError, "not-in-scene", device="front"):
+        open_in_scene(setup, "memory", lambda: pytest.fail("it connected"))
 
 
 def test_one_error_names_all_unusable_objects_with_suggestions(raises: Raises) -> None:
