@@ -352,7 +352,7 @@ class SafetyStop(RobotcoreError):  # noqa: N818  robotics calls it a stop, becau
 
 
 class InvalidCommandError(SafetyStop, ValueError):
-    """The app commanded a velocity that is NaN or infinite."""
+    """The app gave a command that is NaN or infinite."""
 
     kind = "invalid-command"
     cause = "invalid command"

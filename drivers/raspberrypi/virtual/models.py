@@ -10,7 +10,9 @@ from typing import Any
 from gpiozero.pins.mock import MockFactory, MockPWMPin
 
 from drivers.raspberrypi.cameras.capture import CameraDriver
+from drivers.raspberrypi.contacts import Switch
 from drivers.raspberrypi.encoders import EncoderDriver, Pulses, Quadrature
+from drivers.raspberrypi.lights import LightDriver
 from drivers.raspberrypi.motors.boards import HBridge, PhaseEnable
 from drivers.raspberrypi.ranging.time_of_flight_driver import TimeOfFlight
 from drivers.raspberrypi.ranging.ultrasonic_driver import Ultrasonic, speed_of_sound
@@ -20,6 +22,7 @@ from robotcore.hal.robot import Robot
 from robotcore.hardware import DeviceBinding
 from robotcore.hardware.motor_model import MotorModel
 from robotcore.kinds.battery import BatteryDescription
+from robotcore.kinds.bumper import Bumper
 from robotcore.kinds.encoder import Encoder, EncoderDescription
 from robotcore.kinds.motor import Motor
 from robotcore.kinds.range_sensor import RangeSensor
@@ -226,7 +229,7 @@ def read_phase_and_enable(phase: float, enable: float) -> float:
     return -enable if phase else enable
 
 
-MODELLED = (HBridge, PhaseEnable, Quadrature, Pulses, Ultrasonic)
+MODELLED = (HBridge, PhaseEnable, Quadrature, Pulses, Ultrasonic, Switch, LightDriver)
 """The drivers of the devices that have a model."""
 
 SIMULATED = (CameraDriver, TimeOfFlight)
@@ -251,13 +254,22 @@ def connect_pins(binding: DeviceBinding, simulated: Robot, pins: VirtualPins, is
         case Quadrature() | Pulses() as on, EncoderDescription() as description, Encoder() as encoder:
             numbers, levels = ((on.a, on.b), QUADRATURE) if isinstance(on, Quadrature) else ((on.gpio,), SLOTS)
             disc = Disc(encoder, math.tau / on.edges_per_turn(description), levels, [pin(each) for each in numbers])
-            step = clock.step if isinstance(clock, SteppedClock) else 1 / MIN_PHYSICS_RATE_HZ
-            clock.every(step, disc.update, "disc")
+            clock.every(_step_of(clock), disc.update, "disc")
         case Ultrasonic() as on, _, RangeSensor() as sensor:
             VirtualEcho(clock, sensor, pin(on.trigger), pin(on.echo), speed_of_sound(on.air_temperature_c), is_lost)
+        case Switch() as on, _, Bumper() as bumper:
+            line = pin(on.gpio)
+            clock.every(_step_of(clock), lambda: line.drive(not bumper.read().is_pressed), "switch")
+        case LightDriver(), _, _:
+            pass  # nothing reacts to a light
         case _:
             return False
     return True
+
+
+def _step_of(clock: Clock) -> float:
+    """Return the time in seconds between two updates of a model."""
+    return clock.step if isinstance(clock, SteppedClock) else 1 / MIN_PHYSICS_RATE_HZ
 
 
 def find_unmodelled(bindings: Iterable[DeviceBinding]) -> list[DeviceBinding]:

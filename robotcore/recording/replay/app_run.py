@@ -29,6 +29,8 @@ class TickReader:
         """The commands to the drive that the replay has not given yet."""
         self.motor_commands = deque(tick.motor_asks)
         """The commands to motors outside the drive that the replay has not given yet."""
+        self.actuator_commands = deque(tick.commands)
+        """The commands to other actuators that the replay has not given yet."""
         self._angles = deque(tick.turned)
         self._reads: dict[str, deque[Read]] = defaultdict(deque)
         for read in tick.reads:
@@ -45,7 +47,7 @@ class TickReader:
     def early_error(self) -> RobotcoreError | None:
         """The error of a latch that tripped before the first event of this tick, such as an e-stop; else None."""
         tick = self.tick
-        has_begun = tick.reads or tick.asks or tick.motor_asks or tick.turned or not tick.interventions
+        has_begun = tick.reads or tick.asks or tick.motor_asks or tick.commands or tick.turned or not tick.interventions
         error = None if has_begun or tick.error is None else tick.error.rebuild()
         return error if isinstance(error, RobotcoreError) and not self.is_cut_short else None
 

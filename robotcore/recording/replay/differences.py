@@ -11,7 +11,7 @@ from robotcore.errors import RecordingError
 from robotcore.geometry import Wheels
 from robotcore.hal.device import Sample, list_values
 from robotcore.kinds.camera import Frame
-from robotcore.recording.events import DriveCommand, MotorCommand, Read, SampleKey, Tick
+from robotcore.recording.events import ActuatorCommand, DriveCommand, MotorCommand, Read, SampleKey, Tick
 from robotcore.text import escape
 
 NO_COMMAND = "no command"
@@ -90,8 +90,10 @@ def get_velocities(command: DriveCommand | MotorCommand) -> tuple[float, ...] | 
     return (command.asked,) if isinstance(command.asked, (int, float)) else command.asked
 
 
-def format_command(command: DriveCommand | MotorCommand) -> str:
+def format_command(command: DriveCommand | MotorCommand | ActuatorCommand) -> str:
     """Return a command as text with all digits."""
+    if isinstance(command, ActuatorCommand):
+        return f"{command.device} {command.asked!r}"
     if isinstance(command, DriveCommand):
         return format_wheels(command.asked)
     return f"{command.device} stop" if command.asked is None else f"{command.device} {command.asked!r} rad/s"

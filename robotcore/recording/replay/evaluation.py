@@ -10,8 +10,9 @@ from typing import Any
 
 from robotcore.errors import RecordingEndedError
 from robotcore.geometry import Wheels
-from robotcore.hal.device import SampleT, Sensor
+from robotcore.hal.device import Actuator, SampleT, Sensor
 from robotcore.recording import MotorCommand, Recording
+from robotcore.recording.events import ActuatorCommand
 from robotcore.recording.replay.app_permission import is_recorded_app, require_recorded_app
 from robotcore.recording.replay.app_run import ReplayTap, require_ticks, run_app
 from robotcore.recording.replay.differences import (
@@ -23,7 +24,7 @@ from robotcore.recording.replay.differences import (
 )
 from robotcore.recording.tap import RecordingTap
 from robotcore.runtime.apps import app_name
-from robotcore.runtime.layers.base import MotorOutput, Reader
+from robotcore.runtime.layers.base import MotorOutput, Reader, Send
 from robotcore.runtime.result import RunResult
 from robotcore.runtime.trace import TickRecord
 from robotcore.safety import Latch
@@ -146,6 +147,9 @@ class DecisionComparator(ReplayTap):
     def latch(self, latch: Latch) -> None:
         self._recorder.latch(latch)
 
+    def actuator(self, actuator: Actuator[Any], send: Send) -> Send:
+        return self._recorder.actuator(actuator, send)
+
     def standalone_motor(self, motor: MotorOutput) -> MotorOutput:
         return self._recorder.standalone_motor(motor)
 
@@ -157,15 +161,15 @@ class DecisionComparator(ReplayTap):
         return reader
 
     def tick(self, record: TickRecord) -> None:
-        tick, motor_asks = self.current.tick, self._recorder.take().motor_asks
+        tick, events = self.current.tick, self._recorder.take()
         self._states.append(record.state)
-        commands = _format_commands(tick.motor_asks), _format_commands(motor_asks)
+        recorded, evaluated = (_format_commands([*each.motor_asks, *each.commands]) for each in (tick, events))
         if record.state != tick.state:
             self._add_difference("the state", repr(tick.state), repr(record.state))
         elif not self._is_equal(tick.asked, record.asked):
             self._add_difference("the command", *(_format_wheels(asked) for asked in (tick.asked, record.asked)))
-        elif commands[0] != commands[1]:
-            self._add_difference("the command", *commands)
+        elif recorded != evaluated:
+            self._add_difference("the command", recorded, evaluated)
         self.advance(len(self._states))
 
     def build_evaluation(self, result: RunResult) -> Evaluation:
@@ -182,7 +186,7 @@ class DecisionComparator(ReplayTap):
         )
 
 
-def _format_commands(commands: Iterable[MotorCommand]) -> str:
+def _format_commands(commands: Iterable[MotorCommand | ActuatorCommand]) -> str:
     return ", ".join(map(format_command, commands)) or NO_COMMAND
 
 

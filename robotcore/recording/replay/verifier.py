@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
-from typing import NoReturn, TypeVar
+from typing import Any, NoReturn, TypeVar
 
 from robotcore.errors import DeviationError, RecordingEndedError, RobotcoreError, SafetyStop
 from robotcore.geometry import Wheels
-from robotcore.hal.device import SampleT, Sensor
+from robotcore.hal.device import Actuator, SampleT, Sensor
+from robotcore.kinds.display import Display
 from robotcore.recording import DriveCommand, MotorCommand, RecordedError, Recording
+from robotcore.recording.codec import to_plain
+from robotcore.recording.events import ActuatorCommand
 from robotcore.recording.replay.app_run import ReplayTap
 from robotcore.recording.replay.differences import (
     NO_COMMAND,
@@ -21,12 +24,12 @@ from robotcore.recording.replay.differences import (
     format_wheels,
     get_velocities,
 )
-from robotcore.runtime.layers.base import MotorOutput, Reader
+from robotcore.runtime.layers.base import MotorOutput, Reader, Send
 from robotcore.runtime.trace import TickRecord, Trace
 from robotcore.safety import CommandFilter, Commit, Latch
 from robotcore.safety.velocity_limits import STOPPED
 
-CommandT = TypeVar("CommandT", DriveCommand, MotorCommand)
+CommandT = TypeVar("CommandT", DriveCommand, MotorCommand, ActuatorCommand)
 
 
 class Verifier(ReplayTap):
@@ -90,7 +93,10 @@ class Verifier(ReplayTap):
             self.end_if_cut_short()
             self.report_difference("the command", NO_COMMAND, format_command(command))
         recorded = left.popleft()
-        is_equal = self.is_equal(get_velocities(recorded), get_velocities(command))
+        if isinstance(recorded, ActuatorCommand) or isinstance(command, ActuatorCommand):
+            is_equal = recorded.asked == command.asked
+        else:
+            is_equal = self.is_equal(get_velocities(recorded), get_velocities(command))
         if not is_equal or getattr(recorded, "device", "") != getattr(command, "device", ""):
             self.report_difference("the command", format_command(recorded), format_command(command))
         if recorded.error:
@@ -125,6 +131,17 @@ class Verifier(ReplayTap):
             return read()
 
         return reader
+
+    def actuator(self, actuator: Actuator[Any], send: Send) -> Send:
+        """Return a function that compares each command with the recorded one. Pictures are not compared."""
+        if isinstance(actuator, Display):
+            return send
+
+        def send_compared(command: Any) -> Any:
+            self.answer(self.current.actuator_commands, ActuatorCommand(actuator.name, to_plain(command)))
+            return send(command)
+
+        return send_compared
 
     def command_filter(self, inner: CommandFilter) -> CommandFilter:
         self._stage = ReplayedStage(self)
@@ -173,6 +190,7 @@ class Verifier(ReplayTap):
             self.require_none_left(self.current.commands)
         if not tick.error:
             self.require_none_left(self.current.motor_commands)
+            self.require_none_left(self.current.actuator_commands)
         if record.state != tick.state:
             self.report_difference("the state", repr(tick.state), repr(record.state))
         self.trace.add(record)

@@ -49,14 +49,18 @@ class Bump(Behaviour):
         return Status.RUNNING
 
 
-@pytest.fixture
-def robot(tmp_path: Path) -> str:
-    """The file of a rover with two bumpers, and without the range sensor that would stop it in front of a wall."""
+def write_bumper_rover(folder: Path, section: str = "") -> str:
+    """Write the file of a rover with two bumpers, and without the range sensor that would stop it before a wall."""
     rover = re.sub(r'\[\[devices\]\]\nkind = "range_sensor".*?\n\n', "", ROVER, flags=re.DOTALL)
     rover = re.sub(r"\[\w+\.nose\].*?(\n\n|\Z)", "", rover, flags=re.DOTALL)
-    file = tmp_path / "bumpy.toml"
-    file.write_text(rover + BUMPERS)
+    file = folder / "bumpy.toml"
+    file.write_text(rover + BUMPERS + section)
     return str(file)
+
+
+@pytest.fixture
+def robot(tmp_path: Path) -> str:
+    return write_bumper_rover(tmp_path)
 
 
 @pytest.mark.parametrize("backend", SIMULATORS)

@@ -1,0 +1,78 @@
+"""A light of one colour, or of red, green and blue."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC
+from typing import Any, Literal
+
+from robotcore.description import DeviceDescription
+from robotcore.errors import InvalidCommandError
+from robotcore.hal.device import Actuator
+from robotcore.hal.kind import Kind
+
+Brightness = tuple[float, float, float]
+"""The brightness of red, green and blue, each from 0 to 1."""
+
+OFF: Brightness = (0.0, 0.0, 0.0)
+
+
+class LedDescription(DeviceDescription):
+    """A light of one colour, or of red, green and blue."""
+
+    kind: Literal["led"]
+    is_rgb: bool = False
+    """Whether the light has red, green and blue. Otherwise it shows the brightest of the three."""
+
+    def arguments(self) -> dict[str, Any]:
+        return {"is_rgb": self.is_rgb}
+
+
+class Led(Actuator[Brightness], ABC):
+    """A light. It is off when a run begins and after it has ended.
+
+    ``is_rgb`` is whether it has red, green and blue.
+
+    >>> from robotcore.hal.kind import build_actuator
+    >>> shown = []
+    >>> led = build_actuator(LedDescription(kind="led", name="lamp"), shown.append)
+    >>> led.set_brightness(0.5), led.set_colour(2.0, 0.0, 0.0)
+    (0.5, (1.0, 0.0, 0.0))
+    >>> led.close()
+    >>> shown
+    [(0.5, 0.5, 0.5), (1.0, 0.0, 0.0), (0.0, 0.0, 0.0)]
+    """
+
+    kind = "led"
+
+    def __init__(self, name: str, *, is_rgb: bool = False) -> None:
+        super().__init__(name)
+        self.is_rgb = is_rgb
+
+    def set_brightness(self, brightness: float) -> float:
+        """Set the brightness, 0 to 1, and return the brightness that was sent.
+
+        Raises InvalidCommandError if it is NaN or infinite, and DeviceError if the light fails.
+        """
+        return max(self.send((brightness, brightness, brightness)))
+
+    def set_colour(self, red: float, green: float, blue: float) -> Brightness:
+        """Set the brightness of each colour, 0 to 1, and return what was sent.
+
+        Raises InvalidCommandError if one is NaN or infinite, and DeviceError if the light fails.
+        """
+        return self.send((red, green, blue))
+
+    def stop(self) -> None:
+        """Switch the light off."""
+        if not self._is_closed:
+            self._attempt(self._apply, OFF)
+
+    def _limit(self, command: Brightness) -> Brightness:
+        if not all(map(math.isfinite, command)):
+            raise InvalidCommandError(f"{self.name}: the app set the brightness {command}. Give numbers from 0 to 1")
+        red, green, blue = (max(0.0, min(float(each), 1.0)) for each in command)
+        return red, green, blue
+
+
+KIND = Kind("a light of one colour, or of red, green and blue", LedDescription, Led, is_optional=True)

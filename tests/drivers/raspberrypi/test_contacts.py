@@ -1,0 +1,43 @@
+"""A bumper's switch on a mock pin, and on a virtual one in a run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from gpiozero.pins.mock import MockFactory
+
+import robotcore
+from robotcore import Outcome, RunRequest
+from robotcore.errors import DeviceClosedError
+from robotcore.hal.clock import SteppedClock
+from robotcore.hardware import Host, bind_devices
+from robotcore.kinds import Bumper
+from robotcore.kinds.bumper import BumperDescription
+from tests.drivers.raspberrypi.motors.rig import rover
+from tests.robotcore.kinds.test_bumper import Bump, write_bumper_rover
+
+WIRED = '\n[raspberrypi.front]\ndriver = "switch"\ngpio = 12\n\n[raspberrypi.rear]\ndriver = "switch"\ngpio = 13\n'
+
+
+def test_pressed_switch_pulls_its_pin_down() -> None:
+    pins, clock = MockFactory(), SteppedClock(20.0, lambda _steps: None)
+    front = BumperDescription(kind="bumper", name="front")
+    robot = rover({"front": {"driver": "switch", "gpio": 12}}).model_copy(update={"devices": (front,)})
+    (binding,) = bind_devices(robot, "raspberrypi")
+    bumper = binding.open(Host(robot, clock, pins))
+    assert isinstance(bumper, Bumper)
+    assert not bumper.read().is_pressed
+    pins.pin(12).drive_low()
+    assert not bumper.read().is_pressed  # one sample at each time
+    clock.sleep_until(0.05)
+    assert bumper.read().is_pressed
+    bumper.close()
+    with pytest.raises(DeviceClosedError):
+        bumper.read()
+
+
+def test_switch_on_virtual_pins_ends_a_run(tmp_path: Path) -> None:
+    robot = write_bumper_rover(tmp_path, WIRED)
+    result = robotcore.run(RunRequest(Bump, robot=robot, backend="virtualpi", world="arena"))
+    assert (result.outcome, result.reason, result.contacts) == (Outcome.SUCCESS, "front", 1)
