@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 from collections.abc import Iterable, Sequence
 from concurrent.futures import Future, wait
 from contextlib import suppress
+from functools import partial
 from queue import SimpleQueue
 from socket import socket
 from typing import Literal
@@ -156,9 +158,11 @@ class GuardianProcess:
         """Open the cutoffs, report the result to the app, and guard the motors until the app ends."""
         opened = self._run_all("open", OPENING_S)
         self._send(opened.to_line())
-        if not opened.failed and not self._serve():
-            _log_crash(self._app, self._run_all("stop", STOPPING_S))
+        has_crashed = not opened.failed and not self._serve()
+        stops = self._run_all("stop", STOPPING_S) if has_crashed else None
         self._run_all("close", STOPPING_S)
+        if stops:  # at the end, because a full pipe at stderr blocks
+            _log_crash(self._app, stops)
 
     def _serve(self) -> bool:
         # Returns whether the app sent `BYE`. Without it, the app's process has died.
@@ -169,7 +173,9 @@ class GuardianProcess:
             except TimeoutError:
                 self._is_armed = False
                 self._send((stops := self._run_all("stop", STOPPING_S)).to_line())
-                _log(_warnings(stops))  # a suspended app may never read the report, so print it
+                if warnings := _warnings(stops):  # a suspended app may never read the report, so print it
+                    with suppress(ResourceError):  # in another thread, because a full pipe at stderr blocks
+                        start_thread(partial(_log, warnings), "log")
                 continue
             if not received or received.endswith(BYE):
                 return bool(received)
@@ -201,9 +207,11 @@ def _warnings(stops: Report) -> list[str]:
 
 
 def _log(lines: Iterable[str]) -> None:
-    with suppress(OSError):
-        sys.stderr.write("".join(f"guardian: {line}\n" for line in lines))
-        sys.stderr.flush()
+    # Past the buffer of `sys.stderr`, whose lock another thread may hold in a blocked write. Without `sys.stderr`, its
+    # file descriptor may be that of a port.
+    if sys.stderr:
+        with suppress(OSError):
+            os.write(sys.stderr.fileno(), "".join(f"guardian: {line}\n" for line in lines).encode())
 
 
 LIMIT_S = 10.0

@@ -1,14 +1,17 @@
 from __future__ import annotations
 
+import threading
 from pathlib import Path
+from socket import SHUT_WR, socketpair
 
 import pytest
 
 from robotcore.errors import ResourceError
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.safety.guardian import process
-from robotcore.safety.guardian.process import CutoffWorker, run_all, stop_once
-from robotcore.safety.guardian.protocol import Report
+from robotcore.safety.guardian.process import CutoffWorker, GuardianProcess, run_all, stop_once
+from robotcore.safety.guardian.protocol import DRIVING, Assignment, Report
+from robotcore.threads import start_thread
 from tests.robotcore.safety.guardian.doubles import cutoff
 from tests.robotcore.safety.guardian.recorder import Recorder, notes
 
@@ -51,3 +54,27 @@ def test_motors_stop_also_if_the_system_refuses_threads(diary: Path, monkeypatch
     monkeypatch.setattr(process, "start_thread", refuse)
     report = stop_once([cutoff(diary, "gone", "fails to open"), cutoff(diary, "left_motor")])
     assert (report.done, report.failed) == (("left_motor",), ("gone: OSError: no open",))
+
+
+def test_a_full_stderr_delays_neither_the_guardian_nor_the_closing_of_a_cutoff(
+    diary: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    logs: list[tuple[str, bool]] = []
+
+    def log(_lines: object) -> None:
+        is_closed = "close left_motor" in {note.action for note in notes(diary)}
+        logs.append((threading.current_thread().name, is_closed))
+
+    monkeypatch.setattr(process, "_log", log)
+    app, link = socketpair()
+    with app, link:
+        cutoffs = cutoff(diary), cutoff(diary, "right_motor", "fails to stop")
+        guardian = start_thread(GuardianProcess(link, Assignment(1, 0.05, cutoffs)).run, "guardian")
+        app.sendall(DRIVING)
+        answers = b""
+        while b"OSError: no stop" not in answers:
+            answers += app.recv(4096)
+        app.shutdown(SHUT_WR)
+        guardian.join()
+    assert [name for name, _ in logs] == ["log", "guardian"]
+    assert ("guardian", True) in logs
