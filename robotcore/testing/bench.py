@@ -17,6 +17,7 @@ from robotcore.hal.backend import Backend, Capability, Setup
 from robotcore.hal.device import Sensor
 from robotcore.hal.drive import Odometry
 from robotcore.hal.robot import Robot, Role
+from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.kinds.encoder import Encoder
 from robotcore.kinds.motor import Motor
 from robotcore.runtime.needs import needed_devices
@@ -33,6 +34,9 @@ STANDSTILL_M = 0.002
 
 UNPLUGGED_S = 6.0
 """The calls of a device must raise an error after this time without its hardware, in seconds."""
+
+LONGEST_CALL_S = 0.02
+"""A command or a reading must not take longer, in seconds. A tick has those of all devices."""
 
 NO_TRUTH = (
     "the robot has no ground truth. Open it as Robot(..., truth=...), or remove POSE and CONTACTS from capabilities"
@@ -267,6 +271,13 @@ def raises_in_time(robot: Robot, call: Callable[[], object]) -> bool:
             return True
         sleep(robot, 1 / RATE_HZ)
     return False
+
+
+def measure_time(call: Callable[[], object]) -> float:
+    """Make a call, and return how long it took, in seconds of wall time."""
+    clock = MonotonicClock()
+    call()
+    return clock.now()
 
 
 def list_sensors(robot: Robot) -> list[Sensor[Any]]:

@@ -94,11 +94,13 @@ class EncoderRules(TestBench):
                     "Count angles from the opening"
                 )
 
-    def test_encoders_count_forward_as_positive(self) -> None:
-        left, right = self._measure_turn(SPEED_RAD_S, SPEED_RAD_S)
-        assert left > 0 < right, (
-            f"both motors were commanded +{SPEED_RAD_S} rad/s, and the encoders counted {left:+.2f} rad on the left "
-            f"and {right:+.2f} rad on the right. Negate the encoder that counts down in forward motion"
+    @pytest.mark.parametrize("sign", [1, -1], ids=["forward", "backward"])
+    def test_encoders_count_forward_as_positive(self, sign: int) -> None:
+        left, right = self._measure_turn(sign * SPEED_RAD_S, sign * SPEED_RAD_S)
+        assert sign * left > 0 < sign * right, (
+            f"both motors were commanded {sign * SPEED_RAD_S:+} rad/s, and the encoders counted {left:+.2f} rad on the "
+            f"left and {right:+.2f} rad on the right. Look at each wheel whose count has the wrong sign: if it turns "
+            "the wrong way, negate its motor, else its encoder"
         )
 
     def test_each_encoder_counts_its_own_wheel(self) -> None:

@@ -86,6 +86,18 @@ class LifecycleRules(TestBench):
             "Let close() wait until the hardware has the last command of every motor, a velocity of 0"
         )
 
+    def test_closing_unplugged_hardware_is_an_error(self) -> None:
+        try:
+            with self.open_robot(None, Role.DRIVE) as robot:
+                self.command_wheels(robot, SPEED_RAD_S, SPEED_RAD_S)
+                self.unplug(robot)
+        except DeviceError:
+            return
+        pytest.fail(
+            "close() raised no error without hardware, although the wheels may still turn. Raise the error of each "
+            "motor's last command in close(), as DeviceError"
+        )
+
     @pytest.mark.parametrize("broken", ["left", "right"])
     def test_other_motor_stops_if_one_fails_to_stop(self, broken: str) -> None:
         robot = self.open_robot(None, Role.DRIVE)

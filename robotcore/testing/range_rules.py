@@ -10,10 +10,11 @@ from robotcore.description import WorldDescription
 from robotcore.hal.robot import Role
 from robotcore.kinds.range_sensor import Range, RangeSensorDescription
 from robotcore.testing import worlds
-from robotcore.testing.bench import TestBench, TestSupport, sleep
+from robotcore.testing.bench import RATE_HZ, TestBench, TestSupport, sleep
 
 TOLERANCE_M = 0.01
 TOUCH_M = 0.0005
+SPEED_RAD_S = 4.0
 NARROW_RAD = 0.05
 
 
@@ -98,6 +99,19 @@ class RangeRules(TestBench):
         assert got == pytest.approx(expected), (
             f"min_range, max_range and cone are {got}. Set them to the described values, {expected}"
         )
+
+    def test_distance_is_within_the_limits_or_inf(self) -> None:
+        roles = (Role.RANGE, Role.DRIVE) if self.description.drive else (Role.RANGE,)
+        with self.open_robot(worlds.wall(self.sensor.mount, self._distance_in_range_m), *roles) as robot:
+            if self.description.drive:
+                self.command_wheels(robot, SPEED_RAD_S, SPEED_RAD_S, seconds=0.0)
+            for _ in range(round(RATE_HZ)):
+                sleep(robot, 1 / RATE_HZ)
+                distance = robot.range.read().distance
+                assert self.sensor.min_range_m <= distance <= self.sensor.max_range_m or distance == math.inf, (
+                    f"{self.sensor.name} returned {distance} m. Return a distance from {self.sensor.min_range_m} to "
+                    f"{self.sensor.max_range_m} m, or inf if nothing is in range"
+                )
 
     def test_lost_echo_makes_no_new_sample(self) -> None:
         self.require(TestSupport.LOST_ECHO)

@@ -10,7 +10,16 @@ from robotcore.errors import UsageError
 from robotcore.hal.backend import Capability
 from robotcore.hal.robot import Robot
 from robotcore.kinds.battery import Battery
-from robotcore.testing.bench import RATE_HZ, UNPLUGGED_S, TestBench, list_sensors, raises_in_time, sleep
+from robotcore.testing.bench import (
+    LONGEST_CALL_S,
+    RATE_HZ,
+    UNPLUGGED_S,
+    TestBench,
+    list_sensors,
+    measure_time,
+    raises_in_time,
+    sleep,
+)
 from robotcore.testing.fakes import Gate
 
 RATES_HZ = (10.0, 20.0, 30.0, 50.0)
@@ -86,6 +95,10 @@ FRESH_S = 1.0
 """A sensor must have a new sample within this time, in seconds. For batteries see `device_rules`."""
 
 
+PAUSES_S = (0.0, 0.005, 0.005, 0.005)
+"""The pauses between readings of one sensor, in seconds. Most drivers poll less often."""
+
+
 class SampleRules(TestBench):
     """Rules for the samples of every sensor."""
 
@@ -124,11 +137,15 @@ class SampleRules(TestBench):
     def test_sequence_changes_only_with_the_capture_time(self) -> None:
         with self.open_robot() as robot:
             for sensor in list_sensors(robot):
-                first, second = sensor.read(), sensor.read()
-                assert (first.sequence == second.sequence) == (first.time == second.time), (
-                    f"{sensor.name} returned sequence {first.sequence} with {first.time} s, then {second.sequence} "
-                    f"with {second.time} s. Change sequence and time together, at each new sample"
-                )
+                first = sensor.read()
+                for pause_s in PAUSES_S:
+                    sleep(robot, pause_s)
+                    second = sensor.read()
+                    assert (first.sequence == second.sequence) == (first.time == second.time), (
+                        f"{sensor.name} returned sequence {first.sequence} with {first.time} s, then "
+                        f"{second.sequence} with {second.time} s. Change sequence and time together, at each new sample"
+                    )
+                    first = second
 
     def test_reading_does_not_advance_the_clock(self) -> None:
         self.require(Capability.LOCKSTEP)
@@ -150,6 +167,11 @@ class SampleRules(TestBench):
                 assert not gate.blocks(sensor.read), (
                     f"{sensor.name}: read() waited for the hardware. Poll the hardware in a thread of the driver, and "
                     "let read() return the newest sample"
+                )
+                fastest_s = min(measure_time(sensor.read) for _ in range(3))
+                assert fastest_s < LONGEST_CALL_S, (
+                    f"{sensor.name}: read() took {1000 * fastest_s:.0f} ms, which delays every tick. Return the newest "
+                    f"sample within {1000 * LONGEST_CALL_S:.0f} ms, and measure in a thread of the driver"
                 )
 
     def test_reading_unplugged_hardware_is_an_error(self) -> None:

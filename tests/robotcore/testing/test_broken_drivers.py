@@ -21,7 +21,7 @@ from tests.robotcore.testing.harness import Broken, Sound, find_failing_rules, l
 MOTION_RULES = {
     "positive_velocity_drives_forward",
     "left_motor_faster_turns_right",
-    "velocity_is_in_radians_per_second",
+    "wheels_turn_at_the_commanded_velocity",
     "stop_brings_the_wheels_to_rest",
 }
 

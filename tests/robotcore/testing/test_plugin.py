@@ -55,7 +55,7 @@ def list_unchecked(result: pytest.RunResult) -> list[str]:
 
 def test_rules_not_checked_are_listed_with_their_reason(pytester: pytest.Pytester, check_text: CheckText) -> None:
     result = run_suite(pytester)
-    result.assert_outcomes(passed=3, skipped=5, deselected=result.parseoutcomes()["deselected"])
+    result.assert_outcomes(passed=3, skipped=6, deselected=result.parseoutcomes()["deselected"])
     assert "skipped" in result.outlines[-1]
     check_text("\n".join(list_unchecked(result)))
 
@@ -64,7 +64,7 @@ def test_backend_that_is_not_installed_is_skipped_with_its_remedy(
     pytester: pytest.Pytester, check_text: CheckText
 ) -> None:
     result = run_suite(pytester, "no_such_simulator")
-    assert result.parseoutcomes()["skipped"] == 8
+    assert result.parseoutcomes()["skipped"] == 9
     check_text(list_unchecked(result)[0])
 
 

@@ -87,6 +87,11 @@ BROKEN = (
         scale_angles(-1.0),
     ),
     broken(
+        "encoders have no direction",
+        "encoders_count_forward_as_positive",
+        change_samples(Encoder, lambda sample: replace(sample, angle=abs(sample.angle))),
+    ),
+    broken(
         "angles are in degrees",
         "angles_are_in_radians pose_moves_as_the_wheels_roll",
         scale_angles(math.degrees(1.0)),

@@ -91,19 +91,40 @@ def raise_the_limit(robot: Robot) -> None:
         motor.max_velocity = 100.0
 
 
-def scale(factor: float) -> Callable[[Apply], Apply]:
-    def change(apply: Apply) -> Apply:
-        return lambda rad_s: apply(factor * rad_s)
+def change_velocity(change: Callable[[float], float]) -> Callable[[Apply], Apply]:
+    return lambda apply: lambda rad_s: apply(change(rad_s))
 
-    return change
+
+def scale(factor: float) -> Callable[[Apply], Apply]:
+    return change_velocity(lambda rad_s: factor * rad_s)
 
 
 BROKEN: tuple[Any, ...] = (
     broken(
         "the motors are mounted the wrong way round",
         "positive_velocity_drives_forward left_motor_faster_turns_right encoders_count_forward_as_positive "
-        "bump_into_a_wall_is_one_contact",
+        "wheels_turn_at_the_commanded_velocity bump_into_a_wall_is_one_contact",
         change_apply(scale(-1.0)),
+    ),
+    broken(
+        "the motors cannot turn backward",
+        "wheels_turn_at_the_commanded_velocity encoders_count_forward_as_positive",
+        change_apply(change_velocity(abs)),
+    ),
+    broken(
+        "the velocities are whole numbers",
+        "wheels_turn_at_the_commanded_velocity",
+        change_apply(change_velocity(int)),
+    ),
+    broken(
+        "slow commands do not turn the wheels",
+        "wheels_turn_at_the_commanded_velocity",
+        change_apply(change_velocity(lambda rad_s: rad_s if abs(rad_s) > 1.5 else 0.0)),
+    ),
+    broken(
+        "the wheels do not reach the limit",
+        "wheels_turn_at_the_commanded_velocity",
+        change_apply(change_velocity(lambda rad_s: min(rad_s, 5.0))),
     ),
     broken(
         "left and right motor are swapped",
@@ -112,7 +133,7 @@ BROKEN: tuple[Any, ...] = (
     ),
     broken(
         "velocities are not in rad/s",
-        "velocity_is_in_radians_per_second angles_are_in_radians",
+        "wheels_turn_at_the_commanded_velocity angles_are_in_radians",
         change_apply(scale(0.5)),
     ),
     broken("zero is not sent", "stop_brings_the_wheels_to_rest", change_apply(ignore_zero)),

@@ -93,6 +93,18 @@ BROKEN = (
     ),
     broken("the detected point is mirrored", "detected_point_is_left_positive", change_samples(RangeSensor, mirror)),
     broken("the cone is half the described one", "limits_equal_the_description", set_attributes("nose", cone=CONE / 2)),
+    broken(
+        "distances that are too long are returned",
+        "distance_is_within_the_limits_or_inf",
+        change_distances(lambda metres: MAX_RANGE + metres),
+        suite=EchoLossSuite,
+    ),
+    broken(
+        "distances that cannot be measured are nan",
+        "distance_is_within_the_limits_or_inf",
+        change_distances(lambda _: math.nan),
+        suite=EchoLossSuite,
+    ),
     broken("a lost echo reads inf", "lost_echo_makes_no_new_sample", suite=InfiniteEchoLossSuite),
     broken("a lost echo reads the old value as new", "lost_echo_makes_no_new_sample", suite=NewEchoLossSuite),
 )

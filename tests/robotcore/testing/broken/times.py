@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 import time
 from dataclasses import replace
 from functools import partial
@@ -40,6 +41,20 @@ class HardwareWaitSuite(Sound):
 
 def _wait_at(gate: Gate, sample: Range) -> Range:
     gate.pass_through()
+    return sample
+
+
+class SlowReadSuite(Sound):
+    """A suite for a driver whose sensors return a sample late, without an answer of the hardware."""
+
+    def open_gated(self, setup: Setup, gate: Gate) -> Robot:
+        robot = self.open(setup)
+        change_samples(RangeSensor, _return_late)(robot)
+        return robot
+
+
+def _return_late(sample: Range) -> Range:
+    time.sleep(0.03)
     return sample
 
 
@@ -116,19 +131,29 @@ BROKEN = (
     ),
     broken(
         "the capture time is that of the first sample",
-        "capture_time_advances",
+        "capture_time_advances sequence_changes_only_with_the_capture_time",
         change_samples(RangeSensor, lambda sample: replace(sample, time=0.0)),
     ),
     broken(
         "every sample has the same sequence",
-        "new_sample_has_a_higher_sequence",
+        "new_sample_has_a_higher_sequence sequence_changes_only_with_the_capture_time",
         change_samples(RangeSensor, lambda sample: replace(sample, sequence=0)),
     ),
     broken("the sequence counts reads", "sequence_changes_only_with_the_capture_time", count_reads),
+    broken(
+        "the capture time is that of the reading",
+        "sequence_changes_only_with_the_capture_time",
+        change_samples(RangeSensor, lambda sample: replace(sample, sequence=math.floor(sample.time / 0.05))),
+    ),
     broken("reading lets time pass", "reading_does_not_advance_the_clock", sleep_in_reads),
     broken("reading asks the hardware", "reading_does_not_wait_for_hardware", suite=HardwareWaitSuite),
+    broken("reading takes 30 ms", "reading_does_not_wait_for_hardware", suite=SlowReadSuite),
     broken("time begins before the opening", "time_begins_at_zero", sleep_one_step),
-    broken("the clock is set back", "time_never_goes_back steps_divide_the_tick", set_back),
+    broken(
+        "the clock is set back",
+        "time_never_goes_back steps_divide_the_tick wheels_turn_at_the_commanded_velocity",
+        set_back,
+    ),
     broken(
         "sleep ends early",
         "sleep_does_not_end_before_its_deadline steps_divide_the_tick",

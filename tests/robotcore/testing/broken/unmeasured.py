@@ -94,13 +94,14 @@ BROKEN = (
     ),
     broken(
         "a measured robot without encoders drives backward",
-        "positive_velocity_drives_forward left_motor_faster_turns_right",
+        "positive_velocity_drives_forward left_motor_faster_turns_right wheels_turn_at_the_commanded_velocity",
         drive_backward,
         suite=MeasuredWithoutEncodersSuite,
     ),
     broken(
         "a measured robot has reversed motors and encoders",
-        "positive_velocity_drives_forward left_motor_faster_turns_right pose_moves_as_the_wheels_roll",
+        "positive_velocity_drives_forward left_motor_faster_turns_right wheels_turn_at_the_commanded_velocity "
+        "pose_moves_as_the_wheels_roll",
         reverse_motors_and_encoders,
         suite=MeasuredSuite,
     ),
