@@ -16,6 +16,7 @@ from typing import NoReturn
 from robotcore.errors import BehaviourError, UnknownNameError, UsageError
 from robotcore.plugins import APPS, app_names, load_registered
 from robotcore.runtime.behaviour import Behaviour
+from robotcore.runtime.forks import end_forks
 from robotcore.text import escape, suggest_attribute
 
 IMPORT_ADVICE = "Put the code that causes this below if __name__ == '__main__', or into step()"
@@ -166,14 +167,16 @@ def use_script_folder(file: Path) -> None:
 def load_app(name: str) -> type[Behaviour]:
     """Return the app with a registered name, or the app in a ``.py`` file.
 
-    An underscore in a registered name counts as a hyphen.
+    An underscore in a registered name counts as a hyphen. A copy of the process that the import makes with ``os.fork``
+    ends.
     """
-    if is_app_file(name):
-        return load_app_file(name)
-    if app_name(name) not in app_names():
-        refuse_other_file(name)
-    app: type[Behaviour] = load_registered("app", APPS, app_name(name))
-    return app
+    with end_forks(f"the import of {name}"):
+        if is_app_file(name):
+            return load_app_file(name)
+        if app_name(name) not in app_names():
+            refuse_other_file(name)
+        app: type[Behaviour] = load_registered("app", APPS, app_name(name))
+        return app
 
 
 def app_name(name: str) -> str:

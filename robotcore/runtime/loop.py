@@ -16,6 +16,7 @@ from robotcore.hal.device import Sensor
 from robotcore.hal.drive import DifferentialDrive
 from robotcore.kinds.motor import Motor
 from robotcore.runtime.behaviour import Behaviour, Status, require_callable
+from robotcore.runtime.forks import end_if_forked
 from robotcore.runtime.intervention_timer import InterventionTimer
 from robotcore.runtime.layers import Assembled
 from robotcore.runtime.monitors import DeviceLossTracker, SensorMonitor, WaitMonitor
@@ -26,13 +27,6 @@ from robotcore.safety import LOST, Commit, Intervention, TimeLimit
 
 TickObserver = Callable[[TickRecord], None]
 
-FORK_EXIT_STATUS = 1
-"""The exit status of the new process if an app calls ``os.fork`` in its step."""
-
-_FORK_MESSAGE = (
-    "error: {}.step called os.fork and returned in the new process {}. The new process ends, and the run continues. "
-    "Start other programs with subprocess, and Python functions with multiprocessing\n"
-)
 _IDLE = Commit(None, None, ())
 
 
@@ -237,11 +231,7 @@ class Loop:
                 self._waits.end(self._clock.now())
             return status
         finally:
-            if (process := os.getpid()) != self._process:
-                try:
-                    os.write(2, _FORK_MESSAGE.format(type(self.behaviour).__name__, process).encode())
-                finally:
-                    os._exit(FORK_EXIT_STATUS)
+            end_if_forked(self._process, f"{type(self.behaviour).__name__}.step")
 
     def _let_time_pass(self) -> None:
         self._deadline += self._period

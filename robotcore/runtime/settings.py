@@ -14,6 +14,7 @@ from pydantic import Field, TypeAdapter, ValidationError
 from robotcore.description import first_mistake
 from robotcore.errors import BehaviourError, RobotcoreError, UnknownNameError, UsageError
 from robotcore.runtime.behaviour import Behaviour
+from robotcore.runtime.forks import end_forks
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 """The type of a setting that is a finite number above 0."""
@@ -107,9 +108,10 @@ def configure(app: type[Behaviour], values: Mapping[str, Any]) -> Behaviour:
 
 @contextmanager
 def _blame(app: type[Behaviour]) -> Iterator[None]:
-    """Raise BehaviourError for an exception of the app's code."""
+    """Raise BehaviourError for an exception of the app's code, and end a copy of the process that this code makes."""
     try:
-        yield
+        with end_forks(f"the creation of {app.__name__}"):
+            yield
     except RobotcoreError:
         raise
     except (Exception, SystemExit) as error:

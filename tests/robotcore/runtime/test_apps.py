@@ -16,8 +16,10 @@ import pytest
 from robotcore.errors import BehaviourError, UsageError
 from robotcore.runtime import apps, versions
 from robotcore.runtime.apps import load_app, load_app_file, use_script_folder
+from robotcore.runtime.forks import EXIT_STATUS
+from robotcore.runtime.settings import configure
 from robotcore.runtime.time_limits import step_limit
-from tests.texts import Raises
+from tests.texts import CheckText, Raises
 
 
 @pytest.fixture(autouse=True)
@@ -128,3 +130,28 @@ def test_name_that_is_too_long_is_refused(ending: str, kind: str) -> None:
     with pytest.raises(UsageError) as caught:
         load_app(5000 * "a" + ending)
     assert caught.value.kind == kind
+
+
+@pytest.mark.filterwarnings("ignore::DeprecationWarning")  # of a fork of a process that has threads
+@pytest.mark.parametrize("place", ["the import", "the creation"])
+def test_a_copy_of_the_process_that_an_app_makes_ends_before_the_run(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str], place: str, check_text: CheckText
+) -> None:
+    app = tmp_path / "app.py"
+    app.write_text(
+        "import os\nfrom robotcore import Behaviour\n\ncopies = []\n\n"
+        "def fork():\n    copies.append(os.fork())\n\n"
+        "class App(Behaviour):\n    def __init__(self):\n        {creation}\n\n"
+        "    def step(self, robot):\n        pass\n\n{import}\n".format(
+            **{"creation": "pass", "import": "", place.removeprefix("the "): "fork()"}
+        )
+    )
+    process = os.getpid()
+    try:
+        created = configure(load_app(str(app)), {})
+    finally:
+        if os.getpid() != process:  # a copy that did not end
+            os._exit(0)
+    (copy,) = sys.modules[type(created).__module__].copies
+    assert os.waitstatus_to_exitcode(os.waitpid(copy, 0)[1]) == EXIT_STATUS
+    check_text(capfd.readouterr().err, hide=[copy])

@@ -59,6 +59,7 @@ def test_motors_stop_also_if_the_system_refuses_threads(diary: Path, monkeypatch
 def test_a_full_stderr_delays_neither_the_guardian_nor_the_closing_of_a_cutoff(
     diary: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(process, "RETRYING_S", 0.0)
     logs: list[tuple[str, bool]] = []
 
     def log(_lines: object) -> None:
