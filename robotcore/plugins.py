@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any
@@ -51,8 +52,8 @@ def load_registered(kind: str, group: str, name: str) -> Any:
     group: the group of the entry point.
     name: the name of the entry point.
 
-    Raises UsageError for an empty group, UnknownNameError for an unknown name, and BackendMissingError for an object
-    that cannot be imported.
+    Raises UsageError for an empty group and for a name that two packages register, UnknownNameError for an unknown
+    name, and BackendMissingError for an object that cannot be imported.
     """
     points = _points(group)
     if not points:
@@ -60,6 +61,13 @@ def load_registered(kind: str, group: str, name: str) -> Any:
         raise UsageError(text, kind="nothing-registered", group=group)
     if name not in points:
         raise UnknownNameError(kind, name, list(points))
+    if packages := _find_rivals(group).get(name):
+        raise UsageError(
+            f"the packages {' and '.join(packages)} both register the {kind} {name!r}. Uninstall one of them",
+            kind="registered-twice",
+            group=group,
+            name=name,
+        )
     try:
         return points[name].load()
     except Exception as error:
@@ -73,3 +81,12 @@ def load_registered(kind: str, group: str, name: str) -> Any:
 @cache
 def _points(group: str) -> dict[str, EntryPoint]:
     return {point.name: point for point in entry_points(group=group)}
+
+
+@cache
+def _find_rivals(group: str) -> dict[str, list[str]]:
+    """Return the packages that register a name with different objects, by the name."""
+    found: dict[str, dict[str, str]] = defaultdict(dict)
+    for point in entry_points(group=group):
+        found[point.name].setdefault(point.value, point.dist.name if point.dist else point.value)
+    return {name: sorted(values.values()) for name, values in found.items() if len(values) > 1}

@@ -1,4 +1,4 @@
-"""Commands that list what is installed: ``apps``, ``backends``, ``faults``, ``robots`` and ``worlds``."""
+"""Commands that list what is installed: ``apps``, ``backends``, ``faults``, ``kinds``, ``robots`` and ``worlds``."""
 
 from __future__ import annotations
 
@@ -56,6 +56,19 @@ def faults(*, as_json: bool) -> None:
     else:
         write_table(("fault", "on", "parameters", "example", "what it does"), map(_fault_cells, rows))
         write_lines(f"\n{_COMMON_PARAMETERS}")
+
+
+@click.command("kinds")
+@as_json
+def kinds(*, as_json: bool) -> None:
+    """List the kinds of devices, their keys in a robot's file, and their drivers."""
+    from robotcore.plugins import kind_names
+
+    rows = [_kind_row(name) for name in kind_names()]
+    if as_json:
+        write_json(rows)
+    else:
+        write_table(("kind", "keys", "values", "drivers", "what it is"), map(_kind_cells, rows))
 
 
 @click.command("robots")
@@ -171,6 +184,32 @@ def _fault_cells(fault: dict[str, Any]) -> tuple[str, ...]:
     own = (each for each in fault["parameters"] if each["name"] not in ("after", "lasts"))
     parameters = "\n".join(f"{each['name']}: {each['unit']}, {each['limits']}".removesuffix(", ") for each in own)
     return fault["name"], ", ".join(fault["on"]), parameters, fault["example"], fault["summary"]
+
+
+def _kind_row(name: str) -> dict[str, Any]:
+    from robotcore.errors import BackendMissingError
+    from robotcore.hal.device import list_values
+    from robotcore.hal.kind import load_kind
+    from robotcore.hardware import list_drivers
+
+    try:
+        kind = load_kind(name)
+    except BackendMissingError as error:
+        return {"name": name, "summary": str(error), "keys": [], "values": [], "drivers": [], "simulated": False}
+    return {
+        "name": name,
+        "summary": kind.summary,
+        "keys": [key for key in kind.description.model_fields if key not in ("kind", "name")],
+        "values": [each._asdict() for each in list_values(kind.sample)] if kind.sample else [],
+        "drivers": list_drivers(kind.description),
+        "simulated": kind.is_simulated,
+    }
+
+
+def _kind_cells(kind: dict[str, Any]) -> tuple[str, ...]:
+    units = ((each["field"], each["unit"]) for each in kind["values"])
+    values = "\n".join(f"{field} ({unit})" if unit else field for field, unit in units)
+    return kind["name"], "\n".join(kind["keys"]), values, "\n".join(kind["drivers"]), kind["summary"]
 
 
 def _robot_row(name: str) -> dict[str, Any]:

@@ -43,6 +43,7 @@ OUTPUT_FAILED = 1
         "lists:apps",
         "lists:backends",
         "lists:faults",
+        "lists:kinds",
         "lists:robots",
         "lists:worlds",
         "descriptions:check",

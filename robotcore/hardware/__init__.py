@@ -2,7 +2,7 @@
 
 from robotcore.hal.wiring import Pad, PadKind, Wire, Wiring
 from robotcore.hardware.backend import HardwareBackend
-from robotcore.hardware.binding import bind_devices
+from robotcore.hardware.binding import bind_devices, list_drivers
 from robotcore.hardware.driver import Connection, DeviceBinding, DeviceDriver, Drivers, Host, Shared
 from robotcore.hardware.opening import encoder_of, motor_of, open_devices, open_robot
 from robotcore.hardware.polled_samples import LatestSample, SampledRangeSensor
@@ -23,6 +23,7 @@ __all__ = [
     "Wiring",
     "bind_devices",
     "encoder_of",
+    "list_drivers",
     "motor_of",
     "open_devices",
     "open_robot",

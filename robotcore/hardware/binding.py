@@ -85,12 +85,17 @@ def _missing_hint(description: DeviceDescription) -> str:
     )
 
 
+def list_drivers(description: type[DeviceDescription]) -> list[str]:
+    """Return the names of the drivers that open devices with a class of descriptions."""
+    return list(_find_drivers(description))
+
+
 def _list_drivers(description: DeviceDescription) -> str:
-    return ", ".join(_find_drivers(description)) or "(none is installed)"
+    return ", ".join(_find_drivers(type(description))) or "(none is installed)"
 
 
 def _suggest_driver(name: str, description: DeviceDescription) -> str:
-    drivers = _find_drivers(description)
+    drivers = _find_drivers(type(description))
     word = _normalise(name)
     same = [driver for driver in drivers if _normalise(driver) == word]
     alike = [
@@ -107,13 +112,13 @@ def _normalise(word: str) -> str:
     return "".join(letter for letter in word.lower() if letter.isalnum())
 
 
-def _find_drivers(description: DeviceDescription) -> dict[str, type[DeviceDriver]]:
+def _find_drivers(description: type[DeviceDescription]) -> dict[str, type[DeviceDriver]]:
     # Drivers that cannot be imported are left out.
     found = {}
     for name in device_driver_names():
         with suppress(BackendMissingError):
             driver: type[DeviceDriver] = load_registered("device driver", DEVICES, name)
-            if isinstance(description, driver.described):
+            if issubclass(description, driver.described):
                 found[name] = driver
     return found
 

@@ -57,7 +57,7 @@ def list_commands(console: str) -> Iterator[ConsoleCommand]:
 
 def read_rows(page: str, heading: str) -> list[list[str]]:
     """Return the cells of each row of the tables below a heading, without their head rows."""
-    section = page.partition(f"## {heading}\n")[2].partition("\n## ")[0]
+    section = page.partition(f"# {heading}\n")[2].partition("\n## ")[0]
     tables = re.findall(r"^\|.*\n\| ---.*\n((?:\|.*\n)+)", section, re.MULTILINE)
     return [[cell.strip() for cell in row.strip("|").split("|")] for table in tables for row in table.splitlines()]
 

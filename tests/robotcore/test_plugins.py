@@ -20,17 +20,19 @@ Register = Callable[..., None]
 def register(monkeypatch: pytest.MonkeyPatch) -> Iterator[Register]:
     """Return a function that replaces the installed entry points of all groups."""
 
-    def install(**values: str) -> None:
+    def forget() -> None:
         registry._points.cache_clear()
-        monkeypatch.setattr(
-            registry,
-            "entry_points",
-            lambda group: [EntryPoint(name.replace("_", "-"), value, group) for name, value in values.items()],
-        )
+        registry._find_rivals.cache_clear()
+
+    def install(**values: str | list[str]) -> None:
+        forget()
+        listed = {name: [value] if isinstance(value, str) else value for name, value in values.items()}
+        points = [(name.replace("_", "-"), value) for name, each in listed.items() for value in each]
+        monkeypatch.setattr(registry, "entry_points", lambda group: [EntryPoint(*point, group) for point in points])
 
     yield install
     monkeypatch.undo()
-    registry._points.cache_clear()
+    forget()
 
 
 def test_everything_that_is_registered_can_be_loaded() -> None:
@@ -54,6 +56,17 @@ def test_unknown_name_suggests_the_nearest_name(register: Register, raises: Rais
     register(kinematic="a:B")
     with raises(UnknownNameError, "unknown-backend"):
         load_backend("kinematik")
+
+
+def test_name_that_two_packages_register_is_refused(register: Register, raises: Raises) -> None:
+    register(null_app=["mine:App", "theirs:App"])
+    with raises(UsageError, "registered-twice", name="null-app"):
+        load_app("null-app")
+
+
+def test_package_that_is_installed_twice_registers_its_names_once(register: Register) -> None:
+    register(null_app=["tests.robotcore.fakes:FunctionApp"] * 2)
+    assert load_app("null-app").__name__ == "FunctionApp"
 
 
 @pytest.mark.parametrize("name", ["my_apps", "my_apps/notes.txt"])

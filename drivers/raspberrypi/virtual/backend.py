@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import replace
 from typing import Annotated, Any
@@ -11,12 +11,13 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from drivers.raspberrypi.backend import RaspberryPiBackend
-from robotcore.description import RobotDescription, StrictModel
+from robotcore.description import DeviceDescription, RobotDescription, StrictModel
 from robotcore.errors import DescriptionError, UsageError
 from robotcore.hal.backend import Backend, Capability, Setup, load_backend
 from robotcore.hal.check_finding import Finding
+from robotcore.hal.kind import load_kind
 from robotcore.hal.robot import Robot
-from robotcore.hardware import open_robot
+from robotcore.hardware import DeviceBinding, list_drivers, open_robot
 
 
 class VirtualPiOptions(StrictModel):
@@ -58,15 +59,35 @@ class VirtualPiBackend(RaspberryPiBackend):
     def openable(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
         return Backend.openable(self, robot, options)
 
+    def bind(self, robot: RobotDescription, names: Iterable[str] | None = None) -> tuple[DeviceBinding, ...]:
+        """Return the devices with their drivers.
+
+        A device without a table is left out if its kind has no driver. The simulator's own device replaces it.
+        """
+        chosen = {device.name for device in robot.devices} if names is None else set(names)
+        return super().bind(robot, chosen - {device.name for device in self._find_driverless(robot)})
+
+    def _find_driverless(self, robot: RobotDescription) -> list[DeviceDescription]:
+        tables = robot.backends.get(self.section, {})
+        needing = (each for each in robot.devices if not load_kind(each.kind).is_optional)
+        return [each for each in needing if each.name not in tables and not list_drivers(type(each))]
+
     def notes(self, setup: Setup) -> list[str]:
         from drivers.raspberrypi.virtual.models import SIMULATED, find_unmodelled
 
         bindings = find_unmodelled(self.bind(setup.robot, setup.devices))
+        driverless = [each for each in self._find_driverless(setup.robot) if each.name in setup.devices]
         return [
-            f"{binding.name}: its driver {binding.driver.name!r} does not run on {self.name}; the simulator's own "
-            f"{binding.description.kind.replace('_', ' ')} stands in"
-            for binding in bindings
-            if not isinstance(binding.driver, SIMULATED)
+            *(
+                f"{each.name}: no driver of a {each.kind.replace('_', ' ')} is installed; the simulator's own stands in"
+                for each in driverless
+            ),
+            *(
+                f"{binding.name}: its driver {binding.driver.name!r} does not run on {self.name}; the simulator's own "
+                f"{binding.description.kind.replace('_', ' ')} stands in"
+                for binding in bindings
+                if not isinstance(binding.driver, SIMULATED)
+            ),
         ]
 
     def examine(self, robot: RobotDescription | None) -> Iterator[Finding]:

@@ -1,0 +1,89 @@
+"""The package on the page about kinds works in processes that find it, without a changed line of robotcore."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from robotcore import kinds
+from robotcore.plugins import kind_names
+from tests.docs.listings import find_code, list_listings, read_rows
+from tests.robotcore.description.files import ROVER
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+PAGE = (Path(__file__).parents[2] / "docs" / "kinds.md").read_text()
+FILES = {each.file: each.text for each in list_listings(PAGE)}
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """Write the files of the page, and register its kind as an installed package does."""
+    for name, text in FILES.items():
+        (tmp_path / name).write_text(text)
+    (tmp_path / "my_robot.toml").write_text(f"{ROVER}\n{FILES['fast.toml']}")
+    project = tomllib.loads(FILES["pyproject.toml"])["project"]
+    package = tmp_path / "speed_sensor-0.1.dist-info"
+    package.mkdir()
+    (package / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {project['name']}\nVersion: 0.1\n")
+    lines = [f"{name} = {value}" for name, value in project["entry-points"]["robotcore.kinds"].items()]
+    (package / "entry_points.txt").write_text("\n".join(["[robotcore.kinds]", *lines]))
+    return tmp_path
+
+
+def type_command(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
+    environment = {**os.environ, "PYTHONPATH": str(folder)}
+    return subprocess.run(
+        [sys.executable, "-m", *words], cwd=folder, env=environment, capture_output=True, text=True, check=False
+    )
+
+
+def run_app(folder: Path, *words: str) -> Any:
+    options = ("--robot", "my_robot.toml", "--world", "open", "--json")
+    answer = type_command(folder, "robotcore", "run", "cautious.py", *options, *words)
+    return json.loads(answer.stdout)
+
+
+def test_every_kind_is_in_the_table() -> None:
+    rows = {find_code(kind)[0]: find_code(name)[0] for kind, name, _ in read_rows(PAGE, "Kinds of devices")}
+    assert sorted(rows) == kind_names()
+    assert {name: getattr(kinds, each).kind for name, each in rows.items()} == {name: name for name in rows}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("backend", ["kinematic", "mujoco", "pybullet", "virtualpi"])
+def test_app_uses_the_kind_in_a_simulator(folder: Path, backend: str) -> None:
+    answer = run_app(folder, "--backend", backend)
+    assert answer["outcome"] == "success"
+    assert float(answer["reason"].removesuffix(" m/s")) >= 0.19
+
+
+@pytest.mark.slow
+def test_run_with_the_kind_is_recorded_and_replayed(folder: Path) -> None:
+    run_app(folder, "--record", "run.mcap", "--fault", "flow bias=0.05")
+    assert type_command(folder, "robotcore", "info", "run.mcap", "--csv", "run.csv").returncode == 0
+    assert "flow_m_s" in (folder / "run.csv").read_text().splitlines()[0]
+    assert type_command(folder, "robotcore", "replay", "run.mcap").returncode == 0
+
+
+@pytest.mark.slow
+def test_fault_of_the_kind_changes_its_value(folder: Path) -> None:
+    answer = run_app(folder, "--fault", "flow bias=-0.05", "--timeout", "3")
+    assert answer["outcome"] == "timeout"
+
+
+@pytest.mark.slow
+def test_sweep_and_test_of_the_page_pass(folder: Path) -> None:
+    words = ("sweep", "cautious.py", "--robot", "my_robot.toml", "--world", "open", "--seeds", "1-4", "--json")
+    assert json.loads(type_command(folder, "robotcore", *words).stdout)["exit_status"] == 0
+    passed = type_command(folder, "pytest", "-q", "-p", "no:cacheprovider", "test_cautious.py")
+    assert passed.returncode == 0, passed.stdout
