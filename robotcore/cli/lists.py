@@ -61,7 +61,7 @@ def faults(*, as_json: bool) -> None:
 @click.command("kinds")
 @as_json
 def kinds(*, as_json: bool) -> None:
-    """List the kinds of devices, their keys in a robot's file, and their drivers."""
+    """List the kinds of devices, their keys and their drivers."""
     from robotcore.plugins import kind_names
 
     rows = [_kind_row(name) for name in kind_names()]
