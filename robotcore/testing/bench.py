@@ -67,6 +67,9 @@ class TestSupport(str, Enum):
     UNPLUGGING = "unplug the hardware"
     """`TestBench.unplug` can let every call of the hardware fail."""
 
+    CUTOFFS = "stop the wheels by cutoffs"
+    """The cutoffs reach the hardware while the robot is open, and nothing repeats the last command."""
+
 
 class Motion(NamedTuple):
     """A motion of the robot, with x and y along the axes of its pose before the motion."""

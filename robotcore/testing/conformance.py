@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from robotcore.testing.camera_rules import CameraRules
+from robotcore.testing.cutoff_rules import CutoffRules
 from robotcore.testing.device_rules import BatteryRules, DisplayRules, EncoderRules
 from robotcore.testing.lifecycle_rules import LifecycleRules
 from robotcore.testing.motor_rules import MotorRules
@@ -18,6 +19,7 @@ class ConformanceSuite(
     LifecycleRules,
     ClockRules,
     MotorRules,
+    CutoffRules,
     EncoderRules,
     RangeRules,
     CameraRules,

@@ -8,6 +8,7 @@ from robotcore.geometry import Pose
 from robotcore.hal.robot import Robot
 from robotcore.testing import ConformanceSuite
 from tests.robotcore.testing.broken import BROKEN
+from tests.robotcore.testing.broken.cutoffs import CutoffSuite
 from tests.robotcore.testing.broken.devices import BatterySuite
 from tests.robotcore.testing.broken.unmeasured import (
     MeasuredSuite,
@@ -42,6 +43,7 @@ class TruthSuite(Sound):
 SOUND = (
     Sound,
     BatterySuite,
+    CutoffSuite,
     Lookout,
     NoTruthSuite,
     MeasuredSuite,

@@ -11,7 +11,7 @@ from robotcore.hal.backend import Setup
 from robotcore.hal.drive import Odometry
 from robotcore.hal.robot import Robot
 from robotcore.kinds.motor import Motor
-from robotcore.testing import ConformanceSuite
+from robotcore.testing import ConformanceSuite, TestSupport
 from robotcore.testing.bench import RATE_HZ
 from robotcore.testing.fakes import MotorSpy
 from tests.doubles.serial.bench import SerialBench, board_devices
@@ -60,6 +60,8 @@ class TestWaveshare(SerialBench, ConformanceSuite):
 
 class TickingBench(SerialBench):
     """Repeats the last command of each motor in each tick, because the board's time-out cannot be set."""
+
+    lacks: ClassVar = {**SerialBench.lacks, TestSupport.CUTOFFS: "this bench repeats commands"}
 
     def open(self, setup: Setup) -> Robot:
         robot = super().open(setup)

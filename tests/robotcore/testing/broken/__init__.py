@@ -2,6 +2,7 @@
 
 from tests.robotcore.testing.broken import (
     cameras,
+    cutoffs,
     devices,
     lifecycles,
     motors,
@@ -15,6 +16,7 @@ from tests.robotcore.testing.harness import Broken
 
 BROKEN: tuple[Broken, ...] = (
     *motors.BROKEN,
+    *cutoffs.BROKEN,
     *unmeasured.BROKEN,
     *devices.BROKEN,
     *ranges.BROKEN,

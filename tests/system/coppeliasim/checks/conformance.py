@@ -17,6 +17,7 @@ class TestBuilt(ConformanceSuite):
     lacks: ClassVar = {
         TestSupport.LOST_ECHO: "every depth picture has all distances",
         TestSupport.SLOW_HARDWARE: "there is no hardware to wait for",
+        TestSupport.CUTOFFS: "the motors of an open robot set a velocity before each time step",
         TestSupport.REPRODUCIBLE: "its physics do not repeat to the bit",
     }
 
