@@ -86,6 +86,13 @@ class TestCamera:
     def test_exposure_and_warmth_change_the_colours(self, conditions: dict[str, float], colour: list[int]) -> None:
         assert process_picture(picture((10, 100, 200)), **conditions)[0, 0].tolist() == colour
 
+    def test_blur_spreads_a_bright_pixel_evenly(self) -> None:
+        image = picture((0, 0, 0)).copy()
+        image[10, 12] = 255
+        blurred = process_picture(image, camera_blur_px=1.0)[7:14, 9:16, 0]
+        assert 0 < blurred[3, 2] == blurred[3, 4] == blurred[2, 3] == blurred[4, 3] < blurred[3, 3] < 255
+        assert blurred.sum() == pytest.approx(255, abs=15)
+
     @pytest.mark.parametrize("level", [0, 255])
     def test_noise_does_not_wrap_around(self, level: int) -> None:
         noisy = process_picture(picture((level, level, level)), camera_noise=8.0).astype(int)
@@ -128,3 +135,8 @@ def test_gain_changes_the_velocity_of_a_wheel_but_not_the_return_value(name: str
     output = ImperfectionLayer(Conditions(wheel_gain_left=0.9), 1, DRIVE).motor(MotorOutput.of(motor))
     assert output.set_velocity(5.0) == 5.0
     assert motor.sent == [sent]
+
+
+def test_robot_without_a_drive_has_motors_without_imperfections() -> None:
+    motor = MotorOutput.of(NullMotor("arm"))
+    assert ImperfectionLayer(Conditions(wheel_gain_left=0.5), 1, None).motor(motor) == motor

@@ -63,6 +63,11 @@ def test_guardian_stops_a_motor_after_the_lease(diary: Path) -> None:
     assert actions(diary) == ["open left_motor", "arm left_motor", "stop left_motor", "close left_motor"]
 
 
+def test_lease_is_renewed_at_most_once_in_a_short_time(diary: Path) -> None:
+    with Guardian([cutoff(diary)], LEASE_S) as guarding:
+        assert [guarding.renew_lease(), guarding.renew_lease()] == [True, False]
+
+
 @pytest.mark.slow
 def test_cutoff_that_hangs_does_not_delay_the_others(diary: Path, raises: Raises) -> None:
     cutoffs = [cutoff(diary, "stuck", "hangs in stop"), cutoff(diary, "left_motor"), cutoff(diary, "right_motor")]
