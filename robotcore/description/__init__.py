@@ -13,6 +13,7 @@ from robotcore.description.generation.domain_randomisation import (
 )
 from robotcore.description.generation.random_layout import draw_world
 from robotcore.description.generation.reachability import is_solvable
+from robotcore.description.lines import Line
 from robotcore.description.loading import (
     is_own,
     load_any,
@@ -41,6 +42,7 @@ __all__ = [
     "Drive",
     "Floor",
     "Light",
+    "Line",
     "Mount",
     "Randomisation",
     "RandomisedWorld",

@@ -63,8 +63,11 @@ def _find_wrong_units(robot: RobotDescription) -> Iterator[str]:
 
 
 def find_bodies_outside(world: WorldDescription) -> Iterator[str]:
-    """Yield a warning for each obstacle and target that is partly outside of the floor."""
+    """Yield a warning for each obstacle, target and line that is partly outside of the floor."""
     x_limit, y_limit = world.floor.length_m / 2, world.floor.width_m / 2
     for body in world.bodies:
         if any(abs(x) > x_limit or abs(y) > y_limit for x, y in body.outline):
             yield f"{body.name}: it is partly outside of the floor. Move it, or check its size. {METRES}"
+    for number, line in enumerate(world.lines, start=1):
+        if any(abs(x) > x_limit or abs(y) > y_limit for x, y in line.points_m):
+            yield f"lines[#{number}]: it is partly outside of the floor. Move it. {METRES}"

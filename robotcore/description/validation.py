@@ -134,7 +134,7 @@ def find_mistakes(
     sections: further top-level keys that the file may have.
     """
     all_found = error.errors(include_url=False)
-    lists = {found["loc"][:-1] for found in all_found}
+    lists = {found["loc"][:end] for found in all_found for end in range(len(found["loc"]))}
     causes = [found for found in all_found if found["type"] != "too_short" or found["loc"] not in lists]
     made = [_make_mistake(found, model, data, sections) for found in causes[: MAX_FILE_ERRORS + 1]]
     mistakes = {(each.key, each.problem): each for each in made}.values()

@@ -1,4 +1,4 @@
-"""The description of a world: floor, walls, obstacles, targets, light, and the values that a seed may change.
+"""The description of a world: floor, lines, walls, obstacles, targets, light, and the values that a seed may change.
 
 The origin of the world's frame is in the middle of the floor, and z points up. Keys end in their unit.
 """
@@ -11,6 +11,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from robotcore.description.conditions import Brightness, Conditions, Elevation, Light, Randomisation
+from robotcore.description.lines import MAX_LINE_POINTS, Line
 from robotcore.description.texture import Texture
 from robotcore.description.types import (
     COLOURS,
@@ -23,6 +24,7 @@ from robotcore.description.types import (
     StrictModel,
     require_unique,
 )
+from robotcore.errors import Mistake
 from robotcore.geometry import Pose
 
 Distance = Annotated[float, Field(ge=0, le=1000)]
@@ -176,6 +178,8 @@ class WorldDescription(StrictModel):
     summary: str = ""
     """One line about the world, for `robotcore worlds`."""
     floor: Floor
+    lines: Annotated[tuple[Line, ...], Field(description="a list of tables: [[lines]]")] = ()
+    """The lines on the floor. A line covers the lines before it."""
     walls: Walls | None = None
     start: Start = Start()
     light: Light = Light()
@@ -189,6 +193,14 @@ class WorldDescription(StrictModel):
     @model_validator(mode="after")
     def _check_names(self) -> WorldDescription:
         require_unique("bodies", (body.name for body in (*self.prisms, *self.targets)))
+        return self
+
+    @model_validator(mode="after")
+    def _check_lines(self) -> WorldDescription:
+        count = sum(len(line.points_m) for line in self.lines)
+        if count > MAX_LINE_POINTS:
+            problem = f"the lines have {count} points, and at most {MAX_LINE_POINTS} are allowed"
+            raise Mistake(problem, "Take fewer points", kind="too-many-points")
         return self
 
     @property

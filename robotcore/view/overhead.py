@@ -155,7 +155,7 @@ def draw_map(world: WorldDescription, paths: Sequence[MapPath], size: int) -> Im
 
 
 def _draw_world(canvas: Canvas, transform: MapTransform, world: WorldDescription) -> None:
-    """Draw the floor with a grid line for each metre, the obstacles with their shadows, and the targets."""
+    """Draw the floor with its grid and lines, the obstacles with their shadows, and the targets."""
     _draw_floor(canvas, transform, world)
     shadows = [_compute_shadow_outline(prism, world) for prism in world.prisms]
     canvas.draw_shadow([transform.to_pixels(shadow) for shadow in shadows], 0.28, 0.015 * transform.scale)
@@ -212,11 +212,14 @@ def _draw_floor(canvas: Canvas, transform: MapTransform, world: WorldDescription
     width, height = canvas.width, canvas.height
     canvas.fill_polygon([(0, 0), (width, 0), (width, height), (0, height)], lighten(world.floor.colour, 0.4))
     canvas.fill_polygon(transform.to_pixels([(x, y), (-x, y), (-x, -y), (x, -y)]), world.floor.colour)
-    line = lighten(world.floor.colour, 0.25)
+    grid = lighten(world.floor.colour, 0.25)
     for metre in range(-int(x), int(x) + 1):
-        canvas.draw_line(transform.to_pixels([(metre, -y), (metre, y)]), line, 1)
+        canvas.draw_line(transform.to_pixels([(metre, -y), (metre, y)]), grid, 1)
     for metre in range(-int(y), int(y) + 1):
-        canvas.draw_line(transform.to_pixels([(-x, metre), (x, metre)]), line, 1)
+        canvas.draw_line(transform.to_pixels([(-x, metre), (x, metre)]), grid, 1)
+    for line in world.lines:
+        for outline in line.outlines:
+            canvas.fill_polygon(transform.to_pixels(outline), line.colour)
 
 
 def _draw_ball(canvas: Canvas, transform: MapTransform, ball: Ball, light: Light) -> None:

@@ -28,11 +28,18 @@ class Palette(NamedTuple):
 
     sky: int
     ground: int
+    lines: Sequence[int]
     faces: Sequence[int]
     balls: Mapping[int, NDArray[np.uint32]]
 
 
-class Stroke(Protocol):
+class Mark(Protocol):
+    """A part of the picture that has one place in the order of painting."""
+
+    def paint(self, canvas: Canvas, palette: Palette) -> None: ...
+
+
+class Stroke(Mark, Protocol):
     """A face of a block, or some rows of a ball, as the camera sees it.
 
     ``columns`` are the first and the last column of the picture that the stroke may cover. ``part`` is the number of
@@ -43,7 +50,6 @@ class Stroke(Protocol):
     def part(self) -> int: ...
     @property
     def columns(self) -> tuple[float, float]: ...
-    def paint(self, canvas: Canvas, palette: Palette) -> None: ...
 
 
 PackedColours = NDArray[np.uint32]

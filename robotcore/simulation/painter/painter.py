@@ -1,4 +1,4 @@
-"""Paint the picture of a camera: sky and ground, then the bodies of a world from the farthest to the nearest."""
+"""Paint the picture of a camera: sky, ground and lines, then the bodies of a world from the farthest to the nearest."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from robotcore.description import WorldDescription
 from robotcore.optics import CameraView, Image
-from robotcore.simulation.painter.canvas import Canvas, Palette, Stroke, pack_colours, shade, shade_ramp
+from robotcore.simulation.painter.canvas import Canvas, Mark, Palette, Stroke, pack_colours, shade, shade_ramp
 from robotcore.simulation.painter.faces import Block, Faces, Facet, split_into_blocks
+from robotcore.simulation.painter.floor_lines import FloorLines
 from robotcore.simulation.painter.occlusion import OcclusionPlanes, find_disjoint_columns, sort_back_to_front
 from robotcore.simulation.painter.spheres import Sphere
 from robotcore.simulation.painter.texturing import Texturing
@@ -38,6 +39,7 @@ class Painter:
         self.things = tuple(thing.name for thing in (*world.prisms, *world.targets))
         blocks = split_into_blocks(world)
         self._faces = Faces(blocks)
+        self._lines = FloorLines(world.lines)
         self._balls = dict(enumerate(world.targets, start=len(blocks)))
         self._lamp = np.array(world.light.direction)
         discs = np.array([(ball.x_m, ball.y_m, ball.radius_m) for ball in world.targets]).reshape(-1, 3)
@@ -52,10 +54,10 @@ class Painter:
         import cv2
 
         order = list(self._iterate_back_to_front(view))
-        canvas = _paint_strokes(view, order, self._colours)
+        canvas = _paint_marks(view, order, self._colours)
         if self._texturing.is_needed:
-            facets = [stroke for stroke in order if isinstance(stroke, Facet)]
-            self._texturing.paint(canvas, _paint_strokes(view, order, self._surfaces), view, facets)
+            facets = [mark for mark in order if isinstance(mark, Facet)]
+            self._texturing.paint(canvas, _paint_marks(view, order, self._surfaces), view, facets)
         pixels = canvas.view(np.uint8).reshape(*canvas.shape, 4)
         return np.asarray(cv2.cvtColor(pixels, cv2.COLOR_BGRA2BGR), dtype=np.uint8)
 
@@ -64,9 +66,10 @@ class Painter:
 
         The label is 1 plus the index of the body in ``things``. Sky and ground have the label 0.
         """
-        return _paint_strokes(view, self._iterate_back_to_front(view), self._labels)
+        return _paint_marks(view, self._iterate_back_to_front(view), self._labels)
 
-    def _iterate_back_to_front(self, view: CameraView) -> Iterator[Stroke]:
+    def _iterate_back_to_front(self, view: CameraView) -> Iterator[Mark]:
+        yield from self._lines.marks(view)
         shown: dict[int, list[Stroke]] = defaultdict(list)
         for stroke in self._strokes(view):
             shown[stroke.part].append(stroke)
@@ -86,6 +89,7 @@ class Painter:
         return Palette(
             sky=int(pack_colours(np.array([light.sky_colour]))[0]),
             ground=int(shade(np.array([world.floor.colour]), self._lamp[2:], light)[0]),
+            lines=shade(self._lines.colours, self._lamp[2:], light).tolist(),
             faces=self._faces.shade(light).tolist(),
             balls={part: shade_ramp(ball.colour, light) for part, ball in self._balls.items()},
         )
@@ -95,19 +99,21 @@ class Painter:
         return Palette(
             sky=0,
             ground=0,
+            lines=self._lines.zeros,
             faces=[blocks[number].prism_index + 1 for number in self._faces.block_numbers],
             balls={part: np.array([n], np.uint32) for n, part in enumerate(self._balls, start=first_ball)},
         )
 
     def _create_surface_palette(self, numbers: Sequence[int]) -> Palette:
         ground, *faces = numbers
-        return Palette(sky=0, ground=ground, faces=faces, balls=dict.fromkeys(self._balls, np.zeros(1, np.uint32)))
+        balls = dict.fromkeys(self._balls, np.zeros(1, np.uint32))
+        return Palette(sky=0, ground=ground, lines=self._lines.zeros, faces=faces, balls=balls)
 
 
-def _paint_strokes(view: CameraView, strokes: Iterable[Stroke], palette: Palette) -> Canvas:
+def _paint_marks(view: CameraView, marks: Iterable[Mark], palette: Palette) -> Canvas:
     canvas = _create_canvas(view, palette)
-    for stroke in strokes:
-        stroke.paint(canvas, palette)
+    for mark in marks:
+        mark.paint(canvas, palette)
     return canvas
 
 

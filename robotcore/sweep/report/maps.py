@@ -105,6 +105,12 @@ def _draw_ground(chart: _Chart, world: WorldDescription) -> Iterator[Element]:
     columns = [line(chart.at(metre, y), chart.at(metre, -y)) for metre in range(-math.floor(x), math.floor(x) + 1)]
     rows = [line(chart.at(-x, metre), chart.at(x, metre)) for metre in range(-math.floor(y), math.floor(y) + 1)]
     yield group([*columns, *rows], class_="grid")
+    for each in world.lines:
+        points = (*each.points_m, *each.points_m[: int(each.closed)])
+        colour = f"rgb{each.colour}"
+        yield polyline(
+            (chart.at(*point) for point in points), class_="line", stroke=colour, stroke_width=each.width_m * CM
+        )
 
 
 def _draw_rectangle(chart: _Chart, x: float, y: float, kind: str) -> Element:

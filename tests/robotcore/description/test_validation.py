@@ -82,6 +82,27 @@ WORLD_MISTAKES = [
     ("x_m = 1.35\ny_m = 1.2", "x_m = 0.8\ny_m = 0.9", "targets[ball]", "in-obstacle"),
     ("x_m = 1.35", "x_m = 1.95", "targets[ball]", "beyond-wall"),
     ("x_m = -1.4", "x_m = -0.5", "start", "in-obstacle"),
+    ("[walls]", "[[lines]]\nwidth_m = 0.02\n[walls]", "lines[#1].points_m", "missing-key"),
+    ("[walls]", "[[lines]]\nwidth_m = 0.02\npoints_m = [[0, 0]]\n[walls]", "lines[#1].points_m", "wrong-form"),
+    ("[walls]", "[[lines]]\nwidth_m = 0.02\npoints_m = [[0, 0], [1]]\n[walls]", "lines[#1].points_m[#2]", "wrong-form"),
+    (
+        "[walls]",
+        "[[lines]]\nwidth_m = 2e-5\npoints_m = [[0, 0], [1, 0]]\n[walls]",
+        "lines[#1].width_m",
+        "out-of-bounds",
+    ),
+    (
+        "[walls]",
+        "[[lines]]\nwidth_m = 0.02\nclosed = true\npoints_m = [[0, 0], [1, 0], [0, 0]]\n[walls]",
+        "lines[#1]",
+        "same-point",
+    ),
+    (
+        "[walls]",
+        f"[[lines]]\nwidth_m = 0.02\npoints_m = {[[each / 1000, 0] for each in range(600)]}\n" * 2 + "[walls]",
+        "",
+        "too-many-points",
+    ),
 ]
 
 

@@ -1,0 +1,69 @@
+"""The lines on the floor of a world, such as adhesive tape."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import Annotated
+
+from pydantic import Field, model_validator
+
+from robotcore.description.types import COLOURS, Colour, Coordinate, Metres, StrictModel
+from robotcore.errors import Mistake
+
+Point = Annotated[tuple[Coordinate, Coordinate], Field(description="[x, y]")]
+"""A point on the floor in the world's frame, in metres."""
+
+Segment = tuple[tuple[float, float], tuple[float, float]]
+"""The start and the end of a straight part of a line, in metres."""
+
+MAX_LINE_POINTS = 1000
+"""The greatest number of points of all lines in a world, so that pictures and samples take little time."""
+
+_ARC_STEPS = 12
+"""The number of edges of the half circle at each end of a segment's outline."""
+
+
+class Line(StrictModel):
+    """A line on the floor: all points that are at most half its width from a polyline."""
+
+    width_m: Metres
+    points_m: Annotated[
+        tuple[Point, ...],
+        Field(min_length=2, description="a list of at least two points: [[x, y], [x, y]]"),
+    ]
+    """The corners of the polyline in the world's frame, in metres."""
+    colour: Colour = COLOURS["black"]
+    closed: bool = False
+    """Whether the line continues from the last point to the first."""
+
+    @model_validator(mode="after")
+    def _require_distinct_points(self) -> Line:
+        for number, (start, end) in enumerate(self.segments, start=1):
+            if start == end:
+                following = number % len(self.points_m) + 1
+                problem = f"the points {number} and {following} of points_m are at the same place"
+                raise Mistake(problem, "Remove one of them", kind="same-point")
+        return self
+
+    @property
+    def segments(self) -> tuple[Segment, ...]:
+        """The straight parts of the line, from the first point on."""
+        return tuple(pairwise((*self.points_m, *self.points_m[: int(self.closed)])))
+
+    @property
+    def outlines(self) -> tuple[tuple[tuple[float, float], ...], ...]:
+        """The outline of each segment with its round ends: a convex polygon, counter-clockwise, in metres."""
+        return tuple(_outline(segment, self.width_m / 2) for segment in self.segments)
+
+
+def _outline(segment: Segment, radius: float) -> tuple[tuple[float, float], ...]:
+    (start_x, start_y), (end_x, end_y) = segment
+    ahead = math.atan2(end_y - start_y, end_x - start_x)
+    turns = [math.pi * (step / _ARC_STEPS - 0.5) for step in range(_ARC_STEPS + 1)]
+    ends = ((end_x, end_y, ahead), (start_x, start_y, ahead + math.pi))
+    return tuple(
+        (x + radius * math.cos(facing + turn), y + radius * math.sin(facing + turn))
+        for x, y, facing in ends
+        for turn in turns
+    )
