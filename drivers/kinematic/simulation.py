@@ -22,6 +22,7 @@ class Simulation:
 
     def __init__(self, setup: Setup, world: WorldDescription) -> None:
         self._robot = robot = setup.robot
+        self._seed = setup.seed
         self.world = world
         self._slices: dict[float, WorldSlice] = {}
         self.clock = SteppedClock(setup.rate_hz, self._advance)
@@ -60,7 +61,9 @@ class Simulation:
     @cached_property
     def ground_truth(self) -> GroundTruth:
         """The ground truth from which kinds of devices are simulated."""
-        return GroundTruth(self._robot, self.world, self.clock, self.pose, self.twist, self._cast, self._touched)
+        return GroundTruth(
+            self._robot, self.world, self.clock, self.pose, self.twist, self._cast, self._touched, self._seed
+        )
 
     def _cast(self, origin: Array, directions: Array) -> Array:
         pose, z = self.body_pose, float(origin[2])

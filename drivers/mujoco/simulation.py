@@ -39,7 +39,7 @@ class Simulation:
     def __init__(self, setup: Setup, world: WorldDescription) -> None:
         from mujoco import MjData, mj_step1, mj_step2, mjtGeom
 
-        self._robot, self._world = setup.robot, world
+        self._robot, self._world, self._seed = setup.robot, world, setup.seed
         self.clock = SteppedClock(setup.rate_hz, self._advance)
         self.model = compile_model(build(setup.robot, world, self.clock.step))
         self.data = MjData(self.model)
@@ -89,7 +89,9 @@ class Simulation:
     @cached_property
     def ground_truth(self) -> GroundTruth:
         """The ground truth from which kinds of devices are simulated."""
-        return GroundTruth(self._robot, self._world, self.clock, self.pose, self.twist, self._cast, self._touched)
+        return GroundTruth(
+            self._robot, self._world, self.clock, self.pose, self.twist, self._cast, self._touched, self._seed
+        )
 
     def _cast(self, origin: Array, directions: Array) -> Array:
         rotation, start = self._body.transform()

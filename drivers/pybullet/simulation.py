@@ -31,7 +31,7 @@ class Simulation:
     """
 
     def __init__(self, bullet: Bullet, setup: Setup, world: WorldDescription, solver_iterations: int) -> None:
-        self._robot, self._world = setup.robot, world
+        self._robot, self._world, self._seed = setup.robot, world, setup.seed
         self._bullet = bullet
         self._scene = Scene(bullet, world)
         self._body = Body(bullet, setup.robot, world.start.pose)
@@ -78,7 +78,9 @@ class Simulation:
     @cached_property
     def ground_truth(self) -> GroundTruth:
         """The ground truth from which kinds of devices are simulated."""
-        return GroundTruth(self._robot, self._world, self.clock, self.pose, self.twist, self._cast, self._touched)
+        return GroundTruth(
+            self._robot, self._world, self.clock, self.pose, self.twist, self._cast, self._touched, self._seed
+        )
 
     def _cast(self, origin: Array, directions: Array) -> Array:
         rotation, start = self._body.transform()

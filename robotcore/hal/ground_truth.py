@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from robotcore.description import RobotDescription, WorldDescription
 from robotcore.geometry import Pose, Twist
 from robotcore.hal.clock import Clock
+from robotcore.hal.noise import draw_noise
 
 Array = NDArray[np.float64]
 
@@ -36,6 +37,15 @@ class GroundTruth:
     """
     touched: Callable[[], Collection[str]]
     """Returns the names of the bodies that the robot touches now."""
+    seed: int
+    """The seed of the run."""
+
+    def draw_noise(self, key: str, sigma: float, time: float) -> float:
+        """Return normal noise with the standard deviation ``sigma`` at a time in seconds.
+
+        The seed, the key and the time determine it. A kind's key begins with the name of its device.
+        """
+        return draw_noise(f"{self.seed}:{key}", sigma, time) if sigma else 0.0
 
     def touch_bearings(self) -> tuple[float, ...]:
         """Return the directions of the present contacts in the robot's frame, in radians, positive to the left.

@@ -10,6 +10,7 @@ from robotcore.kinds.bumper import Bumper as Bumper
 from robotcore.kinds.camera import Camera as Camera
 from robotcore.kinds.display import Display as Display
 from robotcore.kinds.encoder import Encoder as Encoder
+from robotcore.kinds.imu import Imu as Imu
 from robotcore.kinds.led import Led as Led
 from robotcore.kinds.motor import Motor as Motor
 from robotcore.kinds.range_sensor import RangeSensor as RangeSensor

@@ -71,7 +71,7 @@ class _Sensor(NamedTuple):
         if not self.values:
             return [f"{self.name}_{_PICTURE}"]
         fields = [f"{self.name}_{each.field}" if len(self.values) > 1 else self.name for each in self.values]
-        units = [each.unit.lower().replace("/", "_") for each in self.values]
+        units = [each.unit.lower().replace("/", "_").replace("²", "2") for each in self.values]
         return [f"{field}_{unit}" if unit else field for field, unit in zip(fields, units, strict=True)]
 
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from robotcore.description import Conditions, Drive
 from robotcore.hal.device import Sensor
+from robotcore.hal.noise import draw_noise, random_at
 from robotcore.kinds.camera import Camera, Frame
 from robotcore.kinds.range_sensor import Range, RangeSensor, limit_reading
 from robotcore.optics import Image
@@ -38,13 +39,8 @@ class Noise:
         self._strip: NDArray[np.int16] = np.empty(0, dtype=np.int16)
 
     def draw_number(self, time: float) -> float:
-        """Return the noise of a value that was captured at ``time``, in seconds.
-
-        The method is that of Box and Muller (1958).
-        """
-        random = random_at(self._key, time)
-        radius = math.sqrt(-2 * math.log(1 - random.random()))
-        return self._sigma * radius * math.cos(math.tau * random.random())
+        """Return the noise of a value that was captured at ``time``, in seconds."""
+        return draw_noise(self._key, self._sigma, time)
 
     def draw_picture(self, shape: tuple[int, ...], time: float) -> NDArray[np.int16]:
         """Return the noise of a picture that was captured at ``time``, in seconds: an ``int16`` array in grey levels.
@@ -62,11 +58,6 @@ class Noise:
         # NumPy guarantees the same numbers in every version only for RandomState.
         generator = np.random.RandomState(Random(self._key).getrandbits(32))
         return np.rint(_deviation_before_rounding(self._sigma) * generator.standard_normal(length)).astype(np.int16)
-
-
-def random_at(key: str, time: float) -> Random:
-    """Return a random generator. Its seed is a key and a time in seconds, rounded to microseconds."""
-    return Random(f"{key}:{round(1e6 * time)}")
 
 
 def _deviation_before_rounding(sigma: float) -> float:

@@ -1,0 +1,24 @@
+"""Random numbers for simulated noise. A key and a time determine each number, so that equal runs have equal noise."""
+
+from __future__ import annotations
+
+import math
+from random import Random
+
+
+def random_at(key: str, time: float) -> Random:
+    """Return a random generator. Its seed is a key and a time in seconds, rounded to microseconds."""
+    return Random(f"{key}:{round(1e6 * time)}")
+
+
+def draw_noise(key: str, sigma: float, time: float) -> float:
+    """Return normal noise with the standard deviation ``sigma`` at a time in seconds.
+
+    The method is that of Box and Muller (1958).
+
+    >>> draw_noise("1:nose", 0.01, 0.25) == draw_noise("1:nose", 0.01, 0.25)
+    True
+    """
+    random = random_at(key, time)
+    radius = math.sqrt(-2 * math.log(1 - random.random()))
+    return sigma * radius * math.cos(math.tau * random.random())

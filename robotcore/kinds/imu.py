@@ -1,0 +1,101 @@
+"""An inertial measurement unit (IMU), which measures the turn rate, the acceleration and the heading."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from robotcore.description import DeviceDescription
+from robotcore.geometry import wrap_angle
+from robotcore.hal.device import Sensor, Unit
+from robotcore.hal.ground_truth import GroundTruth
+from robotcore.hal.kind import Kind
+
+
+class ImuDescription(DeviceDescription):
+    """An inertial measurement unit. The errors are those of a simulated one."""
+
+    kind: Literal["imu"]
+    yaw_rate_noise_rad_s: Annotated[float, Field(ge=0, le=10)] = 0.0
+    """The standard deviation of the turn rate, in rad/s."""
+    yaw_rate_bias_rad_s: Annotated[float, Field(ge=-10, le=10)] = 0.0
+    """The constant error of the turn rate, in rad/s."""
+    acceleration_noise_m_s2: Annotated[float, Field(ge=0, le=100)] = 0.0
+    """The standard deviation of each acceleration, in m/s²."""
+    heading_noise_rad: Annotated[float, Field(ge=0, le=math.pi)] = 0.0
+    """The standard deviation of the heading, in radians, in addition to the integrated errors of the turn rate."""
+
+
+@dataclass(frozen=True, slots=True)
+class Inertia:
+    """A sample of an IMU. The axes are those of the robot, and gravity is not part of the acceleration."""
+
+    yaw_rate: Annotated[float, Unit("rad/s")]
+    """The turn rate, in rad/s, positive to the left."""
+    forward_acceleration: Annotated[float, Unit("m/s²")]
+    """The acceleration along the robot's x axis, in m/s²."""
+    left_acceleration: Annotated[float, Unit("m/s²")]
+    """The acceleration along the robot's y axis, in m/s². In a curve it points to the centre of the curve."""
+    heading: Annotated[float, Unit("rad")]
+    """The angle from -π to π by which the robot has turned since it was opened, in radians, positive to the left.
+
+    It is the integral of the turn rate, and drifts with the errors of the turn rate.
+    """
+    time: float
+    """The time of the measurement on the robot's clock, in seconds."""
+    sequence: int
+    """The number of the sample. It grows with each new sample of a device."""
+
+
+class Imu(Sensor[Inertia]):
+    """A sensor that measures the turn rate, the acceleration and the heading."""
+
+    kind = "imu"
+
+
+class SimulatedImu:
+    """Takes samples of an IMU at the axle's centre.
+
+    The forward acceleration is the mean since the last sample. The left acceleration is the product of the velocity and
+    the turn rate, without the sideways slip that a simulator of physics may have. The noise of the turn rate is
+    integrated as constant between two samples.
+    """
+
+    def __init__(self, imu: ImuDescription, truth: GroundTruth) -> None:
+        self._imu, self._truth = imu, truth
+        self._start = truth.pose().heading
+        self._time, self._speed = truth.clock.now(), truth.twist().linear
+        self._acceleration = self._drift = 0.0
+
+    def __call__(self, time: float, sequence: int) -> Inertia:
+        """Return a sample at a time in seconds."""
+        imu, (speed, turn) = self._imu, self._truth.twist()
+        error = imu.yaw_rate_bias_rad_s + self._draw_noise("yaw_rate", imu.yaw_rate_noise_rad_s, time)
+        if passed := time - self._time:
+            self._acceleration = (speed - self._speed) / passed
+            self._drift += error * passed
+            self._time, self._speed = time, speed
+        heading = self._truth.pose().heading - self._start + self._drift
+        return Inertia(
+            turn + error,
+            self._acceleration + self._draw_noise("forward", imu.acceleration_noise_m_s2, time),
+            speed * turn + self._draw_noise("left", imu.acceleration_noise_m_s2, time),
+            wrap_angle(heading + self._draw_noise("heading", imu.heading_noise_rad, time)),
+            time,
+            sequence,
+        )
+
+    def _draw_noise(self, field: str, sigma: float, time: float) -> float:
+        return self._truth.draw_noise(f"{self._imu.name}:{field}", sigma, time)
+
+
+def simulate(imu: ImuDescription, truth: GroundTruth) -> Callable[[float, int], Inertia]:
+    """Return a function that takes a sample from the true pose and velocity, with the described errors."""
+    return SimulatedImu(imu, truth)
+
+
+KIND = Kind("a sensor of turn rate, acceleration and heading", ImuDescription, Imu, Inertia, simulate)
