@@ -37,7 +37,10 @@ class Kind:
     simulates the device itself, or lacks it.
     """
     rules: tuple[Callable[..., None], ...] = ()
-    """The rules that the conformance kit checks. The arguments of each are the test bench, the robot and the device."""
+    """The rules that the conformance kit checks for each driver. A rule is a function with ``assert``.
+
+    Its arguments are an open robot and its device. The text of the assertion says what to correct.
+    """
     default_reading: Callable[[Any], Any] | None = None
     """Returns the reading of a mock sensor without a script. Its argument is the device's description.
 

@@ -10,6 +10,7 @@ from robotcore.description import DeviceDescription
 from robotcore.errors import InvalidCommandError
 from robotcore.hal.device import Actuator
 from robotcore.hal.kind import Kind
+from robotcore.hal.robot import Robot
 
 Brightness = tuple[float, float, float]
 """The brightness of red, green and blue, each from 0 to 1."""
@@ -75,4 +76,19 @@ class Led(Actuator[Brightness], ABC):
         return red, green, blue
 
 
-KIND = Kind("a light of one colour, or of red, green and blue", LedDescription, Led, is_optional=True)
+def check_brightness_that_is_nan(_robot: Robot, led: Led) -> None:
+    """Check that a light refuses a brightness that is not a number."""
+    try:
+        led.set_brightness(math.nan)
+    except InvalidCommandError:
+        return
+    raise AssertionError(f"{led.name}: a brightness of nan was accepted. Raise InvalidCommandError")
+
+
+KIND = Kind(
+    "a light of one colour, or of red, green and blue",
+    LedDescription,
+    Led,
+    rules=(check_brightness_that_is_nan,),
+    is_optional=True,
+)

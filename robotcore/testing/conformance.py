@@ -7,6 +7,7 @@ import pytest
 from robotcore.testing.camera_rules import CameraRules
 from robotcore.testing.cutoff_rules import CutoffRules
 from robotcore.testing.device_rules import BatteryRules, DisplayRules, EncoderRules
+from robotcore.testing.kind_rules import KindRules
 from robotcore.testing.lifecycle_rules import LifecycleRules
 from robotcore.testing.motor_rules import MotorRules
 from robotcore.testing.range_rules import RangeRules
@@ -26,6 +27,7 @@ class ConformanceSuite(
     BatteryRules,
     SampleRules,
     DisplayRules,
+    KindRules,
     TruthRules,
     RepeatRules,
 ):

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from robotcore.description import RobotDescription
 from robotcore.errors import DeviceClosedError, DeviceError, UsageError
-from robotcore.hal.device import Device, Sensor
+from robotcore.hal.device import Actuator, Device, Sensor
 from robotcore.hal.robot import Robot, Role
-from robotcore.kinds.display import Display
 from robotcore.kinds.motor import Motor
 from robotcore.testing.bench import SETTLING_S, STANDSTILL_M, TestBench, TestSupport, sleep
 from robotcore.testing.fakes import MotorSpy, cut_wire
@@ -166,7 +164,7 @@ def _without_drive(robot: RobotDescription) -> RobotDescription:
 def _use(device: Device) -> None:
     if isinstance(device, Motor):
         device.set_velocity(SPEED_RAD_S)
+    elif isinstance(device, Actuator):
+        device.send(None)  # a closed actuator looks at no command
     elif isinstance(device, Sensor):
         device.read()
-    elif isinstance(device, Display):
-        device.show(np.zeros((48, 64, 3), dtype=np.uint8))
