@@ -24,13 +24,13 @@ FORGED = f"no\nerror: forged. run: {TOUCH}"
 
 STATE: dict[str, Any] = {
     "release": RELEASE,
-    "verdict": "healthy",
-    "on_trial": None,
+    "outcome": "healthy",
+    "pending": None,
     "last": None,
     "state": "running",
     "for_s": 3.0,
     "restarts": 0,
-    "words": "",
+    "status_text": "",
     "reason": "",
     "lines": [],
     "starts_with_robot": True,
@@ -48,17 +48,17 @@ FACTS: dict[str, Any] = {
     "free_bytes": 1_000_000_000,
     "has_environment": True,
 }
-BEGUN: dict[str, Any] = {"release": RELEASE, "to": f"incoming/{RELEASE}", "copy_from": None}
-INSTALLED: dict[str, Any] = {"environment": "kept", "findings": []}
-FINDING = {"level": "error", "what": ESCAPES, "said": FORGED, "remedy": ESCAPES}
-JUDGED: dict[str, Any] = {
+UPLOAD: dict[str, Any] = {"release": RELEASE, "to": f"incoming/{RELEASE}", "copy_from": None}
+INSTALLATION: dict[str, Any] = {"environment": "kept", "findings": []}
+FINDING = {"level": "error", "subject": ESCAPES, "message": FORGED, "remedy": ESCAPES}
+HEALTH: dict[str, Any] = {
     "release": RELEASE,
     "outcome": "healthy",
     "reason": "",
     "lines": [],
     "current": RELEASE,
     "is_running": True,
-    "is_standing": False,
+    "is_stopped": False,
 }
 
 
@@ -66,15 +66,15 @@ JUDGED: dict[str, Any] = {
 class HostileRobot:
     """A hostile robot: the client's command, the answers to its actions, and the files of the robot and the client.
 
-    ``furnish`` writes the robot's folder of recordings, and ``desk`` the client's working directory. ``rsync`` is a
-    script that replaces the robot's rsync.
+    ``write_recordings`` writes the robot's folder of recordings. ``write_client_files`` writes the client's working
+    directory. ``rsync`` is a script that replaces the robot's rsync.
     """
 
     name: str
     command: tuple[str, ...]
     answers: dict[str, bytes] = field(default_factory=dict)
-    furnish: Callable[[Path], object] | None = None
-    desk: Callable[[Path], object] | None = None
+    write_recordings: Callable[[Path], object] | None = None
+    write_client_files: Callable[[Path], object] | None = None
     rsync: str = ""
 
 
@@ -105,15 +105,24 @@ def _list_file_robots() -> Iterator[HostileRobot]:
     fetch = ("fetch",)
     names = ("evil.py", ".bashrc", f"$({TOUCH}).mcap", f"; {TOUCH};.mcap", "--rsh=sh.mcap", f"two\n{ESCAPES}.mcap")
     for name in names:
-        yield HostileRobot(f"file {ascii(name)[:40]}", fetch, furnish=partial(_put, name))
+        yield HostileRobot(f"file {ascii(name)[:40]}", fetch, write_recordings=partial(_put, name))
     for name, leads in {"link out": "/etc/hostname", "link to the app": "../../app.py", "link in": RECORDING}.items():
-        yield HostileRobot(name, fetch, furnish=partial(_link, "evil.mcap", leads))
-    yield HostileRobot("folder", fetch, furnish=lambda home: (home / "evil.mcap").mkdir())
-    yield HostileRobot("program", fetch, furnish=_program)
-    yield HostileRobot("link here, file there", fetch, furnish=_recording, desk=partial(_link_file, "app.py"))
-    yield HostileRobot("dead link here", (*fetch, "--move"), furnish=_recording, desk=partial(_link_file, "new.py"))
+        yield HostileRobot(name, fetch, write_recordings=partial(_link, "evil.mcap", leads))
+    yield HostileRobot("folder", fetch, write_recordings=lambda home: (home / "evil.mcap").mkdir())
+    yield HostileRobot("program", fetch, write_recordings=_program)
+    yield HostileRobot(
+        "link here, file there", fetch, write_recordings=_recording, write_client_files=partial(_link_file, "app.py")
+    )
+    yield HostileRobot(
+        "dead link here",
+        (*fetch, "--move"),
+        write_recordings=_recording,
+        write_client_files=partial(_link_file, "new.py"),
+    )
     for name in ("recordings", "recordings/robot", "recordings/robot/.partial"):
-        yield HostileRobot(f"{name} is a link", fetch, furnish=_recording, desk=partial(_link_folder, name))
+        yield HostileRobot(
+            f"{name} is a link", fetch, write_recordings=_recording, write_client_files=partial(_link_folder, name)
+        )
 
 
 def _list_list_robots() -> Iterator[HostileRobot]:
@@ -131,14 +140,14 @@ def _list_list_robots() -> Iterator[HostileRobot]:
         "50 000 bad names": encode_list(*(f"{number}.py" for number in range(50_000))),
     }
     for name, answer in lies.items():
-        yield HostileRobot(f"list: {name}", ("fetch", "--move"), {"recordings": answer}, furnish=_traps)
+        yield HostileRobot(f"list: {name}", ("fetch", "--move"), {"recordings": answer}, write_recordings=_traps)
 
 
 def _list_answer_robots() -> Iterator[HostileRobot]:
     said = encode_line({"begun": "x"})
     done = encode_line({"done": {}})
-    refusal = encode_line({"refused": {"fault": FORGED + ESCAPES, "remedy": ESCAPES, "kind": ESCAPES}})
-    texts = {"words": ESCAPES, "reason": FORGED, "lines": [ESCAPES, FORGED], "state": FORGED, "verdict": ESCAPES}
+    refusal = encode_line({"refused": {"problem": FORGED + ESCAPES, "remedy": ESCAPES, "kind": ESCAPES}})
+    texts = {"status_text": ESCAPES, "reason": FORGED, "lines": [ESCAPES, FORGED], "state": FORGED, "outcome": ESCAPES}
     raw: dict[str, bytes] = {
         "status: nothing": b"",
         "status: time of 1e300 s": encode_result({**STATE, "for_s": 1e300}),
@@ -156,9 +165,9 @@ def _list_answer_robots() -> Iterator[HostileRobot]:
         "start: 8 MB of escapes": encode_result({**STATE, "reason": ESCAPES * 100_000}),
         "stop: release of text": encode_result({**STATE, "release": f"$({TOUCH})"}),
         "list: an answer without an end": said + b"\x1e" + ENDLESS + b"[" * 4096,
-        "rollback: progress without an end": said + ENDLESS + encode_line({"say": ESCAPES}) * 50,
-        "rollback: markup": encode_line({"say": "[/] [bold"}) + encode_result({**JUDGED, "outcome": FORGED}),
-        "remove --yes: kept is text": encode_result({"kept": "evil"}),
+        "rollback: progress without an end": said + ENDLESS + encode_line({"text": ESCAPES}) * 50,
+        "rollback: markup": encode_line({"text": "[/] [bold"}) + encode_result({**HEALTH, "outcome": FORGED}),
+        "remove --yes: kept is text": encode_result({"has_recordings": "evil"}),
         "fetch: refusal forges a line": refusal,
     }
     for name, answer in raw.items():
@@ -170,19 +179,19 @@ def _list_answer_robots() -> Iterator[HostileRobot]:
 def _list_push_robots() -> Iterator[HostileRobot]:
     good = {
         "probe": encode_result(FACTS),
-        "begin": encode_result(BEGUN),
-        "install": encode_result(INSTALLED),
-        "activate": encode_result(JUDGED),
+        "begin": encode_result(UPLOAD),
+        "install": encode_result(INSTALLATION),
+        "activate": encode_result(HEALTH),
         "discard": encode_result({}),
     }
     bad: dict[str, tuple[str, Any]] = {
         "facts of escapes": ("probe", {**FACTS, "host": FORGED, "system": ESCAPES}),
-        "release of a shell": ("begin", {**BEGUN, "release": f"$({TOUCH})"}),
-        "sends to ..": ("begin", {**BEGUN, "to": "../.."}),
-        "sends to a shell": ("begin", {**BEGUN, "to": f"a;{TOUCH}"}),
-        "copies from a shell": ("begin", {**BEGUN, "copy_from": f"`{TOUCH}`"}),
-        "findings of escapes": ("install", {**INSTALLED, "findings": [FINDING]}),
-        "verdict of escapes": ("activate", {**JUDGED, "outcome": "unhealthy", "reason": FORGED, "lines": [ESCAPES]}),
+        "release of a shell": ("begin", {**UPLOAD, "release": f"$({TOUCH})"}),
+        "sends to ..": ("begin", {**UPLOAD, "to": "../.."}),
+        "sends to a shell": ("begin", {**UPLOAD, "to": f"a;{TOUCH}"}),
+        "copies from a shell": ("begin", {**UPLOAD, "copy_from": f"`{TOUCH}`"}),
+        "findings of escapes": ("install", {**INSTALLATION, "findings": [FINDING]}),
+        "verdict of escapes": ("activate", {**HEALTH, "outcome": "unhealthy", "reason": FORGED, "lines": [ESCAPES]}),
     }  # fmt: skip
     for name, (action, answer) in bad.items():
         yield HostileRobot(f"push: {name}", ("push", "--skip-checks"), {**good, action: encode_result(answer)})
@@ -199,7 +208,9 @@ def _list_transfer_robots() -> Iterator[HostileRobot]:
         "rsync sends a link": f"ln -sf ../../../app.py robotcore/recordings/{RECORDING}; {sender}",
     }  # fmt: skip
     for name, script in scripts.items():
-        yield HostileRobot(name, ("fetch",), {"recordings": encode_list(RECORDING)}, furnish=_recording, rsync=script)
+        yield HostileRobot(
+            name, ("fetch",), {"recordings": encode_list(RECORDING)}, write_recordings=_recording, rsync=script
+        )
 
 
 def _put(name: str, home: Path) -> None:
@@ -224,15 +235,15 @@ def _traps(home: Path) -> None:
     os.mkfifo(home / "pipe.mcap")
 
 
-def _link_file(leads: str, desk: Path) -> None:
-    (desk / "recordings" / "robot").mkdir(parents=True)
-    _link(f"recordings/robot/{RECORDING}", str(desk / leads), desk)
+def _link_file(leads: str, client: Path) -> None:
+    (client / "recordings" / "robot").mkdir(parents=True)
+    _link(f"recordings/robot/{RECORDING}", str(client / leads), client)
 
 
-def _link_folder(name: str, desk: Path) -> None:
-    (desk / "elsewhere").mkdir()
-    (desk / name).parent.mkdir(parents=True, exist_ok=True)
-    _link(name, str(desk / "elsewhere"), desk)
+def _link_folder(name: str, client: Path) -> None:
+    (client / "elsewhere").mkdir()
+    (client / name).parent.mkdir(parents=True, exist_ok=True)
+    _link(name, str(client / "elsewhere"), client)
 
 
 _GROUPS = (

@@ -127,17 +127,17 @@ def _row(name: str, results: Sequence[RobotResult]) -> list[str]:
 
 def _run_robot(folder: Path, robot: HostileRobot, *, is_verbose: bool) -> RobotResult:
     folder.mkdir()
-    desk = _make_desk(folder, robot)
+    client = _build_client(folder, robot)
     script = folder / "robot.py"
     with serving(folder / "sshd", f"ForceCommand {sys.executable} -I {script}") as server:
         script.write_text(ROBOT.format(folder=str(server.folder), endless=ENDLESS))
-        _furnish(server, robot)
-        before = dict(_list_digests(desk))
-        written, status, seconds = _run_command(server, desk, robot)
+        _write_recordings(server, robot)
+        before = dict(_list_digests(client))
+        written, status, seconds = _run_command(server, client, robot)
         failures = list(_find_failures(written, status))
         if any(path.name.startswith(CANARY) for path in folder.rglob("*")):
             failures.append("executed")
-        if dict(_list_digests(desk)) != before:
+        if dict(_list_digests(client)) != before:
             failures.append("written")
     shutil.rmtree(folder)
     if failures or is_verbose:
@@ -145,41 +145,41 @@ def _run_robot(folder: Path, robot: HostileRobot, *, is_verbose: bool) -> RobotR
     return RobotResult(robot.command[0], seconds, tuple(failures))
 
 
-def _make_desk(folder: Path, robot: HostileRobot) -> Path:
-    desk = folder / "desk"
+def _build_client(folder: Path, robot: HostileRobot) -> Path:
+    client = folder / "client"
     for name in ("home", "tmp", "project"):
-        (desk / name).mkdir(parents=True)
-    (desk / "project" / "app.py").write_text(APP)
-    (desk / "project" / "pyproject.toml").write_text(PROJECT)
-    if robot.desk:
-        robot.desk(desk / "project")
-    return desk
+        (client / name).mkdir(parents=True)
+    (client / "project" / "app.py").write_text(APP)
+    (client / "project" / "pyproject.toml").write_text(PROJECT)
+    if robot.write_client_files:
+        robot.write_client_files(client / "project")
+    return client
 
 
-def _furnish(server: Sshd, robot: HostileRobot) -> None:
+def _write_recordings(server: Sshd, robot: HostileRobot) -> None:
     recordings = server.home / "robotcore" / "recordings"
     for room in (recordings, server.home / "robotcore" / "incoming" / RELEASE, server.folder / "answers"):
         room.mkdir(parents=True)
     for action, answer in robot.answers.items():
         (server.folder / "answers" / action).write_bytes(answer)
-    if robot.furnish:
-        robot.furnish(recordings)
+    if robot.write_recordings:
+        robot.write_recordings(recordings)
     if robot.rsync:
         (server.folder / "rsync").write_text(robot.rsync)
 
 
-def _run_command(server: Sshd, desk: Path, robot: HostileRobot) -> tuple[str, int | None, float]:
+def _run_command(server: Sshd, client: Path, robot: HostileRobot) -> tuple[str, int | None, float]:
     """Execute the command at the client. Return its output, its exit status (None if it hangs), and its seconds."""
     name, *options = robot.command
     target = [server.address.name, "--ssh-config", str(server.config)]
     command = [sys.executable, "-m", "robotcore", "deploy", name, *target, *options]
-    own = {"HOME": str(desk / "home"), "TMPDIR": str(desk / "tmp"), "PYTHONDONTWRITEBYTECODE": "1"}
+    own = {"HOME": str(client / "home"), "TMPDIR": str(client / "tmp"), "PYTHONDONTWRITEBYTECODE": "1"}
     begun = perf_counter()
-    with (desk.parent / "out").open("wb+") as out:
+    with (client.parent / "out").open("wb+") as out:
         try:
             status = subprocess.run(  # noqa: S603  the command line that is measured
                 command,
-                cwd=desk / "project",
+                cwd=client / "project",
                 env=os.environ | own,
                 stdin=subprocess.DEVNULL,
                 stdout=out,
@@ -202,10 +202,10 @@ def _find_failures(written: str, status: int | None) -> Iterator[str]:
         yield "raw"
 
 
-def _list_digests(desk: Path) -> Iterator[tuple[str, str]]:
+def _list_digests(client: Path) -> Iterator[tuple[str, str]]:
     """Yield the client's files with their digests, except plain recordings in the folder of the robot."""
-    own = desk / "project" / "recordings" / "robot"
-    for path in desk.rglob("*"):
+    own = client / "project" / "recordings" / "robot"
+    for path in client.rglob("*"):
         if path == own / PARTIAL:
             continue
         if path.is_symlink():
@@ -214,7 +214,7 @@ def _list_digests(desk: Path) -> Iterator[tuple[str, str]]:
             path.parent == own and path.name in ALLOWED_RECORDINGS and not path.stat().st_mode & 0o7111
         ):
             yield str(path), hashlib.sha256(path.read_bytes()).hexdigest()
-        elif path.is_dir() and path not in {own, own.parent, desk / "tmp"}:
+        elif path.is_dir() and path not in {own, own.parent, client / "tmp"}:
             yield str(path), "folder"
 
 

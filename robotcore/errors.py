@@ -18,7 +18,7 @@
     ├── DeviationError                       a replay differs from its recording: exit 1
     ├── DeployError                          a robot cannot be reached, or refuses a release: exit 3
     ├── FirmwareError                        a board's firmware cannot be built or flashed: exit 3
-    ├── UnprovenError                        a release failed its tests, checks or simulation: exit 1
+    ├── ReleaseCheckError                    a release failed its tests, checks or simulation: exit 1
     ├── UnhealthyError                       a new release failed on the robot and was rolled back: exit 1
     ├── SafetyStop                           a safety rule ended the run: exit 4
     │   ├── InvalidCommandError (ValueError) a velocity is not a finite number
@@ -160,7 +160,7 @@ class DescriptionError(UsageError):
 
     file: the name of the file.
     key: the dotted key of the wrong value; ``""`` if the mistake concerns the whole file.
-    problem: what is wrong with the value, without a subject, such as ``is missing``.
+    problem: the value's mistake, without a subject, such as ``is missing``.
     remedy: an instruction for the user, as a sentence without its full stop.
     others: the errors for further mistakes in the file. The message has a line for each.
 
@@ -197,7 +197,7 @@ class RecordingError(UsageError):
     """A recording cannot be written, read or replayed.
 
     file: the recording's file.
-    problem: what is wrong with the file, without a subject, such as ``is empty``.
+    problem: the file's defect, without a subject, such as ``is empty``.
     remedy: an instruction for the user, as a sentence without its full stop.
     """
 
@@ -283,10 +283,10 @@ class FirmwareError(RobotcoreError):
     exit_status = 3
 
 
-class UnprovenError(RobotcoreError):
+class ReleaseCheckError(RobotcoreError):
     """A release failed its tests, its checks or its simulation, and was not sent to the robot."""
 
-    kind = "unproven"
+    kind = "release-check"
 
 
 class UnhealthyError(RobotcoreError):

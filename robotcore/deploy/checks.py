@@ -15,12 +15,12 @@ from pathlib import Path
 from subprocess import CompletedProcess
 from typing import TypeVar
 
-from robotcore.deploy.progress import OnStep, Report, Step
+from robotcore.deploy.progress import OnStep, OnText, Step
 from robotcore.deploy.project import Project
 from robotcore.deploy.staging import list_files
 from robotcore.description import RobotDescription, load_world
 from robotcore.description.plausibility import find_bodies_outside, find_doubtful_values
-from robotcore.errors import BackendMissingError, DescriptionError, UnprovenError
+from robotcore.errors import BackendMissingError, DescriptionError, ReleaseCheckError
 from robotcore.hal.backend import load_backend
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.text import escape
@@ -105,10 +105,10 @@ _COUNTS = re.compile(r"^=* ?(\d+ [a-z]+(?:, \d+ [a-z]+)*) in [\d.]+s", re.MULTIL
 _FAILURES = re.compile(r"^(?:FAILED|ERROR) .*", re.MULTILINE)
 
 
-def run_tests(project: Project, report: Report) -> CheckResult:
+def run_tests(project: Project, report: OnText) -> CheckResult:
     """Run the project's tests in the user's folder, because they may need files that are not sent.
 
-    Raises UnprovenError if a test fails or pytest is missing.
+    Raises ReleaseCheckError if a test fails or pytest is missing.
     """
     if project.folder is None:
         return CheckResult("none: the app is installed, and no files of yours are sent")
@@ -117,7 +117,7 @@ def run_tests(project: Project, report: Report) -> CheckResult:
             "none", ("the project has no tests. robotcore new writes a test that runs the app in simulation",)
         )
     if find_spec("pytest") is None:
-        raise UnprovenError(
+        raise ReleaseCheckError(
             "tests: pytest is not installed. Run pip install pytest, or skip all checks: --skip-checks",
             kind="no-pytest",
         )
@@ -126,7 +126,7 @@ def run_tests(project: Project, report: Report) -> CheckResult:
         process = run_python(project.folder, ["-m", "pytest", "-q", "--color=no"], limit_s=LIMIT_S)
     except TimeoutError as error:
         again = format_command(project, "python -m pytest -v")
-        raise UnprovenError(
+        raise ReleaseCheckError(
             f"tests: pytest {error}. A test may hang. Repair it, or skip all checks: --skip-checks\n"
             f"To find the test: {again}",
             kind="tests-hang",
@@ -135,7 +135,7 @@ def run_tests(project: Project, report: Report) -> CheckResult:
     if process.returncode == NO_TESTS:
         return CheckResult("none")
     if process.returncode:
-        raise UnprovenError(
+        raise ReleaseCheckError(
             f"tests: {_format_failures(process)}\nTo repeat it: {format_command(project, 'python -m pytest')}",
             kind="tests-failed",
         )
@@ -154,10 +154,10 @@ def _format_failures(process: CompletedProcess[str]) -> str:
     return "\n  ".join((counts, *lines))
 
 
-def check_descriptions(project: Project, report: Report) -> CheckResult:
+def check_descriptions(project: Project, report: OnText) -> CheckResult:
     """Check the description files of the robot and the world, and return their warnings.
 
-    Raises UnprovenError, whose message lists every mistake.
+    Raises ReleaseCheckError, whose message lists every mistake.
     """
     warnings: list[str] = []
     for name in filter(None, (project.robot, project.world)):
@@ -168,7 +168,7 @@ def check_descriptions(project: Project, report: Report) -> CheckResult:
             again = format_command(project, shlex.join(["robotcore", "check", name]))
             # `robotcore check` does not miss a section, because it checks only those in the file
             repeat = "" if error.kind == "no-section" else f"\nTo repeat it: {again}"
-            raise UnprovenError(f"check: {error}{repeat}", kind="description-check-failed") from error
+            raise ReleaseCheckError(f"check: {error}{repeat}", kind="description-check-failed") from error
     return CheckResult(
         "; ".join(f"{escape(name)}: OK" for name in filter(None, (project.robot, project.world))), tuple(warnings)
     )
@@ -198,7 +198,7 @@ NAMES = ("tests", "check", "simulation")
 SubjectT = TypeVar("SubjectT")
 
 
-def run_check(name: str, check: Callable[[SubjectT, Report], CheckResult], subject: SubjectT, on_step: OnStep) -> str:
+def run_check(name: str, check: Callable[[SubjectT, OnText], CheckResult], subject: SubjectT, on_step: OnStep) -> str:
     """Run a check, and report its progress. Return a line for the manifest, such as ``tests: 12 passed``."""
     step = Step(name, on_step)
     result = check(subject, step.update)

@@ -22,7 +22,7 @@ from robotcore.deploy.rsync import RECORDING
 from robotcore.errors import DeployError, UsageError
 from robotcore.text import escape, list_names, pluralize
 
-STEP = "brought"
+STEP = "fetched"
 """The name of the step in progress reports."""
 
 

@@ -32,12 +32,12 @@ class StepProgress:
 OnStep = Callable[[StepProgress], object]
 """A function that is called when a step begins, at each update, and when the step is finished."""
 
-Report = Callable[[str], object]
+OnText = Callable[[str], object]
 """A function that is called with the current activity of a step, in words."""
 
 
 class Step:
-    """Reports the progress of one step, and its begin at once."""
+    """Reports the progress of one step. The constructor reports that the step begins."""
 
     def __init__(self, name: str, on_step: OnStep) -> None:
         self._name, self._on_step = name, on_step

@@ -44,7 +44,7 @@ FILES = "files"
 
 
 @dataclass(frozen=True)
-class Push:
+class PushRequest:
     """The project, the robot and the options of a push."""
 
     host: RobotAddress
@@ -59,7 +59,7 @@ class Push:
     """The time limit for the app's first tick on the robot, in s."""
 
 
-def push(request: Push, on_step: OnStep = print) -> str:
+def push(request: PushRequest, on_step: OnStep = print) -> str:
     """Check a project, send it to a robot, and start it there. Return the release's name.
 
     Connects to the robot first, because the checks take long.
@@ -68,8 +68,8 @@ def push(request: Push, on_step: OnStep = print) -> str:
 
     request: the project, the robot and the options.
     on_step: this function is called with the progress.
-    Raises UnprovenError if a check fails, before anything is sent. Raises DeployError if the robot cannot be reached or
-    cannot run the project. Raises UnhealthyError if the robot has rolled back the release.
+    Raises ReleaseCheckError if a check fails, before anything is sent. Raises DeployError if the robot cannot be
+    reached or cannot run the project. Raises UnhealthyError if the robot has rolled back the release.
     """
     Step(ROBOT, on_step)  # without a text, because ssh may ask for a password
     with (
@@ -90,7 +90,7 @@ def push(request: Push, on_step: OnStep = print) -> str:
         return health.follow_check(link, step, "activate", name, request.healthy_within_s)
 
 
-def _build_checked_bundle(request: Push, folder: Path, on_step: OnStep) -> tuple[Bundle, tuple[str, ...]]:
+def _build_checked_bundle(request: PushRequest, folder: Path, on_step: OnStep) -> tuple[Bundle, tuple[str, ...]]:
     """Return the bundle, and a line for each check with its result."""
     project, lines = request.project, []
     if request.is_checked:
@@ -105,7 +105,7 @@ def _build_checked_bundle(request: Push, folder: Path, on_step: OnStep) -> tuple
     return bundle, (*lines, run_check("simulation", simulate, bundle, on_step))
 
 
-def describe_state_after(step: str, request: Push) -> str:
+def describe_state_after(step: str, request: PushRequest) -> str:
     """Return a sentence about the state of the robot after a push that ended in this step."""
     if step == health.STEP:
         return health.status_hint(request.host)
@@ -174,7 +174,7 @@ def _report_findings(findings: Sequence[FindingMessage], step: Step) -> None:
     counts = Counter(finding.level for finding in findings)
     said = [f"{counts['ok']} ok", *(pluralize(counts[level], level) for level in SHOWN_LEVELS if counts[level])]
     bad = [finding for level in SHOWN_LEVELS for finding in findings if finding.level == level]
-    details = [f"{each.level}: {each.what}: {each.said}{f'. {each.remedy}' if each.remedy else ''}" for each in bad]
+    details = [f"{it.level}: {it.subject}: {it.message}{f'. {it.remedy}' if it.remedy else ''}" for it in bad]
     step.finish(", ".join(said), *details)
 
 

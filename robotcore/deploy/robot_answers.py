@@ -1,7 +1,7 @@
 """The answers of a robot: a model for each action, and functions that parse and validate an answer.
 
-The client does not trust a robot, because an attacker may control it. This module escapes every string of an answer and
-validates the answer before other code of the client uses it. A field with an alias has that name in the protocol.
+An attacker may control a robot. So this module escapes every string of an answer and
+validates the answer before other code of the client uses it.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class RobotMessage(BaseModel):
 class ProgressMessage(RobotMessage):
     """The progress of an action on the robot."""
 
-    text: str = Field(alias="say")
+    text: str
     """What the action is doing now, in words."""
     release: ReleaseName | None = None
     """The name that the robot gave the release; None if this message does not have it."""
@@ -69,7 +69,7 @@ class ProgressMessage(RobotMessage):
 class Refusal(RobotMessage):
     """The answer of a robot that cannot do an action."""
 
-    problem: str = Field(alias="fault")
+    problem: str
     """The cause, without a full stop."""
     remedy: str
     """What the user can do, without a full stop."""
@@ -115,9 +115,9 @@ class FindingMessage(RobotMessage):
 
     level: str
     """``ok``, ``warning`` or ``error``."""
-    what: str
+    subject: str
     """The examined part of the robot, such as ``disk``."""
-    said: str
+    message: str
     """The state of that part, in words."""
     remedy: str
     """What the user can do; empty if the level is ``ok``."""
@@ -145,7 +145,7 @@ class HealthAnswer(RobotMessage):
     """The current release after the check."""
     is_running: bool
     """Whether the current release runs."""
-    is_stopped: bool = Field(alias="is_standing")
+    is_stopped: bool
     """Whether the app is stopped after the check, without a failure."""
 
 
@@ -169,9 +169,9 @@ class StatusAnswer(RobotMessage):
 
     release: ReleaseName | None
     """The current release."""
-    outcome: str | None = Field(alias="verdict")
+    outcome: str | None
     """The outcome of the current release's last health check."""
-    pending: ReleaseName | None = Field(alias="on_trial")
+    pending: ReleaseName | None
     """The release whose health check is pending or running."""
     last: LastRelease | None
     """The newest release with a completed health check; None if a release is current, or without such a check."""
@@ -181,7 +181,7 @@ class StatusAnswer(RobotMessage):
     """How long the app has been running, in s; None if it does not run."""
     restarts: Count
     """The number of times that systemd has restarted the app after a failure."""
-    status_text: str = Field(alias="words")
+    status_text: str
     """The last status text of the app."""
     reason: str
     """The cause of the app's last failure; empty without a failure."""
@@ -200,7 +200,7 @@ class UnreadableRelease(RobotMessage):
     name: ReleaseName
     unreadable: str
     """Why the manifest cannot be read."""
-    outcome: str | None = Field(alias="verdict")
+    outcome: str | None
     reason: str
 
 
@@ -215,13 +215,13 @@ class ListedRelease(RobotMessage):
     run: Texts
     stop: Texts
     requirements: Texts
-    checks: Texts = Field(alias="gates")
+    checks: Texts
     """A line for each check before the push, with its result."""
     robotcore: str
     revision: str
     sender: str
     is_recorded: bool
-    outcome: str | None = Field(alias="verdict")
+    outcome: str | None
     reason: str
 
 
@@ -230,13 +230,13 @@ class ReleasesAnswer(RobotMessage):
 
     releases: Annotated[list[UnreadableRelease | ListedRelease], Field(max_length=MOST_ITEMS)]
     current: ReleaseName | None
-    pending: ReleaseName | None = Field(alias="on_trial")
+    pending: ReleaseName | None
 
 
 class RemoveAnswer(RobotMessage):
     """The answer of ``remove``."""
 
-    kept: bool
+    has_recordings: bool
     """Whether recordings are still on the robot."""
 
 

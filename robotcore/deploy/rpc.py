@@ -11,7 +11,7 @@ from typing import Any
 from robotcore.deploy.agent.rpc import MARK
 from robotcore.deploy.errors import CALL_FAILED, explain_damaged_answer, find_last_line
 from robotcore.deploy.process_output import MalformedError, run_process, split_lines
-from robotcore.deploy.progress import Report
+from robotcore.deploy.progress import OnText
 from robotcore.deploy.robot_answers import AnswerT, EmptyAnswer, ProgressMessage, Refusal, parse, validate
 from robotcore.deploy.ssh import SshConnection
 from robotcore.errors import DeployError
@@ -59,7 +59,7 @@ class RobotLink(SshConnection):
         """
         return self._ask(action, arguments, answer, on_message=on_message)
 
-    def stream(self, action: str, /, on_line: Report, max_bytes: int | None, **arguments: Any) -> None:
+    def stream(self, action: str, /, on_line: OnText, max_bytes: int | None, **arguments: Any) -> None:
         """Run an action on the robot that prints lines, and pass each line to a function.
 
         on_line: this function is called with each line, escaped and without the line break.
@@ -98,7 +98,7 @@ def parse_answer(
     model: type[AnswerT],
     *,
     on_message: OnMessage | None = None,
-    on_line: Report | None = None,
+    on_line: OnText | None = None,
     max_bytes: int | None = MAX_ANSWER_BYTES,
 ) -> AnswerT | Refusal | None:
     """Return the answer in a robot's output, or None if the output has no answer.
@@ -117,7 +117,7 @@ def parse_answer(
         if not mark:
             continue
         has_begun, message = True, parse(content)
-        if "say" in message:
+        if "text" in message:
             progress = validate(ProgressMessage, message, "progress")
             if on_message:
                 on_message(progress)

@@ -16,9 +16,9 @@ from robotcore.deploy.agent import service
 from robotcore.deploy.agent.releases import PROJECT, SITE
 from robotcore.deploy.bundle import Bundle
 from robotcore.deploy.checks import CheckResult, format_command, read_process_error, run_python
-from robotcore.deploy.progress import Report
+from robotcore.deploy.progress import OnText
 from robotcore.deploy.project import Project
-from robotcore.errors import UnprovenError, UsageError
+from robotcore.errors import ReleaseCheckError, UsageError
 from robotcore.hal.backend import load_backend
 from robotcore.runtime.plan import DEFAULT_WORLD, RunRequest
 from robotcore.runtime.result import Outcome
@@ -43,12 +43,12 @@ HANG_MARGIN_S = 60.0
 """The wall-clock time after a run's time-out, in s, after which the run counts as hanging."""
 
 
-def simulate(bundle: Bundle, report: Report) -> CheckResult:
+def simulate(bundle: Bundle, report: OnText) -> CheckResult:
     """Run the app in simulation with the files of the bundle only.
 
     The results must reach the project's bounds (`Project.require`). Without bounds, every run must pass, see `is_pass`.
 
-    Raises UnprovenError with a command that repeats the failing run.
+    Raises ReleaseCheckError with a command that repeats the failing run.
     """
     project = bundle.project
     backend, warnings = choose_simulator(project)
@@ -154,7 +154,7 @@ def _run_sweep(
         answer = {"error": read_process_error(process)}
     if "error" in answer:
         again = _format_repeat(bundle.project, shlex.join(["robotcore", *arguments]))
-        raise UnprovenError(f"simulation: {answer['error']}{again}", kind="simulation-not-run")
+        raise ReleaseCheckError(f"simulation: {answer['error']}{again}", kind="simulation-not-run")
     return answer
 
 
@@ -176,4 +176,4 @@ def _require_pass(project: Project, missed: Sequence[str], failing: Sequence[Rec
     again = _format_repeat(project, first.command) if first else ""
     kind = "bound-missed" if project.deploy.require else "run-failed"
     seed = first.result.seed if first else None
-    raise UnprovenError(f"simulation: {why}{which}{again}", kind=kind, missed=tuple(missed), seed=seed)
+    raise ReleaseCheckError(f"simulation: {why}{which}{again}", kind=kind, missed=tuple(missed), seed=seed)

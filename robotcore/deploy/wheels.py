@@ -15,7 +15,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from robotcore.deploy.progress import Report
+from robotcore.deploy.progress import OnText
 from robotcore.deploy.project import FILE, Project
 from robotcore.deploy.requirements import SpecifierSet
 from robotcore.errors import DeployError, DescriptionError
@@ -113,7 +113,7 @@ _NOT_FOUND = re.compile(r"No matching distribution found for ([^\s(]+)")
 _UNREACHABLE_INDEX = re.compile(r"NewConnectionError|NameResolutionError|ConnectTimeoutError|Network is unreachable")
 
 
-def fetch_wheels(requirements: Iterable[str], target: Platform, report: Report, cache: Path | None = None) -> Path:
+def fetch_wheels(requirements: Iterable[str], target: Platform, report: OnText, cache: Path | None = None) -> Path:
     """Return a folder with the wheels of the requirements and of all their dependencies.
 
     The wheels are downloaded once, and then kept in the cache. To download newer ones, delete the folder.

@@ -1,8 +1,6 @@
 """``robotcore deploy status``, ``logs``, ``start`` and ``stop``: commands on the app of a robot.
 
-``status --json`` prints ``host``, the robot's state: ``release``, ``verdict``, ``on_trial``, ``last``, ``state``,
-``for_s``, ``restarts``, ``words``, ``reason``, ``lines``, ``starts_with_robot``, ``lingers``, ``recordings``,
-``free_bytes``; and ``exit_status``.
+``status --json`` prints ``host``, the fields of `robotcore.deploy.robot_answers.StatusAnswer`, and ``exit_status``.
 """
 
 from __future__ import annotations

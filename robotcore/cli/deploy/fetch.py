@@ -1,7 +1,17 @@
 """``robotcore deploy fetch``: copy the recordings of a robot to this machine.
 
-``--json`` prints ``host``, ``folder``; the names ``brought``, ``here`` already, ``different``, ``being_written``,
-``left`` on the robot and ``erased`` there; ``newest``, a path or null; and ``exit_status``.
+``--json`` prints these keys:
+
+host: the robot's address.
+folder: the folder for the recordings on this machine.
+fetched: the names of the recordings that this command copied.
+present: the names of the recordings that were in the folder before.
+different: the names of the recordings of which the folder has a file with other content.
+being_written: the names of the recordings that an app is writing.
+skipped: the names of the other files on the robot.
+erased: the names of the recordings that this command deleted from the robot.
+newest: the path of the newest recording in the folder, or null.
+exit_status: the exit status.
 """
 
 from __future__ import annotations
@@ -73,11 +83,11 @@ def _ignore_progress(_progress: object) -> None:
 def _build_payload(result: FetchResult) -> dict[str, Any]:
     return {
         "folder": str(result.folder),
-        "brought": result.fetched,
-        "here": result.present,
+        "fetched": result.fetched,
+        "present": result.present,
         "different": result.different,
         "being_written": result.being_written,
-        "left": result.skipped,
+        "skipped": result.skipped,
         "erased": result.erased,
         "newest": str(result.newest) if result.newest else None,
     }

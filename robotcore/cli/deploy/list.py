@@ -1,6 +1,6 @@
 """``robotcore deploy list``: list the releases on a robot.
 
-``--json`` prints ``{"host", "current", "releases": [{"name", "verdict", "project", "app", "robot", "backend", "gates",
+``--json`` prints ``{"host", "current", "releases": [{"name", "outcome", "project", "app", "robot", "backend", "checks",
 "revision", "sender", …}, …], "exit_status"}``, the newest first; a release that cannot be read has ``name`` and
 ``unreadable``, the reason.
 """
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 SKIPPED = ": skipped"
 """The end of a skipped check's line in the manifest."""
 
-COLUMNS = ("release", "state", "app", "robot", "from", "proven")
+COLUMNS = ("release", "state", "app", "robot", "from", "checks")
 
 
 @click.command("list", cls=AnsweringDeployCommand)

@@ -69,10 +69,10 @@ def command(
     """
     from robotcore.cli.deploy._progress import StepDisplay
     from robotcore.deploy.health_progress import STEP
-    from robotcore.deploy.push import Push, describe_state_after, push
+    from robotcore.deploy.push import PushRequest, describe_state_after, push
     from robotcore.errors import Interrupted, RobotcoreError
 
-    request = Push(
+    request = PushRequest(
         host,
         _build_project(**chosen),
         is_checked=not skip_checks,

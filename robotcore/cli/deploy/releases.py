@@ -60,8 +60,8 @@ def remove(host: RobotAddress, *, recordings: bool, yes: bool) -> int:
         write_line("Nothing was removed")
         return 1
     with make_link(host) as link:
-        kept = link.call("remove", RemoveAnswer, keeps_recordings=not recordings).kept
-    note = f". The recordings are still there: {host.format_command('fetch')}" if kept else ""
+        has_recordings = link.call("remove", RemoveAnswer, keeps_recordings=not recordings).has_recordings
+    note = f". The recordings are still there: {host.format_command('fetch')}" if has_recordings else ""
     write_line(f"{host}: robotcore was removed{note}")
     return 0
 

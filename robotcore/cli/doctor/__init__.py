@@ -1,6 +1,6 @@
 """``robotcore doctor`` checks this machine, its backends and a robot, and prints a remedy for each problem.
 
-``--json`` prints ``{"findings": [{"about", "level", "kind", "what", "said", "remedy"}, …], "warnings": n,
+``--json`` prints ``{"findings": [{"about", "level", "kind", "subject", "message", "remedy"}, …], "warnings": n,
 "errors": n, "exit_status": n}``. ``about`` is the backend's name or ``machine``. ``level`` is ok, warning or error.
 ``kind`` identifies the finding. ``remedy`` may be empty.
 """
@@ -125,7 +125,7 @@ def _row(about: str, finding: Finding) -> dict[str, Any]:
         "about": about,
         "level": finding.level.value,
         "kind": finding.kind,
-        "what": finding.subject,
-        "said": finding.message,
+        "subject": finding.subject,
+        "message": finding.message,
         "remedy": finding.remedy,
     }

@@ -23,7 +23,7 @@ def list_releases(layout: Layout) -> dict[str, Any]:
     return {
         "releases": [_describe_release(layout, name) for name in releases.list_names(layout)],
         "current": releases.read_current(layout),
-        "on_trial": pending.release if pending else None,
+        "pending": pending.release if pending else None,
     }
 
 
@@ -34,7 +34,7 @@ def _describe_release(layout: Layout, name: str) -> dict[str, Any]:
     except (OSError, ValueError) as error:
         row = {"name": name, "unreadable": str(error)}
     result = HealthResult.read(folder)
-    return {**row, "verdict": result.outcome if result else None, "reason": result.reason if result else ""}
+    return {**row, "outcome": result.outcome if result else None, "reason": result.reason if result else ""}
 
 
 def list_recordings(layout: Layout) -> dict[str, Any]:
@@ -100,7 +100,7 @@ def remove_robotcore(layout: Layout, *, keeps_recordings: bool = True) -> dict[s
     """
     units = list_installed_units(layout)
     if not units and not layout.root.exists():
-        return {"removed": False, "kept": False}
+        return {"removed": False, "has_recordings": False}
     if len(units) == len(UNIT_TEXTS):  # if some are missing, an earlier removal has stopped the app
         run_actions.stop_app(layout)
     with hold_lock(layout, "removal"):
@@ -109,8 +109,8 @@ def remove_robotcore(layout: Layout, *, keeps_recordings: bool = True) -> dict[s
             unit.unlink()
         if units:
             systemd.systemctl("daemon-reload")
-        kept = _clear_folder(layout, keeps_recordings=keeps_recordings)
-    return {"removed": True, "kept": kept}
+        has_recordings = _clear_folder(layout, keeps_recordings=keeps_recordings)
+    return {"removed": True, "has_recordings": has_recordings}
 
 
 def _clear_folder(layout: Layout, *, keeps_recordings: bool) -> bool:

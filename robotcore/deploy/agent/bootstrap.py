@@ -63,7 +63,7 @@ def answer_call(sources: str, action: str, parameters: str) -> int:
 def _too_old(version: str) -> "dict[str, str]":
     oldest = ".".join(map(str, OLDEST))
     return {
-        "fault": "its Python is " + version + ", robotcore needs " + oldest + " or newer",
+        "problem": "its Python is " + version + ", robotcore needs " + oldest + " or newer",
         "remedy": "Raspberry Pi OS 12 (Bookworm) and newer have it",
         "kind": "python",
     }

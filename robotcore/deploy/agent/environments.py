@@ -217,7 +217,7 @@ _NETWORK = (
     KnownFailure(
         r"CERTIFICATE_VERIFY_FAILED",
         "network",
-        "the robot does not trust the package index's certificate",
+        "the robot rejects the package index's certificate",
         "Give the robot's pip the certificate of your network (pip config set global.cert FILE). Or use --offline",
     ),
     KnownFailure(

@@ -54,7 +54,7 @@ class Layout:
     @property
     def health_check(self) -> Path:
         """The file of the pending or running health check. Without such a check, it does not exist."""
-        return self.root / "trial.json"
+        return self.root / "health-check.json"
 
     @property
     def lock(self) -> Path:

@@ -287,7 +287,7 @@ def build_report(layout: Layout, release: str, result: HealthResult) -> dict[str
         "lines": list(result.lines),
         "current": name,
         "is_running": state.is_up,
-        "is_standing": state.is_down,
+        "is_stopped": state.is_down,
     }
 
 
@@ -322,7 +322,7 @@ def _is_check_running() -> bool:
         text = " / ".join(journal.read_last_lines(HEALTH_CHECK, state.invocation)) or state.describe_end()
         raise AgentError(
             f"the health check of the release failed: {text}",
-            "On the robot: systemctl --user status robotcore-trial",
+            "On the robot: systemctl --user status robotcore-health-check",
             "check-failed",
         )
     return state.has_job or not state.is_down

@@ -198,14 +198,14 @@ def run_doctor(folder: Path, release: Release) -> list[dict[str, Any]]:
         last = [line for line in done.stderr.splitlines() if line.strip()][-1:]
         said = f"does not run: {last[0] if last else f'it ended with status {done.returncode}'}"
     remedy = "Run robotcore doctor on the robot, repair what it names, and push again"
-    return [{"about": "machine", "level": "error", "what": "doctor", "said": said, "remedy": remedy}]
+    return [{"about": "machine", "level": "error", "subject": "doctor", "message": said, "remedy": remedy}]
 
 
 def _excuse_running_release(row: dict[str, Any]) -> dict[str, Any]:
-    holders = re.findall(r"process (\d+)", row["said"])
+    holders = re.findall(r"process (\d+)", row["message"])
     if row["level"] != "error" or not holders or not all(map(_is_in_service, holders)):
         return row
-    return {**row, "level": "ok", "said": f"{row['said']}: the running release, which stops first", "remedy": ""}
+    return {**row, "level": "ok", "message": f"{row['message']}: the running release, which stops first", "remedy": ""}
 
 
 def _is_in_service(pid: str) -> bool:

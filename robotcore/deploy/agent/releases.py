@@ -35,7 +35,7 @@ HEALTHY_WITHIN_S, SETTLE_S = 60.0, 4.0
 A Raspberry Pi needs long to import NumPy and OpenCV, and its camera needs time to settle.
 """
 
-RESULT_FILE = "verdict.json"
+RESULT_FILE = "outcome.json"
 HEALTHY, UNHEALTHY, STOPPED = "healthy", "unhealthy", "stopped"
 """The outcomes of a health check.
 
@@ -86,9 +86,7 @@ class Release:
 
     def to_fields(self) -> dict[str, Any]:
         """Return the fields of the manifest by their names in JSON."""
-        fields = asdict(self)
-        fields["gates"] = fields.pop("checks")
-        return fields
+        return asdict(self)
 
     def to_json(self) -> str:
         """Return the manifest as JSON."""
@@ -105,7 +103,6 @@ class Release:
         try:
             manifest = dict(json.loads(text))
             if (number := manifest.pop("format")) == FORMAT:
-                manifest["checks"] = manifest.pop("gates")
                 lists = {key: tuple(manifest[key]) for key in ("run", "stop", "requirements", "checks")}
                 return cls(**{**manifest, **lists})
         except (ValueError, KeyError, TypeError) as error:

@@ -53,20 +53,20 @@ def answer_call(action: str, parameters: Mapping[str, Any]) -> int:
     try:
         write_message({"done": run(Layout(Path.home()), **parameters)})
     except AgentError as error:
-        write_message({"refused": {"fault": error.problem, "remedy": error.remedy, "kind": error.kind}})
+        write_message({"refused": {"problem": error.problem, "remedy": error.remedy, "kind": error.kind}})
         return 1
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
         is_full = error.errno in {errno.ENOSPC, errno.EDQUOT}
         remedy = MAKE_ROOM if is_full else "Log in to the robot, and check its disk and the permissions of its files"
-        write_message({"refused": {"fault": f"{where}{error.strerror}", "remedy": remedy, "kind": "os"}})
+        write_message({"refused": {"problem": f"{where}{error.strerror}", "remedy": remedy, "kind": "os"}})
         return 1
     return 0
 
 
 def report_progress(text: str, **more: Any) -> None:
     """Report the current activity to the client, in words, with further fields of the message by name."""
-    write_message({"say": text, **more})
+    write_message({"text": text, **more})
 
 
 def write_message(message: Any) -> None:

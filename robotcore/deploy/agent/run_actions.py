@@ -144,13 +144,13 @@ def read_status(layout: Layout) -> dict[str, Any]:
     sizes = [size for file in layout.recordings.glob("*.mcap") if (size := file.stat().st_size)]
     return {
         "release": name,
-        "verdict": read_outcome(layout, name),
-        "on_trial": pending.release if pending else None,
+        "outcome": read_outcome(layout, name),
+        "pending": pending.release if pending else None,
         "last": None if name else _read_last_check(layout),
         "state": state_name,
         "for_s": time.monotonic() - state.active_since_s if state.is_up else None,
         "restarts": state.restarts,
-        "words": "" if state_name == "stopped" else state.status_text,  # the text may be another release's
+        "status_text": "" if state_name == "stopped" else state.status_text,  # the text may be another release's
         "reason": reason,
         "lines": lines,
         "starts_with_robot": state.is_enabled,

@@ -1,7 +1,7 @@
 """The program that systemd starts on the robot. It runs the robotcore in the release's folder.
 
-The command ``run`` starts the app. ``off`` stops the motors after the app has ended. ``trial`` runs the health check of
-a new release.
+The command ``run`` starts the app. ``off`` stops the motors after the app has ended. ``health-check`` runs
+the health check of a new release.
 """
 
 from __future__ import annotations
@@ -62,8 +62,12 @@ def build_launch(release: Path, *arguments: str) -> Launch:
 
 
 def main(arguments: Sequence[str] = tuple(sys.argv[1:]), layout: Layout | None = None) -> int:
-    """Run the command ``run``, ``off`` or ``trial`` that systemd passes, and return the exit status."""
-    commands: dict[str, Callable[[Layout], int]] = {"run": run_app, "off": stop_motors, "trial": run_health_check}
+    """Run the command ``run``, ``off`` or ``health-check`` that systemd passes, and return the exit status."""
+    commands: dict[str, Callable[[Layout], int]] = {
+        "run": run_app,
+        "off": stop_motors,
+        "health-check": run_health_check,
+    }
     try:
         return commands[arguments[0]](layout or Layout(Path.home()))
     except FileNotFoundError as error:

@@ -15,7 +15,7 @@ from robotcore.deploy.agent import files, robot_facts, sources
 from robotcore.deploy.agent import systemctl as systemd
 from robotcore.deploy.agent.files import Layout
 
-SERVICE, HEALTH_CHECK = "robotcore.service", "robotcore-trial.service"
+SERVICE, HEALTH_CHECK = "robotcore.service", "robotcore-health-check.service"
 
 START_LIMIT_S = 120
 """The greatest time limit for an app's first tick, in s: systemd's limit for the start of the service."""
@@ -63,17 +63,17 @@ _HEALTH_CHECK = """\
 # Written by robotcore deploy.
 [Unit]
 Description=Health check of a new release of this robot's app
-ConditionPathExists=%h/robotcore/trial.json
+ConditionPathExists=%h/robotcore/health-check.json
 StartLimitIntervalSec=60
 StartLimitBurst=20
 
 [Service]
 Type=exec
-ExecStart=/usr/bin/python3 -I %h/robotcore/aboard.pyz trial
+ExecStart=/usr/bin/python3 -I %h/robotcore/aboard.pyz health-check
 Restart=on-failure
 RestartForceExitStatus=SIGTERM SIGINT SIGHUP
 RestartSec=1
-SyslogIdentifier=robotcore-trial
+SyslogIdentifier=robotcore-health-check
 
 [Install]
 WantedBy=default.target

@@ -15,7 +15,7 @@ from robotcore.deploy.checks import run_python
 from robotcore.deploy.project import DeployOptions, DeployTable, Project, build_project
 from robotcore.deploy.simulation import choose_simulator, is_pass
 from robotcore.deploy.staging import copy_files
-from robotcore.errors import DescriptionError, UnprovenError, UsageError
+from robotcore.errors import DescriptionError, ReleaseCheckError, UsageError
 from robotcore.runtime.plan import RunRequest
 from tests.robotcore.deploy.projects import DRIVES_ON, TABLE, write, write_project
 from tests.robotcore.sweep.conftest import make_record
@@ -43,7 +43,7 @@ def test_passing_tests_are_counted(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_failing_test_is_named_with_the_command_that_repeats_it(tmp_path: Path, raises: Raises) -> None:
     write(tmp_path, {"a b/test_a.py": "def test_a(): pass\ndef test_b(): assert 1 == 2\n"})
-    with raises(UnprovenError, "tests-failed"):
+    with raises(ReleaseCheckError, "tests-failed"):
         checks.run_tests(write_project(tmp_path), str)
 
 
@@ -51,7 +51,7 @@ def test_failing_test_is_named_with_the_command_that_repeats_it(tmp_path: Path, 
 def test_hanging_tests_are_killed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(checks, "LIMIT_S", 3.0)
     write(tmp_path, {"test_a.py": "import time\ndef test_a(): time.sleep(600)\n"})
-    with pytest.raises(UnprovenError) as raised:
+    with pytest.raises(ReleaseCheckError) as raised:
         checks.run_tests(write_project(tmp_path), str)
     assert raised.value.kind == "tests-hang"
 
@@ -59,7 +59,7 @@ def test_hanging_tests_are_killed(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 def test_every_mistake_of_a_description_is_reported(tmp_path: Path, raises: Raises) -> None:
     write(tmp_path, {"-my room.toml": "[floor]\nlenght_m = 3\nwidth_m = 3\n[walls]\nhight_m = 1\n"})
     project = write_project(tmp_path, TABLE.replace("\n\n", '\nworld = "-my room.toml"\n\n'))
-    with raises(UnprovenError, "description-check-failed") as raised:
+    with raises(ReleaseCheckError, "description-check-failed") as raised:
         checks.check_descriptions(project, str)
     cause = raised.value.__cause__
     assert isinstance(cause, DescriptionError)
@@ -76,7 +76,7 @@ def test_doubtful_values_of_the_robot_and_the_world_are_warnings(tmp_path: Path)
 
 
 def test_error_for_a_missing_section_names_no_check_that_passes(tmp_path: Path, check_text: CheckText) -> None:
-    with pytest.raises(UnprovenError) as raised:
+    with pytest.raises(ReleaseCheckError) as raised:
         checks.check_descriptions(write_project(tmp_path, robot="bubblerob", backend="raspberrypi"), str)
     check_text(str(raised.value))
 
@@ -102,14 +102,14 @@ def test_simulation_uses_the_bundle_and_does_not_change_it(tmp_path: Path, raise
     simulation.simulate(bundle, str)
     assert {*bundle.folder.rglob("*")} == before
     (bundle.folder / "project" / "helper.py").unlink()
-    with raises(UnprovenError, "simulation-not-run"):
+    with raises(ReleaseCheckError, "simulation-not-run"):
         simulation.simulate(bundle, str)
 
 
 @pytest.mark.slow
 def test_failing_run_is_reported_with_the_command_that_repeats_it(tmp_path: Path, raises: Raises) -> None:
     project = write_project(write(tmp_path / "a 'b", {}), app=RAISES)
-    with raises(UnprovenError, "run-failed", seed=1):
+    with raises(ReleaseCheckError, "run-failed", seed=1):
         simulation.simulate(build_small_bundle(project, tmp_path), str)
 
 
@@ -118,7 +118,7 @@ def test_hanging_app_fails_the_simulation(tmp_path: Path, monkeypatch: pytest.Mo
     monkeypatch.setattr(simulation, "HANG_MARGIN_S", 3.0 - RunRequest.timeout_s)
     project = write_project(tmp_path, app="import time\n" + DRIVES_ON.replace("return", "time.sleep(600); return"))
     monkeypatch.setattr(simulation, "run_python", partial(_run_with_long_limit, run_python))
-    with pytest.raises(UnprovenError) as raised:
+    with pytest.raises(ReleaseCheckError) as raised:
         simulation.simulate(build_small_bundle(project, tmp_path), str)
     assert raised.value.kind == "run-failed"
     assert raised.value.fields["seed"] == 1
@@ -134,7 +134,7 @@ def test_required_bounds_decide_instead_of_the_runs(tmp_path: Path) -> None:
     assert words[words.index("--require") + 1] == "verified>=0.5"
     failing = [make_record(Outcome.FAILURE, verified=False)]
     simulation._require_pass(project, [], failing)
-    with pytest.raises(UnprovenError) as raised:
+    with pytest.raises(ReleaseCheckError) as raised:
         simulation._require_pass(project, ["kinematic, arena: verified is 0.3, required verified>=0.5"], failing)
     assert raised.value.kind == "bound-missed"
     assert raised.value.fields["missed"] == ("kinematic, arena: verified is 0.3, required verified>=0.5",)

@@ -35,7 +35,7 @@ def act(layout, release, healthy_within_s):
     begun = layout.home / "begun"
     if begun.exists():
         return {"release": release, "outcome": "healthy", "reason": "", "lines": [], "current": release,
-                "is_running": True, "is_standing": False}
+                "is_running": True, "is_stopped": False}
     begun.touch()
     report_progress("it starts", release=release)
     time.sleep(600)
@@ -80,7 +80,7 @@ def answer(
         "reason": reason,
         "current": current,
         "is_running": is_running,
-        "is_standing": is_standing,
+        "is_stopped": is_standing,
     }
     return ANSWER.format(result={"release": NEW, "lines": lines, **result})
 
@@ -120,7 +120,7 @@ def test_unhealthy_release_raises_with_its_last_lines_and_the_current_release(
 def test_message_begins_with_the_error_of_robotcore(error: str, check_text: CheckText) -> None:
     lines = ["Traceback (most recent call last):", f"error: {error}", "error: the recording is not whole"]
     fields = {"release": NEW, "outcome": "unhealthy", "reason": "the app raised", "lines": lines, "current": None}
-    result = HealthAnswer.model_validate({**fields, "is_running": False, "is_standing": True})
+    result = HealthAnswer.model_validate({**fields, "is_running": False, "is_stopped": True})
     check_text(health._format_failure(RobotAddress("robot"), result))
 
 

@@ -12,10 +12,10 @@ from robotcore.deploy import push as push_module
 from robotcore.deploy.agent.releases import Release
 from robotcore.deploy.checks import CheckResult
 from robotcore.deploy.host import RobotAddress
-from robotcore.deploy.progress import Report, StepProgress
+from robotcore.deploy.progress import OnText, StepProgress
 from robotcore.deploy.project import DeployOptions, build_project
-from robotcore.deploy.push import Push, describe_state_after, push
-from robotcore.errors import DeployError, UnprovenError
+from robotcore.deploy.push import PushRequest, describe_state_after, push
+from robotcore.errors import DeployError, ReleaseCheckError
 from tests.robotcore.deploy.conftest import AddAction
 from tests.robotcore.deploy.sshd import Sshd
 from tests.texts import CheckText, Raises
@@ -47,8 +47,8 @@ from robotcore.deploy.agent.rpc import report_progress
 def act(layout, release, is_offline):
     (layout.incoming / release).rename(layout.releases / release)
     report_progress("the doctor examines the robot")
-    warning = {"level": "warning", "what": "disk", "said": "nearly full", "remedy": "Make room"}
-    good = {"level": "ok", "what": "Python", "said": "3.11.2", "remedy": ""}
+    warning = {"level": "warning", "subject": "disk", "message": "nearly full", "remedy": "Make room"}
+    good = {"level": "ok", "subject": "Python", "message": "3.11.2", "remedy": ""}
     return {"environment": "kept", "findings": [good, warning]}
 """
 
@@ -68,18 +68,18 @@ def act(layout, release, healthy_within_s):
     layout.current.symlink_to(f"releases/{release}")
     return {
         "release": release, "outcome": "healthy", "reason": "", "lines": [], "current": release, "is_running": True,
-        "is_standing": False,
+        "is_stopped": False,
     }
 """
 
 
 @pytest.fixture(scope="module")
-def push_request(robot: Sshd, tmp_path_factory: pytest.TempPathFactory) -> Push:
+def push_request(robot: Sshd, tmp_path_factory: pytest.TempPathFactory) -> PushRequest:
     """A push of a small project."""
     folder = tmp_path_factory.mktemp("project")
     (folder / "still.py").write_text(APP)
     project = build_project(DeployOptions(app="still.py", robot="rover", backend="kinematic"), folder)
-    return Push(robot.address, project, is_checked=False, healthy_within_s=7.0)
+    return PushRequest(robot.address, project, is_checked=False, healthy_within_s=7.0)
 
 
 @pytest.fixture(autouse=True)
@@ -102,7 +102,7 @@ def list_folders(robot: Sshd, below: str) -> set[str]:
 
 
 @pytest.mark.slow
-def test_push_reports_each_step_and_sends_only_changes_again(push_request: Push, robot: Sshd) -> None:
+def test_push_reports_each_step_and_sends_only_changes_again(push_request: PushRequest, robot: Sshd) -> None:
     steps: list[StepProgress] = []
     before = push(push_request, lambda _: None)
     release = push(push_request, steps.append)
@@ -119,7 +119,7 @@ def test_push_reports_each_step_and_sends_only_changes_again(push_request: Push,
 
 
 @pytest.mark.slow
-def test_push_connects_again_if_the_connection_breaks_during_the_checks(push_request: Push, robot: Sshd) -> None:
+def test_push_connects_again_if_the_connection_breaks_during_the_checks(push_request: PushRequest, robot: Sshd) -> None:
     others = set(robot.connections())
 
     def break_connection(progress: StepProgress) -> None:
@@ -132,7 +132,7 @@ def test_push_connects_again_if_the_connection_breaks_during_the_checks(push_req
 
 @pytest.mark.slow
 def test_offline_push_sends_the_wheels(
-    push_request: Push, robot: Sshd, add_action: AddAction, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    push_request: PushRequest, robot: Sshd, add_action: AddAction, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "widget.whl").write_text("machine code")
     monkeypatch.setattr(push_module, "fetch_wheels", lambda *_: tmp_path)
@@ -143,7 +143,7 @@ def test_offline_push_sends_the_wheels(
 
 @pytest.mark.slow
 def test_release_that_cannot_be_installed_is_deleted_and_the_current_one_stays(
-    push_request: Push, robot: Sshd, add_action: AddAction, raises: Raises
+    push_request: PushRequest, robot: Sshd, add_action: AddAction, raises: Raises
 ) -> None:
     root = robot.home / "robotcore"
     (root / "releases" / OLD).mkdir(parents=True)
@@ -157,17 +157,17 @@ def test_release_that_cannot_be_installed_is_deleted_and_the_current_one_stays(
 
 
 def test_nothing_is_sent_before_every_check_is_passed(
-    push_request: Push, robot: Sshd, monkeypatch: pytest.MonkeyPatch, raises: Raises
+    push_request: PushRequest, robot: Sshd, monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:
-    def fail(_project: object, report: Report) -> CheckResult:
-        raise UnprovenError("simulation: 1 of 3 verified", kind="run-failed")
+    def fail(_project: object, report: OnText) -> CheckResult:
+        raise ReleaseCheckError("simulation: 1 of 3 verified", kind="run-failed")
 
     for name in ("run_tests", "check_descriptions"):
         monkeypatch.setattr(push_module, name, lambda _project, _report: CheckResult("12 passed"))
     monkeypatch.setattr(push_module, "simulate", fail)
     before = [list_folders(robot, below) for below in ("releases", "incoming")]
     steps: list[StepProgress] = []
-    with raises(UnprovenError, "run-failed"):
+    with raises(ReleaseCheckError, "run-failed"):
         push(replace(push_request, is_checked=True), steps.append)
     assert [each.step for each in steps] == [
         "robot",
@@ -185,6 +185,6 @@ def test_nothing_is_sent_before_every_check_is_passed(
 
 @pytest.mark.parametrize("step", ["", "robot", "tests", "files", "simulation", "sent", "doctor", "release"])
 def test_interrupted_push_describes_the_state_of_the_robot(
-    push_request: Push, step: str, check_text: CheckText
+    push_request: PushRequest, step: str, check_text: CheckText
 ) -> None:
     check_text(describe_state_after(step, replace(push_request, host=RobotAddress("rover"))))

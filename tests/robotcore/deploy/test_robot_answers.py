@@ -45,9 +45,9 @@ HEALTH: dict[str, Any] = {
     "lines": [],
     "current": None,
     "is_running": True,
-    "is_standing": False,
+    "is_stopped": False,
 }
-REFUSAL = {"fault": "a", "remedy": "b", "kind": "full"}
+REFUSAL = {"problem": "a", "remedy": "b", "kind": "full"}
 
 
 @pytest.mark.parametrize(
@@ -106,7 +106,7 @@ class Home(RobotMessage):
         b"\x1e[]",
         b'\x1e{"done": 5}',
         b'\x1e{"done": {"home": NaN}}',
-        b'\x1e{"say": "it starts", "release": "../../etc"}',
+        b'\x1e{"text": "it starts", "release": "../../etc"}',
         b'\x1e{"done": {"home": "\xff"}}',
         b"\x1e" + b"[" * 100_000,
         b"\x1e" + b"9" * 5000,
@@ -121,7 +121,7 @@ def test_invalid_answer_is_damaged(link: RobotLink, add_action: AddAction, raw: 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("piece", [b"x" * (1 << 16), b"x\n" * (1 << 15), b'\x1e{"say": "more"}\n' * 3000])
+@pytest.mark.parametrize("piece", [b"x" * (1 << 16), b"x\n" * (1 << 15), b'\x1e{"text": "more"}\n' * 3000])
 def test_endless_output_ends_the_call(link: RobotLink, add_action: AddAction, piece: bytes) -> None:
     add_action("raw", RAW.format(raw=b"") + f"    while True:\n        sys.stdout.buffer.write({piece!r})\n")
     with pytest.raises(DeployError) as caught:
@@ -159,7 +159,8 @@ def test_texts_of_a_robot_are_escaped(link: RobotLink, add_action: AddAction) ->
     said: list[ProgressMessage] = []
     lines: list[str] = []
     add_action(
-        "raw", RAW.format(raw=b'a\x1b]0;t\x07\r\tb\n\x1e{"say": "1\\n\\u001b[2J"}\n\x1e{"done": {"home": "\\u202e"}}\n')
+        "raw",
+        RAW.format(raw=b'a\x1b]0;t\x07\r\tb\n\x1e{"text": "1\\n\\u001b[2J"}\n\x1e{"done": {"home": "\\u202e"}}\n'),
     )
     answer = link.call("raw", Home, on_message=said.append)
     link.stream("raw", lines.append, max_bytes=None)

@@ -45,7 +45,7 @@ def test_old_python_refuses_the_call(tmp_path: Path) -> None:
     script = rpc.build_script("probe", {}).replace("OLDEST = (3, 10)", "OLDEST = (9, 0)")
     _, refused = answers(script, tmp_path)
     version = sys.version.split()[0]
-    assert refused["refused"]["fault"] == f"its Python is {version}, robotcore needs 9.0 or newer"
+    assert refused["refused"]["problem"] == f"its Python is {version}, robotcore needs 9.0 or newer"
     assert refused["refused"]["kind"] == "python"
 
 

@@ -74,8 +74,8 @@ class Rover:
 
     def await_health_check(self) -> None:
         """Wait until no health check is pending."""
-        trial = self.files / "trial.json"
-        wait_for(lambda: None if trial.exists() else 1, "the end of a health check", self.status)
+        check = self.files / "health-check.json"
+        wait_for(lambda: None if check.exists() else 1, "the end of a health check", self.status)
 
     @property
     def files(self) -> Path:

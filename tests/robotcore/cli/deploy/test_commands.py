@@ -21,13 +21,13 @@ COMMANDS = ("push", "list", "rollback", "status", "logs", "start", "stop", "remo
 
 STATE: dict[str, Any] = {
     "release": NEW,
-    "verdict": "healthy",
-    "on_trial": None,
+    "outcome": "healthy",
+    "pending": None,
     "last": None,
     "state": "running",
     "for_s": 3723.4,
     "restarts": 2,
-    "words": "approach, 12.4 s",
+    "status_text": "approach, 12.4 s",
     "reason": "",
     "lines": [],
     "starts_with_robot": True,
@@ -42,7 +42,7 @@ FAILED = {
     "for_s": None,
     "reason": "it ended with status 5",
     "lines": ["ValueError: no"],
-    "words": "",
+    "status_text": "",
 }
 
 LOG = """
@@ -83,7 +83,7 @@ def act(layout, **arguments):
 REMOVE = """
 def act(layout, keeps_recordings):
     (layout.home / "removed").touch()
-    return {"removed": True, "kept": keeps_recordings}
+    return {"removed": True, "has_recordings": keeps_recordings}
 """
 
 
@@ -119,10 +119,10 @@ LAST = {"name": NEW, "outcome": "unhealthy", "reason": "it ended with status 5"}
         ({}, 0),
         ({"restarts": 1}, 0),
         ({"reason": "it ended with status 5", "lines": ["ValueError: no"]}, 0),
-        ({**FAILED, "on_trial": NEW, "lingers": False, "starts_with_robot": False}, 1),
+        ({**FAILED, "pending": NEW, "lingers": False, "starts_with_robot": False}, 1),
         (EMPTY, 1),
         ({**EMPTY, "last": LAST}, 1),
-        ({**EMPTY, "on_trial": NEW}, 1),
+        ({**EMPTY, "pending": NEW}, 1),
     ],
     ids=["runs", "restarted once", "restarted with a reason", "failed", "empty", "first push failed", "first check"],
 )
@@ -164,7 +164,7 @@ def test_list_names_each_release_with_its_result_and_checks(deploy: Deploy, robo
     assert older.split()[:4] == [OLD, "current,", "healthy", "search.py"]
     assert "ann@desk" in older
     assert "tests: 12 passed" in older
-    assert [each["verdict"] for each in deploy("list", "--json").json["releases"]] == [None, "healthy"]
+    assert [each["outcome"] for each in deploy("list", "--json").json["releases"]] == [None, "healthy"]
 
 
 def test_start_and_stop_print_the_new_state(deploy: Deploy, add_action: AddAction, check_text: CheckText) -> None:
@@ -292,11 +292,11 @@ def test_fetch_as_json_sorts_the_files(deploy: Deploy, recordings: Path, tmp_pat
     assert result.json == {
         "host": "robot",
         "folder": str(tmp_path),
-        "brought": [f"{NEW}.mcap"],
-        "here": [],
+        "fetched": [f"{NEW}.mcap"],
+        "present": [],
         "different": [f"{OLD}.mcap"],
         "being_written": [],
-        "left": ["evil\\x1b.py"],
+        "skipped": ["evil\\x1b.py"],
         "erased": [f"{NEW}.mcap"],
         "newest": str(tmp_path / f"{NEW}.mcap"),
         "exit_status": 1,

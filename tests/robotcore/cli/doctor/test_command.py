@@ -82,8 +82,8 @@ def test_json_is_one_line_with_all_findings(cli: Cli, ward: type[FindingBackend]
         "about": "ward",
         "level": "error",
         "kind": BAD.kind,
-        "what": "pins",
-        "said": BAD.message,
+        "subject": "pins",
+        "message": BAD.message,
         "remedy": BAD.remedy,
     }
 
@@ -130,7 +130,7 @@ def test_on_an_unknown_board_all_backends_are_checked_and_a_broken_one_is_an_err
     answer = cli("doctor", "--json")
     broken, fine = answer.json["findings"][3:]
     assert (answer.status, broken["level"], fine["level"]) == (1, "error", "ok")
-    check_text(f"{broken['said']}\n{broken['remedy']}")
+    check_text(f"{broken['message']}\n{broken['remedy']}")
 
 
 def test_a_robot_without_a_section_is_reported_only_if_the_backend_is_chosen(

@@ -13,7 +13,8 @@ OLD, NEW, NEWER = (f"2026-11-21T22-40-0{second}Z" for second in range(3))
 
 DOCTOR = """
 import json, os, sys
-row = {"about": "machine", "level": "ok", "what": "arguments", "said": " ".join(sys.argv[1:]), "remedy": os.getcwd()}
+row = {"about": "machine", "level": "ok", "subject": "arguments"}
+row |= {"message": " ".join(sys.argv[1:]), "remedy": os.getcwd()}
 print(json.dumps({"findings": [row]}))
 """
 """The source of a robotcore that prints a finding with its arguments and its working folder."""

@@ -93,7 +93,7 @@ def systemd(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> ScriptedSystemd:
     scripted.set_last_end("")
     folder.joinpath("calls").touch()
     folder.joinpath("system").write_text("running\n")
-    for unit in (SERVICE, "robotcore-trial.service"):
+    for unit in (SERVICE, "robotcore-health-check.service"):
         scripted.set_states(NEVER_WAS, unit=unit)
     monkeypatch.setenv("PATH", f"{folder}{os.pathsep}{os.environ['PATH']}")
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path / "runtime"))

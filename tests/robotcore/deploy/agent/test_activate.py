@@ -34,9 +34,9 @@ def script_check(layout: Layout, systemd: ScriptedSystemd, name: str, result: He
     systemd.set_states(CHECK_RUNS, CHECK_RUNS, unit=HEALTH_CHECK)
     systemd.run_at(
         2,
-        f"cd {root}; since=$(sed -n {since} trial.json)\n"
-        f"printf '%s\\n' {shlex.quote(json.dumps(fields)[:-1])}', \"since\": \"'$since'\"}}' > {release}/verdict.json\n"
-        f"ln -sfn releases/{current} current; rm trial.json",
+        f"cd {root}; since=$(sed -n {since} health-check.json)\n"
+        f"printf '%s\\n' {shlex.quote(json.dumps(fields)[:-1])}', \"since\": \"'$since'\"}}' > {release}/outcome.json\n"
+        f"ln -sfn releases/{current} current; rm health-check.json",
         unit=HEALTH_CHECK,
     )
 
@@ -80,8 +80,8 @@ def test_check_and_units_are_written_before_the_current_release_changes(
     assert layout.program.exists()
     assert systemd.calls == [
         "daemon-reload",
-        "enable robotcore.service robotcore-trial.service",
-        "start --no-block robotcore-trial.service",
+        "enable robotcore.service robotcore-health-check.service",
+        "start --no-block robotcore-health-check.service",
     ]
     assert releases.read_current(layout) == OLD
 
@@ -180,7 +180,7 @@ def test_start_resumes_a_pending_check(robot: Layout, systemd: ScriptedSystemd) 
     systemd.run_at(1, f"rm {shlex.quote(str(robot.health_check))}", unit=HEALTH_CHECK)
     systemd.set_states(at.NEW_RUNS)
     run_actions.start_app(robot)
-    assert systemd.calls[-1] == "start --no-block robotcore-trial.service"
+    assert systemd.calls[-1] == "start --no-block robotcore-health-check.service"
 
 
 def test_impossible_time_limit_is_refused(layout: Layout, raises: Raises) -> None:
@@ -221,7 +221,7 @@ def test_rollback_checks_a_named_release_again(layout: Layout, systemd: Scripted
     make_current(layout, NEW)
     script_check(layout, systemd, OLD, HealthResult("healthy"), OLD)
     assert run_actions.roll_back(layout, release=OLD)["outcome"] == "healthy"
-    assert "start --no-block robotcore-trial.service" in systemd.calls
+    assert "start --no-block robotcore-health-check.service" in systemd.calls
 
 
 def test_rollback_without_a_healthy_release_names_the_others(layout: Layout, raises: Raises) -> None:
@@ -256,9 +256,9 @@ def mark_running(layout: Layout, name: str) -> None:
 
 def build_report(release: str, outcome: str, **more: Any) -> dict[str, Any]:
     nothing: dict[str, Any] = {"reason": "", "lines": [], "current": None, "is_running": False}
-    nothing["is_standing"] = not more.get("is_running")
+    nothing["is_stopped"] = not more.get("is_running")
     return {"release": release, "outcome": outcome, **nothing, **more}
 
 
 def read_progress(capsys: pytest.CaptureFixture[str]) -> list[str]:
-    return [json.loads(line.removeprefix(MARK))["say"] for line in capsys.readouterr().out.split("\n")[:-1]]
+    return [json.loads(line.removeprefix(MARK))["text"] for line in capsys.readouterr().out.split("\n")[:-1]]

@@ -22,9 +22,9 @@ def test_releases_are_listed_newest_first_with_their_results(layout: Layout) -> 
     make_current(layout, OLD)
     files.write_file(layout.health_check, f'{{"release": "{NEW}", "previous": "{OLD}"}}')
     answer = admin_actions.list_releases(layout)
-    assert (answer["current"], answer["on_trial"]) == (OLD, NEW)
+    assert (answer["current"], answer["pending"]) == (OLD, NEW)
     assert [each["name"] for each in answer["releases"]] == [NEW, OLD]
-    assert [each["verdict"] for each in answer["releases"]] == [None, "healthy"]
+    assert [each["outcome"] for each in answer["releases"]] == [None, "healthy"]
     assert answer["releases"][1]["app"] == "my 'robot'.py"
 
 
@@ -83,16 +83,16 @@ def robot(layout: Layout) -> Layout:
 
 
 def test_app_is_stopped_before_anything_is_deleted(robot: Layout, systemd: ScriptedSystemd) -> None:
-    assert admin_actions.remove_robotcore(robot) == {"removed": True, "kept": True}
+    assert admin_actions.remove_robotcore(robot) == {"removed": True, "has_recordings": True}
     assert systemd.calls[0] == f"stop {SERVICE} {HEALTH_CHECK}"
     assert systemd.calls[-1] == "daemon-reload"
     assert read_files(robot.home) == {"robotcore/recordings/run.mcap": b""}
 
 
 def test_recordings_are_deleted_only_on_request(robot: Layout, systemd: ScriptedSystemd) -> None:
-    assert admin_actions.remove_robotcore(robot, keeps_recordings=False) == {"removed": True, "kept": False}
+    assert admin_actions.remove_robotcore(robot, keeps_recordings=False) == {"removed": True, "has_recordings": False}
     assert not robot.root.exists()
-    assert admin_actions.remove_robotcore(robot) == {"removed": False, "kept": False}
+    assert admin_actions.remove_robotcore(robot) == {"removed": False, "has_recordings": False}
 
 
 @pytest.mark.parametrize("refused", ["stop", "disable"])
@@ -112,6 +112,6 @@ def test_second_removal_completes_an_interrupted_one(robot: Layout, systemd: Scr
 
 def test_removal_after_a_broken_first_push_stops_nothing(layout: Layout, systemd: ScriptedSystemd) -> None:
     (layout.incoming / OLD).mkdir(parents=True)
-    assert admin_actions.remove_robotcore(layout) == {"removed": True, "kept": False}
+    assert admin_actions.remove_robotcore(layout) == {"removed": True, "has_recordings": False}
     assert not systemd.calls
     assert not layout.root.exists()

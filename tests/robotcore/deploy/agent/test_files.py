@@ -21,12 +21,12 @@ def test_failed_write_keeps_the_old_content(tmp_path: Path, monkeypatch: pytest.
     def is_full(_: int) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    file = tmp_path / "trial.json"
+    file = tmp_path / "health-check.json"
     files.write_file(file, "old")
     monkeypatch.setattr(os, "fsync", is_full)
     with pytest.raises(OSError, match=os.strerror(errno.ENOSPC)):
         files.write_file(file, "new")
-    assert [(path.name, path.read_text()) for path in tmp_path.iterdir()] == [("trial.json", "old")]
+    assert [(path.name, path.read_text()) for path in tmp_path.iterdir()] == [("health-check.json", "old")]
 
 
 def test_link_is_replaced_after_an_interrupted_attempt(tmp_path: Path) -> None:
@@ -41,7 +41,7 @@ def test_content_is_synced_before_the_rename_and_the_folder_after_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     seen: list[tuple[str, bool]] = []
-    file, real = tmp_path / "trial.json", os.fsync
+    file, real = tmp_path / "health-check.json", os.fsync
 
     def record_sync(handle: int) -> None:
         seen.append((Path(f"/proc/self/fd/{handle}").readlink().name, file.exists()))
@@ -49,7 +49,7 @@ def test_content_is_synced_before_the_rename_and_the_folder_after_it(
 
     monkeypatch.setattr(os, "fsync", record_sync)
     files.write_file(file, "new")
-    assert seen == [(f".trial.json.{os.getpid()}", False), (tmp_path.name, True)]
+    assert seen == [(f".health-check.json.{os.getpid()}", False), (tmp_path.name, True)]
 
 
 def test_child_with_the_handle_holds_the_lock_after_its_parent_has_ended(layout: Layout, raises: Raises) -> None:

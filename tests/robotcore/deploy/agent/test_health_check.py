@@ -18,7 +18,7 @@ from tests.texts import CheckText, Raises
 LONG = 1000.0
 RESTART = "restart --no-block robotcore.service"
 STOP = "stop robotcore.service"
-START_CHECK = "start --no-block robotcore-trial.service"
+START_CHECK = "start --no-block robotcore-health-check.service"
 DIES = (at.OLD_RUNS, at.NEW_STARTS, at.NEW_RUNS, at.NEW_FAILS, at.NEW_WAITS)
 LIVES = (at.OLD_RUNS, at.NEW_STARTS, at.NEW_RUNS)
 
@@ -171,7 +171,7 @@ def test_failed_release_does_not_run_even_if_no_link_can_be_made(
     layout: Layout, systemd: ScriptedSystemd, check: HealthCheck
 ) -> None:
     HealthCheck(NEW, OLD, LONG, LONG, check.since).begin(layout)
-    layout.releases.joinpath(NEW, "verdict.json").mkdir()
+    layout.releases.joinpath(NEW, "outcome.json").mkdir()
     in_the_way = layout.root / f".current.{os.getpid()}"
     systemd.set_states(*DIES)
     systemd.run_at(len(DIES), f'mkdir "{in_the_way}"')

@@ -58,7 +58,7 @@ def test_upload_becomes_a_release(layout: Layout) -> None:
     answer = push_actions.install_release(layout, release=NEW)
     assert answer["environment"] == "made"
     (finding,) = answer["findings"]
-    assert finding["said"] == "doctor --json --robot=rover.toml --backend=raspberrypi"
+    assert finding["message"] == "doctor --json --robot=rover.toml --backend=raspberrypi"
     assert finding["remedy"] == str(layout.incoming / NEW / "project")
     installed = read_files(layout.releases / NEW)
     assert installed.pop("environment").startswith("../../environments/")  # type: ignore[arg-type]

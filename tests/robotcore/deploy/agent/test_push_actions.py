@@ -165,7 +165,7 @@ def run_doctor(layout: Layout, source: str) -> list[dict[str, Any]]:
 
 
 def print_finding(said: str) -> str:
-    row = {"about": "raspberrypi", "level": "error", "what": "pins", "said": said, "remedy": "End that program"}
+    row = {"about": "raspberrypi", "level": "error", "subject": "pins", "message": said, "remedy": "End that program"}
     return f"print({json.dumps(json.dumps({'findings': [row]}))})"
 
 
@@ -182,7 +182,7 @@ def print_finding(said: str) -> str:
 def test_only_a_pin_of_the_running_release_is_no_error(layout: Layout, holder: str, level: str) -> None:
     (row,) = run_doctor(layout, print_finding(f"GPIO 17 (left) is held by {holder}"))
     assert (row["level"], row["remedy"]) == (level, "" if level == "ok" else "End that program")
-    assert row["said"].startswith("GPIO 17 (left) is held by")
+    assert row["message"].startswith("GPIO 17 (left) is held by")
 
 
 @pytest.mark.parametrize(
@@ -195,10 +195,10 @@ def test_only_a_pin_of_the_running_release_is_no_error(layout: Layout, holder: s
 )
 def test_a_doctor_that_does_not_run_is_a_finding(layout: Layout, source: str, said: str) -> None:
     (row,) = run_doctor(layout, source)
-    assert (row["level"], row["said"]) == ("error", said)
+    assert (row["level"], row["message"]) == ("error", said)
 
 
 def test_a_doctor_that_hangs_is_a_finding(layout: Layout, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(push_actions, "DOCTOR_TIMEOUT_S", 0.1)
     (row,) = run_doctor(layout, "import time; time.sleep(60)")
-    assert row["said"] == "has not ended within 0.1 s"
+    assert row["message"] == "has not ended within 0.1 s"

@@ -35,7 +35,7 @@ def test_status_names_the_state(layout: Layout, systemd: ScriptedSystemd, look: 
     systemd.set_states(look)
     answer = run_actions.read_status(layout)
     assert answer["state"] == state
-    assert answer["words"] == ("" if state == "stopped" else "searching, 30 s"), "another release may have set it"
+    assert answer["status_text"] == ("" if state == "stopped" else "searching, 30 s"), "another release may have set it"
 
 
 def test_status_of_a_running_app(layout: Layout, systemd: ScriptedSystemd) -> None:
@@ -50,12 +50,12 @@ def test_status_of_a_running_app(layout: Layout, systemd: ScriptedSystemd) -> No
     assert answer.pop("for_s") == pytest.approx(time.monotonic() - 69920.658494, abs=60)
     assert answer == {
         "release": OLD,
-        "verdict": "healthy",
-        "on_trial": None,
+        "outcome": "healthy",
+        "pending": None,
         "last": None,
         "state": "running",
         "restarts": 1,
-        "words": "searching, 30 s",
+        "status_text": "searching, 30 s",
         "reason": "",
         "lines": [],
         "starts_with_robot": True,
@@ -113,11 +113,11 @@ def test_status_names_the_last_check_if_no_release_is_current(layout: Layout, sy
     HealthResult("unhealthy", "it ended with status 5").write(put_release(layout, OLD))
     HealthCheck(NEW, None).begin(layout)
     answer = run_actions.read_status(layout)
-    assert (answer["on_trial"], answer["release"], answer["verdict"]) == (NEW, None, None)
+    assert (answer["pending"], answer["release"], answer["outcome"]) == (NEW, None, None)
     assert answer["last"] == {"name": OLD, "outcome": "unhealthy", "reason": "it ended with status 5"}
 
 
-STOPS = ["stop robotcore.service robotcore-trial.service", "stop robotcore.service", "disable robotcore.service"]
+STOPS = ["stop robotcore.service robotcore-health-check.service", "stop robotcore.service", "disable robotcore.service"]
 
 
 def test_stopped_app_stays_stopped_after_a_reboot(layout: Layout, systemd: ScriptedSystemd) -> None:
@@ -154,7 +154,7 @@ def test_start_enables_the_app_for_each_boot(layout: Layout, systemd: ScriptedSy
     assert run_actions.start_app(layout)["state"] == "running"
     assert systemd.calls == [
         "daemon-reload",
-        "enable robotcore.service robotcore-trial.service",
+        "enable robotcore.service robotcore-health-check.service",
         "start --no-block robotcore.service",
     ]
 

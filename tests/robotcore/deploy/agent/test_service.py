@@ -133,7 +133,7 @@ def test_systemd_restarts_an_unreadable_release_but_no_broken_one(
 
 def test_robot_without_a_release_has_nothing_to_stop_or_to_check(layout: Layout) -> None:
     layout.root.mkdir(parents=True)
-    assert [service.main([command], layout) for command in ("off", "trial")] == [0, 0]
+    assert [service.main([command], layout) for command in ("off", "health-check")] == [0, 0]
 
 
 def test_equal_sources_make_an_equal_program(layout: Layout, systemd: Systemd) -> None:

@@ -35,7 +35,7 @@ def test_checks_run_before_the_push(deployed: Rover) -> None:
     (release,) = [
         each for each in json.loads(deployed.run("list", "--json"))["releases"] if each["name"] == deployed.release
     ]
-    assert [gate.partition(":")[0] for gate in release["gates"]] == ["tests", "check", "simulation"]
+    assert [check.partition(":")[0] for check in release["checks"]] == ["tests", "check", "simulation"]
 
 
 def test_status_and_logs_show_the_app(deployed: Rover) -> None:

@@ -57,7 +57,7 @@ def push_and_cut_power(rover: Rover, *settings: str) -> Ran:
     options = [word for setting in settings for word in ("--set", setting)]
     with rover.run_push(*options) as push:
         rover.motors.await_driving(NEW_RAD_S)
-        assert (rover.files / "trial.json").exists()
+        assert (rover.files / "health-check.json").exists()
         rover.machine.cut_power()
         rover.motors.mark()
         rover.machine.boot()
