@@ -41,7 +41,7 @@ class BackgroundCall:
         return not self._is_over
 
     def is_done_within(self, limit_s: float) -> bool:
-        """Wait until the call ends, or until ``limit_s`` seconds after its begin. Return whether the call has ended."""
+        """Wait until the call ends, or until ``limit_s`` seconds after its beginning. Return whether it has ended."""
         left_s = max(0.0, self._begun + limit_s - self._clock.now())
         if not self._is_over and self._running.acquire(timeout=left_s):
             self._running.release()

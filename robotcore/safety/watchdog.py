@@ -49,7 +49,7 @@ class ActivityMonitor:
         """The number of ticks that have begun."""
 
     def begin(self, activity: TimeLimit | None) -> None:
-        """Record the begin of an activity. ``activity`` is its time limit, or None for an activity without one."""
+        """Record the beginning of an activity. ``activity`` is its time limit, or None for an activity without one."""
         self.activity = activity
         self.activities += 1
 

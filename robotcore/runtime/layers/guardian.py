@@ -11,7 +11,7 @@ from robotcore.errors import GuardianError, RobotcoreError
 from robotcore.hal.robot import Robot
 from robotcore.runtime.layers.base import Layer, MotorOutput
 from robotcore.safety.deadman import LOCK_TIMEOUT_S, MIN_LEASE_S
-from robotcore.safety.guardian.protocol import Report
+from robotcore.safety.guardian.protocol import GuardianReply
 
 if TYPE_CHECKING:
     from robotcore.safety.guardian.client import Guardian
@@ -50,7 +50,7 @@ class GuardianLayer(Layer):
         self._motors: list[MotorOutput] = []
         self._turning: set[object] = set()
         """The names of the turning motors, and one object for each command that is under way."""
-        self._stops: list[Report] = []
+        self._stops: list[GuardianReply] = []
         self._lock = RLock()
 
     def motor(self, motor: MotorOutput) -> MotorOutput:

@@ -14,7 +14,16 @@ from types import TracebackType
 from robotcore.errors import GuardianError
 from robotcore.hal.cutoff import CutoffSpec, merge_cutoffs
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.safety.guardian.protocol import BYE, DRIVING, RESTING, Assignment, LineBuffer, Report, read_line, receive
+from robotcore.safety.guardian.protocol import (
+    BEGIN_LEASE,
+    END,
+    END_LEASE,
+    Assignment,
+    GuardianReply,
+    LineBuffer,
+    read_line,
+    receive,
+)
 
 MIN_RENEWAL_S = 0.005
 """The shortest time in seconds between two renewals of the lease.
@@ -99,7 +108,7 @@ class Guardian:
         if self._driving_since is not None and now - self._driving_since < MIN_RENEWAL_S:
             return False
         try:
-            self._link.send(DRIVING, MSG_DONTWAIT)
+            self._link.send(BEGIN_LEASE, MSG_DONTWAIT)
         except BlockingIOError:
             raise self._fail("reads no commands", "guardian-overflow") from None
         except OSError:
@@ -113,16 +122,16 @@ class Guardian:
         """End the lease. The caller must have stopped every motor."""
         self._driving_since = None
         with suppress(OSError):  # the next `renew_lease` raises
-            self._link.send(RESTING, MSG_DONTWAIT)
+            self._link.send(END_LEASE, MSG_DONTWAIT)
 
-    def stops(self) -> list[Report]:
+    def stops(self) -> list[GuardianReply]:
         """Return the reports of the guardian's stops since the last call. The method does not wait.
 
         Raises GuardianError if the guardian died, does not answer, or failed to arm or stop a motor.
         """
         if self._failure:
             raise self._failure
-        reports = [Report.from_line(line) for line in self._lines.add(self._receive()) if line]
+        reports = [GuardianReply.from_line(line) for line in self._lines.add(self._receive()) if line]
         if failed := [(report.action, device) for report in reports for device in report.failed]:
             text = "; ".join(f"could not {action} {device}" for action, device in failed)
             is_stop = any(action == "stop" for action, _ in failed)
@@ -154,7 +163,7 @@ class Guardian:
         """End the guardian process and wait for its end. After an exception, the guardian stops the motors first."""
         with suppress(OSError):
             if error is None:
-                self._link.send(BYE, MSG_DONTWAIT)
+                self._link.send(END, MSG_DONTWAIT)
             self._link.shutdown(SHUT_WR)
         self._end(EXIT_TIMEOUT_S)
 
@@ -169,7 +178,7 @@ class Guardian:
         self._link.settimeout(START_TIMEOUT_S)
         try:
             self._link.sendall(line)
-            opened = Report.from_line(read_line(self._link))
+            opened = GuardianReply.from_line(read_line(self._link))
         except TimeoutError:
             raise self._fail(f"is not ready within {START_TIMEOUT_S:g} s", "guardian-late", _NOT_STARTED) from None
         except (EOFError, OSError):

@@ -17,7 +17,7 @@ from robotcore.errors import ResourceError, RobotcoreError
 from robotcore.hal.clock import Clock
 from robotcore.hal.cutoff import Cutoff, CutoffSpec, Unconfirmed, merge_cutoffs
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.safety.guardian.protocol import BYE, DRIVING, Assignment, Report, read_line, receive
+from robotcore.safety.guardian.protocol import BEGIN_LEASE, END, Assignment, GuardianReply, read_line, receive
 from robotcore.threads import start_thread
 
 Action = Literal["open", "arm", "rest", "stop", "close"]
@@ -89,7 +89,7 @@ class CutoffWorker:
             self._clock.sleep_until(self._clock.now() + _PAUSE_S)
 
 
-def run_all(workers: Sequence[CutoffWorker], action: Action, limit: float) -> Report:
+def run_all(workers: Sequence[CutoffWorker], action: Action, limit: float) -> GuardianReply:
     """Run one action on each cutoff in parallel, and wait at most ``limit`` seconds. Return which cutoffs finished."""
     tasks = [(worker.device, worker.submit(action)) for worker in workers]
     finished, _ = wait([future for _, future in tasks], limit)
@@ -105,7 +105,7 @@ def run_all(workers: Sequence[CutoffWorker], action: Action, limit: float) -> Re
         else:
             done.append(device)
             messages += [message] if message else []
-    return Report(action, tuple(done), tuple(failed), tuple(dict.fromkeys(messages)))
+    return GuardianReply(action, tuple(done), tuple(failed), tuple(dict.fromkeys(messages)))
 
 
 OPENING_S = 10.0
@@ -139,7 +139,7 @@ def main() -> None:
         try:
             guardian = GuardianProcess(link, assignment)
         except ResourceError as error:
-            link.sendall(Report("open", (), (f"the cutoffs: {error}",)).to_line())
+            link.sendall(GuardianReply("open", (), (f"the cutoffs: {error}",)).to_line())
         else:
             guardian.run()
 
@@ -165,7 +165,7 @@ class GuardianProcess:
             _log_crash(self._app, stops)
 
     def _serve(self) -> bool:
-        # Returns whether the app sent `BYE`. Without it, the app's process has died.
+        # Returns whether the app sent `END`. Without it, the app's process has died.
         while True:
             self._link.settimeout(self._lease if self._is_armed else None)
             try:
@@ -177,10 +177,10 @@ class GuardianProcess:
                     with suppress(ResourceError):  # in another thread, because a full pipe at stderr blocks
                         start_thread(partial(_log, warnings), "log")
                 continue
-            if not received or received.endswith(BYE):
+            if not received or received.endswith(END):
                 return bool(received)
             self._send(b"\n")
-            self._update_lease(is_driving=received.endswith(DRIVING))
+            self._update_lease(is_driving=received.endswith(BEGIN_LEASE))
 
     def _update_lease(self, *, is_driving: bool) -> None:
         if is_driving != self._is_armed:
@@ -189,7 +189,7 @@ class GuardianProcess:
                 self._send(changed.to_line())
         self._is_armed = is_driving
 
-    def _run_all(self, action: Action, limit: float) -> Report:
+    def _run_all(self, action: Action, limit: float) -> GuardianReply:
         return run_all(self._workers, action, limit)
 
     def _send(self, line: bytes) -> None:
@@ -197,12 +197,12 @@ class GuardianProcess:
             self._link.sendall(line)
 
 
-def _log_crash(app: int, stops: Report) -> None:
+def _log_crash(app: int, stops: GuardianReply) -> None:
     stopped = f"process {app} ended during its run. Stopped: {', '.join(stops.done) or 'nothing'}"
     _log([*([stopped] if stops.done or stops.failed else []), *stops.messages, *_warnings(stops)])
 
 
-def _warnings(stops: Report) -> list[str]:
+def _warnings(stops: GuardianReply) -> list[str]:
     return [f"CANNOT STOP {device}. Cut the motors' supply" for device in stops.failed]
 
 
@@ -218,7 +218,7 @@ LIMIT_S = 10.0
 """The time limit for each action of `stop_once`, in seconds. It is long, because a starting system is slow."""
 
 
-def stop_once(specs: Iterable[CutoffSpec]) -> Report:
+def stop_once(specs: Iterable[CutoffSpec]) -> GuardianReply:
     """Open cutoffs, stop their motors, and close the cutoffs. Return a report of the stopped and the failed devices.
 
     A cutoff that fails or hangs does not delay the others, and no exception is raised. If the system refuses threads,
@@ -230,7 +230,7 @@ def stop_once(specs: Iterable[CutoffSpec]) -> Report:
     ready = [worker for worker in workers if worker.device in opened.done]
     stopped = run_all(ready, "stop", LIMIT_S)
     run_all(workers, "close", LIMIT_S)
-    return Report("stop", stopped.done, (*opened.failed, *stopped.failed), stopped.messages)
+    return GuardianReply("stop", stopped.done, (*opened.failed, *stopped.failed), stopped.messages)
 
 
 def _make_worker(spec: CutoffSpec, clock: Clock) -> CutoffWorker:

@@ -1,8 +1,8 @@
 """The messages between the app's process and its guardian, over a pair of sockets.
 
-The app sends one line, the `Assignment`, and then single bytes: `DRIVING`, `RESTING` and `BYE`. The guardian answers
-received bytes with an empty line. It sends a `Report` as a line after each action. If the socket closes before `BYE`,
-the app's process has died.
+The app sends one line, the `Assignment`, and then single bytes: `BEGIN_LEASE`, `END_LEASE` and `END`. The guardian
+answers received bytes with an empty line. It sends a `GuardianReply` as a line after each action. If the socket closes
+before `END`, the app's process has died.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ from socket import socket
 
 from robotcore.hal.cutoff import CutoffSpec
 
-DRIVING = b"d"
+BEGIN_LEASE = b"d"
 """The byte that begins a lease. The app sends it before a motor turns."""
 
-RESTING = b"r"
+END_LEASE = b"r"
 """The byte that ends the lease. The app sends it after every motor has stopped."""
 
-BYE = b"q"
+END = b"q"
 """The byte that ends the guardian. The app sends it after the robot was closed."""
 
 _CHUNK = 4096
@@ -49,10 +49,10 @@ class Assignment:
 
 
 @dataclass(frozen=True)
-class Report:
+class GuardianReply:
     r"""The result of one action on all cutoffs.
 
-    >>> Report("stop", done=("left_motor",), failed=("right_motor: does not answer",)).to_line()
+    >>> GuardianReply("stop", done=("left_motor",), failed=("right_motor: does not answer",)).to_line()
     b'{"action": "stop", "done": ["left_motor"], "failed": ["right_motor: does not answer"], "messages": []}\n'
     """
 
@@ -72,7 +72,7 @@ class Report:
         return _line(asdict(self))
 
     @classmethod
-    def from_line(cls, line: bytes) -> Report:
+    def from_line(cls, line: bytes) -> GuardianReply:
         payload = json.loads(line)
         return cls(payload["action"], tuple(payload["done"]), tuple(payload["failed"]), tuple(payload["messages"]))
 

@@ -16,7 +16,7 @@ from robotcore.runtime.layers.guardian import GuardianLayer, guard_motors
 from robotcore.safety import CommandFilter
 from robotcore.safety.deadman import LOCK_TIMEOUT_S
 from robotcore.safety.guardian.client import Guardian
-from robotcore.safety.guardian.protocol import Report
+from robotcore.safety.guardian.protocol import GuardianReply
 from tests.robotcore.fakes import UNHURRIED, NullMotor, Rig
 
 
@@ -26,7 +26,7 @@ class GuardianSpy:
     def __init__(self) -> None:
         self.log: list[str] = []
         self.is_dead = False
-        self.reports: list[Report] = []
+        self.reports: list[GuardianReply] = []
 
     def renew_lease(self) -> bool:
         self._require_life()
@@ -36,7 +36,7 @@ class GuardianSpy:
     def end_lease(self) -> None:
         self.log.append("resting")
 
-    def stops(self) -> list[Report]:
+    def stops(self) -> list[GuardianReply]:
         self._require_life()
         reports, self.reports = self.reports, []
         return reports
@@ -121,7 +121,7 @@ def test_stop_by_the_guardian_is_an_intervention_and_later_commands_pass() -> No
     command_filter = assemble_guarded(guardian, rig)
     command_filter.ask(Wheels(1.0, 2.0))
     command_filter.commit()
-    guardian.reports = [Report("stop", ("left_motor",), ())]
+    guardian.reports = [GuardianReply("stop", ("left_motor",), ())]
     command_filter.ask(Wheels(1.0, 2.0))
     (stop,) = command_filter.commit().interventions
     assert (stop.cause, stop.asked, stop.sent) == ("guardian", Wheels(1.0, 2.0), Wheels(0.0, 0.0))

@@ -15,7 +15,7 @@ from robotcore.errors import GuardianError
 from robotcore.hal.cutoff import CutoffSpec
 from robotcore.safety.guardian import client
 from robotcore.safety.guardian.client import Guardian
-from robotcore.safety.guardian.protocol import Report
+from robotcore.safety.guardian.protocol import GuardianReply
 from tests.robotcore.safety.guardian.doubles import cutoff
 from tests.robotcore.safety.guardian.recorder import notes
 from tests.texts import CheckText, Raises
@@ -51,7 +51,7 @@ def process_numbers(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     return numbers
 
 
-def wait_for_stops(guarding: Guardian) -> Iterator[Report]:
+def wait_for_stops(guarding: Guardian) -> Iterator[GuardianReply]:
     while True:
         yield from guarding.stops()
 
@@ -59,7 +59,7 @@ def wait_for_stops(guarding: Guardian) -> Iterator[Report]:
 def test_guardian_stops_a_motor_after_the_lease(diary: Path) -> None:
     with Guardian([cutoff(diary)], LEASE_S) as guarding:
         guarding.renew_lease()
-        assert next(wait_for_stops(guarding)) == Report("stop", ("left_motor",), ())
+        assert next(wait_for_stops(guarding)) == GuardianReply("stop", ("left_motor",), ())
     assert actions(diary) == ["open left_motor", "arm left_motor", "stop left_motor", "close left_motor"]
 
 
@@ -111,7 +111,7 @@ def test_patience_of_a_cutoff_extends_the_time_to_arm(diary: Path, raises: Raise
             next(wait_for_stops(guarding))
     with Guardian([replace(slow, patience_s=60.0)], LEASE_S) as guarding:
         guarding.renew_lease()
-        assert next(wait_for_stops(guarding)) == Report("stop", ("left_motor",), ())
+        assert next(wait_for_stops(guarding)) == GuardianReply("stop", ("left_motor",), ())
 
 
 def test_exception_in_the_context_stops_the_motors(

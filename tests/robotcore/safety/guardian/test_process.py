@@ -10,7 +10,7 @@ from robotcore.errors import ResourceError
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.safety.guardian import process
 from robotcore.safety.guardian.process import CutoffWorker, GuardianProcess, run_all, stop_once
-from robotcore.safety.guardian.protocol import DRIVING, Assignment, Report
+from robotcore.safety.guardian.protocol import BEGIN_LEASE, Assignment, GuardianReply
 from robotcore.threads import start_thread
 from tests.robotcore.safety.guardian.doubles import cutoff
 from tests.robotcore.safety.guardian.recorder import Recorder, notes
@@ -23,7 +23,7 @@ def diary(tmp_path: Path) -> Path:
 
 def test_every_cutoff_stops_and_is_closed(diary: Path) -> None:
     report = stop_once([cutoff(diary, "left_motor"), cutoff(diary, "right_motor")])
-    assert report == Report("stop", ("left_motor", "right_motor"), ())
+    assert report == GuardianReply("stop", ("left_motor", "right_motor"), ())
     actions = [note.action for note in notes(diary)]
     assert sorted(actions) == sorted(f"{action} {name}" for action in ("open", "stop", "close") for name in report.done)
 
@@ -38,13 +38,13 @@ def test_a_cutoff_that_fails_is_reported_and_does_not_delay_the_others(diary: Pa
 
 def test_an_unconfirmed_stop_is_a_message_and_not_in_done(diary: Path) -> None:
     report = stop_once([cutoff(diary, "left_motor"), cutoff(diary, "right_motor", "is unsure")])
-    assert report == Report("stop", ("left_motor",), (), ("right_motor: the port is gone",))
+    assert report == GuardianReply("stop", ("left_motor",), (), ("right_motor: the port is gone",))
 
 
 def test_only_a_stop_has_a_message(diary: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Recorder, "open", lambda _: 3)
     worker = CutoffWorker(cutoff(diary), MonotonicClock(), in_place=True)
-    assert run_all([worker], "open", 1.0) == Report("open", ("left_motor",), ())
+    assert run_all([worker], "open", 1.0) == GuardianReply("open", ("left_motor",), ())
 
 
 def test_motors_stop_also_if_the_system_refuses_threads(diary: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -71,7 +71,7 @@ def test_a_full_stderr_delays_neither_the_guardian_nor_the_closing_of_a_cutoff(
     with app, link:
         cutoffs = cutoff(diary), cutoff(diary, "right_motor", "fails to stop")
         guardian = start_thread(GuardianProcess(link, Assignment(1, 0.05, cutoffs)).run, "guardian")
-        app.sendall(DRIVING)
+        app.sendall(BEGIN_LEASE)
         answers = b""
         while b"OSError: no stop" not in answers:
             answers += app.recv(4096)
