@@ -13,7 +13,7 @@ INSTALL := $(if $(UV),$(UV) pip install --quiet --python $(BIN)/python,$(BIN)/py
 .DEFAULT_GOAL := help
 .PHONY: help demo test test-slow test-all system system-gpio system-arm64 system-deploy system-firmware system-coppeliasim system-vrep lint types rules package coverage check clean
 
-help:  ## show what there is
+help:  ## list the targets
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
 
 $(DEMO): pyproject.toml
@@ -79,7 +79,7 @@ types: $(READY)  ## types: mypy, strict
 rules: $(READY)  ## who may import whom: import-linter
 	@$(BIN)/lint-imports
 
-package: $(READY)  ## build the wheel and look at what is in it
+package: $(READY)  ## build the wheel and check its content
 	@rm -rf dist && $(BIN)/python -m build --quiet --installer $(if $(UV),uv,pip) >/dev/null && $(BIN)/check-wheel-contents dist
 
 coverage: $(READY)  ## run all tests with branch coverage
@@ -87,5 +87,5 @@ coverage: $(READY)  ## run all tests with branch coverage
 
 check: lint types rules package coverage  ## all that CI does, but for the system tests
 
-clean:  ## remove what was built
+clean:  ## remove the built files
 	@rm -rf .venv .venv-* dist build .coverage* .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache

@@ -53,7 +53,7 @@ class AvoidObstacles(Behaviour):
         self._headings: list[float] = []
 
     def _look(self, robot: Robot, pose: Pose) -> tuple[float, float]:
-        """Turn once around. The free distance at a bearing is the longest reading of which the cone covers it.
+        """Turn once around. The free distance at a bearing is the longest reading whose cone covers the bearing.
 
         The robot has turned on since the sensor measured, so the heading at the time of the sample counts.
         """
@@ -71,7 +71,10 @@ class AvoidObstacles(Behaviour):
         return 0.0, 0.0
 
     def _choose(self, robot: Robot, heading: float) -> tuple[float, float]:
-        """Return the heading and the length of the longest corridor; of long ones, of that with the smallest turn."""
+        """Return the heading and the length of the longest corridor.
+
+        If several are long, choose the one with the smallest turn.
+        """
         width = robot.drive.reach + MARGIN_M
         angles = BEARINGS - BEARINGS[:, None]
         is_beside = (np.abs(self._free * np.sin(angles)) > width) | (np.cos(angles) < 0)

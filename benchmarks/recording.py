@@ -2,8 +2,8 @@
 
     python -m benchmarks.recording
 
-A robot with a camera of 320 × 240 searches for a ball at 20 Hz in real time. Each tick is timed from the begin of its
-step until the observers end, with a recording and without, in pairs. Then whole searches run at full speed. Then
+A robot with a camera of 320 × 240 searches for a ball at 20 Hz in real time. Each tick is timed from the beginning of
+its step until the observers end, with a recording and without, in pairs. Then whole searches run at full speed. Then
 recording processes are killed (SIGKILL) at random moments, and the time that the file lacks is measured. The exit
 status is 1 if a bound is broken.
 """
@@ -35,7 +35,7 @@ KILLED = "tests.robotcore.recording.recording_run"
 
 @dataclass
 class Stopwatch:
-    """An observer that measures each tick in ms: the wall time from the begin of the step, and the CPU time."""
+    """An observer that measures each tick in ms: the wall time from the beginning of the step, and the CPU time."""
 
     def begin(self, run: Run) -> None:
         self.ticks: list[tuple[float, float]] = []

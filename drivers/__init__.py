@@ -1,1 +1,4 @@
-"""One folder a backend; each knows robotcore and its own vendor library, none knows another."""
+"""The drivers, one package for each backend.
+
+A driver imports robotcore and its vendor's library, and no other driver.
+"""

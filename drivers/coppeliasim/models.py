@@ -171,7 +171,7 @@ class BuiltMotor(Motor):
 
     The joint has one velocity during a time step h, and h can be as long as the time constant τ of the lag. So the
     motor sends the mean velocity of a first-order lag over the step. This mean is v + (c - v)·(1 - τ/h·(1 - exp(-h/τ)))
-    with the velocity v at the begin of the step and the commanded velocity c.
+    with the velocity v at the beginning of the step and the commanded velocity c.
     """
 
     def __init__(self, scene: CoppeliaSimScene, description: MotorDescription, joint: int, step: float) -> None:

@@ -268,5 +268,5 @@ def _read_depths(connection: SimulatorConnection, sensor: int) -> Array:
 
 def _to_depths(answer: object) -> Array:
     if not (isinstance(answer, tuple) and isinstance(answer[0], bytes) and len(answer[0]) == 4 * FAN_RAYS):
-        raise ValueError("not a row of depths")
+        raise ValueError(f"is not a row of {FAN_RAYS} depths")
     return np.frombuffer(answer[0], dtype="<f4").astype(np.float64)

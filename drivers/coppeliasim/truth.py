@@ -90,7 +90,7 @@ def _to_pair(answer: object) -> set[int]:
     assert isinstance(answer, (list, tuple))
     pair = set(map(int, answer[0]))
     if len(pair) not in (0, 2):
-        raise ValueError("not a pair of objects")
+        raise ValueError(f"has {len(pair)} objects instead of a pair")
     return pair
 
 

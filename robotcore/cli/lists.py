@@ -28,7 +28,7 @@ def apps(*, as_json: bool) -> None:
     if as_json:
         write_json(rows)
     else:
-        write_table(("app", "needs", "settings", "what it does"), map(_app_cells, rows))
+        write_table(("app", "needs", "settings", "effect"), map(_app_cells, rows))
 
 
 @click.command("backends")
@@ -41,7 +41,7 @@ def backends(*, as_json: bool) -> None:
     if as_json:
         write_json(rows)
     else:
-        write_table(("backend", "", "capabilities", "what it is"), map(_backend_cells, rows))
+        write_table(("backend", "", "capabilities", "description"), map(_backend_cells, rows))
 
 
 @click.command("faults")
@@ -54,7 +54,7 @@ def faults(*, as_json: bool) -> None:
     if as_json:
         write_json(rows)
     else:
-        write_table(("fault", "on", "parameters", "example", "what it does"), map(_fault_cells, rows))
+        write_table(("fault", "on", "parameters", "example", "effect"), map(_fault_cells, rows))
         write_lines(f"\n{_COMMON_PARAMETERS}")
 
 
@@ -68,7 +68,7 @@ def kinds(*, as_json: bool) -> None:
     if as_json:
         write_json(rows)
     else:
-        write_table(("kind", "keys", "values", "drivers", "what it is"), map(_kind_cells, rows))
+        write_table(("kind", "keys", "values", "drivers", "description"), map(_kind_cells, rows))
 
 
 @click.command("robots")
@@ -82,7 +82,7 @@ def robots(*, as_json: bool) -> None:
         write_json(rows)
     else:
         cells = ((each["name"], "\n".join(each["devices"]), each["summary"]) for each in rows)
-        write_table(("robot", "devices", "what it is"), cells)
+        write_table(("robot", "devices", "description"), cells)
 
 
 @click.command("worlds")
@@ -95,7 +95,7 @@ def worlds(*, as_json: bool) -> None:
     if as_json:
         write_json(rows)
     else:
-        write_table(("world", "floor", "obstacles", "targets", "what it is"), map(_world_cells, rows))
+        write_table(("world", "floor", "obstacles", "targets", "description"), map(_world_cells, rows))
 
 
 def _app_row(name: str) -> dict[str, Any]:

@@ -95,7 +95,7 @@ def command(
 
     write_line(f"{robot} on {backend}")
     write_line()
-    columns = ("device", "signal", "goes to", *(["pad"] if wiring.pads else []), "what it is")
+    columns = ("device", "signal", "goes to", *(["pad"] if wiring.pads else []), "description")
     write_table(columns, _rows(wiring))
     write_line()
     if wiring.pads:

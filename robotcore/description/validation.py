@@ -246,7 +246,7 @@ def _item(data: Any, part: str | int) -> Any:
 
 
 def _label(item: Any, index: str | int) -> str:
-    """Return the name of a list's item, or such as ``#1`` for the first item without a name."""
+    """Return the name of a list's item. Without a name, return its position, such as ``#1``."""
     name = item.get("name") if isinstance(item, dict) else None
     return _format_key(name) if name and isinstance(name, str) else f"#{int(index) + 1}"
 

@@ -41,7 +41,7 @@ OptionsT = TypeVar("OptionsT", bound=StrictModel)
 
 
 class Capability(str, Enum):
-    """An optional property of a backend's simulator."""
+    """An ability of a backend's simulator, such as to count contacts."""
 
     CONTACTS = "contacts"
     """The simulator counts the contacts of the robot with the world."""

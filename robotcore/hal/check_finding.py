@@ -46,17 +46,17 @@ class Finding:
 
     @classmethod
     def ok(cls, subject: str, message: str, *, kind: str) -> Finding:
-        """Return the finding that a check has found no problem."""
+        """Return a finding of level ``ok``."""
         return cls(Level.OK, subject, message, kind=kind)
 
     @classmethod
     def warning(cls, subject: str, message: str, remedy: str, *, kind: str) -> Finding:
-        """Return the finding of a problem that does not prevent a run."""
+        """Return a finding of level ``warning``, for a problem that does not prevent a run."""
         return cls(Level.WARNING, subject, message, remedy, kind=kind)
 
     @classmethod
     def error(cls, subject: str, message: str, remedy: str, *, kind: str) -> Finding:
-        """Return the finding of a problem that prevents a run or makes it unsafe."""
+        """Return a finding of level ``error``, for a problem that prevents a run or makes it unsafe."""
         return cls(Level.ERROR, subject, message, remedy, kind=kind)
 
     @classmethod

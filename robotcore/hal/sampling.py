@@ -1,4 +1,4 @@
-"""Takes samples of simulated sensors when the app reads them, at most one at each simulated time."""
+"""A cache that takes a sensor's sample when the app reads it, at most one at each time of the clock."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from robotcore.hal.device import SampleT
 
 
 class SampleCache(Generic[SampleT]):
-    """Returns the sample of the present simulated time.
+    """Returns the sample of the clock's present time.
 
-    The first call at a simulated time takes the sample. Further calls at this time return the same sample.
+    The first call at a time of the clock takes the sample. Further calls at this time return the same sample.
 
-    clock: the simulated clock.
+    clock: the robot's clock.
     take: takes a sample. Its arguments are the time in seconds and the sequence number, which begins at 0.
 
     >>> from robotcore.hal.clock import SteppedClock

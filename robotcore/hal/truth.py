@@ -51,7 +51,7 @@ class Truth:
     def pose(self) -> Pose:
         """The true pose of the axle's centre in the world. Its heading is from -π to π, in every simulator.
 
-        A simulator knows the robot's orientation, but not the number of its turns. A heading that counts turns would
+        A simulator has the robot's orientation, but does not count its turns. A heading that counts turns would
         depend on how often it is read. Odometry adds up the turns of the wheels, so the heading of `robot.drive.pose`
         counts them.
         """

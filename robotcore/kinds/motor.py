@@ -40,7 +40,7 @@ class MotorDescription(DeviceDescription):
 
 
 class Motor(Actuator[float], ABC):
-    """A motor of a wheel. A positive velocity drives the robot forward, on the left and on the right.
+    """A motor. Its velocity is that of its wheel, and positive forward, on the left and on the right.
 
     ``max_velocity`` is the greatest velocity in rad/s, forward and backward.
     """

@@ -172,7 +172,7 @@ def decode_compressed_image(message: bytes | memoryview) -> Image:
 
 def _require_pixels(width: int, height: int) -> None:
     if not (width and height):
-        raise ValueError(f"a picture has the size {width} x {height} pixels")
+        raise ValueError(f"a picture has no pixels: {width} x {height}")
 
 
 def _read_jpeg_size(content: memoryview) -> tuple[int, int]:

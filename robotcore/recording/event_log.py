@@ -76,7 +76,7 @@ class RunLog:
 class _LastingEvent(NamedTuple):
     key: tuple[str, object]
     line: LogLine
-    """The line at the begin of the event, and each time its subject changes."""
+    """The line at the beginning of the event, and each time its subject changes."""
     end: str
     subject: object = None
 

@@ -146,7 +146,7 @@ def _require_angle(angle: float) -> None:
 
 def _require_seconds(name: str, seconds: float) -> None:
     if not abs(seconds) <= MAX_SECONDS:
-        raise ValueError(f"{name} is {seconds:g} s")
+        raise ValueError(f"{name} is {seconds:g} s, above the limit of {MAX_SECONDS:g} s")
 
 
 def _require_few(kind: str, named: Sized) -> None:
@@ -157,4 +157,4 @@ def _require_few(kind: str, named: Sized) -> None:
 def _require_faults(faults: Any) -> None:
     for text in faults:
         if not math.isfinite(Spec.parse(text).after_s):
-            raise ValueError(f"the fault {text!r} has no finite start time")
+            raise ValueError(f"the fault {text!r} has a start time that is not finite")

@@ -1,4 +1,4 @@
-"""The base class of apps: a behaviour decides once in each tick what the robot does."""
+"""The base class of apps. An app is a class that inherits Behaviour. Its step runs once in each tick."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Stopping(NamedTuple):
 
 
 class Behaviour(ABC):
-    """The base class of apps. An app decides once in each tick what a robot does.
+    """The base class of apps. The method ``step`` runs once in each tick and commands the robot.
 
     An app must not sleep, read the wall clock, read files or use a network. Make it a dataclass. The fields are then
     the app's settings (``--set speed_m_s=0.2``), and robotcore checks their types.

@@ -162,7 +162,7 @@ class WaitMonitor:
         self._has_reported = False
 
     def begin(self) -> None:
-        """Record the begin of a step."""
+        """Record the beginning of a step."""
         self._idle_s = read_idle_time()
 
     def end(self, now: float) -> None:

@@ -51,7 +51,7 @@ class SignalGuard:
     because Python delivers signals only to the main thread.
 
     Python discards an exception that is raised in a callback of a weak reference or in ``__del__``, for example during
-    an import. So the context raises Interrupted at its begin if an outer context has had a signal.
+    an import. So the context raises Interrupted at its beginning if an outer context has had a signal.
     """
 
     def __init__(self) -> None:

@@ -15,7 +15,7 @@ NOT_RUN = 77
 """The exit status of a test that cannot run here, as in automake."""
 
 ENDING_WITH_US = ("setpriv", "--pdeathsig", "KILL")
-"""The begin of a command that the kernel kills when this process ends."""
+"""The beginning of a command that the kernel kills when this process ends."""
 
 ROOT = Path(__file__).parents[2]
 RELEASE = "12"

@@ -103,7 +103,7 @@ class EchoTimer:
             self.ended.set()
 
     def fail(self, error: Exception) -> None:
-        """Let reading the sensor raise ``error`` until the next edge of the echo line."""
+        """Make reads of the sensor raise ``error`` until the next edge of the echo line."""
         with self._lock:
             self._sampler.fail(error)
 

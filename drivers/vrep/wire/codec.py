@@ -92,7 +92,7 @@ def read_depth(data: memoryview) -> npt.NDArray[np.float32]:
 def _read_shape(data: memoryview) -> tuple[int, int]:
     width, height = struct.unpack_from("<2i", data)
     if width < 1 or height < 1:
-        raise ValueError(f"an image of {width} × {height} pixels")
+        raise ValueError(f"an image has no pixels: {width} × {height}")
     return height, width
 
 

@@ -37,7 +37,7 @@ def test_each_wire_has_a_row_and_a_pad(cli: Cli, post: str) -> None:
 def test_a_table_without_a_connector_has_no_column_of_pads(cli: Cli) -> None:
     answer = cli("wiring", "rover", "--backend", "serial").out.splitlines()
     assert answer[0] == "rover on serial"
-    assert answer[2].split() == ["device", "signal", "goes", "to", "what", "it", "is"]
+    assert answer[2].split() == ["device", "signal", "goes", "to", "description"]
     assert answer[4].split() == ["left_motor", "port", "serial", "/dev/ttyACM0", "motor,", "ros-arduino-motor"]
 
 

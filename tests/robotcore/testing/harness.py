@@ -25,7 +25,7 @@ class Broken:
     """A driver that violates rules on purpose."""
 
     problem: str
-    """What the driver does wrong."""
+    """The driver's mistake."""
 
     rules: frozenset[str]
     """The rules that must fail."""

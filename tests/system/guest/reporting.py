@@ -10,7 +10,7 @@ import pytest
 
 
 class Reporter:
-    """Writes the begin and the result of each check to the serial port that the host reads."""
+    """Writes the beginning and the result of each check to the serial port that the host reads."""
 
     def __init__(self, port: int) -> None:
         self._port = port

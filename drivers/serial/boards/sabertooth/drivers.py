@@ -77,7 +77,7 @@ class SabertoothMotor(BoardDriver):
     def check(self, description: MotorDescription, robot: RobotDescription, drivers: Drivers) -> None:
         if self.speed not in BAUDS:
             known = ", ".join(map(str, BAUDS))
-            raise ValueError(f"no Sabertooth has {self.speed} baud; use one of {known}")
+            raise ValueError(f"a Sabertooth does not support {self.speed} baud; use one of {known}")
         require_drivable(description, self.model, self.control, robot)
 
     def notes(self, description: MotorDescription) -> Sequence[str]:

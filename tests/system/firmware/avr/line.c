@@ -103,7 +103,7 @@ int line_exchange(avr_t *avr)
 	return is_open && !was_open;
 }
 
-/* Only the other end knows: it is opened for a moment. */
+/* Only the other end of the pty has the number of unread bytes, so this function opens that end briefly. */
 int line_is_unread(void)
 {
 	int unread = 0, end = is_open ? ioctl(master, TIOCGPTPEER, O_RDONLY | O_NOCTTY | O_NONBLOCK | O_CLOEXEC) : -1;

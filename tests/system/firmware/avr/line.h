@@ -1,4 +1,4 @@
-/* The UART on a pty, which a link leads to as long as the line is plugged in. */
+/* The UART on a pty. A link leads to the pty while the line is connected. */
 #ifndef LINE_H
 #define LINE_H
 
@@ -8,20 +8,20 @@
 
 void line_wire(avr_t *avr, struct bench *bench);
 
-/* Put the link to a new pty; take link and pty away, as a line that is pulled. */
+/* Create a pty and a link to it. Remove both, as if the cable was disconnected. */
 void line_plug(avr_t *avr, const char *link);
 void line_pull(avr_t *avr, const char *link);
 
-/* Take what the other end has written. Returns whether it has opened the line since the last call. */
+/* Read the bytes that the driver has sent. Returns whether the driver has opened the line since the last call. */
 int line_exchange(avr_t *avr);
 
-/* Feed what was written into the UART, a byte in each byte's time. Tells `line` when a CR ends one. */
+/* Pass the bytes that were read to the UART, at the speed of the line. */
 void line_feed(avr_t *avr);
 
-/* Whether the other end has the line open and has yet to read something. */
+/* Return whether the driver has the line open and has not read all bytes. */
 int line_is_unread(void);
 
-/* Forget what has not been fed. */
+/* Discard the bytes that were not passed to the UART yet. */
 void line_flush(void);
 
 #endif

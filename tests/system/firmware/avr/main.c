@@ -1,8 +1,15 @@
 /* An ATmega328P at 16 MHz with a robot around it: main ELF LINK BENCH.
  *
- * LINK becomes a link to the UART's pty; BENCH is a file that holds a `struct bench`, shared with whoever made it.
- * On stdin a word a line: pull, plug (the line), reset (the button), hang (the program stays where it is), mark (tell
- * the time). It ends with stdin. On stdout what happened; see event.h. It runs in real time, or more slowly where the machine cannot. */
+ * The program makes LINK a link to the UART's pty. BENCH is a file with a `struct bench`. The program shares it with the
+ * process that created the file. The program reads one command a line from stdin:
+ *
+ * pull, plug: disconnect or connect the serial line.
+ * reset: press the reset button.
+ * hang: the firmware stays at its instruction.
+ * mark: print the time.
+ *
+ * The program ends at the end of stdin. It prints events on stdout; see event.h. It runs in real time. On a slow machine
+ * it runs more slowly. */
 #include <err.h>
 #include <errno.h>
 #include <fcntl.h>
