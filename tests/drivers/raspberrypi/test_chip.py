@@ -84,7 +84,7 @@ def test_the_header_is_on_chip_4_with_an_early_kernel_of_a_pi_5(
         ({11: "brcmstb-gpio", 15: "pinctrl-rp1"}, 15),
     ],
 )
-def test_the_header_s_chip_is_found_by_its_driver(chips: dict[int, str], number: int, tmp_path: Path) -> None:
+def test_the_headers_chip_is_found_by_its_driver(chips: dict[int, str], number: int, tmp_path: Path) -> None:
     for each, driver in chips.items():
         create_chip(tmp_path, each, driver)
     assert chip.find_chip_number(tmp_path) == number

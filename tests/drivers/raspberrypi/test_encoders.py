@@ -168,7 +168,7 @@ def test_every_edge_of_one_channel_counts(counts: str, turns: int) -> None:
     assert read_angle(rig) == pytest.approx(turns * math.tau)
 
 
-def test_one_channel_counts_in_the_direction_of_the_motor_s_last_command() -> None:
+def test_one_channel_counts_in_the_direction_of_the_motors_last_command() -> None:
     rig = Rig(encoder=PULSES, slots=TURN, wheel={"dead_band": 0.99})  # only the test turns the wheel
     angles = []
     for command in (-3.0, 3.0, 0.0, -3.0):  # a stopped wheel coasts

@@ -22,7 +22,7 @@ from tests.texts import CheckText
 PI_4 = 0xC03111
 
 
-def test_the_header_equals_gpiozero_s() -> None:
+def test_the_header_equals_gpiozeros() -> None:
     theirs = PiBoardInfo.from_revision(PI_4).headers["J8"]
     assert len(HEADER) == len(theirs.pins) == 40
     plain = {"3V3": "3.3 V", "5V": "5 V", "GND": "ground", "GPIO0": "ID_SD", "GPIO1": "ID_SC"}

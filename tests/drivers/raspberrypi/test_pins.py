@@ -36,7 +36,7 @@ def other() -> Iterator[Chip]:
     made.close()
 
 
-def test_the_pins_are_lgpio_s_whatever_gpiozero_s_variable_says_and_closing_frees_every_line(
+def test_the_pins_are_lgpios_whatever_gpiozeros_variable_says_and_closing_frees_every_line(
     lines: Lines, pins: Any, other: Chip
 ) -> None:
     lamp = PWMLED(17, pin_factory=pins)
@@ -67,7 +67,7 @@ def test_a_line_that_two_devices_of_a_program_use_is_reported(pins: Any, raises:
         LED(22, pin_factory=pins)
 
 
-def test_the_pins_are_on_the_same_chip_as_the_guardian_s_lines(lines: Lines, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_pins_are_on_the_same_chip_as_the_guardians_lines(lines: Lines, monkeypatch: pytest.MonkeyPatch) -> None:
     """Without the number, gpiozero may choose another chip."""
     for module in ("pins", "chip"):
         monkeypatch.setattr(f"drivers.raspberrypi.{module}.find_chip_number", lambda *_: 15)
@@ -155,7 +155,7 @@ class BusyPin:
     ],
     ids=["busy", "long-busy", "other"],
 )
-def test_a_line_that_lgpio_s_thread_still_waits_for_is_tried_again_up_to_a_time_limit(
+def test_a_line_that_lgpios_thread_still_waits_for_is_tried_again_up_to_a_time_limit(
     message: str, failures: int, is_detecting: bool
 ) -> None:
     pin = BusyPin(message, failures)

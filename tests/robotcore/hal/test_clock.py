@@ -119,19 +119,19 @@ class TestSteppedClock:
 
 
 class TestMomentsOfTheKernel:
-    def test_are_reported_in_the_time_of_a_clock_that_runs_with_the_machine(self, fake_time: FakeTime) -> None:
+    def test_times_are_reported_in_the_time_of_a_clock_that_runs_with_the_machine(self, fake_time: FakeTime) -> None:
         fake_time.t = 1000.0
         clock = MonotonicClock()
         fake_time.t = 1003.0
         assert clock.time_of(1002.5) == 2.5
         assert TickClock(clock).time_of(1002.5) == 2.5
 
-    def test_are_never_in_the_future(self, fake_time: FakeTime) -> None:
+    def test_times_are_never_in_the_future(self, fake_time: FakeTime) -> None:
         clock = MonotonicClock()
         fake_time.t += 3.0
         assert clock.time_of(fake_time.t + 0.001) == clock.now() == 3.0
 
-    def test_are_now_where_time_is_a_simulators(self) -> None:
+    def test_times_are_the_present_time_with_a_simulators_clock(self) -> None:
         stepped = SteppedClock(20, lambda _: None)
         stepped.sleep_until(1.0)
         assert stepped.time_of(123_456.0) == PacedClock(stepped).time_of(123_456.0) == 1.0
@@ -220,7 +220,7 @@ class TestServerClock:
 
 
 class TestPacedClock:
-    def test_is_held_back_to_real_time(self, fake_time: FakeTime) -> None:
+    def test_paced_clock_is_held_back_to_real_time(self, fake_time: FakeTime) -> None:
         clock = PacedClock(SteppedClock(20, lambda _: None))
         assert clock.sleep_until(0.05)
         assert clock.sleep_until(0.1)

@@ -64,7 +64,7 @@ class TestEmergencyStop:
         assert rig.wheels == (0.0, 0.0)
         assert rig.assembled.latch.last_velocities == Wheels(2.0, 2.0)
 
-    def test_no_command_passes_after_it(self, raises: Raises) -> None:
+    def test_no_command_passes_after_an_emergency_stop(self, raises: Raises) -> None:
         rig = Rig()
         EmergencyStop(rig.assembled.latch).press("the button")
         for command in (lambda: rig.robot.drive.set_wheels(1.0, 1.0), rig.commit):

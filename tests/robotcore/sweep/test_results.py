@@ -155,7 +155,7 @@ def test_a_run_of_another_sweep_is_ignored(tmp_path: Path) -> None:
     assert _list_seeds(tmp_path) == ([1, 2], [3])
 
 
-def test_the_user_s_world_has_the_name_in_its_file(tmp_path: Path) -> None:
+def test_the_users_world_has_the_name_in_its_file(tmp_path: Path) -> None:
     world = tmp_path / "lab.toml"
     world.write_text('name = "mine"\n[floor]\nlength_m = 6.0\nwidth_m = 6.0\n')
     sweep = make_sweep("green-search", worlds=(str(world),))

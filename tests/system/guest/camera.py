@@ -99,7 +99,7 @@ def test_pictures_are_numbered_and_stamped_in_order_and_never_in_the_future(
     assert np.median(spacing) == pytest.approx(1 / RATE_HZ, rel=0.1)
 
 
-def test_the_kernel_s_stamps_are_used(open_eye: Open) -> None:
+def test_the_kernels_stamps_are_used(open_eye: Open) -> None:
     camera: Any = open_eye()
     assert camera._source._stamps._is_trusted
 

@@ -42,7 +42,7 @@ def test_an_odd_size_is_scaled_from_the_nearest_stream(clock: LabClock, camera: 
     assert open_camera(clock, description).read().image.shape == (25, 33, 3)
 
 
-def test_a_frame_s_time_is_the_sensor_s(clock: LabClock, camera: FakeCamera) -> None:
+def test_a_frames_time_is_the_sensors(clock: LabClock, camera: FakeCamera) -> None:
     clock.pass_time(1.0)
     eye = open_camera(clock)
     clock.pass_time(1.0)

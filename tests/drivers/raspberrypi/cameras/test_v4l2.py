@@ -77,14 +77,14 @@ def _sysfs(folder: Path) -> Path:
 
 
 class TestTimes:
-    def test_are_the_kernel_s(self, webcam: FakeWebcam) -> None:
+    def test_times_are_those_of_the_kernel(self, webcam: FakeWebcam) -> None:
         eye = open_camera(webcam)
         webcam.clock.pass_time(1.0)
         frame = eye.read()
         assert webcam.clock.now() - 1 / 60 - 0.02 <= frame.time <= webcam.clock.now() - 0.02 + 1e-6
 
     @pytest.mark.parametrize("offset_s", [-4000.0, 1.7e9])
-    def test_are_the_arrival_s_if_the_camera_uses_another_clock(self, offset_s: float, webcam: FakeWebcam) -> None:
+    def test_times_are_those_of_arrival_with_another_clock(self, offset_s: float, webcam: FakeWebcam) -> None:
         webcam.stamp_offset_s = offset_s
         eye = open_camera(webcam)
         assert eye.read().time == webcam.clock.now()
@@ -112,7 +112,7 @@ class TestExposure:
         webcam.clock.pass_time(1.0)
         assert eye.read().image[0, 0, 2] == RED_BGR[2]
 
-    def test_is_set_in_the_kernel_s_units(self, webcam: FakeWebcam) -> None:
+    def test_exposure_is_set_in_the_kernels_units(self, webcam: FakeWebcam) -> None:
         open_camera(webcam, exposure_s=0.02, gain=7, white_balance_k=3000)
         assert webcam.controls == {
             cv2.CAP_PROP_AUTO_EXPOSURE: MANUAL,
@@ -131,7 +131,7 @@ class TestExposure:
 
 
 class TestUnplugged:
-    def test_is_reported_and_works_again_when_it_is_plugged_in_again(self, webcam: FakeWebcam, raises: Raises) -> None:
+    def test_lost_camera_is_reported_and_works_again_once_connected(self, webcam: FakeWebcam, raises: Raises) -> None:
         eye = open_camera(webcam)
         last = eye.read().sequence
         webcam.path.unlink()
@@ -146,7 +146,7 @@ class TestUnplugged:
         assert tuple(eye.read().image[0, 0]) == RED_BGR
         assert webcam.controls[cv2.CAP_PROP_AUTO_EXPOSURE] == MANUAL
 
-    def test_is_reported_also_while_its_file_exists(
+    def test_lost_camera_is_reported_also_while_its_file_exists(
         self, webcam: FakeWebcam, monkeypatch: pytest.MonkeyPatch, raises: Raises
     ) -> None:
         eye = open_camera(webcam)

@@ -37,7 +37,7 @@ def test_on_a_laptop_the_only_finding_is_that_it_is_no_pi(tmp_path: Path, check_
     check_findings(examine(BACKEND, None, tmp_path), "no-raspberry-pi")
 
 
-def test_a_robot_s_file_is_checked_on_a_laptop_too(tmp_path: Path) -> None:
+def test_a_robots_file_is_checked_on_a_laptop_too(tmp_path: Path) -> None:
     file = tmp_path / "my.toml"
     shipped = resources.files("robotcore.description").joinpath("robots/rover.toml").read_text(encoding="utf-8")
     file.write_text(shipped, encoding="utf-8")
@@ -72,7 +72,7 @@ def test_without_a_robot_a_finding_says_that_devices_are_not_checked(pi_4: Path)
     assert "pins" not in levels(found)
 
 
-def test_a_mistake_in_a_robot_s_section_is_an_error_and_devices_are_not_checked(
+def test_a_mistake_in_a_robots_section_is_an_error_and_devices_are_not_checked(
     pi_4: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     mistakes = DescriptionError.of_all("robot rover", [Mistake("is missing", "Add it", key="raspberrypi.nose")])

@@ -75,7 +75,7 @@ def test_each_bit_of_the_power_is_reported_once_with_its_remedy(
     check_findings(check_power(tmp_path), *kinds)
 
 
-def test_without_an_answer_of_the_firmware_s_program_the_power_is_not_ok(tmp_path: Path, check_text: CheckText) -> None:
+def test_without_an_answer_of_the_firmwares_program_the_power_is_not_ok(tmp_path: Path, check_text: CheckText) -> None:
     with pytest.raises(FileNotFoundError):
         list(check_power(tmp_path))
     write_program(tmp_path, "vcgencmd", "echo \"error=1 error_msg='Command not registered'\"")
@@ -115,7 +115,7 @@ def test_outputs_that_outlive_their_program_are_a_warning(
 
 
 @pytest.mark.parametrize("driver", ["pinctrl-rp1", "pinctrl-bcm2835"])
-def test_the_driver_of_another_board_s_pins_does_not_count(pi_5: Path, driver: str) -> None:
+def test_the_driver_of_another_boards_pins_does_not_count(pi_5: Path, driver: str) -> None:
     """strict_gpiod does not change the setting of this driver, so a warning about it would have no remedy."""
     for module in ("pinctrl_rp1", "pinctrl_bcm2835"):
         keeps = module != driver.replace("-", "_")

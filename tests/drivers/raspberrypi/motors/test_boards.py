@@ -294,7 +294,7 @@ def test_a_line_that_is_pulled_up_and_turns_the_motor_while_the_pi_starts_has_a_
         ({**WITH_PWM, "pwm": FORWARD}, ".pwm", "pin-conflict"),
     ],
 )
-def test_a_mistake_in_a_motor_s_table_is_reported_with_its_key(
+def test_a_mistake_in_a_motors_table_is_reported_with_its_key(
     board: Board, key: str, kind: str, raises: Raises
 ) -> None:
     with raises(DescriptionError, kind, key=f"raspberrypi.left_motor{key}"):

@@ -122,7 +122,7 @@ def test_a_cycle_without_a_trigger_does_not_end_at_once() -> None:
 
 
 @pytest.mark.parametrize("pulse, is_vouched", [(0.0285, False), (0.031, True), (0.299, True), (0.301, False)])
-def test_only_pulses_of_a_module_s_time_out_make_a_cycle_echo_free(pulse: float, is_vouched: bool) -> None:
+def test_only_pulses_of_a_modules_time_out_make_a_cycle_echo_free(pulse: float, is_vouched: bool) -> None:
     findings, timer = build_timer()
     for cycle in range(ECHO_FREE_CYCLES):
         timer.begin(float(cycle), float(cycle))

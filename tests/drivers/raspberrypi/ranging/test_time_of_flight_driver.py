@@ -201,7 +201,7 @@ def test_the_lines_are_shared_and_the_address_is_not() -> None:
 
 
 @pytest.mark.parametrize("wrong", [{"driver": "vl53l0x"}, {"driver": "vl53l1x", "cycle_s": 0.1}])
-def test_a_range_beyond_the_chip_s_and_a_row_of_cycles_beyond_the_age_limit_are_refused(
+def test_a_range_beyond_the_chips_and_a_row_of_cycles_beyond_the_age_limit_are_refused(
     wrong: dict[str, Any], raises: Raises
 ) -> None:
     robot = load_robot("rover").model_copy(update={"devices": (NOSE,), "backends": {"raspberrypi": {"nose": wrong}}})

@@ -168,7 +168,7 @@ def test_the_pin_in_use_is_reported_and_the_other_is_freed(taken: int, raises: R
     assert bench.open().read().distance == pytest.approx(1.0)
 
 
-def test_a_described_range_beyond_the_module_s_is_refused(raises: Raises) -> None:
+def test_a_described_range_beyond_the_modules_is_refused(raises: Raises) -> None:
     far = NOSE.model_copy(update={"max_range_m": 5.0})
     wires = {"raspberrypi": {"nose": {"driver": "hc-sr04", "trigger": TRIGGER, "echo": ECHO}}}
     robot = load_robot("rover").model_copy(update={"devices": (far,), "backends": wires})

@@ -45,7 +45,7 @@ def build_setup(*devices: str, world: WorldDescription | None = None, **options:
     return Setup(ROVER, world or worlds.empty(), frozenset(chosen), options=options)
 
 
-def test_devices_on_pins_use_the_drivers_of_a_real_pi_and_others_are_the_simulator_s_own() -> None:
+def test_devices_on_pins_use_the_drivers_of_a_real_pi_and_others_are_the_simulators_own() -> None:
     with KinematicBackend().open(build_setup()) as simulated, VirtualPiBackend().open(build_setup()) as robot:
         assert isinstance(robot["left_motor"], DutyMotor)
         assert isinstance(robot["right_encoder"], PinEncoder)

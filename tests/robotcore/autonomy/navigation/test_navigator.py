@@ -83,13 +83,13 @@ class TestView:
 
 
 class TestWayToTarget:
-    def test_leads_round_an_obstacle(self, navigator: Navigator) -> None:
+    def test_path_leads_round_an_obstacle(self, navigator: Navigator) -> None:
         mark_occupied(navigator.map.grid, 0.5, 0.6, -0.4, 0.4)
         assert not navigator.is_straight(HERE, BALL)
         assert navigator.plan_to(HERE, BALL)
         assert navigator.is_straight(run_motion(navigator.follow, HERE)[-1], BALL)
 
-    def test_leads_to_somewhere_else(self, navigator: Navigator) -> None:
+    def test_path_leads_to_another_place(self, navigator: Navigator) -> None:
         here = Pose(0.7, 0.0, 0.0)
         assert navigator.plan_to(here, BALL)
         assert run_motion(navigator.follow, here)[-1].distance_to(*here[:2]) > 0.1

@@ -213,7 +213,7 @@ IMAGE = draw_rectangles((bgr(128), BOX))
 BLOBS = ColourDetector("green").find(IMAGE, INTRINSICS)
 
 
-def test_a_rectangle_is_drawn_a_pixel_outside_the_blob_s_box() -> None:
+def test_a_rectangle_is_drawn_a_pixel_outside_the_blobs_box() -> None:
     left, top, width, height = BOX
     picture = draw_boxes(IMAGE, BLOBS)
     drawn = (picture == YELLOW).all(axis=2)

@@ -169,7 +169,7 @@ def test_a_guardian_that_does_not_answer_ends_the_run(start: Start, check_text: 
 
 
 @pytest.mark.slow
-def test_the_guardian_stops_the_motors_if_a_driver_s_stop_hangs(start: Start, check_text: CheckText) -> None:
+def test_the_guardian_stops_the_motors_if_a_drivers_stop_hangs(start: Start, check_text: CheckText) -> None:
     running = start("sticks")
     _, err = running.end()
     assert running.process.returncode == 3
