@@ -28,7 +28,7 @@ from robotcore.description import (
     load_robot,
     load_world,
 )
-from robotcore.description.generation.clearance import gap_between
+from robotcore.description.generation.gaps import gap_between
 from robotcore.description.world import Cylinder
 from robotcore.geometry import Pose
 from robotcore.hal.backend import Setup, load_backend

@@ -52,7 +52,7 @@ def check(
             return _inspect_scene(file, description, backend, merge_options(options, host=host, port=port))
         return _check_robot(file, description)
     refuse_without("a robot", f"{file} describes a world. Leave the option out", backend=backend is not None)
-    from robotcore.description.plausibility import find_bodies_outside
+    from robotcore.description.doubtful_values import find_bodies_outside
 
     for line in (
         f"OK, {_format_world(description)}",
@@ -63,7 +63,7 @@ def check(
 
 
 def _check_robot(file: str, robot: RobotDescription) -> int:
-    from robotcore.description.plausibility import find_doubtful_values
+    from robotcore.description.doubtful_values import find_doubtful_values
     from robotcore.errors import BackendMissingError
 
     doubts = [f"warning: {each}" for each in find_doubtful_values(robot)]

@@ -19,7 +19,7 @@ from robotcore.deploy.progress import OnStep, OnText, Step
 from robotcore.deploy.project import Project
 from robotcore.deploy.staging import list_files
 from robotcore.description import RobotDescription, load_world
-from robotcore.description.plausibility import find_bodies_outside, find_doubtful_values
+from robotcore.description.doubtful_values import find_bodies_outside, find_doubtful_values
 from robotcore.errors import BackendMissingError, DescriptionError, ReleaseCheckError
 from robotcore.hal.backend import load_backend
 from robotcore.hal.wall_clock import MonotonicClock

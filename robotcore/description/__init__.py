@@ -2,7 +2,6 @@
 
 from robotcore.description.conditions import Conditions, Light, Randomisation
 from robotcore.description.devices import DeviceDescription, Mount
-from robotcore.description.generation.clearance import require_room, require_start
 from robotcore.description.generation.domain_randomisation import (
     DrawnValues,
     RandomisedWorld,
@@ -11,6 +10,7 @@ from robotcore.description.generation.domain_randomisation import (
     describe_picture,
     randomise,
 )
+from robotcore.description.generation.gaps import require_room, require_start
 from robotcore.description.generation.random_layout import draw_world
 from robotcore.description.generation.reachability import is_solvable
 from robotcore.description.lines import Line

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from pydantic import ValidationError
 
-from robotcore.description.generation.clearance import require_room
+from robotcore.description.generation.gaps import require_room
 from robotcore.description.robot import RobotDescription
 from robotcore.description.types import StrictModel, freeze
 from robotcore.description.validation import (

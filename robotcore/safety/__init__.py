@@ -4,8 +4,8 @@ from robotcore.safety.command_filter import LOST, CommandFilter, Commit, SafetyF
 from robotcore.safety.deadman import Deadman
 from robotcore.safety.latch import EmergencyStop, Latch
 from robotcore.safety.motor_stop import StopGroup
-from robotcore.safety.plausibility import StuckRangeCheck, WheelTrackingCheck
 from robotcore.safety.range_guard import DistanceAhead, RangeGuard, stopping_distance
+from robotcore.safety.sensor_checks import StuckRangeCheck, WheelTrackingCheck
 from robotcore.safety.velocity_limits import STOPPED, AccelerationLimit, Intervention, Rule, VelocityLimit
 from robotcore.safety.watchdog import ActivityMonitor, TimeLimit, Watchdog
 

@@ -9,7 +9,7 @@ from random import Random
 from typing import Any, NamedTuple
 
 from robotcore.description.conditions import Light
-from robotcore.description.generation.clearance import gap_between, gap_to_edge
+from robotcore.description.generation.gaps import gap_between, gap_to_edge
 from robotcore.description.generation.reachability import is_solvable, is_target_hidden, is_target_in_view
 from robotcore.description.robot import RobotDescription
 from robotcore.description.world import Ball, Box, Cylinder, Outline, Start, Variation, WorldDescription, round_outline

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robotcore.description import Light
-from robotcore.description.generation.clearance import gap_between
+from robotcore.description.generation.gaps import gap_between
 from robotcore.description.world import Outline, WorldDescription
 from robotcore.optics import CameraView
 from robotcore.raycast import edges_of

@@ -8,7 +8,7 @@ import pytest
 
 from drivers.kinematic.clearance import Clearance
 from robotcore.description import Box, Cylinder, Walls
-from robotcore.description.generation.clearance import gap_between
+from robotcore.description.generation.gaps import gap_between
 from robotcore.geometry import Pose
 from robotcore.hal.robot import Robot
 from tests.drivers.kinematic.rooms import (

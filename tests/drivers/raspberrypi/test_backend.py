@@ -12,7 +12,7 @@ from robotcore.description import load_robot
 from robotcore.errors import DescriptionError
 from robotcore.hal.backend import Backend
 from robotcore.hardware import bind_devices
-from tests.drivers.raspberrypi import foreign
+from tests.drivers.raspberrypi import third_party_driver
 from tests.texts import Raises
 
 
@@ -27,8 +27,8 @@ def wheels_at(path: str) -> dict[str, dict[str, Any]]:
 def test_a_pin_of_the_port_cannot_be_used_twice(raises: Raises) -> None:
     nose = {"driver": "hc-sr04", "trigger": 14, "echo": 26}
     with raises(DescriptionError, "pin-conflict"):
-        RaspberryPiBackend().check(foreign.rover(nose=nose, **wheels_at("/dev/serial0")))
-    assert RaspberryPiBackend().check(foreign.rover(nose=nose, **wheels_at("/dev/ttyUSB0")))
+        RaspberryPiBackend().check(third_party_driver.rover(nose=nose, **wheels_at("/dev/serial0")))
+    assert RaspberryPiBackend().check(third_party_driver.rover(nose=nose, **wheels_at("/dev/ttyUSB0")))
 
 
 def test_the_name_of_a_part_suggests_its_driver() -> None:
@@ -61,15 +61,15 @@ def find_remedy(device: str, driver: str) -> str:
 def test_a_gpio_off_the_header_is_refused_also_for_drivers_of_other_packages(
     backend: Backend, monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:
-    foreign.install(monkeypatch)
+    third_party_driver.install(monkeypatch)
     with raises(DescriptionError, "unknown-pin", key="raspberrypi.nose.out"):
-        backend.check(foreign.rover(nose={"driver": "ir-switch", "out": 40}))
-    assert backend.check(foreign.rover(nose={"driver": "ir-switch", "out": 16}))
+        backend.check(third_party_driver.rover(nose={"driver": "ir-switch", "out": 40}))
+    assert backend.check(third_party_driver.rover(nose={"driver": "ir-switch", "out": 16}))
 
 
 def test_an_encoder_without_a_direction_needs_a_motor_that_reports_one(raises: Raises) -> None:
     pulses, wheels = {"driver": "pulses", "gpio": 5}, wheels_at("/dev/ttyUSB0")
-    assert RaspberryPiBackend().check(foreign.rover(left_encoder=pulses))
-    assert RaspberryPiBackend().check(foreign.rover(**wheels))
+    assert RaspberryPiBackend().check(third_party_driver.rover(left_encoder=pulses))
+    assert RaspberryPiBackend().check(third_party_driver.rover(**wheels))
     with raises(DescriptionError, "setting-conflict", key="raspberrypi.left_encoder"):
-        RaspberryPiBackend().check(foreign.rover(left_encoder=pulses, **wheels))
+        RaspberryPiBackend().check(third_party_driver.rover(left_encoder=pulses, **wheels))

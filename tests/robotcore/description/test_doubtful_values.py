@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from robotcore.description import load_robot, load_world, world_names
-from robotcore.description.plausibility import find_bodies_outside, find_doubtful_values
+from robotcore.description.doubtful_values import find_bodies_outside, find_doubtful_values
 from tests.texts import CheckText
 
 ROVER = load_robot("rover")

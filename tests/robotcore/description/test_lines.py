@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from robotcore.description import Floor, Line, WorldDescription
-from robotcore.description.plausibility import find_bodies_outside
+from robotcore.description.doubtful_values import find_bodies_outside
 from robotcore.view.overhead import draw_map
 from tests.texts import CheckText
 

@@ -32,7 +32,7 @@ from robotcore.plugins import DEVICES, device_driver_names, load_registered
 from robotcore.recording.replay.verification import replay
 from robotcore.runtime.plan import Plan
 from robotcore.testing import worlds
-from tests.drivers.raspberrypi import foreign
+from tests.drivers.raspberrypi import third_party_driver
 from tests.robotcore.recording.replay.memory import record_run
 from tests.texts import Raises
 
@@ -178,8 +178,8 @@ def test_a_recorded_run_replays_to_the_bit() -> None:
 def test_a_run_has_the_note_in_its_result_and_on_standard_error(
     capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    foreign.install(monkeypatch)
-    monkeypatch.setattr("robotcore.hal.backend.load_robot", lambda _: foreign.rover(nose=IR))
+    third_party_driver.install(monkeypatch)
+    monkeypatch.setattr("robotcore.hal.backend.load_robot", lambda _: third_party_driver.rover(nose=IR))
     assert Plan.of(RunRequest("avoid-obstacles", "virtualpi")).notes == (NOTE,)
     assert execute(["run", "avoid-obstacles", "--backend", "virtualpi", "--set", "duration_s=0.5", "--json"]) == 0
     output = capfd.readouterr()
@@ -189,8 +189,8 @@ def test_a_run_has_the_note_in_its_result_and_on_standard_error(
 
 
 def test_the_doctor_lists_the_devices_that_the_simulator_replaces(monkeypatch: pytest.MonkeyPatch) -> None:
-    foreign.install(monkeypatch)
-    (found,) = VirtualPiBackend().examine(foreign.rover(nose=IR))
+    third_party_driver.install(monkeypatch)
+    (found,) = VirtualPiBackend().examine(third_party_driver.rover(nose=IR))
     assert (found.kind, found.message) == (
         "stand-ins",
         "the simulator's own device stands in for nose (ir-switch), eye (picamera2)",

@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from robotcore.autonomy.navigation.mapping import NavigationMap
-from tests.robotcore.autonomy.navigation.places import HERE, REACH
+from tests.robotcore.autonomy.navigation.map_drawing import HERE, REACH
 
 
 @pytest.fixture

@@ -17,7 +17,7 @@ from robotcore.autonomy.navigation.next_best_view import Coverage
 from robotcore.geometry import Pose
 from robotcore.hal.clock import SteppedClock
 from robotcore.kinds.camera import Frame
-from tests.robotcore.autonomy.navigation.places import HERE, REACH
+from tests.robotcore.autonomy.navigation.map_drawing import HERE, REACH
 from tests.robotcore.fakes import NullRange, Rig, picture
 
 

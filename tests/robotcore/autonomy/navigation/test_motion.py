@@ -9,7 +9,7 @@ from robotcore.autonomy.navigation.mapping import NavigationMap
 from robotcore.autonomy.navigation.motion import BACK_M_S, CameraScan, Follower, SensorScan, Steering
 from robotcore.autonomy.navigation.planner import GridPath
 from robotcore.geometry import Pose
-from tests.robotcore.autonomy.navigation.places import HERE, REACH, mark_occupied
+from tests.robotcore.autonomy.navigation.map_drawing import HERE, REACH, mark_occupied
 
 SPEED, TURN = 0.25, 1.5
 

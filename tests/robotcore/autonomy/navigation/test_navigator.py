@@ -8,7 +8,7 @@ import pytest
 from robotcore.autonomy.navigation import Navigator, Target
 from robotcore.autonomy.navigation.mapping import NavigationMap
 from robotcore.geometry import Pose, Twist
-from tests.robotcore.autonomy.navigation.places import HERE, mark_occupied, mark_unknown
+from tests.robotcore.autonomy.navigation.map_drawing import HERE, mark_occupied, mark_unknown
 from tests.robotcore.fakes import Rig
 
 SPEED, TURN = 0.25, 1.5

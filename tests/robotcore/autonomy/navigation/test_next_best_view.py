@@ -22,7 +22,7 @@ from robotcore.autonomy.navigation.next_best_view import (
 )
 from robotcore.autonomy.navigation.occupancy_grid import CLOSE_M
 from robotcore.geometry import Pose
-from tests.robotcore.autonomy.navigation.places import HERE, REACH, mark_occupied, mark_unknown
+from tests.robotcore.autonomy.navigation.map_drawing import HERE, REACH, mark_occupied, mark_unknown
 
 
 @pytest.fixture

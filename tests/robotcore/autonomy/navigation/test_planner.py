@@ -24,7 +24,7 @@ from robotcore.autonomy.navigation.planner import (
     plan_path,
 )
 from robotcore.geometry import Pose
-from tests.robotcore.autonomy.navigation.places import HERE, REACH, mark_occupied, mark_unknown
+from tests.robotcore.autonomy.navigation.map_drawing import HERE, REACH, mark_occupied, mark_unknown
 
 
 def cell(grid: OccupancyGrid, x: float, y: float = 0.0) -> Cell:

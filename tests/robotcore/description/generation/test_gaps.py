@@ -5,7 +5,7 @@ import math
 import pytest
 
 from robotcore.description import Floor, Start, WorldDescription, load_robot, require_room, require_start
-from robotcore.description.generation.clearance import gap_between, gap_to_edge
+from robotcore.description.generation.gaps import gap_between, gap_to_edge
 from robotcore.description.world import Outline, round_outline
 from robotcore.errors import DescriptionError
 from tests.robotcore.description.worlds import ball, box, room

@@ -16,7 +16,7 @@ from robotcore.description import (
     require_start,
     world_names,
 )
-from robotcore.description.generation.clearance import gap_between, gap_to_edge
+from robotcore.description.generation.gaps import gap_between, gap_to_edge
 from robotcore.description.generation.reachability import is_target_hidden, is_target_in_view
 from robotcore.description.world import round_outline
 from robotcore.errors import DescriptionError, UsageError

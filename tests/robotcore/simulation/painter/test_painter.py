@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from robotcore.description import Ball, Box, Cylinder, Light, Mount, Walls, WorldDescription
-from robotcore.description.generation.clearance import gap_between
+from robotcore.description.generation.gaps import gap_between
 from robotcore.geometry import Pose
 from robotcore.optics import CameraView, Intrinsics
 from robotcore.simulation.painter import Painter

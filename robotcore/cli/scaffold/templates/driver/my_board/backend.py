@@ -18,7 +18,7 @@ from robotcore.kinds.range_sensor import RangeSensorDescription
 
 from my_board.board import Board
 from my_board.devices import BoardBattery, BoardEncoder, BoardMotor, BoardRange
-from my_board.failures import translate_errors
+from my_board.error_translation import translate_errors
 
 
 class MyBoardOptions(StrictModel):

@@ -7,7 +7,7 @@ from threading import Lock
 from robotcore.errors import DeviceError
 from robotcore.hal.clock import Clock
 
-from my_board.failures import translate_errors
+from my_board.error_translation import translate_errors
 
 PERIOD_S = 0.01
 SILENT_S = 1.0

@@ -10,8 +10,8 @@ from robotcore.kinds.range_sensor import Range, RangeSensor, RangeSensorDescript
 
 from my_board.board import Board
 from my_board.commands import CommandSender
-from my_board.failures import translate_errors
-from my_board.polled import Polled
+from my_board.error_translation import translate_errors
+from my_board.polling import PolledSensor
 
 
 class BoardMotor(Motor):
@@ -36,7 +36,7 @@ class BoardEncoder(Encoder):
         self._board, self._wheel = board, wheel
         with translate_errors(self.name):
             self._zero = board.angle(wheel)
-        self._polled = Polled(self.name, clock, self._read_board)
+        self._polled = PolledSensor(self.name, clock, self._read_board)
 
     def _newest(self) -> Angle:
         return self._polled.newest()
@@ -59,7 +59,7 @@ class BoardRange(RangeSensor):
             cone=description.cone_rad,
         )
         self._board, self._mount_x = board, description.mount.x_m
-        self._polled = Polled(self.name, clock, self._read_board)
+        self._polled = PolledSensor(self.name, clock, self._read_board)
 
     def _newest(self) -> Range:
         return self._polled.newest()
@@ -78,7 +78,7 @@ class BoardBattery(Battery):
     def __init__(self, description: BatteryDescription, board: Board, clock: Clock) -> None:
         super().__init__(description.name)
         self._board = board
-        self._polled = Polled(self.name, clock, self._read_board)
+        self._polled = PolledSensor(self.name, clock, self._read_board)
 
     def _newest(self) -> Voltage:
         return self._polled.newest()

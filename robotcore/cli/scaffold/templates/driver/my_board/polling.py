@@ -8,12 +8,12 @@ from robotcore.hal.clock import Clock
 from robotcore.hal.device import SampleT
 from robotcore.hardware import LatestSample
 
-from my_board.failures import translate_errors
+from my_board.error_translation import translate_errors
 
 PERIOD_S = 0.02
 
 
-class Polled(Generic[SampleT]):
+class PolledSensor(Generic[SampleT]):
     """Calls ``read(time, sequence)`` every `PERIOD_S` seconds, and stores the sample.
 
     Raises DeviceError if the first call fails. After a later failure, `newest` raises the error until a call succeeds.
