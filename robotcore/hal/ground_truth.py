@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from robotcore.description import RobotDescription, WorldDescription
 from robotcore.geometry import Pose, Twist
 from robotcore.hal.clock import Clock
+from robotcore.hal.joint import Joint
 from robotcore.hal.noise import draw_noise
 
 Array = NDArray[np.float64]
@@ -46,6 +48,12 @@ class GroundTruth:
         The seed, the key and the time determine it. A kind's key begins with the name of its device.
         """
         return draw_noise(f"{self.seed}:{key}", sigma, time) if sigma else 0.0
+
+    @cached_property
+    def joints(self) -> Mapping[str, Joint]:
+        """The true motion of each servo, by the name of the servo."""
+        servos = self.robot.all_of("servo")
+        return {each.name: Joint(self.clock, each.rest_angle_rad, each.max_velocity_rad_s) for each in servos}
 
     def touch_bearings(self) -> tuple[float, ...]:
         """Return the directions of the present contacts in the robot's frame, in radians, positive to the left.

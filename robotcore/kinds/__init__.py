@@ -14,3 +14,4 @@ from robotcore.kinds.imu import Imu as Imu
 from robotcore.kinds.led import Led as Led
 from robotcore.kinds.motor import Motor as Motor
 from robotcore.kinds.range_sensor import RangeSensor as RangeSensor
+from robotcore.kinds.servo import Servo as Servo

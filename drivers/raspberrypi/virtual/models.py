@@ -16,6 +16,7 @@ from drivers.raspberrypi.lights import LightDriver
 from drivers.raspberrypi.motors.boards import HBridge, PhaseEnable
 from drivers.raspberrypi.ranging.time_of_flight_driver import TimeOfFlight
 from drivers.raspberrypi.ranging.ultrasonic_driver import Ultrasonic, speed_of_sound
+from drivers.raspberrypi.servos import PulseServo
 from robotcore.description import DeviceDescription
 from robotcore.hal.clock import MIN_PHYSICS_RATE_HZ, Clock, SteppedClock
 from robotcore.hal.robot import Robot
@@ -229,7 +230,7 @@ def read_phase_and_enable(phase: float, enable: float) -> float:
     return -enable if phase else enable
 
 
-MODELLED = (HBridge, PhaseEnable, Quadrature, Pulses, Ultrasonic, Switch, LightDriver)
+MODELLED = (HBridge, PhaseEnable, Quadrature, Pulses, Ultrasonic, Switch, LightDriver, PulseServo)
 """The drivers of the devices that have a model."""
 
 SIMULATED = (CameraDriver, TimeOfFlight)
@@ -260,8 +261,8 @@ def connect_pins(binding: DeviceBinding, simulated: Robot, pins: VirtualPins, is
         case Switch() as on, _, Bumper() as bumper:
             line = pin(on.gpio)
             clock.every(_step_of(clock), lambda: line.drive(not bumper.read().is_pressed), "switch")
-        case LightDriver(), _, _:
-            pass  # nothing reacts to a light
+        case LightDriver() | PulseServo(), _, _:
+            pass  # nothing reacts to a light or a servo
         case _:
             return False
     return True

@@ -1,0 +1,102 @@
+"""The driver of a servo on a GPIO, which is commanded by the width of pulses."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import ExitStack
+from typing import Annotated, Any
+
+from pydantic import Field
+
+from drivers.raspberrypi.header import Gpio, gpio
+from drivers.raspberrypi.pins import translate_pin_errors
+from robotcore.description import RobotDescription
+from robotcore.hardware import Connection, DeviceDriver, Drivers, Host
+from robotcore.kinds.servo import Servo, ServoDescription
+
+SUPPLY = (
+    "The servo needs a supply of its own, usually 5 to 6 V. A pad of the header gives too little current for a servo "
+    "under load, and the Pi may restart. Join the grounds of the supply and the Pi."
+)
+"""The note that `robotcore wiring` prints for each servo."""
+
+FRAME_HZ = 50
+"""The number of pulses in a second. All servos for models take this rate."""
+
+PulseWidth = Annotated[float, Field(ge=0.0003, le=0.003)]
+"""The width of a servo's pulse, in seconds."""
+
+
+class PinServo(Servo):
+    """A servo on a GPIO. After closing it gets no pulses.
+
+    line: gpiozero's output of the GPIO, with PWM of `FRAME_HZ`.
+    number: the number of the GPIO.
+    pulses: the widths of the pulses at the least and the greatest angle, in seconds.
+    """
+
+    def __init__(self, description: ServoDescription, line: Any, number: int, pulses: tuple[float, float]) -> None:
+        super().__init__(description.name, **description.arguments())
+        self._line, self._number, self._pulses = line, number, pulses
+
+    def _apply(self, command: float) -> None:
+        least, greatest = self._pulses
+        share = (command - self.min_angle) / (self.max_angle - self.min_angle)
+        write_duty(self._line.pin, self._number, (least + share * (greatest - least)) * FRAME_HZ)
+
+    def _release(self) -> None:
+        self._line.close()
+
+
+def write_duty(pin: Any, number: int, duty: float) -> None:
+    """Set the duty, 0 to 1, of a pin with PWM of `FRAME_HZ`.
+
+    gpiozero gives lgpio only whole percent, which are steps of 0.2 ms: the servo would have six positions. lgpio itself
+    takes fractions. So they go to lgpio without gpiozero.
+
+    number: the number of the GPIO.
+    """
+    handle = getattr(pin.factory, "_handle", None)
+    if handle is None:
+        pin.state = duty
+    else:
+        import lgpio
+
+        lgpio.tx_pwm(handle, number, FRAME_HZ, 100 * duty)
+
+
+class PulseServo(DeviceDriver):
+    """Opens servos on a GPIO. An opened servo turns to its rest angle."""
+
+    name = "servo"
+    summary = "a servo on a GPIO, commanded by the width of pulses"
+    described = ServoDescription
+    modules = ("gpiozero",)
+    remedy = "pip install 'robotcore[pi]'"
+    supply = ("ground",)
+
+    gpio: Gpio
+    min_pulse_s: PulseWidth = 0.001
+    """The width of the pulse at ``min_angle_rad``, in seconds. It may be the wider one, to reverse the direction."""
+    max_pulse_s: PulseWidth = 0.002
+    """The width of the pulse at ``max_angle_rad``, in seconds."""
+
+    def connections(self) -> Sequence[Connection]:
+        return (gpio("gpio", self.gpio),)
+
+    def notes(self, description: ServoDescription) -> Sequence[str]:
+        return (SUPPLY,)
+
+    def check(self, description: ServoDescription, robot: RobotDescription, drivers: Drivers) -> None:
+        if self.min_pulse_s == self.max_pulse_s:
+            raise ValueError(f"min_pulse_s and max_pulse_s are both {self.min_pulse_s:g}; correct one of them")
+
+    def open(self, description: ServoDescription, host: Host) -> Servo:
+        from gpiozero import PWMOutputDevice
+
+        with ExitStack() as opened, translate_pin_errors(description.name, (self.gpio,)):
+            line = opened.enter_context(PWMOutputDevice(self.gpio, frequency=FRAME_HZ, pin_factory=host.pins))
+            servo = PinServo(description, line, self.gpio, (self.min_pulse_s, self.max_pulse_s))
+            servo.set_angle(servo.angle)
+            opened.pop_all()
+        return servo

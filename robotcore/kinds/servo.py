@@ -1,0 +1,96 @@
+"""A servo, which turns to an angle and holds it."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC
+from collections.abc import Callable
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, model_validator
+
+from robotcore.description import DeviceDescription
+from robotcore.description.types import Radians
+from robotcore.errors import InvalidCommandError, Mistake
+from robotcore.hal.device import Actuator, caller_location
+from robotcore.hal.ground_truth import GroundTruth
+from robotcore.hal.kind import Kind
+
+
+class ServoDescription(DeviceDescription):
+    """A servo, which turns to an angle and holds it."""
+
+    kind: Literal["servo"]
+    min_angle_rad: Radians
+    """The least angle, in radians."""
+    max_angle_rad: Radians
+    """The greatest angle, in radians."""
+    max_velocity_rad_s: Annotated[float, Field(ge=0.001, le=1e4)]
+    """The rate at which the servo turns, in rad/s. A servo without feedback is assumed to turn at this rate."""
+
+    @model_validator(mode="after")
+    def _require_order(self) -> ServoDescription:
+        if self.min_angle_rad >= self.max_angle_rad:
+            problem = f"min_angle_rad, {self.min_angle_rad:g}, is not below max_angle_rad, {self.max_angle_rad:g}"
+            raise Mistake(problem, "Correct one of them", kind="angles-in-wrong-order")
+        return self
+
+    @property
+    def rest_angle_rad(self) -> float:
+        """The angle before the first command, in radians: the angle within the limits that is nearest to 0."""
+        return max(self.min_angle_rad, min(0.0, self.max_angle_rad))
+
+    def arguments(self) -> dict[str, Any]:
+        limits = {"min_angle": self.min_angle_rad, "max_angle": self.max_angle_rad}
+        return {**limits, "angle": self.rest_angle_rad}
+
+
+class Servo(Actuator[float], ABC):
+    """A servo. A stop and the end of a run do not turn it: it holds its angle.
+
+    min_angle, max_angle: the limits of the angle in radians.
+
+    ``angle`` is the last commanded angle in radians. Before the first command it is the angle within the limits that is
+    nearest to 0.
+
+    >>> from robotcore.hal.kind import build_actuator
+    >>> limits = {"min_angle_rad": -1.5, "max_angle_rad": 1.5, "max_velocity_rad_s": 5.0}
+    >>> servo = build_actuator(ServoDescription(kind="servo", name="pan", **limits), lambda rad: None)
+    >>> servo.angle, servo.set_angle(0.5), servo.set_angle(9.0), servo.angle
+    (0.0, 0.5, 1.5, 1.5)
+    """
+
+    kind = "servo"
+
+    def __init__(self, name: str, *, min_angle: float, max_angle: float, angle: float) -> None:
+        super().__init__(name)
+        self.min_angle, self.max_angle, self.angle = min_angle, max_angle, angle
+
+    def set_angle(self, rad: float) -> float:
+        """Send an angle in radians, limited to ``min_angle`` and ``max_angle``, and return the angle that was sent.
+
+        It does not wait until the servo has turned.
+
+        Raises InvalidCommandError, and does not turn the servo, if ``rad`` is NaN or infinite. Raises DeviceError if
+        the servo fails.
+        """
+        self.angle = self.send(rad)
+        return self.angle
+
+    def _limit(self, command: float) -> float:
+        if not math.isfinite(command):
+            line = caller_location()
+            where = f", at {line}" if line else ""
+            raise InvalidCommandError(
+                f"{self.name}: the app commanded an angle of {command} rad{where}. "
+                "Look for a division by zero, or for a range of inf, in the app"
+            )
+        return max(self.min_angle, min(float(command), self.max_angle))
+
+
+def simulate(servo: ServoDescription, truth: GroundTruth) -> Callable[[float], None]:
+    """Return the function that turns the servo's joint to a commanded angle."""
+    return truth.joints[servo.name].turn_to
+
+
+KIND = Kind("a servo, which turns to an angle and holds it", ServoDescription, Servo, simulate=simulate)
