@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
@@ -10,6 +11,7 @@ from pydantic import Field
 from robotcore.description import DeviceDescription
 from robotcore.hal.device import Sensor, Unit
 from robotcore.hal.kind import Kind
+from robotcore.hal.robot import Robot
 
 
 class BatteryDescription(DeviceDescription):
@@ -52,11 +54,24 @@ class Battery(Sensor[Voltage]):
         return f"{sample.voltage:.2f} V is below the limit of {limit:g} V. Charge the battery"
 
 
+SETTLING_S = 5.0
+"""The time after the opening before the voltage is checked, in seconds. A driver measures it at least once in it."""
+
+
+def check_voltage(robot: Robot, battery: Battery) -> None:
+    """Check that the voltage is a number above zero."""
+    robot.clock.sleep_until(robot.clock.now() + SETTLING_S)
+    voltage = battery.read().voltage
+    assert math.isfinite(voltage), f"{battery.name} returned {voltage} V. Raise DeviceError without a measured voltage"
+    assert voltage > 0, f"{battery.name} returned {voltage} V. Return the voltage in volts, above zero"
+
+
 KIND = Kind(
     "a battery whose voltage is measured",
     BatteryDescription,
     Battery,
     Voltage,
+    rules=(check_voltage,),
     is_optional=True,
     is_simulated=False,
 )

@@ -6,7 +6,7 @@ import pytest
 
 from robotcore.testing.camera_rules import CameraRules
 from robotcore.testing.cutoff_rules import CutoffRules
-from robotcore.testing.device_rules import BatteryRules, DisplayRules, EncoderRules
+from robotcore.testing.device_rules import DisplayRules, EncoderRules
 from robotcore.testing.kind_rules import KindRules
 from robotcore.testing.lifecycle_rules import LifecycleRules
 from robotcore.testing.motor_rules import MotorRules
@@ -24,7 +24,6 @@ class ConformanceSuite(
     EncoderRules,
     RangeRules,
     CameraRules,
-    BatteryRules,
     SampleRules,
     DisplayRules,
     KindRules,

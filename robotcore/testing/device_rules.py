@@ -1,4 +1,4 @@
-"""Rules for batteries, displays and encoders."""
+"""Rules for displays and encoders."""
 
 from __future__ import annotations
 
@@ -8,44 +8,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from robotcore.hal.robot import Robot, Role
-from robotcore.kinds.battery import Battery
+from robotcore.hal.robot import Role
 from robotcore.testing.bench import TestBench, TestSupport, sleep
-
-FRESH_S = 5.0
-"""A battery must have a new sample within this time, in seconds."""
-
-
-class BatteryRules(TestBench):
-    """Rules for the driver of a battery."""
-
-    def test_voltage_is_a_number_above_zero(self) -> None:
-        with self.open_robot() as robot:
-            batteries = self._batteries(robot)
-            sleep(robot, FRESH_S)
-            for battery in batteries:
-                voltage = battery.read().voltage
-                assert math.isfinite(voltage), (
-                    f"{battery.name} returned {voltage} V. Raise DeviceError if there is no measured voltage"
-                )
-                assert voltage > 0, f"{battery.name} returned {voltage} V. Return the voltage in volts, above zero"
-
-    def test_voltage_is_measured_regularly(self) -> None:
-        with self.open_robot() as robot:
-            before = {battery.name: battery.read().time for battery in self._batteries(robot)}
-            sleep(robot, FRESH_S)
-            for battery in self._batteries(robot):
-                assert (time := battery.read().time) > before[battery.name], (
-                    f"{battery.name}: after {FRESH_S:g} s the newest sample is still the one of {time} s. "
-                    f"Measure the voltage at least every {FRESH_S:g} s"
-                )
-
-    def _batteries(self, robot: Robot) -> list[Battery]:
-        found = [device for device in robot.devices.values() if isinstance(device, Battery)]
-        return found or pytest.skip(
-            f"backend {self.backend.name!r} opens no battery of the robot {self.description.name!r}"
-        )
-
 
 SHAPES = {"colour": (48, 64, 3), "grey": (48, 64)}
 

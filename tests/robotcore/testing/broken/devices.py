@@ -64,19 +64,19 @@ BROKEN = (
     broken("the display draws on the app's picture", "display_does_not_change_the_picture", draw_a_frame),
     broken(
         "a battery that cannot be read has zero volts",
-        "voltage_is_a_number_above_zero",
+        "devices_follow_the_rules_of_their_kinds",
         change_samples(Battery, lambda sample: replace(sample, voltage=0.0)),
         suite=BatterySuite,
     ),
     broken(
         "a battery that cannot be read has nan volts",
-        "voltage_is_a_number_above_zero",
+        "devices_follow_the_rules_of_their_kinds",
         change_samples(Battery, lambda sample: replace(sample, voltage=math.nan)),
         suite=BatterySuite,
     ),
     broken(
         "a battery is measured once",
-        "voltage_is_measured_regularly",
+        "capture_time_advances",
         change_samples(Battery, lambda _: Voltage(7.4, 0.0, 0)),
         suite=BatterySuite,
     ),
