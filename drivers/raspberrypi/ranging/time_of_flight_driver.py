@@ -5,17 +5,17 @@ from __future__ import annotations
 import math
 import threading
 from abc import abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager, suppress
+from collections.abc import Mapping
+from contextlib import ExitStack, suppress
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
-from drivers.raspberrypi.header import HEADER_BUS, gpio
+from drivers.raspberrypi.i2c import Address, ChipDriver, TransactionLimit
 from robotcore.description import RobotDescription
 from robotcore.errors import DeviceError
 from robotcore.hal.clock import Clock
-from robotcore.hardware import Connection, DeviceDriver, Drivers, Host, SampledRangeSensor
+from robotcore.hardware import Drivers, Host, SampledRangeSensor
 from robotcore.hardware.polled_samples import RangeSampler, require_timely
 from robotcore.kinds.range_sensor import RangeSensor, RangeSensorDescription
 
@@ -27,27 +27,7 @@ dark target. "broken" means that the chip's own check of its laser failed.
 """
 
 
-class TransactionLimit:
-    """An I2C bus that raises TimeoutError after ``left`` transactions.
-
-    It ends the wait of the VL53L1X's library for the first measurement, which has no time limit.
-    """
-
-    def __init__(self, bus: Any, left: float) -> None:
-        self._bus, self.left = bus, left
-
-    def try_lock(self) -> bool:
-        """Begin a transaction; raises TimeoutError at the limit."""
-        if self.left <= 0:
-            raise TimeoutError("the chip does not measure")
-        self.left -= 1
-        return bool(self._bus.try_lock())
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._bus, name)
-
-
-class TimeOfFlight(DeviceDriver):
+class TimeOfFlight(ChipDriver):
     """The base class of the drivers of both chips. A chip measures continuously after `begin`.
 
     A distance is `inf` if the chip reports a target beyond its range, or after ``echo_free_cycles`` measurements with
@@ -57,7 +37,8 @@ class TimeOfFlight(DeviceDriver):
     """
 
     described = RangeSensorDescription
-    supply = ("3.3 V", "ground")
+    extra = "tof"
+    lock = threading.Lock()
     remedy = "On the Pi: pip install 'robotcore[tof]'"
 
     reach: ClassVar[float]
@@ -70,10 +51,7 @@ class TimeOfFlight(DeviceDriver):
     """The mask of the status in its register, and the number of bits below it."""
     statuses: ClassVar[Mapping[int, Status]]
 
-    bus: Annotated[int, Field(ge=0, le=30)] = HEADER_BUS
-    """The number of the chip's I2C bus."""
-
-    address: Annotated[int, Field(ge=0x08, le=0x77)] = 0x29
+    address: Address = 0x29
     """The 7-bit address of the chip on the bus."""
 
     cycle_s: Annotated[float, Field(ge=0.02, le=1)] = 0.05
@@ -83,10 +61,6 @@ class TimeOfFlight(DeviceDriver):
     """After this many cycles in a row with too little light, the sample is `inf`. With 0, a cycle with too little
     light never makes a sample."""
 
-    @property
-    def place(self) -> str:
-        return f"0x{self.address:02x} on bus {self.bus}"
-
     def check(self, description: RangeSensorDescription, robot: RobotDescription, drivers: Drivers) -> None:
         if description.max_range_m > self.reach:
             raise ValueError(
@@ -94,13 +68,6 @@ class TimeOfFlight(DeviceDriver):
                 f"{description.max_range_m:g}; lower it"
             )
         require_timely(self.echo_free_cycles, self.cycle_s, robot)
-
-    def connections(self) -> Sequence[Connection]:
-        if self.bus == HEADER_BUS:  # Source: https://pinout.xyz/pinout/i2c
-            sda, scl = gpio("SDA", 2, is_shared=True), gpio("SCL", 3, is_shared=True)
-        else:
-            sda, scl = (Connection(line, "I2C", f"{line} of bus {self.bus}", is_shared=True) for line in ("SDA", "SCL"))
-        return sda, scl, Connection("address", "I2C", self.place)
 
     def open(self, description: RangeSensorDescription, host: Host) -> RangeSensor:
         lidar = Lidar(description, self, host.clock)
@@ -203,9 +170,6 @@ STALLED_S = 1.0
 _EXTRA_CYCLES = 20
 """Opening waits for the first sample for at most ``echo_free_cycles`` plus this many cycles."""
 
-_LIBRARY_LOCK = threading.Lock()
-"""Lets only one thread at a time call Adafruit's libraries, because all their sensors share one buffer."""
-
 
 class Lidar(SampledRangeSensor):
     """A range sensor that reads its chip once in each cycle, and sets the chip up again after a failure.
@@ -239,7 +203,7 @@ class Lidar(SampledRangeSensor):
         if self._library is None:
             self._connect()
             self._measured_at = self._read_at
-        with self._translate_errors():
+        with self._settings.translate_errors(self.name):
             measurement = self._measure()
         if measurement is not None:
             self._measured_at = self._read_at
@@ -277,12 +241,10 @@ class Lidar(SampledRangeSensor):
         return chip.statuses.get((result[0] & mask) >> shift), int.from_bytes(result[chip.distance_at :], "big") / 1000
 
     def _connect(self) -> None:
-        with self._translate_errors(), ExitStack() as undo:
+        with self._settings.translate_errors(self.name), ExitStack() as undo:
             from adafruit_bus_device.i2c_device import I2CDevice
-            from adafruit_extended_bus import ExtendedI2C
 
-            bus = ExtendedI2C(self._settings.bus, frequency=None)  # Linux sets the frequency at boot
-            undo.callback(bus.deinit)
+            bus = self._settings.open_bus(undo)
             self._registers = I2CDevice(bus, self._settings.address)
             self._library = self._settings.begin(bus, self.max_range)
             self._bus = undo.pop_all()
@@ -291,20 +253,5 @@ class Lidar(SampledRangeSensor):
         """Stop the laser, if the chip still answers, and close the bus."""
         library, self._library = self._library, None
         if library is not None:
-            with self._bus, suppress(DeviceError), self._translate_errors():
+            with self._bus, suppress(DeviceError), self._settings.translate_errors(self.name):
                 self._settings.stop(library)
-
-    @contextmanager
-    def _translate_errors(self) -> Iterator[None]:
-        try:
-            with _LIBRARY_LOCK:
-                yield
-        except ImportError as error:
-            message = f"its library is not installed ({error}); pip install 'robotcore[tof]'"
-            raise DeviceError(self.name, message, kind="library-missing") from error
-        except Exception as error:
-            message = (
-                f"no answer at I2C {self._settings.place} ({error}). Switch I2C on (raspi-config). Check SDA, SCL, "
-                "3.3 V, ground, and the chip's name in the robot's file"
-            )
-            raise DeviceError(self.name, message, kind="chip-unanswered") from error

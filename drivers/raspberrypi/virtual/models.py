@@ -12,9 +12,9 @@ from gpiozero.pins.mock import MockFactory, MockPWMPin
 from drivers.raspberrypi.cameras.capture import CameraDriver
 from drivers.raspberrypi.contacts import Switch
 from drivers.raspberrypi.encoders import EncoderDriver, Pulses, Quadrature
+from drivers.raspberrypi.i2c import ChipDriver
 from drivers.raspberrypi.lights import LightDriver
 from drivers.raspberrypi.motors.boards import HBridge, PhaseEnable
-from drivers.raspberrypi.ranging.time_of_flight_driver import TimeOfFlight
 from drivers.raspberrypi.ranging.ultrasonic_driver import Ultrasonic, speed_of_sound
 from drivers.raspberrypi.servos import PulseServo
 from robotcore.description import DeviceDescription
@@ -233,7 +233,7 @@ def read_phase_and_enable(phase: float, enable: float) -> float:
 MODELLED = (HBridge, PhaseEnable, Quadrature, Pulses, Ultrasonic, Switch, LightDriver, PulseServo)
 """The drivers of the devices that have a model."""
 
-SIMULATED = (CameraDriver, TimeOfFlight)
+SIMULATED = (CameraDriver, ChipDriver)
 """The drivers of devices that are not on pins. The simulator's own devices replace these devices."""
 
 MAX_ECHO_M = 4.3

@@ -1,50 +1,27 @@
-"""Doubles of an I2C bus and of the registers of time-of-flight chips, for the real libraries."""
+"""Doubles of the registers of time-of-flight chips, for the real libraries."""
 
 from __future__ import annotations
 
-import errno
-from abc import ABC, abstractmethod
-from collections import Counter
-
-ADDRESS = 0x29
+from tests.drivers.raspberrypi.i2c_bus import FakeChip
 
 
-class FakeChip(ABC):
+class FakeLaser(FakeChip):
     """The registers of a chip whose measurements have ``status`` and ``millimetres``."""
 
-    width: int
-    """The number of bytes of a register's number."""
+    address = 0x29
 
     def __init__(self, status: int, millimetres: int) -> None:
         self.status, self.millimetres = status, millimetres
-        self.is_plugged_in, self.is_frozen = True, False
+        self.is_frozen = False
         self.cleared = 0
-        self.lose_power()
+        super().__init__()
 
     def lose_power(self) -> None:
-        """Reset the registers, as after a loss of power."""
-        self.registers: Counter[int] = Counter()
-        self.pointer = 0
+        super().lose_power()
         self.is_measuring = False
 
-    def write(self, data: bytes) -> None:
-        self.pointer = int.from_bytes(data[: self.width], "big")
-        for value in data[self.width :]:
-            self.set(self.pointer, value)
-            self.pointer += 1
 
-    def read(self, count: int) -> bytes:
-        start, self.pointer = self.pointer, self.pointer + count
-        return bytes(self.get(register) for register in range(start, start + count))
-
-    @abstractmethod
-    def get(self, register: int) -> int: ...
-
-    @abstractmethod
-    def set(self, register: int, value: int) -> None: ...
-
-
-class FakeVL53L0X(FakeChip):
+class FakeVL53L0X(FakeLaser):
     """A VL53L0X, whose register 0xFF selects a page of registers."""
 
     width = 1
@@ -69,7 +46,7 @@ class FakeVL53L0X(FakeChip):
             self.cleared += (page, register) == (0, 0x0B)
 
 
-class FakeVL53L1X(FakeChip):
+class FakeVL53L1X(FakeLaser):
     width = 2
 
     def get(self, register: int) -> int:
@@ -82,37 +59,3 @@ class FakeVL53L1X(FakeChip):
         if register == 0x0087:
             self.is_measuring = value == 0x40
         self.cleared += (register, value) == (0x0086, 1)
-
-
-class FakeBus:
-    """A double of Blinka's bus. At an address without a chip it raises the kernel's error."""
-
-    def __init__(self, chip: FakeChip) -> None:
-        self.chip = chip
-        self.is_open = False
-
-    def open(self, number: int, frequency: int | None) -> FakeBus:
-        assert (number, frequency) == (1, None)
-        self.is_open = True
-        return self
-
-    def deinit(self) -> None:
-        self.is_open = False
-
-    def try_lock(self) -> bool:
-        return True
-
-    def unlock(self) -> None: ...
-
-    def writeto(self, address: int, buffer: bytes, *, start: int = 0, end: int | None = None) -> None:
-        self._require(address)
-        self.chip.write(bytes(buffer[start:end]))
-
-    def readfrom_into(self, address: int, buffer: bytearray, *, start: int = 0, end: int | None = None) -> None:
-        self._require(address)
-        count = len(buffer[start:end])
-        buffer[start : start + count] = self.chip.read(count)
-
-    def _require(self, address: int) -> None:
-        if address != ADDRESS or not self.chip.is_plugged_in or not self.is_open:
-            raise OSError(errno.EREMOTEIO, "Remote I/O error")

@@ -12,7 +12,8 @@ from robotcore.errors import DescriptionError, DeviceClosedError, DeviceError
 from robotcore.hal.clock import SteppedClock
 from robotcore.hardware import Host, bind_devices
 from robotcore.kinds.range_sensor import RangeSensor
-from tests.drivers.raspberrypi.ranging.lightbus import FakeBus, FakeChip, FakeVL53L0X, FakeVL53L1X
+from tests.drivers.raspberrypi.i2c_bus import FakeBus
+from tests.drivers.raspberrypi.ranging.lightbus import FakeLaser, FakeVL53L0X, FakeVL53L1X
 from tests.drivers.raspberrypi.ranging.modules import NOSE
 from tests.texts import Raises
 
@@ -26,7 +27,7 @@ class ChipCase:
     """A driver, its chip, and the chip's status for a target, for a target beyond, and for no target."""
 
     driver: type[TimeOfFlight]
-    chip: type[FakeChip]
+    chip: type[FakeLaser]
     target: int
     beyond: int
     nothing: int

@@ -1,0 +1,87 @@
+"""The base class of the drivers of chips on an I2C bus, which use Adafruit's libraries."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from typing import Annotated, Any, ClassVar
+
+from pydantic import Field
+
+from drivers.raspberrypi.header import HEADER_BUS, gpio
+from robotcore.errors import DeviceError
+from robotcore.hardware import Connection, DeviceDriver
+
+Address = Annotated[int, Field(ge=0x08, le=0x77)]
+
+
+class TransactionLimit:
+    """An I2C bus that raises TimeoutError after ``left`` transactions.
+
+    It ends the waits of Adafruit's libraries that have no time limit.
+    """
+
+    def __init__(self, bus: Any, left: float) -> None:
+        self._bus, self.left = bus, left
+
+    def try_lock(self) -> bool:
+        """Begin a transaction; raises TimeoutError at the limit."""
+        if self.left <= 0:
+            raise TimeoutError("the chip does not measure")
+        self.left -= 1
+        return bool(self._bus.try_lock())
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._bus, name)
+
+
+class ChipDriver(DeviceDriver):
+    """The base class of the drivers of chips on an I2C bus."""
+
+    supply = ("3.3 V", "ground")
+    extra: ClassVar[str]
+    """The extra of robotcore that installs the chip's library."""
+    lock: ClassVar[threading.Lock]
+    """Lets only one thread at a time call the chip's library, because all sensors of a library share its buffers."""
+
+    bus: Annotated[int, Field(ge=0, le=30)] = HEADER_BUS
+    """The number of the chip's I2C bus."""
+
+    address: Address
+    """The 7-bit address of the chip on the bus."""
+
+    @property
+    def place(self) -> str:
+        return f"0x{self.address:02x} on bus {self.bus}"
+
+    def connections(self) -> Sequence[Connection]:
+        if self.bus == HEADER_BUS:  # Source: https://pinout.xyz/pinout/i2c
+            sda, scl = gpio("SDA", 2, is_shared=True), gpio("SCL", 3, is_shared=True)
+        else:
+            sda, scl = (Connection(line, "I2C", f"{line} of bus {self.bus}", is_shared=True) for line in ("SDA", "SCL"))
+        return sda, scl, Connection("address", "I2C", self.place)
+
+    def open_bus(self, undo: ExitStack) -> Any:
+        """Open the chip's bus. ``undo`` closes it."""
+        from adafruit_extended_bus import ExtendedI2C
+
+        bus = ExtendedI2C(self.bus, frequency=None)  # Linux sets the frequency at boot
+        undo.callback(bus.deinit)
+        return bus
+
+    @contextmanager
+    def translate_errors(self, device: str) -> Iterator[None]:
+        """Raise the errors of the libraries as DeviceErrors. The context has the lock."""
+        try:
+            with self.lock:
+                yield
+        except ImportError as error:
+            message = f"its library is not installed ({error}); pip install 'robotcore[{self.extra}]'"
+            raise DeviceError(device, message, kind="library-missing") from error
+        except Exception as error:
+            message = (
+                f"no answer at I2C {self.place} ({error}). Switch I2C on (raspi-config). Check SDA, SCL, "
+                "3.3 V, ground, and the chip's name in the robot's file"
+            )
+            raise DeviceError(device, message, kind="chip-unanswered") from error
