@@ -6,10 +6,14 @@ import math
 from itertools import pairwise
 from typing import Annotated
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from robotcore.description.types import COLOURS, Colour, Coordinate, Metres, StrictModel
 from robotcore.errors import Mistake
+
+Array = NDArray[np.float64]
 
 Point = Annotated[tuple[Coordinate, Coordinate], Field(description="[x, y]")]
 """A point on the floor in the world's frame, in metres."""
@@ -67,3 +71,18 @@ def _outline(segment: Segment, radius: float) -> tuple[tuple[float, float], ...]
         for x, y, facing in ends
         for turn in turns
     )
+
+
+class LineDistances:
+    """Measures distances to the polyline in the middle of a line."""
+
+    def __init__(self, line: Line) -> None:
+        segments = np.array(line.segments)
+        self._starts, self._ways = segments[:, 0], segments[:, 1] - segments[:, 0]
+        self._squares = (self._ways**2).sum(axis=1)
+
+    def measure(self, points: Array) -> Array:
+        """Return the distance of each point, (n, 2), from the nearest point of the polyline, (n,), in metres."""
+        gaps = points[:, None] - self._starts
+        along = np.clip((gaps * self._ways).sum(axis=2) / self._squares, 0.0, 1.0)
+        return np.asarray(np.linalg.norm(gaps - along[..., None] * self._ways, axis=2).min(axis=1))

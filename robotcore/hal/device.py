@@ -52,7 +52,7 @@ class Unit:
 
 
 class Value(NamedTuple):
-    """A number in the samples of a kind."""
+    """A number in the samples of a kind, or a tuple of numbers."""
 
     field: str
     unit: str
@@ -64,6 +64,13 @@ def list_values(sample: type[Any]) -> tuple[Value, ...]:
     hints = get_type_hints(sample, include_extras=True)
     found = ((name, unit) for name, hint in hints.items() for unit in getattr(hint, "__metadata__", ()))
     return tuple(Value(name, unit.symbol) for name, unit in found if isinstance(unit, Unit))
+
+
+def _format_number(value: Any) -> str:
+    if isinstance(value, tuple):
+        return " ".join(map(_format_number, value))
+    # Adding 0.0 turns -0.0 into 0.0.
+    return f"{round(value, 2) + 0.0:.2f}" if isinstance(value, float) else str(value)
 
 
 SampleT = TypeVar("SampleT", bound=Sample)
@@ -131,9 +138,9 @@ class Sensor(Device, ABC, Generic[SampleT]):
     def format_sample(self, sample: SampleT) -> str:
         """Return the values of a sample with their units as a text, such as ``7.40 V``."""
         values = ((getattr(sample, field), field, unit) for field, unit in list_values(type(sample)))
-        # Adding 0.0 turns -0.0 into 0.0.
         return ", ".join(
-            f"{round(value, 2) + 0.0:.2f} {unit}" if unit else f"{field} {value}" for value, field, unit in values
+            f"{_format_number(value)} {unit}" if unit else f"{field} {_format_number(value)}"
+            for value, field, unit in values
         )
 
     def read(self) -> SampleT:

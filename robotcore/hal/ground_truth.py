@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotcore.description import RobotDescription, WorldDescription
+from robotcore.description.floor_colours import FloorColours
 from robotcore.geometry import Pose, Twist
 from robotcore.hal.clock import Clock
 from robotcore.hal.joint import Joint
@@ -68,6 +69,18 @@ class GroundTruth:
         nearest = (_nearest_point(outlines[name], pose.to_world(middle, 0.0)) for name in sorted(names))
         local = (pose.to_local(*point) for point in nearest)
         return tuple(math.atan2(y, x - middle) for x, y in local)
+
+    def floor_colours(self, points: Sequence[tuple[float, float]]) -> Array:
+        """Return red, green and blue of the floor at points in the robot's frame, (n, 3), from 0 to 255.
+
+        The light is not taken into account.
+        """
+        pose = self.pose()
+        return self._floor.measure(np.array([pose.to_world(x, y) for x, y in points]))
+
+    @cached_property
+    def _floor(self) -> FloorColours:
+        return FloorColours(self.world)
 
 
 def _nearest_point(outline: tuple[tuple[float, float], ...], point: tuple[float, float]) -> tuple[float, float]:

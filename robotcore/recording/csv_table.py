@@ -88,4 +88,9 @@ def _build_sample_cells(recording: Recording, read: Read | None, sensor: _Sensor
     if not sensor.values:
         return [read.sequence, read.time]
     sample = recording.samples.get(read.key) if read.key else None
-    return [*(getattr(sample, each.field, "") for each in sensor.values), read.time]
+    return [*(_format_cell(getattr(sample, each.field, "")) for each in sensor.values), read.time]
+
+
+def _format_cell(value: Any) -> Any:
+    """Return a value, and the numbers of a tuple as a text with spaces between them."""
+    return " ".join(map(repr, value)) if isinstance(value, tuple) else value

@@ -93,7 +93,9 @@ def parse_sample(kind: Kind, content: bytes) -> Sample:
     sample: Sample = from_json(kind.sample, content)
     for value in list_values(kind.sample):
         if value.unit == "rad":
-            _require_angle(getattr(sample, value.field))
+            angles = getattr(sample, value.field)
+            for angle in angles if isinstance(angles, tuple) else (angles,):
+                _require_angle(angle)
     return sample
 
 

@@ -14,6 +14,7 @@ from drivers.raspberrypi.contacts import Switch
 from drivers.raspberrypi.encoders import EncoderDriver, Pulses, Quadrature
 from drivers.raspberrypi.i2c import ChipDriver
 from drivers.raspberrypi.lights import LightDriver
+from drivers.raspberrypi.line_sensors import DigitalSensors
 from drivers.raspberrypi.motors.boards import HBridge, PhaseEnable
 from drivers.raspberrypi.ranging.ultrasonic_driver import Ultrasonic, speed_of_sound
 from drivers.raspberrypi.servos import PulseServo
@@ -25,6 +26,7 @@ from robotcore.hardware.motor_model import MotorModel
 from robotcore.kinds.battery import BatteryDescription
 from robotcore.kinds.bumper import Bumper
 from robotcore.kinds.encoder import Encoder, EncoderDescription
+from robotcore.kinds.line_sensor import THRESHOLD, LineSensor
 from robotcore.kinds.motor import Motor
 from robotcore.kinds.range_sensor import RangeSensor
 
@@ -230,7 +232,13 @@ def read_phase_and_enable(phase: float, enable: float) -> float:
     return -enable if phase else enable
 
 
-MODELLED = (HBridge, PhaseEnable, Quadrature, Pulses, Ultrasonic, Switch, LightDriver, PulseServo)
+def drive_outputs(row: LineSensor, outputs: Sequence[VirtualPin], active_high: bool) -> None:  # noqa: FBT001
+    """Set the pins of a row of digital line sensors."""
+    for output, darkness in zip(outputs, row.read().values, strict=True):
+        output.drive((darkness > THRESHOLD) is active_high)
+
+
+MODELLED = (HBridge, PhaseEnable, Quadrature, Pulses, Ultrasonic, Switch, LightDriver, PulseServo, DigitalSensors)
 """The drivers of the devices that have a model."""
 
 SIMULATED = (CameraDriver, ChipDriver)
@@ -261,6 +269,9 @@ def connect_pins(binding: DeviceBinding, simulated: Robot, pins: VirtualPins, is
         case Switch() as on, _, Bumper() as bumper:
             line = pin(on.gpio)
             clock.every(_step_of(clock), lambda: line.drive(not bumper.read().is_pressed), "switch")
+        case DigitalSensors() as on, _, LineSensor() as row:
+            outputs = [pin(each) for each in on.gpios]
+            clock.every(_step_of(clock), partial(drive_outputs, row, outputs, on.active_high), "line-sensors")
         case LightDriver() | PulseServo(), _, _:
             pass  # nothing reacts to a light or a servo
         case _:

@@ -1,0 +1,120 @@
+"""A row of reflectance sensors that look down at the floor, for following a line."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import Field
+
+from robotcore.description import DeviceDescription, Mount
+from robotcore.hal.device import Sensor, Unit
+from robotcore.hal.ground_truth import GroundTruth
+from robotcore.hal.kind import Kind
+
+LUMINANCE = np.array((0.299, 0.587, 0.114)) / 255
+"""The weights of red, green and blue in the brightness of a surface. Source: ITU-R BT.601."""
+
+THRESHOLD = 0.5
+"""A sensor sees the line if its darkness is greater."""
+
+
+class LineSensorDescription(DeviceDescription):
+    """A row of reflectance sensors across the robot. The mount is the middle of the row."""
+
+    kind: Literal["line_sensor"]
+    mount: Mount
+    count: Annotated[int, Field(ge=1, le=64)]
+    """The number of sensors in the row."""
+    spacing_m: Annotated[float, Field(ge=0.001, le=1)]
+    """The distance between the middles of two neighbouring sensors, in metres."""
+
+    def arguments(self) -> dict[str, Any]:
+        return {"count": self.count, "spacing": self.spacing_m}
+
+
+@dataclass(frozen=True, slots=True)
+class Darkness:
+    """A sample of a line sensor."""
+
+    values: Annotated[tuple[float, ...], Unit("")]
+    """The darkness under each sensor from left to right: 0 for white, 1 for black. Digital sensors have 0 or 1."""
+    time: float
+    """The time of the measurement on the robot's clock, in seconds."""
+    sequence: int
+    """The number of the sample. It grows with each new sample of a device."""
+
+
+class LineSensor(Sensor[Darkness]):
+    """A row of reflectance sensors that look down at the floor.
+
+    count: the number of sensors.
+    spacing: the distance between neighbours in metres.
+
+    ``mount`` is the middle of the row on the robot in the plane. A run sets it from the robot's description.
+
+    >>> from robotcore.hal.kind import build_sensor
+    >>> row = LineSensorDescription(kind="line_sensor", name="row", mount=Mount(z_m=0.01), count=3, spacing_m=0.01)
+    >>> build_sensor(row, lambda: Darkness((1.0, 0.2, 0.0), 0.0, 0)).read_position()
+    0.01
+    """
+
+    kind = "line_sensor"
+
+    def __init__(self, name: str, *, count: int, spacing: float) -> None:
+        super().__init__(name)
+        self.count, self.spacing = count, spacing
+
+    def read_position(self, threshold: float = THRESHOLD) -> float | None:
+        """Return the position of the line in the newest sample in metres, positive to the left of the row's middle.
+
+        It is the mean of the positions of the sensors, weighted by the part of their darkness above the threshold. The
+        result is None if no sensor sees a line.
+
+        threshold: a sensor sees the line if its darkness is greater.
+        """
+        weights = [max(value - threshold, 0.0) for value in self.read().values]
+        if not any(weights):
+            return None
+        places = compute_offsets(self.count, self.spacing)
+        return sum(map(float.__mul__, weights, places)) / sum(weights)
+
+
+def compute_offsets(count: int, spacing: float) -> list[float]:
+    """Return how far each sensor of a row is to the left of the middle, from left to right, in metres."""
+    return [((count - 1) / 2 - index) * spacing for index in range(count)]
+
+
+def simulate(sensor: LineSensorDescription, truth: GroundTruth) -> Callable[[float, int], Darkness]:
+    """Return a function that takes a sample: the darkness of one point of the floor under each sensor."""
+    middle = sensor.mount.pose
+    points = [middle.to_world(0.0, offset) for offset in compute_offsets(sensor.count, sensor.spacing_m)]
+
+    def take(time: float, sequence: int) -> Darkness:
+        darkness = 1.0 - truth.floor_colours(points) @ LUMINANCE
+        return Darkness(tuple(np.clip(darkness, 0.0, 1.0).tolist()), time, sequence)
+
+    return take
+
+
+def check_reading(sensor: LineSensorDescription, sample: Darkness) -> Darkness:
+    """Return a scripted sample. Raises ValueError unless it has a number from 0 to 1 for each sensor."""
+    values: Any = sample.values
+    if not isinstance(values, (tuple, list)) or len(values) != sensor.count:
+        raise ValueError(f"a list of tuples of {sensor.count} numbers from 0 to 1")
+    if not all(isinstance(value, (int, float)) and 0 <= value <= 1 for value in values):
+        raise ValueError(f"a list of tuples of {sensor.count} numbers from 0 to 1")
+    return replace(sample, values=tuple(map(float, values)))
+
+
+KIND = Kind(
+    "a row of sensors of the floor's darkness",
+    LineSensorDescription,
+    LineSensor,
+    Darkness,
+    simulate,
+    default_reading=lambda sensor: {"values": (0.0,) * sensor.count},
+    check_reading=check_reading,
+)
