@@ -229,3 +229,11 @@ def test_box_of_a_blob_at_the_edge_is_clipped(box: tuple[int, int, int, int]) ->
     picture = draw_boxes(image, ColourDetector("green").find(image, INTRINSICS))
     assert picture.shape == image.shape
     assert (picture == YELLOW).all(axis=2).any()
+
+
+def test_paler_rim_belongs_to_the_region() -> None:
+    image = np.full((240, 320, 3), 128, np.uint8)
+    green = np.array([-60, 80, -60])
+    image[80:140, 120:200] = (128 + 0.5 * green).astype(np.uint8)
+    image[90:130, 130:190] = 128 + green
+    assert [blob.box for blob in ColourDetector("green").find(image, Intrinsics(320, 240, 1.0))] == [(120, 80, 80, 60)]
