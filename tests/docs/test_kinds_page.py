@@ -12,9 +12,9 @@ from typing import Any
 import pytest
 
 from robotcore import kinds
+from robotcore.cli.scaffold import KIND, make
 from robotcore.plugins import kind_names
-from tests.docs.listings import find_code, list_listings, read_rows
-from tests.robotcore.description.files import ROVER
+from tests.docs.listings import Listing, find_code, list_listings, read_rows
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -22,22 +22,26 @@ else:
     import tomli as tomllib
 
 PAGE = (Path(__file__).parents[2] / "docs" / "kinds.md").read_text()
-FILES = {each.file: each.text for each in list_listings(PAGE)}
+LISTINGS = list_listings(PAGE)
 
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """Write the files of the page, and register its kind as an installed package does."""
-    for name, text in FILES.items():
-        (tmp_path / name).write_text(text)
-    (tmp_path / "my_robot.toml").write_text(f"{ROVER}\n{FILES['fast.toml']}")
-    project = tomllib.loads(FILES["pyproject.toml"])["project"]
-    package = tmp_path / "speed_sensor-0.1.dist-info"
+    """Create the package of the page, and register its kind as an installed package does."""
+    folder = tmp_path / "speed-sensor"
+    make(KIND, folder)
+    project = tomllib.loads((folder / "pyproject.toml").read_text())["project"]
+    package = folder / "speed_sensor-0.1.dist-info"
     package.mkdir()
     (package / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {project['name']}\nVersion: 0.1\n")
     lines = [f"{name} = {value}" for name, value in project["entry-points"]["robotcore.kinds"].items()]
     (package / "entry_points.txt").write_text("\n".join(["[robotcore.kinds]", *lines]))
-    return tmp_path
+    return folder
+
+
+@pytest.mark.parametrize("listing", LISTINGS, ids=lambda each: each.file)
+def test_listing_is_a_part_of_the_new_package(folder: Path, listing: Listing) -> None:
+    assert listing.text.partition("\n")[2] in (folder / listing.file).read_text()
 
 
 def type_command(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
@@ -48,7 +52,7 @@ def type_command(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
 
 
 def run_app(folder: Path, *words: str) -> Any:
-    options = ("--robot", "my_robot.toml", "--world", "open", "--json")
+    options = ("--robot", "robot.toml", "--world", "open", "--json")
     answer = type_command(folder, "robotcore", "run", "cautious.py", *options, *words)
     return json.loads(answer.stdout)
 
@@ -83,7 +87,7 @@ def test_fault_of_the_kind_changes_its_value(folder: Path) -> None:
 
 @pytest.mark.slow
 def test_sweep_and_test_of_the_page_pass(folder: Path) -> None:
-    words = ("sweep", "cautious.py", "--robot", "my_robot.toml", "--world", "open", "--seeds", "1-4", "--json")
+    words = ("sweep", "cautious.py", "--robot", "robot.toml", "--world", "open", "--seeds", "1-4", "--json")
     assert json.loads(type_command(folder, "robotcore", *words).stdout)["exit_status"] == 0
     passed = type_command(folder, "pytest", "-q", "-p", "no:cacheprovider", "test_cautious.py")
     assert passed.returncode == 0, passed.stdout

@@ -1,4 +1,4 @@
-"""Create a project or a driver package from a template: check its name, and copy all files or none."""
+"""Create a project or a package from a template: check its name, and copy all files or none."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from robotcore.errors import UsageError
+from robotcore.plugins import kind_names
 
 if TYPE_CHECKING:
     if sys.version_info >= (3, 11):
@@ -92,6 +93,18 @@ DRIVER = Template(
 """The template of a package with a backend and its conformance test."""
 
 
+KIND = Template(
+    "kind",
+    "my-sensor",
+    (
+        "python -m pip install -e .",
+        "robotcore run cautious.py --robot robot.toml --world open",
+        "python -m pytest",
+    ),
+)
+"""The template of a package with a kind of device, an app and its test."""
+
+
 def _spellings(name: str) -> tuple[str, str, str]:
     """Return a project's name and the names of its module and its class."""
     return name, name.replace("-", "_"), "".join(part.capitalize() for part in re.split("[-_]", name))
@@ -139,6 +152,8 @@ def _describe_use(template: Template, name: str) -> str:
         return "the name of a file in every new project"
     if module in sys.stdlib_module_names or find_spec(module):
         return "the name of an installed Python module"
+    if template is KIND and module in kind_names():
+        return "the name of an installed kind"
     return _use_as_backend(name) if template is DRIVER else ""
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from robotcore.cli.main import execute
-from robotcore.cli.scaffold import DRIVER, PROJECT, Template, make, require_free
+from robotcore.cli.scaffold import DRIVER, KIND, PROJECT, Template, make, require_free
 from robotcore.errors import UsageError
 from tests.robotcore.cli.scaffold.test_first_commands import HOME
 from tests.texts import CheckText, Raises
@@ -80,13 +80,24 @@ def read_texts(folder: Path) -> dict[str, str]:
     return {str(file.relative_to(folder)): file.read_text(encoding="utf-8") for file in files}
 
 
-@pytest.mark.parametrize("template", [PROJECT, DRIVER], ids=lambda each: each.folder)
+@pytest.mark.parametrize("template", [PROJECT, DRIVER, KIND], ids=lambda each: each.folder)
 def test_the_copy_does_not_have_the_templates_own_name(template: Template, tmp_path: Path) -> None:
     made = tmp_path / "hauls-2"
     make(template, made)
     answer = str(read_texts(made)).lower()
-    assert not [each for each in ("my-robot", "my_robot", "my-board", "my_board", "myboard") if each in answer]
-    assert "hauls_2.toml" in read_texts(made)
+    own = (f"my{between}{noun}" for noun in ("robot", "board", "sensor") for between in ("-", "_", ""))
+    assert not [each for each in own if each in answer]
+    assert {"hauls_2.toml", "hauls_2.py"} & read_texts(made).keys()
+
+
+def test_kind_of_another_package_is_no_name_of_a_new_one(tmp_path: Path, raises: Raises) -> None:
+    with raises(UsageError, "project-name-in-use", name="range-sensor"):
+        require_free(KIND, tmp_path / "range-sensor")
+
+
+def test_driver_and_kind_at_once_are_refused(tmp_path: Path) -> None:
+    assert execute(["new", "--driver", "--kind", str(tmp_path / "both")]) == 2
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("cache", ["__pycache__", ".ruff_cache"])
