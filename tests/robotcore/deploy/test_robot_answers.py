@@ -25,7 +25,7 @@ from robotcore.deploy.robot_answers import (
 from robotcore.deploy.rpc import RobotLink, parse_answer
 from robotcore.errors import DeployError
 from tests.robotcore.deploy.conftest import ECHO, WAIT, AddAction
-from tests.robotcore.deploy.sshd import serving
+from tests.robotcore.deploy.sshd import Sshd, serving
 from tests.texts import Raises
 
 FACTS: dict[str, Any] = {
@@ -131,11 +131,11 @@ def test_endless_output_ends_the_call(link: RobotLink, add_action: AddAction, pi
 
 @pytest.mark.slow
 def test_silence_ends_the_call(
-    link: RobotLink, add_action: AddAction, monkeypatch: pytest.MonkeyPatch, raises: Raises
+    link: RobotLink, robot: Sshd, add_action: AddAction, monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:
     monkeypatch.setattr(rpc, "SILENCE_S", 1.0)
     add_action("wait", WAIT)
-    with raises(DeployError, "damaged"):
+    with raises(DeployError, "damaged", hide=[robot.config]):
         link.call("wait", EmptyAnswer)
 
 
