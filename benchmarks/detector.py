@@ -25,7 +25,7 @@ import numpy as np
 
 from benchmarks.frames import LabelledFrame, draw_frame
 from benchmarks.report import Interval, compute_median, parse_options, print_table
-from robotcore.autonomy.navigation.ball import KEPT_PX
+from robotcore.autonomy.navigation.ball import MIN_BLOB_PX
 from robotcore.autonomy.vision import ColourDetector
 from robotcore.optics import Image, Intrinsics
 
@@ -43,7 +43,7 @@ class Detector:
 
     def __call__(self, image: Image, hue: float) -> tuple[float, float] | None:
         if hue not in self._of_hue:
-            self._of_hue[hue] = ColourDetector(hue, min_area=KEPT_PX)
+            self._of_hue[hue] = ColourDetector(hue, min_area=MIN_BLOB_PX)
         blobs = self._of_hue[hue].find(image, INTRINSICS)
         return blobs[0].centroid if blobs else None
 
@@ -96,7 +96,7 @@ class Score(NamedTuple):
         return 2 * self.precision * self.recall / both if both else 0.0
 
     @classmethod
-    def of(cls, finder: Finder, frames: Iterable[LabelledFrame]) -> Score:
+    def from_frames(cls, finder: Finder, frames: Iterable[LabelledFrame]) -> Score:
         """Return the score of a finder on frames."""
         balls, answers, errors = 0, 0, []
         for frame in frames:
@@ -131,13 +131,15 @@ def main() -> int:
     frames = [draw_frame(seed, number) for seed in seeds for number in range(options.frames)]
     if options.tune:
         grid = product((25, 30, 35), (90, 100, 110, 120, 130), (10, 20, 30), (0, 3, 6))
-        f1, best = max((Score.of(finder, frames).f1, str(finder)) for finder in (Classical(*values) for values in grid))
+        f1, best = max(
+            (Score.from_frames(finder, frames).f1, str(finder)) for finder in (Classical(*values) for values in grid)
+        )
         print_table(("best thresholds", "F1"), [(best, f"{f1:.4f}")])
         return 0
     print(f"{len(frames)} frames, {sum(one.has_ball for one in frames)} with a ball; every second frame is hard")
     halves = {"easy": [one for one in frames if not one.is_hard], "hard": [one for one in frames if one.is_hard]}
     scores = {
-        name: {half: Score.of(finder, some) for half, some in (*halves.items(), ("all", frames))}
+        name: {half: Score.from_frames(finder, some) for half, some in (*halves.items(), ("all", frames))}
         for name, finder in FINDERS.items()
     }
     times = {name: _measure_copies(finder, frames) for name, finder in FINDERS.items()}

@@ -70,7 +70,7 @@ def main() -> int:
         request = RunRequest(APP, faults=(fault,))
         sweep = Sweep(request, backends, (options.world,), parse_seeds(options.seeds))
         records = list(run_sweep(sweep, LocalEngine(options.jobs)).records())
-        (planned,) = Plan.of(request).faults
+        (planned,) = Plan.resolve(request).faults
         for backend in backends:
             runs = [record for record in records if record.result.backend == backend]
             named = [record for record in runs if _is_named(record, planned.target.devices)]

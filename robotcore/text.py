@@ -49,11 +49,11 @@ def escape_formula(text: str) -> str:
     return f"'{text}" if text.startswith(_FORMULA_STARTS) else text
 
 
-MOST_NAMED = 5
+MAX_LISTED_NAMES = 5
 """The greatest number of names that a message lists."""
 
 
-def list_names(names: Collection[str], most: int = MOST_NAMED) -> str:
+def list_names(names: Collection[str], most: int = MAX_LISTED_NAMES) -> str:
     """Return the first ``most`` names, escaped and separated by commas, and the number of the other names.
 
     >>> list_names(["a.mcap", "b.mcap", "c.mcap"], most=2)

@@ -129,7 +129,7 @@ class SceneBuilder:
 
     def read_placement(self, handle: int) -> Placement:
         """Return the frame of an object in the world."""
-        return self._connection.call_as(Placement.of, "getObjectPose", handle)
+        return self._connection.call_as(Placement.from_answer, "getObjectPose", handle)
 
     def read_lamp(self, handle: int) -> tuple[object, ...]:
         """Return whether a lamp is on, an unused value, and the lamp's diffuse and specular colours."""
@@ -179,7 +179,7 @@ class Placement(NamedTuple):
     qw: float = 1.0
 
     @classmethod
-    def of(cls, answer: Any) -> Placement:
+    def from_answer(cls, answer: Any) -> Placement:
         """Convert a result of the API to a frame. Raises TypeError or ValueError if the result is not a frame."""
         x, y, z, qx, qy, qz, qw = map(float, answer)
         return cls(x, y, z, qx, qy, qz, qw)

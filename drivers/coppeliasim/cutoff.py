@@ -7,7 +7,7 @@ from contextlib import suppress
 
 from drivers.coppeliasim.address import Address, RefusedError
 from robotcore.errors import BackendError
-from robotcore.hal.cutoff import Cutoff, Unconfirmed
+from robotcore.hal.cutoff import Cutoff, UnconfirmedStop
 
 SHORT_S = 0.3
 """Time limit of each call, in seconds. An idle server answers in milliseconds."""
@@ -22,7 +22,7 @@ class StopJoints(Cutoff):
     joints: the handles of the joints.
 
     If the server has ended or hangs, `stop` raises no error, because simulated wheels do no harm. It then returns an
-    `Unconfirmed` message.
+    `UnconfirmedStop` message.
     """
 
     def __init__(self, host: str, port: int, joints: Sequence[int]) -> None:
@@ -48,8 +48,8 @@ class StopJoints(Cutoff):
             client.call_within("_*end*_", [], SHORT_S)
         except BackendError as failure:
             if failure.kind == "server-gone":
-                return Unconfirmed(f"no server listens at {address}. If the simulator has ended, no wheel turns")
-            return Unconfirmed(f"simulated wheels may still turn: {failure}")
+                return UnconfirmedStop(f"no server listens at {address}. If the simulator has ended, no wheel turns")
+            return UnconfirmedStop(f"simulated wheels may still turn: {failure}")
         finally:
             client.close()
         return None

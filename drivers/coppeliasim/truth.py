@@ -78,7 +78,7 @@ class CoppeliaSimTruth:
         return self._contacts.count
 
     def _origin(self) -> Placement:
-        return self._connection.call_as(Placement.of, "getObjectPose", self._body).compose(self._frame)
+        return self._connection.call_as(Placement.from_answer, "getObjectPose", self._body).compose(self._frame)
 
 
 def _compute_forward(frame: Placement) -> tuple[float, float, float]:

@@ -11,7 +11,7 @@ from robotcore.errors import BackendMissingError, UsageError
 from robotcore.hal.backend import Backend, Capability, ModelExport, Setup
 from robotcore.hal.robot import Robot
 
-OLDEST = (3, 5)
+MIN_VERSION = (3, 5)
 
 
 class MujocoOptions(StrictModel):
@@ -52,8 +52,8 @@ class MujocoBackend(Backend):
                 else "pip install --force-reinstall mujoco"
             )
             raise BackendMissingError(f"MuJoCo cannot be imported: {text}. {remedy}") from error
-        if tuple(map(int, mujoco.__version__.split(".")[:2])) < OLDEST:
-            needed = "{}.{}".format(*OLDEST)
+        if tuple(map(int, mujoco.__version__.split(".")[:2])) < MIN_VERSION:
+            needed = "{}.{}".format(*MIN_VERSION)
             raise BackendMissingError(
                 f'MuJoCo {mujoco.__version__} is too old. Upgrade it: pip install "mujoco>={needed}"',
                 kind="library-too-old",

@@ -83,7 +83,7 @@ _SURFACE_TYPE, _PBUFFER_BIT = 0x3033, 0x0001
 _RENDERABLE_TYPE, _OPENGL_BIT = 0x3040, 0x0008
 _NONE = 0x3038
 _DRAW, _READ = 0x3059, 0x305A
-_MOST_DEVICES = 16
+_MAX_DEVICES = 16
 
 
 class EglContext(Context):
@@ -147,8 +147,8 @@ def _declare_egl_types(egl: ctypes.CDLL) -> ctypes.CDLL:
 def _open_display(egl: ctypes.CDLL) -> int:
     query = _load_extension(egl, "eglQueryDevicesEXT", c_uint, c_int, POINTER(c_void_p), POINTER(c_int))
     display_of = _load_extension(egl, "eglGetPlatformDisplayEXT", c_void_p, c_uint, c_void_p, c_void_p)
-    devices, count = (c_void_p * _MOST_DEVICES)(), c_int()
-    query(_MOST_DEVICES, devices, byref(count))
+    devices, count = (c_void_p * _MAX_DEVICES)(), c_int()
+    query(_MAX_DEVICES, devices, byref(count))
     for device in devices[: count.value]:
         display: int | None = display_of(_PLATFORM_DEVICE, device, None)
         if display and egl.eglInitialize(display, None, None):

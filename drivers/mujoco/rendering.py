@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from mujoco import MjData, MjModel, MjrContext, MjvGLCamera, MjvOption, MjvScene
 
 
-_MOST_GEOMS = 10_000
+_MAX_GEOMS = 10_000
 
 
 class Renderer:
@@ -91,7 +91,7 @@ def _build_scene(model: MjModel) -> MjvScene:
     """Return a scene without shadows, reflections, haze and MuJoCo's own sky."""
     from mujoco import MjvScene
 
-    scene = MjvScene(model, _MOST_GEOMS)
+    scene = MjvScene(model, _MAX_GEOMS)
     _set_flags(scene, "SHADOW", "REFLECTION", "HAZE", "SKYBOX", on=False)
     return scene
 

@@ -28,7 +28,7 @@ class ReplayOptions(StrictModel):
     """The file of the recording."""
     recording: InstanceOf[Recording] | None = None
     """The recording, if a program has read it already."""
-    is_held: bool = False
+    keeps_safety_rules: bool = False
     """Whether the robot has the safety rules of the recorded run, to verify their recorded interventions.
 
     Otherwise two rules are relaxed, see `_relax_rules`.
@@ -65,7 +65,7 @@ class ReplayBackend(Backend):
                 robot=robot,
                 recorded=recorded.description.name,
             )
-        return recorded.description if options.get("is_held") else _relax_rules(recording)
+        return recorded.description if options.get("keeps_safety_rules") else _relax_rules(recording)
 
     def openable(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
         names = frozenset(device.name for device in robot.devices)

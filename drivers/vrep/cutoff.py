@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from drivers.vrep.connection import Connection
 from drivers.vrep.wire import requests
 from drivers.vrep.wire.errors import NoServerError, RemoteApiError
-from robotcore.hal.cutoff import Cutoff, Unconfirmed
+from robotcore.hal.cutoff import Cutoff, UnconfirmedStop
 
 SHORT_S = 0.2
 """Time limit of a request, in seconds. An idle server answers in milliseconds."""
@@ -27,7 +27,7 @@ class StopJoints(Cutoff):
     joints: the handles of the joints.
 
     A port serves one program at a time. It becomes free when the app's process has ended. If the server does not
-    answer, `stop` raises no error, because simulated wheels do no harm. It then returns an `Unconfirmed` message.
+    answer, `stop` raises no error, because simulated wheels do no harm. It then returns an `UnconfirmedStop` message.
     """
 
     def __init__(self, host: str, port: int, joints: Sequence[int]) -> None:
@@ -43,11 +43,11 @@ class StopJoints(Cutoff):
                     connection.post(requests.joint_target_velocity(joint, 0.0))
                 connection.call(requests.CLOCK)  # its answer proves that the server has executed the commands
         except NoServerError:
-            return Unconfirmed(
+            return UnconfirmedStop(
                 f"no server listens at {self._host}:{self._port}. If the simulator has ended, no wheel turns"
             )
         except RemoteApiError as failure:
-            return Unconfirmed(f"simulated wheels may still turn: {failure}")
+            return UnconfirmedStop(f"simulated wheels may still turn: {failure}")
         return None
 
     def close(self) -> None:

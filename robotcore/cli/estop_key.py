@@ -20,7 +20,7 @@ from robotcore.threads import start_thread
 
 KEY = b" "
 HINT = "space: stop"
-PRESSED = "the space bar was pressed in the terminal"
+PRESS_REASON = "the space bar was pressed in the terminal"
 BUFFER = 64
 CLOSING_S = 1.0
 """The longest wait for the end of the thread that reads the keys, in seconds."""
@@ -118,7 +118,7 @@ class EmergencyStopKey:
             return
         if not _is_debugger_active():
             if KEY in keys and self._run:
-                self._run.emergency.press(PRESSED)
+                self._run.emergency.press(PRESS_REASON)
             keys = keys.replace(KEY, b"")
         if app:
             app.pass_on(keys)

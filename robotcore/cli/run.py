@@ -90,7 +90,7 @@ def command(
         recorder = make_recorder(
             record, dict(values["options"]), is_forced=is_forced, is_jpeg=record_jpeg, limit=record_limit
         )
-        notifier = Notifier.of(os.environ)
+        notifier = Notifier.from_environment(os.environ)
         prepare_result(as_json=as_json)
         written = [] if as_json else _describe_project(values["robot"])
         with redirect_prints(as_json=as_json) as redirection:

@@ -23,7 +23,7 @@ from robotcore.description import read_table
 from robotcore.errors import DeployError, UsageError
 from robotcore.text import escape, list_names
 
-MOST_SECRETS = 50
+MAX_LISTED_SECRETS = 50
 """The greatest number of files that the warning about secrets names."""
 
 
@@ -53,7 +53,7 @@ def build_bundle(project: Project, folder: Path) -> Bundle:
     listing = _copy_project(project, folder / PROJECT)
     pinned, secrets = _fill_site(project, folder / PROJECT, folder / SITE)
     secrets = (*listing.secrets, *secrets)
-    warning = f"left out because they may hold a secret: {list_names(secrets, MOST_SECRETS)}"
+    warning = f"left out because they may hold a secret: {list_names(secrets, MAX_LISTED_SECRETS)}"
     requirements = collect_requirements(project, folder / SITE, pinned)
     return Bundle(project, folder, requirements, (warning,) if secrets else ())
 

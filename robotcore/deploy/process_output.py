@@ -18,7 +18,7 @@ POLL_S = 0.5
 EXCERPT_BYTES = 1 << 13
 """The number of bytes that an excerpt has of the beginning of a text, and of its end."""
 
-LONGEST_LINE = 1 << 23
+MAX_LINE_BYTES = 1 << 23
 """The greatest length of a line, in bytes. A list of about 80 000 recordings fits into such a line."""
 
 LINE_COST = 1 << 7
@@ -128,8 +128,8 @@ def split_lines(pieces: Iterable[bytes], max_bytes: int | None) -> Iterator[byte
         if max_bytes is not None and total > max_bytes:
             raise MalformedError(f"is longer than {max_bytes} bytes")
         *lines, rest = (rest + piece).split(b"\n")
-        if len(rest) > LONGEST_LINE:
-            raise MalformedError(f"has a line longer than {LONGEST_LINE} bytes")
+        if len(rest) > MAX_LINE_BYTES:
+            raise MalformedError(f"has a line longer than {MAX_LINE_BYTES} bytes")
         yield from lines
     if rest:
         yield rest

@@ -20,7 +20,7 @@ from robotcore.text import escape
 REMOTE_FOLDER = re.compile(r"\w[\w.-]*(?:/\w[\w.-]*)*", re.ASCII)
 """The pattern of a folder below ``~/robotcore``, without characters that a shell interprets and without ``..``."""
 
-MOST_ITEMS = 100_000
+MAX_ITEMS = 100_000
 """The greatest number of items of a list in a robot's answer."""
 
 MAX_PROBLEM_LENGTH = 200
@@ -45,7 +45,7 @@ def _reject_broken(kind: str) -> str:
 ReleaseName = Annotated[str, AfterValidator(require_name)]
 RemoteFolder = Annotated[str, AfterValidator(require_remote_folder)]
 Count = Annotated[int, Field(ge=0, lt=1 << 63)]
-Texts = Annotated[list[str], Field(max_length=MOST_ITEMS)]
+Texts = Annotated[list[str], Field(max_length=MAX_ITEMS)]
 Version = Annotated[str, StringConstraints(pattern=r"^\d{1,2}\.\d{1,3}\.\d{1,3}(?:(?:a|b|rc)\d{1,3})?\+?$")]
 LibcVersion = Annotated[str, StringConstraints(pattern=r"^(?:\d{1,3}(?:\.\d{1,3}){1,3})?$")]
 Machine = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9_.-]{0,40}$")]
@@ -128,7 +128,7 @@ class InstallAnswer(RobotMessage):
 
     environment: str
     """``kept`` if the robot had an environment with the release's requirements, else ``made``."""
-    findings: Annotated[list[FindingMessage], Field(max_length=MOST_ITEMS)]
+    findings: Annotated[list[FindingMessage], Field(max_length=MAX_ITEMS)]
 
 
 class HealthAnswer(RobotMessage):
@@ -228,7 +228,7 @@ class ListedRelease(RobotMessage):
 class ReleasesAnswer(RobotMessage):
     """The answer of ``releases``: the releases on the robot, the newest first."""
 
-    releases: Annotated[list[UnreadableRelease | ListedRelease], Field(max_length=MOST_ITEMS)]
+    releases: Annotated[list[UnreadableRelease | ListedRelease], Field(max_length=MAX_ITEMS)]
     current: ReleaseName | None
     pending: ReleaseName | None
 
@@ -252,7 +252,7 @@ class RemoteFile(RobotMessage):
 class RecordingsAnswer(RobotMessage):
     """The answer of ``recordings``: the files, links and folders in the robot's folder of recordings."""
 
-    recordings: Annotated[list[RemoteFile], Field(max_length=MOST_ITEMS)]
+    recordings: Annotated[list[RemoteFile], Field(max_length=MAX_ITEMS)]
 
 
 class EraseAnswer(RobotMessage):

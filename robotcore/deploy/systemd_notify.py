@@ -38,7 +38,7 @@ FEED_S = 0.5
 STATUS_S = 1.0
 """The least time between two status texts, in s."""
 
-LONGEST = 200
+MAX_STATUS_LENGTH = 200
 """The greatest length of a status text, in characters."""
 
 
@@ -65,7 +65,7 @@ class Notifier:
         self._is_ready = False
 
     @classmethod
-    def of(cls, environment: MutableMapping[str, str]) -> Notifier | None:
+    def from_environment(cls, environment: MutableMapping[str, str]) -> Notifier | None:
         """Return a notifier if systemd expects messages of this process, else None.
 
         environment: the environment variables of this process. The method deletes systemd's variables from it, so that
@@ -119,4 +119,4 @@ def _format_progress(record: TickRecord) -> str:
 
 
 def _format_status(text: str) -> str:
-    return f"STATUS={' '.join(text.split())[:LONGEST]}"
+    return f"STATUS={' '.join(text.split())[:MAX_STATUS_LENGTH]}"

@@ -20,7 +20,7 @@ from robotcore.deploy.project import FILE, Project
 from robotcore.deploy.requirements import SpecifierSet
 from robotcore.errors import DeployError, DescriptionError
 
-OLDEST_GLIBC = {"x86_64": 5, "aarch64": 17}
+MIN_GLIBC = {"x86_64": 5, "aarch64": 17}
 """The minor version of glibc 2 in the oldest manylinux tag of each processor. Source: PEP 600, PEP 599."""
 
 
@@ -59,9 +59,9 @@ class Platform:
         Without glibc 2, the only tag is ``linux_`` with the processor's name.
         """
         major, minor, *_ = (*self.libc_version.split("."), "0", "0")
-        if self.libc != "glibc" or major != "2" or self.machine not in OLDEST_GLIBC:
+        if self.libc != "glibc" or major != "2" or self.machine not in MIN_GLIBC:
             return (f"linux_{self.machine}",)
-        versions = range(int(minor), OLDEST_GLIBC[self.machine] - 1, -1)
+        versions = range(int(minor), MIN_GLIBC[self.machine] - 1, -1)
         newer = tuple(f"manylinux_2_{version}_{self.machine}" for version in versions)
         return (*newer, f"manylinux2014_{self.machine}", f"linux_{self.machine}")  # pip adds older names to the second
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from robotcore.description.robot import RobotDescription
 from robotcore.description.world import WorldDescription
 
-LONGEST_M = 3.0
+MAX_LENGTH_M = 3.0
 """A body that is longer or wider is doubtful, in metres."""
 
 DENSITY_KG_M3 = 8000.0
@@ -17,7 +17,7 @@ DENSITY_KG_M3 = 8000.0
 REACH = 3.0
 """A part that is farther from the middle of the body is doubtful, as a multiple of the body's greatest size."""
 
-FASTEST_M_S = 5.0
+MAX_SPEED_M_S = 5.0
 """A robot whose wheels can drive faster is doubtful, in m/s."""
 
 METRES = "Give lengths in metres"
@@ -27,7 +27,7 @@ def find_doubtful_values(robot: RobotDescription) -> Iterator[str]:
     """Yield a warning for each doubtful value: its key, the problem, and a sentence with the remedy."""
     body = robot.body
     longest = max(body.length_m, body.width_m)
-    if longest > LONGEST_M:
+    if longest > MAX_LENGTH_M:
         yield f"body: it is {body.length_m:g} m long and {body.width_m:g} m wide. {METRES}"
     density = body.mass_kg / (body.length_m * body.width_m * body.height_m)
     if density > DENSITY_KG_M3:
@@ -57,7 +57,7 @@ def _find_wrong_units(robot: RobotDescription) -> Iterator[str]:
     if drive := robot.drive:
         for motor in robot.all_of("motor"):
             speed = motor.max_velocity_rad_s * drive.wheel_radius_m
-            if motor.name in drive.wheel_motors and speed > FASTEST_M_S:
+            if motor.name in drive.wheel_motors and speed > MAX_SPEED_M_S:
                 fast = f"{motor.max_velocity_rad_s:g} rad/s drives the robot at {speed:.2g} m/s"
                 yield f"{motor.name}.max_velocity_rad_s: {fast}. Give rad/s: one revolution per minute is 0.105 rad/s"
 

@@ -99,14 +99,14 @@ Metres = Annotated[float, Field(ge=0.001, le=100)]
 TURN_RAD = 6.3
 """The greatest angle in a file, in radians: a turn, rounded up."""
 
-LEAST_DEGREES = 10.0
+MIN_DEGREES = 10.0
 """The least number that is probably an angle in degrees, if a file has it in place of radians."""
 
 
 def make_turn_mistake(angle: float, key: str = "") -> Mistake:
-    """Return the mistake for an angle of more than a turn. If it is at least `LEAST_DEGREES`, suggest degrees."""
+    """Return the mistake for an angle of more than a turn. If it is at least `MIN_DEGREES`, suggest degrees."""
     remedy = f"Take an angle from {-TURN_RAD} to {TURN_RAD}"
-    if abs(angle) >= LEAST_DEGREES:
+    if abs(angle) >= MIN_DEGREES:
         remedy = f"Did you mean {angle:g} degrees? That is {math.radians(angle):.3g} rad"
     return Mistake(f"{angle:g} rad is more than a turn", remedy, kind="out-of-bounds", key=key)
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel, ValidationError
 
-from robotcore.description.types import LEAST_DEGREES, make_turn_mistake
+from robotcore.description.types import MIN_DEGREES, make_turn_mistake
 from robotcore.errors import Mistake
 from robotcore.text import suggestion
 
@@ -187,7 +187,7 @@ def _is_in_degrees(found: ErrorDetails) -> bool:
     """Return whether a value is out of bounds, probably because it is an angle in degrees."""
     value = found["input"]
     is_bounded = found["type"] in _BOUNDS and isinstance(value, (int, float))
-    return is_bounded and _format_unit(found["loc"]) == " rad" and abs(value) >= LEAST_DEGREES
+    return is_bounded and _format_unit(found["loc"]) == " rad" and abs(value) >= MIN_DEGREES
 
 
 def _find_form(model: type[BaseModel], found: ErrorDetails) -> str | None:

@@ -9,7 +9,7 @@ from importlib import import_module
 from typing import Any
 
 
-class Unconfirmed(str):
+class UnconfirmedStop(str):
     """The result of `Cutoff.stop` if the cutoff cannot confirm that the motors have stopped.
 
     The text names the reason, and what will stop the motors instead.
@@ -60,7 +60,7 @@ class Cutoff(ABC):
     def stop(self) -> str | None:
         """Stop the motors, and optionally return a remark for the user.
 
-        If the remark is an `Unconfirmed`, the guardian does not report the motors as stopped.
+        If the remark is an `UnconfirmedStop`, the guardian does not report the motors as stopped.
 
         The guardian may call this several times, even without an `arm` before. The app's process may be alive or dead.
         If `stop` raises, the guardian calls it again for half a second, because the operating system may need time to

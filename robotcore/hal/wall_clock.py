@@ -64,7 +64,7 @@ def read_queue_time() -> float:
         os.close(file)
 
 
-LONGEST_WAIT_S = 0.1
+MAX_WAIT_S = 0.1
 """The longest time, in seconds, that the thread of a `MonotonicClock` waits before it checks for due calls.
 
 Memory may run out, so that a new call cannot wake the thread. Then the call is late by at most this time.
@@ -166,10 +166,10 @@ class MonotonicClock(Clock):
     def _wait_for_next(self) -> Callback | None:
         with self._wake:
             while not self._is_closed:
-                left = self._calls[0][0] - self.now() if self._calls else LONGEST_WAIT_S
+                left = self._calls[0][0] - self.now() if self._calls else MAX_WAIT_S
                 if left <= 0:
                     return heapq.heappop(self._calls)[2]
-                self._wake.wait(min(left, self._longest_nap, LONGEST_WAIT_S))
+                self._wake.wait(min(left, self._longest_nap, MAX_WAIT_S))
         return None
 
 

@@ -23,7 +23,7 @@ from robotcore.kinds.motor import Motor, MotorDescription
 MIN_COUNTS = 8
 """The least number of encoder counts from which a velocity is measured, for an error of at most 1/8."""
 
-LONGEST_S = 0.2
+MAX_MEAN_S = 0.2
 """The longest time over which a velocity is measured, in seconds, even if it has fewer than `MIN_COUNTS` counts."""
 
 
@@ -45,7 +45,7 @@ class VelocityControl:
 
     The expected angle of the wheel follows the command with the motor's lag. The error is the difference from this
     angle, so the lag itself is not corrected. The integral part uses the error of the angle. The proportional part uses
-    the mean error of the velocity over `MIN_COUNTS` counts, but at most over `LONGEST_S` seconds.
+    the mean error of the velocity over `MIN_COUNTS` counts, but at most over `MAX_MEAN_S` seconds.
 
     The velocity to send never has the opposite sign of the command. Its limit is twice the command, or the command plus
     a quarter of full speed, whichever is larger. This limit frees a stuck wheel, but keeps the wheel slow when it comes
@@ -62,7 +62,7 @@ class VelocityControl:
         self._min_rad = MIN_COUNTS * math.tau / counts_per_turn
         self._expected = 0.0
         self._integral = 0.0
-        self._errors: deque[tuple[float, float]] = deque(maxlen=math.ceil(LONGEST_S / gains.period_s))
+        self._errors: deque[tuple[float, float]] = deque(maxlen=math.ceil(MAX_MEAN_S / gains.period_s))
         self._last: tuple[float, float] | None = None
 
     def restart(self) -> None:

@@ -40,7 +40,7 @@ class RecordedError:
     """The class, the message and the attributes of an error in a recording.
 
     >>> from robotcore.errors import DeviceError
-    >>> RecordedError.of(DeviceError("nose", "no echo")).rebuild().device
+    >>> RecordedError.from_error(DeviceError("nose", "no echo")).rebuild().device
     'nose'
     """
 
@@ -50,7 +50,7 @@ class RecordedError:
     attributes: dict[str, Value] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, error: RobotcoreError | Interrupted) -> RecordedError:
+    def from_error(cls, error: RobotcoreError | Interrupted) -> RecordedError:
         """Return the record of an error. For a class of an app, ``kind`` is its base class in robotcore."""
         kind, _, state = error.__reduce__()[1]
         attributes = {name: value for name, value in state.items() if isinstance(value, Value) and name != "kind"}

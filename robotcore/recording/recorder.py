@@ -173,7 +173,7 @@ class Recorder:
         error = self.layer.find_latched(record.interventions) or sys.exc_info()[1]
         if error is self._outer or not isinstance(error, (RobotcoreError, Interrupted)):
             return None
-        return RecordedError.of(error)
+        return RecordedError.from_error(error)
 
     def _read_truth(self, record: TickRecord) -> GroundTruthSample | None:
         if self._run and (truth := self._run.truth):

@@ -29,7 +29,7 @@ from robotcore.recording.events import (
     WheelAngles,
 )
 from robotcore.runtime.layers.base import MotorOutput, Reader, Send, Tap
-from robotcore.safety import CommandFilter, Commit, Intervention, Latch
+from robotcore.safety import CommandFilter, Intervention, Latch, TickCommands
 
 T = TypeVar("T")
 
@@ -81,7 +81,7 @@ class RecordingTap(Tap):
         try:
             result = call()
         except RobotcoreError as error:
-            getattr(self.events, kind).append(build(None, RecordedError.of(error)))
+            getattr(self.events, kind).append(build(None, RecordedError.from_error(error)))
             raise
         getattr(self.events, kind).append(build(result, None))
         return result
@@ -182,10 +182,10 @@ class RecordedStage:
     def stop(self) -> None:
         self._tap.record("asks", partial(DriveCommand, None), self._inner.stop)
 
-    def commit(self) -> Commit:
+    def commit(self) -> TickCommands:
         try:
             with self._tap.set_reader(GUARD):
                 return self._inner.commit()
         except RobotcoreError as error:
-            self._tap.events.commit_error = RecordedError.of(error)
+            self._tap.events.commit_error = RecordedError.from_error(error)
             raise

@@ -18,16 +18,16 @@ from robotcore.kinds.motor import Motor
 from robotcore.runtime.behaviour import Behaviour, Status, require_callable
 from robotcore.runtime.forks import end_if_forked
 from robotcore.runtime.intervention_timer import InterventionTimer
-from robotcore.runtime.layers import Assembled
+from robotcore.runtime.layers import AssembledRobot
 from robotcore.runtime.monitors import DeviceLossTracker, SensorMonitor, WaitMonitor
 from robotcore.runtime.result import Outcome
 from robotcore.runtime.signals import WatchdogInterrupt
 from robotcore.runtime.trace import TickRecord, Trace
-from robotcore.safety import LOST, Commit, Intervention, TimeLimit
+from robotcore.safety import LOST, Intervention, TickCommands, TimeLimit
 
 TickObserver = Callable[[TickRecord], None]
 
-_IDLE = Commit(None, None, ())
+_IDLE = TickCommands(None, None, ())
 
 
 class Loop:
@@ -43,7 +43,7 @@ class Loop:
 
     def __init__(
         self,
-        assembled: Assembled,
+        assembled: AssembledRobot,
         behaviour: Behaviour,
         rate_hz: float,
         timeout: float,
@@ -165,7 +165,7 @@ class Loop:
         except DeviceError:
             pass
 
-    def _record(self, commit: Commit, lost: str | None = None) -> None:
+    def _record(self, commit: TickCommands, lost: str | None = None) -> None:
         # A latch that trips between two ticks gets a tick of its own.
         self._activity.begin(self._observer_limit)
         if self._latch.error and not self._is_latch_recorded:

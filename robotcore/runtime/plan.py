@@ -43,7 +43,7 @@ class Plan:
     Its request names the app, also if the user's request has a class or an instance. It has the settings of
     an instance.
 
-    >>> plan = Plan.of(RunRequest("green-search", seed=7))
+    >>> plan = Plan.resolve(RunRequest("green-search", seed=7))
     >>> plan
     Plan(app='green-search', backend='kinematic', robot='rover', world='arena', seed=7)
     """
@@ -77,7 +77,7 @@ class Plan:
         return self.world.conditions if self.world and builds else Conditions()
 
     @classmethod
-    def of(cls, request: RunRequest) -> Plan:
+    def resolve(cls, request: RunRequest) -> Plan:
         """Resolve the names of a request and check its values. No device is opened.
 
         Raises UsageError if a part is unknown or does not fit, and BackendMissingError if a library is missing.

@@ -15,7 +15,7 @@ from robotcore.hal.truth import Truth
 from robotcore.hal.wall_clock import MonotonicClock, PacedClock
 from robotcore.runtime.active_runs import register_run
 from robotcore.runtime.apps import app_name
-from robotcore.runtime.layers import Assembled, assemble
+from robotcore.runtime.layers import AssembledRobot, assemble
 from robotcore.runtime.layers.base import Tap
 from robotcore.runtime.layers.guardian import guard_motors
 from robotcore.runtime.loop import Loop
@@ -85,7 +85,7 @@ class RunSession:
         )
         self._close_limit = close_limit(plan.backend.name)
         self._timeout_error: RobotcoreError | None = None
-        self._assembled: Assembled | None = None
+        self._assembled: AssembledRobot | None = None
         self._guardian = ExitStack()
         self._loop: Loop | None = None
         self._verification = Verification()
@@ -154,7 +154,7 @@ class RunSession:
                 self._close(robot)
         return outcome
 
-    def _run_loop(self, assembled: Assembled, truth: Truth | None) -> Outcome:
+    def _run_loop(self, assembled: AssembledRobot, truth: Truth | None) -> Outcome:
         plan, safety = self._plan, self._plan.description.safety
         stop = EmergencyStop(assembled.latch)
         self._loop = Loop(
@@ -182,7 +182,7 @@ class RunSession:
         # After a suspension of the program, the last samples are too old.
         self._wall.sleep_until(self._wall.now() + WAKE_UP_S)
 
-    def _assemble(self, raw: Robot) -> Assembled:
+    def _assemble(self, raw: Robot) -> AssembledRobot:
         plan = self._plan
         seed, rate_hz = plan.setup.seed, plan.request.rate_hz
         is_paced = raw.clock.is_lockstep and (plan.request.realtime or plan.request.gui)
@@ -425,6 +425,6 @@ def run(
     >>> result.milestones
     {'search': 0.0, 'seen': 7.25, 'approach': 20.6, 'arrived': 25.55}
     """
-    plan = Plan.of(request)
+    plan = Plan.resolve(request)
     with SignalGuard() as signals:
         return RunSession(plan, observers, taps, signals, on_forced_exit, timeout_scale).run()

@@ -1,6 +1,6 @@
 """The safety functions of a run, equal on every backend: command filter, rules, deadman, latch and watchdog."""
 
-from robotcore.safety.command_filter import LOST, CommandFilter, Commit, SafetyFilter
+from robotcore.safety.command_filter import LOST, CommandFilter, SafetyFilter, TickCommands
 from robotcore.safety.deadman import Deadman
 from robotcore.safety.latch import EmergencyStop, Latch
 from robotcore.safety.motor_stop import StopGroup
@@ -15,7 +15,6 @@ __all__ = [
     "AccelerationLimit",
     "ActivityMonitor",
     "CommandFilter",
-    "Commit",
     "Deadman",
     "DistanceAhead",
     "EmergencyStop",
@@ -26,6 +25,7 @@ __all__ = [
     "SafetyFilter",
     "StopGroup",
     "StuckRangeCheck",
+    "TickCommands",
     "TimeLimit",
     "VelocityLimit",
     "Watchdog",

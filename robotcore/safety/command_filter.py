@@ -22,7 +22,7 @@ LOST = "lost device"
 """The cause of an intervention that stops the robot while a device is lost."""
 
 
-class Commit(NamedTuple):
+class TickCommands(NamedTuple):
     """The commands and the interventions of one tick."""
 
     asked: Wheels | None
@@ -36,7 +36,7 @@ class Commit(NamedTuple):
 class CommandFilter(WheelStage, Protocol):
     """The interface for the commands to a drive. The safety filter and the taps around it implement it."""
 
-    def commit(self) -> Commit: ...
+    def commit(self) -> TickCommands: ...
 
 
 class SafetyFilter:
@@ -123,7 +123,7 @@ class SafetyFilter:
             self._stop_motors(now)
             self._deadman.end_lease()
 
-    def commit(self) -> Commit:
+    def commit(self) -> TickCommands:
         """Send the command of this tick, and begin a new lease.
 
         Without a command in this tick, apply the rules to the velocities that were sent last. The lease is then not
@@ -153,7 +153,7 @@ class SafetyFilter:
             self._stop_interventions.clear()
             self._changes.clear()
             self._committed = sent or self._committed
-            return Commit(asked, sent, changes)
+            return TickCommands(asked, sent, changes)
 
     def _recheck(self) -> Wheels | None:
         if self._sent == STOPPED or (reduced := self._apply_rules(self._sent)) == self._sent:

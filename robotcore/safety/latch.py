@@ -106,6 +106,6 @@ class EmergencyStop:
     def __init__(self, latch: Latch) -> None:
         self._latch = latch
 
-    def press(self, how: str) -> None:
-        """Stop every motor at once, and end the run. ``how`` is the reason in the result."""
-        self._latch.set(EmergencyStopError(how))
+    def press(self, reason: str) -> None:
+        """Stop every motor at once, and end the run. The result has ``reason``."""
+        self._latch.set(EmergencyStopError(reason))

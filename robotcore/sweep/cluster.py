@@ -54,7 +54,7 @@ class ClusterEngine:
     """The seconds of wall time after which a run counts as hung. None means ten times its time limit, plus a minute."""
 
     def perform(self, sweep: Sweep, requests: Iterable[RunRequest]) -> Generator[RunOutput, None, None]:
-        bundle, limit = JobBundle.of(sweep), compute_hang_limit(sweep.request, self.wall_timeout_s)
+        bundle, limit = JobBundle.from_sweep(sweep), compute_hang_limit(sweep.request, self.wall_timeout_s)
         ended: SimpleQueue[tuple[RunRequest, Any]] = SimpleQueue()
         waiting, unfinished = iter(requests), 0
 

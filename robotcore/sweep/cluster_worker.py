@@ -113,7 +113,7 @@ class JobBundle:
     """The contents of the files, by their absolute paths."""
 
     @classmethod
-    def of(cls, sweep: Sweep) -> JobBundle:
+    def from_sweep(cls, sweep: Sweep) -> JobBundle:
         """Read the files of a sweep, and return its bundle. `Sweep.check` must have found no error."""
         return cls(replace(sweep, seeds=()), _collect_software(sweep), Path.cwd(), read_own_files(sweep))
 

@@ -159,7 +159,7 @@ def _make_strata(records: Iterable[Record]) -> list[tuple[GroupKey, list[_Run]]]
     strata: dict[tuple[GroupKey, tuple[str, ...]], list[_Run]] = {}
     for record in records:
         if conditions := record.result.conditions:
-            stratum = strata.setdefault((GroupKey.of(record), tuple(sorted(conditions))), [])
+            stratum = strata.setdefault((GroupKey.from_record(record), tuple(sorted(conditions))), [])
             stratum.append(_Run(record.is_failure, conditions))
     return [(key, runs) for (key, _), runs in sorted(strata.items(), key=lambda item: item[0])]
 

@@ -133,7 +133,7 @@ class GroupKey(NamedTuple):
     """The name of the world; empty if the backend has no world."""
 
     @classmethod
-    def of(cls, record: Record) -> GroupKey:
+    def from_record(cls, record: Record) -> GroupKey:
         """Return the backend and the world of a record's run."""
         return cls(record.result.backend, record.result.world or "")
 

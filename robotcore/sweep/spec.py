@@ -87,7 +87,7 @@ class Sweep:
             )
         names: dict[str, str] = {}
         for backend, world in product(self.backends, self.worlds):
-            plan = Plan.of(replace(self.request, backend=backend, world=world, seed=self.seeds[0]))
+            plan = Plan.resolve(replace(self.request, backend=backend, world=world, seed=self.seeds[0]))
             if not plan.backend.builds_world(plan.description):
                 raise UsageError(
                     f"the backend {plan.backend.name!r} simulates no world, so there is nothing to sweep. "

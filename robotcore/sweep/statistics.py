@@ -134,7 +134,7 @@ def group_records(records: Iterable[Record]) -> list[Group]:
         result = record.result
         time = math.inf if record.is_failure else result.sim_time_s
         row = (time, result.outcome is Outcome.SUCCESS, result.verified, result.contacts)
-        runs.setdefault(GroupKey.of(record), []).append(row)
+        runs.setdefault(GroupKey.from_record(record), []).append(row)
     return [_build_group(key, *zip(*rows, strict=True)) for key, rows in sorted(runs.items())]
 
 

@@ -72,7 +72,7 @@ def _render_failures(failing: Sequence[Record], file: Path) -> Iterator[Text]:
         cause = format_failure(records[0])
         yield Text(f"  {len(records)} × {escape(cause)}" if len(records) > 1 else f"  {escape(cause)}", "yellow")
         if len(records) > 1:
-            for key, group in _group_by(GroupKey.of, records).items():
+            for key, group in _group_by(GroupKey.from_record, records).items():
                 yield Text(f"    {key}: {_format_seeds(group)}")
         yield Text(f"    {escape(records[0].command)}")
     if len(causes) > MAX_CAUSES:

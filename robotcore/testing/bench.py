@@ -35,7 +35,7 @@ STANDSTILL_M = 0.002
 UNPLUGGED_S = 6.0
 """The calls of a device must raise an error after this time without its hardware, in seconds."""
 
-LONGEST_CALL_S = 0.02
+MAX_CALL_S = 0.02
 """A command or a reading must not take longer, in seconds. A tick has those of all devices."""
 
 NO_TRUTH = (

@@ -11,7 +11,7 @@ from robotcore.errors import InvalidCommandError
 from robotcore.hal.robot import Role
 from robotcore.kinds.motor import Motor, MotorDescription
 from robotcore.testing.bench import (
-    LONGEST_CALL_S,
+    MAX_CALL_S,
     SETTLING_S,
     STANDSTILL_M,
     UNPLUGGED_S,
@@ -123,9 +123,9 @@ class MotorRules(TestBench):
                     "the velocity, and send it in a thread of the driver"
                 )
                 fastest_s = min(measure_time(partial(motor.set_velocity, rad_s)) for rad_s in (4.0, 2.0, 1.0))
-                assert fastest_s < LONGEST_CALL_S, (
+                assert fastest_s < MAX_CALL_S, (
                     f"{motor.name}: set_velocity() took {1000 * fastest_s:.0f} ms, which delays every tick. Store the "
-                    f"velocity within {1000 * LONGEST_CALL_S:.0f} ms, and send it in a thread of the driver"
+                    f"velocity within {1000 * MAX_CALL_S:.0f} ms, and send it in a thread of the driver"
                 )
 
     def test_command_to_unplugged_hardware_is_an_error(self) -> None:

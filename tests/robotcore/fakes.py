@@ -23,7 +23,7 @@ from robotcore.kinds.motor import Motor
 from robotcore.kinds.range_sensor import Range, RangeSensor
 from robotcore.optics import Image, Intrinsics
 from robotcore.runtime.behaviour import Behaviour, Status
-from robotcore.runtime.layers import Assembled, assemble
+from robotcore.runtime.layers import AssembledRobot, assemble
 
 ROVER = load_robot("rover")
 assert ROVER.drive
@@ -133,7 +133,7 @@ class Rig:
         self.clock = SteppedClock(self.rate_hz, self.steps.append)
         self.left, self.right = NullMotor("left_motor"), NullMotor("right_motor")
         self.nose, self.eye, self.screen = NullRange(self.clock), NullCamera(self.clock), MemoryDisplay("screen")
-        self._assembled: Assembled | None = None
+        self._assembled: AssembledRobot | None = None
 
     @property
     def devices(self) -> list[Device]:
@@ -145,7 +145,7 @@ class Rig:
         return Robot("rig", self.clock, self.devices, truth=self.truth)
 
     @property
-    def assembled(self) -> Assembled:
+    def assembled(self) -> AssembledRobot:
         """The rover with its layers."""
         self._assembled = self._assembled or assemble(self.raw, self.description, self.rate_hz)
         return self._assembled

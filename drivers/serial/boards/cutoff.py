@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 from drivers.serial.port import CHUNK, FAILURES, PortMissingError, explain_failure, find_path
 from robotcore.errors import BackendError, ResourceError
-from robotcore.hal.cutoff import Cutoff, Unconfirmed
+from robotcore.hal.cutoff import Cutoff, UnconfirmedStop
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.processes import describe_holders
 from robotcore.threads import start_thread
@@ -97,7 +97,7 @@ class StopFrame(Cutoff):
                 try:
                     find_path(self._place)
                 except PortMissingError:
-                    return Unconfirmed(f"{self._place} is unplugged: the board stops its motors by itself")
+                    return UnconfirmedStop(f"{self._place} is unplugged: the board stops its motors by itself")
                 self._write()
             return None if self._has_owner else self._confirm()
 
@@ -118,7 +118,7 @@ class StopFrame(Cutoff):
             )
         if self._answer is None:
             text = f"the stop was sent to {self._place}; this board cannot confirm it. Check that the motors stand"
-            return Unconfirmed(text)
+            return UnconfirmedStop(text)
         if not self._is_answered(self._answer):
             raise BackendError(
                 f"no answer on {self._place}: the board may not have received the stop. Check that the motors stand",

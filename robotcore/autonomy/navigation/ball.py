@@ -9,13 +9,13 @@ from robotcore.autonomy.vision import DEFAULT_TOLERANCE, Blob, ColourDetector, d
 from robotcore.geometry import Pose
 from robotcore.hal.robot import Robot, Role
 
-SEEN_PX = 30
+MIN_POSITION_BLOB_PX = 30
 """A blob of at least this area, in pixels, gives the ball's position. A smaller one gives only its direction."""
 
-KEPT_PX = 8
+MIN_BLOB_PX = 8
 """The least area of a blob, in pixels. Smaller blobs are ignored."""
 
-AGREE_M = 0.15
+MAX_ECHO_DIFFERENCE_M = 0.15
 """An echo comes from the ball if its distance differs by less than this from the distance seen in the picture."""
 
 Point = tuple[float, float]
@@ -39,10 +39,10 @@ class BallTracker:
         self.lost_for = 0.0
         """The time since the newest picture that shows the ball, in seconds."""
         self.is_in_sight = False
-        """Whether the ball's blob in the newest picture has at least `SEEN_PX` pixels."""
+        """Whether the ball's blob in the newest picture has at least `MIN_POSITION_BLOB_PX` pixels."""
         self._seen_at = 0.0
         self._past = PoseHistory()
-        self._detector = ColourDetector(hue, tolerance=tolerance, min_area=KEPT_PX)
+        self._detector = ColourDetector(hue, tolerance=tolerance, min_area=MIN_BLOB_PX)
 
     def __repr__(self) -> str:
         return f"BallTracker(radius={self.radius:g}, place={self.place}, lost_for={self.lost_for:g})"
@@ -64,7 +64,7 @@ class BallTracker:
         blob = blobs[0] if blobs else None
         self._seen_at = frame.time if blob else self._seen_at
         self.lost_for = 0.0 if blob else robot.clock.now() - self._seen_at
-        self.is_in_sight = blob is not None and blob.area >= SEEN_PX
+        self.is_in_sight = blob is not None and blob.area >= MIN_POSITION_BLOB_PX
         if blob and (self.is_in_sight or self.place is None):
             self.place = self._compute_position(blob, robot, self._past.at(frame.time))
         return blob
@@ -84,7 +84,7 @@ class BallTracker:
         away = self.radius * robot.camera.intrinsics.focal_length / blob.radius
         echo = robot.range.read().distance + self.radius
         is_in_cone = abs(blob.bearing) < robot.range.cone / 2
-        if is_in_cone and (abs(echo - away) < AGREE_M or (blob.is_clipped and math.isfinite(echo))):
+        if is_in_cone and (abs(echo - away) < MAX_ECHO_DIFFERENCE_M or (blob.is_clipped and math.isfinite(echo))):
             away = echo
         eye = pose.compose(robot.camera.mount)
         return eye.to_world(away * math.cos(blob.bearing), away * math.sin(blob.bearing))

@@ -32,11 +32,11 @@ SLOWDOWN = 1.5
 BACK_M_S = 0.05
 """The greatest velocity backward. It is low because no sensor points backward."""
 
-SLOWEST = 0.3
+MIN_SPEED_SHARE = 0.3
 """The fraction of the full speed at which the robot arrives at the end of a path."""
 
 BRAKING_M = 0.3
-"""Along a path, the velocity is the full speed times ``SLOWEST + distance / BRAKING_M``, at most the full speed.
+"""Along a path, the velocity is the full speed times ``MIN_SPEED_SHARE + distance / BRAKING_M``, at most the full one.
 
 The distance is that to the point to which the robot steers, in metres.
 """
@@ -68,7 +68,7 @@ class Steering:
         """
         if abs(bearing) > TURN_FIRST_RAD:
             return Twist(0.0, self.turn_to(bearing))
-        speed = self.speed * min(1.0, SLOWEST + away / BRAKING_M)
+        speed = self.speed * min(1.0, MIN_SPEED_SHARE + away / BRAKING_M)
         return Twist(speed * math.cos(bearing), self.turn_to(bearing))
 
     def approach(self, bearing: float, gap: float) -> Twist:

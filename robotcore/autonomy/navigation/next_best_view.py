@@ -104,8 +104,8 @@ class Coverage:
 
         The probability is 1, `GAP_PROBABILITY` or 0. From farther than `CLOSE_M`, an uncertain cell is opaque.
         """
-        hides = self._mask_opaque(rays, self._grid.taken)
-        hides_surely = self._mask_opaque(rays, self._grid.taken & ~self._grid.uncertain)
+        hides = self._mask_opaque(rays, self._grid.occupied)
+        hides_surely = self._mask_opaque(rays, self._grid.occupied & ~self._grid.uncertain)
         is_near = np.arange(hides.shape[2]) < round(CLOSE_M / self._grid.cell / step)
         unknown = np.cumsum(~rays.of(self._grid.free), axis=2) * (step * self._grid.cell)
         is_new = (unknown <= GUESS_M) & ~rays.of(self.seen)

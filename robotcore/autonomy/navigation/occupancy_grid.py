@@ -14,7 +14,7 @@ from robotcore.geometry import Pose
 FREE_EVIDENCE = -1.5
 """A reading adds this to the evidence of each cell in the cone that is nearer to the sensor than the echo."""
 
-TAKEN_EVIDENCE = 0.5
+OCCUPIED_EVIDENCE = 0.5
 """A reading adds this to the evidence of each cell in the cone at the distance of the echo."""
 
 EVIDENCE_LIMIT = 4.0
@@ -53,8 +53,8 @@ class OccupancyGrid:
     >>> for _ in range(3):
     ...     grid.add_range(Pose(0.0, 0.0, 0.0), distance=1.0, max_range=2.0, cone=0.5)
     >>> grid
-    OccupancyGrid(size=4, cell=0.04, free=144, taken=22)
-    >>> bool(grid.free[grid.cell_of(0.5, 0.0)]), bool(grid.taken[grid.cell_of(1.0, 0.0)])
+    OccupancyGrid(size=4, cell=0.04, free=144, occupied=22)
+    >>> bool(grid.free[grid.cell_of(0.5, 0.0)]), bool(grid.occupied[grid.cell_of(1.0, 0.0)])
     (True, True)
     """
 
@@ -74,11 +74,11 @@ class OccupancyGrid:
         self._xs, self._ys = (middles + round(along / cell) * cell for along in centre)
 
     def __repr__(self) -> str:
-        counts = f"free={int(self.free.sum())}, taken={int(self.taken.sum())}"
+        counts = f"free={int(self.free.sum())}, occupied={int(self.occupied.sum())}"
         return f"OccupancyGrid(size={self.count * self.cell:g}, cell={self.cell:g}, {counts})"
 
     @property
-    def taken(self) -> Mask:
+    def occupied(self) -> Mask:
         """The cells that are probably occupied."""
         return np.asarray(self.evidence > 0)
 
@@ -90,7 +90,7 @@ class OccupancyGrid:
     @property
     def uncertain(self) -> Mask:
         """The occupied cells whose echoes all came from farther than `CLOSE_M`. Such a cell may be a gap."""
-        return self.taken & (self.nearest_echo > CLOSE_M)
+        return self.occupied & (self.nearest_echo > CLOSE_M)
 
     def cell_of(self, x: float, y: float) -> Cell:
         """Return the row and the column of a point (x, y) in metres.
@@ -125,7 +125,7 @@ class OccupancyGrid:
         patch[in_cone & (radius < reach - 0.5 * self.cell)] += FREE_EVIDENCE
         if distance <= max_range:
             echo = self._echo(patch > 0, in_cone, radius - distance)
-            patch[echo] += TAKEN_EVIDENCE
+            patch[echo] += OCCUPIED_EVIDENCE
             nearest_echo[echo] = np.minimum(nearest_echo[echo], distance)
         np.clip(patch, -EVIDENCE_LIMIT, EVIDENCE_LIMIT, out=patch)
 
@@ -171,7 +171,7 @@ class OccupancyGrid:
         with_unknown: whether unknown cells count as occupied.
         overlook: cells that count as free.
         """
-        open_cells = ~self.taken
+        open_cells = ~self.occupied
         if with_unknown:
             # A turning sensor leaves gaps of up to two cells between the cones of successive readings.
             closed = cv2.morphologyEx(self.free.astype(np.uint8), cv2.MORPH_CLOSE, SQUARE)
@@ -192,7 +192,7 @@ class OccupancyGrid:
         in_cone = (ahead > 0) & (aside <= np.maximum(ahead * math.tan(cone / 2), self.cell / 2))
         return in_cone, np.hypot(ahead, aside)
 
-    def _echo(self, taken: Mask, in_cone: Mask, beyond: NDArray[np.float64]) -> Mask:
+    def _echo(self, occupied: Mask, in_cone: Mask, beyond: NDArray[np.float64]) -> Mask:
         """Return the mask of the cells that may have caused an echo.
 
         These are the occupied cells at the echo's distance. Without such a cell, they are all cells at that distance.
@@ -200,7 +200,7 @@ class OccupancyGrid:
 
         beyond: each cell's distance from the sensor minus the echo's, in metres.
         """
-        known = in_cone & (np.abs(beyond) <= 1.5 * self.cell) & taken
+        known = in_cone & (np.abs(beyond) <= 1.5 * self.cell) & occupied
         arc = in_cone & (beyond >= -0.5 * self.cell) & (beyond <= self.cell)
         return known if known.any() else arc
 

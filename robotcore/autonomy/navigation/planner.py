@@ -23,7 +23,7 @@ from robotcore.geometry import Pose
 MARGINS_M = (0.08, 0.05, 0.02)
 """The possible clearances between the turning robot and bodies. A path uses the widest one that is possible."""
 
-BARRED_M = 0.2
+EXCLUDED_RADIUS_M = 0.2
 """Paths over unknown cells stay this far away from a barred cell. See `Traversability.bar`."""
 
 START_CELLS = 2
@@ -60,11 +60,11 @@ class Traversability:
     def __init__(self, grid: OccupancyGrid, reach: float) -> None:
         self.grid = grid
         self.reach = reach
-        self._barred = np.zeros_like(grid.taken)
+        self._barred = np.zeros_like(grid.occupied)
 
     def bar(self, cell: Cell) -> None:
-        """Exclude the cells within `BARRED_M` of this cell from later paths over unknown cells."""
-        self._barred |= self.grid.disc(*self.grid.point_of(*cell), BARRED_M)
+        """Exclude the cells within `EXCLUDED_RADIUS_M` of this cell from later paths over unknown cells."""
+        self._barred |= self.grid.disc(*self.grid.point_of(*cell), EXCLUDED_RADIUS_M)
 
     def open_cells(self, here: Cell, trust: Certainty = Certainty.KNOWN) -> list[Mask]:
         """Return for each of `MARGINS_M` the mask of the cells that a robot at the cell ``here`` may use."""
@@ -72,7 +72,7 @@ class Traversability:
         masks = [np.asarray(clearance > self.reach + margin) for margin in MARGINS_M]
         beside = tuple(slice(max(at - START_CELLS, 0), at + START_CELLS + 1) for at in here)
         for mask in masks:
-            mask[beside] |= ~self.grid.taken[beside]
+            mask[beside] |= ~self.grid.occupied[beside]
         return masks
 
     def find_path(self, here: Cell, goal: Cell) -> GridPath:
@@ -97,7 +97,7 @@ class Traversability:
 CORRIDOR_M = 0.24
 """The free width that a straight path needs. Other paths need more, because the robot turns on them."""
 
-SPARE_M = 0.03
+CORRIDOR_MARGIN_M = 0.03
 """The additional free width on each side of a planned straight path, because new readings may narrow it."""
 
 KNOWN_M = 0.45
@@ -161,7 +161,7 @@ def find_straight_starts(grid: OccupancyGrid, target: Target) -> Mask:
     """
     nearest, farthest = (target.distance + before for before in RING_M)
     ring = grid.disc(target.x, target.y, farthest) & ~grid.disc(target.x, target.y, nearest)
-    corridor = _corridor(grid, target._replace(distance=nearest), SPARE_M)
+    corridor = _corridor(grid, target._replace(distance=nearest), CORRIDOR_MARGIN_M)
     ring[ring] = are_straight_ways(corridor, np.argwhere(ring), [grid.cell_of(target.x, target.y)])
     return ring
 

@@ -12,17 +12,17 @@ from functools import partial
 
 from robotcore.hal.check_finding import Check, Finding
 
-OLDEST, NEWEST = (3, 10), (3, 13)
+MIN_PYTHON, MAX_PYTHON = (3, 10), (3, 13)
 """The oldest and the newest version of Python with which robotcore is tested."""
 
 
 def check_python() -> Iterator[Finding]:
     """Yield whether robotcore is tested with this version of Python."""
     version = f"{platform.python_version()} in {sys.prefix}"
-    if OLDEST <= sys.version_info[:2] <= NEWEST:
+    if MIN_PYTHON <= sys.version_info[:2] <= MAX_PYTHON:
         yield Finding.ok("Python", version, kind="python-tested")
     else:
-        tested = " to ".join(f"{major}.{minor}" for major, minor in (OLDEST, NEWEST))
+        tested = " to ".join(f"{major}.{minor}" for major, minor in (MIN_PYTHON, MAX_PYTHON))
         yield Finding.warning(
             "Python",
             f"{version}: robotcore is not tested with this version",

@@ -14,9 +14,9 @@ from importlib.abc import ExecutionLoader, MetaPathFinder
 from importlib.machinery import ModuleSpec
 from importlib.util import spec_from_loader
 
-OLDEST = (3, 10)
+MIN_PYTHON = (3, 10)
 
-AGAIN_S = 3.0
+INTERRUPT_PERIOD_S = 3.0
 """The time between two interrupts of a call whose client has disconnected, in s."""
 
 
@@ -47,7 +47,7 @@ def answer_call(sources: str, action: str, parameters: str) -> int:
     parameters: the action's parameters by name, in JSON.
     """
     _write({"begun": action})
-    if sys.version_info < OLDEST:
+    if sys.version_info < MIN_PYTHON:
         _write({"refused": _too_old(sys.version.split()[0])})
         return 1
     _watch_connection()
@@ -61,7 +61,7 @@ def answer_call(sources: str, action: str, parameters: str) -> int:
 
 
 def _too_old(version: str) -> "dict[str, str]":
-    oldest = ".".join(map(str, OLDEST))
+    oldest = ".".join(map(str, MIN_PYTHON))
     return {
         "problem": "its Python is " + version + ", robotcore needs " + oldest + " or newer",
         "remedy": "Raspberry Pi OS 12 (Bookworm) and newer have it",
@@ -87,4 +87,4 @@ def _interrupt_when_closed() -> None:
     poll.poll()
     while True:  # repeated, because a wait that begins just after an interrupt goes on
         os.killpg(0, signal.SIGINT)
-        threading.Event().wait(AGAIN_S)
+        threading.Event().wait(INTERRUPT_PERIOD_S)

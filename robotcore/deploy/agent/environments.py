@@ -47,7 +47,7 @@ class EnvironmentSpec:
     """The version of Python and the processor, such as ``cpython-311 aarch64``."""
 
     @classmethod
-    def of(cls, requirements: Iterable[str]) -> EnvironmentSpec:
+    def from_requirements(cls, requirements: Iterable[str]) -> EnvironmentSpec:
         """Return the specification of an environment with these requirements for the running Python."""
         lines = sorted({" ".join(requirement.split()) for requirement in requirements})
         return cls(tuple(lines), f"{sys.implementation.cache_tag} {platform.machine()}")

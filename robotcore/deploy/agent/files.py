@@ -75,13 +75,13 @@ LOCK_TIMEOUT_S, LOCK_POLL_S = 20.0, 0.1
 
 
 @contextmanager
-def hold_lock(layout: Layout, doing: str, timeout_s: float = LOCK_TIMEOUT_S) -> Iterator[int]:
+def hold_lock(layout: Layout, activity: str, timeout_s: float = LOCK_TIMEOUT_S) -> Iterator[int]:
     """Hold the robot's lock during a ``with`` block, and yield the file handle of the lock.
 
     Only the process that holds the lock may change releases and environments. The kernel releases the lock when the
     process ends. If a child process inherits the handle, the lock stays held until that child has ended too.
 
-    doing: the work of this process in words, for the error message of another process that waits in vain.
+    activity: the work of this process in words, for the error message of another process that waits in vain.
     timeout_s: the time limit for the wait, in s.
     Raises AgentError of the kind ``busy`` after the time limit.
     """
@@ -91,7 +91,7 @@ def hold_lock(layout: Layout, doing: str, timeout_s: float = LOCK_TIMEOUT_S) -> 
     try:
         with suppress(OSError):  # `remove` must work on a full disk too
             os.ftruncate(handle, 0)
-            os.pwrite(handle, f"{doing}, process {os.getpid()}".encode(), 0)
+            os.pwrite(handle, f"{activity}, process {os.getpid()}".encode(), 0)
         yield handle
     finally:
         os.close(handle)

@@ -157,12 +157,12 @@ def _keep_or_roll_back(layout: Layout, check: HealthCheck, result: HealthResult)
     if result.outcome == STOPPED:
         _write_result(layout, check, result)
     if result.outcome != HEALTHY:
-        _roll_back(layout, check, is_to_run=result.outcome == UNHEALTHY)
+        _roll_back(layout, check, starts_app=result.outcome == UNHEALTHY)
     layout.health_check.unlink(missing_ok=True)
     files.sync_folder(layout.root)
 
 
-def _roll_back(layout: Layout, check: HealthCheck, *, is_to_run: bool) -> None:
+def _roll_back(layout: Layout, check: HealthCheck, *, starts_app: bool) -> None:
     """Make the previous release the current one, and start its app if an app ran before the check.
 
     If the disk has no room for the link to the release, no release is current, and no app runs.
@@ -172,7 +172,7 @@ def _roll_back(layout: Layout, check: HealthCheck, *, is_to_run: bool) -> None:
     releases.set_current(layout, check.previous)
     if check.previous is None or not check.was_enabled:
         systemd.systemctl("disable", SERVICE)
-    if check.previous is not None and is_to_run and not check.was_standing:
+    if check.previous is not None and starts_app and not check.was_standing:
         systemd.restart(SERVICE)
 
 

@@ -38,7 +38,7 @@ def probe(layout: Layout, *, requirements: Sequence[str]) -> dict[str, Any]:
     requirements: the new release's requirements, in pip's format.
     Raises AgentError if this robot cannot receive a push.
     """
-    spec = environments.EnvironmentSpec.of(requirements)
+    spec = environments.EnvironmentSpec.from_requirements(requirements)
     has_environment = environments.find_environment(layout, spec) is not None
     robot_facts.require_push_needs(has_environment=has_environment)
     return {**robot_facts.collect_facts(layout), "has_environment": has_environment}
@@ -132,7 +132,7 @@ def install_release(layout: Layout, *, release: str, is_offline: bool = False) -
     with hold_lock(layout, f"installation of {release}") as handle:
         manifest = _read_upload(folder, release)
         inputs = environments.PipInputs(folder / WHEELS if is_offline else None, folder / SITE, (handle,))
-        spec, how = environments.EnvironmentSpec.of(manifest.requirements), "kept"
+        spec, how = environments.EnvironmentSpec.from_requirements(manifest.requirements), "kept"
         environment = environments.find_environment(layout, spec)
         if environment is None:
             report_progress("making an environment")

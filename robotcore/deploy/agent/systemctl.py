@@ -65,7 +65,7 @@ class UnitState:
     """Whether systemd is about to start or stop the unit."""
 
     @classmethod
-    def of(cls, properties: Mapping[str, str]) -> UnitState:
+    def from_properties(cls, properties: Mapping[str, str]) -> UnitState:
         """Return the state for the properties that ``systemctl show`` prints."""
         return cls(
             active=properties["ActiveState"],
@@ -132,7 +132,7 @@ _PROPERTIES = (
 def read_state(unit: str) -> UnitState:
     """Return the state of a unit. An unknown unit is down."""
     lines = systemctl("show", f"--property={_PROPERTIES}", unit).splitlines()
-    return UnitState.of(dict(line.partition("=")[::2] for line in lines))
+    return UnitState.from_properties(dict(line.partition("=")[::2] for line in lines))
 
 
 def restart(unit: str) -> str:

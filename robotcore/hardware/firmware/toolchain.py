@@ -53,10 +53,10 @@ def flash(image: Path, board: str, port: str) -> None:
     run_tool(command, f"flashing the {board} at {port}", FLASH_REMEDY)
 
 
-def run_tool(command: Sequence[str | Path], doing: str, remedy: str = "", timeout: float = 300.0) -> str:
+def run_tool(command: Sequence[str | Path], activity: str, remedy: str = "", timeout: float = 300.0) -> str:
     """Run a tool until it ends, and return its output on stdout and stderr.
 
-    doing: the task of the tool, for error messages, such as ``building robotcore_bridge``.
+    activity: the task of the tool, for error messages, such as ``building robotcore_bridge``.
     remedy: a sentence for the error message if the tool fails.
     timeout: the time limit in seconds.
 
@@ -76,20 +76,20 @@ def run_tool(command: Sequence[str | Path], doing: str, remedy: str = "", timeou
         )
     except subprocess.TimeoutExpired as error:
         raise FirmwareError(
-            f"{doing}: {tool} did not end within {timeout:g} s and was killed",
+            f"{activity}: {tool} did not end within {timeout:g} s and was killed",
             kind="tool-timeout",
             tool=tool,
             timeout_s=timeout,
         ) from error
     except OSError as error:
         raise FirmwareError(
-            f"{doing}: {tool} cannot be run: {error.strerror}", kind="tool-missing", tool=tool
+            f"{activity}: {tool} cannot be run: {error.strerror}", kind="tool-missing", tool=tool
         ) from error
     if ran.returncode:
         output = ran.stdout.strip() or "nothing"
         advice = f". {remedy}" if remedy else ""
         raise FirmwareError(
-            f"{doing}: {tool} failed (exit {ran.returncode}){advice}. Its output:\n{output}",
+            f"{activity}: {tool} failed (exit {ran.returncode}){advice}. Its output:\n{output}",
             kind="tool-failed",
             tool=tool,
             status=ran.returncode,

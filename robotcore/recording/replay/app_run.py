@@ -113,11 +113,13 @@ def require_ticks(recording: Recording, file: Path | str) -> None:
         )
 
 
-def run_app(tap: ReplayTap, app: str | None, settings: Mapping[str, Any], *, is_held: bool = False) -> RunResult:
+def run_app(
+    tap: ReplayTap, app: str | None, settings: Mapping[str, Any], *, keeps_safety_rules: bool = False
+) -> RunResult:
     """Run an app on the recording of a tap, and return the result. Raises the error of a run without a tick.
 
     app: the name or the file of the app; None for the recorded app.
-    is_held: whether the replay backend keeps the safety rules of the recorded run, see `ReplayOptions`.
+    keeps_safety_rules: whether the replay backend keeps the safety rules of the recorded run, see `ReplayOptions`.
     """
     recorded = tap.recording.metadata.request
     request = RunRequest(
@@ -127,7 +129,7 @@ def run_app(tap: ReplayTap, app: str | None, settings: Mapping[str, Any], *, is_
         rate_hz=recorded.rate_hz,
         timeout_s=recorded.timeout_s,
         settings=settings,
-        options={"recording": tap.recording, "is_held": is_held},
+        options={"recording": tap.recording, "keeps_safety_rules": keeps_safety_rules},
     )
     result = run(request, [tap], [tap])
     if result.error and not isinstance(result.error, Interrupted) and not result.ticks:

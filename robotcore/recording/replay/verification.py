@@ -131,7 +131,7 @@ def replay(recording: Recording, file: Path | str = "", *, app: str | None = Non
     platform = compare_platforms(recording.metadata.platform)
     comparator = CommandComparator(PLATFORM_TOLERANCE if platform else 0.0)
     verifier = Verifier(recording, comparator)
-    result = run_app(verifier, app, recorded.settings, is_held=True)
+    result = run_app(verifier, app, recorded.settings, keeps_safety_rules=True)
     if not isinstance(result.error, Interrupted):
         with suppress(DeviationError):
             _compare_end(verifier, result)
@@ -189,7 +189,7 @@ def _is_same_end(recording: Recording, result: RunResult) -> bool:
         return False
     if recorded is None or not isinstance(replayed, (RobotcoreError, Interrupted)):
         return recorded is None and replayed is None
-    here = RecordedError.of(replayed)
+    here = RecordedError.from_error(replayed)
     shared = {name for name in recorded.attributes.keys() & here.attributes.keys() if not name.startswith("_")}
     is_same = recorded.kind == here.kind and all(
         repr(recorded.attributes[name]) == repr(here.attributes[name]) for name in shared

@@ -26,7 +26,7 @@ from robotcore.recording.replay.differences import (
 )
 from robotcore.runtime.layers.base import MotorOutput, Reader, Send
 from robotcore.runtime.trace import TickRecord, Trace
-from robotcore.safety import CommandFilter, Commit, Latch
+from robotcore.safety import CommandFilter, Latch, TickCommands
 from robotcore.safety.velocity_limits import STOPPED
 
 CommandT = TypeVar("CommandT", DriveCommand, MotorCommand, ActuatorCommand)
@@ -231,7 +231,7 @@ class ReplayedStage:
             self._asked = STOPPED
             self._verifier.answer(self._verifier.current.commands, DriveCommand())
 
-    def commit(self) -> Commit:
+    def commit(self) -> TickCommands:
         verifier, current = self._verifier, self._verifier.current
         tick = current.tick
         verifier.raise_if_ended()
@@ -248,4 +248,4 @@ class ReplayedStage:
         if tick.error:
             with suppress(RobotcoreError):
                 verifier.raise_recorded(tick.error)
-        return Commit(self._asked, tick.sent, tick.interventions)
+        return TickCommands(self._asked, tick.sent, tick.interventions)

@@ -60,8 +60,8 @@ class Stall(Outage):
 
     value: Pause
 
-    def layer(self, context: FaultContext) -> StalledLoop:
-        return StalledLoop(self)
+    def layer(self, context: FaultContext) -> LoopStallLayer:
+        return LoopStallLayer(self)
 
 
 class Lost(Outage):
@@ -70,11 +70,11 @@ class Lost(Outage):
     on = (Sensor, Actuator, ConnectionTarget)
     example = "connection lost=2 after=10"
 
-    def layer(self, context: FaultContext) -> ConnectionLoss:
-        return ConnectionLoss(self, context)
+    def layer(self, context: FaultContext) -> ConnectionLossLayer:
+        return ConnectionLossLayer(self, context)
 
 
-class StalledLoop(Layer):
+class LoopStallLayer(Layer):
     """Makes the sleeps of the loop longer while the fault is active."""
 
     def __init__(self, fault: Stall) -> None:
@@ -105,7 +105,7 @@ class StallingClock(ClockWrapper):
         return super().sleep_until(max(deadline, awake)) and awake <= deadline
 
 
-class ConnectionLoss(Layer):
+class ConnectionLossLayer(Layer):
     """Raises DeviceLostError in the calls of sensors and actuators while the fault is active.
 
     A stop still reaches the driver.

@@ -1,5 +1,5 @@
 """The layers between a driver's devices and the app. The module `assembly` defines their order."""
 
-from robotcore.runtime.layers.assembly import Assembled, assemble
+from robotcore.runtime.layers.assembly import AssembledRobot, assemble
 
-__all__ = ["Assembled", "assemble"]
+__all__ = ["AssembledRobot", "assemble"]

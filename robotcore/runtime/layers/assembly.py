@@ -28,7 +28,7 @@ from robotcore.safety.thread_reserve import Reserve
 
 
 @dataclass(frozen=True)
-class Assembled:
+class AssembledRobot:
     """The app's robot, with the clock, the latch, the command filter and the motor stops of its run."""
 
     robot: Robot
@@ -70,7 +70,7 @@ def assemble(
     guard: GuardianLayer | None = None,
     activity: ActivityMonitor | None = None,
     reserve: Reserve | None = None,
-) -> Assembled:
+) -> AssembledRobot:
     """Build the app's robot from the robot that a backend opened.
 
     raw: the robot that the backend opened.
@@ -106,7 +106,7 @@ def assemble(
     )
     taps = [layer for layer in layers if isinstance(layer, Tap)]
     motors = {
-        name: reduce(lambda output, layer: layer.motor(output), layers, MotorOutput.of(motor))
+        name: reduce(lambda output, layer: layer.motor(output), layers, MotorOutput.from_motor(motor))
         for name, motor in raw.motors.items()
     }
     devices = {device.name: _wrap_device(device, ticks, layers) for device in raw.devices.values()}
@@ -145,7 +145,7 @@ def assemble(
         raw.name, AppClock(ticks), devices.values(), drive=guarded.drive if guarded else None, release=raw.close
     )
     command_filter = guarded.command_filter if guarded else None
-    return Assembled(robot, ticks, latch, command_filter, motor_stops, activity, tuple(suspend_functions))
+    return AssembledRobot(robot, ticks, latch, command_filter, motor_stops, activity, tuple(suspend_functions))
 
 
 def _wrap_device(device: Device, clock: TickClock, layers: Sequence[Layer]) -> Device:

@@ -31,7 +31,7 @@ class MotorOutput:
     """Stops the motor."""
 
     @classmethod
-    def of(cls, motor: Motor) -> MotorOutput:
+    def from_motor(cls, motor: Motor) -> MotorOutput:
         """Return the output of a driver's motor."""
         return cls(motor.name, motor.set_velocity, motor.stop)
 

@@ -15,7 +15,7 @@ from typing import Literal
 
 from robotcore.errors import ResourceError, RobotcoreError
 from robotcore.hal.clock import Clock
-from robotcore.hal.cutoff import Cutoff, CutoffSpec, Unconfirmed, merge_cutoffs
+from robotcore.hal.cutoff import Cutoff, CutoffSpec, UnconfirmedStop, merge_cutoffs
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.safety.guardian.protocol import BEGIN_LEASE, END, Assignment, GuardianReply, read_line, receive
 from robotcore.threads import start_thread
@@ -100,7 +100,7 @@ def run_all(workers: Sequence[CutoffWorker], action: Action, limit: float) -> Gu
         elif error := future.exception():
             problem = str(error) if isinstance(error, RobotcoreError) else f"{type(error).__name__}: {error}"
             failed.append(f"{device}: {problem}")
-        elif isinstance(message := future.result(), Unconfirmed):
+        elif isinstance(message := future.result(), UnconfirmedStop):
             messages.append(f"{device}: {message}")
         else:
             done.append(device)

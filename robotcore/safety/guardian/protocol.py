@@ -66,7 +66,7 @@ class GuardianReply:
     """The devices on which the action failed, each with the problem: ``right_motor: does not answer``."""
 
     messages: tuple[str, ...] = ()
-    """The texts that the cutoffs returned. The text of an `Unconfirmed` stop begins with the device."""
+    """The texts that the cutoffs returned. The text of an `UnconfirmedStop` stop begins with the device."""
 
     def to_line(self) -> bytes:
         return _line(asdict(self))

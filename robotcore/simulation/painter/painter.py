@@ -82,7 +82,7 @@ class Painter:
     def _strokes(self, view: CameraView) -> Iterator[Stroke]:
         yield from self._faces.facets(view)
         for part, ball in self._balls.items():
-            yield from Sphere.of(ball, view, self._lamp, part).bands(view.intrinsics)
+            yield from Sphere.from_ball(ball, view, self._lamp, part).bands(view.intrinsics)
 
     def _create_colour_palette(self, world: WorldDescription) -> Palette:
         light = world.light

@@ -55,7 +55,7 @@ class Sphere:
     part: int
 
     @classmethod
-    def of(cls, ball: Ball, view: CameraView, lamp: Array, part: int) -> Sphere:
+    def from_ball(cls, ball: Ball, view: CameraView, lamp: Array, part: int) -> Sphere:
         """Convert a ball of the world to a camera's frame.
 
         lamp: the direction to the lamp in the world, (3,).

@@ -41,7 +41,7 @@ from robotcore.simulation.remote_scene.scene_kinds import (
     require_scene_devices,
 )
 
-FASTEST_RAD_S = 30.0
+MAX_VELOCITY_RAD_S = 30.0
 """The assumed maximum velocity of a wheel, in rad/s, if the robot's description has none."""
 
 ANSWER_SHARE = 0.9
@@ -179,7 +179,7 @@ class _DeviceOpener:
 
     def _open_encoder(self, description: EncoderDescription, joint: int) -> SceneEncoder:
         limits = [motor.max_velocity_rad_s for motor in self.robot.all_of(MotorDescription)]
-        quarter_turn_s = math.pi / 2 / max(limits, default=FASTEST_RAD_S)
+        quarter_turn_s = math.pi / 2 / max(limits, default=MAX_VELOCITY_RAD_S)
         is_reversed = self._is_reversed(description)
         return SceneEncoder(description, self.scene, joint, self.clock, quarter_turn_s, is_reversed=is_reversed)
 

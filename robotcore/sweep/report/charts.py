@@ -152,7 +152,7 @@ def plot_condition(split: Split, records: Iterable[Record]) -> str:
     values: dict[bool, list[float]] = {False: [], True: []}
     for record in records:
         value = record.result.conditions.get(split.condition)
-        if GroupKey.of(record) == split.group and value is not None and not isinstance(value, str):
+        if GroupKey.from_record(record) == split.group and value is not None and not isinstance(value, str):
             values[record.is_failure].append(value)
     both = values[False] + values[True]
     axis = Axis(min(both), max(both), _RUG_LEFT, WIDTH - _RIGHT)

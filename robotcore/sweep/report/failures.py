@@ -82,7 +82,7 @@ def list_conditions(record: Record, splits: Sequence[Split]) -> list[tuple[str, 
     splits: the significant splits of all groups. The conditions that have one come first.
     """
     values = record.result.conditions
-    sides = {each.condition: each.side for each in splits if each.group == GroupKey.of(record)}
+    sides = {each.condition: each.side for each in splits if each.group == GroupKey.from_record(record)}
     names = dict.fromkeys([*filter(values.__contains__, sides), *values])
     return [(name, _format_value(values[name]), sides.get(name, "")) for name in names]
 

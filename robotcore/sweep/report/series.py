@@ -44,7 +44,7 @@ def make_series(records: Iterable[Record]) -> list[Series]:
     """
     gathered: dict[GroupKey, list[Record]] = {}
     for record in records:
-        gathered.setdefault(GroupKey.of(record), []).append(record)
+        gathered.setdefault(GroupKey.from_record(record), []).append(record)
     backends, worlds = (list(dict.fromkeys(names)) for names in zip(*gathered, strict=True)) if gathered else ([], [])
     return [
         Series(group_records(gathered[key])[0], tuple(gathered[key]), f"c{hue} d{dashes}")

@@ -15,7 +15,7 @@ from robotcore.hal.robot import Robot, Role
 from robotcore.optics import Image
 from robotcore.runtime.behaviour import Behaviour, Status, require_declarations
 from robotcore.runtime.faults import plan_faults
-from robotcore.runtime.layers import Assembled, assemble
+from robotcore.runtime.layers import AssembledRobot, assemble
 from robotcore.runtime.loop import Loop
 from robotcore.runtime.needs import needed_devices
 from robotcore.runtime.trace import TickRecord
@@ -134,7 +134,7 @@ class MockRobot:
         return backend.open(Setup(self.description, None, names, self.rate_hz))
 
     @cached_property
-    def _assembled(self) -> Assembled:
+    def _assembled(self) -> AssembledRobot:
         raw, seed = self._raw, self._seed
         planned = plan_faults(self._faults, self.description, raw.devices)
         faults = [fault.layer(raw.clock, seed) for fault in planned]

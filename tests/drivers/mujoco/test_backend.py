@@ -10,7 +10,7 @@ from zlib import crc32
 import mujoco
 import pytest
 
-from drivers.mujoco.backend import OLDEST, MujocoBackend
+from drivers.mujoco.backend import MIN_VERSION, MujocoBackend
 from drivers.mujoco.simulation import Simulation
 from robotcore.errors import (
     BackendError,
@@ -149,4 +149,4 @@ def test_library_that_is_too_old_is_reported(monkeypatch: pytest.MonkeyPatch, ra
 
 
 def test_the_oldest_supported_version_is_the_one_in_the_requirements() -> None:
-    assert any(line.startswith("mujoco>={}.{};".format(*OLDEST)) for line in requires("robotcore") or ())
+    assert any(line.startswith("mujoco>={}.{};".format(*MIN_VERSION)) for line in requires("robotcore") or ())

@@ -22,7 +22,7 @@ from tests.texts import Raises
 ROVER = load_robot("rover")
 EVERY = tuple(device.name for device in ROVER.devices)
 FIRST, SECOND = Range(0.1 + 0.2, 0.0, 4), Range(float("inf"), 0.1, 5)
-FAILED = Read("nose", error=RecordedError.of(DeviceError("nose", "no echo")))
+FAILED = Read("nose", error=RecordedError.from_error(DeviceError("nose", "no echo")))
 READS = [
     (),
     (Read("nose", 4, 0.0, 0),),
@@ -86,7 +86,7 @@ def test_recorded_robot_is_described_by_the_recording() -> None:
     own = ROVER.model_copy(update={"name": "own"})
     recorded = build_recording()
     recorded = replace(recorded, metadata=replace(recorded.metadata, description=own))
-    assert ReplayBackend().load_robot("rover", {"recording": recorded, "is_held": True}) is own
+    assert ReplayBackend().load_robot("rover", {"recording": recorded, "keeps_safety_rules": True}) is own
     served = ReplayBackend().load_robot("rover", {"recording": recorded})
     assert served.model_copy(update={"safety": own.safety}) == own
     assert min(served.safety.follow_s, served.safety.max_age_s) > recorded.ticks[-1].time

@@ -42,7 +42,7 @@ def test_call_needs_only_the_standard_library_on_the_robot(add_action: AddAction
 
 
 def test_old_python_refuses_the_call(tmp_path: Path) -> None:
-    script = rpc.build_script("probe", {}).replace("OLDEST = (3, 10)", "OLDEST = (9, 0)")
+    script = rpc.build_script("probe", {}).replace("MIN_PYTHON = (3, 10)", "MIN_PYTHON = (9, 0)")
     _, refused = answers(script, tmp_path)
     version = sys.version.split()[0]
     assert refused["refused"]["problem"] == f"its Python is {version}, robotcore needs 9.0 or newer"

@@ -146,7 +146,7 @@ def test_full_socket_does_not_block_and_messages_are_repeated(
 
 def test_variables_of_systemd_are_deleted() -> None:
     environment = {"NOTIFY_SOCKET": "@here", "WATCHDOG_USEC": "8000000", "WATCHDOG_PID": str(os.getpid()), "HOME": "/"}
-    assert Notifier.of(environment)
+    assert Notifier.from_environment(environment)
     assert environment == {"HOME": "/"}
 
 
@@ -160,12 +160,12 @@ def test_variables_of_systemd_are_deleted() -> None:
     ],
 )
 def test_process_without_a_socket_of_its_own_has_no_notifier(environment: dict[str, str]) -> None:
-    assert Notifier.of(environment) is None
+    assert Notifier.from_environment(environment) is None
 
 
 @pytest.mark.parametrize("period", ["", "0", "soon"])
 def test_watchdog_without_a_limit_is_ignored(systemd: Listener, path: str, period: str) -> None:
-    notifier = Notifier.of({"NOTIFY_SOCKET": path, "WATCHDOG_USEC": period})
+    notifier = Notifier.from_environment({"NOTIFY_SOCKET": path, "WATCHDOG_USEC": period})
     assert notifier
     notifier.tick(TickRecord(0, 0.0, "search", None, None, ()))
     assert systemd.read_messages() == ["READY=1", "STATUS=search, 0 s"]

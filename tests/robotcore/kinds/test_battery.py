@@ -31,9 +31,9 @@ class Wanting(Idle):
 def test_app_that_needs_a_battery_is_refused_in_a_simulator(tmp_path: Path, raises: Raises) -> None:
     rover = str(load_battery_rover(tmp_path).file)
     with raises(UsageError, "device-not-openable", device="cells"):
-        Plan.of(RunRequest(Needing, robot=rover, world="open"))
+        Plan.resolve(RunRequest(Needing, robot=rover, world="open"))
 
 
 def test_app_that_wants_a_battery_runs_in_a_simulator_without_it(tmp_path: Path) -> None:
     rover = str(load_battery_rover(tmp_path).file)
-    assert "cells" not in Plan.of(RunRequest(Wanting, robot=rover, world="open")).setup.devices
+    assert "cells" not in Plan.resolve(RunRequest(Wanting, robot=rover, world="open")).setup.devices

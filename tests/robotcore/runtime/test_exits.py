@@ -20,7 +20,7 @@ from robotcore.errors import (
 )
 from robotcore.hal.robot import Robot
 from robotcore.runtime.behaviour import Status
-from robotcore.runtime.layers import Assembled, assemble
+from robotcore.runtime.layers import AssembledRobot, assemble
 from robotcore.runtime.plan import RunRequest
 from robotcore.runtime.result import Outcome
 from robotcore.runtime.session import Run
@@ -64,9 +64,9 @@ def test_late_watchdog_interrupt_ends_the_run_with_the_latched_error(
             guard.interrupt_main_thread()
         mask(guard)
 
-    runs: list[Assembled] = []
+    runs: list[AssembledRobot] = []
 
-    def keep(*parts: Any) -> Assembled:
+    def keep(*parts: Any) -> AssembledRobot:
         runs.append(assemble(*parts))
         return runs[0]
 

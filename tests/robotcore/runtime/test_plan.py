@@ -40,7 +40,7 @@ def backend(monkeypatch: pytest.MonkeyPatch) -> RigBackend:
 
 
 def plan(**asked: object) -> Plan:
-    return Plan.of(RunRequest("stopper", **asked))  # type: ignore[arg-type]
+    return Plan.resolve(RunRequest("stopper", **asked))  # type: ignore[arg-type]
 
 
 def test_plan_has_every_part_of_the_request(backend: RigBackend) -> None:
@@ -151,4 +151,4 @@ class TestRandomise:
 
 def test_app_in_place_of_a_request_is_refused(raises: Raises) -> None:
     with raises(UsageError, "not-a-request"):
-        Plan.of(Behaviour)  # type: ignore[arg-type]
+        Plan.resolve(Behaviour)  # type: ignore[arg-type]

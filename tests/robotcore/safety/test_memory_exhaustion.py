@@ -48,7 +48,7 @@ class Robot:
             ticks, left, right, [], LEASE_S, self.latch, motor_stops=self.motor_stops.select(left, right)
         )
         self.gripper = StandaloneGuard(
-            MotorOutput.of(gripper), 12.0, ticks, LEASE_S, self.latch, self.motor_stops.select(gripper)
+            MotorOutput.from_motor(gripper), 12.0, ticks, LEASE_S, self.latch, self.motor_stops.select(gripper)
         )
         self.filter.ask(Wheels(2.0, 2.0))
         self.filter.commit()

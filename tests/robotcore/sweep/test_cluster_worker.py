@@ -16,7 +16,7 @@ from tests.texts import CheckText
 
 
 def test_the_mismatch_names_the_software_that_differs(check_text: CheckText) -> None:
-    bundle = JobBundle.of(make_sweep("green-search"))
+    bundle = JobBundle.from_sweep(make_sweep("green-search"))
     assert bundle.find_mismatch() is None
     software = {**bundle.software, "numpy": "0.0.1", "absent-simulator": "0.0.1", "the code of apps": "0123"}
     mismatch = replace(bundle, software=software).find_mismatch()
@@ -26,15 +26,15 @@ def test_the_mismatch_names_the_software_that_differs(check_text: CheckText) -> 
 def test_a_bundle_has_the_versions_of_the_simulators_that_the_sweep_uses() -> None:
     pytest.importorskip("pybullet")
     sweep = make_sweep("green-search")
-    assert "pybullet" not in JobBundle.of(sweep).software
-    assert "pybullet" in JobBundle.of(replace(sweep, backends=("kinematic", "pybullet"))).software
+    assert "pybullet" not in JobBundle.from_sweep(sweep).software
+    assert "pybullet" in JobBundle.from_sweep(replace(sweep, backends=("kinematic", "pybullet"))).software
 
 
 def test_a_bundle_is_unpacked_completely_or_not_at_all(
     app_file: AppFile, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     Path(app_file()).with_name("helper.py").touch()
-    bundle, root = JobBundle.of(make_sweep(app_file())), tmp_path / "bundles" / "one"
+    bundle, root = JobBundle.from_sweep(make_sweep(app_file())), tmp_path / "bundles" / "one"
     root.parent.mkdir()
     with monkeypatch.context() as disk:
         disk.setattr(Path, "write_bytes", Mock(side_effect=[1, OSError(errno.ENOSPC, "No space left on device")]))

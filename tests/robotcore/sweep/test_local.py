@@ -126,7 +126,7 @@ def test_a_run_whose_reply_is_an_error_fails_with_its_conditions_and_is_not_veri
     request = replace(REQUEST, judge=judge, randomise=True)
     result = _attempt(BackendError("forged"), request).record.result
     assert (result.outcome, result.verified, result.judge) == (Outcome.ERROR, verified, judge)
-    assert (result.exit_status, result.conditions) == (RobotcoreError.exit_status, Plan.of(request).drawn)
+    assert (result.exit_status, result.conditions) == (RobotcoreError.exit_status, Plan.resolve(request).drawn)
     assert result.conditions
 
 

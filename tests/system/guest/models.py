@@ -15,7 +15,7 @@ PHASES = ((1, 1), (0, 1), (0, 0), (1, 0))
 """Levels of the channels A and B, forward."""
 
 SAMPLE_S = 0.007
-MOST_PENDING = 10.0
+MAX_PENDING = 10.0
 """After a late sample, a disc turns one edge a sample for up to this many edges. Bursts of edges would be lost."""
 
 
@@ -63,7 +63,7 @@ class Wheels:
         now = self._clock.now()
         edges, self._sampled = (now - self._sampled) * self._edges_s, now
         for forward, disc in self._discs.items():
-            pending = min(self._pending[forward] + self._chip.level(forward) * edges, MOST_PENDING)
+            pending = min(self._pending[forward] + self._chip.level(forward) * edges, MAX_PENDING)
             self._pending[forward] = pending - 1 if pending >= 1 else pending
             disc.turn(int(pending >= 1))
 

@@ -6,7 +6,7 @@ import math
 
 from drivers.serial.boards.board import CountAccumulator, wrap_difference
 from drivers.serial.boards.devices import BoardOutput
-from drivers.serial.boards.rosarduino.protocol import FASTEST
+from drivers.serial.boards.rosarduino.protocol import MAX_COUNTS_PER_PERIOD
 from robotcore.description import RobotDescription
 from robotcore.errors import DeviceError
 from robotcore.hardware import encoder_of
@@ -16,7 +16,7 @@ from robotcore.kinds.encoder import EncoderDescription
 from robotcore.kinds.motor import MotorDescription
 from robotcore.kinds.range_sensor import RangeSensorDescription
 
-FASTEST_HZ = 50_000
+MAX_COUNT_RATE_HZ = 50_000
 """The most encoder edges that an Arduino can count in a second."""
 
 MISSED_S = 0.05
@@ -74,7 +74,7 @@ def _was_reset(count: int, time: float, before: int, then: float) -> bool:
 
 
 def _follows(count: int, time: float, before: int, then: float) -> bool:
-    return abs(wrap_difference(count - before, WRAPS_AT)) <= math.ceil((time - then) * FASTEST_HZ)
+    return abs(wrap_difference(count - before, WRAPS_AT)) <= math.ceil((time - then) * MAX_COUNT_RATE_HZ)
 
 
 class Ranges:
@@ -194,7 +194,9 @@ def counts_per_turn(motor: str, port: str, robot: RobotDescription) -> int:
 
 
 def require_countable(description: MotorDescription, counts: int) -> None:
-    """Raise ValueError if the motor's maximum velocity is below one count per control period, or above `FASTEST`.
+    """Raise ValueError if the motor's maximum velocity is impossible on the board.
+
+    The limits are one count and `MAX_COUNTS_PER_PERIOD` counts per control period.
 
     counts: the board's counts in a turn of the wheel.
     """
@@ -204,9 +206,9 @@ def require_countable(description: MotorDescription, counts: int) -> None:
             f"max_velocity_rad_s of {description.name} is {fastest:.2g} counts per control period of 1/30 s, but the "
             "board takes whole counts; use encoders with more counts, or add the motor's model"
         )
-    if fastest > FASTEST:
+    if fastest > MAX_COUNTS_PER_PERIOD:
         raise ValueError(
             f"max_velocity_rad_s of {description.name} is {fastest:.0f} counts per control period of 1/30 s, but "
-            f"the board takes {FASTEST} at most; "
-            f"lower it to {math.floor(description.max_velocity_rad_s * FASTEST / fastest)}"
+            f"the board takes {MAX_COUNTS_PER_PERIOD} at most; "
+            f"lower it to {math.floor(description.max_velocity_rad_s * MAX_COUNTS_PER_PERIOD / fastest)}"
         )

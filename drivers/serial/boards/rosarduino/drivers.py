@@ -59,7 +59,7 @@ EDGES = (
     "encoder's two channels. If a turn really has a quarter of these edges, the wheel turns four times too fast. Check "
     "the count once as docs/firmware.md describes."
 )
-UNPINNED = (
+NO_PIN_NOTE = (
     "robotcore_bridge has the module's pins in its config.h. For ROSArduinoBridge, add the pin of the module, such as "
     "pin = 4."
 )
@@ -236,7 +236,7 @@ class ArduinoSonar(ArduinoDriver):
         return "sonar" if self.pin is None else f"sonar on pin {self.pin}"
 
     def notes(self, description: RangeSensorDescription) -> Sequence[str]:
-        return BOARD, UNPINNED if self.pin is None else PINGING
+        return BOARD, NO_PIN_NOTE if self.pin is None else PINGING
 
     def check(self, description: RangeSensorDescription, robot: RobotDescription, drivers: Drivers) -> None:
         require_timely(self.cycles, self.cycle, robot)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from functools import reduce
 from operator import xor
 
-LONGEST_LINE = 40
+MAX_LINE_LENGTH = 40
 """The length of the longest reply in bytes. The parser drops longer lines, which are noise."""
 
 REFUSED = "Invalid Command"
@@ -31,8 +31,8 @@ class Parser:
     def feed(self, data: bytes) -> list[str]:
         """Parse received bytes; return the lines that these bytes complete, without CR LF."""
         *lines, rest = (self._rest + data).split(b"\n")
-        self._rest = rest[: LONGEST_LINE + 1]  # a longer line is dropped anyway
-        ended = (line.removesuffix(b"\r") for line in lines if len(line) <= LONGEST_LINE)
+        self._rest = rest[: MAX_LINE_LENGTH + 1]  # a longer line is dropped anyway
+        ended = (line.removesuffix(b"\r") for line in lines if len(line) <= MAX_LINE_LENGTH)
         return [line.decode("ascii") for line in ended if _PRINTABLE.fullmatch(line)]
 
 
@@ -95,7 +95,7 @@ PING_S = 1.0
 Source: Arduino's pulseIn."""
 
 
-FASTEST = 1000
+MAX_COUNTS_PER_PERIOD = 1000
 """The highest speed that robotcore_bridge accepts, in counts per control period.
 
 ROSArduinoBridge accepts up to 32767, which no encoder reaches.

@@ -36,7 +36,7 @@ WIRING = (
     "The adapter's TX (5 V or 3.3 V) goes to S1 and its ground to 0V; the board sends nothing. Set the switches to "
     "packetized serial and the board's address."
 )
-UNHEARD = (
+NO_ANSWER_NOTE = (
     "The board never answers. Without encoders on the wheels, robotcore cannot detect whether the board is "
     "connected, is switched on and has received a command."
 )
@@ -81,7 +81,7 @@ class SabertoothMotor(BoardDriver):
         require_drivable(description, self.model, self.control, robot)
 
     def notes(self, description: MotorDescription) -> Sequence[str]:
-        return WIRING, UNHEARD, SWITCHING_ON
+        return WIRING, NO_ANSWER_NOTE, SWITCHING_ON
 
     def cutoffs(self, description: MotorDescription, host: Host) -> Sequence[CutoffSpec]:
         return (self.stop_frame(description.name, stop(self.address), None, host),)

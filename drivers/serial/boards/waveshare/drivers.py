@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from drivers.serial.boards.drivers import BatteryDriver, BoardDriver, BoardTimeout, EncoderDriver, MotorDriver
-from drivers.serial.boards.waveshare.protocol import BAUD, FASTEST_M_S, STANDING, STOP, WaveshareProtocol
+from drivers.serial.boards.waveshare.protocol import BAUD, MAX_SPEED_M_S, STANDING, STOP, WaveshareProtocol
 from robotcore.description import RobotDescription
 from robotcore.hardware import Drivers, Host
 from robotcore.hardware.motor_model import OutputMotor
@@ -52,10 +52,10 @@ class WaveshareMotor(WaveshareDriver, MotorDriver):
 
     def check(self, description: MotorDescription, robot: RobotDescription, drivers: Drivers) -> None:
         fastest = description.max_velocity_rad_s * _wheel_radius_m(robot)
-        if fastest > FASTEST_M_S:
+        if fastest > MAX_SPEED_M_S:
             raise ValueError(
                 f"max_velocity_rad_s of {description.name} is {fastest:.3g} m/s, but the board ignores commands above "
-                f"{FASTEST_M_S:g} m/s; lower it to {FASTEST_M_S / _wheel_radius_m(robot):.3g} at most"
+                f"{MAX_SPEED_M_S:g} m/s; lower it to {MAX_SPEED_M_S / _wheel_radius_m(robot):.3g} at most"
             )
 
     def open(self, description: MotorDescription, host: Host) -> Motor:

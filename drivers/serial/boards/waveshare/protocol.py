@@ -17,7 +17,7 @@ from drivers.serial.driver import Side
 
 BAUD = 115200
 
-FASTEST_M_S = 2.0
+MAX_SPEED_M_S = 2.0
 """The highest speed of a command in m/s. The board ignores a line with a higher speed, and continues with the previous
 command."""
 
@@ -28,7 +28,7 @@ line."""
 BEGINNING = b'{"T":1001,'
 """The first bytes of a line with feedback."""
 
-LONGEST = 512
+MAX_LINE_LENGTH = 512
 """The parser drops lines of this many bytes or more. The longest line of a board, one with an arm, has 330 bytes."""
 
 _Speed = Annotated[float, Field(ge=-10, le=10, allow_inf_nan=False)]
@@ -79,7 +79,7 @@ class Parser:
     def feed(self, data: bytes) -> list[Feedback]:
         """Parse received bytes; return the feedback in the lines that these bytes complete."""
         *lines, self._rest = (self._rest + data).split(b"\n")
-        self._rest = self._rest[:LONGEST]  # a longer line is dropped anyway
+        self._rest = self._rest[:MAX_LINE_LENGTH]  # a longer line is dropped anyway
         return [found for line in lines if (found := self._feedback(line))]
 
     def restart(self) -> None:
@@ -87,7 +87,7 @@ class Parser:
         self._rest = b""
 
     def _feedback(self, line: bytes) -> Feedback | None:
-        if line.startswith(BEGINNING) and len(line) < LONGEST:
+        if line.startswith(BEGINNING) and len(line) < MAX_LINE_LENGTH:
             try:
                 return Feedback.model_validate_json(line)
             except ValidationError:

@@ -180,7 +180,7 @@ def test_a_run_has_the_note_in_its_result_and_on_standard_error(
 ) -> None:
     third_party_driver.install(monkeypatch)
     monkeypatch.setattr("robotcore.hal.backend.load_robot", lambda _: third_party_driver.rover(nose=IR))
-    assert Plan.of(RunRequest("avoid-obstacles", "virtualpi")).notes == (NOTE,)
+    assert Plan.resolve(RunRequest("avoid-obstacles", "virtualpi")).notes == (NOTE,)
     assert execute(["run", "avoid-obstacles", "--backend", "virtualpi", "--set", "duration_s=0.5", "--json"]) == 0
     output = capfd.readouterr()
     assert output.err == f"note: {NOTE}\n"

@@ -14,7 +14,7 @@ import pytest
 
 from drivers.serial.boards.cutoff import REPEAT_PAUSE_S, StopFrame
 from robotcore.errors import BackendError
-from robotcore.hal.cutoff import Unconfirmed
+from robotcore.hal.cutoff import UnconfirmedStop
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.processes import describe_process
 from tests.doubles.serial.board import Powered
@@ -164,7 +164,7 @@ def test_the_stop_of_a_board_that_never_answers_is_unconfirmed(tmp_path: Path, c
         clock = MonotonicClock()
         unconfirmed = stop_without_run(pty.path, None)
         assert clock.now() >= REPEAT_PAUSE_S
-        assert isinstance(unconfirmed, Unconfirmed)
+        assert isinstance(unconfirmed, UnconfirmedStop)
         check_text(unconfirmed)
         assert pty.read_all() == 2 * STOP
 

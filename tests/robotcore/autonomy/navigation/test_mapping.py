@@ -62,7 +62,7 @@ class MappingRig:
         return forgot
 
     def is_taken(self, x: float, y: float = 0.0) -> bool:
-        return bool(self.grid.taken[self.grid.cell_of(x, y)])
+        return bool(self.grid.occupied[self.grid.cell_of(x, y)])
 
     def is_free(self, x: float, y: float = 0.0) -> bool:
         return bool(self.grid.free[self.grid.cell_of(x, y)])
@@ -159,7 +159,7 @@ def new_map() -> NavigationMap:
 def test_observe_maps_echo_position_and_view(rig: Rig, new_map: NavigationMap) -> None:
     new_map.observe(rig.robot, Pose(0.0, 0.01, 0.0))
     ahead = rig.robot.range.mount.x + 1.0
-    assert new_map.grid.taken[new_map.grid.cell_of(ahead, 0.0)]
+    assert new_map.grid.occupied[new_map.grid.cell_of(ahead, 0.0)]
     assert new_map.grid.free[new_map.grid.cell_of(-0.1, 0.0)]
     assert new_map.coverage.seen[new_map.grid.cell_of(0.6, 0.0)]
     assert not new_map.coverage.seen[new_map.grid.cell_of(ahead, 0.0)]
@@ -195,7 +195,7 @@ def test_late_reading_is_used_with_the_pose_at_its_time(rig: Rig, new_map: Navig
     rig.nose.distance = 0.5
     new_map.observe(rig.robot, Pose(0.0, 0.0, 2.0))
     at = Pose(0.0, 0.0, 1.0).compose(rig.robot.range.mount).to_world(0.5, 0.0)
-    assert new_map.grid.taken[new_map.grid.cell_of(*at)]
+    assert new_map.grid.occupied[new_map.grid.cell_of(*at)]
 
 
 def test_late_picture_is_used_with_the_pose_at_its_time(rig: Rig, new_map: NavigationMap) -> None:

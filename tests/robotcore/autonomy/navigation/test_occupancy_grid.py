@@ -25,7 +25,7 @@ def is_free(grid: OccupancyGrid, x: float, y: float) -> bool:
 
 
 def is_taken(grid: OccupancyGrid, x: float, y: float) -> bool:
-    return bool(grid.taken[grid.cell_of(x, y)])
+    return bool(grid.occupied[grid.cell_of(x, y)])
 
 
 class TestCells:
@@ -82,7 +82,7 @@ class TestRange:
     def test_reading_without_an_echo_frees_the_whole_cone(self, grid: OccupancyGrid) -> None:
         grid.add_range(ORIGIN, math.inf, 1.5, CONE)
         assert is_free(grid, 1.4, 0.0)
-        assert not grid.taken.any()
+        assert not grid.occupied.any()
 
     def test_the_cone_turns_and_moves_with_the_sensor(self, grid: OccupancyGrid) -> None:
         grid.add_range(Pose(0.5, -1.0, math.pi / 2), 1.0, 2.0, CONE)
@@ -107,7 +107,7 @@ class TestRange:
         grid.add_range(Pose(1.9, 1.9, 0.8), math.inf, 2.0, CONE)
         assert is_free(grid, 1.96, 1.96)
         grid.add_range(Pose(0.0, 1.5, math.pi / 2), 1.0, 2.0, CONE)
-        assert not grid.taken.any()
+        assert not grid.occupied.any()
 
     @pytest.mark.parametrize("heading", [0.0, 1.0, 2.0, 4.0])
     def test_reading_from_outside_the_map_changes_no_border_cells(self, grid: OccupancyGrid, heading: float) -> None:
@@ -120,7 +120,7 @@ class TestRange:
         grid.evidence[post] = 1.0
         grid.add_range(ORIGIN, 1.0, 2.0, CONE)
         assert grid.evidence[post] == 1.5
-        assert grid.taken.sum() == 1
+        assert grid.occupied.sum() == 1
 
     def test_echo_from_another_distance_adds_cells(self, grid: OccupancyGrid) -> None:
         grid.evidence[grid.cell_of(1.0, 0.0)] = 1.0
@@ -131,14 +131,14 @@ class TestRange:
 class TestDoubt:
     def test_far_echo_is_uncertain_until_a_near_one(self, grid: OccupancyGrid) -> None:
         grid.add_range(ORIGIN, 1.0, 2.0, CONE)
-        assert (grid.uncertain == grid.taken).all()
+        assert (grid.uncertain == grid.occupied).all()
         grid.add_range(Pose(0.6, 0.0, 0.0), 0.4, 2.0, CONE)
         assert not grid.uncertain[grid.cell_of(1.0, 0.0)]
 
     def test_near_echo_is_certain_and_stays_so(self, grid: OccupancyGrid) -> None:
         grid.add_range(ORIGIN, CLOSE_M - 0.1, 2.0, CONE)
         grid.add_range(Pose(-0.5, 0.0, 0.0), CLOSE_M + 0.4, 2.0, CONE)
-        assert grid.taken.any()
+        assert grid.occupied.any()
         assert not grid.uncertain.any()
 
 

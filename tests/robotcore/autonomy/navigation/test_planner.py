@@ -10,7 +10,7 @@ from robotcore.autonomy.navigation.grid_paths import Cell
 from robotcore.autonomy.navigation.mapping import NavigationMap
 from robotcore.autonomy.navigation.occupancy_grid import OccupancyGrid
 from robotcore.autonomy.navigation.planner import (
-    BARRED_M,
+    EXCLUDED_RADIUS_M,
     MARGINS_M,
     MIN_FREE_PATH_M,
     NO_PATH,
@@ -203,7 +203,7 @@ def test_unknown_part_is_barred_after_a_survey(field: NavigationMap) -> None:
     closed = field.grid.point_of(*plan(field, 1.3).unknown_part[0])
     other = plan(field, 1.3, is_surveyed=True)
     assert len(other.path.cells) * field.grid.cell > MIN_FREE_PATH_M
-    assert all(math.dist(field.grid.point_of(*cell), closed) > BARRED_M for cell in other.unknown_part)
+    assert all(math.dist(field.grid.point_of(*cell), closed) > EXCLUDED_RADIUS_M for cell in other.unknown_part)
 
 
 def test_there_is_no_plan_without_a_path(field: NavigationMap) -> None:

@@ -44,7 +44,10 @@ def robot(tmp_path_factory: pytest.TempPathFactory) -> Layout:
     with pytest.MonkeyPatch.context() as here:
         here.setattr(os, "sync", lambda: None)
         environments.make_environment(
-            layout, EnvironmentSpec.of([f"{WIDGET}>=1"]), OLD, environments.PipInputs(wheels=layout.root / "wheels")
+            layout,
+            EnvironmentSpec.from_requirements([f"{WIDGET}>=1"]),
+            OLD,
+            environments.PipInputs(wheels=layout.root / "wheels"),
         )
     return layout
 
@@ -68,9 +71,12 @@ def _remove_pip_options(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_environment_has_its_requirements_and_is_found_by_them(robot: Layout, environment: Path) -> None:
     command = [str(environment / "bin" / "python"), "-c", "import robot_widget; print(robot_widget.VERSION)"]
     assert subprocess.run(command, capture_output=True, text=True, check=True).stdout == "1.0\n"
-    assert environments.find_environment(robot, EnvironmentSpec.of([f" {WIDGET}>=1 ", f"{WIDGET}>=1"])) == environment
-    assert environments.find_environment(robot, EnvironmentSpec.of([f"{WIDGET}>=2"])) is None
-    requirements = EnvironmentSpec.of([f"{WIDGET}>=1"]).requirements
+    assert (
+        environments.find_environment(robot, EnvironmentSpec.from_requirements([f" {WIDGET}>=1 ", f"{WIDGET}>=1"]))
+        == environment
+    )
+    assert environments.find_environment(robot, EnvironmentSpec.from_requirements([f"{WIDGET}>=2"])) is None
+    requirements = EnvironmentSpec.from_requirements([f"{WIDGET}>=1"]).requirements
     assert environments.find_environment(robot, EnvironmentSpec(requirements, "cpython-399 aarch64")) is None
 
 
@@ -81,7 +87,7 @@ def test_incomplete_environment_and_one_for_another_system_package_are_not_used(
     file = environment / environments.COMPLETE_FILE
     contents = json.dumps({**json.loads(file.read_text()), "leans_on": {"pytest": version}})
     file.write_text(contents if version else contents[:-20])
-    found = environments.find_environment(robot, EnvironmentSpec.of([f"{WIDGET}>=1"]))
+    found = environments.find_environment(robot, EnvironmentSpec.from_requirements([f"{WIDGET}>=1"]))
     assert found == (environment if is_fit else None)
 
 
@@ -143,7 +149,7 @@ def test_failed_environment_is_deleted(layout: Layout, monkeypatch: pytest.Monke
 
     monkeypatch.setattr(files, "write_file", full)
     with pytest.raises(OSError, match=os.strerror(errno.ENOSPC)):
-        environments.make_environment(layout, EnvironmentSpec.of([]), NEW, environments.PipInputs())
+        environments.make_environment(layout, EnvironmentSpec.from_requirements([]), NEW, environments.PipInputs())
     assert not any(layout.environments.iterdir())
 
 

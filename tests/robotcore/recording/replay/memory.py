@@ -40,7 +40,7 @@ class Memory:
     def tick(self, record: TickRecord) -> None:
         events, error = self.layer.take(), self.layer.find_latched(record.interventions) or sys.exc_info()[1]
         self.samples |= dict(events.samples)
-        raised = RecordedError.of(error) if isinstance(error, (RobotcoreError, Interrupted)) else None
+        raised = RecordedError.from_error(error) if isinstance(error, (RobotcoreError, Interrupted)) else None
         self.ticks.append(self._builder.build(record, events, raised))
         if truth := self.run.truth:
             self.truth.append(GroundTruthSample(record.tick, record.time, truth.pose, truth.contacts))

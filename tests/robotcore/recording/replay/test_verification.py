@@ -121,7 +121,12 @@ HUNG = Intervention(1.0, "watchdog", Wheels(1.0, 1.0), Wheels(0.0, 0.0))
     "outcome, last, reason, ticks",
     [
         (Outcome.INTERRUPTED, {}, "interrupted by SIGINT", 20),
-        (Outcome.INTERRUPTED, {"asks": (), "error": RecordedError.of(Interrupted(15))}, "interrupted by SIGTERM", 19),
+        (
+            Outcome.INTERRUPTED,
+            {"asks": (), "error": RecordedError.from_error(Interrupted(15))},
+            "interrupted by SIGTERM",
+            19,
+        ),
         (Outcome.STOPPED, {"asks": (), "interventions": (HUNG,)}, "step did not return", 19),
         (Outcome.ERROR, {}, "the simulator has died", 20),
         (None, {}, "the file was cut before the run ended", 20),
@@ -214,7 +219,7 @@ def test_external_stop_ends_the_replay_in_the_same_tick(
 
 def test_stop_after_the_commands_of_a_tick_does_not_change_them() -> None:
     whole = record_final_action("go_on")
-    pressed = RecordedError.of(EmergencyStopError("the button was pressed"))
+    pressed = RecordedError.from_error(EmergencyStopError("the button was pressed"))
     cut = Intervention(1.0, "e-stop", Wheels(1.0, 1.0), Wheels(0.0, 0.0))
     result = replace(
         get_result(whole), outcome=Outcome.STOPPED, ticks=20, trace_sha256=compute_digest(whole.ticks[:20])

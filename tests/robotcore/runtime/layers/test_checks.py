@@ -64,7 +64,7 @@ def bench() -> Bench:
 def test_call_of_a_device_is_recorded_with_its_name(bench: Bench) -> None:
     inner = NullMotor("left_motor")
     inner.on_command = bench.record
-    motor = bench.layer.motor(MotorOutput.of(inner))
+    motor = bench.layer.motor(MotorOutput.from_motor(inner))
     assert motor.set_velocity(99.0) == 12.0
     motor.stop()
     bench.layer.sensor(NullRange(SteppedClock(20, lambda _: None)), bench.record)()  # type: ignore[arg-type]

@@ -12,7 +12,7 @@ from robotcore.errors import DeviceClosedError, EmergencyStopError, InvalidComma
 from robotcore.hal.clock import SteppedClock
 from robotcore.hal.robot import Robot
 from robotcore.kinds.motor import Motor, MotorDescription
-from robotcore.runtime.layers import Assembled, assemble
+from robotcore.runtime.layers import AssembledRobot, assemble
 from robotcore.safety import EmergencyStop
 from tests.robotcore.fakes import ROVER, UNHURRIED, NullMotor, Rig
 from tests.texts import Raises
@@ -55,7 +55,7 @@ class Bench:
     def __init__(self) -> None:
         self.inner, self.wheel = NullMotor("gripper", 3.0), NullMotor("left_motor")
         self.raw_clock = SteppedClock(20, lambda _: None)
-        self.assembled: Assembled = assemble(
+        self.assembled: AssembledRobot = assemble(
             Robot("rover", self.raw_clock, [self.inner, self.wheel, NullMotor("right_motor")]), HANDY, 20
         )
         gripper = self.assembled.robot["gripper"]

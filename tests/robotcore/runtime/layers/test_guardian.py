@@ -58,7 +58,7 @@ class GuardedMotors:
         self.guardian = GuardianSpy()
         self.left, self.right = self.guardian.motor("left"), self.guardian.motor("right")
         self.layer = GuardianLayer(cast("Guardian", self.guardian))
-        self.outputs = [self.layer.motor(MotorOutput.of(each)) for each in (self.left, self.right)]
+        self.outputs = [self.layer.motor(MotorOutput.from_motor(each)) for each in (self.left, self.right)]
 
     @property
     def log(self) -> list[str]:

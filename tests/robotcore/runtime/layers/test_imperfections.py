@@ -132,11 +132,11 @@ def test_point_is_kept_and_is_none_beyond_the_range() -> None:
 @pytest.mark.parametrize("name, sent", [("left_motor", 4.5), ("arm", 5.0)])
 def test_gain_changes_the_velocity_of_a_wheel_but_not_the_return_value(name: str, sent: float) -> None:
     motor = NullMotor(name)
-    output = ImperfectionLayer(Conditions(wheel_gain_left=0.9), 1, DRIVE).motor(MotorOutput.of(motor))
+    output = ImperfectionLayer(Conditions(wheel_gain_left=0.9), 1, DRIVE).motor(MotorOutput.from_motor(motor))
     assert output.set_velocity(5.0) == 5.0
     assert motor.sent == [sent]
 
 
 def test_robot_without_a_drive_has_motors_without_imperfections() -> None:
-    motor = MotorOutput.of(NullMotor("arm"))
+    motor = MotorOutput.from_motor(NullMotor("arm"))
     assert ImperfectionLayer(Conditions(wheel_gain_left=0.5), 1, None).motor(motor) == motor

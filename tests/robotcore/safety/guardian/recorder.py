@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 from typing import NamedTuple
 
-from robotcore.hal.cutoff import Cutoff, Unconfirmed
+from robotcore.hal.cutoff import Cutoff, UnconfirmedStop
 from robotcore.hal.wall_clock import MonotonicClock
 
 
@@ -64,7 +64,7 @@ class Recorder(Cutoff):
         if self._manner == "late" and self._stops < 3:
             raise OSError("the line is busy")
         self._do("stop")
-        return Unconfirmed("the port is gone") if self._manner == "is unsure" else None
+        return UnconfirmedStop("the port is gone") if self._manner == "is unsure" else None
 
     def close(self) -> None:
         self._do("close")

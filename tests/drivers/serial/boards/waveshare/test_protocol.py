@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from drivers.serial.boards.waveshare.protocol import LONGEST, Parser, Track, greeting
+from drivers.serial.boards.waveshare.protocol import MAX_LINE_LENGTH, Parser, Track, greeting
 from tests.doubles.serial.waveshare import WaveshareBoard
 
 FEEDBACK_LINE = WaveshareBoard().feedback()
@@ -39,7 +39,7 @@ def test_another_line_is_dropped_and_the_next_one_parsed() -> None:
         b"1001\r\n",
         b"\r\n",
         b"\xff\xfe{}\r\n",
-        b"{" * (LONGEST - 1) + b"\n",
+        b"{" * (MAX_LINE_LENGTH - 1) + b"\n",
         b'{"a":' * 90 + b"\n",
         FEEDBACK_LINE.replace(b'"odl":0', b'"odl":0.5'),
         FEEDBACK_LINE.replace(b'"odl":0', b'"odl":"0"'),
@@ -50,7 +50,7 @@ def test_another_line_is_dropped_and_the_next_one_parsed() -> None:
         FEEDBACK_LINE.replace(b'"L":0', b'"L":1e400'),
         FEEDBACK_LINE.replace(b'"L":0', b'"L":1e9'),
         FEEDBACK_LINE.replace(b'"v":1187', b'"v":99999'),
-        FEEDBACK_LINE.replace(b'"v":', b'"w":"' + b"w" * LONGEST + b'","v":'),
+        FEEDBACK_LINE.replace(b'"v":', b'"w":"' + b"w" * MAX_LINE_LENGTH + b'","v":'),
         FEEDBACK_LINE[:-5] + b"\r\n",
         FEEDBACK_LINE[5:],
         FEEDBACK_LINE[:40] + FEEDBACK_LINE,
