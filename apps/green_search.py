@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from robotcore import Behaviour, Interval, Pose, Positive, Robot, Role, Status, Stopping, Truth, Twist
-from robotcore.autonomy.navigation import BallTracker, Navigator, Target
+from robotcore.autonomy.navigation import BallTracker, Navigator, StopPoint
 from robotcore.autonomy.vision import DEFAULT_TOLERANCE, Blob
 
 STANDING = Twist(0.0, 0.0)
@@ -149,7 +149,7 @@ class GreenSearch(Behaviour):
         is_there = abs(robot.range.read().distance - self.stop_distance_m) < ECHO_M
         return STANDING if blob and is_there else self._begin_search()
 
-    def _drive_around(self, target: Target) -> Twist:
+    def _drive_around(self, target: StopPoint) -> Twist:
         """Plan a path around an obstacle. If there is none, survey, else drive to another view, else search again."""
         if self._navigator.plan_to(self._pose, target):
             return self._enter_and_stand("avoid")
@@ -177,10 +177,10 @@ class GreenSearch(Behaviour):
     def _seconds_in_state(self) -> float:
         return self._now - self._entered_at
 
-    def _build_target(self, robot: Robot) -> Target:
+    def _build_target(self, robot: Robot) -> StopPoint:
         """Return the ball's position, with the distance from its centre at which the robot's axle must stop."""
         assert self._ball.place, "only the states search and explore are possible before the ball is seen"
-        return Target(*self._ball.place, robot.range.mount.x + self.stop_distance_m + self.ball_radius_m)
+        return StopPoint(*self._ball.place, robot.range.mount.x + self.stop_distance_m + self.ball_radius_m)
 
 
 if __name__ == "__main__":

@@ -22,7 +22,7 @@ import cv2
 from benchmarks.report import measure_ratio, parse_options, print_table
 from drivers.pybullet.body import Body
 from drivers.pybullet.bullet import Bullet
-from drivers.pybullet.scene import Scene
+from drivers.pybullet.scene import BulletScene
 from robotcore.autonomy.vision import ColourDetector
 from robotcore.description import RobotDescription, WorldDescription, draw_world, load_robot, load_world
 from robotcore.hal.backend import Setup, load_backend
@@ -125,7 +125,7 @@ def _build_loop_by_hand(robot: RobotDescription, world: WorldDescription) -> Blo
     """Return the loop for PyBullet, with TinyRenderer and Bullet's own functions."""
     assert robot.drive
     bullet = Bullet.connect(gui=False)
-    scene, body = Scene(bullet, world), Body(bullet, robot, world.start.pose)
+    scene, body = BulletScene(bullet, world), Body(bullet, robot, world.start.pose)
     body.hide()
     bullet.setGravity(0.0, 0.0, -9.81)
     bullet.setPhysicsEngineParameter(fixedTimeStep=1 / (RATE_HZ * STEPS_A_TICK))

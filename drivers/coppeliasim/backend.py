@@ -43,7 +43,7 @@ class CoppeliaSimOptions(SceneOptions):
     """The options of the CoppeliaSim backend.
 
     >>> CoppeliaSimOptions(port=23010).simulation.value
-    'ours'
+    'program'
     """
 
     port: int = Field(default=23000, ge=1, le=65535)
@@ -113,7 +113,7 @@ class CoppeliaSimBackend(Backend):
     def open(self, setup: Setup) -> Robot:
         options = setup.options_as(CoppeliaSimOptions)
         self.require_installed()
-        may_stop = self.builds_world(setup.robot) or options.simulation is SimulationControl.OURS
+        may_stop = self.builds_world(setup.robot) or options.simulation is SimulationControl.PROGRAM
         connect = partial(open_scene, options.address, options.choose_answer_s(setup), may_stop=may_stop)
         cutoffs = partial(options.list_cutoffs, "drivers.coppeliasim.cutoff:StopJoints")
         if not self.builds_world(setup.robot):

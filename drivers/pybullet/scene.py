@@ -30,7 +30,7 @@ class CollisionGroup(IntFlag):
     WHEEL = 512
 
 
-class Scene:
+class BulletScene:
     """The floor, the things and the light of a world in Bullet."""
 
     def __init__(self, bullet: Bullet, world: WorldDescription) -> None:

@@ -8,7 +8,7 @@ from functools import cached_property
 from drivers.pybullet.body import Body
 from drivers.pybullet.bullet import Bullet
 from drivers.pybullet.devices import RAY_M, BulletMotor, BulletRenderer, cast_rays, open_encoder, open_range_sensor
-from drivers.pybullet.scene import Scene
+from drivers.pybullet.scene import BulletScene
 from robotcore.description import DeviceDescription, WorldDescription
 from robotcore.geometry import Pose, Twist
 from robotcore.hal.backend import Setup
@@ -33,7 +33,7 @@ class Simulation:
     def __init__(self, bullet: Bullet, setup: Setup, world: WorldDescription, solver_iterations: int) -> None:
         self._robot, self._world, self._seed = setup.robot, world, setup.seed
         self._bullet = bullet
-        self._scene = Scene(bullet, world)
+        self._scene = BulletScene(bullet, world)
         self._body = Body(bullet, setup.robot, world.start.pose)
         if setup.gui:
             bullet.set_window_view(width_m=max(world.floor.length_m, world.floor.width_m))

@@ -57,8 +57,8 @@ class SerialDriver(DeviceDriver):
     """The key of the setting that chooses the part of the board, for messages."""
 
     @property
-    def speed(self) -> int:
-        """The speed of the line in baud."""
+    def effective_baud(self) -> int:
+        """The baud rate of the line: ``baud``, or else ``default_baud``."""
         return self.baud or self.default_baud
 
     @property
@@ -67,7 +67,7 @@ class SerialDriver(DeviceDriver):
         return ""
 
     def connections(self) -> Sequence[Connection]:
-        protocol = f"{self.protocol_name} at {self.speed} baud"
+        protocol = f"{self.protocol_name} at {self.effective_baud} baud"
         remedy = "name drivers of the same board with the same baud" if self.part else ""
         port = Connection("port", "serial", self.port, bool(self.part), remedy, protocol)
         if not self.part:

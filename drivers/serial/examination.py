@@ -45,7 +45,7 @@ def _examine_robot(backend: HardwareBackend, robot: RobotDescription) -> Iterato
     if bindings is None:
         return
     serial = {each.name: each.driver for each in bindings if isinstance(each.driver, SerialDriver)}
-    lines = dict.fromkeys((driver.port, driver.speed) for driver in serial.values())
+    lines = dict.fromkeys((driver.port, driver.effective_baud) for driver in serial.values())
     found = [_check_port(place, baud) for place, baud in lines]
     yield from found
     mute = [name for name, driver in serial.items() if driver.is_mute]

@@ -56,7 +56,7 @@ GreyLevels = Annotated[float, Field(ge=0, le=64)]
 Exposure = Annotated[float, Field(ge=0.05, le=10)]
 Warmth = Annotated[float, Field(ge=-0.9, le=0.9)]
 Blur = Annotated[float, Field(ge=0, le=20)]
-RangeNoise = Annotated[float, Field(ge=0, le=1)]
+RangeNoiseSigma = Annotated[float, Field(ge=0, le=1)]
 RangeBias = Annotated[float, Field(ge=-1, le=1)]
 Gain = Annotated[float, Field(ge=0.5, le=1.5)]
 Lag = Annotated[float, Field(ge=0, le=1)]
@@ -75,7 +75,7 @@ class Conditions(StrictModel):
     """The standard deviation of the noise of pictures, in grey levels."""
     range_bias_m: RangeBias = 0.0
     """The constant error of the measured distances, in metres."""
-    range_noise_m: RangeNoise = 0.0
+    range_noise_m: RangeNoiseSigma = 0.0
     """The standard deviation of the noise of the measured distances, in metres."""
     wheel_gain_left: Gain = 1.0
     """The velocity of the left wheel, divided by the commanded velocity."""
@@ -140,7 +140,7 @@ class Randomisation(StrictModel):
     """The range of the drawn `Conditions.camera_noise`, in grey levels."""
     range_bias_m: Drawn[RangeBias] = (-0.01, 0.01)
     """The range of the drawn `Conditions.range_bias_m`, in metres."""
-    range_noise_m: Drawn[RangeNoise] = (0.0, 0.02)
+    range_noise_m: Drawn[RangeNoiseSigma] = (0.0, 0.02)
     """The range of the drawn `Conditions.range_noise_m`, in metres."""
     wheel_gain: Drawn[Gain] = (0.93, 1.07)
     """The range of the drawn `Conditions.wheel_gain_left` and `Conditions.wheel_gain_right`."""

@@ -14,7 +14,7 @@ class UnconfirmedStop(str):
 
     The text names the reason, and what will stop the motors instead.
 
-    >>> f"left_motor: {Unconfirmed('its port is gone')}"
+    >>> f"left_motor: {UnconfirmedStop('its port is gone')}"
     'left_motor: its port is gone'
     """
 

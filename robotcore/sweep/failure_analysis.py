@@ -23,7 +23,7 @@ _ROUNDING = 1e-7
 """The tolerance for comparing logarithms of probabilities. Two computations of the same one differ by less."""
 
 
-class Share(NamedTuple):
+class FailureCount(NamedTuple):
     """The number of runs on one side of a split, and how many of them failed."""
 
     failing: int
@@ -49,10 +49,10 @@ class Split:
     value: float | str
     """The value that the condition is compared with: a threshold or a word."""
 
-    inside: Share
+    inside: FailureCount
     """The runs for which the comparison is true."""
 
-    outside: Share
+    outside: FailureCount
     """The runs for which the comparison is false."""
 
     p: float
@@ -119,14 +119,14 @@ def format_p(p: float) -> str:
     return "p < 0.001" if p < 0.001 else f"p = {p:.2g}"
 
 
-def compute_fisher_p(inside: Share, outside: Share) -> float:
+def compute_fisher_p(inside: FailureCount, outside: FailureCount) -> float:
     """Return the two-sided p-value of Fisher's exact test for the difference of two shares.
 
     It is the sum of the probabilities of all tables that are at most as probable as the observed one.
 
     R. A. Fisher, Statistical Methods for Research Workers, 5th ed. (1934), section 21.02.
 
-    >>> round(compute_fisher_p(Share(3, 4), Share(1, 4)), 4)  # the lady tasting tea
+    >>> round(compute_fisher_p(FailureCount(3, 4), FailureCount(1, 4)), 4)  # the lady tasting tea
     0.4857
     """
     failing, passing = inside.failing + outside.failing, inside.runs - inside.failing + outside.runs - outside.failing
@@ -172,7 +172,7 @@ def _split_runs(group: GroupKey, runs: Sequence[_Run]) -> Iterator[Split]:
     for name in sorted(runs[0].conditions):
         values, failing_values = [run.conditions[name] for run in runs], [each[name] for each in failing]
         for sign, value, inside in _list_sides(values, failing_values):
-            outside = Share(len(failing) - inside.failing, len(runs) - inside.runs)
+            outside = FailureCount(len(failing) - inside.failing, len(runs) - inside.runs)
             p = compute_fisher_p(inside, outside)
             if inside.failing * outside.runs >= outside.failing * inside.runs:
                 yield Split(group, name, sign, value, inside, outside, p)
@@ -182,7 +182,7 @@ def _split_runs(group: GroupKey, runs: Sequence[_Run]) -> Iterator[Split]:
 
 def _list_sides(
     values: Sequence[float | str], failing: Sequence[float | str]
-) -> Iterator[tuple[str, float | str, Share]]:
+) -> Iterator[tuple[str, float | str, FailureCount]]:
     """Yield a sign, a value and the runs on this side, for each split of a condition.
 
     values: the values of all runs. If any value is a word, all are treated as words.
@@ -192,14 +192,14 @@ def _list_sides(
     if len(numbers) == len(values):
         failing_numbers = sorted(value for value in failing if not isinstance(value, str))
         for threshold in _choose_thresholds(numbers):
-            yield "<", threshold, Share(bisect_left(failing_numbers, threshold), bisect_left(numbers, threshold))
+            yield "<", threshold, FailureCount(bisect_left(failing_numbers, threshold), bisect_left(numbers, threshold))
         return
     counts, failing_counts = Counter(map(str, values)), Counter(map(str, failing))
     words = sorted(counts) if len(counts) > 1 else []
     if len(words) == 2:  # both words have the same split
         words = [max(words, key=lambda word: failing_counts[word] / counts[word])]
     for word in words:
-        yield "=", word, Share(failing_counts[word], counts[word])
+        yield "=", word, FailureCount(failing_counts[word], counts[word])
 
 
 def _choose_thresholds(numbers: Sequence[float]) -> list[float]:

@@ -68,7 +68,7 @@ class BoardDriver(SerialDriver):
         """
 
         def open_once() -> Board:
-            protocol = self.protocol(self.speed)
+            protocol = self.protocol(self.effective_baud)
             board = Board(device, Line(self.port, protocol, host.clock), protocol)
             try:
                 board.line.open(device, self.answer_s)
@@ -93,7 +93,7 @@ class BoardDriver(SerialDriver):
         """
         parameters = {
             "place": self.port,
-            "baud": self.speed,
+            "baud": self.effective_baud,
             "frame": frame.hex(),
             "answer": answer,
             "has_owner": host.owner is not None,

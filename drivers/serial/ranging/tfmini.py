@@ -145,7 +145,7 @@ class TFmini(SerialDriver):
 
     def open(self, description: RangeSensorDescription, host: Host) -> RangeSensor:
         sampler = RangeSampler(description, self.echo_free_cycles)
-        protocol = TFminiProtocol(sampler, self.speed, max(_SILENCE_S, _SILENT_CYCLES * self.cycle_s))
+        protocol = TFminiProtocol(sampler, self.effective_baud, max(_SILENCE_S, _SILENT_CYCLES * self.cycle_s))
         line = Line(self.port, protocol, host.clock)
         sensor = LightSensor(description, sampler, line, self.cycle_s * (self.echo_free_cycles + _EXTRA_CYCLES))
         sensor.open()

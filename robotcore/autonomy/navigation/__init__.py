@@ -3,6 +3,6 @@
 from robotcore.autonomy.navigation.ball import BallTracker
 from robotcore.autonomy.navigation.navigator import Navigator
 from robotcore.autonomy.navigation.occupancy_grid import OccupancyGrid
-from robotcore.autonomy.navigation.planner import Target
+from robotcore.autonomy.navigation.planner import StopPoint
 
-__all__ = ["BallTracker", "Navigator", "OccupancyGrid", "Target"]
+__all__ = ["BallTracker", "Navigator", "OccupancyGrid", "StopPoint"]

@@ -8,7 +8,7 @@ from robotcore.autonomy.navigation.next_best_view import Viewpoint, best_viewpoi
 from robotcore.autonomy.navigation.planner import (
     NO_PATH,
     NO_PATH_PLAN,
-    Target,
+    StopPoint,
     find_straight_starts,
     is_start_known,
     is_unobstructed,
@@ -43,7 +43,7 @@ class Navigator:
     turn: the greatest velocity of a turn, in rad/s.
 
     >>> navigator = Navigator(speed=0.2, turn=1.0)
-    >>> navigator.drive_at(Pose(0.0, 0.0, 0.0), Target(x=2.0, y=0.0, distance=0.3))
+    >>> navigator.drive_at(Pose(0.0, 0.0, 0.0), StopPoint(x=2.0, y=0.0, distance=0.3))
     Twist(linear=0.2, angular=0.0)
     >>> navigator.turn_to(-0.2)
     Twist(linear=0.0, angular=-0.5)
@@ -111,7 +111,7 @@ class Navigator:
         self._follower.start(self._view.path if self._view else NO_PATH)
         return self._view is not None
 
-    def plan_to(self, pose: Pose, target: Target) -> bool:
+    def plan_to(self, pose: Pose, target: StopPoint) -> bool:
         """Plan a path to a cell from which a straight path leads to a target, and return whether there is one.
 
         The path ends before the first cell that is not surely free. Return False also if that path is too short. A
@@ -159,7 +159,7 @@ class Navigator:
         """Return the velocity of the survey's turn, or None at its end."""
         return self._turn(self._survey.turn_direction(pose.heading))
 
-    def is_straight(self, pose: Pose, target: Target) -> bool:
+    def is_straight(self, pose: Pose, target: StopPoint) -> bool:
         """Return whether the robot may drive straight to a target.
 
         No occupied cell may lie on the straight path. The path's first cells must be known to be free, or the robot
@@ -168,11 +168,11 @@ class Navigator:
         is_known = self._is_surveyed(pose) or is_start_known(self.map.grid, pose, target)
         return is_known and is_unobstructed(self.map.grid, pose, target)
 
-    def is_known_straight(self, pose: Pose, target: Target) -> bool:
+    def is_known_straight(self, pose: Pose, target: StopPoint) -> bool:
         """Return whether the straight path to a target has no occupied cell, and no unknown cell at its start."""
         return is_start_known(self.map.grid, pose, target) and is_unobstructed(self.map.grid, pose, target)
 
-    def drive_at(self, pose: Pose, target: Target) -> Twist | None:
+    def drive_at(self, pose: Pose, target: StopPoint) -> Twist | None:
         """Return the velocity straight to a target, or backward if the robot is too near to the target.
 
         Return None if an obstacle blocks the way backward.

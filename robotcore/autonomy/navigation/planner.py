@@ -116,10 +116,10 @@ The robot needs this length to turn to the target and to brake.
 """
 
 
-class Target(NamedTuple):
+class StopPoint(NamedTuple):
     """A point, and the distance from it at which the robot stops.
 
-    >>> target = Target(x=1.0, y=0.0, distance=0.3)
+    >>> target = StopPoint(x=1.0, y=0.0, distance=0.3)
     >>> target.gap(Pose(0.0, 0.0, 0.0)), target.bearing(Pose(0.0, 0.0, 0.5))
     (0.7, -0.5)
     """
@@ -140,13 +140,13 @@ class Target(NamedTuple):
         return pose.bearing_to(self.x, self.y)
 
 
-def is_unobstructed(grid: OccupancyGrid, pose: Pose, target: Target) -> bool:
+def is_unobstructed(grid: OccupancyGrid, pose: Pose, target: StopPoint) -> bool:
     """Return whether no occupied cell is on the straight path from a pose to a target."""
     here, there = grid.cell_of(pose.x, pose.y), grid.cell_of(target.x, target.y)
     return is_straight_way(_corridor(grid, target), here, there)
 
 
-def is_start_known(grid: OccupancyGrid, pose: Pose, target: Target) -> bool:
+def is_start_known(grid: OccupancyGrid, pose: Pose, target: StopPoint) -> bool:
     """Return whether the first `KNOWN_M` of the straight path to a target are known to be free."""
     part = max(0.0, min(KNOWN_M, target.gap(pose))) / max(target.gap(pose) + target.distance, 1e-6)
     middle = grid.cell_of(pose.x + part * (target.x - pose.x), pose.y + part * (target.y - pose.y))
@@ -154,7 +154,7 @@ def is_start_known(grid: OccupancyGrid, pose: Pose, target: Target) -> bool:
     return is_straight_way(clearance > CORRIDOR_M / 2, grid.cell_of(pose.x, pose.y), middle)
 
 
-def find_straight_starts(grid: OccupancyGrid, target: Target) -> Mask:
+def find_straight_starts(grid: OccupancyGrid, target: StopPoint) -> Mask:
     """Return the mask of the cells from which an unobstructed straight path leads to a target.
 
     The length of the straight path is within `RING_M`, so the cells lie in a ring around the target.
@@ -166,7 +166,7 @@ def find_straight_starts(grid: OccupancyGrid, target: Target) -> Mask:
     return ring
 
 
-def _corridor(grid: OccupancyGrid, target: Target, spare: float = 0.0) -> Mask:
+def _corridor(grid: OccupancyGrid, target: StopPoint, spare: float = 0.0) -> Mask:
     """Return the mask of the cells with room for a straight path, and of the cells of the target's body.
 
     spare: the additional free width on each side of the path, in metres.
@@ -176,7 +176,7 @@ def _corridor(grid: OccupancyGrid, target: Target, spare: float = 0.0) -> Mask:
     return np.asarray((clearance > CORRIDOR_M / 2 + spare) | itself)
 
 
-def _target_body(grid: OccupancyGrid, target: Target) -> Mask:
+def _target_body(grid: OccupancyGrid, target: StopPoint) -> Mask:
     return grid.disc(target.x, target.y, target.distance - TARGET_BODY_M)
 
 

@@ -15,7 +15,7 @@ from robotcore.plugins import FAULTS, fault_names, load_registered
 from robotcore.runtime.faults.base import Fault, FaultContext
 from robotcore.runtime.faults.checked_layer import CheckedLayer, FaultCode
 from robotcore.runtime.faults.spec import VALUE, Spec, forms_of, quote_text
-from robotcore.runtime.faults.targets import Target, TargetClass, find_target, list_classes, name_target
+from robotcore.runtime.faults.targets import FaultTarget, TargetClass, find_target, list_classes, name_target
 from robotcore.runtime.layers.base import Layer
 
 
@@ -97,7 +97,7 @@ class PlannedFault:
     """The specification."""
     fault: Fault
     """The fault with its parameters."""
-    target: Target
+    target: FaultTarget
     """The target whose devices fail."""
     position: int
     """The index of the fault in the list of the run's faults, from 0."""
@@ -153,7 +153,7 @@ def _build_kind_error(spec: Spec, target: TargetClass, candidates: Sequence[type
     )
 
 
-def _build_fault(spec: Spec, fault: type[Fault], target: Target) -> Fault:
+def _build_fault(spec: Spec, fault: type[Fault], target: FaultTarget) -> Fault:
     values = dict(spec.parameters) if spec.value is None else {**dict(spec.parameters), VALUE: spec.value}
     try:
         return fault.model_validate(values, context={"target": target.kind})

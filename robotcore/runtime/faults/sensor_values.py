@@ -17,11 +17,11 @@ from robotcore.runtime.faults.base import FaultContext, Probability, SensorFault
 from robotcore.runtime.layers.base import Reader
 from robotcore.runtime.layers.imperfections import ProcessedFrames, build_noise_effect
 
-Deviation = Annotated[float, Field(gt=0, le=1, description="metres")]
+StandardDeviation = Annotated[float, Field(gt=0, le=1, description="metres")]
 Offset = Annotated[float, Field(ge=-100, le=100, description="metres")]
 Distance = Annotated[float, Field(gt=0, le=100, description="metres")]
 GreyLevels = Annotated[float, Field(gt=0, le=64, description="grey levels")]
-Share = Annotated[float, Field(ge=0, le=1, description="share")]
+Fraction = Annotated[float, Field(ge=0, le=1, description="share")]
 
 
 class RangeFault(SensorFault):
@@ -46,7 +46,7 @@ class RangeNoise(RangeFault):
 
     example = "range noise=0.05"
 
-    value: Deviation
+    value: StandardDeviation
 
     def distort(self, context: FaultContext, sensor: RangeSensor, reading: Range) -> Range:
         error = context.noise(sensor.name, self.value).draw_number(reading.time)
@@ -120,7 +120,7 @@ class Slip(SensorFault):
     example = "encoders slip=0.1"
     is_polling = True
 
-    value: Share
+    value: Fraction
 
     def change(self, context: FaultContext, sensor: Sensor[Any], read: Reader[Any]) -> Reader[Any]:
         last, missed = Angle(0.0, 0.0, 0), 0.0

@@ -35,7 +35,7 @@ _OF_THE_DRIVE = {"motor": "drive", "encoder": "encoders"}
 _ROLES = {role.kind: role.value for role in Role if role.kind} | _OF_THE_DRIVE
 
 
-class Target(NamedTuple):
+class FaultTarget(NamedTuple):
     """The target of a fault: devices that fail together, the loop, or the connection."""
 
     kind: TargetClass
@@ -62,7 +62,7 @@ def list_classes() -> list[TargetClass]:
     return [*classes, LoopTarget, ConnectionTarget]
 
 
-def find_target(name: str, description: RobotDescription, opened: Collection[str]) -> Target:
+def find_target(name: str, description: RobotDescription, opened: Collection[str]) -> FaultTarget:
     """Return the target with a name. Raises UsageError if there is no such target.
 
     opened: the names of the devices that the run opens.
@@ -78,7 +78,7 @@ def find_target(name: str, description: RobotDescription, opened: Collection[str
     raise UnknownNameError("target", name, list(targets))
 
 
-def targets_of(description: RobotDescription, opened: Collection[str]) -> dict[str, Target]:
+def targets_of(description: RobotDescription, opened: Collection[str]) -> dict[str, FaultTarget]:
     """Return all targets of a robot by name. A role or a kind stands for its first open device.
 
     opened: the names of the devices that the run opens.
@@ -93,10 +93,10 @@ def targets_of(description: RobotDescription, opened: Collection[str]) -> dict[s
     open_groups = {group: [name for name in names if name in kinds] for group, names in groups.items()}
     open_groups |= {name: [name] for name in kinds}
     return {
-        "loop": Target(LoopTarget, frozenset()),
-        "connection": Target(ConnectionTarget, frozenset(kinds)),
+        "loop": FaultTarget(LoopTarget, frozenset()),
+        "connection": FaultTarget(ConnectionTarget, frozenset(kinds)),
         **{
-            group: Target(load_kind(kinds[names[0]]).device, frozenset(names))
+            group: FaultTarget(load_kind(kinds[names[0]]).device, frozenset(names))
             for group, names in open_groups.items()
             if names
         },

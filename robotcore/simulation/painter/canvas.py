@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from robotcore.description import Light
 from robotcore.simulation.painter.planes import Array
 
-Canvas = NDArray[np.uint32]
+PixelBuffer = NDArray[np.uint32]
 """A picture with 32 bits a pixel, (height, width).
 
 Each pixel holds a packed colour, or the number of a body or surface.
@@ -36,7 +36,7 @@ class Palette(NamedTuple):
 class Mark(Protocol):
     """A part of the picture that has one place in the order of painting."""
 
-    def paint(self, canvas: Canvas, palette: Palette) -> None: ...
+    def paint(self, canvas: PixelBuffer, palette: Palette) -> None: ...
 
 
 class Stroke(Mark, Protocol):

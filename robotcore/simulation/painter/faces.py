@@ -12,7 +12,7 @@ from robotcore.description.generation.gaps import gap_between
 from robotcore.description.world import Outline, WorldDescription
 from robotcore.optics import CameraView
 from robotcore.raycast import edges_of
-from robotcore.simulation.painter.canvas import Canvas, PackedColours, Palette, fill, shade
+from robotcore.simulation.painter.canvas import PackedColours, Palette, PixelBuffer, fill, shade
 from robotcore.simulation.painter.planes import Array, compute_half_planes
 from robotcore.simulation.painter.projection import Polygon, PolygonSet, clip
 
@@ -78,7 +78,7 @@ class Facet:
         (left, right), down = self.columns, [v for _, v in self.polygon]
         return left, min(down), right, max(down)
 
-    def paint(self, canvas: Canvas, palette: Palette) -> None:
+    def paint(self, canvas: PixelBuffer, palette: Palette) -> None:
         fill(canvas, self.polygon, palette.faces[self.face])
 
 

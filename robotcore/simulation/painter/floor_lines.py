@@ -9,7 +9,7 @@ import numpy as np
 
 from robotcore.description import Line
 from robotcore.optics import CameraView
-from robotcore.simulation.painter.canvas import Canvas, Palette, fill
+from robotcore.simulation.painter.canvas import Palette, PixelBuffer, fill
 from robotcore.simulation.painter.planes import Array
 from robotcore.simulation.painter.projection import Polygon, PolygonSet
 
@@ -24,7 +24,7 @@ class LineMark:
     polygon: Polygon
     line: int
 
-    def paint(self, canvas: Canvas, palette: Palette) -> None:
+    def paint(self, canvas: PixelBuffer, palette: Palette) -> None:
         fill(canvas, self.polygon, palette.lines[self.line])
 
 

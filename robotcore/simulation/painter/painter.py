@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from robotcore.description import WorldDescription
 from robotcore.optics import CameraView, Image
-from robotcore.simulation.painter.canvas import Canvas, Mark, Palette, Stroke, pack_colours, shade, shade_ramp
+from robotcore.simulation.painter.canvas import Mark, Palette, PixelBuffer, Stroke, pack_colours, shade, shade_ramp
 from robotcore.simulation.painter.faces import Block, Faces, Facet, split_into_blocks
 from robotcore.simulation.painter.floor_lines import FloorLines
 from robotcore.simulation.painter.occlusion import OcclusionPlanes, find_disjoint_columns, sort_back_to_front
@@ -110,14 +110,14 @@ class Painter:
         return Palette(sky=0, ground=ground, lines=self._lines.zeros, faces=faces, balls=balls)
 
 
-def _paint_marks(view: CameraView, marks: Iterable[Mark], palette: Palette) -> Canvas:
+def _paint_marks(view: CameraView, marks: Iterable[Mark], palette: Palette) -> PixelBuffer:
     canvas = _create_canvas(view, palette)
     for mark in marks:
         mark.paint(canvas, palette)
     return canvas
 
 
-def _create_canvas(view: CameraView, palette: Palette) -> Canvas:
+def _create_canvas(view: CameraView, palette: Palette) -> PixelBuffer:
     i = view.intrinsics  # a camera has no roll, so each row is either sky or ground
     rises = (np.arange(i.height) - i.cy) * view.rotation[1, 2] + i.focal_length * view.rotation[2, 2]
     canvas = np.empty((i.height, i.width), dtype=np.uint32)

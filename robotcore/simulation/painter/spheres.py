@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from robotcore.description import Ball
 from robotcore.optics import CameraView, Intrinsics
-from robotcore.simulation.painter.canvas import Canvas, Palette
+from robotcore.simulation.painter.canvas import Palette, PixelBuffer
 from robotcore.simulation.painter.planes import Array
 
 BAND_ROWS = 32
@@ -36,7 +36,7 @@ class Band:
     def columns(self) -> tuple[float, float]:
         return self.window[1].start, self.window[1].stop - 1
 
-    def paint(self, canvas: Canvas, palette: Palette) -> None:
+    def paint(self, canvas: PixelBuffer, palette: Palette) -> None:
         ramp = palette.balls[self.part]
         steps = np.clip(self.cosines, 0, 1) * (len(ramp) - 1)
         np.copyto(canvas[self.window], ramp[steps.astype(np.intp)], where=self.is_hit)

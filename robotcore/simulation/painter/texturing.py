@@ -13,7 +13,7 @@ from robotcore.description import WorldDescription
 from robotcore.description.meshes import face_wrap, floor_wrap
 from robotcore.description.texture import TILE_PX
 from robotcore.optics import CameraView
-from robotcore.simulation.painter.canvas import Canvas, shade_in_steps
+from robotcore.simulation.painter.canvas import PixelBuffer, shade_in_steps
 from robotcore.simulation.painter.faces import Block, Faces, Facet
 
 UP = (0.0, 0.0, 1.0)
@@ -68,7 +68,7 @@ class Texturing:
     def is_needed(self) -> bool:
         return any(self.numbers)
 
-    def paint(self, canvas: Canvas, numbers: Canvas, view: CameraView, facets: Iterable[Facet]) -> None:
+    def paint(self, canvas: PixelBuffer, numbers: PixelBuffer, view: CameraView, facets: Iterable[Facet]) -> None:
         """Paint the patterns of the ground and of these facets.
 
         numbers: for each pixel of the canvas the number of the surface that it shows, or 0 for no pattern.

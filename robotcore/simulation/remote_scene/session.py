@@ -57,9 +57,9 @@ class SimulationControl(str, Enum):
     This program stops only a simulation that it has started.
     """
 
-    OURS = "ours"
+    PROGRAM = "program"
     """This program starts the simulation if it is stopped, and stops it at the end."""
-    THEIRS = "theirs"
+    USER = "user"
     """The user starts and stops the simulation."""
 
 
@@ -70,7 +70,7 @@ class SceneOptions(StrictModel):
     port: int = Field(ge=1, le=65535)
     answer_s: float | None = Field(default=None, gt=0, le=3600)
     """Time limit of a call, in seconds; None stands for 0.9 of ``safety.answer_s``."""
-    simulation: SimulationControl = SimulationControl.OURS
+    simulation: SimulationControl = SimulationControl.PROGRAM
     """Whether this program or the user starts and stops the simulation of an existing scene."""
 
     def choose_answer_s(self, setup: Setup) -> float:
@@ -102,7 +102,7 @@ def open_in_scene(
     setup: Setup,
     section: str,
     connect: Callable[[], Scene],
-    control: SimulationControl = SimulationControl.OURS,
+    control: SimulationControl = SimulationControl.PROGRAM,
     *,
     is_stepped: bool = True,
     cutoffs: Callable[[Mapping[str, int]], Iterable[CutoffSpec]] = _no_cutoffs,
@@ -205,7 +205,7 @@ def _create_truth(robot: RobotDescription, scene: Scene, found: ObjectsByDevice)
 def keep_running(scene: Scene, control: SimulationControl) -> Iterator[None]:
     """Return a context manager that runs the simulation. At the end it stops a simulation that it has started.
 
-    Raises BackendError if the simulation is paused. With `SimulationControl.THEIRS`, it also raises BackendError if the
+    Raises BackendError if the simulation is paused. With `SimulationControl.USER`, it also raises BackendError if the
     simulation is stopped.
     """
     state = scene.read_state()
@@ -213,9 +213,9 @@ def keep_running(scene: Scene, control: SimulationControl) -> Iterator[None]:
         raise BackendError(
             "the simulation is paused. Resume or stop it in the simulator, and run again", kind="simulation-paused"
         )
-    if state is State.STOPPED and control is SimulationControl.THEIRS:
+    if state is State.STOPPED and control is SimulationControl.USER:
         raise BackendError(
-            "the simulation is stopped, and option simulation=theirs does not start it. "
+            "the simulation is stopped, and option simulation=user does not start it. "
             "Start it in the simulator, or omit the option",
             kind="simulation-stopped",
         )

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import struct
 
-from drivers.serial.boards.hoverboard.protocol import Mixer, Steering
+from drivers.serial.boards.hoverboard.protocol import Mixer, SteerCommand
 from tests.doubles.serial.board import BoardDouble, Wheels
 
 LOOP_S = 0.005
@@ -60,7 +60,7 @@ class Hoverboard(BoardDouble):
             assert self._next_loop is not None
             self._next_loop += ENABLING_S
         unit = self._unit if self._is_enabled else 0.0
-        self.wheels.set(*(word * unit for word in self._mixer.wheels(Steering(steer, speed))))
+        self.wheels.set(*(word * unit for word in self._mixer.wheels(SteerCommand(steer, speed))))
         return b"" if self._loops % 2 or self.is_mute else self._feedback(steer, speed)
 
     def _feedback(self, steer: int, speed: int) -> bytes:

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from robotcore.sweep.failure_analysis import Share, compute_fisher_p, explain
+from robotcore.sweep.failure_analysis import FailureCount, compute_fisher_p, explain
 from robotcore.sweep.record import Record
 from tests.robotcore.sweep.report.samples import make_fail, make_pass
 from tests.texts import CheckText
@@ -25,7 +25,7 @@ def run(*, fails: bool, **conditions: float | str) -> Record:
     return make_record(fails=fails, conditions=conditions)
 
 
-def list_sides(records: Sequence[Record]) -> list[tuple[str, str, Share, Share]]:
+def list_sides(records: Sequence[Record]) -> list[tuple[str, str, FailureCount, FailureCount]]:
     """Return the group, the side and the shares of each significant split."""
     return [(str(each.group), each.side, each.inside, each.outside) for each in explain(records).splits]
 
@@ -33,14 +33,18 @@ def list_sides(records: Sequence[Record]) -> list[tuple[str, str, Share, Share]]
 @pytest.mark.parametrize(
     "inside, outside, p",
     [
-        (Share(4, 4), Share(0, 4), 2 / 70),  # the lady tasting tea: Fisher, The Design of Experiments (1935)
-        (Share(1, 4), Share(3, 4), 34 / 70),
-        (Share(2, 4), Share(2, 4), 1.0),
-        (Share(8, 14), Share(1, 10), 65_388 / 1_961_256),
-        (Share(300, 1800), Share(0, 1800), 2 * math.comb(1800, 300) / math.comb(3600, 300)),
+        (
+            FailureCount(4, 4),
+            FailureCount(0, 4),
+            2 / 70,
+        ),  # the lady tasting tea: Fisher, The Design of Experiments (1935)
+        (FailureCount(1, 4), FailureCount(3, 4), 34 / 70),
+        (FailureCount(2, 4), FailureCount(2, 4), 1.0),
+        (FailureCount(8, 14), FailureCount(1, 10), 65_388 / 1_961_256),
+        (FailureCount(300, 1800), FailureCount(0, 1800), 2 * math.comb(1800, 300) / math.comb(3600, 300)),
     ],
 )
-def test_fishers_p_has_the_values_of_the_literature(inside: Share, outside: Share, p: float) -> None:
+def test_fishers_p_has_the_values_of_the_literature(inside: FailureCount, outside: FailureCount, p: float) -> None:
     assert compute_fisher_p(inside, outside) == pytest.approx(p, rel=1e-3)
     assert compute_fisher_p(outside, inside) == pytest.approx(p, rel=1e-3)
 
@@ -48,18 +52,18 @@ def test_fishers_p_has_the_values_of_the_literature(inside: Share, outside: Shar
 @pytest.mark.parametrize(
     "values, side, inside, outside",
     [
-        ([0.1] * 12 + [0.4] * 188, "light < 0.2", Share(7, 12), Share(3, 188)),
-        ([0.4] * 12 + [0.1] * 188, "light ≥ 0.2", Share(7, 12), Share(3, 188)),
-        (["wood"] * 12 + ["tiles", "plain"] * 94, "light = wood", Share(7, 12), Share(3, 188)),
-        ([0.5] * 12 + ["auto"] * 188, "light = 0.5", Share(7, 12), Share(3, 188)),
-        (["wood", "tiles"] * 6 + ["plain"] * 188, "light ≠ plain", Share(7, 12), Share(3, 188)),
-        (["wood"] * 12 + ["plain"] * 188, "light = wood", Share(7, 12), Share(3, 188)),
-        (["plain"] * 12 + ["wood"] * 188, "light = plain", Share(7, 12), Share(3, 188)),
+        ([0.1] * 12 + [0.4] * 188, "light < 0.2", FailureCount(7, 12), FailureCount(3, 188)),
+        ([0.4] * 12 + [0.1] * 188, "light ≥ 0.2", FailureCount(7, 12), FailureCount(3, 188)),
+        (["wood"] * 12 + ["tiles", "plain"] * 94, "light = wood", FailureCount(7, 12), FailureCount(3, 188)),
+        ([0.5] * 12 + ["auto"] * 188, "light = 0.5", FailureCount(7, 12), FailureCount(3, 188)),
+        (["wood", "tiles"] * 6 + ["plain"] * 188, "light ≠ plain", FailureCount(7, 12), FailureCount(3, 188)),
+        (["wood"] * 12 + ["plain"] * 188, "light = wood", FailureCount(7, 12), FailureCount(3, 188)),
+        (["plain"] * 12 + ["wood"] * 188, "light = plain", FailureCount(7, 12), FailureCount(3, 188)),
     ],
     ids=["below", "above", "a word", "a word and a number", "all but a word", "second of two", "first of two"],
 )
 def test_the_side_on_which_more_runs_fail_is_reported(
-    values: Sequence[float | str], side: str, inside: Share, outside: Share
+    values: Sequence[float | str], side: str, inside: FailureCount, outside: FailureCount
 ) -> None:
     records = [run(fails=at < 7 or 12 <= at < 15, light=value) for at, value in enumerate(values)]
     assert list_sides(records) == [(ARENA, side, inside, outside)]
@@ -68,13 +72,13 @@ def test_the_side_on_which_more_runs_fail_is_reported(
 def test_the_p_is_corrected_for_the_number_of_tests_by_holms_method() -> None:
     records = [run(fails=at < 6, strong=at < 6, weak=at < 11) for at in range(60)]
     strong, weak = explain(records).splits
-    assert strong.p == pytest.approx(2 * compute_fisher_p(Share(6, 6), Share(0, 54)))
-    assert weak.p == pytest.approx(compute_fisher_p(Share(6, 11), Share(0, 49)))
+    assert strong.p == pytest.approx(2 * compute_fisher_p(FailureCount(6, 6), FailureCount(0, 54)))
+    assert weak.p == pytest.approx(compute_fisher_p(FailureCount(6, 11), FailureCount(0, 49)))
 
 
 def test_two_words_are_one_test() -> None:
     (split,) = explain([run(fails=at < 9, floor="wood" if at < 9 else "tiles") for at in range(29)]).splits
-    assert split.p == pytest.approx(compute_fisher_p(Share(9, 9), Share(0, 20)))
+    assert split.p == pytest.approx(compute_fisher_p(FailureCount(9, 9), FailureCount(0, 20)))
 
 
 @pytest.mark.parametrize("backends", [("kinematic",), ("kinematic", "pybullet")])
@@ -112,7 +116,9 @@ def test_a_split_is_of_one_world_and_one_backend(world: str | None, group: str) 
     ]
     other = [run(fails=False, light=at // 8) for at in range(30)]
     without_conditions = [make_fail(world=world, backend="pybullet") for _ in range(9)]
-    assert list_sides([*dark, *other, *without_conditions]) == [(group, "light < 0.5", Share(8, 8), Share(0, 22))]
+    assert list_sides([*dark, *other, *without_conditions]) == [
+        (group, "light < 0.5", FailureCount(8, 8), FailureCount(0, 22))
+    ]
 
 
 def test_a_line_has_the_side_the_shares_and_the_p(check_text: CheckText) -> None:

@@ -142,7 +142,7 @@ ONE = 1 << 14
 """The fixed-point value of 1.0 for the firmware's coefficients."""
 
 
-class Steering(NamedTuple):
+class SteerCommand(NamedTuple):
     """The steer and the speed of a command, each from -1000 to 1000."""
 
     steer: int
@@ -158,12 +158,12 @@ class Mixer:
 
     Source: `mixerFcn` in the firmware's Src/util.c.
 
-    >>> Mixer().steering(101, 100), Mixer().wheels(Steering(1, 101))
-    (Steering(steer=1, speed=101), (101, 100))
+    >>> Mixer().steering(101, 100), Mixer().wheels(SteerCommand(1, 101))
+    (SteerCommand(steer=1, speed=101), (101, 100))
     >>> Mixer().steering(-1000, 1000)
-    Steering(steer=-1000, speed=0)
+    SteerCommand(steer=-1000, speed=0)
     >>> Mixer(is_tank=True).steering(-2000, 1000)
-    Steering(steer=-1000, speed=500)
+    SteerCommand(steer=-1000, speed=500)
     """
 
     speed_coefficient: float = 1.0
@@ -188,22 +188,22 @@ class Mixer:
         """The largest value on a turn on the spot, in which the wheels have opposite values."""
         return LIMIT if self.is_tank else LIMIT * min(abs(self.steer_coefficient), 1.0)
 
-    def steering(self, left: float, right: float) -> Steering:
+    def steering(self, left: float, right: float) -> SteerCommand:
         """Return the steer and the speed for the wheel values ``left`` and ``right``.
 
         If a value is too large, both are scaled down, so that the robot drives the same curve.
         """
         scale = _scale_to_limit(left, right)
         if self.is_tank:
-            return Steering(round(left * scale), round(right * scale))
+            return SteerCommand(round(left * scale), round(right * scale))
         steer = (left - right) * scale / 2 / self.steer_coefficient
         speed = (left + right) * scale / 2 / self.speed_coefficient
         scale *= (again := _scale_to_limit(steer, speed))
         near = product(_nearby_integers(steer * again), _nearby_integers(speed * again))
         wanted = left * scale, right * scale
-        return min((Steering(*words) for words in near), key=lambda words: math.dist(self.wheels(words), wanted))
+        return min((SteerCommand(*words) for words in near), key=lambda words: math.dist(self.wheels(words), wanted))
 
-    def wheels(self, steering: Steering) -> tuple[int, int]:
+    def wheels(self, steering: SteerCommand) -> tuple[int, int]:
         """Return the left and the right wheel value for a steer and a speed, exactly as the firmware computes them."""
         if self.is_tank:
             return steering

@@ -75,9 +75,9 @@ class SabertoothMotor(BoardDriver):
         return f"address {self.address} M{self.motor}"
 
     def check(self, description: MotorDescription, robot: RobotDescription, drivers: Drivers) -> None:
-        if self.speed not in BAUDS:
+        if self.effective_baud not in BAUDS:
             known = ", ".join(map(str, BAUDS))
-            raise ValueError(f"a Sabertooth does not support {self.speed} baud; use one of {known}")
+            raise ValueError(f"a Sabertooth does not support {self.effective_baud} baud; use one of {known}")
         require_drivable(description, self.model, self.control, robot)
 
     def notes(self, description: MotorDescription) -> Sequence[str]:

@@ -35,7 +35,7 @@ _Speed = Annotated[float, Field(ge=-10, le=10, allow_inf_nan=False)]
 _Centimetres = Annotated[int, Field(ge=-(10**8), le=10**8)]
 
 
-class Track(NamedTuple):
+class TrackFeedback(NamedTuple):
     """The distance and the speed of the track on one side; positive is forward."""
 
     centimetres: int
@@ -63,9 +63,13 @@ class Feedback(BaseModel):
     centivolts: int = Field(alias="v", ge=-100, le=6000)
     """The voltage of the battery in hundredths of a volt, measured every 10 s."""
 
-    def track(self, side: Side) -> Track:
+    def track(self, side: Side) -> TrackFeedback:
         """Return the distance and the speed of the track on one side."""
-        return Track(self.left_cm, self.left_m_s) if side == "left" else Track(self.right_cm, self.right_m_s)
+        return (
+            TrackFeedback(self.left_cm, self.left_m_s)
+            if side == "left"
+            else TrackFeedback(self.right_cm, self.right_m_s)
+        )
 
 
 class Parser:
@@ -149,7 +153,7 @@ class Odometer(CountAccumulator):
 
     >>> odometer = Odometer()
     >>> for time, centimetres in ((0.0, 0), (0.05, 0), (0.1, 2)):
-    ...     odometer.move(Track(centimetres, 0.1), time)
+    ...     odometer.move(TrackFeedback(centimetres, 0.1), time)
     ...     print(f"{odometer.angle(1.0).angle:g} m")
     0 m
     0.005 m
@@ -163,7 +167,7 @@ class Odometer(CountAccumulator):
         super().restart()
         self._position = None
 
-    def is_plausible(self, track: Track, time: float) -> bool:
+    def is_plausible(self, track: TrackFeedback, time: float) -> bool:
         """Return whether the track can have moved to this distance since the last feedback.
 
         track: the distance and the speed in new feedback. A wrong digit makes the distance impossible.
@@ -176,7 +180,7 @@ class Odometer(CountAccumulator):
         farthest = IMPOSSIBLE_M_S * (time - last_time + JITTER_S)
         return low - farthest <= metres <= high + farthest
 
-    def move(self, track: Track, time: float) -> None:
+    def move(self, track: TrackFeedback, time: float) -> None:
         """Add the distance of new feedback, which arrived at ``time`` in seconds."""
         low, high = _centimetre_bounds(track.centimetres)
         guess = (low + high) / 2

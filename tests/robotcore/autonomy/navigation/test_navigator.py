@@ -5,14 +5,14 @@ from collections.abc import Callable
 
 import pytest
 
-from robotcore.autonomy.navigation import Navigator, Target
+from robotcore.autonomy.navigation import Navigator, StopPoint
 from robotcore.autonomy.navigation.mapping import NavigationMap
 from robotcore.geometry import Pose, Twist
 from tests.robotcore.autonomy.navigation.map_drawing import HERE, mark_occupied, mark_unknown
 from tests.robotcore.fakes import Rig
 
 SPEED, TURN = 0.25, 1.5
-BALL = Target(1.4, 0.0, 0.5)
+BALL = StopPoint(1.4, 0.0, 0.5)
 
 
 @pytest.fixture
@@ -106,7 +106,7 @@ class TestWayToTarget:
 class TestSurvey:
     def test_turns_over_the_direction_of_the_unknown_part(self, navigator: Navigator) -> None:
         mark_unknown(navigator.map.grid, -0.5, 0.5, 0.7, 2.0)
-        navigator.plan_to(HERE, Target(0.0, 1.6, 0.5))
+        navigator.plan_to(HERE, StopPoint(0.0, 1.6, 0.5))
         end = run_motion(navigator.follow, HERE)[-1]
         navigator.survey_ahead(end)
         headings = [pose.heading for pose in run_motion(navigator.survey, end)]

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from robotcore.autonomy.navigation import Target
+from robotcore.autonomy.navigation import StopPoint
 from robotcore.autonomy.navigation.grid_paths import Cell
 from robotcore.autonomy.navigation.mapping import NavigationMap
 from robotcore.autonomy.navigation.occupancy_grid import OccupancyGrid
@@ -83,7 +83,7 @@ def test_there_is_no_path_through_a_wall(field: NavigationMap) -> None:
     assert field.ground.find_path(field.grid.cell_of(HERE.x, HERE.y), cell(field.grid, 1.0)) is NO_PATH
 
 
-BALL = Target(1.4, 0.0, 0.5)
+BALL = StopPoint(1.4, 0.0, 0.5)
 
 
 @pytest.mark.parametrize(
@@ -103,9 +103,9 @@ def test_a_body_in_the_corridor_blocks_a_straight_path(
 
 
 def test_a_target_may_lie_beyond_the_map(field: NavigationMap) -> None:
-    assert is_unobstructed(field.grid, HERE, Target(9.0, 1.0, 0.5))
+    assert is_unobstructed(field.grid, HERE, StopPoint(9.0, 1.0, 0.5))
     mark_occupied(field.grid, 0.5, 0.6, -0.2, 0.4)
-    assert not is_unobstructed(field.grid, HERE, Target(9.0, 1.0, 0.5))
+    assert not is_unobstructed(field.grid, HERE, StopPoint(9.0, 1.0, 0.5))
 
 
 @pytest.mark.parametrize("left, bottom, is_known", [(0.25, 0.05, False), (0.7, -0.2, True)])

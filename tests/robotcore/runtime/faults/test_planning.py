@@ -20,7 +20,7 @@ from robotcore.kinds.bumper import BumperDescription
 from robotcore.runtime.faults import ConnectionTarget, Fault, FaultContext, LoopTarget, plan_faults
 from robotcore.runtime.faults.planning import load_fault
 from robotcore.runtime.faults.spec import Spec
-from robotcore.runtime.faults.targets import Target, TargetClass
+from robotcore.runtime.faults.targets import FaultTarget, TargetClass
 from robotcore.runtime.layers.base import Layer, Reader
 from robotcore.runtime.needs import needed_devices
 from robotcore.sweep.fingerprint import compute_code_digests
@@ -53,7 +53,7 @@ BUMPY = build_rover(
 )
 def test_target_is_a_device_a_role_the_loop_or_the_connection(spec: str, kind: TargetClass, devices: set[str]) -> None:
     (planned,) = plan_faults([spec], ROVER, EVERYTHING)
-    assert planned.target == Target(kind, frozenset(devices))
+    assert planned.target == FaultTarget(kind, frozenset(devices))
 
 
 @pytest.mark.parametrize("target, devices", [("bumper", {"front"}), ("rear", {"rear"}), ("battery", {"cells"})])

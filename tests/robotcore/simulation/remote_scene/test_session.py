@@ -35,7 +35,7 @@ def create_setup(robot: RobotDescription, *devices: str, rate_hz: float = 20.0) 
     return Setup(robot, worlds.empty(), frozenset(names), rate_hz)
 
 
-def open_robot(scene: MemoryScene, setup: Setup, control: SimulationControl = SimulationControl.OURS) -> Robot:
+def open_robot(scene: MemoryScene, setup: Setup, control: SimulationControl = SimulationControl.PROGRAM) -> Robot:
     return open_in_scene(setup, "memory", lambda: scene, control)
 
 
@@ -70,8 +70,8 @@ def test_running_simulation_is_left_running() -> None:
 @pytest.mark.parametrize(
     "state, control, kind",
     [
-        (State.PAUSED, SimulationControl.OURS, "simulation-paused"),
-        (State.STOPPED, SimulationControl.THEIRS, "simulation-stopped"),
+        (State.PAUSED, SimulationControl.PROGRAM, "simulation-paused"),
+        (State.STOPPED, SimulationControl.USER, "simulation-stopped"),
     ],
 )
 def test_simulation_that_must_not_be_started_is_refused_and_unchanged(

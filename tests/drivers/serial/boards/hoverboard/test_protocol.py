@@ -10,7 +10,7 @@ from drivers.serial.boards.hoverboard.protocol import (
     Feedback,
     Mixer,
     Parser,
-    Steering,
+    SteerCommand,
     command,
 )
 from tests.doubles.serial.hoverboard import feedback
@@ -70,7 +70,7 @@ def test_mixer_is_the_firmwares() -> None:
     for line in MADE.splitlines():
         speed_coefficient, steer_coefficient, speed, steer, left, right = map(int, line.split())
         mixer = Mixer(speed_coefficient / 16384, steer_coefficient / 16384)
-        assert mixer.wheels(Steering(steer, speed)) == (left, right), line
+        assert mixer.wheels(SteerCommand(steer, speed)) == (left, right), line
 
 
 def test_every_reachable_pair_of_wheels_is_exact_with_default_coefficients() -> None:
@@ -85,8 +85,8 @@ def test_every_reachable_pair_of_wheels_is_exact_with_default_coefficients() -> 
 def test_with_other_coefficients_no_nearby_command_has_a_smaller_error(mixer: Mixer) -> None:
     for left, right in product(range(-173, 174, 43), repeat=2):
         steer, speed = mixer.steering(left, right)
-        near = (Steering(steer + by, speed + more) for by, more in product(range(-2, 3), repeat=2))
-        assert _error(mixer, Steering(steer, speed), left, right) == min(
+        near = (SteerCommand(steer + by, speed + more) for by, more in product(range(-2, 3), repeat=2))
+        assert _error(mixer, SteerCommand(steer, speed), left, right) == min(
             _error(mixer, steering, left, right) for steering in near
         )
 
@@ -104,6 +104,6 @@ def test_wheels_beyond_the_reach_keep_their_path() -> None:
         assert max(abs(left), abs(right)) >= 390, case
 
 
-def _error(mixer: Mixer, steering: Steering, left: int, right: int) -> int:
+def _error(mixer: Mixer, steering: SteerCommand, left: int, right: int) -> int:
     made_left, made_right = mixer.wheels(steering)
     return (made_left - left) ** 2 + (made_right - right) ** 2

@@ -7,7 +7,7 @@ from itertools import pairwise
 import pytest
 
 from drivers.serial.boards.waveshare.drivers import WaveshareDriver
-from drivers.serial.boards.waveshare.protocol import SILENCE_S, Odometer, Track
+from drivers.serial.boards.waveshare.protocol import SILENCE_S, Odometer, TrackFeedback
 from robotcore.errors import DeviceGroupError, DeviceLostError
 from tests.doubles.serial.bench import Rig, board_devices
 from tests.doubles.serial.waveshare import STARTING_S, WaveshareBoard
@@ -21,7 +21,7 @@ def _metres(*feedback: tuple[int, float], every: float = 0.05) -> float:
     """Return the odometer's angle after repeated lines with these centimetres and speeds."""
     odometer = Odometer()
     for nth, (centimetres, speed) in enumerate(feedback):
-        odometer.move(Track(centimetres, speed), nth * every)
+        odometer.move(TrackFeedback(centimetres, speed), nth * every)
     angle = odometer.angle(1.0)
     assert angle
     return angle.angle
@@ -49,7 +49,7 @@ def test_the_odometer_continues_after_a_restart() -> None:
     for nth, centimetres in enumerate((0, 20, -1, 700, 720)):
         if centimetres in (-1, 700):
             odometer.restart()
-        odometer.move(Track(centimetres, 0.0), nth)
+        odometer.move(TrackFeedback(centimetres, 0.0), nth)
     angle = odometer.angle(1.0)
     assert angle
     assert angle.angle == pytest.approx(0.4, abs=0.011)
@@ -58,9 +58,9 @@ def test_the_odometer_continues_after_a_restart() -> None:
 @pytest.mark.parametrize("centimetres, is_plausible", [(15, True), (-15, True), (1000, False), (-1000, False)])
 def test_an_impossible_distance_is_not_plausible(centimetres: int, is_plausible: bool) -> None:
     odometer = Odometer()
-    assert odometer.is_plausible(Track(1000, 0.0), 0.0)
-    odometer.move(Track(0, 0.0), 0.0)
-    assert odometer.is_plausible(Track(centimetres, 0.0), 0.05) is is_plausible
+    assert odometer.is_plausible(TrackFeedback(1000, 0.0), 0.0)
+    odometer.move(TrackFeedback(0, 0.0), 0.0)
+    assert odometer.is_plausible(TrackFeedback(centimetres, 0.0), 0.05) is is_plausible
 
 
 @pytest.fixture

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from drivers.serial.boards.waveshare.protocol import MAX_LINE_LENGTH, Parser, Track, greeting
+from drivers.serial.boards.waveshare.protocol import MAX_LINE_LENGTH, Parser, TrackFeedback, greeting
 from tests.doubles.serial.waveshare import WaveshareBoard
 
 FEEDBACK_LINE = WaveshareBoard().feedback()
@@ -23,7 +23,7 @@ def test_a_greeting_ends_a_cut_line_stops_the_board_and_sets_its_own_time_out_fi
         (b'{"T":1001,"L":0,"R":0,"odl":0,"odr":0,"v":1187,"pan":0.5,"tilt":-3}\r\n', (0, 0), (0, 0), 1187),
     ],
 )  # fmt: skip
-def test_feedback_is_read(line: bytes, left: Track, right: Track, centivolts: int) -> None:
+def test_feedback_is_read(line: bytes, left: TrackFeedback, right: TrackFeedback, centivolts: int) -> None:
     [feedback] = Parser().feed(line)
     assert (feedback.track("left"), feedback.track("right"), feedback.centivolts) == (left, right, centivolts)
 
