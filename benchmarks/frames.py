@@ -28,7 +28,7 @@ from robotcore.description import (
     load_robot,
     load_world,
 )
-from robotcore.description.generation.gaps import gap_between
+from robotcore.description.generation.gaps import compute_gap
 from robotcore.description.world import Cylinder
 from robotcore.geometry import Pose
 from robotcore.hal.backend import Setup, load_backend
@@ -202,7 +202,7 @@ def _add_screen(world: WorldDescription, ball: Ball, eye: Pose, draw: Random) ->
         width_m=0.02,
         height_m=draw.uniform(0.1, 0.3),
     )
-    is_apart = all(gap_between(screen.outline, thing.outline) > 0.005 for thing in (*world.prisms, ball))
+    is_apart = all(compute_gap(screen.outline, thing.outline) > 0.005 for thing in (*world.prisms, ball))
     return world.model_copy(update={"obstacles": (*world.obstacles, screen)}) if is_apart else world
 
 

@@ -26,7 +26,7 @@ from benchmarks.report import compute_median, measure_ratio, parse_options, prin
 from robotcore.errors import RecordingError
 from robotcore.recording import read
 from robotcore.recording.recorder import Recorder
-from robotcore.runtime.session import Run, RunRequest, RunResult, run
+from robotcore.runtime.session import RunContext, RunRequest, RunResult, run
 from robotcore.runtime.trace import TickRecord
 
 COST_BOUND, LOST_BOUND_S = 1.15, 1.0
@@ -37,7 +37,7 @@ KILLED = "tests.robotcore.recording.recording_run"
 class Stopwatch:
     """An observer that measures each tick in ms: the wall time from the beginning of the step, and the CPU time."""
 
-    def begin(self, run: Run) -> None:
+    def begin(self, run: RunContext) -> None:
         self.ticks: list[tuple[float, float]] = []
         step, behaviour = run.behaviour.step, run.behaviour
 

@@ -18,7 +18,7 @@ from random import Random
 
 from benchmarks.report import parse_options, print_table
 from robotcore import RunRequest, run
-from robotcore.runtime.observer import Run
+from robotcore.runtime.observer import RunContext
 from robotcore.runtime.result import Outcome, RunResult
 from robotcore.runtime.trace import TickRecord
 from robotcore.sweep.engine import count_cores
@@ -35,7 +35,7 @@ class HeldTime:
         self.longest_s = 0.0
         self._since: float | None = None
 
-    def begin(self, run: Run) -> None: ...
+    def begin(self, run: RunContext) -> None: ...
 
     def tick(self, record: TickRecord) -> None:
         """Measure the time since the guard began to hold the robot."""

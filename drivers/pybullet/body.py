@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from drivers.pybullet.bullet import Bullet
 from drivers.pybullet.scene import CollisionGroup
 from robotcore.description import Drive, RobotDescription
-from robotcore.description.urdf import CASTER, robot_urdf, wheel_link
+from robotcore.description.urdf import CASTER, build_robot_urdf, name_wheel_link
 from robotcore.errors import DeviceError
 from robotcore.geometry import Pose, Twist
 
@@ -91,7 +91,7 @@ class Body:
 def _load(bullet: Bullet, description: RobotDescription, start: Pose) -> int:
     with TemporaryDirectory() as folder:
         file = Path(folder, "robot.urdf")
-        file.write_text(robot_urdf(description), encoding="utf-8")
+        file.write_text(build_robot_urdf(description), encoding="utf-8")
         number: int = bullet.loadURDF(
             str(file),
             [start.x, start.y, 0.0],
@@ -105,7 +105,7 @@ def _load(bullet: Bullet, description: RobotDescription, start: Pose) -> int:
 def _wheel_joints(drive: Drive | None, links: dict[str, int]) -> dict[str, int]:
     if drive is None:
         return {}
-    return {name: links[wheel_link(motor)] for name, motor in drive.wheel_motors.items()}
+    return {name: links[name_wheel_link(motor)] for name, motor in drive.wheel_motors.items()}
 
 
 def _list_links(bullet: Bullet, body: int) -> dict[str, int]:

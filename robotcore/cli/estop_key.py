@@ -13,7 +13,7 @@ from threading import Event, RLock, Thread, main_thread
 from typing import Any
 
 from robotcore.cli.app_terminal import AppTerminal
-from robotcore.runtime.observer import Run
+from robotcore.runtime.observer import RunContext
 from robotcore.runtime.result import RunResult
 from robotcore.runtime.trace import TickRecord
 from robotcore.threads import start_thread
@@ -49,7 +49,7 @@ class EmergencyStopKey:
         self._app: AppTerminal | None = None
         self._saved_mode: list[Any] | None = None
         self._lock = RLock()
-        self._run: Run | None = None
+        self._run: RunContext | None = None
         self._has_ended = Event()
         self._is_paused = False
         self._thread: Thread | None = None
@@ -58,7 +58,7 @@ class EmergencyStopKey:
         """Return the hint for the user, or an empty text while the key does not work."""
         return HINT if self._saved_mode is not None and _is_in_foreground(self._terminal) else ""
 
-    def begin(self, run: Run) -> None:
+    def begin(self, run: RunContext) -> None:
         import termios
 
         self._run = run

@@ -163,10 +163,10 @@ def _backend_cells(backend: dict[str, Any]) -> tuple[RenderableType, ...]:
 
 def _fault_row(name: str) -> dict[str, Any]:
     from robotcore.errors import BackendMissingError
-    from robotcore.runtime.faults.planning import effect_of, load_fault, targets_for
+    from robotcore.runtime.faults.planning import load_fault, read_effect, targets_for
     from robotcore.runtime.faults.spec import parameters_of
 
-    effect = effect_of(name)
+    effect = read_effect(name)
     try:
         fault = load_fault(name)
     except BackendMissingError as error:

@@ -53,7 +53,7 @@ def is_same_file(file: Path, other: Path | str) -> bool:
         return False
 
 
-def make_recorder(
+def build_recorder(
     file: Path | None,
     options: Mapping[str, str],
     *,

@@ -17,7 +17,7 @@ from click.core import ParameterSource
 from robotcore.cli.command_classes import RunCommand, prepare_result, write_result
 from robotcore.cli.options import host_option, merge_options, parse_size, port_option, run_options
 from robotcore.cli.output import redirect_prints, write_failure, write_line
-from robotcore.cli.output_files import finish_recording, make_recorder
+from robotcore.cli.output_files import build_recorder, finish_recording
 from robotcore.errors import UsageError
 
 if TYPE_CHECKING:
@@ -87,7 +87,7 @@ def command(
 
     with SignalGuard() as interrupts:
         drawer = _make_picture_recorder(picture)
-        recorder = make_recorder(
+        recorder = build_recorder(
             record, dict(values["options"]), is_forced=is_forced, is_jpeg=record_jpeg, limit=record_limit
         )
         notifier = Notifier.from_environment(os.environ)

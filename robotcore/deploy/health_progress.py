@@ -79,7 +79,7 @@ def follow_check(link: RobotLink, step: Step, action: str, release: str | None, 
             if attempt == 0 and error.kind != BROKEN:
                 raise
             if not release or attempt == ATTEMPTS or error.kind not in TRANSIENT:
-                raise DeployError(f"{error}. {status_hint(link.host)}", kind=error.kind) from error
+                raise DeployError(f"{error}. {build_status_hint(link.host)}", kind=error.kind) from error
             action = "activate"
     if result.outcome != HEALTHY:
         raise UnhealthyError(
@@ -93,7 +93,7 @@ def follow_check(link: RobotLink, step: Step, action: str, release: str | None, 
     return result.release
 
 
-def status_hint(host: RobotAddress) -> str:
+def build_status_hint(host: RobotAddress) -> str:
     """Return a sentence that says that the check continues, with the command that shows its result."""
     return f"The health check continues on the robot: {host.format_command('status')}"
 

@@ -108,7 +108,7 @@ def _build_checked_bundle(request: PushRequest, folder: Path, on_step: OnStep) -
 def describe_state_after(step: str, request: PushRequest) -> str:
     """Return a sentence about the state of the robot after a push that ended in this step."""
     if step == health.STEP:
-        return health.status_hint(request.host)
+        return health.build_status_hint(request.host)
     return f"Nothing {'was sent to' if step in {*checks.NAMES, FILES} else 'has changed on'} {request.host}"
 
 

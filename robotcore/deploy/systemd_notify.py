@@ -17,7 +17,7 @@ from socket import AF_UNIX, MSG_DONTWAIT, SOCK_DGRAM, socket
 from robotcore.errors import BehaviourError, WatchdogError
 from robotcore.hal.clock import Clock
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.runtime.observer import Run
+from robotcore.runtime.observer import RunContext
 from robotcore.runtime.result import RunResult
 from robotcore.runtime.trace import TickRecord, format_voltages
 
@@ -76,7 +76,7 @@ class Notifier:
             return None
         return cls(address, int(period_us) / 1e6 if period_us.isdecimal() else None)
 
-    def begin(self, run: Run) -> None:
+    def begin(self, run: RunContext) -> None:
         self._outer = sys.exc_info()[1]
 
     def tick(self, record: TickRecord) -> None:

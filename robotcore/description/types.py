@@ -103,7 +103,7 @@ MIN_DEGREES = 10.0
 """The least number that is probably an angle in degrees, if a file has it in place of radians."""
 
 
-def make_turn_mistake(angle: float, key: str = "") -> Mistake:
+def build_turn_mistake(angle: float, key: str = "") -> Mistake:
     """Return the mistake for an angle of more than a turn. If it is at least `MIN_DEGREES`, suggest degrees."""
     remedy = f"Take an angle from {-TURN_RAD} to {TURN_RAD}"
     if abs(angle) >= MIN_DEGREES:
@@ -114,7 +114,7 @@ def make_turn_mistake(angle: float, key: str = "") -> Mistake:
 def _require_turn(angle: float, info: ValidationInfo) -> float:
     # Only files are validated with a context. A heading that a seed draws, and a recording has, may be larger.
     if info.context is not None and abs(angle) > TURN_RAD:
-        raise make_turn_mistake(angle)
+        raise build_turn_mistake(angle)
     return angle
 
 

@@ -20,7 +20,7 @@ WHEEL_COLOUR = (25, 25, 25)
 CASTER_COLOUR = (150, 150, 150)
 
 
-def wheel_link(motor: str) -> str:
+def name_wheel_link(motor: str) -> str:
     """Return the name of the link of a motor's wheel."""
     return f"{motor}_wheel"
 
@@ -140,7 +140,7 @@ def _list_robot_parts(robot: RobotDescription) -> Iterator[ET.Element]:
 
 
 def _list_wheel_parts(motor: Any, drive: Drive) -> Iterator[ET.Element]:
-    name, radius = wheel_link(motor.name), drive.wheel_radius_m
+    name, radius = name_wheel_link(motor.name), drive.wheel_radius_m
     tyre = _cylinder(radius, drive.wheel_width_m, rpy=_LYING)
     inertia = _Inertia(drive.wheel_mass_kg, drive.wheel_moments_kg_m2)
     yield _link(name, inertia, tyre, _sphere(radius), WHEEL_COLOUR)
@@ -206,7 +206,7 @@ def _make_shape(prism: Box | Cylinder) -> _Shape:
     return _cylinder(prism.radius_m, prism.height_m, middle)
 
 
-def robot_urdf(description: RobotDescription, world: WorldDescription | None = None) -> str:
+def build_robot_urdf(description: RobotDescription, world: WorldDescription | None = None) -> str:
     """Return a robot, and optionally a world around it, as a URDF document.
 
     The collision shape of a wheel is a sphere, which touches the floor at one point in the middle of the wheel. URDF
@@ -214,7 +214,7 @@ def robot_urdf(description: RobotDescription, world: WorldDescription | None = N
     wheels to 1.
 
     >>> from robotcore.description import load_robot
-    >>> robot_urdf(load_robot("lookout")).splitlines()[1]
+    >>> build_robot_urdf(load_robot("lookout")).splitlines()[1]
     '<robot name="lookout">'
     """
     name = f"{description.name} in {world.name}" if world else description.name

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel, ValidationError
 
-from robotcore.description.types import MIN_DEGREES, make_turn_mistake
+from robotcore.description.types import MIN_DEGREES, build_turn_mistake
 from robotcore.errors import Mistake
 from robotcore.text import suggestion
 
@@ -171,7 +171,7 @@ def _make_mistake(
     if cause.startswith("union_tag"):
         return _make_tag_mistake(key, found, model)
     if _is_in_degrees(found):
-        return make_turn_mistake(found["input"], key)
+        return build_turn_mistake(found["input"], key)
     remedy = "Correct it"
     if cause == "extra_forbidden":
         keys = _find_schema(model, path[:-1]).get("properties", ())

@@ -19,7 +19,7 @@ from robotcore.recording.recording import build_metadata
 from robotcore.recording.tap import RecordingTap
 from robotcore.recording.writer import Entry, RecordingWriter
 from robotcore.runtime.result import RunResult
-from robotcore.runtime.session import Run
+from robotcore.runtime.session import RunContext
 from robotcore.runtime.trace import TickRecord
 from robotcore.threads import start_thread
 
@@ -107,7 +107,7 @@ class Recorder:
         self._queue: WriteQueue[Entry] = WriteQueue(room)
         self._is_stepped = False
         self.layer = RecordingTap(lambda: self._is_stepped or self._queue.has_room())
-        self._run: Run | None = None
+        self._run: RunContext | None = None
         self._result: RunResult | None = None
         self._outer: BaseException | None = None
         self._thread: threading.Thread | None = None
@@ -134,7 +134,7 @@ class Recorder:
         """Return the result with the number of dropped pictures."""
         return replace(result, dropped_pictures=self.dropped)
 
-    def begin(self, run: Run) -> None:
+    def begin(self, run: RunContext) -> None:
         """Open the file, write the metadata, and start the writer thread."""
         metadata = build_metadata(run)
         self._run, self._is_stepped, self._outer = run, metadata.is_stepped, sys.exc_info()[1]

@@ -17,7 +17,7 @@ from robotcore.runtime.apps import app_path, is_app_file
 from robotcore.runtime.behaviour import Behaviour
 from robotcore.runtime.plan import RunRequest
 from robotcore.runtime.result import RunResult
-from robotcore.runtime.session import Run
+from robotcore.runtime.session import RunContext
 from robotcore.runtime.versions import libraries
 
 FORMAT = 1
@@ -88,7 +88,7 @@ class Recording:
         return not self.missing_inputs
 
 
-def build_metadata(run: Run) -> Metadata:
+def build_metadata(run: RunContext) -> Metadata:
     """Return the metadata of a run that has not begun its first tick."""
     request = run.request
     return Metadata(

@@ -32,7 +32,7 @@ from robotcore.recording.mcap_file import McapFile
 from robotcore.recording.recording import Metadata
 from robotcore.recording.tap import TickEvents
 from robotcore.runtime.result import RunResult
-from robotcore.runtime.session import Run
+from robotcore.runtime.session import RunContext
 from robotcore.runtime.trace import TickRecord
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ class Entry(NamedTuple):
 class RecordingWriter:
     """Writes one run to a file. It writes the metadata when it is created."""
 
-    def __init__(self, file: McapFile, run: Run, metadata: Metadata, *, is_jpeg: bool) -> None:
+    def __init__(self, file: McapFile, run: RunContext, metadata: Metadata, *, is_jpeg: bool) -> None:
         from foxglove.channels import FrameTransformsChannel, LogChannel, PoseInFrameChannel
 
         self._file = file

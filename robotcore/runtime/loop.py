@@ -36,7 +36,7 @@ class Loop:
     assembled: the robot with its layers.
     rate_hz: the number of ticks in a second.
     observers: functions that are called with the record of each tick.
-    step_limit, observer_limit: the watchdog's time limits for the app's step and for the observers.
+    build_step_limit, observer_limit: the watchdog's time limits for the app's step and for the observers.
     outage: the longest time for which a device may be lost, in seconds. The robot stands still while a device is lost.
     waits: the monitor of the app's steps, in a simulation.
     """
@@ -48,7 +48,7 @@ class Loop:
         rate_hz: float,
         timeout: float,
         observers: Sequence[TickObserver] = (),
-        step_limit: TimeLimit | None = None,
+        build_step_limit: TimeLimit | None = None,
         observer_limit: TimeLimit | None = None,
         outage: float = 0.0,
         waits: WaitMonitor | None = None,
@@ -56,7 +56,7 @@ class Loop:
         self.robot, self._clock = assembled.robot, assembled.clock
         self._latch, self._filter, self._activity = assembled.latch, assembled.command_filter, assembled.activity
         self._reserve = assembled.motor_stops.reserve
-        self._step_limit, self._observer_limit = step_limit, observer_limit
+        self._step_limit, self._observer_limit = build_step_limit, observer_limit
         self._stop_and_wait = partial(assembled.suspend, LOST)
         self.losses = DeviceLossTracker(outage)
         self._drive = assembled.robot.drive if assembled.command_filter else None

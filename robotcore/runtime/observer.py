@@ -18,8 +18,8 @@ from robotcore.safety import EmergencyStop
 
 
 @dataclass(frozen=True)
-class Run:
-    """The description of a run for its observers.
+class RunContext:
+    """The parts of a run, for its observers.
 
     An observer must not read devices, because a read changes the run. The attribute ``latest`` of a sensor is the last
     sample that the app read.
@@ -42,7 +42,7 @@ class Run:
 class Observer(Protocol):
     """The interface of observers. A run calls its methods at the beginning, after each tick, and at the end."""
 
-    def begin(self, run: Run) -> None:
+    def begin(self, run: RunContext) -> None:
         """Receive the description of the run, before the first tick."""
 
     def tick(self, record: TickRecord) -> None:

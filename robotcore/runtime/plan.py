@@ -30,7 +30,7 @@ from robotcore.runtime.needs import needed_devices
 from robotcore.runtime.request import RunRequest as RunRequest  # noqa: PLC0414  the modules above import it from here
 from robotcore.runtime.settings import configure, list_changes
 from robotcore.runtime.success_verification import load_judge
-from robotcore.safety import stopping_distance
+from robotcore.safety import compute_stopping_distance
 
 DEFAULT_WORLD = "arena"
 MIN_RATE_HZ, MAX_RATE_HZ = 1.0, 1000.0
@@ -154,7 +154,7 @@ def _require_room_to_stop(behaviour: Behaviour, description: RobotDescription) -
     if (stopping := behaviour.stopping) is None or not description.range_sensors_ahead:
         return
     safety = description.safety
-    guard = stopping_distance(stopping.speed, safety.stop_distance_m, safety.deceleration_m_s2)
+    guard = compute_stopping_distance(stopping.speed, safety.stop_distance_m, safety.deceleration_m_s2)
     if stopping.distance <= guard:
         raise UsageError(
             f"the app stops {stopping.distance:g} m in front of an obstacle, but at {stopping.speed:g} m/s the range "

@@ -20,24 +20,24 @@ from robotcore.runtime.layers.base import Tap
 from robotcore.runtime.layers.guardian import guard_motors
 from robotcore.runtime.loop import Loop
 from robotcore.runtime.monitors import WaitMonitor
-from robotcore.runtime.observer import Observer, Run, notify_end
+from robotcore.runtime.observer import Observer, RunContext, notify_end
 from robotcore.runtime.plan import Plan, RunRequest
 from robotcore.runtime.result import Outcome, RunResult, WrittenNote, get_outcome
 from robotcore.runtime.signals import SignalGuard, WatchdogInterrupt
 from robotcore.runtime.success_verification import Verification, verify_run
 from robotcore.runtime.time_limits import (
     SIMULATION_FACTOR,
+    build_open_limit,
+    build_step_limit,
     close_limit,
     judge_limit,
     observer_limit,
-    open_limit,
-    step_limit,
 )
 from robotcore.safety import ActivityMonitor, EmergencyStop, RangeGuard, Watchdog
 from robotcore.safety.motor_stop import STOP_S
 from robotcore.safety.thread_reserve import BackgroundCall, Reserve
 
-__all__ = ["Observer", "Run", "RunRequest", "RunResult", "run"]
+__all__ = ["Observer", "RunContext", "RunRequest", "RunResult", "run"]
 
 WAKE_UP_S = 0.3
 """The wait for new samples after a suspension of the program, in seconds."""
@@ -134,7 +134,7 @@ class RunSession:
 
     def _run_and_close(self) -> Outcome:
         plan = self._plan
-        self._activity.begin(open_limit(plan.backend.name))
+        self._activity.begin(build_open_limit(plan.backend.name))
         raw = robot = plan.backend.open(plan.setup)
         self._activity.begin(None)
         self._notes += raw.notes
@@ -163,7 +163,7 @@ class RunSession:
             plan.request.rate_hz,
             plan.request.timeout_s,
             [*(observer.tick for observer in self._observers), lambda _: self._signals.check()],
-            step_limit(plan.behaviour, safety.watchdog_s),
+            build_step_limit(plan.behaviour, safety.watchdog_s),
             observer_limit(safety.watchdog_s * (SIMULATION_FACTOR if assembled.robot.clock.is_lockstep else 1.0)),
             safety.outage_s,
             WaitMonitor(self._add_note) if assembled.robot.clock.is_lockstep else None,
@@ -172,7 +172,9 @@ class RunSession:
         self._signals.before_suspension = partial(assembled.suspend, "suspension")
         self._signals.after_suspension = self._wait_for_sensors
         self._signals.is_suspension_deferred = True
-        run = Run(plan.request, plan.behaviour, plan.description, plan.world, assembled.robot, truth, stop, plan.faults)
+        run = RunContext(
+            plan.request, plan.behaviour, plan.description, plan.world, assembled.robot, truth, stop, plan.faults
+        )
         with self._signals.defer():
             for observer in self._observers:
                 observer.begin(run)

@@ -25,7 +25,7 @@ In a run with a window it multiplies every time limit, because a simulator stops
 """
 
 
-def open_limit(backend: str) -> TimeLimit:
+def build_open_limit(backend: str) -> TimeLimit:
     """Return the time limit for opening a robot."""
     advice = "Check that the simulator or board that it connects to answers"
     return TimeLimit(
@@ -39,7 +39,7 @@ def open_limit(backend: str) -> TimeLimit:
     )
 
 
-def step_limit(app: Behaviour, limit_s: float) -> TimeLimit:
+def build_step_limit(app: Behaviour, limit_s: float) -> TimeLimit:
     """Return the time limit for an app's step."""
 
     def build_error(seconds: float, frame: FrameType | None) -> WatchdogError:

@@ -4,7 +4,7 @@ from robotcore.safety.command_filter import LOST, CommandFilter, SafetyFilter, T
 from robotcore.safety.deadman import Deadman
 from robotcore.safety.latch import EmergencyStop, Latch
 from robotcore.safety.motor_stop import StopGroup
-from robotcore.safety.range_guard import DistanceAhead, RangeGuard, stopping_distance
+from robotcore.safety.range_guard import DistanceAhead, RangeGuard, compute_stopping_distance
 from robotcore.safety.sensor_checks import StuckRangeCheck, WheelTrackingCheck
 from robotcore.safety.velocity_limits import STOPPED, AccelerationLimit, Intervention, Rule, VelocityLimit
 from robotcore.safety.watchdog import ActivityMonitor, TimeLimit, Watchdog
@@ -30,5 +30,5 @@ __all__ = [
     "VelocityLimit",
     "Watchdog",
     "WheelTrackingCheck",
-    "stopping_distance",
+    "compute_stopping_distance",
 ]

@@ -32,7 +32,7 @@ class RangeGuard:
             return command
         speed = forward * self.geometry.wheel_radius
         fastest = max(speed, (last.left + last.right) / 2 * self.geometry.wheel_radius)
-        if self.distance(fastest) > stopping_distance(speed, self.stop_distance, self.deceleration):
+        if self.distance(fastest) > compute_stopping_distance(speed, self.stop_distance, self.deceleration):
             return command
         return Wheels(command.left - forward, command.right - forward)
 
@@ -67,7 +67,7 @@ class _ClearanceAhead:
         return sample.distance - self._fastest * max(0.0, now - sample.time)
 
 
-def stopping_distance(speed: float, stop_distance: float, deceleration: float) -> float:
+def compute_stopping_distance(speed: float, stop_distance: float, deceleration: float) -> float:
     """Return the distance at which the range guard removes forward motion, in metres: stop_distance + v²/2a.
 
     speed: the robot's speed v, in m/s.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from robotcore.description import RobotDescription, WorldDescription, draw_world, load_world, require_start
-from robotcore.description.urdf import robot_urdf
+from robotcore.description.urdf import build_robot_urdf
 from robotcore.errors import UnknownNameError
 from robotcore.hal.backend import ModelExport, loadable_backends
 
@@ -40,7 +40,7 @@ def export_model(
     Raises UnknownNameError for an unknown format, and BackendMissingError if the format's simulator is not installed.
     """
     if file_format == URDF:
-        return ModelExport(robot_urdf(robot, world), notes=_list_urdf_notes(world))
+        return ModelExport(build_robot_urdf(robot, world), notes=_list_urdf_notes(world))
     exporters = {name: backend for backend in loadable_backends() for name in backend.exports}
     if file_format not in exporters:
         raise UnknownNameError("format", file_format, [URDF, *exporters])

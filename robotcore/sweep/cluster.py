@@ -18,7 +18,7 @@ from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.runtime.plan import RunRequest
 from robotcore.sweep.cluster_worker import JobBundle, format_mismatch, perform_job
 from robotcore.sweep.engine import compute_hang_limit
-from robotcore.sweep.single_run import RunOutput, make_failed_output
+from robotcore.sweep.single_run import RunOutput, build_failed_output
 from robotcore.sweep.spec import Sweep
 
 ANSWER_S = 10
@@ -166,7 +166,7 @@ class _Workers:
                 else:
                     return output
         except distributed.KilledWorker:
-            return make_failed_output(request, BackendError("each worker that executed this run died"))
+            return build_failed_output(request, BackendError("each worker that executed this run died"))
         except BackendError as error:
             if error.kind != "worker-mismatch":  # other BackendErrors contain the hint already
                 raise
@@ -174,7 +174,7 @@ class _Workers:
         except (CancelledError, OSError) as error:  # Dask lost the scheduler; an OSError of the run is in its record
             raise self._make_gone_error() from error
         except Exception as error:  # noqa: BLE001  if a vendor's library raises, only this run fails
-            return make_failed_output(request, RobotcoreError(f"{type(error).__name__}: {error}"))
+            return build_failed_output(request, RobotcoreError(f"{type(error).__name__}: {error}"))
 
     def _make_gone_error(self) -> BackendError:
         return BackendError(

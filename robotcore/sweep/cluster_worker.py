@@ -17,7 +17,7 @@ from robotcore.runtime.apps import app_name, app_path, is_app_file
 from robotcore.runtime.plan import RunRequest
 from robotcore.runtime.versions import libraries
 from robotcore.sweep.fingerprint import compute_code_digests, read_own_files
-from robotcore.sweep.single_run import RunOutput, attempt, make_failed_output
+from robotcore.sweep.single_run import RunOutput, attempt, build_failed_output
 from robotcore.sweep.spec import Sweep, format_command
 from robotcore.sweep.worker import WorkerProcess
 
@@ -49,7 +49,7 @@ def perform_job(request: RunRequest, bundle: JobBundle, limit_s: float) -> RunOu
             if not root.exists():
                 bundle.unpack(root)
         except OSError as error:  # the engine would take an OSError for a lost connection
-            return make_failed_output(request, RobotcoreError(f"{type(error).__name__}: {error}"))
+            return build_failed_output(request, RobotcoreError(f"{type(error).__name__}: {error}"))
         local = bundle.localize(request, root)
         return _restore_names(attempt(_get_worker(root), local, limit_s), request, local)
 

@@ -15,7 +15,7 @@ from robotcore.description import is_own
 from robotcore.errors import UsageError
 from robotcore.hal.backend import load_backend
 from robotcore.runtime.apps import app_path, is_app_file, load_app
-from robotcore.runtime.faults.planning import modules_of
+from robotcore.runtime.faults.planning import list_modules
 from robotcore.runtime.versions import libraries
 from robotcore.sweep.spec import Sweep
 
@@ -75,7 +75,7 @@ def compute_code_digests(apps: Iterable[str], backends: Iterable[str], faults: I
     """
     modules = [type(load_backend(backend)).__module__ for backend in backends]
     modules += [load_app(app).__module__ for app in apps if not is_app_file(app)]
-    packages = {"robotcore", *map(_find_package, [*modules, *modules_of(faults)])}
+    packages = {"robotcore", *map(_find_package, [*modules, *list_modules(faults)])}
     return {package: _compute_package_digest(package) for package in sorted(packages)}
 
 

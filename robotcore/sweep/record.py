@@ -15,7 +15,7 @@ from robotcore.text import pluralize
 
 if TYPE_CHECKING:
     from robotcore.hal.truth import Truth
-    from robotcore.runtime.session import Run
+    from robotcore.runtime.session import RunContext
     from robotcore.runtime.trace import TickRecord
 
 
@@ -153,7 +153,7 @@ class PathRecorder:
         """The path that was recorded until now; None if the backend has no true pose."""
         return tuple(self._points) if self._truth else None
 
-    def begin(self, run: Run) -> None:
+    def begin(self, run: RunContext) -> None:
         self._truth = run.truth
 
     def tick(self, record: TickRecord) -> None:

@@ -72,7 +72,7 @@ def attempt(worker: WorkerProcess, request: RunRequest, limit_s: float) -> RunOu
     except (RobotcoreError, TypeError, ValueError) as error:
         worker.close()  # the reply to the next call might be the late reply to this one
         problem = RobotcoreError(f"the worker process gave no result: {error}")
-    return make_failed_output(request, problem, wall.now())
+    return build_failed_output(request, problem, wall.now())
 
 
 def _perform_and_pack(request: RunRequest) -> list[str]:
@@ -81,7 +81,7 @@ def _perform_and_pack(request: RunRequest) -> list[str]:
     try:
         output = perform(request)
     except Exception as error:  # noqa: BLE001  the app or a vendor's library raised it
-        output = make_failed_output(request, RobotcoreError(f"{type(error).__name__}: {error}"), wall.now())
+        output = build_failed_output(request, RobotcoreError(f"{type(error).__name__}: {error}"), wall.now())
     if output.record.result.outcome is Outcome.INTERRUPTED:
         os._exit(output.record.result.exit_status)
     return [output.record.to_json(), b64encode(output.picture or b"").decode("ascii")]
@@ -111,7 +111,7 @@ def _identify(request: RunRequest) -> dict[str, Any]:
     }
 
 
-def make_failed_output(request: RunRequest, error: RobotcoreError, wall_time_s: float = 0.0) -> RunOutput:
+def build_failed_output(request: RunRequest, error: RobotcoreError, wall_time_s: float = 0.0) -> RunOutput:
     """Return an output with the outcome ``error`` for a run whose process sent no valid output.
 
     If the request names a judge, the result says that the run is not verified.

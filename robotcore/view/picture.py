@@ -19,7 +19,7 @@ from robotcore.recording import Recording, Tick
 from robotcore.recording.summary import build_odometry_path, build_result, build_true_path
 from robotcore.runtime.layers.devices import AppActuator, AppSensor
 from robotcore.runtime.result import Outcome, RunResult
-from robotcore.runtime.session import Run
+from robotcore.runtime.session import RunContext
 from robotcore.runtime.trace import TickRecord
 from robotcore.view.canvas import (
     BAD,
@@ -195,7 +195,7 @@ class PictureRecorder:
     """
 
     def __init__(self) -> None:
-        self._run: Run | None = None
+        self._run: RunContext | None = None
         self._track = Track()
         self._figure: RunFigure | None = None
 
@@ -203,7 +203,7 @@ class PictureRecorder:
         state = "ended" if self._figure else "running" if self._run else "not begun"
         return f"<PictureRecorder of {len(self._track.points)} points, {state}>"
 
-    def begin(self, run: Run) -> None:
+    def begin(self, run: RunContext) -> None:
         self._run = run
 
     def tick(self, record: TickRecord) -> None:

@@ -16,7 +16,7 @@ from robotcore.kinds.range_sensor import RangeSensor
 from robotcore.runtime.intervention_timer import InterventionTimer
 from robotcore.runtime.layers.devices import AppSensor
 from robotcore.runtime.result import RunResult
-from robotcore.runtime.session import Run
+from robotcore.runtime.session import RunContext
 from robotcore.runtime.trace import TickRecord, format_voltages
 from robotcore.text import escape
 from robotcore.view.text import list_interventions
@@ -41,7 +41,7 @@ class ProgressLine:
         self._hint = hint
         self._spinner = Spinner("dots")
         self._wall = MonotonicClock()
-        self._run: Run | None = None
+        self._run: RunContext | None = None
         self._record: TickRecord | None = None
         self._warnings: list[str] = []
         self._timer = InterventionTimer()
@@ -50,7 +50,7 @@ class ProgressLine:
             get_renderable=self._build_lines, console=console, refresh_per_second=REFRESH_HZ, transient=True
         )
 
-    def begin(self, run: Run) -> None:
+    def begin(self, run: RunContext) -> None:
         self._wall = MonotonicClock()
         self._run = run
         self._live.start()
@@ -99,18 +99,18 @@ class ProgressLine:
             )
         return line
 
-    def _format_pace(self, record: TickRecord, run: Run) -> str:
+    def _format_pace(self, record: TickRecord, run: RunContext) -> str:
         """Return the ratio of simulated to real time, such as ``2.0x real time``; empty on a real robot."""
         if isinstance(run.robot.clock, MonotonicClock):
             return ""
         return f"{record.time / max(self._wall.now(), 1e-3):.1f}x real time"
 
 
-def _format_faults(run: Run, time: float) -> str:
+def _format_faults(run: RunContext, time: float) -> str:
     return "; ".join(str(fault) for fault in run.faults if fault.is_on(time))
 
 
-def _format_last_range(run: Run) -> str:
+def _format_last_range(run: RunContext) -> str:
     sensors = (each for each in run.robot.devices.values() if isinstance(each, RangeSensor))
     sensor = next(sensors, None)
     if not isinstance(sensor, AppSensor) or (sample := sensor.latest) is None:

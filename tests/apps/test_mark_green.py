@@ -4,7 +4,7 @@ import pytest
 
 from robotcore import Outcome, RunRequest, RunResult, run
 from robotcore.autonomy.vision.colour_detector import YELLOW
-from robotcore.runtime.session import Run
+from robotcore.runtime.session import RunContext
 from robotcore.runtime.trace import TickRecord
 
 SEED = 6
@@ -14,7 +14,7 @@ SEED = 6
 class DisplayRecorder:
     """Stores the last picture that the display showed."""
 
-    def begin(self, run: Run) -> None:
+    def begin(self, run: RunContext) -> None:
         self._display = run.robot.display
 
     def tick(self, record: TickRecord) -> None:

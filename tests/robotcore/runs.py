@@ -7,7 +7,7 @@ from typing import Any
 
 from robotcore.hal.robot import Robot
 from robotcore.runtime.behaviour import Status
-from robotcore.runtime.session import Run, RunResult
+from robotcore.runtime.session import RunContext, RunResult
 from robotcore.runtime.trace import TickRecord
 from robotcore.safety import STOPPED
 from tests.robotcore.fakes import FunctionApp
@@ -22,7 +22,7 @@ class Watcher:
     def __init__(self) -> None:
         self.calls: list[tuple[str, Any]] = []
 
-    def begin(self, run: Run) -> None:
+    def begin(self, run: RunContext) -> None:
         self.calls.append(("begin", run))
 
     def tick(self, record: TickRecord) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from drivers.mujoco.model.attributes import CollisionGroup, RenderGroup, camera_orientation, rgba, rotation_about_z
 from robotcore.description import Drive, RobotDescription
 from robotcore.description.robot import Body, Caster
-from robotcore.description.urdf import BASE, CASTER_COLOUR, WHEEL_COLOUR, wheel_joint, wheel_link
+from robotcore.description.urdf import BASE, CASTER_COLOUR, WHEEL_COLOUR, name_wheel_link, wheel_joint
 from robotcore.geometry import Pose
 from robotcore.kinds.camera import CameraDescription
 from robotcore.kinds.motor import MotorDescription
@@ -114,7 +114,7 @@ def add_wheel(spec: MjSpec, base: Any, motor: MotorDescription, drive: Drive) ->
     import mujoco
 
     radius, place = drive.wheel_radius_m, [0.0, drive.wheel_y_m(motor.name), drive.wheel_radius_m]
-    body = _add_hinged_body(base, wheel_link(motor.name), wheel_joint(motor.name), place)
+    body = _add_hinged_body(base, name_wheel_link(motor.name), wheel_joint(motor.name), place)
     body.mass, body.inertia = drive.wheel_mass_kg, drive.wheel_moments_kg_m2
     _add_ball(body, radius, friction=[1.0, 0.0, 0.0], priority=1, group=RenderGroup.ROBOT_COLLISION)
     body.add_geom(

@@ -60,7 +60,7 @@ class Steering:
         """Return the angular velocity in rad/s that turns the robot towards a bearing in radians."""
         return max(-self.turn, min(self.turn, TURN_GAIN * bearing))
 
-    def along(self, bearing: float, away: float) -> Twist:
+    def steer(self, bearing: float, away: float) -> Twist:
         """Return the velocity at which to drive to a point of a path.
 
         bearing: the direction of the point from the robot, in radians.
@@ -106,7 +106,7 @@ class Follower:
         while self._path:
             x, y = grid.point_of(*self._find_lookahead(here))
             if (away := pose.distance_to(x, y)) >= ARRIVED_M:
-                return self._steering.along(pose.bearing_to(x, y), away)
+                return self._steering.steer(pose.bearing_to(x, y), away)
             self._path.pop(0)
         return None
 
@@ -124,10 +124,10 @@ HEADING_TOLERANCE_RAD = 0.1
 """The robot has turned to a heading if its own heading differs from it by less than this."""
 
 SCAN_RAD = 0.8
-"""The angle to the left and to the right of a bearing to which `SensorScan.ahead` turns."""
+"""The angle to the left and to the right of a bearing to which `SensorSurvey.ahead` turns."""
 
 
-class CameraScan:
+class CameraLook:
     """A turn of at most 360° in one direction, until the camera has seen the bearings that it should see."""
 
     def __init__(self, heading: float) -> None:
@@ -150,7 +150,7 @@ class CameraScan:
         return self._sense if is_left else 0.0
 
 
-class SensorScan:
+class SensorSurvey:
     """A turn through several headings, so that the range sensor measures the surroundings."""
 
     def __init__(self, at: Pose, headings: Iterable[float], *, is_full_turn: bool = False) -> None:
@@ -159,14 +159,14 @@ class SensorScan:
         self._headings = list(headings)
 
     @classmethod
-    def ahead(cls, at: Pose, bearing: float) -> SensorScan:
+    def ahead(cls, at: Pose, bearing: float) -> SensorSurvey:
         """Return a scan to the left and to the right of a bearing in radians, the side nearer to the heading first."""
         middle = at.heading + bearing
         sides = middle + SCAN_RAD, middle - SCAN_RAD
         return cls(at, sorted(sides, key=lambda side: abs(wrap_angle(side - at.heading))))
 
     @classmethod
-    def full_turn(cls, at: Pose) -> SensorScan:
+    def full_turn(cls, at: Pose) -> SensorSurvey:
         """Return a scan over a full turn."""
         return cls(at, (at.heading + part * math.tau / 3 for part in (1, 2, 3)), is_full_turn=True)
 
@@ -184,4 +184,4 @@ class SensorScan:
         return 0.0
 
 
-NO_SCAN = SensorScan(Pose(math.inf, math.inf, 0.0), ())
+NO_SCAN = SensorSurvey(Pose(math.inf, math.inf, 0.0), ())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from robotcore.autonomy.navigation.mapping import NavigationMap
-from robotcore.autonomy.navigation.motion import NO_SCAN, CameraScan, Follower, SensorScan, Steering
+from robotcore.autonomy.navigation.motion import NO_SCAN, CameraLook, Follower, SensorSurvey, Steering
 from robotcore.autonomy.navigation.next_best_view import Viewpoint, best_viewpoint
 from robotcore.autonomy.navigation.planner import (
     NO_PATH,
@@ -94,7 +94,7 @@ class Navigator:
 
     def begin_look(self, pose: Pose) -> None:
         """Start a turn of the camera to all unseen area that is visible from the pose."""
-        self._look = CameraScan(pose.heading)
+        self._look = CameraLook(pose.heading)
 
     def look(self, pose: Pose) -> Twist | None:
         """Return the velocity of the turn to unseen area, or None at its end."""
@@ -140,7 +140,7 @@ class Navigator:
 
     def survey_ahead(self, pose: Pose) -> None:
         """Start a survey of the direction of the unknown cells that follow on the planned path."""
-        self._survey = SensorScan.ahead(pose, self._detour.bearing_on(pose, self.map.ground))
+        self._survey = SensorSurvey.ahead(pose, self._detour.compute_unknown_bearing(pose, self.map.ground))
 
     def survey_more(self, pose: Pose) -> bool:
         """Start the next survey at this pose, and return True. Return False if both surveys have been done here.
@@ -152,7 +152,7 @@ class Navigator:
             return True
         if self._survey.is_full_turn:
             return False
-        self._survey = SensorScan.full_turn(pose)
+        self._survey = SensorSurvey.full_turn(pose)
         return True
 
     def survey(self, pose: Pose) -> Twist | None:
@@ -189,7 +189,7 @@ class Navigator:
     def _begin_map(self, pose: Pose, reach: float) -> None:
         self.map = NavigationMap(pose, reach)
         self._follower = Follower(self.map.ground, self._steering)
-        self._look = CameraScan(pose.heading)
+        self._look = CameraLook(pose.heading)
         self._survey = NO_SCAN
         self._view = None
         self._detour = NO_PATH_PLAN

@@ -71,7 +71,7 @@ class OccupancyGrid:
         self.travelled = 0.0
         """The robot's travel in metres plus its turns in radians. `MapMemory.move` increases it."""
         middles = (np.arange(self.count) + 0.5) * cell - size / 2
-        self._xs, self._ys = (middles + round(along / cell) * cell for along in centre)
+        self._xs, self._ys = (middles + round(steer / cell) * cell for steer in centre)
 
     def __repr__(self) -> str:
         counts = f"free={int(self.free.sum())}, occupied={int(self.occupied.sum())}"

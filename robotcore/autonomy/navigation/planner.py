@@ -196,7 +196,7 @@ TRIES = 8
 """The greatest number of candidates that one call of `plan_path` examines."""
 
 UNKNOWN_BEARING_M = 0.32
-"""The distance from the start of a path's unknown part to the point whose bearing `bearing_on` returns."""
+"""The distance from the start of a path's unknown part to the point whose bearing `compute_unknown_bearing` returns."""
 
 
 class PathPlan(NamedTuple):
@@ -205,7 +205,7 @@ class PathPlan(NamedTuple):
     path: GridPath
     unknown_part: list[Cell]
 
-    def bearing_on(self, pose: Pose, ground: Traversability) -> float:
+    def compute_unknown_bearing(self, pose: Pose, ground: Traversability) -> float:
         """Return the bearing of the unknown part in radians, or 0 if there is no unknown part."""
         if not self.unknown_part:
             return 0.0

@@ -7,7 +7,7 @@ from robotcore.autonomy.vision.colour_detector import (
     Blob,
     ColourDetector,
     draw_boxes,
-    hue_of,
+    parse_hue,
 )
 
-__all__ = ["DEFAULT_TOLERANCE", "HUES", "HUE_RANGES", "Blob", "ColourDetector", "draw_boxes", "hue_of"]
+__all__ = ["DEFAULT_TOLERANCE", "HUES", "HUE_RANGES", "Blob", "ColourDetector", "draw_boxes", "parse_hue"]

@@ -13,7 +13,7 @@ from robotcore.autonomy.vision.hue_segmentation import (
     Box,
     HueClassifier,
     Region,
-    box_of,
+    compute_box,
     find_contours,
     find_hue,
     measure_region,
@@ -50,12 +50,12 @@ A range ends in the middle between two named hues. Only that of green ends 2 deg
 """
 
 
-def hue_of(hue: str | float) -> float:
+def parse_hue(hue: str | float) -> float:
     """Return a hue in degrees, in [0, 360). The argument is a name in `HUES` or any number of degrees.
 
     Raises UnknownNameError for an unknown name, and UsageError for a number that is not finite.
 
-    >>> hue_of("green"), hue_of(-10)
+    >>> parse_hue("green"), parse_hue(-10)
     (128.0, 350.0)
     """
     try:
@@ -164,7 +164,7 @@ class ColourDetector:
         if not min_area >= 1:
             text = f"min_area is {min_area} pixels; take 1 or more"
             raise UsageError(text, kind="area-too-small", min_area=min_area)
-        self.hue = hue_of(hue)
+        self.hue = parse_hue(hue)
         self._tolerances = limit_tolerance(hue, tolerance)
         self._hue_classifier = HueClassifier(self.hue, *self._tolerances)
         self._min_saturation = min_saturation
@@ -212,7 +212,7 @@ class ColourDetector:
             mask = find_hue(image, tests)
             candidates = sorted(find_contours(mask), key=pixels_in)[-MAX_CANDIDATES:]
         for candidate in candidates:
-            left, top, width, height = box = box_of(candidate)
+            left, top, width, height = box = compute_box(candidate)
             inside = slice(top, top + height), slice(left, left + width)
             yield box, self._hue_classifier.chroma(cv2.mean(image[inside], mask[inside]))
 

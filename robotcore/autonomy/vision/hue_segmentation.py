@@ -175,10 +175,10 @@ def measure_region(contour: Contour) -> Region:
     edge_u, edge_v = cv2.mean(contour)[:2]
     area = moments["m00"] + edge
     centroid = (moments["m10"] + edge * edge_u) / area, (moments["m01"] + edge * edge_v) / area
-    return Region(centroid, box_of(contour), round(area))
+    return Region(centroid, compute_box(contour), round(area))
 
 
-def box_of(contour: Contour) -> Box:
+def compute_box(contour: Contour) -> Box:
     """Return the box around a contour: left, top, width and height."""
     left, top, width, height = cv2.boundingRect(contour)
     return left, top, width, height

@@ -42,7 +42,7 @@ def rollback(host: RobotAddress, release: str | None) -> int:
         except Interrupted:
             display.close()
             if display.step == health_progress.STEP:
-                write_lines(health_progress.status_hint(host), is_error=True)
+                write_lines(health_progress.build_status_hint(host), is_error=True)
             raise
     return 0
 

@@ -59,10 +59,10 @@ def command(
 
 def _diagnose(robot: str | None, backend: str | None, options: Mapping[str, str]) -> Iterator[AboutFinding]:
     """Yield each finding with the name of the backend that it is about, or ``machine``."""
-    from robotcore.cli.doctor.machine import machine_checks
+    from robotcore.cli.doctor.machine import list_machine_checks
     from robotcore.hal.check_finding import findings_of
 
-    found = list(findings_of(machine_checks()))
+    found = list(findings_of(list_machine_checks()))
     yield from ((MACHINE, finding) for finding in found)
     if any(finding.level.value == "error" and finding.subject == "NumPy" for finding in found):
         return  # all other checks import NumPy

@@ -58,7 +58,7 @@ def _run_opencv() -> str:
     return cv2.__version__
 
 
-def machine_checks() -> tuple[tuple[str, Check], ...]:
+def list_machine_checks() -> tuple[tuple[str, Check], ...]:
     """Return the checks that apply to every machine, by name."""
     opencv = "pip install --force-reinstall opencv-python-headless; on a Pi: sudo apt install python3-opencv"
     return (

@@ -80,7 +80,7 @@ def find_environment(layout: Layout, spec: EnvironmentSpec) -> Path | None:
     return next((folder for folder in made if _is_unchanged(folder, spec)), None)
 
 
-def make_environment(layout: Layout, spec: EnvironmentSpec, release: str, inputs: PipInputs) -> Path:
+def create_environment(layout: Layout, spec: EnvironmentSpec, release: str, inputs: PipInputs) -> Path:
     """Create an environment for a release, and return its folder. The caller must hold the lock.
 
     The function first deletes incomplete environments of killed processes. It always creates a new folder, because an

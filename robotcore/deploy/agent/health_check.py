@@ -249,7 +249,7 @@ ABANDONED_S = 45.0
 
 
 def follow_check(layout: Layout, check: HealthCheck) -> dict[str, Any]:
-    """Report the progress of a health check until it ends. Return `build_report`'s report.
+    """Report the progress of a health check until it ends. Return `build_health_answer`'s report.
 
     Raises AgentError if no process runs the check.
     """
@@ -269,10 +269,10 @@ def follow_check(layout: Layout, check: HealthCheck) -> dict[str, Any]:
             )
         time.sleep(FOLLOW_POLL_S)
     unknown = HealthResult(STOPPED, "another release replaced this one, or the result could not be stored")
-    return build_report(layout, check.release, check.read_result(layout) or unknown)
+    return build_health_answer(layout, check.release, check.read_result(layout) or unknown)
 
 
-def build_report(layout: Layout, release: str, result: HealthResult) -> dict[str, Any]:
+def build_health_answer(layout: Layout, release: str, result: HealthResult) -> dict[str, Any]:
     """Return the answer to the client about a completed health check, see `robot_answers.HealthAnswer`.
 
     After a rollback, the function first waits until the previous release has started again.

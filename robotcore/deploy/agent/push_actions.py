@@ -136,7 +136,7 @@ def install_release(layout: Layout, *, release: str, is_offline: bool = False) -
         environment = environments.find_environment(layout, spec)
         if environment is None:
             report_progress("making an environment")
-            environment, how = environments.make_environment(layout, spec, release, inputs), "made"
+            environment, how = environments.create_environment(layout, spec, release, inputs), "made"
         uploads.delete(folder / WHEELS)
         files.replace_link(folder / ENVIRONMENT, f"../../environments/{environment.name}")
         report_progress("the doctor examines the robot")

@@ -11,7 +11,7 @@ from robotcore.deploy.agent import systemctl as systemd
 from robotcore.deploy.agent import systemd_units as units
 from robotcore.deploy.agent.errors import AgentError
 from robotcore.deploy.agent.files import Layout, hold_lock, measure_free_space
-from robotcore.deploy.agent.health_check import HealthCheck, build_report, follow_check, wait_until_settled
+from robotcore.deploy.agent.health_check import HealthCheck, build_health_answer, follow_check, wait_until_settled
 from robotcore.deploy.agent.releases import HEALTHY, HEALTHY_WITHIN_S, UNHEALTHY, HealthResult, read_outcome
 from robotcore.deploy.agent.rpc import report_progress
 from robotcore.deploy.agent.systemctl import UnitState
@@ -19,7 +19,7 @@ from robotcore.deploy.agent.systemd_units import HEALTH_CHECK, SERVICE, START_LI
 
 
 def activate_release(layout: Layout, *, release: str, healthy_within_s: float = HEALTHY_WITHIN_S) -> dict[str, Any]:
-    """Make a release the current one if its health check passes. Return `build_report`'s report.
+    """Make a release the current one if its health check passes. Return `build_health_answer`'s report.
 
     A second call for the same release follows the running check, or returns the stored result. An interrupt of the call
     does not end the check. If the release cannot be checked, the function raises AgentError and changes nothing.
@@ -30,12 +30,12 @@ def activate_release(layout: Layout, *, release: str, healthy_within_s: float = 
     result = HealthResult.read(layout.releases / release)
     is_over = result and (releases.read_current(layout) == release or result.outcome != HEALTHY)
     if result and is_over and not health_check.read_pending(layout):
-        return build_report(layout, release, result)
+        return build_health_answer(layout, release, result)
     return start_check(layout, release, healthy_within_s)
 
 
 def start_check(layout: Layout, release: str, healthy_within_s: float) -> dict[str, Any]:
-    """Check the health of a release, even if it has a stored result. Return `build_report`'s report."""
+    """Check the health of a release, even if it has a stored result. Return `build_health_answer`'s report."""
     if not 0 < healthy_within_s <= START_LIMIT_S:
         raise AgentError(
             f"a time limit of {healthy_within_s:g} s is not possible",
@@ -77,7 +77,7 @@ def _plan_check(layout: Layout, release: str) -> HealthCheck:
 def roll_back(
     layout: Layout, *, release: str | None = None, healthy_within_s: float = HEALTHY_WITHIN_S
 ) -> dict[str, Any]:
-    """Make an older release the current one if its health check passes. Return `build_report`'s report.
+    """Make an older release the current one if its health check passes. Return `build_health_answer`'s report.
 
     release: the release's name; None for the newest healthy release before the current one.
     """

@@ -15,14 +15,14 @@ from robotcore.errors import DescriptionError, Mistake
 Array = NDArray[np.float64]
 
 
-def gap_between(one: Outline, other: Outline) -> float:
+def compute_gap(one: Outline, other: Outline) -> float:
     """Return the gap between two convex outlines in metres. It is negative if they overlap.
 
     If the nearest points are two corners, the result is smaller than their distance. The method is that of separating
     axes. Source: Ericson, Real-Time Collision Detection, 5.2.1.
 
     >>> square = ((1.0, 1.0), (0.0, 1.0), (0.0, 0.0), (1.0, 0.0))
-    >>> gap_between(square, tuple((x + 1.5, y) for x, y in square))
+    >>> compute_gap(square, tuple((x + 1.5, y) for x, y in square))
     0.5
     """
     a, b = np.array(one), np.array(other)
@@ -87,7 +87,7 @@ class _Outlines:
         is_near = (self._lows[:first] <= high).all(axis=1) & (self._highs[:first] >= low).all(axis=1)
         for index in np.flatnonzero(is_near):
             body, other = self._outlines[index]
-            if gap_between(outline, other) < 0:
+            if compute_gap(outline, other) < 0:
                 yield body
 
 

@@ -14,7 +14,7 @@ from robotcore.recording.events import Read, Tick, WheelAngles
 from robotcore.runtime.layers.base import Tap
 from robotcore.runtime.plan import RunRequest
 from robotcore.runtime.result import RunResult
-from robotcore.runtime.session import Run, run
+from robotcore.runtime.session import RunContext, run
 from robotcore.runtime.trace import TickRecord
 
 BACKEND = "replay"
@@ -89,7 +89,7 @@ class ReplayTap(Tap, ABC):
         self.current = TickReader(recording.ticks[0])
         """The recorded tick that is compared with the current tick of the run."""
 
-    def begin(self, run: Run) -> None:
+    def begin(self, run: RunContext) -> None:
         """Do nothing. The comparison begins with the first tick."""
 
     @abstractmethod

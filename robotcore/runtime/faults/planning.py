@@ -19,7 +19,7 @@ from robotcore.runtime.faults.targets import FaultTarget, TargetClass, find_targ
 from robotcore.runtime.layers.base import Layer
 
 
-def effect_of(name: str) -> str:
+def read_effect(name: str) -> str:
     """Return the effect of a registered fault: the part of its name before the dot, such as ``noise``.
 
     The part after the dot distinguishes faults with the same effect, as in ``noise.camera`` and ``noise.range``.
@@ -47,8 +47,8 @@ def find_faults(effect: str) -> list[type[Fault]]:
 
     Raises UnknownNameError if no fault has the effect. Raises UsageError if no fault is registered.
     """
-    names = [name for name in fault_names() if effect_of(name) == effect]
-    if not names and (known := {effect_of(name) for name in fault_names()}):
+    names = [name for name in fault_names() if read_effect(name) == effect]
+    if not names and (known := {read_effect(name) for name in fault_names()}):
         raise UnknownNameError("effect", effect, sorted(known))
     return [load_fault(name) for name in names or [effect]]
 
@@ -65,13 +65,13 @@ def select_fault(faults: Iterable[type[Fault]], target: TargetClass) -> type[Fau
 def targets_for(name: str) -> list[str]:
     """Return the names of the targets on which the effect of a registered fault is this fault."""
     fault = load_fault(name)
-    candidates = [each for other, each in _loadable_faults() if effect_of(other) == effect_of(name)]
+    candidates = [each for other, each in _loadable_faults() if read_effect(other) == read_effect(name)]
     return [name_target(each.kind) for each in list_classes() if select_fault(candidates, each) is fault]
 
 
 def effects_on(target: TargetClass) -> list[str]:
     """Return the names of the effects on a class of targets."""
-    return sorted({effect_of(name) for name, fault in _loadable_faults() if fault.fits(target)})
+    return sorted({read_effect(name) for name, fault in _loadable_faults() if fault.fits(target)})
 
 
 def _loadable_faults() -> Iterator[tuple[str, type[Fault]]]:
@@ -80,13 +80,13 @@ def _loadable_faults() -> Iterator[tuple[str, type[Fault]]]:
             yield name, load_fault(name)
 
 
-def modules_of(specs: Iterable[str]) -> list[str]:
+def list_modules(specs: Iterable[str]) -> list[str]:
     """Return the names of the modules that define the faults of these specifications.
 
     Invalid specifications are left out.
     """
     names = {word.partition("=")[0].replace("-", "_") for spec in specs for word in spec.split()[1:2]}
-    return sorted(load_fault(name).__module__ for name in fault_names() if effect_of(name) in names)
+    return sorted(load_fault(name).__module__ for name in fault_names() if read_effect(name) in names)
 
 
 @dataclass(frozen=True)

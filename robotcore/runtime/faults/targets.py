@@ -67,10 +67,10 @@ def find_target(name: str, description: RobotDescription, opened: Collection[str
 
     opened: the names of the devices that the run opens.
     """
-    targets = targets_of(description, opened)
+    targets = list_targets(description, opened)
     if name in targets:
         return targets[name]
-    if name in targets_of(description, [device.name for device in description.devices]):
+    if name in list_targets(description, [device.name for device in description.devices]):
         raise UsageError(
             f"the app does not use {name}. Choose a target that it uses: {', '.join(sorted(targets))}",
             kind="fault-target-not-open",
@@ -78,7 +78,7 @@ def find_target(name: str, description: RobotDescription, opened: Collection[str
     raise UnknownNameError("target", name, list(targets))
 
 
-def targets_of(description: RobotDescription, opened: Collection[str]) -> dict[str, FaultTarget]:
+def list_targets(description: RobotDescription, opened: Collection[str]) -> dict[str, FaultTarget]:
     """Return all targets of a robot by name. A role or a kind stands for its first open device.
 
     opened: the names of the devices that the run opens.

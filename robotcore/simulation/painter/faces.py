@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robotcore.description import Light
-from robotcore.description.generation.gaps import gap_between
+from robotcore.description.generation.gaps import compute_gap
 from robotcore.description.world import Outline, WorldDescription
 from robotcore.optics import CameraView
 from robotcore.raycast import edges_of
@@ -44,7 +44,7 @@ def split_into_blocks(world: WorldDescription) -> list[Block]:
 
 def _subtract(outline: Outline, hole: Outline) -> Iterator[Outline]:
     """Yield convex outlines that together cover the area of ``outline`` outside ``hole``."""
-    if gap_between(outline, hole) > -TOUCHING_M:
+    if compute_gap(outline, hole) > -TOUCHING_M:
         yield outline
         return
     rest = list(np.array(outline))

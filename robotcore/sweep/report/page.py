@@ -19,7 +19,7 @@ from robotcore.sweep.record import Record, classify_failure, format_failure
 from robotcore.sweep.report import failures
 from robotcore.sweep.report.charts import plot_arrivals, plot_condition, plot_milestones, plot_success
 from robotcore.sweep.report.maps import draw_maps
-from robotcore.sweep.report.series import Series, find_goal, list_milestones, make_series
+from robotcore.sweep.report.series import Series, build_series, find_goal, list_milestones
 from robotcore.sweep.spec import format_seeds
 from robotcore.sweep.statistics import Group, Requirement, compare_backends, list_missed_requirements
 from robotcore.sweep.tables import COLUMNS, format_judge
@@ -61,7 +61,7 @@ def render_page(
     environment.globals |= {function.__name__: function for function in functions}
     environment.globals |= {"max_differing": MAX_DIFFERING, "few": MAX_OPEN, "columns": COLUMNS}
     records = sorted(records, key=_sort_key)
-    series = make_series(records)
+    series = build_series(records)
     groups = [each.group for each in series]
     explanation = explain(records)
     return environment.get_template("page.html.j2").render(

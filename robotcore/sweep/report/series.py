@@ -36,7 +36,7 @@ class Series:
         return [float(time) for time in np.quantile(times, (0.1, 0.5, 0.9))] if times else []
 
 
-def make_series(records: Iterable[Record]) -> list[Series]:
+def build_series(records: Iterable[Record]) -> list[Series]:
     """Return a series for each backend in each world, first by world, then by backend.
 
     Worlds and backends are in the order of their first records. Each world has its own colour, and each backend its own

@@ -8,7 +8,7 @@ import pytest
 
 from drivers.kinematic.clearance import Clearance
 from robotcore.description import Box, Cylinder, Walls
-from robotcore.description.generation.gaps import gap_between
+from robotcore.description.generation.gaps import compute_gap
 from robotcore.geometry import Pose
 from robotcore.hal.robot import Robot
 from tests.drivers.kinematic.rooms import (
@@ -91,7 +91,7 @@ def test_gaps_equal_those_of_gap_between() -> None:
     for heading in (0.0, 1.0, 2.5, -2.0):
         pose = Pose(0.2, 0.1, heading)
         body = tuple(pose.to_world(x, y) for x, y in ROVER.body.footprint)
-        expected = [gap_between(body, thing.outline) for thing in things]
+        expected = [compute_gap(body, thing.outline) for thing in things]
         assert clearances.measure_gaps(pose) == pytest.approx(expected, abs=1e-12)
 
 

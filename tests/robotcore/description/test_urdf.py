@@ -6,14 +6,14 @@ from xml.etree import ElementTree as ET
 import pytest
 
 from robotcore.description import WorldDescription, load_robot, load_world
-from robotcore.description.urdf import robot_urdf
+from robotcore.description.urdf import build_robot_urdf
 from tests.robotcore.description import files
 
 ARENA = load_world("arena")
 
 
 def parse(robot: str, world: WorldDescription | None = None) -> ET.Element:
-    return ET.fromstring(robot_urdf(load_robot(robot), world).encode())  # noqa: S314  our own
+    return ET.fromstring(build_robot_urdf(load_robot(robot), world).encode())  # noqa: S314  our own
 
 
 DOCUMENT = parse("rover", ARENA)

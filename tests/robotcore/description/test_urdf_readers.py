@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from robotcore.description import WorldDescription, load_robot, load_world
-from robotcore.description.urdf import robot_urdf
+from robotcore.description.urdf import build_robot_urdf
 
 ROVER, ARENA = load_robot("rover"), load_world("arena")
 WHEELS = {"left_motor": 0.0775, "right_motor": -0.0775}
@@ -21,7 +21,7 @@ FUSED = 1e-4
 
 def file(folder: Path, world: WorldDescription | None = None) -> str:
     written = folder / "rover.urdf"
-    written.write_text(robot_urdf(ROVER, world))
+    written.write_text(build_robot_urdf(ROVER, world))
     return str(written)
 
 

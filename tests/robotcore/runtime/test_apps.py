@@ -18,7 +18,7 @@ from robotcore.runtime import apps, versions
 from robotcore.runtime.apps import load_app, load_app_file, use_script_folder
 from robotcore.runtime.forks import EXIT_STATUS
 from robotcore.runtime.settings import configure
-from robotcore.runtime.time_limits import step_limit
+from robotcore.runtime.time_limits import build_step_limit
 from tests.texts import CheckText, Raises
 
 
@@ -96,7 +96,7 @@ def test_line_of_a_step_that_hangs_is_named_for_a_file_in_the_working_folder(
     head = "import sys\nfrom robotcore import Behaviour\nclass Hanging(Behaviour):\n"
     Path("hanging.py").write_text(f"{head}    def step(self, robot):\n        return sys._getframe()\n")
     app: Any = load_app_file("hanging.py")()
-    assert ", at hanging.py:5." in str(step_limit(app, 3.0).error(3.0, app.step(None)))
+    assert ", at hanging.py:5." in str(build_step_limit(app, 3.0).error(3.0, app.step(None)))
 
 
 def test_version_of_a_library_without_a_known_distribution_is_found(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -23,7 +23,7 @@ from robotcore.runtime.behaviour import Status
 from robotcore.runtime.layers import AssembledRobot, assemble
 from robotcore.runtime.plan import RunRequest
 from robotcore.runtime.result import Outcome
-from robotcore.runtime.session import Run
+from robotcore.runtime.session import RunContext
 from robotcore.runtime.signals import SignalGuard
 from robotcore.runtime.trace import TickRecord
 from tests.robotcore.fakes import RigBackend
@@ -80,7 +80,7 @@ def test_late_watchdog_interrupt_ends_the_run_with_the_latched_error(
 class Button(Watcher):
     """Presses the e-stop from another thread at the third tick."""
 
-    def begin(self, run: Run) -> None:
+    def begin(self, run: RunContext) -> None:
         self.run = run
 
     def tick(self, record: TickRecord) -> None:
@@ -155,7 +155,7 @@ class TestObservers:
 
     def test_signal_does_not_interrupt_the_beginning(self, perform: Runner) -> None:
         class Beginning(Watcher):
-            def begin(self, run: Run) -> None:
+            def begin(self, run: RunContext) -> None:
                 signal.raise_signal(signal.SIGINT)
                 super().begin(run)
 

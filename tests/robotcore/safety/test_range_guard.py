@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from robotcore.geometry import DifferentialGeometry, Wheels
 from robotcore.hal.clock import SteppedClock
-from robotcore.safety import DistanceAhead, RangeGuard, stopping_distance
+from robotcore.safety import DistanceAhead, RangeGuard, compute_stopping_distance
 from tests.robotcore.fakes import NullRange
 
 GEOMETRY = DifferentialGeometry(wheel_radius=0.05, track=0.2)
@@ -18,8 +18,8 @@ wheels = st.builds(Wheels, st.floats(-100, 100), st.floats(-100, 100))
 
 class TestRangeGuard:
     def test_stopping_distance_grows_with_the_square_of_the_speed(self) -> None:
-        assert stopping_distance(0.0, 0.1, 0.5) == 0.1
-        assert stopping_distance(0.4, 0.1, 0.5) == pytest.approx(0.1 + 0.16)
+        assert compute_stopping_distance(0.0, 0.1, 0.5) == 0.1
+        assert compute_stopping_distance(0.4, 0.1, 0.5) == pytest.approx(0.1 + 0.16)
 
     @pytest.mark.parametrize("speed", [0.05, 0.2, 0.4])
     def test_guard_acts_exactly_at_the_stopping_distance(self, speed: float) -> None:
@@ -34,7 +34,7 @@ class TestRangeGuard:
     ) -> None:
         sent = GEOMETRY.to_twist(_guard(distance)(GEOMETRY.to_wheels(linear, angular), STOPPED))
         assert sent.angular == pytest.approx(angular, abs=1e-9)
-        assert distance >= stopping_distance(sent.linear, 0.10, 0.5) - 1e-9 or sent.linear <= 1e-12
+        assert distance >= compute_stopping_distance(sent.linear, 0.10, 0.5) - 1e-9 or sent.linear <= 1e-12
         assert sent.linear == pytest.approx(linear, abs=1e-12) or linear > 0
 
     @pytest.mark.parametrize("linear", [0.0, -0.3])

@@ -16,7 +16,7 @@ from robotcore.geometry import Pose
 from robotcore.kinds.camera import Frame
 from robotcore.optics import Image
 from robotcore.runtime.layers.devices import AppActuator, AppSensor
-from robotcore.runtime.session import Run
+from robotcore.runtime.session import RunContext
 from robotcore.view import page
 from robotcore.view.canvas import BAD, FAIR, GOOD, Canvas, choose_state_colours, measure_text
 from robotcore.view.overhead import MapTransform, Track, TrackPoint
@@ -167,7 +167,7 @@ def test_a_replay_that_ends_early_has_the_last_image_before_its_end() -> None:
 class RunKeeper(PictureRecorder):
     """A recorder that also stores the run."""
 
-    def begin(self, run: Run) -> None:
+    def begin(self, run: RunContext) -> None:
         super().begin(run)
         self.run = run
 

@@ -12,7 +12,7 @@ from robotcore import RunRequest, run
 from robotcore.geometry import Wheels
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.kinds.range_sensor import Range, RangeSensor
-from robotcore.runtime.session import Run
+from robotcore.runtime.session import RunContext
 from robotcore.runtime.trace import TickRecord
 from robotcore.safety import Intervention
 from robotcore.view.progress import ProgressLine
@@ -30,7 +30,7 @@ class RecordedProgressLine(ProgressLine):
         super().__init__(self.console, lambda: "space: stop")
         self._live.auto_refresh = False  # its thread would write into the captured lines
 
-    def begin(self, run: Run) -> None:
+    def begin(self, run: RunContext) -> None:
         self.last_run = run
         super().begin(run)
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from robotcore.autonomy.navigation.mapping import NavigationMap
-from robotcore.autonomy.navigation.motion import BACK_M_S, CameraScan, Follower, SensorScan, Steering
+from robotcore.autonomy.navigation.motion import BACK_M_S, CameraLook, Follower, SensorSurvey, Steering
 from robotcore.autonomy.navigation.planner import GridPath
 from robotcore.geometry import Pose
 from tests.robotcore.autonomy.navigation.map_drawing import HERE, REACH, mark_occupied
@@ -49,7 +49,7 @@ def follow_to_end(follower: Follower, pose: Pose, ticks: int = 2000) -> list[Pos
 def test_a_robot_on_a_path_turns_first_and_slows_down_at_the_end(
     steering: Steering, bearing: float, away: float, velocity: tuple[float, float]
 ) -> None:
-    assert steering.along(bearing, away) == pytest.approx(velocity)
+    assert steering.steer(bearing, away) == pytest.approx(velocity)
 
 
 @pytest.mark.parametrize(
@@ -92,15 +92,15 @@ class TestFollower:
 
     def test_drives_at_the_lookahead_point(self, follower: Follower, field: NavigationMap) -> None:
         start, corner, end = (field.grid.cell_of(*point) for point in ((0.0, 0.0), (0.8, 0.0), (0.8, 0.8)))
-        along = [(start[0], column) for column in range(start[1], corner[1])]
+        steer = [(start[0], column) for column in range(start[1], corner[1])]
         up = [(row, corner[1]) for row in range(corner[0], end[0])]
-        follower.start(GridPath(along + up, field.grid.free))
+        follower.start(GridPath(steer + up, field.grid.free))
         twist = follower.follow(HERE)
         assert twist
         assert twist.angular == pytest.approx(0.0, abs=0.2)
 
 
-def run_camera_scan(scan: CameraScan, headings: list[float]) -> float:
+def run_camera_scan(scan: CameraLook, headings: list[float]) -> float:
     """Turn from 0 in steps of 0.1 rad until no bearing is left, and return the turn."""
     heading = 0.0
     for _ in range(200):
@@ -112,7 +112,7 @@ def run_camera_scan(scan: CameraScan, headings: list[float]) -> float:
     return heading
 
 
-def run_sensor_scan(scan: SensorScan, heading: float) -> list[float]:
+def run_sensor_scan(scan: SensorSurvey, heading: float) -> list[float]:
     """Return the headings at which the scan changes its direction, and its last heading."""
     turning_points, last = [], 0.0
     while sense := scan.turn_direction(heading):
@@ -125,33 +125,33 @@ def run_sensor_scan(scan: SensorScan, heading: float) -> list[float]:
 
 class TestCameraScan:
     def test_turns_to_the_nearest_bearing_and_on_in_the_same_direction(self) -> None:
-        assert run_camera_scan(CameraScan(0.0), [-0.5, 0.8]) == pytest.approx(0.8 - math.tau, abs=0.2)
-        assert run_camera_scan(CameraScan(0.0), [0.5, -0.8]) == pytest.approx(math.tau - 0.8, abs=0.2)
+        assert run_camera_scan(CameraLook(0.0), [-0.5, 0.8]) == pytest.approx(0.8 - math.tau, abs=0.2)
+        assert run_camera_scan(CameraLook(0.0), [0.5, -0.8]) == pytest.approx(math.tau - 0.8, abs=0.2)
 
     def test_ends_after_one_full_turn(self) -> None:
-        scan = CameraScan(0.0)
+        scan = CameraLook(0.0)
         heading, bearing = 0.0, np.array([0.3])
         while scan.turn_direction(heading, bearing) and heading < 20:
             heading += 0.1
         assert heading == pytest.approx(math.tau - 0.3, abs=0.1)
 
     def test_turning_back_counts_as_turning_too(self) -> None:
-        scan = CameraScan(0.0)
+        scan = CameraLook(0.0)
         senses = [scan.turn_direction(heading, np.array([0.5])) for heading in [0.0, 1.0] * 4]
         assert senses == [1.0] * 6 + [0.0] * 2
 
 
 class TestSensorScan:
     def test_scans_both_sides_of_a_bearing_the_nearer_first(self) -> None:
-        assert run_sensor_scan(SensorScan.ahead(HERE, 0.3), 0.0) == pytest.approx([-0.5, 1.1], abs=0.12)
-        assert run_sensor_scan(SensorScan.ahead(HERE, -0.3), 0.0) == pytest.approx([0.5, -1.1], abs=0.12)
+        assert run_sensor_scan(SensorSurvey.ahead(HERE, 0.3), 0.0) == pytest.approx([-0.5, 1.1], abs=0.12)
+        assert run_sensor_scan(SensorSurvey.ahead(HERE, -0.3), 0.0) == pytest.approx([0.5, -1.1], abs=0.12)
 
     def test_full_turn_ends_at_the_first_heading(self) -> None:
-        assert run_sensor_scan(SensorScan.full_turn(Pose(0.0, 0.0, 1.0)), 1.0) == pytest.approx(
+        assert run_sensor_scan(SensorSurvey.full_turn(Pose(0.0, 0.0, 1.0)), 1.0) == pytest.approx(
             [1.0 + math.tau], abs=0.12
         )
 
     def test_is_near_its_own_place_only(self) -> None:
-        scan = SensorScan.ahead(HERE, 0.0)
+        scan = SensorSurvey.ahead(HERE, 0.0)
         assert scan.is_near(Pose(0.1, 0.0, 2.0), REACH)
         assert not scan.is_near(Pose(0.2, 0.0, 0.0), REACH)

@@ -193,7 +193,7 @@ def test_path_with_a_short_known_part_asks_for_a_survey(field: NavigationMap) ->
     mark_occupied(field.grid, -0.6, -0.5, -0.6, 0.6)
     detour = plan(field, 1.3)
     assert not detour.path.cells
-    assert detour.bearing_on(HERE, field.ground) == pytest.approx(0.0, abs=0.5)
+    assert detour.compute_unknown_bearing(HERE, field.ground) == pytest.approx(0.0, abs=0.5)
 
 
 def test_unknown_part_is_barred_after_a_survey(field: NavigationMap) -> None:
@@ -209,4 +209,4 @@ def test_unknown_part_is_barred_after_a_survey(field: NavigationMap) -> None:
 def test_there_is_no_plan_without_a_path(field: NavigationMap) -> None:
     mark_occupied(field.grid, 0.7, 0.8, -5.99, 5.99)
     assert plan(field, 1.3) is NO_PATH_PLAN
-    assert NO_PATH_PLAN.bearing_on(HERE, field.ground) == 0.0
+    assert NO_PATH_PLAN.compute_unknown_bearing(HERE, field.ground) == 0.0

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from robotcore.autonomy.vision import HUE_RANGES, HUES, ColourDetector, hue_of
+from robotcore.autonomy.vision import HUE_RANGES, HUES, ColourDetector, parse_hue
 from robotcore.autonomy.vision.colour_detector import limit_tolerance
 from robotcore.description import COLOURS, hue_degrees
 from robotcore.errors import UnknownNameError, UsageError
@@ -16,7 +16,7 @@ from tests.texts import Raises
     "hue, degrees", [("green", 128.0), ("red", 0.0), (90, 90.0), ("90", 90.0), (-30, 330.0), (720.5, 0.5)]
 )
 def test_hue_is_a_name_or_degrees(hue: str | float, degrees: float) -> None:
-    assert hue_of(hue) == degrees
+    assert parse_hue(hue) == degrees
 
 
 def test_unknown_name_suggests_the_nearest_name(raises: Raises) -> None:
@@ -27,7 +27,7 @@ def test_unknown_name_suggests_the_nearest_name(raises: Raises) -> None:
 @pytest.mark.parametrize("hue", ["nan", math.inf])
 def test_hue_that_is_not_finite_is_refused(raises: Raises, hue: str | float) -> None:
     with raises(UsageError, "no-hue", hue=hue):
-        hue_of(hue)
+        parse_hue(hue)
 
 
 def test_a_named_hue_is_that_of_the_colour_of_that_name_in_a_world() -> None:

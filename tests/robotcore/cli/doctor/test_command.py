@@ -162,7 +162,7 @@ def test_a_broken_numpy_is_reported_and_no_backend_is_checked(
 ) -> None:
     ward.found = (FINE,)
     broken = Finding.error("NumPy", "does not work", "pip install numpy", kind="library-broken")
-    monkeypatch.setattr("robotcore.cli.doctor.machine.machine_checks", lambda: [("NumPy", lambda: [broken])])
+    monkeypatch.setattr("robotcore.cli.doctor.machine.list_machine_checks", lambda: [("NumPy", lambda: [broken])])
     answer = cli("doctor", "--json")
     assert (answer.status, len(answer.json["findings"])) == (1, 1)
 

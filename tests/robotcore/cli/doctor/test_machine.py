@@ -4,13 +4,13 @@ import sys
 
 import pytest
 
-from robotcore.cli.doctor.machine import check_python, machine_checks
+from robotcore.cli.doctor.machine import check_python, list_machine_checks
 from robotcore.hal.check_finding import Finding, Level
 from tests.texts import CheckText
 
 
 def find_library(name: str) -> Finding:
-    (found,) = dict(machine_checks())[name]()
+    (found,) = dict(list_machine_checks())[name]()
     return found
 
 

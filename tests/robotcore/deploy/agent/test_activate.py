@@ -49,7 +49,7 @@ def test_progress_of_a_healthy_release_is_reported(
     script_check(layout, systemd, NEW, HealthResult("healthy"), NEW)
     mark_running(layout, NEW)
     report = run_actions.activate_release(layout, release=NEW)
-    assert report == build_report(NEW, "healthy", current=NEW, is_running=True)
+    assert report == build_health_answer(NEW, "healthy", current=NEW, is_running=True)
     assert read_progress(capsys) == ["it starts", "it is ready, and must keep running for 4 s"]
 
 
@@ -60,7 +60,7 @@ def test_report_on_an_unhealthy_release_names_the_one_that_runs_again(
     systemd.set_states(at.OLD_RUNS, FAILED_TO_START_AGAIN, at.BACK_STARTS, at.BACK_RUNS)
     script_check(layout, systemd, NEW, HealthResult("unhealthy", "it ended with status 1", ("OSError",)), OLD)
     report = run_actions.activate_release(layout, release=NEW)
-    assert report == build_report(
+    assert report == build_health_answer(
         NEW, "unhealthy", reason="it ended with status 1", lines=["OSError"], current=OLD, is_running=True
     )
     assert read_progress(capsys) == [f"{OLD} runs again"]
@@ -102,7 +102,7 @@ def test_second_activation_returns_the_stored_result(
 ) -> None:
     put_releases(layout, OLD, NEW, current=in_place)
     HealthResult(outcome, "why").write(layout.releases / NEW)
-    assert run_actions.activate_release(layout, release=NEW) == build_report(
+    assert run_actions.activate_release(layout, release=NEW) == build_health_answer(
         NEW, outcome, reason="why", current=in_place
     )
     assert systemd.calls == []
@@ -254,7 +254,7 @@ def mark_running(layout: Layout, name: str) -> None:
     files.replace_link(releases.find_running_link(), str(layout.releases / name))
 
 
-def build_report(release: str, outcome: str, **more: Any) -> dict[str, Any]:
+def build_health_answer(release: str, outcome: str, **more: Any) -> dict[str, Any]:
     nothing: dict[str, Any] = {"reason": "", "lines": [], "current": None, "is_running": False}
     nothing["is_stopped"] = not more.get("is_running")
     return {"release": release, "outcome": outcome, **nothing, **more}

@@ -43,7 +43,7 @@ def robot(tmp_path_factory: pytest.TempPathFactory) -> Layout:
     write_wheel(layout.root / "wheels", WIDGET, "1.0")
     with pytest.MonkeyPatch.context() as here:
         here.setattr(os, "sync", lambda: None)
-        environments.make_environment(
+        environments.create_environment(
             layout,
             EnvironmentSpec.from_requirements([f"{WIDGET}>=1"]),
             OLD,
@@ -149,7 +149,7 @@ def test_failed_environment_is_deleted(layout: Layout, monkeypatch: pytest.Monke
 
     monkeypatch.setattr(files, "write_file", full)
     with pytest.raises(OSError, match=os.strerror(errno.ENOSPC)):
-        environments.make_environment(layout, EnvironmentSpec.from_requirements([]), NEW, environments.PipInputs())
+        environments.create_environment(layout, EnvironmentSpec.from_requirements([]), NEW, environments.PipInputs())
     assert not any(layout.environments.iterdir())
 
 

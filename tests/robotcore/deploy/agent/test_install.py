@@ -73,7 +73,7 @@ def test_uploaded_wheels_are_deleted_after_the_installation(layout: Layout, monk
         assert need.wheels.joinpath("widget.whl").exists()
         return layout.environments / "made"
 
-    monkeypatch.setattr(environments, "make_environment", make)
+    monkeypatch.setattr(environments, "create_environment", make)
     monkeypatch.setattr(push_actions, "run_doctor", lambda *_: [])
     push_actions.begin_upload(layout, release=NEW, size=0)
     wheels = send_release(layout, NEW) / "wheels"

@@ -33,7 +33,7 @@ def test_probe_returns_the_facts_and_whether_the_environment_exists(layout: Layo
     assert answer["free_bytes"] > 0
     assert not answer["has_environment"]
     assert not layout.root.exists()
-    environments.make_environment(layout, EnvironmentSpec.from_requirements([]), OLD, environments.PipInputs())
+    environments.create_environment(layout, EnvironmentSpec.from_requirements([]), OLD, environments.PipInputs())
     assert push_actions.probe(layout, requirements=[])["has_environment"]
     assert not push_actions.probe(layout, requirements=["numpy"])["has_environment"]
 

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from robotcore.description import Floor, Start, WorldDescription, load_robot, require_room, require_start
-from robotcore.description.generation.gaps import gap_between, gap_to_edge
+from robotcore.description.generation.gaps import compute_gap, gap_to_edge
 from robotcore.description.world import Outline, round_outline
 from robotcore.errors import DescriptionError
 from tests.robotcore.description.worlds import ball, box, room
@@ -33,12 +33,12 @@ TALL = ((0.1, 3.0), (-0.1, 3.0), (-0.1, -3.0), (0.1, -3.0))
     ids=["parallel sides", "overlap", "cross without a corner inside", "one inside the other"],
 )
 def test_gap_of_overlapping_outlines_is_negative(one: Outline, other: Outline, gap: float) -> None:
-    assert gap_between(one, other) == pytest.approx(gap, abs=0.001)
-    assert gap_between(other, one) == pytest.approx(gap, abs=0.001)
+    assert compute_gap(one, other) == pytest.approx(gap, abs=0.001)
+    assert compute_gap(other, one) == pytest.approx(gap, abs=0.001)
 
 
 def test_gap_between_corners_is_at_most_their_distance() -> None:
-    assert 0 < gap_between(SQUARE, moved(3.0, 3.0)) <= math.sqrt(2)
+    assert 0 < compute_gap(SQUARE, moved(3.0, 3.0)) <= math.sqrt(2)
 
 
 def test_gap_to_the_edge_is_that_of_the_outermost_corner() -> None:

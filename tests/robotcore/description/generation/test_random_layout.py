@@ -16,7 +16,7 @@ from robotcore.description import (
     require_start,
     world_names,
 )
-from robotcore.description.generation.gaps import gap_between, gap_to_edge
+from robotcore.description.generation.gaps import compute_gap, gap_to_edge
 from robotcore.description.generation.reachability import is_target_hidden, is_target_in_view
 from robotcore.description.world import round_outline
 from robotcore.errors import DescriptionError, UsageError
@@ -72,12 +72,12 @@ def test_robot_can_turn_at_the_start_and_pass_between_any_two_bodies_and_along_e
     width = 2 * ROVER.body.reach_m
     for drawn in draws(name):
         for one, other in combinations(drawn.bodies, 2):
-            assert gap_between(one.outline, other.outline) > width
+            assert compute_gap(one.outline, other.outline) > width
         disc = round_outline(drawn.start.x_m, drawn.start.y_m, ROVER.body.reach_m + 0.045)
         assert gap_to_edge(disc, drawn.floor) > 0
         for thing in drawn.bodies:
             assert gap_to_edge(thing.outline, drawn.floor) > (width if drawn.walls else 0)
-            assert gap_between(disc, thing.outline) > 0
+            assert compute_gap(disc, thing.outline) > 0
 
 
 def test_obstacles_are_scaled_in_length_and_width_only() -> None:
@@ -131,7 +131,7 @@ def test_gap_is_at_least_wide_enough_for_the_robot() -> None:
     wide = ROVER.model_copy(update={"body": body})
     world = varied(room(*(box(f"box-{n}", length_m=0.2, width_m=0.2) for n in range(4)), ball()), EVERYWHERE)
     drawn = draw_world(world, wide, 2)
-    assert min(gap_between(a.outline, b.outline) for a, b in combinations(drawn.bodies, 2)) > 2 * body.reach_m
+    assert min(compute_gap(a.outline, b.outline) for a, b in combinations(drawn.bodies, 2)) > 2 * body.reach_m
 
 
 @pytest.mark.slow

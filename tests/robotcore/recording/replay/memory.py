@@ -19,7 +19,7 @@ from robotcore.recording.writer import TickBuilder
 from robotcore.runtime.behaviour import Behaviour
 from robotcore.runtime.layers.base import Reader, Send, Tap
 from robotcore.runtime.result import RunResult
-from robotcore.runtime.session import Run, RunRequest, run
+from robotcore.runtime.session import RunContext, RunRequest, run
 from robotcore.runtime.trace import TickRecord
 
 
@@ -33,7 +33,7 @@ class Memory:
         self.truth: list[GroundTruthSample] = []
         self.result: RunResult | None = None
 
-    def begin(self, run: Run) -> None:
+    def begin(self, run: RunContext) -> None:
         self.run, self.metadata = run, build_metadata(run)
         self._builder = TickBuilder(run.description)
 
@@ -74,11 +74,11 @@ class FailingDevices(Tap):
 class Disturbance(Tap):
     """A tap and observer that calls a function before tick ``at``, or at each read of a sensor in this tick."""
 
-    def __init__(self, at: int, disturb: Callable[[Run], object], *, is_in_tick: bool = False) -> None:
+    def __init__(self, at: int, disturb: Callable[[RunContext], object], *, is_in_tick: bool = False) -> None:
         self._at, self._disturb, self._is_in_tick = at, disturb, is_in_tick
         self._now = 0
 
-    def begin(self, run: Run) -> None:
+    def begin(self, run: RunContext) -> None:
         self._run = run
 
     def tick(self, record: TickRecord) -> None:
@@ -98,11 +98,11 @@ class Disturbance(Tap):
         return reader
 
 
-def press_emergency_stop(run: Run) -> None:
+def press_emergency_stop(run: RunContext) -> None:
     run.emergency.press("the button was pressed")
 
 
-def send_signal(number: signal.Signals) -> Callable[[Run], None]:
+def send_signal(number: signal.Signals) -> Callable[[RunContext], None]:
     return lambda _: signal.raise_signal(number)
 
 

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from robotcore.errors import RobotcoreError, UsageError
 from robotcore.plugins import fault_names
 from robotcore.runtime.faults import Spec
-from robotcore.runtime.faults.planning import effect_of
+from robotcore.runtime.faults.planning import read_effect
 from robotcore.runtime.faults.spec import read_specs
-from robotcore.runtime.faults.targets import targets_of
+from robotcore.runtime.faults.targets import list_targets
 from tests.robotcore.fakes import ROVER
 from tests.robotcore.runtime.faults.rigs import TICK_S, build_rig
 from tests.texts import CheckText, Raises
@@ -103,8 +103,8 @@ def test_mistake_in_a_file_is_reported_with_its_place(file: Path, old: str, new:
 
 
 NAMES = [device.name for device in ROVER.devices]
-EFFECTS = sorted({effect_of(name) for name in fault_names()})
-TARGETS = [*targets_of(ROVER, NAMES), "screen", "x"]
+EFFECTS = sorted({read_effect(name) for name in fault_names()})
+TARGETS = [*list_targets(ROVER, NAMES), "screen", "x"]
 VALUES = ["0", "1", "0.5", "0.001", "-1", "1e999", "1e-320", "60", "100000", "nan", "inf", "x", "'", "٣", "\\", "0x1"]
 WORDS = st.one_of(st.sampled_from(VALUES), st.text(max_size=8), st.floats().map(str))
 KEYS = st.sampled_from(["after", "lasts", "every", "field", "size", "value", "model_config", "on", "x"])

@@ -20,7 +20,7 @@ from robotcore.hal.backend import Backend
 from robotcore.hal.robot import Robot
 from robotcore.kinds.motor import Motor
 from robotcore.runtime.behaviour import Behaviour, Status
-from robotcore.runtime.session import Observer, Run, RunRequest, RunResult, run
+from robotcore.runtime.session import Observer, RunContext, RunRequest, RunResult, run
 from robotcore.runtime.trace import TickRecord
 from tests.robotcore.fakes import FunctionApp
 from tests.robotcore.safety.guardian.doubles import RecordingBackend, RecordingMotor
@@ -51,7 +51,7 @@ class Causes:
     def __init__(self) -> None:
         self.causes: list[str] = []
 
-    def begin(self, run: Run) -> None: ...
+    def begin(self, run: RunContext) -> None: ...
 
     def tick(self, record: TickRecord) -> None:
         self.causes += [each.cause for each in record.interventions]

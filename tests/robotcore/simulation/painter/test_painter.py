@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from robotcore.description import Ball, Box, Cylinder, Light, Mount, Walls, WorldDescription
-from robotcore.description.generation.gaps import gap_between
+from robotcore.description.generation.gaps import compute_gap
 from robotcore.geometry import Pose
 from robotcore.optics import CameraView, Intrinsics
 from robotcore.simulation.painter import Painter
@@ -38,7 +38,7 @@ def create_random_world(random: Random) -> WorldDescription:
     balls: list[Ball] = []
     for number in range(3):
         drawn = ball(random.uniform(-1.7, 1.7), random.uniform(-1.7, 1.7), random.uniform(0.05, 0.2), f"ball-{number}")
-        if all(gap_between(drawn.outline, other.outline) > 0.004 for other in (*obstacles, *balls)):
+        if all(compute_gap(drawn.outline, other.outline) > 0.004 for other in (*obstacles, *balls)):
             balls.append(drawn)
     return room(*obstacles, *balls, walls=Walls(height_m=0.35) if random.random() < 0.7 else None)
 
@@ -48,7 +48,7 @@ def create_random_view(random: Random, world: WorldDescription, lens: Intrinsics
     while True:
         x, y = random.uniform(-1.95, 1.95), random.uniform(-1.95, 1.95)
         around = ((x + 0.005, y), (x, y + 0.005), (x - 0.005, y), (x, y - 0.005))
-        if all(gap_between(around, thing.outline) > 0 for thing in (*world.prisms, *world.targets)):
+        if all(compute_gap(around, thing.outline) > 0 for thing in (*world.prisms, *world.targets)):
             pose = Pose(x, y, random.uniform(-math.pi, math.pi))
             z, pitch = random.choice((0.1, 0.48, 0.9)), random.choice((0.0, 0.2, -0.3, 0.8))
             return CameraView.of(lens, Mount(z_m=z, pitch_rad=pitch), pose)
@@ -75,7 +75,7 @@ def create_random_screens(random: Random) -> WorldDescription:
             random.uniform(-3, 3),
         )
         screen = box(x, y, length, 0.05, yaw=yaw, name=f"screen-{number}")
-        if all(gap_between(screen.outline, other.outline) > 0 for other in screens):
+        if all(compute_gap(screen.outline, other.outline) > 0 for other in screens):
             screens.append(screen)
     return room(*screens)
 

@@ -14,7 +14,7 @@ from robotcore.sweep.report.charts import MAX_STEPS, plot_arrivals, plot_conditi
 from robotcore.sweep.report.drawing import Axis
 from robotcore.sweep.report.failures import MAX_ENDINGS, count_endings
 from robotcore.sweep.report.maps import draw_maps
-from robotcore.sweep.report.series import find_goal, list_milestones, make_series
+from robotcore.sweep.report.series import build_series, find_goal, list_milestones
 from robotcore.sweep.statistics import compare_backends, group_records
 from tests.robotcore.sweep.report.samples import PATH, make_fail, make_many, make_pass
 
@@ -46,13 +46,13 @@ def test_a_share_is_a_dot_within_its_interval_and_a_group_without_a_judge_has_no
 
 def test_the_curve_of_many_runs_has_few_steps_and_the_same_end() -> None:
     records = [make_pass(milestones={"arrived": float(at)}) for at in range(1, 1200)] + [make_fail()]
-    curve = _find_lines(plot_arrivals(make_series(records), "arrived"), "curve c0 d0")[0]
+    curve = _find_lines(plot_arrivals(build_series(records), "arrived"), "curve c0 d0")[0]
     assert len(curve) <= 2 * MAX_STEPS + 4
     assert curve[-1][1] == pytest.approx(10.2, abs=0.05)
 
 
 def test_north_is_up_in_a_map_and_failing_paths_are_a_group() -> None:
-    (chart,) = draw_maps(make_series([make_pass(), make_fail(path=PATH[:2])]), ARENA)
+    (chart,) = draw_maps(build_series([make_pass(), make_fail(path=PATH[:2])]), ARENA)
     ((way,), (short,)) = (_find_lines(chart.drawing, f"paths {kind}") for kind in ("passing", "failing"))
     assert [x for x, _ in way] == sorted(x for x, _ in way)
     assert [y for _, y in way] == sorted((y for _, y in way), reverse=True)
@@ -63,7 +63,7 @@ def test_north_is_up_in_a_map_and_failing_paths_are_a_group() -> None:
 
 @pytest.mark.parametrize("seed, obstacles", [(None, 6), (7, 0)])
 def test_obstacles_are_drawn_only_if_no_seed_moved_them(seed: int | None, obstacles: int) -> None:
-    (chart,) = draw_maps(make_series([make_pass(seed=seed)]), ARENA)
+    (chart,) = draw_maps(build_series([make_pass(seed=seed)]), ARENA)
     assert chart.drawing.count('class="obstacle"') == obstacles
     assert 'class="floor"' in chart.drawing
 
@@ -71,7 +71,7 @@ def test_obstacles_are_drawn_only_if_no_seed_moved_them(seed: int | None, obstac
 def test_a_path_off_the_floor_stays_in_the_drawing_and_one_with_nan_is_left_out() -> None:
     nan = make_fail(path=((0.0, math.nan, 0.0),))
     far = make_pass(path=((0.0, 0.0, 0.0), (1.0, 9.0, -5.0)))
-    (chart,) = draw_maps(make_series([far, nan, make_pass(world="open", path=None)]), ARENA)
+    (chart,) = draw_maps(build_series([far, nan, make_pass(world="open", path=None)]), ARENA)
     _, _, width, height = map(float, _parse(chart.drawing).attrib["viewBox"].split())
     assert all(0 < x < width and 0 < y < height for x, y in _find_lines(chart.drawing, "paths passing")[0])
     assert chart.caption == "passing runs: 1, failing: 0"
@@ -101,18 +101,18 @@ def test_a_condition_that_is_a_word_is_not_drawn() -> None:
 
 def test_runs_are_grouped_and_a_world_has_a_colour_and_a_backend_its_dashes() -> None:
     records = [make_pass(world=world, backend=backend) for world in ("arena", "open") for backend in "ab"]
-    styles = {each.group.name: each.style for each in make_series([*records, records[0]])}
+    styles = {each.group.name: each.style for each in build_series([*records, records[0]])}
     assert styles == {"arena · a": "c0 d0", "arena · b": "c0 d1", "open · a": "c1 d0", "open · b": "c1 d1"}
-    assert [each.style for each in make_series(records[:2])] == ["c0 d0", "c1 d1"]
+    assert [each.style for each in build_series(records[:2])] == ["c0 d0", "c1 d1"]
 
 
 def test_the_goal_is_the_last_milestone_of_passing_runs() -> None:
-    series = make_series([make_pass(), make_pass(), make_fail(milestones={"lost": 90.0, "search": 0.0})])
+    series = build_series([make_pass(), make_pass(), make_fail(milestones={"lost": 90.0, "search": 0.0})])
     assert list_milestones(series) == ["search", "seen", "arrived", "lost"]
     assert find_goal(series, ["search", "seen", "arrived", "lost"]) == "arrived"
-    lost = make_series([make_fail(milestones={"search": 0.0, "seen": 3.0})])
+    lost = build_series([make_fail(milestones={"search": 0.0, "seen": 3.0})])
     assert find_goal(lost, ["search", "seen"]) == "seen"
-    assert find_goal(make_series([make_fail(milestones={"search": 0.0})]), ["search"]) is None
+    assert find_goal(build_series([make_fail(milestones={"search": 0.0})]), ["search"]) is None
     assert find_goal([], []) is None
 
 
@@ -142,8 +142,8 @@ def test_endings_are_counted_by_group_and_rare_ones_are_one_row() -> None:
         make_pass(),
     ]
     common = [("timeout, late", [2, 1]), ("contact", [2, 0])]
-    assert count_endings(make_series(records)) == common
-    rare = count_endings(make_series([*records, *(make_fail(reason=f"lost at {at} m") for at in range(20))]))
+    assert count_endings(build_series(records)) == common
+    rare = count_endings(build_series([*records, *(make_fail(reason=f"lost at {at} m") for at in range(20))]))
     assert rare[:2] == common
     assert rare[MAX_ENDINGS:] == [("in 10 other ways", [10, 0])]
 
