@@ -51,7 +51,7 @@ def test_a_connection_is_closed_if_opening_fails(
     def broken(*_: object) -> None:
         raise BackendError("no world today")
 
-    monkeypatch.setattr(simulation, "Scene", broken)
+    monkeypatch.setattr(simulation, "BulletScene", broken)
     with raises(BackendError):
         PyBulletBackend().open(setup(world()))
     assert not connections[0].isConnected()
