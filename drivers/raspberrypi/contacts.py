@@ -1,4 +1,4 @@
-"""The driver of a bumper's switch on a GPIO."""
+"""The drivers of switches on GPIOs: of bumpers (`Switch`) and of buttons (`PushButton`)."""
 
 from __future__ import annotations
 
@@ -8,49 +8,25 @@ from typing import Any
 
 from drivers.raspberrypi.header import Gpio, gpio
 from drivers.raspberrypi.pins import translate_pin_errors
-from robotcore.hal.clock import Clock
+from robotcore.hal.device import Sensor
+from robotcore.hal.kind import build_sensor, load_kind
 from robotcore.hal.sampling import SampleCache
 from robotcore.hardware import Connection, DeviceDriver, Host
-from robotcore.kinds.bumper import Bumper, BumperDescription, Touch
+from robotcore.kinds.bumper import BumperDescription
+from robotcore.kinds.button import ButtonDescription
 
 WIRES = "Connect the switch between the GPIO and ground, without a resistor: the Pi pulls the pin up."
 
 
-class PinBumper(Bumper):
-    """A switch on a GPIO. Any thread may read it.
+class ContactDriver(DeviceDriver):
+    """The base class of the drivers of switches on GPIOs. Any thread may read their sensors.
 
     An unplugged switch cannot be distinguished from one that is not pressed.
-
-    line: gpiozero's device of the GPIO, which is active while the switch is pressed.
     """
 
-    def __init__(self, name: str, clock: Clock, line: Any) -> None:
-        super().__init__(name)
-        self._line = line
-        self._newest_at = SampleCache(clock, self._take)
-        self._lock = Lock()
-
-    def _newest(self) -> Touch:
-        with self._lock:
-            return self._newest_at()
-
-    def _take(self, time: float, sequence: int) -> Touch:
-        return Touch(bool(self._line.is_active), time, sequence)
-
-    def _release(self) -> None:
-        self._line.close()
-
-
-class Switch(DeviceDriver):
-    """Opens bumpers whose switch is on a GPIO."""
-
-    name = "switch"
-    summary = "a bumper's switch on a GPIO"
-    described = BumperDescription
     modules = ("gpiozero",)
     remedy = "pip install 'robotcore[pi]'"
     supply = ("ground",)
-    aliases = ("button", "micro-switch")
 
     gpio: Gpio
     """The GPIO that the pressed switch connects to ground."""
@@ -58,12 +34,37 @@ class Switch(DeviceDriver):
     def connections(self) -> Sequence[Connection]:
         return (gpio("gpio", self.gpio),)
 
-    def notes(self, description: BumperDescription) -> Sequence[str]:
+    def notes(self, description: Any) -> Sequence[str]:
         return (WIRES,)
 
-    def open(self, description: BumperDescription, host: Host) -> Bumper:
+    def open(self, description: Any, host: Host) -> Sensor[Any]:
         from gpiozero import InputDevice
 
         with translate_pin_errors(description.name, (self.gpio,)):
             line = InputDevice(self.gpio, pull_up=True, pin_factory=host.pins)
-        return PinBumper(description.name, host.clock, line)
+        sample, lock = load_kind(description.kind).sample, Lock()
+        newest = SampleCache(host.clock, lambda time, sequence: sample(bool(line.is_active), time, sequence))
+
+        def read() -> Any:
+            with lock:
+                return newest()
+
+        return build_sensor(description, read, line.close)
+
+
+class Switch(ContactDriver):
+    """Opens bumpers whose switch is on a GPIO."""
+
+    name = "switch"
+    summary = "a bumper's switch on a GPIO"
+    described = BumperDescription
+    aliases = ("micro-switch",)
+
+
+class PushButton(ContactDriver):
+    """Opens buttons on a GPIO."""
+
+    name = "button"
+    summary = "a button on a GPIO"
+    described = ButtonDescription
+    aliases = ("push-button",)

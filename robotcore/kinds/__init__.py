@@ -7,6 +7,8 @@
 
 from robotcore.kinds.battery import Battery as Battery
 from robotcore.kinds.bumper import Bumper as Bumper
+from robotcore.kinds.button import Button as Button
+from robotcore.kinds.buzzer import Buzzer as Buzzer
 from robotcore.kinds.camera import Camera as Camera
 from robotcore.kinds.display import Display as Display
 from robotcore.kinds.encoder import Encoder as Encoder

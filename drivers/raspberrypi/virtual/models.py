@@ -9,8 +9,9 @@ from typing import Any
 
 from gpiozero.pins.mock import MockFactory, MockPWMPin
 
+from drivers.raspberrypi.buzzers import TonePin
 from drivers.raspberrypi.cameras.capture import CameraDriver
-from drivers.raspberrypi.contacts import Switch
+from drivers.raspberrypi.contacts import ContactDriver
 from drivers.raspberrypi.encoders import EncoderDriver, Pulses, Quadrature
 from drivers.raspberrypi.i2c import ChipDriver
 from drivers.raspberrypi.lights import LightDriver
@@ -25,6 +26,7 @@ from robotcore.hardware import DeviceBinding
 from robotcore.hardware.motor_model import MotorModel
 from robotcore.kinds.battery import BatteryDescription
 from robotcore.kinds.bumper import Bumper
+from robotcore.kinds.button import Button
 from robotcore.kinds.encoder import Encoder, EncoderDescription
 from robotcore.kinds.line_sensor import THRESHOLD, LineSensor
 from robotcore.kinds.motor import Motor
@@ -238,7 +240,18 @@ def drive_outputs(row: LineSensor, outputs: Sequence[VirtualPin], active_high: b
         output.drive((darkness > THRESHOLD) is active_high)
 
 
-MODELLED = (HBridge, PhaseEnable, Quadrature, Pulses, Ultrasonic, Switch, LightDriver, PulseServo, DigitalSensors)
+MODELLED = (
+    HBridge,
+    PhaseEnable,
+    Quadrature,
+    Pulses,
+    Ultrasonic,
+    ContactDriver,
+    LightDriver,
+    TonePin,
+    PulseServo,
+    DigitalSensors,
+)
 """The drivers of the devices that have a model."""
 
 SIMULATED = (CameraDriver, ChipDriver)
@@ -266,14 +279,14 @@ def connect_pins(binding: DeviceBinding, simulated: Robot, pins: VirtualPins, is
             clock.every(_step_of(clock), disc.update, "disc")
         case Ultrasonic() as on, _, RangeSensor() as sensor:
             VirtualEcho(clock, sensor, pin(on.trigger), pin(on.echo), speed_of_sound(on.air_temperature_c), is_lost)
-        case Switch() as on, _, Bumper() as bumper:
+        case ContactDriver() as on, _, Bumper() | Button() as contact:
             line = pin(on.gpio)
-            clock.every(_step_of(clock), lambda: line.drive(not bumper.read().is_pressed), "switch")
+            clock.every(_step_of(clock), lambda: line.drive(not contact.read().is_pressed), "switch")
         case DigitalSensors() as on, _, LineSensor() as row:
             outputs = [pin(each) for each in on.gpios]
             clock.every(_step_of(clock), partial(drive_outputs, row, outputs, on.active_high), "line-sensors")
-        case LightDriver() | PulseServo(), _, _:
-            pass  # nothing reacts to a light or a servo
+        case LightDriver() | TonePin() | PulseServo(), _, _:
+            pass  # nothing reacts to a light, a tone or a servo
         case _:
             return False
     return True

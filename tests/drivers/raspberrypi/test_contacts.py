@@ -3,38 +3,50 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 from gpiozero.pins.mock import MockFactory
 
 import robotcore
 from robotcore import Outcome, RunRequest
+from robotcore.description import DeviceDescription
 from robotcore.errors import DeviceClosedError
 from robotcore.hal.clock import SteppedClock
+from robotcore.hal.device import Device
 from robotcore.hardware import Host, bind_devices
-from robotcore.kinds import Bumper
+from robotcore.kinds import Bumper, Button
 from robotcore.kinds.bumper import BumperDescription
+from robotcore.kinds.button import ButtonDescription
 from tests.drivers.raspberrypi.motors.rig import rover
 from tests.robotcore.kinds.test_bumper import Bump, write_bumper_rover
 
 WIRED = '\n[raspberrypi.front]\ndriver = "switch"\ngpio = 12\n\n[raspberrypi.rear]\ndriver = "switch"\ngpio = 13\n'
 
 
-def test_pressed_switch_pulls_its_pin_down() -> None:
+@pytest.mark.parametrize(
+    "description, driver, device",
+    [
+        (BumperDescription(kind="bumper", name="front"), "switch", Bumper),
+        (ButtonDescription(kind="button", name="front"), "button", Button),
+    ],
+    ids=["bumper", "button"],
+)
+def test_pressed_switch_pulls_its_pin_down(description: DeviceDescription, driver: str, device: type[Device]) -> None:
     pins, clock = MockFactory(), SteppedClock(20.0, lambda _steps: None)
-    front = BumperDescription(kind="bumper", name="front")
-    robot = rover({"front": {"driver": "switch", "gpio": 12}}).model_copy(update={"devices": (front,)})
+    robot = rover({"front": {"driver": driver, "gpio": 12}}).model_copy(update={"devices": (description,)})
     (binding,) = bind_devices(robot, "raspberrypi")
-    bumper = binding.open(Host(robot, clock, pins))
-    assert isinstance(bumper, Bumper)
-    assert not bumper.read().is_pressed
+    opened = binding.open(Host(robot, clock, pins))
+    assert isinstance(opened, device)
+    contact: Any = opened
+    assert not contact.read().is_pressed
     pins.pin(12).drive_low()
-    assert not bumper.read().is_pressed  # one sample at each time
+    assert not contact.read().is_pressed  # one sample at each time
     clock.sleep_until(0.05)
-    assert bumper.read().is_pressed
-    bumper.close()
+    assert contact.read().is_pressed
+    contact.close()
     with pytest.raises(DeviceClosedError):
-        bumper.read()
+        contact.read()
 
 
 def test_switch_on_virtual_pins_ends_a_run(tmp_path: Path) -> None:

@@ -1,0 +1,44 @@
+"""A button that a person presses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from robotcore.description import DeviceDescription
+from robotcore.hal.device import Sensor, Unit
+from robotcore.hal.ground_truth import GroundTruth
+from robotcore.hal.kind import Kind
+
+
+class ButtonDescription(DeviceDescription):
+    """A button that a person presses."""
+
+    kind: Literal["button"]
+
+
+@dataclass(frozen=True, slots=True)
+class Press:
+    """A sample of a button."""
+
+    is_pressed: Annotated[bool, Unit("")]
+    """Whether the button is pressed."""
+    time: float
+    """The time of the measurement on the robot's clock, in seconds."""
+    sequence: int
+    """The number of the sample. It grows with each new sample of a device."""
+
+
+class Button(Sensor[Press]):
+    """A button that a person presses, such as one that starts the robot."""
+
+    kind = "button"
+
+
+def simulate(_button: ButtonDescription, _truth: GroundTruth) -> Callable[[float, int], Press]:
+    """Return a function that takes a sample. No person presses a simulated button; the fault ``stuck=1`` does."""
+    return lambda time, sequence: Press(False, time, sequence)
+
+
+KIND = Kind("a button that a person presses", ButtonDescription, Button, Press, simulate)

@@ -1,0 +1,75 @@
+"""A buzzer, which plays tones."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
+
+from robotcore.description import DeviceDescription
+from robotcore.errors import InvalidCommandError
+from robotcore.hal.device import Actuator
+from robotcore.hal.kind import Kind
+
+SILENCE = 0.0
+"""The frequency of no tone, in Hz."""
+
+MIN_FREQUENCY_HZ = 20.0
+"""The frequency of the lowest tone that a person hears, in Hz."""
+
+
+class BuzzerDescription(DeviceDescription):
+    """A buzzer, which plays tones."""
+
+    kind: Literal["buzzer"]
+    max_frequency_hz: Annotated[float, Field(ge=MIN_FREQUENCY_HZ, le=20_000)] = 5000.0
+    """The frequency of the highest tone, in Hz."""
+
+    def arguments(self) -> dict[str, Any]:
+        return {"max_frequency": self.max_frequency_hz}
+
+
+class Buzzer(Actuator[float], ABC):
+    """A buzzer. It is silent when a run begins and after it has ended.
+
+    ``max_frequency`` is the frequency of the highest tone, in Hz.
+
+    >>> from robotcore.hal.kind import build_actuator
+    >>> played = []
+    >>> buzzer = build_actuator(BuzzerDescription(kind="buzzer", name="horn"), played.append)
+    >>> buzzer.play(440.0), buzzer.play(90_000.0)
+    (440.0, 5000.0)
+    >>> buzzer.stop()
+    >>> played
+    [440.0, 5000.0, 0.0]
+    """
+
+    kind = "buzzer"
+
+    def __init__(self, name: str, *, max_frequency: float) -> None:
+        super().__init__(name)
+        self.max_frequency = max_frequency
+
+    def play(self, frequency: float) -> float:
+        """Play a tone until the next command, and return the frequency that was sent, in Hz.
+
+        A frequency of 0 is silence. Others are limited to `MIN_FREQUENCY_HZ` and ``max_frequency``.
+
+        Raises InvalidCommandError if it is negative, NaN or infinite, and DeviceError if the buzzer fails.
+        """
+        return self.send(frequency)
+
+    def stop(self) -> None:
+        """End the tone."""
+        if not self._is_closed:
+            self._attempt(self._apply, SILENCE)
+
+    def _limit(self, command: float) -> float:
+        if not (math.isfinite(command) and command >= 0):
+            raise InvalidCommandError(f"{self.name}: the app played {command} Hz. Give 0 for silence, or a frequency")
+        return SILENCE if command == SILENCE else max(MIN_FREQUENCY_HZ, min(float(command), self.max_frequency))
+
+
+KIND = Kind("a buzzer, which plays tones", BuzzerDescription, Buzzer, is_optional=True)
