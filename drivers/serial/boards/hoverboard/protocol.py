@@ -45,17 +45,17 @@ _MAX_LED = 0xFF
 """The limit of the LED state in feedback, which is a byte."""
 
 
-def command(steer: int, speed: int) -> bytes:
+def build_command(steer: int, speed: int) -> bytes:
     """Return the frame of a command. The board's mixer computes the wheel values from steer and speed.
 
-    >>> command(0, 0).hex(" ")
+    >>> build_command(0, 0).hex(" ")
     'cd ab 00 00 00 00 cd ab'
     """
     checksum = START ^ steer & 0xFFFF ^ speed & 0xFFFF
     return _COMMAND.pack(START, steer, speed, checksum)
 
 
-STOP = command(0, 0)
+STOP = build_command(0, 0)
 """The frame that stops both wheels."""
 
 STANDING = r"\xcd\xab\0\0\0\0"
@@ -276,7 +276,7 @@ class HoverboardProtocol(BoardProtocol):
         if not (wheels := self.command.take(now, self.timeout_s) or self.command.repeat_stop(now)):
             return b""
         self._sent_at, self._free_at = now, now + PAUSE_S
-        return command(*self.mixer.steering(*wheels))
+        return build_command(*self.mixer.steering(*wheels))
 
     def next_due(self, now: float) -> float:
         return max(self._free_at, min(self.command.next_due, self.command.repeat_due))

@@ -12,10 +12,10 @@ from drivers.serial.boards.rosarduino.protocol import (
     STOP_NOW,
     Reply,
     Request,
-    deadman,
-    duties,
-    presence_request,
-    speeds,
+    build_deadman_request,
+    build_duty_request,
+    build_presence_request,
+    build_speed_request,
 )
 from drivers.serial.boards.rosarduino.requests import UNKNOWN, NumbersHandler, Poll, RequestQueue, detect_firmware
 from drivers.serial.driver import Side
@@ -149,7 +149,7 @@ class ArduinoProtocol(BoardProtocol):
     def _resynchronize(self, now: float) -> bytes:
         self._board_timeout_s = None  # the board may have been reset
         timeout_s = max(GREETING_S, self._slowest_poll_s)
-        request = presence_request(self.baud, timeout_s, is_summed=self.firmware.is_robotcore_bridge)
+        request = build_presence_request(self.baud, timeout_s, is_summed=self.firmware.is_robotcore_bridge)
         return self._requests.ask(request, lambda _reply, _now: None, now)
 
     def _interrupt_for_stop(self, now: float) -> bytes:
@@ -186,8 +186,8 @@ class ArduinoProtocol(BoardProtocol):
         if wheels.is_stop:
             return STOP
         if self.is_duty_mode:
-            return duties(round(wheels.left * FULL_DUTY), round(wheels.right * FULL_DUTY))
-        return speeds(round(wheels.left), round(wheels.right))
+            return build_duty_request(round(wheels.left * FULL_DUTY), round(wheels.right * FULL_DUTY))
+        return build_speed_request(round(wheels.left), round(wheels.right))
 
     def _acknowledge(self, reply: Reply, now: float) -> None:
         self._refusals = self._refusals + 1 if reply.is_refusal else 0
@@ -203,7 +203,7 @@ class ArduinoProtocol(BoardProtocol):
             if not reply.is_refusal:
                 self._board_timeout_s = timeout_s
 
-        return self._requests.ask(deadman(round(timeout_s * 1000)), confirm, now)
+        return self._requests.ask(build_deadman_request(round(timeout_s * 1000)), confirm, now)
 
     def _count(self, numbers: tuple[int, ...], now: float) -> None:
         for counter, count in zip(self.counters.values(), numbers, strict=True):  # left, right

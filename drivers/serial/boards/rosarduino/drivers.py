@@ -21,7 +21,7 @@ from drivers.serial.boards.rosarduino.devices import (
     edges_per_turn,
     require_countable,
 )
-from drivers.serial.boards.rosarduino.protocol import PING_S, RANGE, STOP_CONFIRMED, STOP_NOW, ping
+from drivers.serial.boards.rosarduino.protocol import PING_S, RANGE, STOP_CONFIRMED, STOP_NOW, build_ping_request
 from drivers.serial.boards.rosarduino.requests import VERSION
 from drivers.serial.ranging.sensor import LineRangeSensor
 from robotcore.description import RobotDescription
@@ -251,7 +251,7 @@ class ArduinoSonar(ArduinoDriver):
             board.protocol.poll(RANGE, RANGE_S, Ranges(description.name, sampler).take)
         else:
             assert self.pin
-            board.protocol.poll(ping(self.pin), self.cycle_s, Pings(description, sampler).take)
+            board.protocol.poll(build_ping_request(self.pin), self.cycle_s, Pings(description, sampler).take)
         first_s = self.first_s + (PING_S * MUTE_PINGS if self.pin else 0)
         sonar = LineRangeSensor(description, sampler, board.line, first_s)
         sonar.open()

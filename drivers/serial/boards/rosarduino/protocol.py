@@ -102,7 +102,7 @@ ROSArduinoBridge accepts up to 32767, which no encoder reaches.
 """
 
 
-def ping(pin: int) -> Request:
+def build_ping_request(pin: int) -> Request:
     """Return the request for the range of the module at a pin, in cm. Only ROSArduinoBridge has it.
 
     The range is 0 if there is no echo within `PING_S`.
@@ -110,12 +110,12 @@ def ping(pin: int) -> Request:
     return Request(f"p {pin}", re.compile(r"(\d{1,4}|1[0-7]\d{3})"), PING_S + 0.2)
 
 
-def speeds(left: int, right: int) -> Request:
+def build_speed_request(left: int, right: int) -> Request:
     """Return the command that sets the speeds of both motors, in counts per control period of about 1/30 s."""
     return Request(f"m {left} {right}", _OK)
 
 
-def duties(left: int, right: int) -> Request:
+def build_duty_request(left: int, right: int) -> Request:
     """Return the command that sets the duties of both motors, from -255 to 255.
 
     robotcore_bridge and some builds of ROSArduinoBridge have this command.
@@ -123,12 +123,12 @@ def duties(left: int, right: int) -> Request:
     return Request(f"o {left} {right}", _OK)
 
 
-def deadman(milliseconds: int) -> Request:
+def build_deadman_request(milliseconds: int) -> Request:
     """Return the command that sets the time-out of the motors, from 100 to 5000 ms. Only robotcore_bridge has it."""
     return Request(f"k {milliseconds}", _OK)
 
 
-STOP = speeds(0, 0)
+STOP = build_speed_request(0, 0)
 STOP_NOW = b"\rm 0 0\r"
 """The bytes that end a half-written line and stop both motors. Both firmwares accept them at any time, although they
 have no checksum."""
@@ -160,7 +160,7 @@ GREETING_S = 0.3
 """The period of requesting the firmware from a starting board, in seconds; also the longest wait for a slow reply."""
 
 
-def identity_request(baud: int) -> Request:
+def build_identity_request(baud: int) -> Request:
     """Return the request that stops the motors and detects the firmware. Its reply is unique.
 
     robotcore_bridge replies with its version, and ROSArduinoBridge with its baud rate. ROSArduinoBridge rejects
@@ -170,7 +170,7 @@ def identity_request(baud: int) -> Request:
     return Request("v", re.compile(f"{_NAME}|({baud})"), GREETING_S, raw)
 
 
-def presence_request(baud: int, timeout_s: float, *, is_summed: bool) -> Request:
+def build_presence_request(baud: int, timeout_s: float, *, is_summed: bool) -> Request:
     """Return the request to send after a lost reply. Its reply is unique, and shows that the board is connected."""
     shape, text = (_NAME, "v") if is_summed else (f"({baud})", "b")
     return Request(text, re.compile(shape), timeout_s, b"\r" + frame_line(text, is_summed=is_summed))

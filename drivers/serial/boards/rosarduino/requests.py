@@ -12,8 +12,8 @@ from drivers.serial.boards.rosarduino.protocol import (
     Parser,
     Reply,
     Request,
-    duties,
-    identity_request,
+    build_duty_request,
+    build_identity_request,
     remove_sum,
 )
 
@@ -139,11 +139,11 @@ def detect_firmware(baud: int) -> Generator[Request, Reply, Firmware]:
     # robotcore_bridge replies with its version, ROSArduinoBridge with its baud rate. One baud rate is no proof of
     # ROSArduinoBridge, because noise may have destroyed the half of the request that asks for the version.
     for _ in range(2):
-        number = (yield identity_request(baud)).numbers[0]
+        number = (yield build_identity_request(baud)).numbers[0]
         if number != baud:
             return Firmware(is_robotcore_bridge=True, control_period_s=1 / 30, version=number)
     has_wheels = yield from _is_accepted(STOP)
-    takes_duties = has_wheels and (yield from _is_accepted(duties(0, 0)))
+    takes_duties = has_wheels and (yield from _is_accepted(build_duty_request(0, 0)))
     # The control period of the firmware has a whole number of milliseconds, 33.
     return Firmware(is_robotcore_bridge=False, control_period_s=0.033, has_wheels=has_wheels, takes_duties=takes_duties)
 

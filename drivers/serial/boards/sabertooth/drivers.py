@@ -16,7 +16,7 @@ from drivers.serial.boards.sabertooth.protocol import (
     SETTLING_S,
     MotorNumber,
     SabertoothProtocol,
-    stop,
+    build_stop_packets,
 )
 from drivers.serial.driver import Side
 from robotcore.description import RobotDescription
@@ -84,7 +84,7 @@ class SabertoothMotor(BoardDriver):
         return WIRING, NO_ANSWER_NOTE, SWITCHING_ON
 
     def cutoffs(self, description: MotorDescription, host: Host) -> Sequence[CutoffSpec]:
-        return (self.stop_frame(description.name, stop(self.address), None, host),)
+        return (self.stop_frame(description.name, build_stop_packets(self.address), None, host),)
 
     def open(self, description: MotorDescription, host: Host) -> Motor:
         board = self.open_board(description.name, host)

@@ -27,7 +27,7 @@ MAX_TIMEOUT_S = 12.7
 """The longest time-out that a board can have, in seconds."""
 
 
-def packet(address: int, command: int, value: int) -> bytes:
+def build_packet(address: int, command: int, value: int) -> bytes:
     """Return a frame: the address, a command, its value and a checksum.
 
     Only the address byte has its top bit set, so that a board detects the beginning of a frame.
@@ -35,15 +35,15 @@ def packet(address: int, command: int, value: int) -> bytes:
     return bytes((address, command, value, address + command + value & 0x7F))
 
 
-def drive(address: int, motor: MotorNumber, duty: float) -> bytes:
+def build_drive_packet(address: int, motor: MotorNumber, duty: float) -> bytes:
     """Return the frame that sets the duty of a motor, from -1 to 1."""
     value = round(duty * FULL_DUTY)
-    return packet(address, (4 if motor == 2 else 0) + (value < 0), abs(value))
+    return build_packet(address, (4 if motor == 2 else 0) + (value < 0), abs(value))
 
 
-def stop(address: int) -> bytes:
+def build_stop_packets(address: int) -> bytes:
     """Return the frames that stop both motors of a board."""
-    return drive(address, 1, 0.0) + drive(address, 2, 0.0)
+    return build_drive_packet(address, 1, 0.0) + build_drive_packet(address, 2, 0.0)
 
 
 def round_timeout(seconds: float) -> float:
@@ -51,12 +51,12 @@ def round_timeout(seconds: float) -> float:
     return max(math.ceil(min(seconds, MAX_TIMEOUT_S) * 10 - 1e-9), 1) / 10
 
 
-def timeout(address: int, seconds: float) -> bytes:
+def build_timeout_packet(address: int, seconds: float) -> bytes:
     """Return the frame that sets a board's time-out. Without a command for this time, the board stops its motors.
 
     After power-on a board has no time-out. The time is rounded by `round_timeout`.
     """
-    return packet(address, 14, round(round_timeout(seconds) * 10))
+    return build_packet(address, 14, round(round_timeout(seconds) * 10))
 
 
 SETTLING_S = 0.5
@@ -73,8 +73,8 @@ class AddressedBoard:
 
     def build_frames(self, wheels: WheelCommand) -> bytes:
         """Return the frames for both motors and the time-out, which a board loses when it is switched off."""
-        motors = drive(self.address, 1, wheels.left) + drive(self.address, 2, wheels.right)
-        return motors + timeout(self.address, self.timeout_s)
+        motors = build_drive_packet(self.address, 1, wheels.left) + build_drive_packet(self.address, 2, wheels.right)
+        return motors + build_timeout_packet(self.address, self.timeout_s)
 
 
 class SabertoothProtocol(Protocol):

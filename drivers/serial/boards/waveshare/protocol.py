@@ -99,7 +99,7 @@ class Parser:
         return None
 
 
-def greeting(timeout_s: float) -> bytes:
+def build_greeting(timeout_s: float) -> bytes:
     """Return the lines that prepare a board: stop its motors, set its time-out and request feedback.
 
     The period of the feedback is `FEEDBACK_S`. The lines also switch off the scaling of speeds and the echo.
@@ -107,29 +107,29 @@ def greeting(timeout_s: float) -> bytes:
     period_ms = round(1000 * FEEDBACK_S)
     return (
         STOP
-        + heartbeat(timeout_s)
+        + build_heartbeat(timeout_s)
         + b'{"T":138,"L":1,"R":1}\n{"T":143,"cmd":0}\n{"T":142,"cmd":%d}\n{"T":131,"cmd":1}\n' % period_ms
     )
 
 
-def heartbeat(timeout_s: float) -> bytes:
+def build_heartbeat(timeout_s: float) -> bytes:
     """Return the line that sets the board's time-out in seconds.
 
-    The board stops its motors if it receives no line of `speeds` for this time.
+    The board stops its motors if it receives no line of `build_speed_command` for this time.
     """
     return b'{"T":136,"cmd":%d}\n' % round(1000 * timeout_s)
 
 
-def speeds(left_m_s: float, right_m_s: float) -> bytes:
+def build_speed_command(left_m_s: float, right_m_s: float) -> bytes:
     r"""Return the line that sets the speeds of both tracks, which the board controls with its own encoders.
 
-    >>> speeds(0.25, -0.1)
+    >>> build_speed_command(0.25, -0.1)
     b'{"T":1,"L":0.2500,"R":-0.1000}\n'
     """
     return b'{"T":1,"L":%.4f,"R":%.4f}\n' % (left_m_s, right_m_s)
 
 
-STOP = b"\n" + speeds(0.0, 0.0)
+STOP = b"\n" + build_speed_command(0.0, 0.0)
 """The line that stops both tracks. It begins with LF, because another program may have written half a line.
 
 It is not the board's emergency stop (type 0), which also stops an arm, and which the older firmware does not have.
@@ -237,11 +237,11 @@ class WaveshareProtocol(BoardProtocol):
         self._lose_if_silent(now)
         if self.is_ready:
             wheels = self.command.take(now, self.timeout_s) or self.command.repeat_stop(now)
-            return heartbeat(self.timeout_s) + speeds(*wheels) if wheels else b""
+            return build_heartbeat(self.timeout_s) + build_speed_command(*wheels) if wheels else b""
         if now < self._greet_at:
             return b""
         self._greet_at, self._is_greeted = now + GREETING_S, True
-        return greeting(self.timeout_s)
+        return build_greeting(self.timeout_s)
 
     def next_due(self, now: float) -> float:
         if not self.is_ready:

@@ -15,7 +15,7 @@ from drivers.serial.boards.hoverboard.protocol import STOP as HOVERBOARD_STOP
 from drivers.serial.boards.hoverboard.protocol import HoverboardProtocol
 from drivers.serial.boards.rosarduino.board import ArduinoProtocol
 from drivers.serial.boards.rosarduino.protocol import STOP_NOW
-from drivers.serial.boards.sabertooth.protocol import stop
+from drivers.serial.boards.sabertooth.protocol import build_stop_packets
 from drivers.serial.boards.waveshare.protocol import STOP as WAVESHARE_STOP
 from drivers.serial.boards.waveshare.protocol import WaveshareProtocol
 from robotcore.description import load_robot
@@ -74,7 +74,7 @@ BOARDS = {
     "hoverboard": Board(
         Hoverboard, board_devices("hoverboard", {"mode": "speed"}, battery={}), HOVERBOARD_STOP, 0.8, 37.96
     ),
-    "sabertooth": Board(Sabertooths, sabertooths(), stop(128), 0.5),
+    "sabertooth": Board(Sabertooths, sabertooths(), build_stop_packets(128), 0.5),
 }
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from drivers.serial.boards.hoverboard.protocol import PAUSE_S, SILENCE_S, STOP, HoverboardProtocol, command
+from drivers.serial.boards.hoverboard.protocol import PAUSE_S, SILENCE_S, STOP, HoverboardProtocol, build_command
 from robotcore.errors import DeviceLostError
 from tests.doubles.serial.bench import Rig, board_devices
 from tests.doubles.serial.hoverboard import RPM, Hoverboard, feedback
@@ -71,7 +71,7 @@ def test_frames_have_a_pause_in_between_and_the_newest_command_is_sent(board: Sc
     board.pass_time(0.02)
     (first_at, _), (second_at, second) = board.sent
     assert second_at - first_at >= PAUSE_S - 1e-9
-    assert second == command(0, 300)
+    assert second == build_command(0, 300)
 
 
 def test_next_due_is_the_time_of_the_next_frame(board: ScriptedBoard) -> None:

@@ -11,7 +11,7 @@ from drivers.serial.boards.hoverboard.protocol import (
     Mixer,
     Parser,
     SteerCommand,
-    command,
+    build_command,
 )
 from tests.doubles.serial.hoverboard import feedback
 
@@ -31,7 +31,7 @@ FEEDBACK = {
 
 def test_commands_are_frames_of_the_firmware() -> None:
     for words, frame in COMMANDS.items():
-        assert command(*words).hex() == frame, words
+        assert build_command(*words).hex() == frame, words
 
 
 def test_feedback_is_parsed_from_frames_of_the_firmware() -> None:

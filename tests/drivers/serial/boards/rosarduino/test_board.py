@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from drivers.serial.boards.rosarduino.board import ArduinoProtocol
-from drivers.serial.boards.rosarduino.protocol import frame_line, ping
+from drivers.serial.boards.rosarduino.protocol import build_ping_request, frame_line
 from tests.doubles.serial.rosarduino import RosArduinoBridgeDouble
 from tests.texts import CheckText
 
@@ -260,7 +260,7 @@ def test_a_board_whose_replies_are_lost_is_stopped_while_the_app_drives_on(
 ) -> None:
     board, lost_at = RosArduinoBridgeDouble(), ros_arduino_bridge.now
     if has_sonar:
-        ros_arduino_bridge.protocol.poll(ping(7), 0.1, lambda _reply, _now: None)
+        ros_arduino_bridge.protocol.poll(build_ping_request(7), 0.1, lambda _reply, _now: None)
     while ros_arduino_bridge.now - lost_at < within_s:
         if ros_arduino_bridge.protocol.is_ready:
             ros_arduino_bridge.set(20, 20)

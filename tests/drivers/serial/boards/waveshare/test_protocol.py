@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from drivers.serial.boards.waveshare.protocol import MAX_LINE_LENGTH, Parser, TrackFeedback, greeting
+from drivers.serial.boards.waveshare.protocol import MAX_LINE_LENGTH, Parser, TrackFeedback, build_greeting
 from tests.doubles.serial.waveshare import WaveshareBoard
 
 FEEDBACK_LINE = WaveshareBoard().feedback()
@@ -12,7 +12,7 @@ OLDER = b'{"T":1001,"L":0,"R":0,"r":-89.1,"p":1.5,"y":36.5,"temp":40.2,"v":12.05
 
 
 def test_a_greeting_ends_a_cut_line_stops_the_board_and_sets_its_own_time_out_first() -> None:
-    assert greeting(0.3).split(b"\n")[:3] == [b"", b'{"T":1,"L":0.0000,"R":0.0000}', b'{"T":136,"cmd":300}']
+    assert build_greeting(0.3).split(b"\n")[:3] == [b"", b'{"T":1,"L":0.0000,"R":0.0000}', b'{"T":136,"cmd":300}']
 
 
 @pytest.mark.parametrize(
