@@ -123,7 +123,7 @@ def command(
         require_writable(report)
     sweep = Sweep(_make_request(**values), backends, worlds, parse_seeds(seeds))
     engine = _make_engine(cluster, jobs, wall_timeout_s, backends)
-    results = Results(sweep, out, fresh=fresh)
+    results = Results(sweep, out, deletes_old_results=fresh)
     with redirect_prints(as_json=as_json):
         has_verify = preflight(sweep)
         ended_by: Interrupted | RobotcoreError | None = _execute_missing_runs(results, engine, is_quiet=as_json)

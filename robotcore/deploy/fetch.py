@@ -52,7 +52,7 @@ class FetchResult:
         return self.folder / names[-1] if names else None
 
 
-def fetch(link: RobotLink, folder: Path, on_step: OnStep = print, *, moves: bool = False) -> FetchResult:
+def fetch(link: RobotLink, folder: Path, on_step: OnStep = print, *, deletes_on_robot: bool = False) -> FetchResult:
     """Copy the recordings of a robot that are not in the folder yet.
 
     The function copies only plain files that have the name of a recording, and overwrites no file.
@@ -60,7 +60,7 @@ def fetch(link: RobotLink, folder: Path, on_step: OnStep = print, *, moves: bool
     link: an open link to the robot.
     folder: the folder for the recordings. The function creates it if it does not exist.
     on_step: this function is called with the progress.
-    moves: whether to delete each recording from the robot after its copy was verified by SHA-256.
+    deletes_on_robot: whether to delete each recording from the robot after its copy was verified by SHA-256.
     Raises DeployError if a call or a transfer fails. The recordings copied before stay in the folder.
     Raises UsageError if the folder cannot be written.
     """
@@ -71,7 +71,7 @@ def fetch(link: RobotLink, folder: Path, on_step: OnStep = print, *, moves: bool
     sizes = {each.name: each.bytes for each in there if each.name in found.fetched}
     if sizes:
         _receive(link, folder, sizes, step)
-    if moves:
+    if deletes_on_robot:
         found = _erase_copied(link, found, step)
     size = format_bytes(sum(sizes.values()))
     step.finish(f"{pluralize(len(sizes), 'recording')}, {size}, to {escape(str(folder))}", *_format_details(found))

@@ -51,13 +51,13 @@ class WriteQueue(Generic[T]):
         """Return whether the queue is not full."""
         return self._put_bytes - self._taken_bytes < self._room or self._ended.is_set()
 
-    def put(self, entry: T, size: int, *, waits: bool) -> None:
-        """Add an entry of about ``size`` bytes. If ``waits`` is True, wait until the queue has room again."""
+    def put(self, entry: T, size: int, *, is_blocking: bool) -> None:
+        """Add an entry of about ``size`` bytes. If ``is_blocking`` is True, wait until the queue has room again."""
         if self._ended.is_set():
             return
         self._put_bytes += size
         self._entries.append((entry, size))
-        while waits and not self.has_room() and not self._ended.wait(POLL_S):
+        while is_blocking and not self.has_room() and not self._ended.wait(POLL_S):
             pass
 
     def end(self) -> None:
@@ -153,7 +153,7 @@ class Recorder:
     def tick(self, record: TickRecord) -> None:
         """Put a tick into the queue."""
         entry = Entry(record, self.layer.take(), self._read_truth(record), self._find_error(record))
-        self._queue.put(entry, entry.size, waits=self._is_stepped)
+        self._queue.put(entry, entry.size, is_blocking=self._is_stepped)
 
     def end(self, result: RunResult) -> None:
         """Let the writer thread write the result, and wait for its end."""

@@ -41,19 +41,19 @@ def run_sweep(
     engine: Engine | None = None,
     directory: Path | None = None,
     *,
-    fresh: bool = False,
+    deletes_old_results: bool = False,
 ) -> Results:
     """Execute the runs of a sweep that its folder does not have yet, and return the results. `Results` has an example.
 
     sweep: the sweep.
     engine: the engine. None means a `LocalEngine` on all cores.
     directory: the folder of the results. None means ``sweeps/<app>-<digest>``.
-    fresh: whether to delete all results in the folder first.
+    deletes_old_results: whether to delete all results in the folder first.
 
     Raises the errors of `preflight` before the first run.
     """
     preflight(sweep)
-    with Results(sweep, directory, fresh=fresh) as results:
+    with Results(sweep, directory, deletes_old_results=deletes_old_results) as results:
         execute(results, engine or LocalEngine(count_cores()))
     return results
 

@@ -45,14 +45,14 @@ class Results:
     []
     """
 
-    def __init__(self, sweep: Sweep, directory: Path | None = None, *, fresh: bool = False) -> None:
+    def __init__(self, sweep: Sweep, directory: Path | None = None, *, deletes_old_results: bool = False) -> None:
         """Store the arguments. Nothing is written before the ``with`` statement.
 
         sweep: the sweep of the results.
         directory: the folder. None means ``sweeps/<app>-<digest>``.
-        fresh: whether ``with`` deletes all results in the folder, including those of other seeds.
+        deletes_old_results: whether ``with`` deletes all results in the folder, including those of other seeds.
         """
-        self.sweep, self._directory, self._fresh = sweep, directory, fresh
+        self.sweep, self._directory, self._fresh = sweep, directory, deletes_old_results
         self._journal: Journal | None = None
 
     def __repr__(self) -> str:

@@ -54,7 +54,7 @@ def command(host: RobotAddress, out: Path | None, *, moves: bool, as_json: bool)
 
     folder = out or _build_default_folder(host)
     with StepDisplay() as display, make_link(host) as link:
-        result = fetch(link, folder, _ignore_progress if as_json else display, moves=moves)
+        result = fetch(link, folder, _ignore_progress if as_json else display, deletes_on_robot=moves)
     status = 1 if result.different else 0
     if as_json:
         write_json({"host": str(host), **_build_payload(result), "exit_status": status})

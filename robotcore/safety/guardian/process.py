@@ -32,19 +32,19 @@ _PAUSE_S = 0.02
 class CutoffWorker:
     """Runs the actions of one cutoff in a thread of its own, so that a cutoff that hangs does not delay the others.
 
-    in_place: whether `submit` runs each action in the caller's thread, and there is no other thread.
+    runs_in_caller_thread: whether `submit` runs each action in the caller's thread, and there is no other thread.
 
     The thread ends after the action ``close``. Raises ResourceError if the system refuses the thread.
     """
 
-    def __init__(self, spec: CutoffSpec, clock: Clock, *, in_place: bool = False) -> None:
+    def __init__(self, spec: CutoffSpec, clock: Clock, *, runs_in_caller_thread: bool = False) -> None:
         self.device = spec.device
         self._spec, self._clock = spec, clock
         self._cutoff: Cutoff | None = None
         self._is_running = True
         self._tasks = SimpleQueue[tuple[Action, Future[str | None]]]()
-        self._in_place = in_place
-        if not in_place:
+        self._in_place = runs_in_caller_thread
+        if not runs_in_caller_thread:
             start_thread(self._work, spec.device)
 
     def submit(self, action: Action) -> Future[str | None]:
@@ -237,4 +237,4 @@ def _make_worker(spec: CutoffSpec, clock: Clock) -> CutoffWorker:
     try:
         return CutoffWorker(spec, clock)
     except ResourceError:
-        return CutoffWorker(spec, clock, in_place=True)
+        return CutoffWorker(spec, clock, runs_in_caller_thread=True)

@@ -37,7 +37,7 @@ def list_file_names(folder: Path) -> list[str]:
 
 def fetch_all(link: RobotLink, local_folder: Path, *, moves: bool = False) -> tuple[FetchResult, StepProgress]:
     steps: list[StepProgress] = []
-    fetched = fetch(link, local_folder, steps.append, moves=moves)
+    fetched = fetch(link, local_folder, steps.append, deletes_on_robot=moves)
     return fetched, steps[-1]
 
 

@@ -200,7 +200,7 @@ def test_missing_extra_is_reported(
 @pytest.mark.parametrize("finish", [WriteQueue.get, WriteQueue.end])
 def test_waiting_put_returns_when_there_is_room_or_the_queue_ends(finish: Callable[[WriteQueue[int]], object]) -> None:
     backlog: WriteQueue[int] = WriteQueue(room=10)
-    putting = threading.Thread(target=lambda: backlog.put(1, 10, waits=True))
+    putting = threading.Thread(target=lambda: backlog.put(1, 10, is_blocking=True))
     putting.start()
     while not backlog._entries:
         pass
@@ -214,9 +214,9 @@ def test_queue_keeps_the_order_accepts_entries_if_full_and_discards_them_after_i
     backlog: WriteQueue[int] = WriteQueue(room=10)
     for entry in range(3):
         assert backlog.has_room() == (entry < 2)
-        backlog.put(entry, 9, waits=False)
+        backlog.put(entry, 9, is_blocking=False)
     assert backlog.get() == 0
     backlog.end()
-    backlog.put(4, 9, waits=True)
+    backlog.put(4, 9, is_blocking=True)
     assert (backlog.has_room(), backlog.get(), backlog.is_over) == (True, 1, False)
     assert (backlog.get(), backlog.get(), backlog.is_over) == (2, None, True)

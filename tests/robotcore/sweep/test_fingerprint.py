@@ -146,5 +146,5 @@ def test_a_damaged_manifest_is_refused_and_fresh_replaces_it(
     whole = manifest.read_bytes()
     manifest.write_bytes(content)
     check_text("\n".join(_list_changes(tmp_path)))
-    with Results(SWEEP, tmp_path, fresh=True):
+    with Results(SWEEP, tmp_path, deletes_old_results=True):
         assert manifest.read_bytes() == whole

@@ -64,7 +64,7 @@ def test_a_picture_is_named_by_its_record_and_fresh_deletes_both(tmp_path: Path)
         (record,) = results.records()
     picture = tmp_path / "failures" / "kinematic-open-1.png"
     assert (record.picture, picture.read_bytes()) == ("failures/kinematic-open-1.png", b"png")
-    with Results(SWEEP, tmp_path, fresh=True) as again:
+    with Results(SWEEP, tmp_path, deletes_old_results=True) as again:
         assert len(again.missing()) == 3
     assert not picture.exists()
 
@@ -72,14 +72,14 @@ def test_a_picture_is_named_by_its_record_and_fresh_deletes_both(tmp_path: Path)
 @pytest.mark.parametrize("name", ["thesis.tex", "results.jsonl"])
 def test_a_folder_of_other_files_is_refused_even_with_fresh(tmp_path: Path, name: str, raises: Raises) -> None:
     (tmp_path / name).write_text("the user's\n")
-    with raises(UsageError, "not-a-sweep", directory=str(tmp_path)), Results(SWEEP, tmp_path, fresh=True):
+    with raises(UsageError, "not-a-sweep", directory=str(tmp_path)), Results(SWEEP, tmp_path, deletes_old_results=True):
         pass
     assert [(file.name, file.read_text()) for file in tmp_path.iterdir()] == [(name, "the user's\n")]
 
 
-@pytest.mark.parametrize("fresh", [False, True])
+@pytest.mark.parametrize("deletes_old_results", [False, True])
 def test_a_sweep_that_was_killed_during_its_first_file_begins_again(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fresh: bool
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, deletes_old_results: bool
 ) -> None:
     with monkeypatch.context() as killing:
         killing.setattr(Path, "replace", Mock(side_effect=SystemExit))
@@ -88,7 +88,7 @@ def test_a_sweep_that_was_killed_during_its_first_file_begins_again(
             pass
     assert len(list(tmp_path.iterdir())) == 2
     assert not (tmp_path / "sweep.json").exists()
-    with Results(SWEEP, tmp_path, fresh=fresh) as again:
+    with Results(SWEEP, tmp_path, deletes_old_results=deletes_old_results) as again:
         assert len(again.missing()) == 3
     assert {file.name for file in tmp_path.iterdir()} == {"sweep.json", "results.jsonl"}
 
@@ -184,12 +184,12 @@ def test_a_folder_that_cannot_be_made_is_reported(tmp_path: Path, raises: Raises
             Results(SWEEP, tmp_path / name).__enter__()
 
 
-@pytest.mark.parametrize("fresh", [False, True])
+@pytest.mark.parametrize("deletes_old_results", [False, True])
 def test_a_disk_that_fills_during_the_sweep_is_reported_and_leaves_whole_lines(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fresh: bool, raises: Raises
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, deletes_old_results: bool, raises: Raises
 ) -> None:
     file = tmp_path / "results.jsonl"
-    with Results(SWEEP, tmp_path, fresh=fresh) as results:
+    with Results(SWEEP, tmp_path, deletes_old_results=deletes_old_results) as results:
         results.add(ENDED)
         whole = file.read_bytes()
         assert results._journal

@@ -43,7 +43,7 @@ def test_an_unconfirmed_stop_is_a_message_and_not_in_done(diary: Path) -> None:
 
 def test_only_a_stop_has_a_message(diary: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Recorder, "open", lambda _: 3)
-    worker = CutoffWorker(cutoff(diary), MonotonicClock(), in_place=True)
+    worker = CutoffWorker(cutoff(diary), MonotonicClock(), runs_in_caller_thread=True)
     assert run_all([worker], "open", 1.0) == GuardianReply("open", ("left_motor",), ())
 
 
