@@ -74,15 +74,29 @@ def _outline(segment: Segment, radius: float) -> tuple[tuple[float, float], ...]
 
 
 class LineDistances:
-    """Measures distances to the polyline in the middle of a line."""
+    """Measures distances to the polyline in the middle of a line. ``length`` is its length in metres."""
 
     def __init__(self, line: Line) -> None:
         segments = np.array(line.segments)
         self._starts, self._ways = segments[:, 0], segments[:, 1] - segments[:, 0]
         self._squares = (self._ways**2).sum(axis=1)
+        lengths = np.sqrt(self._squares)
+        self.length = float(lengths.sum())
+        self._lengths, self._begins = lengths, np.cumsum(lengths) - lengths
 
     def measure(self, points: Array) -> Array:
         """Return the distance of each point, (n, 2), from the nearest point of the polyline, (n,), in metres."""
+        distances, _ = self._project(points)
+        return np.asarray(distances.min(axis=1))
+
+    def locate(self, x: float, y: float) -> tuple[float, float]:
+        """Return the distance of a point from the polyline, and how far along it the nearest point is."""
+        (distances,), (along,) = self._project(np.array([(x, y)]))
+        nearest = int(distances.argmin())
+        return float(distances[nearest]), float(self._begins[nearest] + along[nearest] * self._lengths[nearest])
+
+    def _project(self, points: Array) -> tuple[Array, Array]:
+        """Return the distance of n points from m segments, and the part of each segment before the nearest point."""
         gaps = points[:, None] - self._starts
         along = np.clip((gaps * self._ways).sum(axis=2) / self._squares, 0.0, 1.0)
-        return np.asarray(np.linalg.norm(gaps - along[..., None] * self._ways, axis=2).min(axis=1))
+        return np.asarray(np.linalg.norm(gaps - along[..., None] * self._ways, axis=2)), along

@@ -70,7 +70,7 @@ def robot_names() -> list[str]:
     """Return the names of the shipped robots.
 
     >>> robot_names()
-    ['bubblerob', 'lookout', 'rover']
+    ['bubblerob', 'lookout', 'rover', 'tracer']
     """
     return _list_shipped("robot")
 
@@ -79,7 +79,7 @@ def world_names() -> list[str]:
     """Return the names of the shipped worlds.
 
     >>> world_names()
-    ['arena', 'clutter', 'occluded', 'open']
+    ['arena', 'clutter', 'occluded', 'open', 'track']
     """
     return _list_shipped("world")
 

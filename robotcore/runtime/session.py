@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import faulthandler
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import replace
 from functools import partial
@@ -33,6 +33,7 @@ from robotcore.runtime.time_limits import (
     judge_limit,
     observer_limit,
 )
+from robotcore.runtime.trace import TickRecord
 from robotcore.safety import ActivityMonitor, EmergencyStop, RangeGuard, Watchdog
 from robotcore.safety.motor_stop import STOP_S
 from robotcore.safety.thread_reserve import BackgroundCall, Reserve
@@ -86,6 +87,7 @@ class RunSession:
         self._close_limit = close_limit(plan.backend.name)
         self._timeout_error: RobotcoreError | None = None
         self._assembled: AssembledRobot | None = None
+        self._truth: Truth | None = None
         self._guardian = ExitStack()
         self._loop: Loop | None = None
         self._verification = Verification()
@@ -140,15 +142,16 @@ class RunSession:
         self._notes += raw.notes
         outcome = Outcome.ERROR
         try:
+            self._truth = self._build_truth(raw)
             self._assembled = assembled = self._assemble(raw)
             robot = assembled.robot
-            outcome = self._run_loop(assembled, self._build_truth(raw))
+            outcome = self._run_loop(assembled, self._truth)
         finally:
             self._reserve.release_memory()
             try:
                 self._signals.mask()
                 self._stop(raw)
-                self._judge(raw, outcome)
+                self._judge(outcome)
             finally:  # a signal may have come just before the mask
                 self._signals.mask()
                 self._close(robot)
@@ -162,7 +165,7 @@ class RunSession:
             plan.behaviour,
             plan.request.rate_hz,
             plan.request.timeout_s,
-            [*(observer.tick for observer in self._observers), lambda _: self._signals.check()],
+            [*self._list_listeners(truth), lambda _: self._signals.check()],
             build_step_limit(plan.behaviour, safety.watchdog_s),
             observer_limit(safety.watchdog_s * (SIMULATION_FACTOR if assembled.robot.clock.is_lockstep else 1.0)),
             safety.outage_s,
@@ -179,6 +182,11 @@ class RunSession:
             for observer in self._observers:
                 observer.begin(run)
         return self._loop.run()
+
+    def _list_listeners(self, truth: Truth | None) -> Iterator[Callable[[TickRecord], None]]:
+        if truth and truth.line:
+            yield lambda _: truth.update()
+        yield from (observer.tick for observer in self._observers)
 
     def _wait_for_sensors(self) -> None:
         # After a suspension of the program, the last samples are too old.
@@ -237,11 +245,11 @@ class RunSession:
             if assembled.motor_stops.are_hung and not self._is_hung:
                 self._late_failure = next((each for each in failures if isinstance(each, DeviceError)), None)
 
-    def _judge(self, raw: Robot, outcome: Outcome) -> None:
+    def _judge(self, outcome: Outcome) -> None:
         if not self._is_hung:
             plan = self._plan
             self._activity.begin(judge_limit(plan.judge, plan.backend.name))
-            self._verification = verify_run(plan.judge, self._build_truth(raw), outcome, plan.request.judge)
+            self._verification = verify_run(plan.judge, self._truth, outcome, plan.request.judge)
             self._late_failure = self._late_failure or self._verification.failure
 
     def _close(self, robot: Robot) -> None:

@@ -283,8 +283,9 @@ def connect_pins(binding: DeviceBinding, simulated: Robot, pins: VirtualPins, is
             line = pin(on.gpio)
             clock.every(_step_of(clock), lambda: line.drive(not contact.read().is_pressed), "switch")
         case DigitalSensors() as on, _, LineSensor() as row:
-            outputs = [pin(each) for each in on.gpios]
-            clock.every(_step_of(clock), partial(drive_outputs, row, outputs, on.active_high), "line-sensors")
+            update = partial(drive_outputs, row, [pin(each) for each in on.gpios], on.active_high)
+            update()
+            clock.every(_step_of(clock), update, "line-sensors")
         case LightDriver() | TonePin() | PulseServo(), _, _:
             pass  # nothing reacts to a light, a tone or a servo
         case _:

@@ -18,6 +18,7 @@ from robotcore.description import (
 )
 from robotcore.description.generation.gaps import compute_gap, gap_to_edge
 from robotcore.description.generation.reachability import is_target_hidden, is_target_in_view
+from robotcore.description.lines import LineDistances
 from robotcore.description.world import round_outline
 from robotcore.errors import DescriptionError, UsageError
 from tests.robotcore.description.worlds import ball, box, room
@@ -25,6 +26,7 @@ from tests.texts import Raises
 
 ROVER, LOOKOUT = load_robot("rover"), load_robot("lookout")
 SEEDS = range(12)
+WITH_TARGET = [name for name in world_names() if load_world(name).target]
 EVERYWHERE = Variation(place_x_m=(-2, 2), place_y_m=(-2, 2))
 
 
@@ -38,7 +40,7 @@ def varied(world: WorldDescription, variation: Variation | None) -> WorldDescrip
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", world_names())
+@pytest.mark.parametrize("name", WITH_TARGET)
 def test_seed_determines_the_layout(name: str) -> None:
     first = draws(name)
     draws.cache_clear()
@@ -47,13 +49,21 @@ def test_seed_determines_the_layout(name: str) -> None:
         assert len({getattr(drawn, part) for drawn in first}) == len(SEEDS)
 
 
+def test_seed_draws_the_start_on_the_line_of_the_track() -> None:
+    (line,) = load_world("track").lines
+    starts = [drawn.start for drawn in draws("track", "tracer")]
+    assert len(set(starts)) == len(SEEDS)
+    assert all(LineDistances(line).locate(start.x_m, start.y_m)[0] < 0.03 for start in starts)
+    assert all(drawn.lines == (line,) for drawn in draws("track", "tracer"))
+
+
 def test_drawn_values_of_a_seed_are_those_of_earlier_versions() -> None:
     drawn = draw_world(load_world("open"), ROVER, 7)
     assert drawn.start.x_m == pytest.approx(-1.710254853329829, abs=1e-9)
     assert drawn.targets[0].y_m == pytest.approx(-1.6371479466245398, abs=1e-9)
 
 
-@pytest.mark.parametrize("name", world_names())
+@pytest.mark.parametrize("name", WITH_TARGET)
 def test_drawn_world_is_solvable_and_its_target_has_the_distance_and_the_visibility_of_the_file(name: str) -> None:
     for drawn in draws(name):
         require_room(drawn, "drawn")
@@ -92,7 +102,7 @@ def test_obstacles_are_scaled_in_length_and_width_only() -> None:
     assert 0.8 <= min(scales) < max(scales) <= 1.3
 
 
-@pytest.mark.parametrize("name", world_names())
+@pytest.mark.parametrize("name", WITH_TARGET)
 def test_robot_that_cannot_drive_starts_with_the_target_in_view(name: str) -> None:
     assert all(is_target_in_view(drawn, LOOKOUT) for drawn in draws(name, "lookout"))
 

@@ -1,0 +1,86 @@
+"""The app follows the line of the world track, and the simulator verifies it by the robot's true way."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any, ClassVar
+from unittest.mock import create_autospec
+
+import pytest
+
+from apps.follow_line import FollowLine
+from robotcore import Behaviour, Outcome, Robot, Role, RunRequest, RunResult, Status, Truth, run
+from robotcore.testing import MockRobot
+
+WHITE, LEFT, MIDDLE = (0, 0, 0, 0, 0), (1, 0, 0, 0, 0), (0, 0, 1, 0, 0)
+
+
+def follow(backend: str = "kinematic", seed: int | None = None, **settings: float) -> RunResult:
+    request = RunRequest("follow-line", robot="tracer", world="track", backend=backend, seed=seed, settings=settings)
+    return run(request)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("backend", ["kinematic", "mujoco", "pybullet", "virtualpi"])
+@pytest.mark.parametrize("seed", [None, 1, 2])
+def test_robot_follows_the_line_for_a_lap(backend: str, seed: int | None) -> None:
+    result = follow(backend, seed)
+    assert (result.outcome, result.verified) == (Outcome.SUCCESS, True)
+    assert list(result.milestones) == ["follow"]
+
+
+def test_robot_follows_a_part_of_the_line() -> None:
+    result = follow(distance_m=0.5)
+    assert (result.outcome, result.verified) == (Outcome.SUCCESS, True)
+    assert result.sim_time_s == pytest.approx(2.6, abs=0.2)
+
+
+class Straight(Behaviour):
+    """Drives straight ahead, away from the line."""
+
+    needs: ClassVar = {Role.DRIVE}
+
+    def step(self, robot: Robot) -> Status:
+        robot.drive.set_velocity(0.3, 0.0)
+        return Status.RUNNING if robot.clock.now() < 4.0 else Status.SUCCESS
+
+
+def test_robot_that_leaves_the_line_is_not_verified() -> None:
+    result = run(RunRequest(Straight, robot="tracer", world="track", judge="follow-line"))
+    assert result.verified is False
+
+
+@pytest.mark.parametrize(
+    "line, verdict",
+    [
+        ({"largest_distance": 0.02, "followed": 5.8, "length": 5.7}, True),
+        ({"largest_distance": 0.02, "followed": 5.6, "length": 5.7}, False),
+        ({"largest_distance": 0.06, "followed": 5.8, "length": 5.7}, False),
+        ({"largest_distance": 0.02, "followed": 6.0, "length": 50.0}, True),
+        (None, None),
+    ],
+    ids=["lap", "less", "away", "part", "no line"],
+)
+def test_way_along_the_line_decides_the_verdict(line: dict[str, float] | None, verdict: bool | None) -> None:
+    truth: Any = create_autospec(Truth, instance=True)
+    truth.line = SimpleNamespace(**line) if line else None
+    assert FollowLine().verify(truth) is verdict
+
+
+def test_robot_turns_to_the_side_at_which_the_line_was() -> None:
+    app = FollowLine()
+    robot = MockRobot("tracer", readings={"row": [MIDDLE, LEFT, WHITE]})
+    robot.run(app, ticks=8)  # the limit of the acceleration delays the turn
+    straight, left, *_, search = robot.wheels
+    assert straight.left == straight.right > 0
+    assert left.right > left.left
+    assert search.right == pytest.approx(-search.left)
+    assert search.right > 0
+    assert app.state == "search"
+
+
+def test_app_fails_if_the_line_stays_lost() -> None:
+    app = FollowLine(search_s=1.0)
+    robot = MockRobot("tracer", readings={"row": [MIDDLE, WHITE]})
+    assert robot.run(app, ticks=25) is Status.FAILURE
+    assert app.reason == "the line was lost for 1 s"
