@@ -49,7 +49,7 @@ def pytest_unconfigure(config: pytest.Config) -> None:
 
 def _list_skipped(reporter: pytest.TerminalReporter) -> list[tuple[str, str, str]]:
     """Return the suite, the name and the reason of each skipped rule."""
-    skipped = [report for report in reporter.getreports("skipped") if MARKER in report.keywords]
+    skipped = [report for report in reporter.getreports("skipped") if MARKER in getattr(report, "keywords", ())]
     return [(*_split_name(report.nodeid), _get_reason(report)) for report in skipped]
 
 

@@ -85,6 +85,13 @@ def test_nothing_is_listed_without_the_kit(pytester: pytest.Pytester) -> None:
     assert not any("conformance" in line for line in result.outlines)
 
 
+def test_module_that_is_skipped_as_a_whole_is_no_rule(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile("import pytest\n\npytest.skip('not here', allow_module_level=True)")
+    result = pytester.runpytest_inprocess()
+    assert result.ret == pytest.ExitCode.NO_TESTS_COLLECTED
+    assert not any("conformance" in line for line in result.outlines)
+
+
 def test_unused_plugin_imports_nothing_heavy() -> None:
     code = "import sys, robotcore.testing.plugin; print(*sys.modules)"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
