@@ -20,6 +20,7 @@ LIMIT_S = 110
 
 EXACT = {
     "faults": "--seeds 1 --world open --jobs 1 --fault 'camera drop=0.3'",
+    "heading": "--runs 1",
     "hostile_recordings": "--kinds 1 --files 1",
     "hostile_robot": "--kinds 1",
     "replay": "--runs 1 --backends kinematic",

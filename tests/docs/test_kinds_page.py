@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import subprocess
 import sys
@@ -15,6 +16,7 @@ from robotcore import kinds
 from robotcore.cli.scaffold import KIND, make
 from robotcore.plugins import kind_names
 from tests.docs.listings import Listing, find_code, list_listings, read_rows
+from tests.robotcore.description.files import ROVER
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -22,7 +24,8 @@ else:
     import tomli as tomllib
 
 PAGE = (Path(__file__).parents[2] / "docs" / "kinds.md").read_text()
-LISTINGS = list_listings(PAGE)
+TURN, *LISTINGS = list_listings(PAGE)
+"""The app that uses an IMU, and the parts of the package."""
 
 
 @pytest.fixture
@@ -83,6 +86,17 @@ def test_run_with_the_kind_is_recorded_and_replayed(folder: Path) -> None:
 def test_fault_of_the_kind_changes_its_value(folder: Path) -> None:
     answer = run_app(folder, "--fault", "flow bias=-0.05", "--timeout", "3")
     assert answer["outcome"] == "timeout"
+
+
+@pytest.mark.slow
+def test_app_turns_by_the_imu_with_wheels_that_slip(tmp_path: Path) -> None:
+    (tmp_path / TURN.file).write_text(TURN.text)
+    imu = '\n[[devices]]\nkind = "imu"\nname = "imu"\nyaw_rate_bias_rad_s = 0.01\n'
+    (tmp_path / "turning.toml").write_text(ROVER + imu)
+    words = (TURN.file, "--robot", "turning.toml", "--world", "open", "--fault", "encoders slip=0.2", "--json")
+    answer = json.loads(type_command(tmp_path, "robotcore", "run", *words).stdout)
+    assert answer["outcome"] == "success"
+    assert float(answer["reason"].removesuffix(" rad by the encoders")) == pytest.approx(0.8 * math.pi / 2, abs=0.03)
 
 
 @pytest.mark.slow
