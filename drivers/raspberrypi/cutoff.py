@@ -39,7 +39,7 @@ class StandbyLine(Cutoff):
     def arm(self) -> None:
         self._chip.write(self._line, is_high=True)
 
-    def rest(self) -> None:
+    def disarm(self) -> None:
         """Pull the standby line low when the app commands a stop.
 
         The app's software PWM alone may stop the motor one PWM cycle later. It never does so if the app is suspended
@@ -88,7 +88,7 @@ class MotorLines(Cutoff):
     def arm(self) -> None:
         self._is_turning = True
 
-    def rest(self) -> None:
+    def disarm(self) -> None:
         self._is_turning = False
 
     def stop(self) -> str | None:

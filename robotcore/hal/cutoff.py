@@ -49,7 +49,7 @@ class Cutoff(ABC):
         A cutoff with an enable line raises the line here. Most other cutoffs do nothing.
         """
 
-    def rest(self) -> None:  # noqa: B027  most have nothing to do
+    def disarm(self) -> None:  # noqa: B027  most have nothing to do
         """Handle a stop by the app. The guardian calls this after the app has stopped all motors.
 
         The motors stay stopped until the next `arm`. A cutoff with an enable line lowers the line here. Most other
@@ -86,7 +86,7 @@ class CutoffSpec:
     """The class of the cutoff, as ``module:Class``."""
     parameters: Mapping[str, Any] = field(default_factory=dict)
     """The keyword arguments for the class, as JSON values."""
-    patience_s: float = 0.0
+    extra_lease_s: float = 0.0
     """The additional time, in seconds, that the guardian waits for a late app before it stops the motors.
 
     Set it if an unnecessary stop does harm. The longest patience of all cutoffs applies to all of them.

@@ -25,7 +25,7 @@ def guard_motors(raw: Robot, lease: float, end: ExitStack) -> GuardianLayer | No
     end: the context that ends the guardian.
 
     The guardian must stop the motors later than the deadman. So its lease is longer than the deadman's. The difference
-    is the deadman's longest wait for its lock plus the longest ``patience_s`` of the cutoffs.
+    is the deadman's longest wait for its lock plus the longest ``extra_lease_s`` of the cutoffs.
 
     Raises GuardianError if the guardian does not start.
     """
@@ -33,7 +33,7 @@ def guard_motors(raw: Robot, lease: float, end: ExitStack) -> GuardianLayer | No
         return None
     from robotcore.safety.guardian.client import Guardian
 
-    patience = LOCK_TIMEOUT_S + max(cutoff.patience_s for cutoff in raw.cutoffs)
+    patience = LOCK_TIMEOUT_S + max(cutoff.extra_lease_s for cutoff in raw.cutoffs)
     return GuardianLayer(end.enter_context(Guardian(raw.cutoffs, max(lease, MIN_LEASE_S) + patience)))
 
 

@@ -20,7 +20,7 @@ from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.safety.guardian.protocol import BEGIN_LEASE, END, Assignment, GuardianReply, read_line, receive
 from robotcore.threads import start_thread
 
-Action = Literal["open", "arm", "rest", "stop", "close"]
+Action = Literal["open", "arm", "disarm", "stop", "close"]
 """The name of an action, which is a method of `Cutoff`."""
 
 RETRYING_S = 0.5
@@ -115,7 +115,7 @@ STOPPING_S = 1.0
 """The time limit for stopping the motors, in seconds."""
 
 ARMING_S = 0.1
-"""The time limit for arming the cutoffs, in seconds, to which their longest ``patience_s`` is added.
+"""The time limit for arming the cutoffs, in seconds, to which their longest ``extra_lease_s`` is added.
 
 It is short, because the guardian does not check the lease while it arms.
 """
@@ -151,7 +151,7 @@ class GuardianProcess:
         self._link, self._lease, self._app = link, assignment.lease, assignment.app
         clock = MonotonicClock()
         self._workers = [CutoffWorker(spec, clock) for spec in assignment.cutoffs]
-        self._arming_s = ARMING_S + max(spec.patience_s for spec in assignment.cutoffs)
+        self._arming_s = ARMING_S + max(spec.extra_lease_s for spec in assignment.cutoffs)
         self._is_armed = False
 
     def run(self) -> None:
@@ -184,7 +184,7 @@ class GuardianProcess:
 
     def _update_lease(self, *, is_driving: bool) -> None:
         if is_driving != self._is_armed:
-            changed = self._run_all("arm" if is_driving else "rest", self._arming_s)
+            changed = self._run_all("arm" if is_driving else "disarm", self._arming_s)
             if changed.failed:
                 self._send(changed.to_line())
         self._is_armed = is_driving

@@ -47,7 +47,7 @@ MAX_VELOCITY_RAD_S = 30.0
 ANSWER_SHARE = 0.9
 """The default time limit of a call, as a share of the robot's ``safety.answer_s``."""
 
-GUARDIAN_PATIENCE_S = 60.0
+GUARDIAN_EXTRA_LEASE_S = 60.0
 """The time by which the guardian extends its lease in lockstep, in seconds."""
 
 
@@ -91,7 +91,7 @@ class SceneOptions(StrictModel):
         """
         if joints:
             arguments = {"host": self.host, "port": self.port, "joints": list(joints.values())}
-            yield CutoffSpec(" and ".join(joints), cutoff, arguments, GUARDIAN_PATIENCE_S if is_stepped else 0.0)
+            yield CutoffSpec(" and ".join(joints), cutoff, arguments, GUARDIAN_EXTRA_LEASE_S if is_stepped else 0.0)
 
 
 def _no_cutoffs(_joints: Mapping[str, int]) -> tuple[CutoffSpec, ...]:

@@ -51,7 +51,7 @@ def test_a_silent_program_whose_motor_turns_is_killed(*, is_suspended: bool, lin
 def test_a_silent_program_whose_motor_stands_is_not_killed(lines: Lines) -> None:
     with hold_lines(lines, FORWARD, BACKWARD) as program:
         cutoff = open_motor_lines(program.pid)
-        cutoff.rest()
+        cutoff.disarm()
         assert cutoff.stop() is None
         assert program.poll() is None
     cutoff.close()
@@ -86,7 +86,7 @@ def test_a_standby_line_is_high_only_while_the_motors_are_armed(lines: Lines) ->
     cutoff = StandbyLine(STANDBY)
     cutoff.open()
     levels = [lines.level(STANDBY)]
-    for act in (cutoff.arm, cutoff.stop, cutoff.arm, cutoff.rest, cutoff.arm, cutoff.close):
+    for act in (cutoff.arm, cutoff.stop, cutoff.arm, cutoff.disarm, cutoff.arm, cutoff.close):
         act()
         levels.append(lines.level(STANDBY))
     assert levels == [0, 1, 0, 1, 0, 1, 0]

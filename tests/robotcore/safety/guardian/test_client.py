@@ -109,7 +109,7 @@ def test_patience_of_a_cutoff_extends_the_time_to_arm(diary: Path, raises: Raise
         guarding.renew_lease()
         with raises(GuardianError, "guardian-action-failed", hide=[number(diary)]):
             next(wait_for_stops(guarding))
-    with Guardian([replace(slow, patience_s=60.0)], LEASE_S) as guarding:
+    with Guardian([replace(slow, extra_lease_s=60.0)], LEASE_S) as guarding:
         guarding.renew_lease()
         assert next(wait_for_stops(guarding)) == GuardianReply("stop", ("left_motor",), ())
 
