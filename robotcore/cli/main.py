@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import os
 import signal
 import sys
@@ -116,7 +117,11 @@ def _exit(status: int) -> NoReturn:
 
 
 def _limit_exit(status: int) -> None:
-    """End the process after `EXITING_S` seconds. Otherwise the interpreter would wait for the app's threads forever."""
+    """End the process if threads still run after `EXITING_S` seconds. Python itself would wait for them forever.
+
+    The limit does not hold for the time after the last thread, in which Python frees its objects: then the signal of
+    the timer would end the process with another status.
+    """
 
     def end(_number: int, _frame: FrameType | None) -> NoReturn:
         names = [thread.name for thread in threading.enumerate() if thread is not threading.main_thread()]
@@ -124,6 +129,7 @@ def _limit_exit(status: int) -> None:
         os._exit(status)
 
     if hasattr(signal, "setitimer"):
+        atexit.register(signal.setitimer, signal.ITIMER_REAL, 0.0)  # Python calls this after the last thread
         signal.signal(signal.SIGALRM, end)
         signal.setitimer(signal.ITIMER_REAL, EXITING_S)
 

@@ -146,3 +146,24 @@ def test_an_app_file_runs_itself_with_the_arguments_of_the_process(
         run_app("green-search")
     assert ended.value.code == 2
     check_text(capfd.readouterr().err)
+
+
+SLOW_EXIT = """
+import ctypes
+from robotcore.cli import main
+
+libc = ctypes.CDLL(None)
+libc.on_exit(libc.getchar, None)  # a library that ends slowly: it waits for the standard input
+main.EXITING_S = 0.1
+main._exit(3)
+"""
+
+
+@pytest.mark.slow
+def test_library_that_ends_slowly_keeps_the_exit_status() -> None:
+    with (
+        subprocess.Popen([sys.executable, "-c", SLOW_EXIT], stdin=subprocess.PIPE) as process,
+        pytest.raises(subprocess.TimeoutExpired),
+    ):
+        process.wait(2.0)
+    assert process.returncode == 3
