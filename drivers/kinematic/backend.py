@@ -58,21 +58,23 @@ def _require_wheels(setup: Setup, simulation: Simulation) -> None:
 
 
 def _open_device(description: DeviceDescription, simulation: Simulation) -> Device:
-    name = description.name
+    name, locate = description.name, simulation.ground_truth.joints.locate
     if isinstance(description, MotorDescription):
         return KinematicMotor(description, simulation.wheels[name])
     if isinstance(description, EncoderDescription):
         wheel = simulation.encoded_wheels[name]
         return SampledEncoder(description, simulation.clock, lambda: wheel.angle)
     if isinstance(description, RangeSensorDescription):
-        sonar = Sonar(description, simulation.world)
-        return SampledRangeSensor(description, simulation.clock, lambda: sonar.measure(simulation.body_pose))
+        sonar, mount = Sonar(description, simulation.world), description.mount
+        return SampledRangeSensor(
+            description, simulation.clock, lambda: sonar.measure(simulation.body_pose, locate(mount))
+        )
     if isinstance(description, CameraDescription):
         intrinsics, mount = description.intrinsics, description.mount
         return SampledCamera(
             name,
             intrinsics,
             simulation.clock,
-            lambda: simulation.painter.picture(CameraView.of(intrinsics, mount, simulation.body_pose)),
+            lambda: simulation.painter.picture(CameraView.of(intrinsics, locate(mount), simulation.body_pose)),
         )
     return simulate_device(description, simulation.ground_truth)

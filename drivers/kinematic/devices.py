@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.kinematic.motion import Wheel
-from robotcore.description import WorldDescription
+from robotcore.description import Mount, WorldDescription
 from robotcore.geometry import Pose
 from robotcore.kinds.motor import Motor, MotorDescription
 from robotcore.kinds.range_sensor import Echo, RangeSensorDescription
@@ -51,13 +51,16 @@ class Sonar:
     """Casts the fan of rays of a range sensor at all bodies at the height of the sensor."""
 
     def __init__(self, sensor: RangeSensorDescription, world: WorldDescription) -> None:
-        self._mount = sensor.mount.pose
+        self._mount = sensor.mount
         self._fan = Fan(sensor.cone_rad, sensor.min_range_m, sensor.max_range_m)
         self._slice = WorldSlice(world, sensor.mount.z_m)
 
-    def measure(self, robot: Pose) -> Echo:
-        """Return the echo that the sensor receives if the robot has the pose ``robot``."""
-        sensor = robot.compose(self._mount)
+    def measure(self, robot: Pose, mount: Mount | None = None) -> Echo:
+        """Return the echo that the sensor receives if the robot has the pose ``robot``.
+
+        mount: the present mount of a sensor on a servo.
+        """
+        sensor = robot.compose((mount or self._mount).pose)
         x, y = sensor.to_world(-FAN_SETBACK_M, 0.0)
         lengths = self._slice.cast(x, y, *self._fan.directions(sensor))
         return Echo(self._fan.reading(lengths), self._fan.point(lengths))

@@ -22,7 +22,7 @@ from robotcore.kinds.motor import Motor, MotorDescription
 from robotcore.kinds.range_sensor import RangeSensorDescription
 from robotcore.optics import CameraView, Image
 from robotcore.raycast import FAN_SETBACK_M
-from robotcore.simulation.rigid_body import Array, BodyCamera, RayFanSensor
+from robotcore.simulation.rigid_body import Array, BodyCamera, Locate, RayFanSensor
 
 if TYPE_CHECKING:
     from mujoco import MjData, MjModel
@@ -73,7 +73,7 @@ def cast_rays(model: MjModel, data: MjData, start: Array, rays: Array, reach_m: 
 
 
 def open_range_sensor(
-    model: MjModel, data: MjData, description: RangeSensorDescription, clock: Clock, body: Body
+    model: MjModel, data: MjData, description: RangeSensorDescription, clock: Clock, body: Body, locate: Locate
 ) -> RayFanSensor:
     """Open a range sensor, whose rays ignore the robot and the floor."""
     reach = description.max_range_m + 2 * FAN_SETBACK_M
@@ -81,7 +81,7 @@ def open_range_sensor(
     def cast(start: Array, rays: Array) -> Array:
         return cast_rays(model, data, start, rays, reach)
 
-    return RayFanSensor(description, clock, body.transform, cast)
+    return RayFanSensor(description, clock, body.transform, locate, cast)
 
 
 class MujocoCamera(BodyCamera):
@@ -102,13 +102,13 @@ class CameraSet:
         self._things = {thing.name: model.geom(visual_name(thing.name)).id for thing in (*world.prisms, *world.targets)}
         self._renderer: Renderer | None = None
 
-    def open(self, description: CameraDescription, clock: Clock, body: Body) -> MujocoCamera:
+    def open(self, description: CameraDescription, clock: Clock, body: Body, locate: Locate) -> MujocoCamera:
         """Open a camera. Raises DeviceError if no OpenGL library works without a screen."""
         try:
             self._renderer = self._renderer or Renderer(self._model, self._data, self._sky)
         except NoOpenGL as missing:
             raise DeviceError(description.name, str(missing), kind="no-opengl") from missing
-        return MujocoCamera(description, clock, body.transform, self._renderer, self._things)
+        return MujocoCamera(description, clock, body.transform, locate, self._renderer, self._things)
 
     def close(self) -> None:
         """Release OpenGL. Further calls do nothing."""

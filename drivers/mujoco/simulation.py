@@ -64,10 +64,11 @@ class Simulation:
         if isinstance(description, EncoderDescription):
             body, joint = self._body, self._body.find_joint(description.name)
             return SampledEncoder(description, self.clock, lambda: body.angle(joint))
+        locate = self.ground_truth.joints.locate
         if isinstance(description, RangeSensorDescription):
-            return open_range_sensor(self.model, self.data, description, self.clock, self._body)
+            return open_range_sensor(self.model, self.data, description, self.clock, self._body, locate)
         if isinstance(description, CameraDescription):
-            return self._cameras.open(description, self.clock, self._body)
+            return self._cameras.open(description, self.clock, self._body, locate)
         return simulate_device(description, self.ground_truth)
 
     def close(self) -> None:

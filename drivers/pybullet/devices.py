@@ -17,7 +17,7 @@ from robotcore.kinds.motor import Motor, MotorDescription
 from robotcore.kinds.range_sensor import RangeSensorDescription
 from robotcore.optics import CameraView, Image
 from robotcore.raycast import FAN_SETBACK_M
-from robotcore.simulation.rigid_body import Array, ObjectIds, RayFanSensor
+from robotcore.simulation.rigid_body import Array, Locate, ObjectIds, RayFanSensor
 
 
 class BulletMotor(Motor):
@@ -72,14 +72,16 @@ def cast_rays(bullet: Bullet, start: Array, rays: Array, length_m: float) -> Arr
     return np.array([hit[2] * length_m if hit[0] >= 0 else math.inf for hit in hits])
 
 
-def open_range_sensor(bullet: Bullet, description: RangeSensorDescription, clock: Clock, body: Body) -> RayFanSensor:
+def open_range_sensor(
+    bullet: Bullet, description: RangeSensorDescription, clock: Clock, body: Body, locate: Locate
+) -> RayFanSensor:
     """Open a range sensor, whose rays ignore the robot and the floor."""
     length = description.max_range_m + 2 * FAN_SETBACK_M
 
     def cast(start: Array, rays: Array) -> Array:
         return cast_rays(bullet, start, rays, length)
 
-    return RayFanSensor(description, clock, body.transform, cast, length)
+    return RayFanSensor(description, clock, body.transform, locate, cast, length)
 
 
 NEAR_M, FAR_M = 0.005, 500.0

@@ -59,11 +59,12 @@ class Simulation:
             return motor
         if isinstance(description, EncoderDescription):
             return open_encoder(bullet, description, self.clock, body)
+        locate = self.ground_truth.joints.locate
         if isinstance(description, RangeSensorDescription):
-            return open_range_sensor(bullet, description, self.clock, body)
+            return open_range_sensor(bullet, description, self.clock, body, locate)
         if isinstance(description, CameraDescription):
             renderer = BulletRenderer(bullet, self._scene.light)
-            return BodyCamera(description, self.clock, body.transform, renderer, self._scene.things)
+            return BodyCamera(description, self.clock, body.transform, locate, renderer, self._scene.things)
         return simulate_device(description, self.ground_truth)
 
     def pose(self) -> Pose:

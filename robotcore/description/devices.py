@@ -37,6 +37,20 @@ class Mount(StrictModel):
     """The angle from the robot's x axis to the device's direction, in radians, positive to the left."""
     pitch_rad: Radians = 0.0
     """The angle from the horizontal to the device's direction, in radians, positive downwards."""
+    on: Name | None = None
+    """The name of the servo that turns the device about the servo's own mount; None for a device that does not turn.
+
+    The position and the direction of the device are then those at the servo's angle 0.
+    """
+
+    def turn(self, angle: float, x_m: float, y_m: float) -> Mount:
+        """Return the mount after a turn about a vertical axis.
+
+        angle: the angle in radians, positive to the left.
+        x_m, y_m: the position of the axis in the robot's frame, in metres.
+        """
+        x, y, yaw = Pose(x_m, y_m, angle).compose(Pose(self.x_m - x_m, self.y_m - y_m, self.yaw_rad))
+        return self.model_copy(update={"x_m": x, "y_m": y, "yaw_rad": yaw})
 
     @property
     def is_ahead(self) -> bool:

@@ -215,6 +215,12 @@ class RobotDescription(StrictModel):
         return self
 
     @model_validator(mode="after")
+    def _check_mounts(self) -> RobotDescription:
+        for name in self.mounts:
+            self.list_carriers(name)
+        return self
+
+    @model_validator(mode="after")
     def _check_wheels(self) -> RobotDescription:
         if (drive := self.drive) is None:
             return self
@@ -240,9 +246,32 @@ class RobotDescription(StrictModel):
 
     @property
     def mounts(self) -> dict[str, Mount]:
-        """The mounts of the cameras and range sensors, by the names of the devices."""
+        """The mounts of the cameras, range sensors and servos that have one, by the names of the devices."""
         mounts = {device.name: getattr(device, "mount", None) for device in self.devices}
-        return {sensor: mount for sensor, mount in mounts.items() if isinstance(mount, Mount)}
+        return {name: mount for name, mount in mounts.items() if isinstance(mount, Mount)}
+
+    def list_carriers(self, name: str) -> tuple[str, ...]:
+        """Return the names of the servos that turn a device: the one that it is mounted on, the one below that, etc.
+
+        Raises Mistake if the chain has a circle, or a device that is no servo with a mount.
+        """
+        kinds, mounts, chain = {device.name: device.kind for device in self.devices}, self.mounts, [name]
+        while (mount := mounts.get(chain[-1])) and mount.on:
+            names, carrier = f"the mount of {chain[-1]!r} names {mount.on!r}", mount.on
+            if carrier not in kinds:
+                problem = f"{names}, but no device has this name"
+                remedy = f'Add [[devices]] with kind = "servo" and name = "{carrier}"'
+                raise Mistake(problem, remedy, kind="no-such-device")
+            if kinds[carrier] != "servo":
+                problem = f"{names}, which is no servo but of the kind {kinds[carrier]!r}"
+                raise Mistake(problem, "Name a servo", kind="not-a-servo")
+            if carrier in chain:
+                problem = f"the mounts make a circle: {' on '.join([*chain, carrier])}"
+                raise Mistake(problem, "Mount one of them on the body, without the key on", kind="mounts-in-circle")
+            if carrier not in mounts:
+                raise Mistake(f"{names}, which has no mount", "Give the servo a mount", kind="servo-without-mount")
+            chain.append(carrier)
+        return tuple(chain[1:])
 
     @property
     def file(self) -> str | None:
@@ -256,8 +285,8 @@ class RobotDescription(StrictModel):
 
     @property
     def range_sensors_ahead(self) -> tuple[Any, ...]:
-        """The range sensors that point ahead, which the range guard reads."""
-        return tuple(sensor for sensor in self.all_of("range_sensor") if sensor.mount.is_ahead)
+        """The range sensors that point ahead, or that a servo may turn ahead. The range guard reads them."""
+        return tuple(sensor for sensor in self.all_of("range_sensor") if sensor.mount.is_ahead or sensor.mount.on)
 
     @overload
     def all_of(self, kind: type[DescriptionT]) -> tuple[DescriptionT, ...]: ...

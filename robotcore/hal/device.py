@@ -82,16 +82,26 @@ T = TypeVar("T")
 class Device:
     """The base class of a robot's devices. The constructor does not use hardware.
 
-    ``mount`` is the pose of a mounted device on the robot in the plane. A run sets it from the robot's description.
+    ``mount`` is the present pose of a mounted device on the robot in the plane. A run sets it from the robot's
+    description. A device on a servo turns with it.
     """
 
     kind: ClassVar[str] = ""
     """The name of the device's kind, as in a robot's file."""
-    mount = Pose(0.0, 0.0, 0.0)
+    _locate: Callable[[], Pose] = staticmethod(lambda: Pose(0.0, 0.0, 0.0))
 
     def __init__(self, name: str) -> None:
         self.name = name
         self._is_closed = False
+
+    @property
+    def mount(self) -> Pose:
+        """The present pose of the device on the robot in the plane."""
+        return self._locate()
+
+    @mount.setter
+    def mount(self, pose: Pose | Callable[[], Pose]) -> None:
+        self._locate = pose if callable(pose) else lambda: pose
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.name!r}{', closed' if self._is_closed else ''}>"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -14,7 +14,7 @@ from robotcore.description import RobotDescription, WorldDescription
 from robotcore.description.floor_colours import FloorColours
 from robotcore.geometry import Pose, Twist
 from robotcore.hal.clock import Clock
-from robotcore.hal.joint import Joint
+from robotcore.hal.joint import Joints
 from robotcore.hal.noise import draw_noise
 
 Array = NDArray[np.float64]
@@ -51,10 +51,9 @@ class GroundTruth:
         return draw_noise(f"{self.seed}:{key}", sigma, time) if sigma else 0.0
 
     @cached_property
-    def joints(self) -> Mapping[str, Joint]:
-        """The true motion of each servo, by the name of the servo."""
-        servos = self.robot.all_of("servo")
-        return {each.name: Joint(self.clock, each.rest_angle_rad, each.max_velocity_rad_s) for each in servos}
+    def joints(self) -> Joints:
+        """The true motion of the servos."""
+        return Joints(self.robot, self.clock)
 
     def touch_bearings(self) -> tuple[float, ...]:
         """Return the directions of the present contacts in the robot's frame, in radians, positive to the left.

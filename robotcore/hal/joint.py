@@ -1,9 +1,13 @@
-"""The motion of a servo, which a simulator computes, and a run assumes of a servo without feedback."""
+"""The motion of servos, and the present mounts of the devices on them.
+
+A simulator computes the true motion. A run assumes the same motion, because servos do not measure their angle.
+"""
 
 from __future__ import annotations
 
 import math
 
+from robotcore.description import Mount, RobotDescription
 from robotcore.hal.clock import Clock
 
 
@@ -40,3 +44,29 @@ class Joint:
     def turn_to(self, angle: float) -> None:
         """Move from the present angle towards another target, in radians."""
         self._start, self._since, self._target = self.angle, self._clock.now(), angle
+
+
+class Joints:
+    """The joints of a robot's servos. Each begins at the servo's rest angle."""
+
+    def __init__(self, robot: RobotDescription, clock: Clock) -> None:
+        servos = robot.all_of("servo")
+        self._mounts = {servo.name: servo.mount for servo in servos}
+        self._joints = {each.name: Joint(clock, each.rest_angle_rad, each.max_velocity_rad_s) for each in servos}
+
+    def __contains__(self, servo: str) -> bool:
+        """Return whether the robot has a servo with this name."""
+        return servo in self._joints
+
+    def __getitem__(self, servo: str) -> Joint:
+        """Return the joint of a servo."""
+        return self._joints[servo]
+
+    def locate(self, mount: Mount) -> Mount:
+        """Return the present mount of a device, which the servos below it have turned."""
+        carrier = mount.on
+        while carrier:
+            axis = self._mounts[carrier]
+            mount = mount.turn(self._joints[carrier].angle, axis.x_m, axis.y_m)
+            carrier = axis.on
+        return mount

@@ -7,7 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
-from robotcore.description import Ball, RobotDescription, WorldDescription
+from robotcore.description import Ball, Mount, RobotDescription, WorldDescription
 from robotcore.geometry import Pose, Twist
 from robotcore.hal.line_track import LineTrack
 from robotcore.optics import CameraView
@@ -99,11 +99,15 @@ class Truth:
         ball = self._world.target
         if camera is None or ball is None:
             return False
-        view = CameraView.of(camera.intrinsics, camera.mount, self.pose)
+        view = CameraView.of(camera.intrinsics, self._locate(camera.mount), self.pose)
         points = _points_across(ball, view)
         eye_x, eye_y = float(view.eye[0]), float(view.eye[1])
         reach = cast(eye_x, eye_y, points[:, 0] - eye_x, points[:, 1] - eye_y, self._edges)
         return bool((view.shows(points) & (reach > 1)).any())
+
+    def _locate(self, mount: Mount) -> Mount:
+        ground = getattr(self._source, "ground_truth", None)  # only simulators in this process have servos
+        return ground.joints.locate(mount) if ground else mount
 
 
 def _points_across(ball: Ball, view: CameraView) -> np.ndarray:

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from robotcore.description import DeviceDescription
+from robotcore.description import DeviceDescription, Mount
 from robotcore.description.types import Radians
 from robotcore.errors import InvalidCommandError, Mistake
 from robotcore.hal.device import Actuator, caller_location
@@ -21,6 +21,8 @@ class ServoDescription(DeviceDescription):
     """A servo, which turns to an angle and holds it."""
 
     kind: Literal["servo"]
+    mount: Mount | None = None
+    """The place of the servo, whose axis is vertical. Devices with ``on`` in their mount turn about it."""
     min_angle_rad: Radians
     """The least angle, in radians."""
     max_angle_rad: Radians

@@ -17,6 +17,8 @@ Need = Role | str | type[Device]
 def needed_devices(description: RobotDescription, needs: Iterable[Need], wants: Iterable[Need] = ()) -> frozenset[str]:
     """Return the names of the devices that a run opens for an app.
 
+    A servo on which one of them is mounted is opened too.
+
     needs: what the app requires. A class stands for all devices of its kind. The role of the drive includes its motors,
         its encoders, and the range sensors that measure forward.
     wants: what the app uses if the robot has it.
@@ -34,7 +36,8 @@ def needed_devices(description: RobotDescription, needs: Iterable[Need], wants: 
         if not found:
             raise _build_unmet_error(description, need)
         names |= found
-    return frozenset(names.union(*(find_devices(description, want) for want in wants)))
+    names = names.union(*(find_devices(description, want) for want in wants))
+    return frozenset(names.union(*(description.list_carriers(name) for name in names)))
 
 
 def find_devices(description: RobotDescription, need: Need) -> frozenset[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import ClassVar
@@ -42,25 +43,30 @@ class DistanceAhead:
 
     It subtracts from each reading the distance that the robot may have driven since then: the age of the reading times
     the highest speed since the reading.
+
+    is_ahead: returns whether a sensor points ahead now. A sensor that a servo has turned aside is not read.
     """
 
-    def __init__(self, clock: Clock, sensors: Sequence[RangeSensor]) -> None:
-        self._clock = clock
+    def __init__(
+        self, clock: Clock, sensors: Sequence[RangeSensor], is_ahead: Callable[[RangeSensor], bool] = lambda _: True
+    ) -> None:
+        self._clock, self._is_ahead = clock, is_ahead
         self._clearances = [_ClearanceAhead(sensor) for sensor in sensors]
 
     def __call__(self, speed: float) -> float:
         now = self._clock.now()
-        return min([clearance.at(now, speed) for clearance in self._clearances])
+        ahead = [each for each in self._clearances if self._is_ahead(each.sensor)]
+        return min([clearance.at(now, speed) for clearance in ahead], default=math.inf)
 
 
 class _ClearanceAhead:
     def __init__(self, sensor: RangeSensor) -> None:
-        self._sensor = sensor
+        self.sensor = sensor
         self._sequence: int | None = None
         self._fastest = 0.0
 
     def at(self, now: float, speed: float) -> float:
-        sample = self._sensor.read()
+        sample = self.sensor.read()
         is_new = sample.sequence != self._sequence
         self._sequence = sample.sequence
         self._fastest = speed if is_new else max(speed, self._fastest)

@@ -8,6 +8,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from robotcore.description import Mount
 from robotcore.geometry import Pose
 from robotcore.hal.clock import Clock
 from robotcore.kinds.camera import CameraDescription, SampledCamera
@@ -22,9 +23,14 @@ Transform = Callable[[], tuple[Array, Array]]
 """Returns the pose of the robot's frame in the world: a rotation matrix (3, 3), and an origin (3,) in metres."""
 
 
+Locate = Callable[[Mount], Mount]
+"""Returns the present mount of a device for its mount in the robot's file. A servo may have turned it."""
+
+
 class RayFanSensor(SampledRangeSensor):
     """A range sensor on a body, which casts a fan of rays.
 
+    locate: returns the present mount of a device.
     cast: returns the length of each ray up to its hit, (n,) in metres, and ``inf`` without a hit. Its arguments are
         the common start of the rays, (3,), and the rays, (n, 3), both in the world.
     ray_length: the length of the rays that ``cast`` gets, in metres.
@@ -35,18 +41,19 @@ class RayFanSensor(SampledRangeSensor):
         description: RangeSensorDescription,
         clock: Clock,
         transform: Transform,
+        locate: Locate,
         cast: Callable[[Array, Array], Array],
         ray_length: float = 1.0,
     ) -> None:
         super().__init__(description, clock, self._measure)
         self._transform, self._cast = transform, cast
         self._fan = Fan(self.cone, self.min_range, self.max_range)
-        self._origin, directions = self._fan.rays(description.mount)
-        self._rays = directions * ray_length
+        self._locate_mount, self._mount, self._ray_length = locate, description.mount, ray_length
 
     def _measure(self) -> Echo:
         rotation, origin = self._transform()
-        lengths = self._cast(origin + rotation @ self._origin, self._rays @ rotation.T)
+        start, directions = self._fan.rays(self._locate_mount(self._mount))
+        lengths = self._cast(origin + rotation @ start, directions * self._ray_length @ rotation.T)
         return Echo(self._fan.reading(lengths), self._fan.point(lengths))
 
 
@@ -71,13 +78,14 @@ class BodyCamera(SampledCamera):
         description: CameraDescription,
         clock: Clock,
         transform: Transform,
+        locate: Locate,
         renderer: Renderer,
         things: Mapping[str, int],
     ) -> None:
         super().__init__(description.name, description.intrinsics, clock, lambda: self.picture(self._view()))
         self.things, self.segmentation = things, renderer.segmentation
         self._transform, self._renderer = transform, renderer
-        self._on_body = CameraView.of(self.intrinsics, description.mount, Pose(0.0, 0.0, 0.0))
+        self._locate_mount, self._mount = locate, description.mount
 
     def picture(self, view: CameraView) -> Image:
         """Return the picture of a view, which may differ from the view of this camera."""
@@ -85,7 +93,7 @@ class BodyCamera(SampledCamera):
 
     def _view(self) -> CameraView:
         rotation, origin = self._transform()
-        local = self._on_body
+        local = CameraView.of(self.intrinsics, self._locate_mount(self._mount), Pose(0.0, 0.0, 0.0))
         return CameraView(self.intrinsics, origin + rotation @ local.eye, local.rotation @ rotation.T)
 
 

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ INTRINSICS = Intrinsics(320, 240, math.radians(90))
 ORIGIN = Pose(0.0, 0.0, 0.0)
 
 
-def view(pose: Pose = ORIGIN, **mount: float) -> CameraView:
+def view(pose: Pose = ORIGIN, **mount: Any) -> CameraView:
     return CameraView.of(INTRINSICS, Mount(z_m=0.5, **mount), pose)
 
 

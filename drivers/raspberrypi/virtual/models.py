@@ -249,13 +249,14 @@ MODELLED = (
     ContactDriver,
     LightDriver,
     TonePin,
-    PulseServo,
     DigitalSensors,
 )
 """The drivers of the devices that have a model."""
 
-SIMULATED = (CameraDriver, ChipDriver)
-"""The drivers of devices that are not on pins. The simulator's own devices replace these devices."""
+SIMULATED = (CameraDriver, ChipDriver, PulseServo)
+"""The drivers of devices that are not on pins, and of servos, whose pulses virtual pins would round too much.
+
+The simulator's own devices replace these devices."""
 
 MAX_ECHO_M = 4.3
 """The distance of the farthest wall whose echo an HC-SR04 receives, in metres."""
@@ -286,8 +287,8 @@ def connect_pins(binding: DeviceBinding, simulated: Robot, pins: VirtualPins, is
             update = partial(drive_outputs, row, [pin(each) for each in on.gpios], on.active_high)
             update()
             clock.every(_step_of(clock), update, "line-sensors")
-        case LightDriver() | TonePin() | PulseServo(), _, _:
-            pass  # nothing reacts to a light, a tone or a servo
+        case LightDriver() | TonePin(), _, _:
+            pass  # nothing reacts to a light or a tone
         case _:
             return False
     return True

@@ -83,7 +83,8 @@ class BallTracker:
         """
         away = self.radius * robot.camera.intrinsics.focal_length / blob.radius
         echo = robot.range.read().distance + self.radius
-        is_in_cone = abs(blob.bearing) < robot.range.cone / 2
+        turned = robot.camera.mount.heading - robot.range.mount.heading
+        is_in_cone = abs(blob.bearing + turned) < robot.range.cone / 2
         if is_in_cone and (abs(echo - away) < MAX_ECHO_DIFFERENCE_M or (blob.is_clipped and math.isfinite(echo))):
             away = echo
         eye = pose.compose(robot.camera.mount)

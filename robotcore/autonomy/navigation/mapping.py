@@ -231,7 +231,8 @@ class NavigationMap:
         sensor, camera = robot.range, robot.camera
         reading = sensor.read()
         read_at, viewed_at = self._past.at(reading.time), self._past.at(camera.read().time)
-        new_reading, new_view = (*read_at, reading.distance), (*pose, *viewed_at)
+        new_reading = (*read_at, *sensor.mount, reading.distance)
+        new_view = (*pose, *viewed_at, *camera.mount)
         is_new_reading = _differs(new_reading, self._last_reading)
         is_new_view = _differs(new_view, self._last_view)
         is_forgotten = False

@@ -9,10 +9,12 @@ from dataclasses import dataclass
 from functools import partial, reduce
 from typing import Any
 
-from robotcore.description import Conditions, RobotDescription
+from robotcore.description import Conditions, Mount, RobotDescription
 from robotcore.errors import DeviceLostError, UsageError
+from robotcore.geometry import Pose
 from robotcore.hal.clock import AppClock, Clock, TickClock
 from robotcore.hal.device import Actuator, Device, Sensor
+from robotcore.hal.joint import Joint, Joints
 from robotcore.hal.robot import Robot
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.kinds.motor import Motor, invalid_velocity
@@ -109,8 +111,9 @@ def assemble(
         name: reduce(lambda output, layer: layer.motor(output), layers, MotorOutput.from_motor(motor))
         for name, motor in raw.motors.items()
     }
-    devices = {device.name: _wrap_device(device, ticks, layers) for device in raw.devices.values()}
-    _set_properties(devices, description)
+    joints = Joints(description, ticks)
+    devices = {device.name: _wrap_device(device, ticks, layers, joints) for device in raw.devices.values()}
+    _set_properties(devices, description, joints)
     motor_stops = StopGroup.create(*motors.values(), reserve=reserve)
     latch.add_stop(motor_stops.apply_apart)
     drive, guarded = description.drive, None
@@ -128,6 +131,7 @@ def assemble(
             rate_hz,
             taps,
             motor_stops,
+            joints,
             guard.take_stops if guard else lambda: 0,
         )
         suspend_functions.append(guarded.suspend)
@@ -148,8 +152,11 @@ def assemble(
     return AssembledRobot(robot, ticks, latch, command_filter, motor_stops, activity, tuple(suspend_functions))
 
 
-def _wrap_device(device: Device, clock: TickClock, layers: Sequence[Layer]) -> Device:
-    """Return the app's version of a driver's sensor or actuator. Its calls pass through the layers."""
+def _wrap_device(device: Device, clock: TickClock, layers: Sequence[Layer], joints: Joints) -> Device:
+    """Return the app's version of a driver's sensor or actuator. Its calls pass through the layers.
+
+    joints: the assumed motion of the servos. It follows the app's commands to them.
+    """
     if isinstance(device, Sensor):
         sensor: Sensor[Any] = device
         read: Reader[Any] = reduce(lambda read, layer: layer.sensor(sensor, read), layers, sensor.read)
@@ -159,8 +166,19 @@ def _wrap_device(device: Device, clock: TickClock, layers: Sequence[Layer]) -> D
         send: Send = actuator.send
         for layer in layers:
             send = layer.actuator(actuator, send)
-        return wrap_actuator(actuator, send)
+        return wrap_actuator(actuator, _follow(joints[device.name], send) if device.name in joints else send)
     return device
+
+
+def _follow(joint: Joint, send: Send) -> Send:
+    """Return a function that sends a command to a servo, and turns its joint to the angle that was sent."""
+
+    def send_angle(angle: float) -> float:
+        sent: float = send(angle)
+        joint.turn_to(sent)
+        return sent
+
+    return send_angle
 
 
 def _refuse_command(wheel: str, latch: Latch, rad_s: float) -> float:
@@ -178,7 +196,14 @@ def _suspend_quietly(suspend: Callable[[str], None], cause: str) -> None:
         suspend(cause)
 
 
-def _set_properties(devices: Mapping[str, Device], description: RobotDescription) -> None:
+def _set_properties(devices: Mapping[str, Device], description: RobotDescription, joints: Joints) -> None:
+    mounts = description.mounts
     for each in description.devices:
         if device := devices.get(each.name):
             each.configure(device)
+            if (mount := mounts.get(each.name)) and mount.on:
+                device.mount = partial(_locate_pose, joints, mount)
+
+
+def _locate_pose(joints: Joints, mount: Mount) -> Pose:
+    return joints.locate(mount).pose

@@ -11,6 +11,7 @@ from robotcore.geometry import Wheels
 from robotcore.hal.clock import Clock
 from robotcore.hal.device import Device
 from robotcore.hal.drive import CommandIntegrator, DifferentialDrive, Odometry
+from robotcore.hal.joint import Joints
 from robotcore.kinds.encoder import Encoder, EncoderDescription
 from robotcore.kinds.range_sensor import RangeSensor
 from robotcore.runtime.layers.base import MotorOutput, Tap
@@ -50,6 +51,7 @@ def build_drive(
     rate_hz: float,
     taps: Sequence[Tap],
     motor_stops: StopGroup,
+    joints: Joints,
     take_guardian_stops: Callable[[], int],
 ) -> GuardedDrive:
     """Build the drive and its command filter.
@@ -61,11 +63,14 @@ def build_drive(
     drive: the description of the drive.
     taps: the taps that get the drive's commands and the wheel angles.
     motor_stops: stops the robot's motors.
+    joints: the assumed motion of the servos, which may turn range sensors.
     take_guardian_stops: a function that returns the number of stops by the guardian since its last call.
     """
     safety, commanded = description.safety, CommandIntegrator(clock)
     opened = [devices.get(sensor.name) for sensor in description.range_sensors_ahead]
     ahead = [device for device in opened if isinstance(device, RangeSensor)]
+    mounts = description.mounts
+    fixed = [sensor for sensor in ahead if not mounts[sensor.name].on]
     measured: Callable[[], Wheels] = commanded.angles
     rules: list[Rule] = []
     match devices.get(drive.left_encoder or ""), devices.get(drive.right_encoder or ""):
@@ -85,13 +90,13 @@ def build_drive(
                 WheelTrackingCheck(
                     clock, latch, commanded.angles, count, motors, encoders, safety.follow_s, max(steps)
                 ),
-                StuckRangeCheck(latch, ahead, Odometry(drive.geometry, count).pose, safety.stuck_m),
+                StuckRangeCheck(latch, fixed, Odometry(drive.geometry, count).pose, safety.stuck_m),
             ]
     rules.append(VelocityLimit(limit))
     if drive.max_acceleration_rad_s2:
         rules.append(AccelerationLimit(drive.max_acceleration_rad_s2 / rate_hz))
     if ahead:  # last, so that no other rule changes its result
-        distance = DistanceAhead(clock, ahead)
+        distance = DistanceAhead(clock, ahead, lambda sensor: joints.locate(mounts[sensor.name]).is_ahead)
         rules.append(RangeGuard(drive.geometry, distance, safety.stop_distance_m, safety.deceleration_m_s2))
     safety_filter = SafetyFilter(
         clock,

@@ -78,6 +78,13 @@ class TestDistanceAhead:
         sensors = [NullRange(clock, distance=distance) for distance in (math.inf, 0.3, 0.9)]
         assert DistanceAhead(clock, sensors)(0.1) == 0.3
 
+    def test_sensor_that_is_turned_aside_is_not_read(self) -> None:
+        clock = SteppedClock(20, lambda _: None)
+        near, far = sensors = [NullRange(clock, distance=distance) for distance in (0.3, 0.9)]
+        assert DistanceAhead(clock, sensors, lambda sensor: sensor is far)(0.1) == 0.9
+        assert DistanceAhead(clock, sensors, lambda _: False)(0.1) == math.inf
+        assert (near.reads, far.reads) == (0, 1)
+
     def test_guard_uses_the_faster_of_the_new_and_the_last_command(self) -> None:
         speeds: list[float] = []
         guard = RangeGuard(GEOMETRY, lambda speed: speeds.append(speed) or math.inf, 0.10, 0.5)  # type: ignore[func-returns-value]

@@ -72,6 +72,15 @@ def test_echo_in_the_cone_that_agrees_with_the_size_gives_the_distance(
     assert measure_place(tracker)[0] == pytest.approx(by_size + error if is_used else by_size)
 
 
+def test_turned_camera_uses_no_echo_from_ahead(rig: Rig, tracker: BallTracker) -> None:
+    rig.robot.camera.mount = Pose(0.14, 0.0, 1.0)
+    rig.eye.image = ball(13, 8, 6)
+    by_size = RADIUS * EYE.focal_length / 3
+    rig.nose.distance = by_size - RADIUS + 0.1
+    tracker.look(rig.robot, POSE)
+    assert measure_place(tracker) == pytest.approx((by_size, 1.0 + EYE.bearing(15.5)))
+
+
 def test_echo_gives_the_distance_if_the_ball_fills_the_picture(rig: Rig, tracker: BallTracker) -> None:
     rig.eye.image = picture(GREEN)
     rig.nose.distance = 0.5

@@ -179,6 +179,16 @@ def test_the_same_reading_from_another_heading_is_evidence(rig: Rig, new_map: Na
     assert (new_map.grid.evidence != once).any()
 
 
+def test_the_same_reading_of_a_turned_sensor_is_mapped_in_its_present_direction(
+    rig: Rig, new_map: NavigationMap
+) -> None:
+    new_map.observe(rig.robot, HERE)
+    rig.robot.range.mount = rig.robot.camera.mount = Pose(0.0, 0.0, math.pi / 2)
+    new_map.observe(rig.robot, HERE)
+    assert new_map.grid.occupied[new_map.grid.cell_of(0.0, 1.0)]
+    assert new_map.coverage.seen[new_map.grid.cell_of(0.0, 0.6)]
+
+
 def test_a_robot_leaves_its_map_before_it_is_at_the_border(new_map: NavigationMap) -> None:
     assert not new_map.is_near_border(Pose(5.0, 0.0, 0.0))
     assert new_map.is_near_border(Pose(0.0, -5.7, 0.0))
