@@ -8,7 +8,7 @@ from typing import Any
 from drivers.raspberrypi.header import Gpio, gpio
 from drivers.raspberrypi.pins import translate_pin_errors
 from robotcore.description import RobotDescription
-from robotcore.hardware import Connection, DeviceDriver, Drivers, Host
+from robotcore.hardware import Connection, DeviceContext, DeviceDriver, Drivers
 from robotcore.kinds.buzzer import SILENCE, Buzzer, BuzzerDescription
 
 PASSIVE = (
@@ -66,9 +66,9 @@ class TonePin(DeviceDriver):
     def notes(self, description: BuzzerDescription) -> Sequence[str]:
         return (PASSIVE,)
 
-    def open(self, description: BuzzerDescription, host: Host) -> Buzzer:
+    def open(self, description: BuzzerDescription, context: DeviceContext) -> Buzzer:
         from gpiozero import PWMOutputDevice
 
         with translate_pin_errors(description.name, (self.gpio,)):
-            line = PWMOutputDevice(self.gpio, pin_factory=host.pins)
+            line = PWMOutputDevice(self.gpio, pin_factory=context.pins)
         return PinBuzzer(description, line)

@@ -11,7 +11,7 @@ from drivers.raspberrypi.pins import translate_pin_errors
 from robotcore.hal.device import Sensor
 from robotcore.hal.kind import build_sensor, load_kind
 from robotcore.hal.sampling import SampleCache
-from robotcore.hardware import Connection, DeviceDriver, Host
+from robotcore.hardware import Connection, DeviceContext, DeviceDriver
 from robotcore.kinds.bumper import BumperDescription
 from robotcore.kinds.button import ButtonDescription
 
@@ -37,13 +37,13 @@ class ContactDriver(DeviceDriver):
     def notes(self, description: Any) -> Sequence[str]:
         return (WIRES,)
 
-    def open(self, description: Any, host: Host) -> Sensor[Any]:
+    def open(self, description: Any, context: DeviceContext) -> Sensor[Any]:
         from gpiozero import InputDevice
 
         with translate_pin_errors(description.name, (self.gpio,)):
-            line = InputDevice(self.gpio, pull_up=True, pin_factory=host.pins)
+            line = InputDevice(self.gpio, pull_up=True, pin_factory=context.pins)
         sample, lock = load_kind(description.kind).sample, Lock()
-        newest = SampleCache(host.clock, lambda time, sequence: sample(bool(line.is_active), time, sequence))
+        newest = SampleCache(context.clock, lambda time, sequence: sample(bool(line.is_active), time, sequence))
 
         def read() -> Any:
             with lock:

@@ -17,7 +17,7 @@ from robotcore.description import RobotDescription
 from robotcore.hal.clock import Clock
 from robotcore.hal.device import Device
 from robotcore.hal.sampling import SampleCache
-from robotcore.hardware import Connection, DeviceDriver, Drivers, Host, motor_of
+from robotcore.hardware import Connection, DeviceContext, DeviceDriver, Drivers, motor_of
 from robotcore.kinds.encoder import Angle, Encoder, EncoderDescription
 
 if TYPE_CHECKING:
@@ -95,7 +95,7 @@ class EncoderDriver(DeviceDriver):
     def notes(self, description: EncoderDescription) -> Sequence[str]:
         return (LEVELS,)
 
-    def open(self, description: EncoderDescription, host: Host) -> Encoder:
+    def open(self, description: EncoderDescription, context: DeviceContext) -> Encoder:
         from gpiozero import InputDevice
 
         pull = {"pull_up": True} if self.pull_up else {"pull_up": None, "active_state": True}
@@ -104,20 +104,20 @@ class EncoderDriver(DeviceDriver):
         with ExitStack() as opened:
             for number in numbers:
                 with translate_pin_errors(description.name, (number,)):
-                    inputs.append(opened.enter_context(InputDevice(number, pin_factory=host.pins, **pull)))
+                    inputs.append(opened.enter_context(InputDevice(number, pin_factory=context.pins, **pull)))
                     inputs[-1].pin.bounce = self.bounce_s
                     inputs[-1].pin.edges = "both"
-            counter, callbacks = self.build_counter(description, inputs, host)
+            counter, callbacks = self.build_counter(description, inputs, context)
             for number, line, on_edge in zip(numbers, inputs, callbacks, strict=True):
                 with translate_pin_errors(description.name, (number,)):
                     opened.callback(stop_edge_detection, line.pin)
                     line.pin.when_changed = on_edge  # gpiozero has only a weak reference to the counter
             edges_per_turn = self.edges_per_turn(description)
-            return PinEncoder(description.name, host.clock, counter, edges_per_turn, opened.pop_all())
+            return PinEncoder(description.name, context.clock, counter, edges_per_turn, opened.pop_all())
 
     @abstractmethod
     def build_counter(
-        self, description: EncoderDescription, inputs: Sequence[InputDevice], host: Host
+        self, description: EncoderDescription, inputs: Sequence[InputDevice], context: DeviceContext
     ) -> tuple[EdgeCounter, Sequence[OnEdge]]:
         """Return a counter, and its functions for the edges of each input."""
 
@@ -142,7 +142,7 @@ class Quadrature(EncoderDriver):
         return gpio("a", self.a), gpio("b", self.b)
 
     def build_counter(
-        self, description: EncoderDescription, inputs: Sequence[InputDevice], host: Host
+        self, description: EncoderDescription, inputs: Sequence[InputDevice], context: DeviceContext
     ) -> tuple[QuadratureDecoder, Sequence[OnEdge]]:
         a, b = (bool(line.pin.state) for line in inputs)
         decoder = QuadratureDecoder(a=a, b=b)
@@ -216,9 +216,9 @@ class Pulses(EncoderDriver):
             )
 
     def build_counter(
-        self, description: EncoderDescription, inputs: Sequence[InputDevice], host: Host
+        self, description: EncoderDescription, inputs: Sequence[InputDevice], context: DeviceContext
     ) -> tuple[PulseCounter, Sequence[OnEdge]]:
-        counter = PulseCounter(motor_of(description.name, host.robot) or "", host.opened)
+        counter = PulseCounter(motor_of(description.name, context.robot) or "", context.opened)
         return counter, (counter.on_edge,)
 
 

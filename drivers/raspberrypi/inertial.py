@@ -15,7 +15,7 @@ from drivers.raspberrypi.i2c import Address, ChipDriver, TransactionLimit
 from robotcore.errors import DeviceError
 from robotcore.geometry import wrap_angle
 from robotcore.hal.clock import Clock
-from robotcore.hardware import Host
+from robotcore.hardware import DeviceContext
 from robotcore.hardware.polled_samples import LatestSample
 from robotcore.kinds.imu import Imu, ImuDescription, Inertia
 
@@ -67,8 +67,8 @@ class MPU6050(ChipDriver):
             *([f"Keep the robot still for {self.bias_s:g} s when a run begins."] if self.bias_s else []),
         )
 
-    def open(self, description: ImuDescription, host: Host) -> Imu:
-        imu = PolledImu(description.name, self, host.clock)
+    def open(self, description: ImuDescription, context: DeviceContext) -> Imu:
+        imu = PolledImu(description.name, self, context.clock)
         imu.open()
         return imu
 

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 from drivers.raspberrypi.header import Gpio, gpio
 from drivers.raspberrypi.pins import translate_pin_errors
 from robotcore.description import RobotDescription
-from robotcore.hardware import Connection, DeviceDriver, Drivers, Host
+from robotcore.hardware import Connection, DeviceContext, DeviceDriver, Drivers
 from robotcore.kinds.led import Brightness, Led, LedDescription
 
 RESISTOR = (
@@ -65,14 +65,14 @@ class LightDriver(DeviceDriver):
     def notes(self, description: LedDescription) -> Sequence[str]:
         return (RESISTOR,)
 
-    def open(self, description: LedDescription, host: Host) -> Led:
+    def open(self, description: LedDescription, context: DeviceContext) -> Led:
         from gpiozero import PWMLED
 
         with ExitStack() as opened:
             lines = []
             for number in self.gpios:
                 with translate_pin_errors(description.name, (number,)):
-                    line = PWMLED(number, active_high=self.active_high, pin_factory=host.pins)
+                    line = PWMLED(number, active_high=self.active_high, pin_factory=context.pins)
                     lines.append(opened.enter_context(line))
             return PinLight(description, lines, opened.pop_all())
 

@@ -15,7 +15,7 @@ from robotcore.description import RobotDescription
 from robotcore.errors import Mistake
 from robotcore.hal.clock import Clock
 from robotcore.hal.sampling import SampleCache
-from robotcore.hardware import Connection, DeviceDriver, Drivers, Host
+from robotcore.hardware import Connection, DeviceContext, DeviceDriver, Drivers
 from robotcore.kinds.line_sensor import Darkness, LineSensor, LineSensorDescription
 
 SUPPLY = (
@@ -86,13 +86,13 @@ class DigitalSensors(DeviceDriver):
     def notes(self, description: LineSensorDescription) -> Sequence[str]:
         return (SUPPLY,)
 
-    def open(self, description: LineSensorDescription, host: Host) -> LineSensor:
+    def open(self, description: LineSensorDescription, context: DeviceContext) -> LineSensor:
         from gpiozero import InputDevice
 
         with ExitStack() as opened:
             lines = []
             for number in self.gpios:
                 with translate_pin_errors(description.name, (number,)):
-                    line = InputDevice(number, pull_up=not self.active_high, pin_factory=host.pins)
+                    line = InputDevice(number, pull_up=not self.active_high, pin_factory=context.pins)
                     lines.append(opened.enter_context(line))
-            return PinLineSensor(description, host.clock, lines, opened.pop_all())
+            return PinLineSensor(description, context.clock, lines, opened.pop_all())

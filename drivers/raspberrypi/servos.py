@@ -11,7 +11,7 @@ from pydantic import Field
 from drivers.raspberrypi.header import Gpio, gpio
 from drivers.raspberrypi.pins import translate_pin_errors
 from robotcore.description import RobotDescription
-from robotcore.hardware import Connection, DeviceDriver, Drivers, Host
+from robotcore.hardware import Connection, DeviceContext, DeviceDriver, Drivers
 from robotcore.kinds.servo import Servo, ServoDescription
 
 SUPPLY = (
@@ -91,11 +91,11 @@ class PulseServo(DeviceDriver):
         if self.min_pulse_s == self.max_pulse_s:
             raise ValueError(f"min_pulse_s and max_pulse_s are both {self.min_pulse_s:g}; correct one of them")
 
-    def open(self, description: ServoDescription, host: Host) -> Servo:
+    def open(self, description: ServoDescription, context: DeviceContext) -> Servo:
         from gpiozero import PWMOutputDevice
 
         with ExitStack() as opened, translate_pin_errors(description.name, (self.gpio,)):
-            line = opened.enter_context(PWMOutputDevice(self.gpio, frequency=FRAME_HZ, pin_factory=host.pins))
+            line = opened.enter_context(PWMOutputDevice(self.gpio, frequency=FRAME_HZ, pin_factory=context.pins))
             servo = PinServo(description, line, self.gpio, (self.min_pulse_s, self.max_pulse_s))
             servo.set_angle(servo.angle)
             opened.pop_all()

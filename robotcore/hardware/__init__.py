@@ -3,17 +3,17 @@
 from robotcore.hal.wiring import Pad, PadKind, Wire, Wiring
 from robotcore.hardware.backend import HardwareBackend
 from robotcore.hardware.binding import bind_devices, list_drivers
-from robotcore.hardware.driver import Connection, DeviceBinding, DeviceDriver, Drivers, Host, Shared
+from robotcore.hardware.driver import Connection, DeviceBinding, DeviceContext, DeviceDriver, Drivers, Shared
 from robotcore.hardware.opening import encoder_of, motor_of, open_devices, open_robot
 from robotcore.hardware.polled_samples import LatestSample, SampledRangeSensor
 
 __all__ = [
     "Connection",
     "DeviceBinding",
+    "DeviceContext",
     "DeviceDriver",
     "Drivers",
     "HardwareBackend",
-    "Host",
     "LatestSample",
     "Pad",
     "PadKind",

@@ -13,7 +13,7 @@ from robotcore.hal.robot import Robot
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.hal.wiring import Wire, Wiring
 from robotcore.hardware.binding import bind_devices
-from robotcore.hardware.driver import Connection, DeviceBinding, Host
+from robotcore.hardware.driver import Connection, DeviceBinding, DeviceContext
 from robotcore.hardware.opening import open_robot
 from robotcore.text import pluralize
 
@@ -66,7 +66,7 @@ class HardwareBackend(Backend):
 
     def cutoffs(self, setup: Setup) -> Sequence[CutoffSpec]:
         setup = self.configure(setup)
-        host = Host(setup.robot, MonotonicClock(), owner=None)
+        host = DeviceContext(setup.robot, MonotonicClock(), owner=None)
         bindings = self.bind(setup.robot, setup.devices)
         return [each for binding in bindings for each in binding.driver.cutoffs(binding.description, host)]
 

@@ -102,7 +102,7 @@ class Shared:
 
 
 @dataclass(frozen=True)
-class Host:
+class DeviceContext:
     """The robot, its clock, and the open resources that a driver may use to open a device."""
 
     robot: RobotDescription
@@ -144,7 +144,7 @@ class DeviceDriver(StrictModel, ABC):
     """Whether the driver's motors have the property ``direction``, as `DutyMotor` has."""
 
     @abstractmethod
-    def open(self, description: Any, host: Host) -> Device:
+    def open(self, description: Any, context: DeviceContext) -> Device:
         """Open a device and return it. A sensor must have its first sample.
 
         Raises DeviceError with the device's name and a remedy. Then nothing stays open.
@@ -171,7 +171,7 @@ class DeviceDriver(StrictModel, ABC):
         """Return warnings about dangerous connections. Each is a sentence with the danger and one with the remedy."""
         return ()
 
-    def cutoffs(self, description: Any, host: Host) -> Sequence[CutoffSpec]:
+    def cutoffs(self, description: Any, context: DeviceContext) -> Sequence[CutoffSpec]:
         """Return the specifications of the cutoffs that stop the device; none for a device that moves nothing.
 
         A run calls this after the device was opened, for the guardian. `robotcore stop` calls it without an open
@@ -205,10 +205,10 @@ class DeviceBinding:
         """The driver's notes for the user, and then its warnings."""
         return (*self.driver.notes(self.description), *self.driver.warnings())
 
-    def open(self, host: Host) -> Device:
+    def open(self, context: DeviceContext) -> Device:
         """Open the device and return it. Raises the driver's exceptions as DeviceErrors."""
         try:
-            return self.driver.open(self.description, host)
+            return self.driver.open(self.description, context)
         except RobotcoreError:
             raise
         except ImportError as error:

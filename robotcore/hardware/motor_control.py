@@ -14,7 +14,7 @@ from pydantic import Field, NonNegativeFloat
 from robotcore.description import RobotDescription, StrictModel
 from robotcore.errors import DeviceError, DeviceLostError
 from robotcore.hal.clock import Clock, PeriodicTask
-from robotcore.hardware.driver import Host
+from robotcore.hardware.driver import DeviceContext
 from robotcore.hardware.motor_model import DutyMotor, MotorModel, Output
 from robotcore.hardware.opening import encoder_of
 from robotcore.kinds.encoder import Encoder, EncoderDescription
@@ -186,7 +186,11 @@ class ControlledMotor(DutyMotor):
 
 
 def open_motor(
-    description: MotorDescription, model: MotorModel, control: Control | None, output: Callable[[], Output], host: Host
+    description: MotorDescription,
+    model: MotorModel,
+    control: Control | None,
+    output: Callable[[], Output],
+    context: DeviceContext,
 ) -> Motor:
     """Return an open motor that sends duties.
 
@@ -197,10 +201,10 @@ def open_motor(
     """
     if control is None:
         return DutyMotor(description, model, output())
-    encoder, counts = _encoder_on(description.name, host)
+    encoder, counts = _encoder_on(description.name, context)
     controller = VelocityControl(control, model, description.lag_s, counts)
     motor = ControlledMotor(description, model, output(), controller, encoder)
-    motor.begin(host.clock, control.period_s)
+    motor.begin(context.clock, control.period_s)
     return motor
 
 
@@ -225,10 +229,10 @@ def require_drivable(
         )
 
 
-def _encoder_on(motor: str, host: Host) -> tuple[Encoder, int]:
+def _encoder_on(motor: str, context: DeviceContext) -> tuple[Encoder, int]:
     """Return the open encoder on a motor's wheel, and the encoder's counts per turn."""
-    name = encoder_of(motor, host.robot)
-    encoder = host.opened.get(name or "")
+    name = encoder_of(motor, context.robot)
+    encoder = context.opened.get(name or "")
     if not isinstance(encoder, Encoder):
         raise DeviceError(
             motor,
@@ -237,5 +241,7 @@ def _encoder_on(motor: str, host: Host) -> tuple[Encoder, int]:
             encoder=name,
         )
     return encoder, next(
-        description.counts_per_turn for description in host.robot.all_of(EncoderDescription) if description.name == name
+        description.counts_per_turn
+        for description in context.robot.all_of(EncoderDescription)
+        if description.name == name
     )

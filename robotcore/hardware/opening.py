@@ -15,7 +15,7 @@ from robotcore.hal.device import Actuator, Device, Sensor
 from robotcore.hal.kind import build_actuator, is_monitored, load_kind
 from robotcore.hal.robot import Robot
 from robotcore.hal.truth import TruthSource
-from robotcore.hardware.driver import DeviceBinding, Host
+from robotcore.hardware.driver import DeviceBinding, DeviceContext
 from robotcore.kinds.motor import Motor
 
 
@@ -44,7 +44,7 @@ def open_robot(
     Raises the errors of `open_devices`.
     """
     opened = dict(opened)
-    host = Host(setup.robot, clock, pins, opened)
+    host = DeviceContext(setup.robot, clock, pins, opened)
     with ExitStack() as undo:
         resources = undo.enter_context(ExitStack())
         resources.callback(release)
@@ -62,7 +62,7 @@ def open_robot(
     return robot
 
 
-def open_devices(bindings: Iterable[DeviceBinding], host: Host, opened: dict[str, Device]) -> Sequence[str]:
+def open_devices(bindings: Iterable[DeviceBinding], context: DeviceContext, opened: dict[str, Device]) -> Sequence[str]:
     """Open all devices, the sensors first and the motors last, and add them to ``opened``.
 
     Return a note for each monitored sensor that failed.
@@ -77,7 +77,7 @@ def open_devices(bindings: Iterable[DeviceBinding], host: Host, opened: dict[str
     with ExitStack() as undo:
         for binding in sorted(bindings, key=_rank):
             try:
-                device = binding.open(host)
+                device = binding.open(context)
             except DeviceError as failure:
                 if is_monitored(binding.description):
                     notes.append(f"{failure}. The run does not read this {binding.description.kind.replace('_', ' ')}")
@@ -91,7 +91,7 @@ def open_devices(bindings: Iterable[DeviceBinding], host: Host, opened: dict[str
     if len(failures) == 1:
         raise failures[0]
     if failures:
-        raise DeviceGroupError(f"opening {host.robot.name}", failures)
+        raise DeviceGroupError(f"opening {context.robot.name}", failures)
     return notes
 
 

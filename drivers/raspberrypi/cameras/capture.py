@@ -15,7 +15,7 @@ from pydantic import Field
 
 from robotcore.errors import DeviceError, ResourceError
 from robotcore.hal.clock import Clock
-from robotcore.hardware import DeviceDriver, Host, LatestSample
+from robotcore.hardware import DeviceContext, DeviceDriver, LatestSample
 from robotcore.kinds.camera import Camera, CameraDescription, Frame
 from robotcore.optics import Image
 from robotcore.threads import start_thread
@@ -307,7 +307,7 @@ class CameraDriver(DeviceDriver):
     flip_horizontal: bool = False
     flip_vertical: bool = False
 
-    def open(self, description: CameraDescription, host: Host) -> CapturingCamera:
-        camera = CapturingCamera(self.source(description, self, host.clock))
+    def open(self, description: CameraDescription, context: DeviceContext) -> CapturingCamera:
+        camera = CapturingCamera(self.source(description, self, context.clock))
         camera.open()
         return camera

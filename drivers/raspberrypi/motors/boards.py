@@ -15,7 +15,7 @@ from drivers.raspberrypi.header import HELD_UP, PULLED_UP, Gpio, gpio
 from drivers.raspberrypi.motors.bridge import Bridge, open_output
 from robotcore.description import RobotDescription
 from robotcore.hal.cutoff import CutoffSpec
-from robotcore.hardware import Connection, DeviceDriver, Drivers, Host
+from robotcore.hardware import Connection, DeviceContext, DeviceDriver, Drivers
 from robotcore.hardware.motor_control import Control, open_motor, require_drivable
 from robotcore.hardware.motor_model import Model
 from robotcore.kinds.motor import Motor, MotorDescription
@@ -130,29 +130,29 @@ class MotorDriver(DeviceDriver):
                 "Hz; lengthen it, or raise frequency_hz"
             )
 
-    def open(self, description: MotorDescription, host: Host) -> Motor:
-        bridge = partial(self._open_bridge, description.name, host)
-        return open_motor(description, self.model, self.control, bridge, host)
+    def open(self, description: MotorDescription, context: DeviceContext) -> Motor:
+        bridge = partial(self._open_bridge, description.name, context)
+        return open_motor(description, self.model, self.control, bridge, context)
 
-    def cutoffs(self, description: MotorDescription, host: Host) -> Sequence[CutoffSpec]:
+    def cutoffs(self, description: MotorDescription, context: DeviceContext) -> Sequence[CutoffSpec]:
         from gpiozero.pins.mock import MockFactory
 
-        if isinstance(host.pins, MockFactory):  # no other process sees these pins
+        if isinstance(context.pins, MockFactory):  # no other process sees these pins
             return ()
         if self.standby is not None:
             return (CutoffSpec(description.name, "drivers.raspberrypi.cutoff:StandbyLine", {"line": self.standby}),)
-        lines = {"lines": self._find_lines(), "owner": host.owner}
+        lines = {"lines": self._find_lines(), "owner": context.owner}
         return (CutoffSpec(description.name, "drivers.raspberrypi.cutoff:MotorLines", lines, MAX_SILENCE_S),)
 
-    def _open_bridge(self, name: str, host: Host) -> Bridge:
+    def _open_bridge(self, name: str, context: DeviceContext) -> Bridge:
         with ExitStack() as opened:
             outputs = {}
             for line, level in self.levels(0.0).items():
                 frequency_hz = None if isinstance(level, bool) else self.frequency_hz
-                outputs[line] = open_output(name, line, host.pins, opened, frequency_hz=frequency_hz)
+                outputs[line] = open_output(name, line, context.pins, opened, frequency_hz=frequency_hz)
             for line in self._find_lines():
                 if line not in outputs:
-                    open_output(name, line, host.pins, opened, is_high=True)
+                    open_output(name, line, context.pins, opened, is_high=True)
             return Bridge(name, outputs, self.levels, opened.pop_all())
 
     def _find_lines(self) -> list[int]:

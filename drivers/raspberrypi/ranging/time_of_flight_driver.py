@@ -15,7 +15,7 @@ from drivers.raspberrypi.i2c import Address, ChipDriver, TransactionLimit
 from robotcore.description import RobotDescription
 from robotcore.errors import DeviceError
 from robotcore.hal.clock import Clock
-from robotcore.hardware import Drivers, Host, SampledRangeSensor
+from robotcore.hardware import DeviceContext, Drivers, SampledRangeSensor
 from robotcore.hardware.polled_samples import RangeSampler, require_timely
 from robotcore.kinds.range_sensor import RangeSensor, RangeSensorDescription
 
@@ -69,8 +69,8 @@ class TimeOfFlight(ChipDriver):
             )
         require_timely(self.echo_free_cycles, self.cycle_s, robot)
 
-    def open(self, description: RangeSensorDescription, host: Host) -> RangeSensor:
-        lidar = Lidar(description, self, host.clock)
+    def open(self, description: RangeSensorDescription, context: DeviceContext) -> RangeSensor:
+        lidar = Lidar(description, self, context.clock)
         lidar.open()
         return lidar
 

@@ -18,7 +18,7 @@ from drivers.raspberrypi.pins import stop_edge_detection, translate_pin_errors
 from drivers.raspberrypi.ranging.echo_timer import EchoTimer
 from robotcore.description import RobotDescription
 from robotcore.hal.clock import Clock, PeriodicTask
-from robotcore.hardware import Connection, DeviceDriver, Drivers, Host, SampledRangeSensor
+from robotcore.hardware import Connection, DeviceContext, DeviceDriver, Drivers, SampledRangeSensor
 from robotcore.hardware.polled_samples import RangeSampler, require_timely
 from robotcore.kinds.range_sensor import RangeSensor, RangeSensorDescription
 
@@ -83,8 +83,8 @@ class Ultrasonic(DeviceDriver):
     def notes(self, description: RangeSensorDescription) -> Sequence[str]:
         return (LEVEL.format(echo=self.echo),)
 
-    def open(self, description: RangeSensorDescription, host: Host) -> RangeSensor:
-        sonar = Sonar(description, self, host)
+    def open(self, description: RangeSensorDescription, context: DeviceContext) -> RangeSensor:
+        sonar = Sonar(description, self, context)
         sonar.open()
         return sonar
 
@@ -109,11 +109,11 @@ ElecFreaks."""
 class Sonar(SampledRangeSensor):
     """An ultrasonic sensor. The scheduler triggers its module, and the length of the echo pulse gives the distance."""
 
-    def __init__(self, description: RangeSensorDescription, settings: Ultrasonic, host: Host) -> None:
+    def __init__(self, description: RangeSensorDescription, settings: Ultrasonic, context: DeviceContext) -> None:
         super().__init__(description, RangeSampler(description, settings.echo_free_cycles))
-        self._settings, self._host = settings, host
+        self._settings, self._host = settings, context
         speed = speed_of_sound(settings.air_temperature_c)
-        self._timer = EchoTimer(description.name, self._sampler, speed, settings.cycle_s, host.pins.ticks_diff)
+        self._timer = EchoTimer(description.name, self._sampler, speed, settings.cycle_s, context.pins.ticks_diff)
 
     def _start(self) -> None:
         from gpiozero import InputDevice, OutputDevice

@@ -14,7 +14,7 @@ from drivers.serial.line import Line
 from robotcore.description import RobotDescription
 from robotcore.errors import DeviceError
 from robotcore.hal.cutoff import CutoffSpec
-from robotcore.hardware import Host
+from robotcore.hardware import DeviceContext
 from robotcore.kinds.battery import Battery, BatteryDescription
 from robotcore.kinds.encoder import Encoder, EncoderDescription
 from robotcore.kinds.motor import MotorDescription
@@ -58,7 +58,7 @@ class BoardDriver(SerialDriver):
     standing: ClassVar[str]
     """A regular expression for the board's answer to ``stop``."""
 
-    def open_board(self, device: str, host: Host) -> Board:
+    def open_board(self, device: str, context: DeviceContext) -> Board:
         """Return the board on the port; open the port if this device is the first one of the board.
 
         If the board cannot be opened, the first device gets a DeviceError with the reason. All other devices of the
@@ -69,14 +69,14 @@ class BoardDriver(SerialDriver):
 
         def open_once() -> Board:
             protocol = self.protocol(self.effective_baud)
-            board = Board(device, Line(self.port, protocol, host.clock), protocol)
+            board = Board(device, Line(self.port, protocol, context.clock), protocol)
             try:
                 board.line.open(device, self.answer_s)
             except DeviceError as failure:
                 board.failure = failure
             return board
 
-        board = host.shared.take(Board, (self.protocol, self.port), open_once)
+        board = context.shared.take(Board, (self.protocol, self.port), open_once)
         if board.failure and board.opener == device:
             raise board.failure
         if board.failure:
@@ -84,7 +84,7 @@ class BoardDriver(SerialDriver):
             raise SharedBoardError(device, problem)
         return board
 
-    def stop_frame(self, device: str, frame: bytes, answer: str | None, host: Host) -> CutoffSpec:
+    def stop_frame(self, device: str, frame: bytes, answer: str | None, context: DeviceContext) -> CutoffSpec:
         """Return the specification of a `StopFrame`, for the guardian and for `robotcore stop`.
 
         Both merge the equal cutoffs of several devices on one port, so they send the frame of a board only once.
@@ -96,7 +96,7 @@ class BoardDriver(SerialDriver):
             "baud": self.effective_baud,
             "frame": frame.hex(),
             "answer": answer,
-            "has_owner": host.owner is not None,
+            "has_owner": context.owner is not None,
         }
         return CutoffSpec(device, "drivers.serial.boards.cutoff:StopFrame", parameters)
 
@@ -111,16 +111,16 @@ class MotorDriver(BoardDriver):
     def part(self) -> str:
         return f"{self.side} motor"
 
-    def open_output(self, device: str, host: Host, unit: float = 1.0) -> BoardOutput:
+    def open_output(self, device: str, context: DeviceContext, unit: float = 1.0) -> BoardOutput:
         """Return the output to the motor; raises DeviceError if the board cannot be opened.
 
         unit: the board's command value for 1, which is a duty, or a velocity in rad/s.
         """
-        board = self.open_board(device, host)
+        board = self.open_board(device, context)
         return BoardOutput(device, board.line, board.protocol.command, self.side, unit)
 
-    def cutoffs(self, description: MotorDescription, host: Host) -> Sequence[CutoffSpec]:
-        return (self.stop_frame(description.name, self.stop, self.standing, host),)
+    def cutoffs(self, description: MotorDescription, context: DeviceContext) -> Sequence[CutoffSpec]:
+        return (self.stop_frame(description.name, self.stop, self.standing, context),)
 
 
 class EncoderDriver(BoardDriver):
@@ -137,9 +137,9 @@ class EncoderDriver(BoardDriver):
     def rad_per_unit(self, description: EncoderDescription, robot: RobotDescription) -> float:
         """Return the wheel's angle in rad for one unit of the board's counter."""
 
-    def open(self, description: EncoderDescription, host: Host) -> Encoder:
-        board = self.open_board(description.name, host)
-        counter, unit = board.protocol.counters[self.side], self.rad_per_unit(description, host.robot)
+    def open(self, description: EncoderDescription, context: DeviceContext) -> Encoder:
+        board = self.open_board(description.name, context)
+        counter, unit = board.protocol.counters[self.side], self.rad_per_unit(description, context.robot)
         return BoardEncoder(description.name, board.line, lambda: counter.angle(unit), self.first_s)
 
 
@@ -152,6 +152,6 @@ class BatteryDriver(BoardDriver):
     def part(self) -> str:
         return "battery"
 
-    def open(self, description: BatteryDescription, host: Host) -> Battery:
-        board = self.open_board(description.name, host)
+    def open(self, description: BatteryDescription, context: DeviceContext) -> Battery:
+        board = self.open_board(description.name, context)
         return BoardBattery(description.name, board.line, lambda: board.protocol.voltage, self.first_s)

@@ -14,7 +14,7 @@ from drivers.serial.protocol import Protocol
 from drivers.serial.ranging.protocol import Detection, Parser, Reading
 from drivers.serial.ranging.sensor import LineRangeSensor
 from robotcore.description import RobotDescription
-from robotcore.hardware import Drivers, Host
+from robotcore.hardware import DeviceContext, Drivers
 from robotcore.hardware.polled_samples import RangeSampler, require_timely
 from robotcore.kinds.range_sensor import RangeSensor, RangeSensorDescription
 
@@ -143,10 +143,10 @@ class TFmini(SerialDriver):
     def notes(self, description: RangeSensorDescription) -> Sequence[str]:
         return (_LEVEL, _UNIT)
 
-    def open(self, description: RangeSensorDescription, host: Host) -> RangeSensor:
+    def open(self, description: RangeSensorDescription, context: DeviceContext) -> RangeSensor:
         sampler = RangeSampler(description, self.echo_free_cycles)
         protocol = TFminiProtocol(sampler, self.effective_baud, max(_SILENCE_S, _SILENT_CYCLES * self.cycle_s))
-        line = Line(self.port, protocol, host.clock)
+        line = Line(self.port, protocol, context.clock)
         sensor = LightSensor(description, sampler, line, self.cycle_s * (self.echo_free_cycles + _EXTRA_CYCLES))
         sensor.open()
         return sensor

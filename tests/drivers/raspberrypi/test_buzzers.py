@@ -10,7 +10,7 @@ from gpiozero.pins.mock import MockFactory, MockPWMPin
 
 from robotcore.errors import DescriptionError, InvalidCommandError
 from robotcore.hal.clock import SteppedClock
-from robotcore.hardware import DeviceBinding, Host, bind_devices
+from robotcore.hardware import DeviceBinding, DeviceContext, bind_devices
 from robotcore.kinds.buzzer import BuzzerDescription
 from tests.drivers.raspberrypi.motors.rig import rover
 from tests.texts import Raises
@@ -18,26 +18,26 @@ from tests.texts import Raises
 SECTION = {"horn": {"driver": "buzzer", "gpio": 12}}
 
 
-def bind_horn(max_frequency_hz: float = 5000.0) -> tuple[DeviceBinding, Host]:
+def bind_horn(max_frequency_hz: float = 5000.0) -> tuple[DeviceBinding, DeviceContext]:
     horn = BuzzerDescription(kind="buzzer", name="horn", max_frequency_hz=max_frequency_hz)
     robot = rover(SECTION).model_copy(update={"devices": (horn,)})
     pins = MockFactory(pin_class=MockPWMPin)
     (binding,) = bind_devices(robot, "raspberrypi")
-    return binding, Host(robot, SteppedClock(20.0, lambda _steps: None), pins)
+    return binding, DeviceContext(robot, SteppedClock(20.0, lambda _steps: None), pins)
 
 
 @pytest.fixture
-def host() -> Host:
+def host() -> DeviceContext:
     return bind_horn()[1]
 
 
 @pytest.fixture
-def horn(host: Host) -> Any:
-    return bind_horn()[0].open(host)
+def horn(context: DeviceContext) -> Any:
+    return bind_horn()[0].open(context)
 
 
-def test_tone_is_the_frequency_of_the_pin(host: Host, horn: Any) -> None:
-    pin = host.pins.pin(12)
+def test_tone_is_the_frequency_of_the_pin(context: DeviceContext, horn: Any) -> None:
+    pin = context.pins.pin(12)
     assert pin.state == 0
     assert horn.play(440.0) == 440.0
     assert (pin.frequency, pin.state) == (440, 0.5)
@@ -45,18 +45,18 @@ def test_tone_is_the_frequency_of_the_pin(host: Host, horn: Any) -> None:
     assert pin.state == 0
 
 
-def test_closed_buzzer_is_silent(host: Host, horn: Any) -> None:
+def test_closed_buzzer_is_silent(context: DeviceContext, horn: Any) -> None:
     horn.play(440.0)
     horn.close()
-    assert host.pins.pin(12).function == "input"
+    assert context.pins.pin(12).function == "input"
 
 
 @pytest.mark.parametrize("frequency", [math.nan, math.inf, -1.0])
-def test_frequency_without_a_meaning_is_refused(host: Host, horn: Any, frequency: float) -> None:
+def test_frequency_without_a_meaning_is_refused(context: DeviceContext, horn: Any, frequency: float) -> None:
     horn.play(440.0)
     with pytest.raises(InvalidCommandError):
         horn.play(frequency)
-    assert host.pins.pin(12).frequency == 440
+    assert context.pins.pin(12).frequency == 440
 
 
 @pytest.mark.parametrize("frequency, sent", [(1.0, 20.0), (9000.0, 5000.0)])

@@ -14,7 +14,7 @@ from robotcore.description import DeviceDescription
 from robotcore.errors import DeviceClosedError
 from robotcore.hal.clock import SteppedClock
 from robotcore.hal.device import Device
-from robotcore.hardware import Host, bind_devices
+from robotcore.hardware import DeviceContext, bind_devices
 from robotcore.kinds import Bumper, Button
 from robotcore.kinds.bumper import BumperDescription
 from robotcore.kinds.button import ButtonDescription
@@ -36,7 +36,7 @@ def test_pressed_switch_pulls_its_pin_down(description: DeviceDescription, drive
     pins, clock = MockFactory(), SteppedClock(20.0, lambda _steps: None)
     robot = rover({"front": {"driver": driver, "gpio": 12}}).model_copy(update={"devices": (description,)})
     (binding,) = bind_devices(robot, "raspberrypi")
-    opened = binding.open(Host(robot, clock, pins))
+    opened = binding.open(DeviceContext(robot, clock, pins))
     assert isinstance(opened, device)
     contact: Any = opened
     assert not contact.read().is_pressed

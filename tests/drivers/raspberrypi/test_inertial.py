@@ -16,7 +16,7 @@ from robotcore import Outcome, RunRequest
 from robotcore.description import load_robot
 from robotcore.errors import DeviceClosedError, DeviceError
 from robotcore.hal.clock import SteppedClock
-from robotcore.hardware import Host
+from robotcore.hardware import DeviceContext
 from robotcore.kinds import Imu
 from robotcore.kinds.imu import ImuDescription
 from tests.drivers.raspberrypi.i2c_bus import FakeBus, FakeChip
@@ -81,7 +81,7 @@ class Bench:
         patch.setattr("adafruit_mpu6050.sleep", lambda _seconds: None)
 
     def open(self, **settings: Any) -> Imu:
-        return MPU6050(**{"bias_s": 0.03, **settings}).open(IMU, Host(load_robot("rover"), self.clock))
+        return MPU6050(**{"bias_s": 0.03, **settings}).open(IMU, DeviceContext(load_robot("rover"), self.clock))
 
     def turn(self, rate: float, seconds: float) -> None:
         self.chip.rates = (0.0, 0.0, rate)

@@ -12,7 +12,7 @@ from robotcore.description import RobotDescription
 from robotcore.errors import DescriptionError
 from robotcore.hal.clock import SteppedClock
 from robotcore.hal.kind import load_kind
-from robotcore.hardware import Host, bind_devices
+from robotcore.hardware import DeviceContext, bind_devices
 from robotcore.kinds import Led
 from robotcore.kinds.led import LedDescription
 from tests.drivers.raspberrypi.motors.rig import rover
@@ -29,7 +29,7 @@ def build_robot(section: Mapping[str, Any], *, is_rgb: bool) -> RobotDescription
 def open_lamp(section: Mapping[str, Any], pins: MockFactory, *, is_rgb: bool) -> Led:
     robot = build_robot(section, is_rgb=is_rgb)
     (binding,) = bind_devices(robot, "raspberrypi")
-    lamp = binding.open(Host(robot, SteppedClock(20.0, lambda _steps: None), pins))
+    lamp = binding.open(DeviceContext(robot, SteppedClock(20.0, lambda _steps: None), pins))
     assert isinstance(lamp, Led)
     return lamp
 

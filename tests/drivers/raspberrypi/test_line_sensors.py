@@ -12,7 +12,7 @@ from robotcore import RunRequest
 from robotcore.description import Mount
 from robotcore.errors import DescriptionError, DeviceClosedError
 from robotcore.hal.clock import SteppedClock
-from robotcore.hardware import DeviceBinding, Host, bind_devices
+from robotcore.hardware import DeviceBinding, DeviceContext, bind_devices
 from robotcore.kinds import LineSensor
 from robotcore.kinds.line_sensor import LineSensorDescription
 from tests.drivers.raspberrypi.motors.rig import rover
@@ -22,12 +22,12 @@ from tests.texts import Raises
 WIRED = '\n[raspberrypi.row]\ndriver = "line-sensors"\ngpios = [4, 12, 13, 18, 19]\n'
 
 
-def bind(**keys: object) -> tuple[DeviceBinding, Host]:
+def bind(**keys: object) -> tuple[DeviceBinding, DeviceContext]:
     row = LineSensorDescription(kind="line_sensor", name="row", mount=Mount(z_m=0.01), count=2, spacing_m=0.02)
     robot = rover({"row": {"driver": "line-sensors", "gpios": (12, 13), **keys}})
     robot = robot.model_copy(update={"devices": (row,)})
     (binding,) = bind_devices(robot, "raspberrypi")
-    return binding, Host(robot, SteppedClock(20.0, lambda _steps: None), MockFactory())
+    return binding, DeviceContext(robot, SteppedClock(20.0, lambda _steps: None), MockFactory())
 
 
 @pytest.mark.parametrize("active_high", [True, False])

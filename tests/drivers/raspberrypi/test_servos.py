@@ -13,7 +13,7 @@ from gpiozero.pins.mock import MockFactory, MockPWMPin
 from robotcore.description import RobotDescription
 from robotcore.errors import DescriptionError, InvalidCommandError
 from robotcore.hal.clock import SteppedClock
-from robotcore.hardware import Host, bind_devices
+from robotcore.hardware import DeviceContext, bind_devices
 from robotcore.kinds import Servo
 from robotcore.kinds.servo import ServoDescription
 from tests.drivers.raspberrypi.motors.rig import rover
@@ -31,7 +31,7 @@ def build_robot(section: Mapping[str, Any]) -> RobotDescription:
 def open_servo(pins: MockFactory, **settings: float) -> Servo:
     robot = build_robot({**TABLE, **settings})
     (binding,) = bind_devices(robot, "raspberrypi")
-    servo = binding.open(Host(robot, SteppedClock(20.0, lambda _steps: None), pins))
+    servo = binding.open(DeviceContext(robot, SteppedClock(20.0, lambda _steps: None), pins))
     assert isinstance(servo, Servo)
     return servo
 

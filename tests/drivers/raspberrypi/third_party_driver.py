@@ -11,7 +11,7 @@ import pytest
 from robotcore import plugins as registry
 from robotcore.description import RobotDescription, load_robot
 from robotcore.hal.device import Device
-from robotcore.hardware import Connection, DeviceDriver, Host
+from robotcore.hardware import Connection, DeviceContext, DeviceDriver
 from robotcore.kinds.range_sensor import RangeSensorDescription
 
 
@@ -27,7 +27,7 @@ class IrSwitch(DeviceDriver):
     def connections(self) -> Sequence[Connection]:
         return (Connection("out", "GPIO", str(self.out)),)
 
-    def open(self, description: RangeSensorDescription, host: Host) -> Device:
+    def open(self, description: RangeSensorDescription, context: DeviceContext) -> Device:
         raise NotImplementedError
 
 

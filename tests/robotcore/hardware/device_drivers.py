@@ -16,7 +16,7 @@ from robotcore.errors import DeviceError
 from robotcore.hal.clock import SteppedClock
 from robotcore.hal.device import Device
 from robotcore.hal.wiring import Pad, PadKind, Wiring
-from robotcore.hardware import Connection, DeviceBinding, DeviceDriver, Drivers, HardwareBackend, Host
+from robotcore.hardware import Connection, DeviceBinding, DeviceContext, DeviceDriver, Drivers, HardwareBackend
 from robotcore.kinds.motor import MotorDescription
 
 
@@ -41,8 +41,8 @@ class RecordingDriver(DeviceDriver):
     dead: tuple[str, ...] = ()
     calls: list[str] = Field(default_factory=list)
 
-    def open(self, description: DeviceDescription, host: Host) -> Device:
-        self.calls.append(f"open {description.name} beside {', '.join(host.opened) or 'nothing'}")
+    def open(self, description: DeviceDescription, context: DeviceContext) -> Device:
+        self.calls.append(f"open {description.name} beside {', '.join(context.opened) or 'nothing'}")
         if description.name in self.dead:
             raise DeviceError(description.name, "does not answer")
         return RecordedDevice(description.name, self.calls)
@@ -52,8 +52,8 @@ def bind(driver: RecordingDriver, robot: RobotDescription) -> list[DeviceBinding
     return [DeviceBinding(description, driver) for description in robot.devices]
 
 
-def host(opened: dict[str, Device]) -> Host:
-    return Host(load_robot("rover"), SteppedClock(20, lambda _steps: None), opened=opened)
+def host(opened: dict[str, Device]) -> DeviceContext:
+    return DeviceContext(load_robot("rover"), SteppedClock(20, lambda _steps: None), opened=opened)
 
 
 class Plug(DeviceDriver):
@@ -68,7 +68,7 @@ class Plug(DeviceDriver):
     spare: int | None = None
     bus: int | None = None
 
-    def open(self, description: Any, host: Host) -> Device:
+    def open(self, description: Any, context: DeviceContext) -> Device:
         raise NotImplementedError
 
     def check(self, description: Any, robot: RobotDescription, drivers: Drivers) -> None:

@@ -10,7 +10,7 @@ from robotcore.hal.backend import Setup
 from robotcore.hal.clock import SteppedClock
 from robotcore.hal.device import Device
 from robotcore.hal.robot import Robot
-from robotcore.hardware import Host, encoder_of, motor_of, open_devices, open_robot
+from robotcore.hardware import DeviceContext, encoder_of, motor_of, open_devices, open_robot
 from robotcore.kinds.battery import BatteryDescription
 from tests.robotcore.hardware.device_drivers import RecordedDevice, RecordingDriver, bind, host
 from tests.texts import CheckText, Raises
@@ -53,10 +53,10 @@ def test_failed_battery_gives_a_note_and_the_other_devices_open(check_text: Chec
 
 def test_an_interruption_closes_the_open_devices() -> None:
     class Interrupting(RecordingDriver):
-        def open(self, description: DeviceDescription, host: Host) -> Device:
+        def open(self, description: DeviceDescription, context: DeviceContext) -> Device:
             if description.name == "eye":
                 raise KeyboardInterrupt
-            return super().open(description, host)
+            return super().open(description, context)
 
     driver = Interrupting()
     with pytest.raises(KeyboardInterrupt):
@@ -75,10 +75,10 @@ def test_another_error_of_a_driver_becomes_a_device_error(raised: Exception, kin
     class FailingDriver(RecordingDriver):
         remedy = "pip install noting"
 
-        def open(self, description: DeviceDescription, host: Host) -> Device:
+        def open(self, description: DeviceDescription, context: DeviceContext) -> Device:
             if description.name == "eye":
                 raise raised
-            return super().open(description, host)
+            return super().open(description, context)
 
     driver = FailingDriver()
     with raises(DeviceError, kind, device="eye") as caught:
@@ -93,8 +93,8 @@ def test_a_device_that_cannot_be_closed_is_reported_with_the_first_failure(raise
             raise DeviceError(self.name, "cannot be let go")
 
     class StuckDriver(RecordingDriver):
-        def open(self, description: DeviceDescription, host: Host) -> Device:
-            device = super().open(description, host)
+        def open(self, description: DeviceDescription, context: DeviceContext) -> Device:
+            device = super().open(description, context)
             return Stuck(description.name, self.calls) if description.name == "eye" else device
 
     driver = StuckDriver(dead=("left_motor",))
@@ -117,9 +117,9 @@ class Board:
 class OnBoardDriver(RecordingDriver):
     """Opens devices on one board."""
 
-    def open(self, description: DeviceDescription, host: Host) -> Device:
-        host.shared.take(Board, "/dev/ttyUSB0", lambda: Board(self.calls))
-        return super().open(description, host)
+    def open(self, description: DeviceDescription, context: DeviceContext) -> Device:
+        context.shared.take(Board, "/dev/ttyUSB0", lambda: Board(self.calls))
+        return super().open(description, context)
 
 
 def on_board(driver: OnBoardDriver) -> Robot:

@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 from robotcore.description import load_robot
 from robotcore.hal.device import Device
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.hardware import Host, bind_devices
+from robotcore.hardware import DeviceContext, bind_devices
 from tests.system.speed import scaled
 
 GUEST = Path(__file__).parent
@@ -31,7 +31,7 @@ def open_device(name: str, pins: Any, robot: str = "bench") -> Device:
     """Open one device of a robot in the folder ``robots``."""
     described = load_robot(str(ROBOTS / f"{robot}.toml"))
     (binding,) = bind_devices(described, "raspberrypi", [name])
-    return binding.open(Host(described, MonotonicClock(), pins))
+    return binding.open(DeviceContext(described, MonotonicClock(), pins))
 
 
 def run_command(app: str, robot: str, *options: str) -> list[str]:

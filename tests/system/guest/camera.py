@@ -14,7 +14,7 @@ from drivers.raspberrypi.cameras.v4l2 import UsbCamera
 from robotcore.description import load_robot
 from robotcore.errors import DeviceError, DeviceLostError
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.hardware import Host
+from robotcore.hardware import DeviceContext
 from robotcore.kinds.camera import Camera, CameraDescription
 from tests.system.guest.bench import wait_until
 
@@ -51,7 +51,7 @@ def open_eye(clock: MonotonicClock) -> Iterator[Open]:
 
     def open_it(description: CameraDescription = EYE, **settings: Any) -> Camera:
         settings = {"fps": RATE_HZ, **settings}
-        opened.append(UsbCamera(**settings).open(description, Host(ROBOT, clock)))
+        opened.append(UsbCamera(**settings).open(description, DeviceContext(ROBOT, clock)))
         return opened[-1]
 
     yield open_it

@@ -11,7 +11,7 @@ from pydantic import Field
 from drivers.serial.boards.drivers import BatteryDriver, BoardDriver, EncoderDriver, MotorDriver
 from drivers.serial.boards.hoverboard.protocol import LIMIT, STANDING, STOP, HoverboardProtocol, Mixer
 from robotcore.description import RobotDescription
-from robotcore.hardware import Connection, Drivers, Host
+from robotcore.hardware import Connection, DeviceContext, Drivers
 from robotcore.hardware.motor_control import Control, open_motor, require_drivable
 from robotcore.hardware.motor_model import Model, OutputMotor
 from robotcore.kinds.encoder import EncoderDescription
@@ -110,13 +110,13 @@ class HoverboardMotor(HoverboardDriver, MotorDriver):
         scale = self.mixer.turning / LIMIT
         return (WIRING, mode, SLEEPING, *((TURNING.format(scale=scale),) if scale < 1 else ()))
 
-    def open(self, description: MotorDescription, host: Host) -> Motor:
-        self.open_board(description.name, host).protocol.mixer = self.mixer
+    def open(self, description: MotorDescription, context: DeviceContext) -> Motor:
+        self.open_board(description.name, context).protocol.mixer = self.mixer
         unit = self.unit_per_rad_s if self.model is None else LIMIT
-        output = self.open_output(description.name, host, -unit if self.inverted else unit)
+        output = self.open_output(description.name, context, -unit if self.inverted else unit)
         if self.model is None:
             return OutputMotor(description, output)
-        return open_motor(description, self.model, self.control, lambda: output, host)
+        return open_motor(description, self.model, self.control, lambda: output, context)
 
 
 class HoverboardEncoder(HoverboardDriver, EncoderDriver):

@@ -26,7 +26,7 @@ from drivers.serial.boards.rosarduino.requests import VERSION
 from drivers.serial.ranging.sensor import LineRangeSensor
 from robotcore.description import RobotDescription
 from robotcore.errors import DeviceError
-from robotcore.hardware import Drivers, Host
+from robotcore.hardware import DeviceContext, Drivers
 from robotcore.hardware.motor_control import Control, open_motor, require_drivable
 from robotcore.hardware.motor_model import Model
 from robotcore.hardware.polled_samples import RangeSampler, require_timely
@@ -95,8 +95,8 @@ class ArduinoDriver(BoardDriver):
     def notes(self, description: Any) -> Sequence[str]:
         return (BOARD,)
 
-    def open_board(self, device: str, host: Host) -> Board:
-        board = super().open_board(device, host)
+    def open_board(self, device: str, context: DeviceContext) -> Board:
+        board = super().open_board(device, context)
         if (version := board.protocol.firmware.version) != VERSION:
             problem = f"its firmware has version {version} of the protocol, and this robotcore supports {VERSION}"
             remedy = "flash the firmware of this robotcore: robotcore firmware flash"
@@ -104,9 +104,9 @@ class ArduinoDriver(BoardDriver):
             raise DeviceError(device, text, kind="firmware-version", place=self.port)
         return board
 
-    def open_board_with_wheels(self, device: str, host: Host) -> Board:
+    def open_board_with_wheels(self, device: str, context: DeviceContext) -> Board:
         """Return the board of a motor or an encoder; raises DeviceError if its firmware was built without wheels."""
-        board = self.open_board(device, host)
+        board = self.open_board(device, context)
         if not board.protocol.firmware.has_wheels:
             text = f"the ROSArduinoBridge on {self.port} was built without wheels. Define USE_BASE and flash it again"
             raise DeviceError(device, f"{text}, or {FLASH}", kind="board-without-wheels", place=self.port)
@@ -153,16 +153,16 @@ class ArduinoMotor(ArduinoDriver, MotorDriver):
             raise ValueError("control needs the motor's model, which is missing; add model, or leave control out")
         require_countable(description, counts_per_turn(description.name, self.port, robot))
 
-    def open(self, description: MotorDescription, host: Host) -> Motor:
-        board = self.open_board_with_wheels(description.name, host)
+    def open(self, description: MotorDescription, context: DeviceContext) -> Motor:
+        board = self.open_board_with_wheels(description.name, context)
         self._set_duty_mode(board, description.name)
         board.protocol.limit(self.board_timeout_s)
         if self.model:
-            output = self.open_output(description.name, host)
-            return open_motor(description, self.model, self.control, lambda: output, host)
-        counts = counts_per_turn(description.name, self.port, host.robot)
+            output = self.open_output(description.name, context)
+            return open_motor(description, self.model, self.control, lambda: output, context)
+        counts = counts_per_turn(description.name, self.port, context.robot)
         unit = counts / math.tau * board.protocol.firmware.control_period_s
-        return CountingMotor(description, self.open_output(description.name, host, unit), unit)
+        return CountingMotor(description, self.open_output(description.name, context, unit), unit)
 
     def _set_duty_mode(self, board: Board, motor: str) -> None:
         is_duty_mode = self.model is not None
@@ -191,9 +191,9 @@ class ArduinoEncoder(ArduinoDriver, EncoderDriver):
         edges = edges_per_turn(description, self.counts)
         return BOARD, EDGES.format(edges=edges, counts_per_turn=description.counts_per_turn, counts=self.counts)
 
-    def open(self, description: EncoderDescription, host: Host) -> Encoder:
-        self.open_board_with_wheels(description.name, host).protocol.count_every(COUNT_S)
-        return super().open(description, host)
+    def open(self, description: EncoderDescription, context: DeviceContext) -> Encoder:
+        self.open_board_with_wheels(description.name, context).protocol.count_every(COUNT_S)
+        return super().open(description, context)
 
     def rad_per_unit(self, description: EncoderDescription, robot: RobotDescription) -> float:
         return math.tau / edges_per_turn(description, self.counts)
@@ -241,8 +241,8 @@ class ArduinoSonar(ArduinoDriver):
     def check(self, description: RangeSensorDescription, robot: RobotDescription, drivers: Drivers) -> None:
         require_timely(self.cycles, self.cycle, robot)
 
-    def open(self, description: RangeSensorDescription, host: Host) -> RangeSensor:
-        board = self.open_board(description.name, host)
+    def open(self, description: RangeSensorDescription, context: DeviceContext) -> RangeSensor:
+        board = self.open_board(description.name, context)
         sampler = RangeSampler(description, self.cycles)
         if self.pin is None:
             instead = f"set the module's pin in the robot's file, such as pin = 4 in [serial.{description.name}]"
@@ -264,8 +264,8 @@ class ArduinoBattery(ArduinoDriver, BatteryDriver):
     name = "ros-arduino-battery"
     summary = "the battery of an Arduino with robotcore_bridge, on a serial line"
 
-    def open(self, description: BatteryDescription, host: Host) -> Battery:
-        board = self.open_board(description.name, host)
+    def open(self, description: BatteryDescription, context: DeviceContext) -> Battery:
+        board = self.open_board(description.name, context)
         self.require_robotcore_bridge(board, description.name, "measures no battery")
         board.protocol.measure_voltage()
 

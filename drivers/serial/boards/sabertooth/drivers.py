@@ -21,7 +21,7 @@ from drivers.serial.boards.sabertooth.protocol import (
 from drivers.serial.driver import Side
 from robotcore.description import RobotDescription
 from robotcore.hal.cutoff import CutoffSpec
-from robotcore.hardware import Drivers, Host
+from robotcore.hardware import DeviceContext, Drivers
 from robotcore.hardware.motor_control import Control, open_motor, require_drivable
 from robotcore.hardware.motor_model import Model
 from robotcore.kinds.motor import Motor, MotorDescription
@@ -83,11 +83,11 @@ class SabertoothMotor(BoardDriver):
     def notes(self, description: MotorDescription) -> Sequence[str]:
         return WIRING, NO_ANSWER_NOTE, SWITCHING_ON
 
-    def cutoffs(self, description: MotorDescription, host: Host) -> Sequence[CutoffSpec]:
-        return (self.stop_frame(description.name, build_stop_packets(self.address), None, host),)
+    def cutoffs(self, description: MotorDescription, context: DeviceContext) -> Sequence[CutoffSpec]:
+        return (self.stop_frame(description.name, build_stop_packets(self.address), None, context),)
 
-    def open(self, description: MotorDescription, host: Host) -> Motor:
-        board = self.open_board(description.name, host)
+    def open(self, description: MotorDescription, context: DeviceContext) -> Motor:
+        board = self.open_board(description.name, context)
         command = board.protocol.board(self.address, self.board_timeout_s).command
         output = partial(BoardOutput, description.name, board.line, command, SIDES[self.motor])
-        return open_motor(description, self.model, self.control, output, host)
+        return open_motor(description, self.model, self.control, output, context)

@@ -8,7 +8,7 @@ from typing import Any
 from drivers.serial.boards.drivers import BatteryDriver, BoardDriver, BoardTimeout, EncoderDriver, MotorDriver
 from drivers.serial.boards.waveshare.protocol import BAUD, MAX_SPEED_M_S, STANDING, STOP, WaveshareProtocol
 from robotcore.description import RobotDescription
-from robotcore.hardware import Drivers, Host
+from robotcore.hardware import DeviceContext, Drivers
 from robotcore.hardware.motor_model import OutputMotor
 from robotcore.kinds.encoder import EncoderDescription
 from robotcore.kinds.motor import Motor, MotorDescription
@@ -58,9 +58,9 @@ class WaveshareMotor(WaveshareDriver, MotorDriver):
                 f"{MAX_SPEED_M_S:g} m/s; lower it to {MAX_SPEED_M_S / _wheel_radius_m(robot):.3g} at most"
             )
 
-    def open(self, description: MotorDescription, host: Host) -> Motor:
-        self.open_board(description.name, host).protocol.limit(self.board_timeout_s)
-        return OutputMotor(description, self.open_output(description.name, host, _wheel_radius_m(host.robot)))
+    def open(self, description: MotorDescription, context: DeviceContext) -> Motor:
+        self.open_board(description.name, context).protocol.limit(self.board_timeout_s)
+        return OutputMotor(description, self.open_output(description.name, context, _wheel_radius_m(context.robot)))
 
 
 class WaveshareEncoder(WaveshareDriver, EncoderDriver):

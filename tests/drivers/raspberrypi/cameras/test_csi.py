@@ -12,7 +12,7 @@ from drivers.raspberrypi.cameras.capture import CapturingCamera
 from drivers.raspberrypi.cameras.csi import PiCamera
 from robotcore.description import load_robot
 from robotcore.errors import DeviceError
-from robotcore.hardware import Host
+from robotcore.hardware import DeviceContext
 from robotcore.kinds.camera import CameraDescription
 from tests.drivers.raspberrypi.cameras.fakepicamera import FOUND_GAIN, FOUND_GAINS, FOUND_US, FakeCamera
 from tests.drivers.raspberrypi.cameras.fakes import EYE, RED_BGR, LabClock
@@ -34,7 +34,7 @@ def camera(clock: LabClock, monkeypatch: pytest.MonkeyPatch) -> FakeCamera:
 
 
 def open_camera(clock: LabClock, description: CameraDescription = EYE, **settings: Any) -> CapturingCamera:
-    return PiCamera(**settings).open(description, Host(ROVER, clock))
+    return PiCamera(**settings).open(description, DeviceContext(ROVER, clock))
 
 
 def test_an_odd_size_is_scaled_from_the_nearest_stream(clock: LabClock, camera: FakeCamera) -> None:

@@ -13,7 +13,7 @@ from drivers.raspberrypi.cameras.capture import CapturingCamera
 from drivers.raspberrypi.cameras.v4l2 import UsbCamera
 from robotcore.description import load_robot
 from robotcore.errors import DescriptionError, DeviceError, DeviceLostError
-from robotcore.hardware import Connection, Host, bind_devices
+from robotcore.hardware import Connection, DeviceContext, bind_devices
 from tests.drivers.raspberrypi.cameras.fakes import (
     APERTURE_PRIORITY,
     EYE,
@@ -44,7 +44,7 @@ def webcam(clock: LabClock, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
 
 def open_camera(webcam: FakeWebcam, **settings: Any) -> CapturingCamera:
     driver = UsbCamera.model_construct(**{"device": str(webcam.path), **settings})
-    return driver.open(EYE, Host(ROVER, webcam.clock))
+    return driver.open(EYE, DeviceContext(ROVER, webcam.clock))
 
 
 def test_the_described_format_and_a_short_queue_are_requested(webcam: FakeWebcam) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from robotcore.description import DeviceDescription, StrictModel, load_robot
 from robotcore.hal.device import Device
-from robotcore.hardware import Connection, DeviceBinding, DeviceDriver, Host
+from robotcore.hardware import Connection, DeviceBinding, DeviceContext, DeviceDriver
 
 Tree = Mapping[str, str | bytes]
 
@@ -72,7 +72,7 @@ class ConnectedDriver(DeviceDriver):
     wires: tuple[Connection, ...] = ()
     hints: tuple[str, ...] = ()
 
-    def open(self, description: DeviceDescription, host: Host) -> Device:
+    def open(self, description: DeviceDescription, context: DeviceContext) -> Device:
         raise NotImplementedError
 
     def connections(self) -> tuple[Connection, ...]:

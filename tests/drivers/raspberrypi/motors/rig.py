@@ -11,7 +11,7 @@ from gpiozero.pins.mock import MockFactory, MockPWMPin
 from robotcore.description import RobotDescription, load_robot
 from robotcore.hal.clock import SteppedClock
 from robotcore.hal.device import Device
-from robotcore.hardware import Host, bind_devices, open_devices
+from robotcore.hardware import DeviceContext, bind_devices, open_devices
 from robotcore.hardware.motor_model import MotorModel
 from robotcore.kinds.encoder import Encoder
 from robotcore.kinds.motor import Motor
@@ -48,7 +48,7 @@ class Rig:
         self._slots = slots
         robot = rover({"left_motor": motor, "left_encoder": encoder}, slots)
         self.opened: dict[str, Device] = {}
-        self.host = Host(robot, self.clock, self.pins, self.opened)
+        self.host = DeviceContext(robot, self.clock, self.pins, self.opened)
         self.bindings = {binding.name: binding for binding in bind_devices(robot, "raspberrypi", names)}
         open_devices(self.bindings.values(), self.host, self.opened)
 

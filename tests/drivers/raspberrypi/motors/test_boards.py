@@ -17,7 +17,7 @@ from drivers.raspberrypi.motors.bridge import open_output, round_to_percent
 from robotcore.description import RobotDescription, load_robot
 from robotcore.errors import DescriptionError, DeviceError
 from robotcore.hal.backend import Setup
-from robotcore.hardware import Host, bind_devices
+from robotcore.hardware import DeviceContext, bind_devices
 from robotcore.kinds.motor import Motor
 from tests.drivers.raspberrypi.lines import Lines
 from tests.drivers.raspberrypi.motors.rig import BACKWARD, FORWARD, H_BRIDGE, MODEL, Rig, rover
@@ -224,7 +224,7 @@ def test_the_cutoff_is_the_standby_line_or_all_lines_and_without_a_run_it_kills_
 ) -> None:
     robot = rover({"left_motor": board})
     (binding,) = bind_devices(robot, "raspberrypi", ["left_motor"])
-    (opened,) = binding.driver.cutoffs(binding.description, Host(robot, Rig().clock, pins=object()))
+    (opened,) = binding.driver.cutoffs(binding.description, DeviceContext(robot, Rig().clock, pins=object()))
     (static,) = RaspberryPiBackend().cutoffs(Setup(robot, None, frozenset({"left_motor"})))
     for spec, owner in ((opened, os.getpid()), (static, None)):
         assert (spec.device, spec.cutoff) == ("left_motor", f"drivers.raspberrypi.cutoff:{cutoff}")

@@ -12,7 +12,7 @@ from drivers.raspberrypi.ranging.ultrasonic_driver import Ultrasonic, speed_of_s
 from drivers.raspberrypi.virtual.models import VirtualPins
 from robotcore.description import load_robot
 from robotcore.hal.clock import Clock, SteppedClock
-from robotcore.hardware import Host
+from robotcore.hardware import DeviceContext
 from robotcore.kinds.range_sensor import Range, RangeSensor, RangeSensorDescription
 
 TRIGGER, ECHO = 16, 26
@@ -91,7 +91,7 @@ class Bench:
     def __post_init__(self) -> None:
         self.clock = SteppedClock(10000, lambda _steps: None)
         self.pins = VirtualPins(self.clock)
-        self.host = Host(load_robot("rover"), self.clock, self.pins)
+        self.host = DeviceContext(load_robot("rover"), self.clock, self.pins)
         self.module = Module(self.clock, self.pins, self.pulses)
 
     def open(self, name: str = "nose", module: Module | None = None) -> RangeSensor:

@@ -10,7 +10,7 @@ from drivers.raspberrypi.ranging.time_of_flight_driver import VL53L0X, VL53L1X, 
 from robotcore.description import load_robot
 from robotcore.errors import DescriptionError, DeviceClosedError, DeviceError
 from robotcore.hal.clock import SteppedClock
-from robotcore.hardware import Host, bind_devices
+from robotcore.hardware import DeviceContext, bind_devices
 from robotcore.kinds.range_sensor import RangeSensor
 from tests.drivers.raspberrypi.i2c_bus import FakeBus
 from tests.drivers.raspberrypi.ranging.lightbus import FakeLaser, FakeVL53L0X, FakeVL53L1X
@@ -53,7 +53,7 @@ class Bench:
         patch.setattr(extended_bus, "ExtendedI2C", self.bus.open)
 
     def open(self, **settings: Any) -> RangeSensor:
-        host = Host(load_robot("rover"), self.clock)
+        host = DeviceContext(load_robot("rover"), self.clock)
         return self.kind.driver(**settings).open(DESCRIPTION, host)
 
     def set_measurement(self, status: int, millimetres: int = 500, cycles: int = 1) -> None:
@@ -187,7 +187,7 @@ def test_a_vl53l1x_uses_its_long_range_mode_only_if_needed(
 ) -> None:
     bench = Bench(KINDS[1], monkeypatch)
     description = DESCRIPTION.model_copy(update={"max_range_m": max_range_m})
-    VL53L1X().open(description, Host(load_robot("rover"), bench.clock))
+    VL53L1X().open(description, DeviceContext(load_robot("rover"), bench.clock))
     assert bench.chip.registers[0x004B] == (0x14 if is_short else 0x0A)
 
 

@@ -9,7 +9,7 @@ from drivers.serial.boards.waveshare.drivers import WaveshareBattery
 from drivers.serial.line import Line
 from robotcore.description import load_robot
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.hardware import Host
+from robotcore.hardware import DeviceContext
 from robotcore.safety.guardian.client import Guardian
 from tests.doubles.serial.line import PollingProtocol
 
@@ -23,7 +23,7 @@ def main() -> None:
     protocol = PollingProtocol()
     line = Line(port, protocol, clock)
     line.open("left_motor", 5.0)
-    spec = WaveshareBattery(port=port).stop_frame("left_motor", STOP, "!", Host(load_robot("rover"), clock))
+    spec = WaveshareBattery(port=port).stop_frame("left_motor", STOP, "!", DeviceContext(load_robot("rover"), clock))
     with Guardian([spec], LEASE_S) as guardian:
         while not select([sys.stdin], [], [], 0.02)[0]:
             guardian.renew_lease()

@@ -19,7 +19,7 @@ from robotcore.errors import DescriptionError, DeviceError, DeviceLostError
 from robotcore.hal.backend import Setup
 from robotcore.hal.clock import SteppedClock
 from robotcore.hal.robot import Robot
-from robotcore.hardware import Host, bind_devices, open_robot
+from robotcore.hardware import DeviceContext, bind_devices, open_robot
 from robotcore.kinds.range_sensor import RangeSensor, RangeSensorDescription
 from robotcore.testing import TestSupport
 from robotcore.testing.lifecycle_rules import LifecycleRules
@@ -53,7 +53,7 @@ class Rig:
         self._opened.callback(Powered(self.double, self.pty, self.clock).off)
 
     def open(self, **settings: Any) -> RangeSensor:
-        host = Host(load_robot("rover"), self.clock)
+        host = DeviceContext(load_robot("rover"), self.clock)
         sensor = TFmini(port=str(self.pty.path), **settings).open(NOSE, host)
         self._opened.callback(sensor.close)
         return sensor
