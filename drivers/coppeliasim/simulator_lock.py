@@ -48,7 +48,7 @@ class SimulatorLock:
         if note := self._read_note():
             self._await_expiry(note)
         self._write_note(f"{self._holder} 0")
-        self._renewal = self._clock.every(RENEWAL_S, self._renew, "coppeliasim lease")
+        self._renewal = self._clock.call_every(RENEWAL_S, self._renew, "coppeliasim lease")
         return bool(note)
 
     def require_ownership(self) -> None:

@@ -10,10 +10,10 @@ from robotcore.hal.backend import Backend, Capability, Setup
 from robotcore.hal.device import Device
 from robotcore.hal.kind import simulate_device
 from robotcore.hal.robot import Robot
-from robotcore.kinds.camera import CameraDescription, SampledCamera
-from robotcore.kinds.encoder import EncoderDescription, SampledEncoder
+from robotcore.kinds.camera import CameraDescription, SimulatedCamera
+from robotcore.kinds.encoder import EncoderDescription, SimulatedEncoder
 from robotcore.kinds.motor import MotorDescription
-from robotcore.kinds.range_sensor import RangeSensorDescription, SampledRangeSensor
+from robotcore.kinds.range_sensor import RangeSensorDescription, SimulatedRangeSensor
 from robotcore.optics import CameraView
 
 
@@ -63,15 +63,15 @@ def _open_device(description: DeviceDescription, simulation: Simulation) -> Devi
         return KinematicMotor(description, simulation.wheels[name])
     if isinstance(description, EncoderDescription):
         wheel = simulation.encoded_wheels[name]
-        return SampledEncoder(description, simulation.clock, lambda: wheel.angle)
+        return SimulatedEncoder(description, simulation.clock, lambda: wheel.angle)
     if isinstance(description, RangeSensorDescription):
         sonar, mount = Sonar(description, simulation.world), description.mount
-        return SampledRangeSensor(
+        return SimulatedRangeSensor(
             description, simulation.clock, lambda: sonar.measure(simulation.body_pose, locate(mount))
         )
     if isinstance(description, CameraDescription):
         intrinsics, mount = description.intrinsics, description.mount
-        return SampledCamera(
+        return SimulatedCamera(
             name,
             intrinsics,
             simulation.clock,

@@ -22,7 +22,7 @@ from robotcore.hal.ground_truth import Array, GroundTruth
 from robotcore.hal.kind import simulate_device
 from robotcore.hal.truth import RELEASE_M
 from robotcore.kinds.camera import CameraDescription
-from robotcore.kinds.encoder import EncoderDescription, SampledEncoder
+from robotcore.kinds.encoder import EncoderDescription, SimulatedEncoder
 from robotcore.kinds.motor import MotorDescription
 from robotcore.kinds.range_sensor import RangeSensorDescription
 from robotcore.simulation.rigid_body import ContactCounter
@@ -63,7 +63,7 @@ class Simulation:
             return MujocoMotor(self.model, self.data, description, self._body)
         if isinstance(description, EncoderDescription):
             body, joint = self._body, self._body.find_joint(description.name)
-            return SampledEncoder(description, self.clock, lambda: body.angle(joint))
+            return SimulatedEncoder(description, self.clock, lambda: body.angle(joint))
         locate = self.ground_truth.joints.locate
         if isinstance(description, RangeSensorDescription):
             return open_range_sensor(self.model, self.data, description, self.clock, self._body, locate)

@@ -12,7 +12,7 @@ from drivers.pybullet.body import Body
 from drivers.pybullet.bullet import Bullet
 from robotcore.description import Light
 from robotcore.hal.clock import Clock
-from robotcore.kinds.encoder import EncoderDescription, SampledEncoder
+from robotcore.kinds.encoder import EncoderDescription, SimulatedEncoder
 from robotcore.kinds.motor import Motor, MotorDescription
 from robotcore.kinds.range_sensor import RangeSensorDescription
 from robotcore.optics import CameraView, Image
@@ -52,10 +52,10 @@ class BulletMotor(Motor):
         )
 
 
-def open_encoder(bullet: Bullet, description: EncoderDescription, clock: Clock, body: Body) -> SampledEncoder:
+def open_encoder(bullet: Bullet, description: EncoderDescription, clock: Clock, body: Body) -> SimulatedEncoder:
     """Open the encoder of a wheel. Raises DeviceError if the encoder is on no wheel."""
     joint, joint_state = body.find_joint(description.name), bullet.getJointState
-    return SampledEncoder(description, clock, lambda: float(joint_state(body.body_id, joint)[0]))
+    return SimulatedEncoder(description, clock, lambda: float(joint_state(body.body_id, joint)[0]))
 
 
 RAY_M = 200.0

@@ -16,7 +16,7 @@ from robotcore.errors import DeviceError
 from robotcore.geometry import wrap_angle
 from robotcore.hal.clock import Clock
 from robotcore.hardware import DeviceContext
-from robotcore.hardware.polled_samples import LatestSample
+from robotcore.hardware.polled_samples import NewestSample
 from robotcore.kinds.imu import Imu, ImuDescription, Inertia
 
 Axis = Literal["x", "y", "-x", "-y"]
@@ -114,7 +114,7 @@ class PolledImu(Imu):
         self._heading = 0.0
         self._last: tuple[float, float] | None = None
         self._sequence = 0
-        self._latest: LatestSample[Inertia] = LatestSample(name, DeviceError(name, "has no sample yet"))
+        self._latest: NewestSample[Inertia] = NewestSample(name, DeviceError(name, "has no sample yet"))
 
     def open(self) -> None:
         """Measure the zero offsets, and take the first sample; closes the IMU and raises DeviceError if it fails."""
@@ -123,7 +123,7 @@ class PolledImu(Imu):
             self._measure_offset()
             self._poll()
             self._newest()
-            self._opened.callback(self._clock.every(self._settings.cycle_s, self._poll, self.name).stop)
+            self._opened.callback(self._clock.call_every(self._settings.cycle_s, self._poll, self.name).stop)
         except BaseException:
             self.close()
             raise

@@ -118,7 +118,7 @@ class Line:
         self._waker = Waker()
         self._protocol.begin(self._clock.now())
         period = PERIOD_S if self._clock.is_lockstep else 0.0
-        self._polling = self._clock.every(period, self._exchange, f"line {self.place}")
+        self._polling = self._clock.call_every(period, self._exchange, f"line {self.place}")
         try:
             self.wait_until(lambda: self._protocol.is_ready, device, answer_s, self._explain_silence, "board-silent")
         except BaseException:  # Ctrl-C too: a board may take seconds to answer

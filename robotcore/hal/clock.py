@@ -12,7 +12,7 @@ from robotcore.errors import UsageError
 
 
 class PeriodicTask(ABC):
-    """The repeated calls that `Clock.every` has started."""
+    """The repeated calls that `Clock.call_every` has started."""
 
     @abstractmethod
     def stop(self) -> None:
@@ -74,7 +74,7 @@ class Clock(ABC):
         Raises ResourceError if the operating system refuses the thread.
         """
 
-    def every(self, period: float, work: Callable[[], object], name: str) -> PeriodicTask:
+    def call_every(self, period: float, work: Callable[[], object], name: str) -> PeriodicTask:
         """Call ``work`` every ``period`` seconds until the returned task is stopped.
 
         In simulated time, the thread that calls `sleep_until` calls ``work``. In real time, a separate thread calls
@@ -187,8 +187,8 @@ class ClockWrapper(Clock):
     def prepare_calls(self) -> None:
         self._source.prepare_calls()
 
-    def every(self, period: float, work: Callable[[], object], name: str) -> PeriodicTask:
-        return self._source.every(period, work, name)
+    def call_every(self, period: float, work: Callable[[], object], name: str) -> PeriodicTask:
+        return self._source.call_every(period, work, name)
 
     def time_of(self, monotonic_s: float) -> float:
         return self._source.time_of(monotonic_s)
@@ -241,7 +241,7 @@ class AppClock(Clock):
             kind="app-wants-call",
         )
 
-    def every(self, period: float, work: Callable[[], object], name: str) -> PeriodicTask:
+    def call_every(self, period: float, work: Callable[[], object], name: str) -> PeriodicTask:
         raise UsageError(
             "an app cannot schedule periodic calls. Do the work in step, which is called once in each tick",
             kind="app-polls",

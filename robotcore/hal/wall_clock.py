@@ -116,7 +116,7 @@ class MonotonicClock(Clock):
         with self._wake:
             self._start_caller()
 
-    def every(self, period: float, work: Callable[[], object], name: str) -> PeriodicTask:
+    def call_every(self, period: float, work: Callable[[], object], name: str) -> PeriodicTask:
         return ThreadedTask(self, period, partial(self._attempt, work), name)
 
     def time_of(self, monotonic_s: float) -> float:

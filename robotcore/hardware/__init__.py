@@ -5,7 +5,7 @@ from robotcore.hardware.backend import HardwareBackend
 from robotcore.hardware.binding import bind_devices, list_drivers
 from robotcore.hardware.driver import Connection, DeviceBinding, DeviceContext, DeviceDriver, Drivers, Shared
 from robotcore.hardware.opening import encoder_of, motor_of, open_devices, open_robot
-from robotcore.hardware.polled_samples import LatestSample, SampledRangeSensor
+from robotcore.hardware.polled_samples import NewestSample, PolledRangeSensor
 
 __all__ = [
     "Connection",
@@ -14,10 +14,10 @@ __all__ = [
     "DeviceDriver",
     "Drivers",
     "HardwareBackend",
-    "LatestSample",
+    "NewestSample",
     "Pad",
     "PadKind",
-    "SampledRangeSensor",
+    "PolledRangeSensor",
     "Shared",
     "Wire",
     "Wiring",

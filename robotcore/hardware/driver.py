@@ -175,7 +175,7 @@ class DeviceDriver(StrictModel, ABC):
         """Return the specifications of the cutoffs that stop the device; none for a device that moves nothing.
 
         A run calls this after the device was opened, for the guardian. `robotcore stop` calls it without an open
-        device. Then ``host.owner`` is None, and the cutoffs must follow from the settings alone.
+        device. Then ``context.owner`` is None, and the cutoffs must follow from the settings alone.
         """
         return ()
 

@@ -142,7 +142,7 @@ class ControlledMotor(DutyMotor):
     def begin(self, clock: Clock, period: float) -> None:
         """Start the controller, which reads the encoder now and then every ``period`` seconds."""
         self._correct()
-        self._polling = clock.every(period, self._correct, f"{self.name} control")
+        self._polling = clock.call_every(period, self._correct, f"{self.name} control")
 
     def _apply(self, rad_s: float) -> None:
         with self._lock:

@@ -70,7 +70,7 @@ def open_devices(bindings: Iterable[DeviceBinding], context: DeviceContext, open
     If another device fails, the remaining devices are still opened, to find all failures. Then all devices are closed.
     Raises one failure as a DeviceError, and several failures, also those of closing, as a DeviceGroupError.
 
-    opened: the same object as ``host.opened``.
+    opened: the same object as ``context.opened``.
     """
     failures: list[Exception] = []
     notes = []

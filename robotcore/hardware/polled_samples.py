@@ -14,13 +14,13 @@ from robotcore.hal.device import SampleT, build_driver_error
 from robotcore.kinds.range_sensor import Range, RangeSensor, RangeSensorDescription
 
 
-class LatestSample(Generic[SampleT]):
+class NewestSample(Generic[SampleT]):
     """Stores the newest sample of a device, or the failure of the device after that sample.
 
     A background thread calls `put` and `fail`, and other threads call `get`.
 
     >>> from robotcore.kinds.range_sensor import Range
-    >>> newest = LatestSample("nose", Range(0.5, time=0.0, sequence=0))
+    >>> newest = NewestSample("nose", Range(0.5, time=0.0, sequence=0))
     >>> newest.fail(OSError("unplugged"))
     >>> newest.put(Range(0.4, time=0.2, sequence=1))
     >>> newest.get().distance
@@ -85,7 +85,7 @@ class RangeSampler:
         echo_free_cycles: the number of measurements in a row without an echo that make a sample of ``inf``. With 0,
             measurements without an echo never make a sample.
         """
-        self.newest: LatestSample[Range] = LatestSample(
+        self.newest: NewestSample[Range] = NewestSample(
             description.name, DeviceError(description.name, NOTHING_YET, kind="no-sample-yet")
         )
         self.has_result = False
@@ -133,7 +133,7 @@ class RangeSampler:
         self.newest.put(self._last)
 
 
-class SampledRangeSensor(RangeSensor):
+class PolledRangeSensor(RangeSensor):
     """A range sensor that returns the newest sample of a `RangeSampler`.
 
     A subclass starts its hardware in `_start`, and registers in ``_opened`` what stops the hardware.

@@ -83,7 +83,7 @@ class Camera(Sensor[Frame]):
         return f"{sample.image.shape[1]} x {sample.image.shape[0]} pixels"
 
 
-class SampledCamera(Camera):
+class SimulatedCamera(Camera):
     """A simulated camera.
 
     take_picture: returns a new picture, (height, width, 3), BGR. The camera makes it read-only.

@@ -48,7 +48,7 @@ class Encoder(Sensor[Angle]):
     kind = "encoder"
 
 
-class SampledEncoder(Encoder):
+class SimulatedEncoder(Encoder):
     """An encoder of a simulated wheel, which measures in whole counts.
 
     read_angle: returns the angle of the wheel in radians.

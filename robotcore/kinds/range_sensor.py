@@ -105,7 +105,7 @@ class Echo(NamedTuple):
     """The point in the sensor's frame, in metres; None if it is unknown or nothing is within the sensor's range."""
 
 
-class SampledRangeSensor(RangeSensor):
+class SimulatedRangeSensor(RangeSensor):
     """A simulated range sensor.
 
     measure: returns the echo that the sensor receives now.

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from robotcore.description import Mount
 from robotcore.geometry import Pose
 from robotcore.hal.clock import Clock
-from robotcore.kinds.camera import CameraDescription, SampledCamera
-from robotcore.kinds.range_sensor import Echo, RangeSensorDescription, SampledRangeSensor
+from robotcore.kinds.camera import CameraDescription, SimulatedCamera
+from robotcore.kinds.range_sensor import Echo, RangeSensorDescription, SimulatedRangeSensor
 from robotcore.optics import CameraView, Image
 from robotcore.raycast import Fan
 
@@ -27,7 +27,7 @@ Locate = Callable[[Mount], Mount]
 """Returns the present mount of a device for its mount in the robot's file. A servo may have turned it."""
 
 
-class RayFanSensor(SampledRangeSensor):
+class RayFanSensor(SimulatedRangeSensor):
     """A range sensor on a body, which casts a fan of rays.
 
     locate: returns the present mount of a device.
@@ -67,7 +67,7 @@ class Renderer(Protocol):
         """Return the id of the object at each pixel of a view, (height, width); -1 for the sky."""
 
 
-class BodyCamera(SampledCamera):
+class BodyCamera(SimulatedCamera):
     """A camera on a body.
 
     ``things`` holds the ids of the things in the segmentation, by the name of the thing.

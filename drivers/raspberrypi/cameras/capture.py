@@ -15,7 +15,7 @@ from pydantic import Field
 
 from robotcore.errors import DeviceError, ResourceError
 from robotcore.hal.clock import Clock
-from robotcore.hardware import DeviceContext, DeviceDriver, LatestSample
+from robotcore.hardware import DeviceContext, DeviceDriver, NewestSample
 from robotcore.kinds.camera import Camera, CameraDescription, Frame
 from robotcore.optics import Image
 from robotcore.threads import start_thread
@@ -205,8 +205,8 @@ class CapturingCamera(Camera):
         except BaseException:
             self._source.close()
             raise
-        self._frames = LatestSample(self.name, first)
-        self._polling = self._clock.every(0.5 / self._source.settings.fps, self._poll, f"{self.name}: pictures")
+        self._frames = NewestSample(self.name, first)
+        self._polling = self._clock.call_every(0.5 / self._source.settings.fps, self._poll, f"{self.name}: pictures")
 
     def _newest(self) -> Frame:
         return self._frames.get()

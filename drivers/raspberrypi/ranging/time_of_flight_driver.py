@@ -15,7 +15,7 @@ from drivers.raspberrypi.i2c import Address, ChipDriver, TransactionLimit
 from robotcore.description import RobotDescription
 from robotcore.errors import DeviceError
 from robotcore.hal.clock import Clock
-from robotcore.hardware import DeviceContext, Drivers, SampledRangeSensor
+from robotcore.hardware import DeviceContext, Drivers, PolledRangeSensor
 from robotcore.hardware.polled_samples import RangeSampler, require_timely
 from robotcore.kinds.range_sensor import RangeSensor, RangeSensorDescription
 
@@ -171,7 +171,7 @@ _EXTRA_CYCLES = 20
 """Opening waits for the first sample for at most ``echo_free_cycles`` plus this many cycles."""
 
 
-class Lidar(SampledRangeSensor):
+class Lidar(PolledRangeSensor):
     """A range sensor that reads its chip once in each cycle, and sets the chip up again after a failure.
 
     A sample has the time of the previous read of the chip, because its measurement began at most 50 ms before that
@@ -189,7 +189,7 @@ class Lidar(SampledRangeSensor):
         self._opened.callback(self._disconnect)
         never, cycle_s = threading.Event(), self._settings.cycle_s
         self._take_first(self._poll, lambda: never.wait(cycle_s), self._settings.echo_free_cycles + _EXTRA_CYCLES)
-        self._opened.callback(self._clock.every(cycle_s, self._poll, self.name).stop)
+        self._opened.callback(self._clock.call_every(cycle_s, self._poll, self.name).stop)
 
     def _poll(self) -> None:
         try:

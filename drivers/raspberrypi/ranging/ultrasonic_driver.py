@@ -18,7 +18,7 @@ from drivers.raspberrypi.pins import stop_edge_detection, translate_pin_errors
 from drivers.raspberrypi.ranging.echo_timer import EchoTimer
 from robotcore.description import RobotDescription
 from robotcore.hal.clock import Clock, PeriodicTask
-from robotcore.hardware import Connection, DeviceContext, DeviceDriver, Drivers, SampledRangeSensor
+from robotcore.hardware import Connection, DeviceContext, DeviceDriver, Drivers, PolledRangeSensor
 from robotcore.hardware.polled_samples import RangeSampler, require_timely
 from robotcore.kinds.range_sensor import RangeSensor, RangeSensorDescription
 
@@ -106,7 +106,7 @@ TRIGGER_S = 10e-6
 ElecFreaks."""
 
 
-class Sonar(SampledRangeSensor):
+class Sonar(PolledRangeSensor):
     """An ultrasonic sensor. The scheduler triggers its module, and the length of the echo pulse gives the distance."""
 
     def __init__(self, description: RangeSensorDescription, settings: Ultrasonic, context: DeviceContext) -> None:
@@ -192,7 +192,7 @@ class TriggerScheduler:
     def _resume(self) -> None:
         if self._periods:
             self._turns = itertools.cycle(self._periods)
-            self._polling = self._clock.every(max(self._periods.values()), self._run_next, "ultrasonic")
+            self._polling = self._clock.call_every(max(self._periods.values()), self._run_next, "ultrasonic")
 
     def _run_next(self) -> None:
         cycle = next(self._turns)

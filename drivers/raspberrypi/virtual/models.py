@@ -277,16 +277,16 @@ def connect_pins(binding: DeviceBinding, simulated: Robot, pins: VirtualPins, is
         case Quadrature() | Pulses() as on, EncoderDescription() as description, Encoder() as encoder:
             numbers, levels = ((on.a, on.b), QUADRATURE) if isinstance(on, Quadrature) else ((on.gpio,), SLOTS)
             disc = Disc(encoder, math.tau / on.edges_per_turn(description), levels, [pin(each) for each in numbers])
-            clock.every(_step_of(clock), disc.update, "disc")
+            clock.call_every(_step_of(clock), disc.update, "disc")
         case Ultrasonic() as on, _, RangeSensor() as sensor:
             VirtualEcho(clock, sensor, pin(on.trigger), pin(on.echo), speed_of_sound(on.air_temperature_c), is_lost)
         case ContactDriver() as on, _, Bumper() | Button() as contact:
             line = pin(on.gpio)
-            clock.every(_step_of(clock), lambda: line.drive(not contact.read().is_pressed), "switch")
+            clock.call_every(_step_of(clock), lambda: line.drive(not contact.read().is_pressed), "switch")
         case DigitalSensors() as on, _, LineSensor() as row:
             update = partial(drive_outputs, row, [pin(each) for each in on.gpios], on.active_high)
             update()
-            clock.every(_step_of(clock), update, "line-sensors")
+            clock.call_every(_step_of(clock), update, "line-sensors")
         case LightDriver() | TonePin(), _, _:
             pass  # nothing reacts to a light or a tone
         case _:

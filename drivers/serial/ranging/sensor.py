@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from drivers.serial.line import Line
-from robotcore.hardware import SampledRangeSensor
+from robotcore.hardware import PolledRangeSensor
 from robotcore.hardware.polled_samples import NOTHING_YET, RangeSampler
 from robotcore.kinds.range_sensor import Range, RangeSensorDescription
 
 
-class LineRangeSensor(SampledRangeSensor):
+class LineRangeSensor(PolledRangeSensor):
     """A range sensor on a serial line. Reading it raises DeviceLostError while the line is lost."""
 
     def __init__(self, description: RangeSensorDescription, sampler: RangeSampler, line: Line, first_s: float) -> None:

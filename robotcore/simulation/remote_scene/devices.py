@@ -11,11 +11,11 @@ from robotcore.errors import DeviceError
 from robotcore.geometry import Pose, Twist
 from robotcore.hal.clock import Clock
 from robotcore.hal.sampling import SampleCache
-from robotcore.kinds.camera import CameraDescription, SampledCamera
+from robotcore.kinds.camera import CameraDescription, SimulatedCamera
 from robotcore.kinds.display import Display
 from robotcore.kinds.encoder import Angle, Encoder, EncoderDescription
 from robotcore.kinds.motor import Motor, MotorDescription
-from robotcore.kinds.range_sensor import Echo, RangeSensorDescription, SampledRangeSensor
+from robotcore.kinds.range_sensor import Echo, RangeSensorDescription, SimulatedRangeSensor
 from robotcore.optics import Image, Intrinsics
 from robotcore.simulation.remote_scene.interface import CameraOptics, Point, RawPicture, Scene
 
@@ -62,7 +62,7 @@ class SceneEncoder(Encoder):
         self._total_rad, self._last_rad = 0.0, self._position(joint)
         self._lock = Lock()
         self._newest_at = SampleCache(clock, self._count)
-        self._polling = clock.every(period, self._newest, self.name)
+        self._polling = clock.call_every(period, self._newest, self.name)
 
     def _newest(self) -> Angle:
         with self._lock:
@@ -78,7 +78,7 @@ class SceneEncoder(Encoder):
         self._polling.stop()
 
 
-class SceneRangeSensor(SampledRangeSensor):
+class SceneRangeSensor(SimulatedRangeSensor):
     """A range sensor that returns the distance to the point that a proximity sensor of the scene detects.
 
     The samples do not contain the point itself, because the proximity sensor may be rotated about its own axis.
@@ -98,7 +98,7 @@ SAME_FOV_RAD = math.radians(0.5)
 """The greatest difference, in radians, between two fields of view that count as equal."""
 
 
-class SceneCamera(SampledCamera):
+class SceneCamera(SimulatedCamera):
     """A camera that takes its pictures from a vision sensor of the scene."""
 
     def __init__(self, name: str, intrinsics: Intrinsics, scene: Scene, sensor: int, clock: Clock) -> None:

@@ -37,7 +37,7 @@ class Powered:
         self.board, self._pty, self._clock = board, pty, clock
         self._last = clock.now()
         self._was_plugged_in = False
-        self._polling: PeriodicTask = clock.every(PERIOD_S, self._pump, "board")
+        self._polling: PeriodicTask = clock.call_every(PERIOD_S, self._pump, "board")
 
     def off(self) -> None:
         """Switch the board off. May be called again."""

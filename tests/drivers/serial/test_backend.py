@@ -142,7 +142,7 @@ class TestDoctor:
     ) -> None:
         monkeypatch.setattr("drivers.serial.boards.rosarduino.drivers.ArduinoDriver.answer_s", 0.3)
         clock = MonotonicClock()
-        talking = clock.every(0.02, lambda: pty.send(said), "talking")
+        talking = clock.call_every(0.02, lambda: pty.send(said), "talking")
         *_, port, board = self.examine(connect_devices(board_devices("ros-arduino"), pty.path))
         talking.stop()
         clock.close()

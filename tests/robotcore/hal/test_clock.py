@@ -246,7 +246,7 @@ class TestPacedClock:
 def test_calls_and_closing_reach_the_wrapped_clock(wrap: Callable[[Clock], Clock], fake_time: FakeTime) -> None:
     clock, calls = wrap(SteppedClock(20, lambda _: None)), list[str]()
     clock.call_at(0.01, lambda: calls.append("made"))
-    clock.every(0.05, lambda: calls.append("repeated"), "echo")
+    clock.call_every(0.05, lambda: calls.append("repeated"), "echo")
     clock.sleep_until(0.05)
     clock.call_at(0.06, _fail)
     clock.close()

@@ -1,4 +1,4 @@
-"""Periodic calls of `Clock.every`: in the caller's thread in simulated time, in a thread of their own in real time."""
+"""Periodic calls of `Clock.call_every`: in the caller's thread in simulated time, in their own thread otherwise."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def monotonic() -> Iterator[MonotonicClock]:
 class TestSimulatedTime:
     def test_period_that_is_no_multiple_of_a_step_does_not_drift(self, stepped: SteppedClock) -> None:
         times: list[float] = []
-        stepped.every(0.0601, lambda: times.append(stepped.now()), "echo")
+        stepped.call_every(0.0601, lambda: times.append(stepped.now()), "echo")
         stepped.sleep_until(60.2)
         assert len(times) == 1001
         assert all(0 <= at - n * 0.0601 <= stepped.step for n, at in enumerate(times, start=1))
@@ -44,7 +44,7 @@ class TestSimulatedTime:
             if len(times) == 2:
                 polling.stop()
 
-        polling = stepped.every(0.025, task, "echo")
+        polling = stepped.call_every(0.025, task, "echo")
         stepped.sleep_until(1.0)
         polling.stop()
         assert times == pytest.approx([0.025, 0.05])
@@ -53,7 +53,7 @@ class TestSimulatedTime:
         def task() -> None:
             raise ValueError("a bug in a driver")
 
-        stepped.every(0.025, task, "echo")
+        stepped.call_every(0.025, task, "echo")
         with pytest.raises(ValueError):  # noqa: PT011  it has no kind
             stepped.sleep_until(1.0)
 
@@ -68,15 +68,15 @@ class TestRealTime:
             if len(threads) == 3:
                 third.set()
 
-        polling = monotonic.every(0.001, task, "echo")
+        polling = monotonic.call_every(0.001, task, "echo")
         assert third.wait(THREAD_TIMEOUT_S)
         polling.stop()
         assert set(threads) == {"echo"}
 
     def test_blocked_task_delays_no_other_task_and_no_scheduled_call(self, monotonic: MonotonicClock) -> None:
         release, other, called = threading.Event(), threading.Event(), threading.Event()
-        hung = monotonic.every(0.001, lambda: release.wait(THREAD_TIMEOUT_S), "hung")
-        sound = monotonic.every(0.001, other.set, "sound")
+        hung = monotonic.call_every(0.001, lambda: release.wait(THREAD_TIMEOUT_S), "hung")
+        sound = monotonic.call_every(0.001, other.set, "sound")
         monotonic.call_at(monotonic.now() + 0.001, called.set)
         assert other.wait(THREAD_TIMEOUT_S)
         assert called.wait(THREAD_TIMEOUT_S)
@@ -92,7 +92,7 @@ class TestRealTime:
             monotonic.sleep_until(monotonic.now() + 0.05)
             ended.append(monotonic.now())
 
-        polling = monotonic.every(0.001, task, "slow")
+        polling = monotonic.call_every(0.001, task, "slow")
         assert begun.wait(THREAD_TIMEOUT_S)
         polling.stop()
         seen = list(ended)
@@ -107,7 +107,7 @@ class TestRealTime:
             polling.stop()
             stopped.set()
 
-        polling = monotonic.every(0.02, task, "echo")
+        polling = monotonic.call_every(0.02, task, "echo")
         assert stopped.wait(THREAD_TIMEOUT_S)
 
     def test_exception_of_a_task_ends_the_sleep_but_not_the_task(self) -> None:
@@ -119,7 +119,7 @@ class TestRealTime:
                 third.set()
             raise ValueError("a bug in a driver")
 
-        polling = clock.every(0.001, task, "echo")
+        polling = clock.call_every(0.001, task, "echo")
         assert third.wait(THREAD_TIMEOUT_S)
         with pytest.raises(ValueError):  # noqa: PT011  it has no kind
             clock.sleep_until(clock.now() + THREAD_TIMEOUT_S)
@@ -133,7 +133,7 @@ class TestRealTime:
     [
         ("app-sleeps", lambda clock: clock.sleep_until(1.0)),
         ("app-wants-call", lambda clock: clock.call_at(1.0, print)),
-        ("app-polls", lambda clock: clock.every(0.1, print, "echo")),
+        ("app-polls", lambda clock: clock.call_every(0.1, print, "echo")),
     ],
 )
 def test_an_app_can_only_read_its_clock(stepped: SteppedClock, kind: str, use: Callable[[Clock], object]) -> None:
@@ -156,7 +156,7 @@ def test_lost_server_ends_the_task_and_raises_in_the_sleep() -> None:
 
     clock = ServerClock(time)
     worked = threading.Event()
-    polling = clock.every(0.001, worked.set, "echo")
+    polling = clock.call_every(0.001, worked.set, "echo")
     assert worked.wait(THREAD_TIMEOUT_S)
     is_gone.set()
     polling.stop()

@@ -8,7 +8,7 @@ import pytest
 
 from robotcore.description import load_robot
 from robotcore.errors import DeviceError
-from robotcore.hardware import LatestSample
+from robotcore.hardware import NewestSample
 from robotcore.hardware.polled_samples import RangeSampler
 from robotcore.kinds.range_sensor import Range, RangeSensorDescription
 from tests.texts import Raises
@@ -17,12 +17,12 @@ FIRST, SECOND = Range(1.0, time=0.0, sequence=0), Range(0.9, time=0.1, sequence=
 
 
 @pytest.fixture
-def newest() -> LatestSample[Range]:
-    return LatestSample("nose", FIRST)
+def newest() -> NewestSample[Range]:
+    return NewestSample("nose", FIRST)
 
 
 def test_a_failure_is_raised_with_the_device_name_until_the_next_sample(
-    newest: LatestSample[Range], raises: Raises
+    newest: NewestSample[Range], raises: Raises
 ) -> None:
     newest.fail(OSError("no answer"))
     for _ in range(2):
@@ -31,7 +31,7 @@ def test_a_failure_is_raised_with_the_device_name_until_the_next_sample(
         assert isinstance(caught.value.__cause__, OSError)
 
 
-def test_device_error_is_raised_unchanged(newest: LatestSample[Range]) -> None:
+def test_device_error_is_raised_unchanged(newest: NewestSample[Range]) -> None:
     error = DeviceError("nose", "is gone; plug it in again")
     newest.fail(error)
     with pytest.raises(DeviceError) as caught:

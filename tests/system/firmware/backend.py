@@ -65,7 +65,7 @@ class SimavrBackend(Backend):
         with ExitStack() as cleanup:
             simulated, clock = self._start_or_join(options.join, cleanup)
             world = FollowedWorld(setup, simulated)
-            cleanup.callback(clock.every(FOLLOW_S, world.follow, "followed world").stop)
+            cleanup.callback(clock.call_every(FOLLOW_S, world.follow, "followed world").stop)
             release = cleanup.pop_all().close
         setup = replace(setup, robot=on_serial(setup.robot, simulated.port, options.board_timeout_s), options={})
         cameras = _cameras(setup, world, clock)

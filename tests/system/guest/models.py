@@ -52,7 +52,7 @@ class Wheels:
         self._pending = dict.fromkeys(discs, 0.0)
 
     def __enter__(self) -> None:
-        self._work = self._clock.every(SAMPLE_S, self._sample, "wheels")
+        self._work = self._clock.call_every(SAMPLE_S, self._sample, "wheels")
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None

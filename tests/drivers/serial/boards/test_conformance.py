@@ -73,7 +73,7 @@ class TickingBench(SerialBench):
                     with suppress(DeviceError):  # the kit has cut the wire of the motor
                         motor.set_velocity(spy.last)
 
-        robot.clock.every(1 / RATE_HZ, tick, "the app's ticks")
+        robot.clock.call_every(1 / RATE_HZ, tick, "the app's ticks")
         return robot
 
 

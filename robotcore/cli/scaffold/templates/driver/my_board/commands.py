@@ -26,7 +26,7 @@ class CommandSender:
         self._lock = Lock()
         self._failure: DeviceError | None = None
         self._began_at: float | None = None
-        self._sending = clock.every(PERIOD_S, self._send_newest, device)
+        self._sending = clock.call_every(PERIOD_S, self._send_newest, device)
 
     def put(self, rad_s: float) -> None:
         """Store a velocity in rad/s to send.

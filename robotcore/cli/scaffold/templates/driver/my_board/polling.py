@@ -6,7 +6,7 @@ from typing import Generic
 from robotcore.errors import DeviceError
 from robotcore.hal.clock import Clock
 from robotcore.hal.device import SampleT
-from robotcore.hardware import LatestSample
+from robotcore.hardware import NewestSample
 
 from my_board.error_translation import translate_errors
 
@@ -22,8 +22,8 @@ class PolledSensor(Generic[SampleT]):
     def __init__(self, device: str, clock: Clock, read: Callable[[float, int], SampleT]) -> None:
         self._device, self._clock, self._read = device, clock, read
         self._sequence = 0
-        self._newest = LatestSample(device, self._measure())
-        self._polling = clock.every(PERIOD_S, self._poll, device)
+        self._newest = NewestSample(device, self._measure())
+        self._polling = clock.call_every(PERIOD_S, self._poll, device)
 
     def newest(self) -> SampleT:
         """Return the newest sample."""
