@@ -32,13 +32,13 @@ class MotorFault(Fault):
         return MotorGainLayer(self, context.clock)
 
 
-class Dead(MotorFault):
+class DeadMotor(MotorFault):
     """A motor does not turn."""
 
     example = "right_motor dead after=10"
 
 
-class Weak(MotorFault):
+class WeakMotor(MotorFault):
     """A motor turns at the given share of the commanded velocity."""
 
     example = "left_motor weak=0.6"
@@ -50,7 +50,7 @@ class Weak(MotorFault):
         return self.value
 
 
-class Reversed(MotorFault):
+class ReversedMotor(MotorFault):
     """A motor turns in the wrong direction, as if its wires were swapped."""
 
     example = "left_motor reversed"

@@ -64,7 +64,7 @@ class Stall(Outage):
         return LoopStallLayer(self)
 
 
-class Lost(Outage):
+class LostDevice(Outage):
     """Devices are disconnected for the given time. Each call of such a device fails, except the stop of a motor."""
 
     on = (Sensor, Actuator, ConnectionTarget)
@@ -111,7 +111,7 @@ class ConnectionLossLayer(Layer):
     A stop still reaches the driver.
     """
 
-    def __init__(self, fault: Lost, context: FaultContext) -> None:
+    def __init__(self, fault: LostDevice, context: FaultContext) -> None:
         self._fault, self._context = fault, context
 
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:

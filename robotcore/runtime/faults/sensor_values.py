@@ -64,7 +64,7 @@ class RangeBias(RangeFault):
         return limit_reading(sensor, reading, reading.distance + self.value)
 
 
-class Stuck(RangeFault):
+class StuckRange(RangeFault):
     """A range sensor always returns the given distance. The times of capture advance as without the fault.
 
     A distance beyond the sensor's range becomes ``inf``.
@@ -78,7 +78,7 @@ class Stuck(RangeFault):
         return limit_reading(sensor, replace(reading, point=None), self.value)
 
 
-class Spikes(RangeFault):
+class RangeSpikes(RangeFault):
     """Distances become random distances within the sensor's range, each with the given probability."""
 
     example = "range spikes=0.1"
