@@ -27,7 +27,7 @@ def bind_horn(max_frequency_hz: float = 5000.0) -> tuple[DeviceBinding, DeviceCo
 
 
 @pytest.fixture
-def host() -> DeviceContext:
+def context() -> DeviceContext:
     return bind_horn()[1]
 
 

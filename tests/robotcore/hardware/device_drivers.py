@@ -52,7 +52,7 @@ def bind(driver: RecordingDriver, robot: RobotDescription) -> list[DeviceBinding
     return [DeviceBinding(description, driver) for description in robot.devices]
 
 
-def host(opened: dict[str, Device]) -> DeviceContext:
+def context(opened: dict[str, Device]) -> DeviceContext:
     return DeviceContext(load_robot("rover"), SteppedClock(20, lambda _steps: None), opened=opened)
 
 

@@ -12,7 +12,7 @@ from robotcore.hal.device import Device
 from robotcore.hal.robot import Robot
 from robotcore.hardware import DeviceContext, encoder_of, motor_of, open_devices, open_robot
 from robotcore.kinds.battery import BatteryDescription
-from tests.robotcore.hardware.device_drivers import RecordedDevice, RecordingDriver, bind, host
+from tests.robotcore.hardware.device_drivers import RecordedDevice, RecordingDriver, bind, context
 from tests.texts import CheckText, Raises
 
 ROVER = load_robot("rover")
@@ -21,7 +21,7 @@ ORDER = ["left_encoder", "right_encoder", "nose", "eye", "screen", "left_motor",
 
 def opened_by(driver: RecordingDriver) -> dict[str, Device]:
     opened: dict[str, Device] = {}
-    open_devices(bind(driver, ROVER), host(opened), opened)
+    open_devices(bind(driver, ROVER), context(opened), opened)
     return opened
 
 
@@ -45,7 +45,7 @@ def test_failed_battery_gives_a_note_and_the_other_devices_open(check_text: Chec
     cells = BatteryDescription(kind="battery", name="cells")
     powered = ROVER.model_copy(update={"devices": (*ROVER.devices, cells)})
     opened: dict[str, Device] = {}
-    notes = open_devices(bind(RecordingDriver(dead=("cells",)), powered), host(opened), opened)
+    notes = open_devices(bind(RecordingDriver(dead=("cells",)), powered), context(opened), opened)
     (note,) = notes
     check_text(note)
     assert list(opened) == ORDER
