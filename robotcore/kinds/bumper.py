@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -25,6 +25,9 @@ class BumperDescription(DeviceDescription):
     width_rad: Annotated[float, Field(gt=0, le=math.tau)] = math.pi
     """The full width of the sector, in radians."""
 
+    def arguments(self) -> dict[str, Any]:
+        return {"direction": self.direction_rad, "width": self.width_rad}
+
 
 @dataclass(frozen=True, slots=True)
 class Touch:
@@ -39,9 +42,17 @@ class Touch:
 
 
 class Bumper(Sensor[Touch]):
-    """A sensor that detects contacts with other bodies."""
+    """A sensor that detects contacts with other bodies.
+
+    ``direction`` is the angle from the robot's x axis to the middle of the sector in which it detects contacts, and
+    ``width`` is the full width of the sector, both in radians. A positive direction is on the left.
+    """
 
     kind = "bumper"
+
+    def __init__(self, name: str, *, direction: float = 0.0, width: float = math.pi) -> None:
+        super().__init__(name)
+        self.direction, self.width = direction, width
 
 
 def simulate(bumper: BumperDescription, truth: GroundTruth) -> Callable[[float, int], Touch]:

@@ -36,6 +36,7 @@ ROWS: dict[tuple[str, str], dict[str, Any]] = {
     ("apps", "mark-green"): {"needs": ["camera", "display"], "milestones": ["search", "seen"]},
     ("backends", "kinematic"): {"installed": True, "remedy": None},
     ("robots", "lookout"): {"devices": ["eye", "screen"], "drives": False},
+    ("apps", "bump-and-turn"): {"needs": ["bumper", "drive"], "milestones": ["drive", "back", "turn"]},
     ("apps", "follow-line"): {"needs": ["drive", "line_sensor"], "milestones": ["follow", "search"]},
     ("worlds", "clutter"): {"floor_m": [4.0, 4.0], "obstacles": 12, "targets": 1},
 }
