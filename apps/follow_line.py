@@ -11,6 +11,9 @@ from robotcore.kinds import LineSensor
 LARGEST_DISTANCE_M = 0.05
 """The robot follows the line if its axle's centre is nowhere farther from it."""
 
+MIN_AHEAD_M = 0.02
+"""The least distance from the axle to the seen point, which limits the curvature."""
+
 
 @dataclass
 class FollowLine(Behaviour):
@@ -51,7 +54,7 @@ class FollowLine(Behaviour):
         if position:
             self._side = math.copysign(1.0, position)
         # The circle through the axle and the seen point, as in pure pursuit.
-        curvature = 2 * position / (sensor.mount.x**2 + position**2)
+        curvature = 2 * position / max(sensor.mount.x**2 + position**2, MIN_AHEAD_M**2)
         robot.drive.set_velocity(self.speed_m_s, self.speed_m_s * curvature)
         return Status.SUCCESS if self._driven >= self.distance_m else Status.RUNNING
 

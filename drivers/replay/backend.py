@@ -113,7 +113,9 @@ def _build_devices(setup: Setup, recording: Recording, clock: ReplayClock) -> It
         elif issubclass(kind, Sensor):
             yield build_sensor(device, ReplayReader(*recorded))
         else:
-            yield build_actuator(device, ReplaySender(*recorded))
+            actuator = build_actuator(device, ReplaySender(*recorded))
+            vars(actuator)["stop"] = lambda: None  # stops are not recorded
+            yield actuator
     # A driver may have opened a motor that is not in the robot's description, and the app may have commanded it.
     chosen = {device.name for device in setup.chosen_devices}
     limits = {device.name: device.max_velocity_rad_s for device in setup.robot.all_of(MotorDescription)}

@@ -52,7 +52,8 @@ class HeadingEstimator:
             self._moved_at = sample.time if sample else self._moved_at
             return self.heading
         turn, passed = wrap_angle(sample.heading - last.heading), sample.time - last.time
-        if pose != before or abs(sample.yaw_rate - self.bias) > MAX_REST_RATE_RAD_S:
+        is_turned = self._rest_s and abs(sample.yaw_rate - self.bias) > MAX_REST_RATE_RAD_S
+        if pose != before or is_turned:
             self._moved_at = sample.time
         if sample.time - self._moved_at > SETTLE_S:
             self._update_bias(sample.yaw_rate, passed)

@@ -101,8 +101,8 @@ class Robot:
 
     @property
     def motors(self) -> dict[str, Motor]:
-        """The open motors by name."""
-        return {d.name: cast("Motor", d) for d in self.devices.values() if d.kind == "motor"}
+        """The open motors by name, also those of a kind whose class inherits Motor."""
+        return {d.name: cast("Motor", d) for d in self.devices.values() if _is_motor(type(d))}
 
     def has(self, role: Role) -> bool:
         """Return whether the robot has the drive or the device for a role."""
@@ -181,3 +181,8 @@ def _call_all(steps: Iterable[Callable[[], None]]) -> list[Exception]:
             for each in failure.failures if isinstance(failure, DeviceGroupError) else (failure,):
                 failures.setdefault(str(each), each)
     return list(failures.values())
+
+
+def _is_motor(device: type[Device]) -> bool:
+    # An import of the class Motor here would be circular.
+    return any(base.__dict__.get("kind") == "motor" for base in device.__mro__)

@@ -89,10 +89,11 @@ def compute_offsets(count: int, spacing: float) -> list[float]:
 
 def simulate(sensor: LineSensorDescription, truth: GroundTruth) -> Callable[[float, int], Darkness]:
     """Return a function that takes a sample: the darkness of one point of the floor under each sensor."""
-    middle = sensor.mount.pose
-    points = [middle.to_world(0.0, offset) for offset in compute_offsets(sensor.count, sensor.spacing_m)]
+    offsets = compute_offsets(sensor.count, sensor.spacing_m)
 
     def take(time: float, sequence: int) -> Darkness:
+        middle = truth.joints.locate(sensor.mount).pose
+        points = [middle.to_world(0.0, offset) for offset in offsets]
         darkness = 1.0 - truth.floor_colours(points) @ LUMINANCE
         return Darkness(tuple(np.clip(darkness, 0.0, 1.0).tolist()), time, sequence)
 

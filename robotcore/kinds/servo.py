@@ -48,7 +48,7 @@ class ServoDescription(DeviceDescription):
 
 
 class Servo(Actuator[float], ABC):
-    """A servo. A stop and the end of a run do not turn it: it holds its angle.
+    """A servo. A stop does not turn it: it holds its angle.
 
     min_angle, max_angle: the limits of the angle in radians.
 

@@ -92,7 +92,7 @@ def list_fields(kind: Any) -> tuple[str, ...]:
 Schema = dict[str, Any]
 """A JSON schema."""
 
-_TYPES = {float: "number", int: "integer", str: "string"}
+_TYPES = {bool: "boolean", float: "number", int: "integer", str: "string"}
 
 
 def build_schema(kind: Any) -> Schema:

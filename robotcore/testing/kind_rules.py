@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import get_type_hints
+from typing import Any, get_args, get_origin, get_type_hints
 
 from robotcore.hal.device import list_values
 from robotcore.hal.kind import load_kind
@@ -19,10 +19,9 @@ class KindRules(TestBench):
                 types = get_type_hints(kind.sample)
                 for field, _ in list_values(kind.sample):
                     value, expected = getattr(sample, field), types[field]
-                    is_right = isinstance(value, bool) is (expected is bool) and isinstance(value, (int, float))
-                    assert is_right, (
+                    assert _is_of_type(value, expected), (
                         f"{sensor.name}: {field} of its sample is {value!r}, of the type {type(value).__name__}. "
-                        f"Return a {expected.__name__}"
+                        f"Return a {_name_type(expected)}"
                     )
 
     def test_devices_follow_the_rules_of_their_kinds(self) -> None:
@@ -31,3 +30,13 @@ class KindRules(TestBench):
                 for rule in load_kind(description.kind).rules:
                     with self.open_robot() as robot:
                         rule(robot, robot[description.name])
+
+
+def _is_of_type(value: object, expected: Any) -> bool:
+    if get_origin(expected) is tuple:
+        return isinstance(value, tuple) and all(_is_of_type(item, get_args(expected)[0]) for item in value)
+    return isinstance(value, bool) is (expected is bool) and isinstance(value, (int, float))
+
+
+def _name_type(expected: Any) -> str:
+    return "tuple of numbers" if get_origin(expected) is tuple else str(expected.__name__)

@@ -99,6 +99,8 @@ class Verifier(ReplayTap):
             is_equal = self.is_equal(get_velocities(recorded), get_velocities(command))
         if not is_equal or getattr(recorded, "device", "") != getattr(command, "device", ""):
             self.report_difference("the command", format_command(recorded), format_command(command))
+        if recorded.error and isinstance(recorded, ActuatorCommand):
+            raise recorded.error.rebuild()  # only the errors of motors trip the latch
         if recorded.error:
             self.raise_recorded(recorded.error)
         return recorded
@@ -133,13 +135,13 @@ class Verifier(ReplayTap):
         return reader
 
     def actuator(self, actuator: Actuator[Any], send: Send) -> Send:
-        """Return a function that compares each command with the recorded one. Pictures are not compared."""
+        """Return a function that compares each command, and answers as recorded. Pictures are not compared."""
         if isinstance(actuator, Display):
             return send
 
         def send_compared(command: Any) -> Any:
-            self.answer(self.current.actuator_commands, ActuatorCommand(actuator.name, to_plain(command)))
-            return send(command)
+            given = self.answer(self.current.actuator_commands, ActuatorCommand(actuator.name, to_plain(command))).given
+            return tuple(given) if isinstance(given, list) else given
 
         return send_compared
 

@@ -17,6 +17,7 @@ from robotcore.hal.device import Actuator, Device, Sensor
 from robotcore.hal.joint import Joint, Joints
 from robotcore.hal.robot import Robot
 from robotcore.hal.wall_clock import MonotonicClock
+from robotcore.kinds.display import Display
 from robotcore.kinds.motor import Motor, invalid_velocity
 from robotcore.runtime.layers.base import Layer, MotorOutput, Reader, Send, Tap
 from robotcore.runtime.layers.checks import CallMonitorLayer, MaxAgeLayer
@@ -112,7 +113,7 @@ def assemble(
         for name, motor in raw.motors.items()
     }
     joints = Joints(description, ticks)
-    devices = {device.name: _wrap_device(device, ticks, layers, joints) for device in raw.devices.values()}
+    devices = {device.name: _wrap_device(device, ticks, layers, joints, latch) for device in raw.devices.values()}
     _set_properties(devices, description, joints)
     motor_stops = StopGroup.create(*motors.values(), reserve=reserve)
     latch.add_stop(motor_stops.apply_apart)
@@ -152,10 +153,11 @@ def assemble(
     return AssembledRobot(robot, ticks, latch, command_filter, motor_stops, activity, tuple(suspend_functions))
 
 
-def _wrap_device(device: Device, clock: TickClock, layers: Sequence[Layer], joints: Joints) -> Device:
+def _wrap_device(device: Device, clock: TickClock, layers: Sequence[Layer], joints: Joints, latch: Latch) -> Device:
     """Return the app's version of a driver's sensor or actuator. Its calls pass through the layers.
 
     joints: the assumed motion of the servos. It follows the app's commands to them.
+    latch: the latch of the run. If it has tripped, an actuator other than a display refuses commands.
     """
     if isinstance(device, Sensor):
         sensor: Sensor[Any] = device
@@ -166,8 +168,20 @@ def _wrap_device(device: Device, clock: TickClock, layers: Sequence[Layer], join
         send: Send = actuator.send
         for layer in layers:
             send = layer.actuator(actuator, send)
-        return wrap_actuator(actuator, _follow(joints[device.name], send) if device.name in joints else send)
+        if device.name in joints:
+            send = _follow(joints[device.name], send)
+        return wrap_actuator(actuator, send if isinstance(device, Display) else _refuse_after_stop(latch, send))
     return device
+
+
+def _refuse_after_stop(latch: Latch, send: Send) -> Send:
+    """Return a function that raises the error of the latch if it has tripped, and else sends a command."""
+
+    def send_unless_stopped(command: Any) -> Any:
+        latch.check()
+        return send(command)
+
+    return send_unless_stopped
 
 
 def _follow(joint: Joint, send: Send) -> Send:

@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import partial
 from types import FrameType
+from typing import Any
 
 from robotcore.errors import BackendError, DeviceError, RobotcoreError, StaleSampleError
 from robotcore.hal.clock import Clock, ClockWrapper, TickClock
-from robotcore.hal.device import SampleT, Sensor
-from robotcore.runtime.layers.base import Layer, MotorOutput, Reader
+from robotcore.hal.device import Actuator, SampleT, Sensor
+from robotcore.runtime.layers.base import Layer, MotorOutput, Reader, Send
 from robotcore.safety import ActivityMonitor, Latch, TimeLimit
 
 
@@ -67,6 +68,9 @@ class CallMonitorLayer(Layer):
             partial(activity.call_driver, limit, motor.set_velocity),
             partial(activity.call_driver, limit, motor.stop),
         )
+
+    def actuator(self, actuator: Actuator[Any], send: Send) -> Send:
+        return partial(self.activity.call_driver, self._limit_call(actuator.name), send)
 
     def clock(self, clock: Clock) -> Clock:
         return _MonitoredClock(clock, self.activity, TimeLimit(self.answer_s, self._build_clock_error, GRACE_S))

@@ -10,11 +10,14 @@ from typing import Any
 import pytest
 
 from robotcore import Outcome
-from robotcore.errors import InvalidCommandError
+from robotcore.errors import EmergencyStopError, InvalidCommandError
+from robotcore.hal.clock import SteppedClock
 from robotcore.hal.kind import build_actuator
+from robotcore.hal.robot import Robot as RawRobot
 from robotcore.kinds.led import OFF, LedDescription
-from robotcore.recording import Recording
+from robotcore.recording import RecordedError, Recording
 from robotcore.recording.replay import evaluate, replay
+from robotcore.runtime.layers.assembly import assemble
 from tests.robotcore.description.files import ROVER
 from tests.robotcore.recording.replay.memory import change_tick, record_run
 
@@ -69,6 +72,56 @@ def test_commands_of_a_run_are_recorded_as_given_and_as_sent(recording: Recordin
 
 def test_replay_of_a_run_with_a_light_is_equal(recording: Recording) -> None:
     assert replay(recording).exit_status == 0
+
+
+CATCHES = """
+from robotcore import Behaviour, Status
+from robotcore.errors import InvalidCommandError
+
+class Catches(Behaviour):
+    needs = {"lamp"}
+    refused = 0
+
+    def step(self, robot):
+        try:
+            robot["lamp"].set_brightness(float("nan"))
+        except InvalidCommandError:
+            self.refused += 1
+        self.reason = f"refused {self.refused} times"
+        return Status.SUCCESS if robot.clock.now() > 0.2 else Status.RUNNING
+"""
+
+
+def test_refused_commands_that_the_app_catches_are_replayed(recording: Recording, tmp_path: Path) -> None:
+    (tmp_path / "catches.py").write_text(CATCHES)
+    refused = record_run(str(tmp_path / "catches.py"), robot=str(tmp_path / "lit.toml"), world="open")
+    assert refused.result
+    assert refused.result.reason == f"refused {len(refused.ticks)} times"
+    assert replay(refused).exit_status == 0
+    assert evaluate(refused).differing == 0
+
+
+def test_answer_of_a_driver_with_limits_of_its_own_is_replayed(recording: Recording) -> None:
+    commands = [replace(command, given=[0.5, 0.0, 0.0]) for command in recording.ticks[0].commands]
+    assert replay(change_tick(recording, 0, commands=tuple(commands))).exit_status == 0
+
+
+def test_error_of_the_last_command_does_not_end_the_replay(recording: Recording) -> None:
+    last = recording.ticks[-1]
+    lost = RecordedError("DeviceError", "lamp: no answer")
+    changed = change_tick(recording, last.number, commands=(*last.commands, replace(last.commands[0], error=lost)))
+    assert "no answer" not in str(replay(changed).deviation)
+
+
+def test_light_refuses_commands_after_the_latch_has_tripped(recording: Recording) -> None:
+    description = recording.metadata.description
+    lamp: Any = build_actuator(description.all_of("led")[0], lambda _command: None)
+    assembled = assemble(RawRobot("rover", SteppedClock(20.0, lambda _steps: None), [lamp]), description, 20.0)
+    with pytest.raises(EmergencyStopError):
+        assembled.latch.trip(EmergencyStopError("pressed"))
+    app_lamp: Any = assembled.robot["lamp"]
+    with pytest.raises(EmergencyStopError):
+        app_lamp.set_brightness(1.0)
 
 
 def test_replay_finds_another_command_to_a_light(recording: Recording) -> None:

@@ -10,6 +10,7 @@ from robotcore.testing import ConformanceSuite
 from tests.robotcore.testing.broken import BROKEN
 from tests.robotcore.testing.broken.cutoffs import CutoffSuite
 from tests.robotcore.testing.broken.devices import BatterySuite
+from tests.robotcore.testing.broken.kinds import EquippedSuite
 from tests.robotcore.testing.broken.unmeasured import (
     MeasuredSuite,
     MeasuredWithoutEncodersSuite,
@@ -41,6 +42,7 @@ class TruthSuite(Sound):
 
 
 SOUND = (
+    EquippedSuite,
     Sound,
     BatterySuite,
     CutoffSuite,
