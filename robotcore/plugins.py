@@ -79,14 +79,20 @@ def load_registered(kind: str, group: str, name: str) -> Any:
 
 
 @cache
+def _list_points(group: str) -> tuple[EntryPoint, ...]:
+    # This reads the metadata of all installed packages, so it takes a while on a slow disk.
+    return tuple(entry_points(group=group))
+
+
+@cache
 def _points(group: str) -> dict[str, EntryPoint]:
-    return {point.name: point for point in entry_points(group=group)}
+    return {point.name: point for point in _list_points(group)}
 
 
 @cache
 def _find_rivals(group: str) -> dict[str, list[str]]:
     """Return the packages that register a name with different objects, by the name."""
     found: dict[str, dict[str, str]] = defaultdict(dict)
-    for point in entry_points(group=group):
+    for point in _list_points(group):
         found[point.name].setdefault(point.value, point.dist.name if point.dist else point.value)
     return {name: sorted(values.values()) for name, values in found.items() if len(values) > 1}

@@ -21,8 +21,8 @@ def register(monkeypatch: pytest.MonkeyPatch) -> Iterator[Register]:
     """Return a function that replaces the installed entry points of all groups."""
 
     def forget() -> None:
-        registry._points.cache_clear()
-        registry._find_rivals.cache_clear()
+        for cached in (registry._list_points, registry._points, registry._find_rivals):
+            cached.cache_clear()
 
     def install(**values: str | list[str]) -> None:
         forget()
