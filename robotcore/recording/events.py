@@ -14,7 +14,7 @@ from pydantic import Field
 from robotcore import errors
 from robotcore.errors import Interrupted, RobotcoreError
 from robotcore.geometry import Pose, Wheels
-from robotcore.safety import Intervention
+from robotcore.safety.velocity_limits import Intervention
 
 GUARD, ODOMETRY = "guard", "odometry"
 """The values of ``Read.by``: the range guard and the odometry, which read sensors too."""

@@ -29,7 +29,9 @@ from robotcore.recording.events import (
     WheelAngles,
 )
 from robotcore.runtime.layers.base import MotorOutput, Reader, Send, Tap
-from robotcore.safety import CommandFilter, Intervention, Latch, TickCommands
+from robotcore.safety.command_filter import CommandFilter, TickCommands
+from robotcore.safety.latch import Latch
+from robotcore.safety.velocity_limits import Intervention
 
 T = TypeVar("T")
 

@@ -17,7 +17,7 @@ class InterventionTimer:
     next command.
 
     >>> from robotcore.geometry import Wheels
-    >>> from robotcore.safety import Intervention
+    >>> from robotcore.safety.velocity_limits import Intervention
     >>> forward, still = Wheels(5.0, 5.0), Wheels(0.0, 0.0)
     >>> timer = InterventionTimer()
     >>> timer.add(TickRecord(0, 0.0, "drive", forward, still, (Intervention(0.0, "range guard", forward, still),)))

@@ -23,7 +23,9 @@ from robotcore.runtime.monitors import DeviceLossTracker, SensorMonitor, WaitMon
 from robotcore.runtime.result import Outcome
 from robotcore.runtime.signals import WatchdogInterrupt
 from robotcore.runtime.trace import TickRecord, Trace
-from robotcore.safety import LOST, Intervention, TickCommands, TimeLimit
+from robotcore.safety.command_filter import LOST, TickCommands
+from robotcore.safety.velocity_limits import Intervention
+from robotcore.safety.watchdog import TimeLimit
 
 TickObserver = Callable[[TickRecord], None]
 

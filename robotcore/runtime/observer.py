@@ -14,7 +14,7 @@ from robotcore.runtime.faults import PlannedFault
 from robotcore.runtime.plan import RunRequest
 from robotcore.runtime.result import RunResult
 from robotcore.runtime.trace import TickRecord
-from robotcore.safety import EmergencyStop
+from robotcore.safety.latch import EmergencyStop
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,7 @@ from robotcore.runtime.needs import needed_devices
 from robotcore.runtime.request import RunRequest as RunRequest  # noqa: PLC0414  the modules above import it from here
 from robotcore.runtime.settings import configure, list_changes
 from robotcore.runtime.success_verification import load_judge
-from robotcore.safety import compute_stopping_distance
+from robotcore.safety.range_guard import compute_stopping_distance
 
 DEFAULT_WORLD = "arena"
 MIN_RATE_HZ, MAX_RATE_HZ = 1.0, 1000.0

@@ -34,9 +34,11 @@ from robotcore.runtime.time_limits import (
     observer_limit,
 )
 from robotcore.runtime.trace import TickRecord
-from robotcore.safety import ActivityMonitor, EmergencyStop, RangeGuard, Watchdog
+from robotcore.safety.latch import EmergencyStop
 from robotcore.safety.motor_stop import STOP_S
+from robotcore.safety.range_guard import RangeGuard
 from robotcore.safety.thread_reserve import BackgroundCall, Reserve
+from robotcore.safety.watchdog import ActivityMonitor, Watchdog
 
 __all__ = ["Observer", "RunContext", "RunRequest", "RunResult", "run"]
 

@@ -7,7 +7,7 @@ from types import FrameType
 
 from robotcore.errors import BackendError, RobotcoreError, WatchdogError
 from robotcore.runtime.behaviour import Behaviour
-from robotcore.safety import TimeLimit
+from robotcore.safety.watchdog import TimeLimit
 
 GRACE_S = 1.0
 """The time in seconds that an app or an observer has to return after the watchdog's interruption."""

@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from robotcore.geometry import Wheels
-from robotcore.safety import Intervention
+from robotcore.safety.velocity_limits import Intervention
 
 _COMMAND = struct.Struct("<dd")
 

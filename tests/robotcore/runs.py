@@ -9,7 +9,7 @@ from robotcore.hal.robot import Robot
 from robotcore.runtime.behaviour import Status
 from robotcore.runtime.session import RunContext, RunResult
 from robotcore.runtime.trace import TickRecord
-from robotcore.safety import STOPPED
+from robotcore.safety.velocity_limits import STOPPED
 from tests.robotcore.fakes import FunctionApp
 
 Runner = Callable[..., RunResult]

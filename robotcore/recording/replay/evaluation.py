@@ -27,7 +27,7 @@ from robotcore.runtime.apps import app_name
 from robotcore.runtime.layers.base import MotorOutput, Reader, Send
 from robotcore.runtime.result import RunResult
 from robotcore.runtime.trace import TickRecord
-from robotcore.safety import Latch
+from robotcore.safety.latch import Latch
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,8 @@ from robotcore.recording.replay.differences import (
 )
 from robotcore.runtime.layers.base import MotorOutput, Reader, Send
 from robotcore.runtime.trace import TickRecord, Trace
-from robotcore.safety import CommandFilter, Latch, TickCommands
+from robotcore.safety.command_filter import CommandFilter, TickCommands
+from robotcore.safety.latch import Latch
 from robotcore.safety.velocity_limits import STOPPED
 
 CommandT = TypeVar("CommandT", DriveCommand, MotorCommand, ActuatorCommand)

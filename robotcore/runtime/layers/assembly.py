@@ -26,8 +26,11 @@ from robotcore.runtime.layers.drive import build_drive
 from robotcore.runtime.layers.guardian import GuardianLayer
 from robotcore.runtime.layers.imperfections import PERFECT, ImperfectionLayer
 from robotcore.runtime.layers.standalone_motor import StandaloneGuard
-from robotcore.safety import ActivityMonitor, CommandFilter, Latch, StopGroup
+from robotcore.safety.command_filter import CommandFilter
+from robotcore.safety.latch import Latch
+from robotcore.safety.motor_stop import StopGroup
 from robotcore.safety.thread_reserve import Reserve
+from robotcore.safety.watchdog import ActivityMonitor
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,8 @@ from robotcore.geometry import Wheels
 from robotcore.hal.clock import Clock
 from robotcore.hal.device import Actuator, SampleT, Sensor
 from robotcore.kinds.motor import Motor
-from robotcore.safety import CommandFilter, Latch
+from robotcore.safety.command_filter import CommandFilter
+from robotcore.safety.latch import Latch
 
 Reader = Callable[[], SampleT]
 """A function that returns the newest sample of one sensor."""

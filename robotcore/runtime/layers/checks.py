@@ -11,7 +11,8 @@ from robotcore.errors import BackendError, DeviceError, RobotcoreError, StaleSam
 from robotcore.hal.clock import Clock, ClockWrapper, TickClock
 from robotcore.hal.device import Actuator, SampleT, Sensor
 from robotcore.runtime.layers.base import Layer, MotorOutput, Reader, Send
-from robotcore.safety import ActivityMonitor, Latch, TimeLimit
+from robotcore.safety.latch import Latch
+from robotcore.safety.watchdog import ActivityMonitor, TimeLimit
 
 
 class MaxAgeLayer(Layer):

@@ -15,19 +15,12 @@ from robotcore.hal.joint import Joints
 from robotcore.kinds.encoder import Encoder, EncoderDescription
 from robotcore.kinds.range_sensor import RangeSensor
 from robotcore.runtime.layers.base import MotorOutput, Tap
-from robotcore.safety import (
-    AccelerationLimit,
-    CommandFilter,
-    DistanceAhead,
-    Latch,
-    RangeGuard,
-    Rule,
-    SafetyFilter,
-    StopGroup,
-    StuckRangeCheck,
-    VelocityLimit,
-    WheelTrackingCheck,
-)
+from robotcore.safety.command_filter import CommandFilter, SafetyFilter
+from robotcore.safety.latch import Latch
+from robotcore.safety.motor_stop import StopGroup
+from robotcore.safety.range_guard import DistanceAhead, RangeGuard
+from robotcore.safety.sensor_checks import StuckRangeCheck, WheelTrackingCheck
+from robotcore.safety.velocity_limits import AccelerationLimit, Rule, VelocityLimit
 
 
 class GuardedDrive(NamedTuple):

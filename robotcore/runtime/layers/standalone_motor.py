@@ -8,8 +8,9 @@ from threading import RLock
 from robotcore.hal.clock import TickClock
 from robotcore.kinds.motor import invalid_velocity
 from robotcore.runtime.layers.base import MotorOutput
-from robotcore.safety import Deadman, Latch, StopGroup
-from robotcore.safety.deadman import TimedLock
+from robotcore.safety.deadman import Deadman, TimedLock
+from robotcore.safety.latch import Latch
+from robotcore.safety.motor_stop import StopGroup
 
 
 class StandaloneGuard:

@@ -9,7 +9,7 @@ from robotcore.recording import Read, RecordedError, Tick
 from robotcore.recording.event_log import Level, RunLog, build_last_line
 from robotcore.runtime.faults import plan_faults
 from robotcore.runtime.result import Outcome, RunResult
-from robotcore.safety import Intervention
+from robotcore.safety.velocity_limits import Intervention
 from tests.robotcore.fakes import ROVER
 from tests.texts import CheckText
 

@@ -7,7 +7,7 @@ import pytest
 from robotcore.geometry import Wheels
 from robotcore.runtime.intervention_timer import InterventionTimer
 from robotcore.runtime.trace import TickRecord
-from robotcore.safety import STOPPED, Intervention
+from robotcore.safety.velocity_limits import STOPPED, Intervention
 
 FORWARD = Wheels(5.0, 5.0)
 

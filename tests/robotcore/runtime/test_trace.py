@@ -5,7 +5,7 @@ import struct
 
 from robotcore.geometry import Wheels
 from robotcore.runtime.trace import TickRecord, Trace
-from robotcore.safety import Intervention
+from robotcore.safety.velocity_limits import Intervention
 
 
 def record(state: str, asked: Wheels | None = None, *, tick: int = 0, interventions: int = 0) -> TickRecord:

@@ -10,8 +10,8 @@ import pytest
 from robotcore.errors import DeviceError, InvalidCommandError
 from robotcore.geometry import Wheels
 from robotcore.hal.clock import SteppedClock, TickClock
-from robotcore.safety import AccelerationLimit, SafetyFilter, VelocityLimit
-from robotcore.safety.velocity_limits import Rule
+from robotcore.safety.command_filter import SafetyFilter
+from robotcore.safety.velocity_limits import AccelerationLimit, Rule, VelocityLimit
 from tests.robotcore.fakes import NullMotor
 from tests.texts import CheckText
 

@@ -12,7 +12,9 @@ from robotcore.errors import DeviceError, EmergencyStopError
 from robotcore.geometry import Wheels
 from robotcore.hal.clock import SteppedClock, TickClock
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.safety import Latch, SafetyFilter, StopGroup
+from robotcore.safety.command_filter import SafetyFilter
+from robotcore.safety.latch import Latch
+from robotcore.safety.motor_stop import StopGroup
 from robotcore.safety.thread_reserve import Reserve
 from tests.robotcore.fakes import NullMotor
 

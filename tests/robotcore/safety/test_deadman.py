@@ -5,7 +5,7 @@ from threading import RLock
 import pytest
 
 from robotcore.hal.clock import SteppedClock
-from robotcore.safety import Deadman
+from robotcore.safety.deadman import Deadman
 from robotcore.safety.thread_reserve import Reserve
 
 

@@ -6,7 +6,8 @@ import pytest
 
 from robotcore.errors import BackendError, DeviceError, EmergencyStopError, InvalidCommandError, SafetyStop
 from robotcore.geometry import Wheels
-from robotcore.safety import STOPPED, EmergencyStop, Latch
+from robotcore.safety.latch import EmergencyStop, Latch
+from robotcore.safety.velocity_limits import STOPPED
 from tests.robotcore.fakes import Rig
 from tests.texts import Raises
 

@@ -15,7 +15,10 @@ from robotcore.hal.clock import SteppedClock, TickClock
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.runtime.layers.base import MotorOutput
 from robotcore.runtime.layers.standalone_motor import StandaloneGuard
-from robotcore.safety import Deadman, Latch, SafetyFilter, StopGroup
+from robotcore.safety.command_filter import SafetyFilter
+from robotcore.safety.deadman import Deadman
+from robotcore.safety.latch import Latch
+from robotcore.safety.motor_stop import StopGroup
 from robotcore.safety.thread_reserve import Reserve
 from robotcore.threads import is_out_of_memory
 from tests.robotcore.fakes import NullMotor

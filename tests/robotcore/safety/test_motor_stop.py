@@ -7,8 +7,7 @@ import pytest
 
 from robotcore.errors import DeviceError
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.safety import StopGroup
-from robotcore.safety.motor_stop import MotorStop
+from robotcore.safety.motor_stop import MotorStop, StopGroup
 from robotcore.safety.thread_reserve import Reserve
 from tests.robotcore.fakes import NullMotor
 from tests.texts import CheckText, Raises

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from robotcore.geometry import DifferentialGeometry, Wheels
 from robotcore.hal.clock import SteppedClock
-from robotcore.safety import DistanceAhead, RangeGuard, compute_stopping_distance
+from robotcore.safety.range_guard import DistanceAhead, RangeGuard, compute_stopping_distance
 from tests.robotcore.fakes import NullRange
 
 GEOMETRY = DifferentialGeometry(wheel_radius=0.05, track=0.2)

@@ -8,7 +8,8 @@ import pytest
 from robotcore.errors import DeviceError, RangeFaultError, WheelFaultError
 from robotcore.geometry import Pose, Wheels
 from robotcore.hal.clock import SteppedClock
-from robotcore.safety import Latch, StuckRangeCheck, WheelTrackingCheck
+from robotcore.safety.latch import Latch
+from robotcore.safety.sensor_checks import StuckRangeCheck, WheelTrackingCheck
 from tests.robotcore.fakes import NullRange
 from tests.texts import Raises
 

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from robotcore.geometry import Wheels
-from robotcore.safety import AccelerationLimit, VelocityLimit
+from robotcore.safety.velocity_limits import AccelerationLimit, VelocityLimit
 
 STOPPED = Wheels(0.0, 0.0)
 wheels = st.builds(Wheels, st.floats(-100, 100), st.floats(-100, 100))

@@ -9,9 +9,8 @@ import pytest
 
 from robotcore.errors import DeviceError, RobotcoreError, WatchdogError
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.safety import ActivityMonitor, TimeLimit, Watchdog
 from robotcore.safety.thread_reserve import Reserve
-from robotcore.safety.watchdog import FIRST_TICK_S, MAX_PASSED_S, NOTICE_S
+from robotcore.safety.watchdog import FIRST_TICK_S, MAX_PASSED_S, NOTICE_S, ActivityMonitor, TimeLimit, Watchdog
 
 STEP = TimeLimit(3.0, lambda seconds, _: WatchdogError(f"the app, {seconds:.1f} s"), 1.0, is_step=True)
 EYE = TimeLimit(1.0, lambda seconds, _: DeviceError("eye", f"{seconds:.1f} s"), 0.3)

@@ -14,7 +14,7 @@ from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.kinds.range_sensor import Range, RangeSensor
 from robotcore.runtime.session import RunContext
 from robotcore.runtime.trace import TickRecord
-from robotcore.safety import Intervention
+from robotcore.safety.velocity_limits import Intervention
 from robotcore.view.progress import ProgressLine
 from tests.texts import CheckText
 

@@ -19,7 +19,7 @@ from robotcore.recording.replay import is_recorded_app, replay
 from robotcore.runtime.behaviour import Behaviour
 from robotcore.runtime.result import Outcome, RunResult
 from robotcore.runtime.trace import TickRecord, Trace
-from robotcore.safety import Intervention
+from robotcore.safety.velocity_limits import Intervention
 from tests.robotcore.recording.replay.memory import (
     Disturbance,
     change_tick,

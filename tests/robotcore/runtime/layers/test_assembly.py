@@ -18,7 +18,7 @@ from robotcore.hal.robot import Robot, Role
 from robotcore.runtime.layers import assemble
 from robotcore.runtime.layers.base import MotorOutput, Reader, Send, Tap
 from robotcore.runtime.needs import needed_devices
-from robotcore.safety import CommandFilter
+from robotcore.safety.command_filter import CommandFilter
 from tests.robotcore.fakes import ROVER, UNHURRIED, NullEncoder, Rig
 from tests.robotcore.runtime.faults.rigs import layers
 from tests.texts import Raises

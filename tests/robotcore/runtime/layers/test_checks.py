@@ -7,7 +7,8 @@ from robotcore.hal.clock import SteppedClock, TickClock
 from robotcore.kinds.range_sensor import Range
 from robotcore.runtime.layers.base import MotorOutput
 from robotcore.runtime.layers.checks import CallMonitorLayer, MaxAgeLayer
-from robotcore.safety import ActivityMonitor, Latch, TimeLimit
+from robotcore.safety.latch import Latch
+from robotcore.safety.watchdog import ActivityMonitor, TimeLimit
 from tests.robotcore.fakes import NullMotor, NullRange, Rig
 from tests.texts import CheckText, Raises
 

@@ -13,7 +13,7 @@ from robotcore.hal.clock import SteppedClock
 from robotcore.hal.robot import Robot
 from robotcore.kinds.motor import Motor, MotorDescription
 from robotcore.runtime.layers import AssembledRobot, assemble
-from robotcore.safety import EmergencyStop
+from robotcore.safety.latch import EmergencyStop
 from tests.robotcore.fakes import ROVER, UNHURRIED, NullMotor, Rig
 from tests.texts import Raises
 

@@ -13,7 +13,7 @@ from robotcore.hal.robot import Robot
 from robotcore.runtime.layers import assemble
 from robotcore.runtime.layers.base import MotorOutput
 from robotcore.runtime.layers.guardian import GuardianLayer, guard_motors
-from robotcore.safety import CommandFilter
+from robotcore.safety.command_filter import CommandFilter
 from robotcore.safety.deadman import LOCK_TIMEOUT_S
 from robotcore.safety.guardian.client import Guardian
 from robotcore.safety.guardian.protocol import GuardianReply

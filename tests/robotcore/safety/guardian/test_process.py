@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import subprocess
+import sys
 import threading
 from pathlib import Path
 from socket import SHUT_WR, socketpair
@@ -14,6 +16,24 @@ from robotcore.safety.guardian.protocol import BEGIN_LEASE, Assignment, Guardian
 from robotcore.threads import start_thread
 from tests.robotcore.safety.guardian.doubles import cutoff
 from tests.robotcore.safety.guardian.recorder import Recorder, notes
+
+PROCESS_MODULES = (
+    "robotcore.safety.guardian.process",
+    "drivers.raspberrypi.cutoff",
+    "drivers.serial.boards.cutoff",
+    "drivers.coppeliasim.cutoff",
+)
+"""The modules that a guardian process imports."""
+
+HEAVY = {"numpy", "cv2", "pydantic", "robotcore.description", "robotcore.kinds"}
+
+
+@pytest.mark.parametrize("module", PROCESS_MODULES)
+def test_guardian_process_imports_nothing_heavy(module: str) -> None:
+    """A guardian starts beside the devices of a run, on boards with little memory."""
+    code = f"import sys, {module}; print(*sys.modules)"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    assert HEAVY.isdisjoint(loaded)
 
 
 @pytest.fixture
