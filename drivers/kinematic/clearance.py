@@ -14,7 +14,7 @@ from robotcore.raycast import Outline, edges_of
 from robotcore.simulation.painter.planes import Array, compute_half_planes, compute_run_starts, find_nearest_points
 
 
-class Bumper:
+class CollisionChecker:
     """Decides whether the robot may move without overlapping a body, and counts contacts.
 
     A contact counts once, however long it lasts. To save time, the gaps are measured only if the robot may have

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 
-from drivers.kinematic.clearance import Bumper
+from drivers.kinematic.clearance import CollisionChecker
 from robotcore.geometry import DifferentialGeometry, Pose, Twist, Wheels
 
 
@@ -58,11 +58,13 @@ class Wheel:
 class Chassis:
     """The body of a robot on the wheels of its drive. The wheels stall if the body would overlap another body."""
 
-    def __init__(self, start: Pose, geometry: DifferentialGeometry, left: Wheel, right: Wheel, bumper: Bumper) -> None:
+    def __init__(
+        self, start: Pose, geometry: DifferentialGeometry, left: Wheel, right: Wheel, collisions: CollisionChecker
+    ) -> None:
         self.pose = start
         self._geometry = geometry
         self._left, self._right = left, right
-        self._bumper = bumper
+        self._collisions = collisions
 
     @property
     def twist(self) -> Twist:
@@ -74,7 +76,7 @@ class Chassis:
         left, right = self._left.next_turn(), self._right.next_turn()
         distance, turn = self._geometry.to_twist(Wheels(left, right))
         there = self.pose.advance(distance, turn)
-        if self._bumper.try_move(self.pose, there, abs(distance), abs(turn)):
+        if self._collisions.try_move(self.pose, there, abs(distance), abs(turn)):
             self.pose = there
             self._left.roll(left)
             self._right.roll(right)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from functools import cached_property
 
-from drivers.kinematic.clearance import Bumper, Clearance
+from drivers.kinematic.clearance import Clearance, CollisionChecker
 from drivers.kinematic.devices import Array, WorldSlice
 from drivers.kinematic.motion import Chassis, Wheel
 from robotcore.description import Drive, WorldDescription
@@ -31,7 +31,7 @@ class Simulation:
         self.encoded_wheels: dict[str, Wheel] = {}
         """The wheel of each encoder, by the name of the encoder."""
         self._start = world.start.pose
-        self._bumper = Bumper(Clearance(robot.body.footprint, world), self._start)
+        self._collisions = CollisionChecker(Clearance(robot.body.footprint, world), self._start)
         self._chassis = self._build_chassis(robot.drive) if robot.drive else None
         driven = {robot.drive.left, robot.drive.right} if robot.drive else set()
         self._moving: list[Wheel | Chassis] = [wheel for name, wheel in self.wheels.items() if name not in driven]
@@ -56,7 +56,7 @@ class Simulation:
         return self._chassis.twist if self._chassis else Twist(0.0, 0.0)
 
     def contacts(self) -> int:
-        return self._bumper.contacts
+        return self._collisions.contacts
 
     @cached_property
     def ground_truth(self) -> GroundTruth:
@@ -76,13 +76,13 @@ class Simulation:
 
     def _touched(self) -> list[str]:
         bodies = (*self.world.prisms, *self.world.targets)
-        return [bodies[index].name for index in self._bumper.touched]
+        return [bodies[index].name for index in self._collisions.touched]
 
     def _build_chassis(self, drive: Drive) -> Chassis:
         left, right = self.wheels[drive.left], self.wheels[drive.right]
         if drive.left_encoder and drive.right_encoder:
             self.encoded_wheels = {drive.left_encoder: left, drive.right_encoder: right}
-        return Chassis(self._start, drive.geometry, left, right, self._bumper)
+        return Chassis(self._start, drive.geometry, left, right, self._collisions)
 
     def _advance(self, steps: int) -> None:
         for _ in range(steps):

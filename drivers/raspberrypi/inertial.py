@@ -17,7 +17,7 @@ from robotcore.geometry import wrap_angle
 from robotcore.hal.clock import Clock
 from robotcore.hardware import DeviceContext
 from robotcore.hardware.polled_samples import NewestSample
-from robotcore.kinds.imu import Imu, ImuDescription, Inertia
+from robotcore.kinds.imu import Imu, ImuDescription, ImuSample
 
 Axis = Literal["x", "y", "-x", "-y"]
 
@@ -114,7 +114,7 @@ class PolledImu(Imu):
         self._heading = 0.0
         self._last: tuple[float, float] | None = None
         self._sequence = 0
-        self._latest: NewestSample[Inertia] = NewestSample(name, DeviceError(name, "has no sample yet"))
+        self._latest: NewestSample[ImuSample] = NewestSample(name, DeviceError(name, "has no sample yet"))
 
     def open(self) -> None:
         """Measure the zero offsets, and take the first sample; closes the IMU and raises DeviceError if it fails."""
@@ -158,7 +158,7 @@ class PolledImu(Imu):
             self._heading = wrap_angle(self._heading + (before + rate) / 2 * (now - time))
         self._last = now, rate
         forward, left = measured.forward - offset.forward, measured.left - offset.left
-        self._latest.put(Inertia(rate, forward, left, self._heading, now, self._sequence))
+        self._latest.put(ImuSample(rate, forward, left, self._heading, now, self._sequence))
         self._sequence += 1
 
     def _read_chip(self) -> Motion:
@@ -180,7 +180,7 @@ class PolledImu(Imu):
         self._library = self._last = None
         self._bus.close()
 
-    def _newest(self) -> Inertia:
+    def _newest(self) -> ImuSample:
         return self._latest.get()
 
     def _release(self) -> None:

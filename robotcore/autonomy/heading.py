@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from robotcore.geometry import Pose, wrap_angle
-from robotcore.kinds.imu import Inertia
+from robotcore.kinds.imu import ImuSample
 
 SETTLE_S = 0.3
 """The robot stands if its odometry has not changed for this time, in seconds."""
@@ -26,20 +26,20 @@ class HeadingEstimator:
     the estimated bias of the IMU's turn rate, in rad/s.
 
     >>> estimator = HeadingEstimator()
-    >>> estimator.update(Pose(0.0, 0.0, 0.0), Inertia(0.5, 0.0, 0.0, 0.1, time=0.2, sequence=4))
+    >>> estimator.update(Pose(0.0, 0.0, 0.0), ImuSample(0.5, 0.0, 0.0, 0.1, time=0.2, sequence=4))
     0.0
-    >>> estimator.update(Pose(0.0, 0.0, 0.09), Inertia(0.5, 0.0, 0.0, 0.2, time=0.4, sequence=8))
+    >>> estimator.update(Pose(0.0, 0.0, 0.09), ImuSample(0.5, 0.0, 0.0, 0.2, time=0.4, sequence=8))
     0.1
     """
 
     def __init__(self) -> None:
         self.heading = self.bias = 0.0
         self._pose = Pose(0.0, 0.0, 0.0)
-        self._last: Inertia | None = None
+        self._last: ImuSample | None = None
         self._moved_at = 0.0
         self._rest_turn = self._rest_s = 0.0
 
-    def update(self, pose: Pose, sample: Inertia | None) -> float:
+    def update(self, pose: Pose, sample: ImuSample | None) -> float:
         """Return the new heading in radians.
 
         pose: the pose by odometry, `robot.drive.pose`.

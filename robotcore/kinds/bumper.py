@@ -59,8 +59,8 @@ def simulate(bumper: BumperDescription, truth: GroundTruth) -> Callable[[float, 
     """Return a function that takes a sample: whether a contact's direction is in the bumper's sector."""
 
     def take(time: float, sequence: int) -> Touch:
-        asides = (abs(wrap_angle(bearing - bumper.direction_rad)) for bearing in truth.touch_bearings())
-        return Touch(any(aside <= bumper.width_rad / 2 for aside in asides), time, sequence)
+        offsets = (wrap_angle(bearing - bumper.direction_rad) for bearing in truth.touch_bearings())
+        return Touch(any(abs(offset) <= bumper.width_rad / 2 for offset in offsets), time, sequence)
 
     return take
 

@@ -31,7 +31,7 @@ class ImuDescription(DeviceDescription):
 
 
 @dataclass(frozen=True, slots=True)
-class Inertia:
+class ImuSample:
     """A sample of an IMU. The axes are those of the robot, and gravity is not part of the acceleration."""
 
     yaw_rate: Annotated[float, Unit("rad/s")]
@@ -51,7 +51,7 @@ class Inertia:
     """The number of the sample. It grows with each new sample of a device."""
 
 
-class Imu(Sensor[Inertia]):
+class Imu(Sensor[ImuSample]):
     """A sensor that measures the turn rate, the acceleration and the heading."""
 
     kind = "imu"
@@ -71,7 +71,7 @@ class SimulatedImu:
         self._time, self._speed = truth.clock.now(), truth.twist().linear
         self._acceleration = self._drift = 0.0
 
-    def __call__(self, time: float, sequence: int) -> Inertia:
+    def __call__(self, time: float, sequence: int) -> ImuSample:
         """Return a sample at a time in seconds."""
         imu, (speed, turn) = self._imu, self._truth.twist()
         error = imu.yaw_rate_bias_rad_s + self._draw_noise("yaw_rate", imu.yaw_rate_noise_rad_s, time)
@@ -80,7 +80,7 @@ class SimulatedImu:
             self._drift += error * passed
             self._time, self._speed = time, speed
         heading = self._truth.pose().heading - self._start + self._drift
-        return Inertia(
+        return ImuSample(
             turn + error,
             self._acceleration + self._draw_noise("forward", imu.acceleration_noise_m_s2, time),
             speed * turn + self._draw_noise("left", imu.acceleration_noise_m_s2, time),
@@ -93,9 +93,9 @@ class SimulatedImu:
         return self._truth.draw_noise(f"{self._imu.name}:{field}", sigma, time)
 
 
-def simulate(imu: ImuDescription, truth: GroundTruth) -> Callable[[float, int], Inertia]:
+def simulate(imu: ImuDescription, truth: GroundTruth) -> Callable[[float, int], ImuSample]:
     """Return a function that takes a sample from the true pose and velocity, with the described errors."""
     return SimulatedImu(imu, truth)
 
 
-KIND = Kind("a sensor of turn rate, acceleration and heading", ImuDescription, Imu, Inertia, simulate)
+KIND = Kind("a sensor of turn rate, acceleration and heading", ImuDescription, Imu, ImuSample, simulate)

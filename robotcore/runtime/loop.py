@@ -16,13 +16,15 @@ from robotcore.hal.device import Sensor
 from robotcore.hal.drive import DifferentialDrive
 from robotcore.kinds.motor import Motor
 from robotcore.runtime.behaviour import Behaviour, Status, require_callable
+from robotcore.runtime.device_losses import DeviceLossTracker
 from robotcore.runtime.forks import end_if_forked
 from robotcore.runtime.intervention_timer import InterventionTimer
 from robotcore.runtime.layers import AssembledRobot
-from robotcore.runtime.monitors import DeviceLossTracker, SensorMonitor, WaitMonitor
 from robotcore.runtime.result import Outcome
+from robotcore.runtime.sensor_monitor import SensorMonitor
 from robotcore.runtime.signals import WatchdogInterrupt
 from robotcore.runtime.trace import TickRecord, Trace
+from robotcore.runtime.wait_monitor import WaitMonitor
 from robotcore.safety.command_filter import LOST, TickCommands
 from robotcore.safety.velocity_limits import Intervention
 from robotcore.safety.watchdog import TimeLimit
@@ -150,7 +152,7 @@ class Loop:
     def _probe_lost_devices(self) -> None:
         """Read each lost sensor and stop each lost motor. Raises DeviceLostError if one is still lost.
 
-        Lost displays are not checked, because a check would show a picture.
+        A lost actuator other than a motor is not checked, because a check would change its state.
         """
         for name in self.losses.lost:
             match self.robot.devices.get(name):

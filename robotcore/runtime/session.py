@@ -19,7 +19,6 @@ from robotcore.runtime.layers import AssembledRobot, assemble
 from robotcore.runtime.layers.base import Tap
 from robotcore.runtime.layers.guardian import guard_motors
 from robotcore.runtime.loop import Loop
-from robotcore.runtime.monitors import WaitMonitor
 from robotcore.runtime.observer import Observer, RunContext, notify_end
 from robotcore.runtime.plan import Plan, RunRequest
 from robotcore.runtime.result import Outcome, RunResult, WrittenNote, get_outcome
@@ -34,6 +33,7 @@ from robotcore.runtime.time_limits import (
     observer_limit,
 )
 from robotcore.runtime.trace import TickRecord
+from robotcore.runtime.wait_monitor import WaitMonitor
 from robotcore.safety.latch import EmergencyStop
 from robotcore.safety.motor_stop import STOP_S
 from robotcore.safety.range_guard import RangeGuard

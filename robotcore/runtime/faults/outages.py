@@ -65,7 +65,7 @@ class Stall(Outage):
 
 
 class LostDevice(Outage):
-    """Devices are disconnected for the given time. Each call of such a device fails, except the stop of a motor."""
+    """Devices are disconnected for the given time. Each call of such a device fails, except a stop."""
 
     on = (Sensor, Actuator, ConnectionTarget)
     example = "connection lost=2 after=10"

@@ -6,7 +6,7 @@ import pytest
 
 from robotcore.autonomy.heading import MEMORY_S, HeadingEstimator
 from robotcore.geometry import Pose, wrap_angle
-from robotcore.kinds.imu import Inertia
+from robotcore.kinds.imu import ImuSample
 
 PERIOD_S = 0.05
 
@@ -29,7 +29,7 @@ class Bench:
             self.imu += (rate + self.bias) * PERIOD_S
             self.time += PERIOD_S
             self.sequence += 1
-            sample = Inertia(rate + self.bias, 0.0, 0.0, wrap_angle(self.imu), self.time, self.sequence)
+            sample = ImuSample(rate + self.bias, 0.0, 0.0, wrap_angle(self.imu), self.time, self.sequence)
             self.estimator.update(Pose(0.0, 0.0, self.odometry), sample if self.has_imu else None)
 
     @property
@@ -89,10 +89,10 @@ def test_odometry_replaces_an_imu_that_fails() -> None:
 
 def test_sample_that_is_read_again_changes_nothing() -> None:
     estimator = HeadingEstimator()
-    sample = Inertia(0.5, 0.0, 0.0, 1.0, time=1.0, sequence=1)
+    sample = ImuSample(0.5, 0.0, 0.0, 1.0, time=1.0, sequence=1)
     estimator.update(Pose(0.0, 0.0, 0.0), sample)
     assert [estimator.update(Pose(0.0, 0.0, 0.1 * tick), sample) for tick in (1, 2)] == [0.0, 0.0]
-    newer = Inertia(0.5, 0.0, 0.0, 1.2, time=1.1, sequence=2)
+    newer = ImuSample(0.5, 0.0, 0.0, 1.2, time=1.1, sequence=2)
     assert estimator.update(Pose(0.0, 0.0, 0.3), newer) == pytest.approx(0.2)
 
 

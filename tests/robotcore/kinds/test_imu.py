@@ -15,7 +15,7 @@ import robotcore
 from robotcore import Behaviour, Outcome, Robot, Role, RunRequest, Status
 from robotcore.geometry import wrap_angle
 from robotcore.kinds import Imu
-from robotcore.kinds.imu import Inertia
+from robotcore.kinds.imu import ImuSample
 from robotcore.recording.csv_table import write_csv
 from robotcore.recording.replay import replay
 from robotcore.testing import MockRobot
@@ -31,7 +31,7 @@ class Circle(Behaviour):
     """Drives with a constant twist, and keeps the samples of the IMU and the true heading after the last of them."""
 
     needs: ClassVar = {Role.DRIVE, Imu}
-    samples: ClassVar[list[Inertia]] = []
+    samples: ClassVar[list[ImuSample]] = []
     ticks: int = 60
     linear: float = 0.2
     angular: float = 0.5
@@ -46,7 +46,7 @@ class Circle(Behaviour):
         return Status.RUNNING
 
 
-Drive = Callable[..., list[Inertia]]
+Drive = Callable[..., list[ImuSample]]
 
 
 @pytest.fixture
@@ -66,7 +66,7 @@ def drive(robot: Callable[..., str]) -> Drive:
 
     def run(
         backend: str = "kinematic", seed: int = 1, errors: dict[str, float] | None = None, **settings: float
-    ) -> list[Inertia]:
+    ) -> list[ImuSample]:
         Circle.samples.clear()
         file = robot(**errors or {})
         request = RunRequest(Circle, robot=file, backend=backend, world="open", seed=seed, settings=settings)

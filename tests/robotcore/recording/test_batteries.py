@@ -17,7 +17,7 @@ from robotcore.recording.recorder import Recorder
 from robotcore.recording.replay import replay
 from robotcore.recording.replay.evaluation import evaluate
 from robotcore.recording.summary import build_result, summarise_devices
-from robotcore.runtime import monitors
+from robotcore.runtime import sensor_monitor
 from robotcore.runtime.session import RunRequest, run
 from robotcore.testing.mock.devices import Script
 from tests.doubles import battery_backend
@@ -69,7 +69,7 @@ def test_run_with_a_battery_is_replayed_bit_equal_at_any_pace_of_its_reads(
     monkeypatch: pytest.MonkeyPatch, file: Path, volts: Script, period: float
 ) -> None:
     recording = record_run(monkeypatch, file, volts)
-    monkeypatch.setattr(monitors, "PERIOD_S", period)
+    monkeypatch.setattr(sensor_monitor, "PERIOD_S", period)
     replayed = replay(recording)
     assert recording.result
     assert (replayed.deviation, replayed.is_exact) == (None, True)

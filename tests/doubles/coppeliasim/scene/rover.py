@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drivers.kinematic.clearance import Bumper, Clearance
+from drivers.kinematic.clearance import Clearance, CollisionChecker
 from drivers.kinematic.motion import Chassis, Wheel
 from robotcore.geometry import DifferentialGeometry, Pose
 from tests.doubles.coppeliasim.scene.graph import Graph
@@ -63,12 +63,12 @@ class Rover:
         body = PlacedShape.of(drive.body, self._body_on_base)
         self._obstacles = [each for each in scenery.obstacles if each.low < body.high and each.high > body.low]
         clearance = Clearance(body.description.outline, scenery.describe(self._obstacles))
-        self._bumper = ContactSensor(clearance, drive.start)
-        self._chassis = Chassis(drive.start, drive.geometry, self._wheels[0], self._wheels[1], self._bumper)
+        self._collisions = ContactSensor(clearance, drive.start)
+        self._chassis = Chassis(drive.start, drive.geometry, self._wheels[0], self._wheels[1], self._collisions)
 
     def advance(self, count: int) -> None:
         """Simulate ``count`` steps, and move the robot's objects."""
-        self._bumper.touching.clear()
+        self._collisions.touching.clear()
         for joint, wheel in zip(self._joints, self._wheels, strict=True):
             wheel.target = joint.target_velocity
         for _ in range(count):
@@ -80,7 +80,7 @@ class Rover:
 
     @property
     def touched(self) -> list[Node]:
-        return [self._obstacles[i].shape for i in sorted(self._bumper.touching)]
+        return [self._obstacles[i].shape for i in sorted(self._collisions.touching)]
 
     def velocity(self, point: Vector) -> tuple[Vector, Vector]:
         """Return the velocity of a point of the body in the world, in m/s, and the body's angular velocity, in rad/s.
@@ -93,8 +93,8 @@ class Rover:
         return (ahead[0] - twist.angular * y, ahead[1] + twist.angular * x, 0.0), (0.0, 0.0, twist.angular)
 
 
-class ContactSensor(Bumper):
-    """A bumper that records the index of each touched obstacle."""
+class ContactSensor(CollisionChecker):
+    """A collision checker that records the index of each touched obstacle."""
 
     def __init__(self, clearance: Clearance, start: Pose) -> None:
         super().__init__(clearance, start)

@@ -1,15 +1,13 @@
-"""The battery monitor, alone and in whole runs."""
+"""The monitor of sensors, alone and in whole runs."""
 
 from __future__ import annotations
 
 import json
 import math
-import time
 from pathlib import Path
 
 import pytest
 
-from robotcore.cli.command_classes import write_result
 from robotcore.description import RobotDescription, load_robot
 from robotcore.errors import DeviceError, DeviceLostError
 from robotcore.hal.clock import SteppedClock
@@ -17,8 +15,7 @@ from robotcore.hal.kind import build_sensor
 from robotcore.hal.robot import Robot
 from robotcore.kinds.battery import BatteryDescription, Voltage
 from robotcore.runtime.behaviour import Status
-from robotcore.runtime.monitors import PROBLEM_S, SensorMonitor, WaitMonitor
-from robotcore.runtime.result import WrittenNote
+from robotcore.runtime.sensor_monitor import PROBLEM_S, SensorMonitor
 from robotcore.runtime.session import RunRequest, RunResult, run
 from robotcore.testing.mock.devices import LOST, Script
 from robotcore.testing.mock.robot import MockRobot
@@ -107,48 +104,3 @@ def test_battery_that_cannot_be_opened_is_a_note(monkeypatch: pytest.MonkeyPatch
     battery_backend.install(monkeypatch, None)
     result = run_rover(rover)
     assert (result.exit_status, result.notes, result.batteries) == (0, ["cells: no answer"], {})
-
-
-@pytest.mark.parametrize(
-    "waits_s, simulated_s, notes", [((0.4, 0.4, 0.4), 0.05, 1), ((0.4,), 0.0, 0), ((1.2,), 1.0, 0)]
-)
-def test_steps_that_wait_longer_than_the_simulated_time_cause_one_note(
-    waits_s: tuple[float, ...],
-    simulated_s: float,
-    notes: int,
-    monkeypatch: pytest.MonkeyPatch,
-    check_text: CheckText,
-) -> None:
-    clock, reported = [0.0], list[str]()
-    monkeypatch.setattr("robotcore.runtime.monitors.read_idle_time", lambda: clock[0])
-    monkeypatch.setattr("robotcore.runtime.monitors.read_queue_time", lambda: 0.0)
-    monitor = WaitMonitor(reported.append)
-    for wait_s in (*waits_s, 0.0):
-        monitor.begin()
-        clock[0] += wait_s
-        monitor.end(simulated_s)
-    assert len(reported) == notes
-    check_text("".join(reported))
-
-
-def test_wait_for_a_busy_processor_is_no_wait_of_the_app(monkeypatch: pytest.MonkeyPatch) -> None:
-    clock, reported = [0.0], list[str]()
-    monkeypatch.setattr("robotcore.runtime.monitors.read_idle_time", lambda: clock[0])
-    monkeypatch.setattr("robotcore.runtime.monitors.read_queue_time", lambda: 0.95 * clock[0])
-    monitor = WaitMonitor(reported.append)
-    monitor.begin()
-    clock[0] += 10.0
-    monitor.end(0.1)
-    assert reported == []
-
-
-@pytest.mark.slow  # a note needs more than a second
-def test_run_in_a_simulation_reports_steps_that_sleep(capfd: pytest.CaptureFixture[str]) -> None:
-    def sleep(robot: Robot) -> Status:
-        time.sleep(1.1)
-        return Status.SUCCESS
-
-    result = run(RunRequest(FunctionApp(sleep)))
-    assert [isinstance(note, WrittenNote) for note in result.notes] == [True]
-    write_result(result, as_json=False)
-    assert capfd.readouterr().err.count("note: ") == 1
