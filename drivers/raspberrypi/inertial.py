@@ -6,6 +6,7 @@ import math
 import threading
 from collections.abc import Sequence
 from contextlib import ExitStack
+from operator import gt
 from statistics import fmean
 from typing import Annotated, Any, Literal, NamedTuple
 
@@ -94,8 +95,12 @@ _FIRST_TRANSACTIONS = 300
 """The maximum number of transactions of the chip's set-up. It takes about 30. Then the library waits for the reset of
 the chip without a time limit, with a transaction every millisecond."""
 
-_MAX_SPREAD_RAD_S = 0.1
-"""If the turn rates of a standing robot differ by more than this, the robot moves, in rad/s."""
+_MAX_SPREAD = Motion(0.1, 1.0, 1.0)
+"""If two measurements of a robot differ by more than this, it moves."""
+
+_MAX_OFFSET_RAD_S = 0.4
+"""A greater mean of the turn rates is a turn of the robot, in rad/s. The data sheet has a zero offset of up to 20 °/s:
+https://invensense.tdk.com/wp-content/uploads/2015/02/MPU-6000-Datasheet1.pdf"""
 
 
 class PolledImu(Imu):
@@ -136,11 +141,17 @@ class PolledImu(Imu):
             never.wait(cycle_s)
         if not measured:
             return
-        rates = [each.yaw_rate for each in measured]
-        if (spread := max(rates) - min(rates)) > _MAX_SPREAD_RAD_S:
-            message = f"the robot moves: its turn rate changes by {spread:.2f} rad/s. Let it stand when a run begins"
+        fields = list(zip(*measured, strict=True))
+        self._offset = Motion(*map(fmean, fields))
+        spread = Motion(*(max(field) - min(field) for field in fields))
+        if any(map(gt, spread, _MAX_SPREAD)) or abs(self._offset.yaw_rate) > _MAX_OFFSET_RAD_S:
+            change = max(spread.forward, spread.left)
+            message = (
+                f"the robot moves: its turn rate is {self._offset.yaw_rate:.2f} rad/s and changes by "
+                f"{spread.yaw_rate:.2f} rad/s, its acceleration changes by {change:.2f} m/s². Let it stand when a run "
+                "begins"
+            )
             raise DeviceError(self.name, message, kind="not-at-rest")
-        self._offset = Motion(*map(fmean, zip(*measured, strict=True)))
 
     def _poll(self) -> None:
         try:

@@ -129,15 +129,24 @@ def test_offsets_are_left_in_the_samples_without_time_to_measure_them(bench: Ben
     assert bench.open(bias_s=0).read().yaw_rate == pytest.approx(-0.04, abs=1e-3)
 
 
-def test_robot_that_moves_at_the_opening_is_refused(bench: Bench, raises: Raises) -> None:
-    rates = iter(range(100))
+@pytest.mark.parametrize(
+    "rate, jerk, angular_acceleration",
+    [(0.5, 0.0, 0.0), (-0.5, 0.0, 0.0), (0.0, 0.1, 0.0), (0.0, 0.0, 0.01)],
+    ids=["turning left", "turning right", "shaken", "turning faster"],
+)
+def test_robot_that_moves_at_the_opening_is_refused(
+    bench: Bench, raises: Raises, rate: float, jerk: float, angular_acceleration: float
+) -> None:
+    moments = iter(range(100))
     measure = bench.chip._measurement
 
-    def shake() -> bytes:
-        bench.chip.rates = (0.0, 0.0, 0.01 * next(rates))
+    def move() -> bytes:
+        moment = next(moments)
+        bench.chip.rates = (0.0, 0.0, rate + angular_acceleration * moment)
+        bench.chip.acceleration = (jerk * moment, 0.0, G)
         return measure()
 
-    bench.chip._measurement = shake  # type: ignore[method-assign]
+    bench.chip._measurement = move  # type: ignore[method-assign]
     with raises(DeviceError, "not-at-rest"):
         bench.open()
     assert not bench.bus.is_open
