@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import ExitStack
 from typing import Any
 
 from drivers.raspberrypi.header import Gpio, gpio
-from drivers.raspberrypi.pins import translate_pin_errors
+from drivers.raspberrypi.pins import PWM_HZ, open_output
 from robotcore.description import RobotDescription
 from robotcore.hardware import Connection, DeviceContext, DeviceDriver, Drivers
 from robotcore.kinds.buzzer import SILENCE, Buzzer, BuzzerDescription
@@ -25,9 +26,9 @@ MAX_FREQUENCY_HZ = 10_000
 class PinBuzzer(Buzzer):
     """A passive buzzer on a GPIO. ``line`` is gpiozero's output with PWM."""
 
-    def __init__(self, description: BuzzerDescription, line: Any) -> None:
+    def __init__(self, description: BuzzerDescription, line: Any, opened: ExitStack) -> None:
         super().__init__(description.name, **description.arguments())
-        self._line = line
+        self._line, self._opened = line, opened
 
     def _apply(self, command: float) -> None:
         if command == SILENCE:
@@ -37,7 +38,7 @@ class PinBuzzer(Buzzer):
             self._line.value = 0.5
 
     def _release(self) -> None:
-        self._line.close()
+        self._opened.close()
 
 
 class TonePin(DeviceDriver):
@@ -67,8 +68,6 @@ class TonePin(DeviceDriver):
         return (PASSIVE,)
 
     def open(self, description: BuzzerDescription, context: DeviceContext) -> Buzzer:
-        from gpiozero import PWMOutputDevice
-
-        with translate_pin_errors(description.name, (self.gpio,)):
-            line = PWMOutputDevice(self.gpio, pin_factory=context.pins)
-        return PinBuzzer(description, line)
+        with ExitStack() as opened:
+            line = open_output(description.name, self.gpio, context.pins, opened, frequency_hz=PWM_HZ)
+            return PinBuzzer(description, line, opened.pop_all())

@@ -8,7 +8,7 @@ from contextlib import ExitStack
 from typing import Any, ClassVar
 
 from drivers.raspberrypi.header import Gpio, gpio
-from drivers.raspberrypi.pins import translate_pin_errors
+from drivers.raspberrypi.pins import PWM_HZ, open_output
 from robotcore.description import RobotDescription
 from robotcore.hardware import Connection, DeviceContext, DeviceDriver, Drivers
 from robotcore.kinds.led import Brightness, Led, LedDescription
@@ -66,14 +66,12 @@ class LightDriver(DeviceDriver):
         return (RESISTOR,)
 
     def open(self, description: LedDescription, context: DeviceContext) -> Led:
-        from gpiozero import PWMLED
-
         with ExitStack() as opened:
-            lines = []
-            for number in self.gpios:
-                with translate_pin_errors(description.name, (number,)):
-                    line = PWMLED(number, active_high=self.active_high, pin_factory=context.pins)
-                    lines.append(opened.enter_context(line))
+            name, pins, active_high = description.name, context.pins, self.active_high
+            lines = [
+                open_output(name, each, pins, opened, frequency_hz=PWM_HZ, active_high=active_high)
+                for each in self.gpios
+            ]
             return PinLight(description, lines, opened.pop_all())
 
 

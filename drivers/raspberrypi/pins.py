@@ -1,9 +1,9 @@
-"""Open gpiozero's pin factory on lgpio, and translate errors of its pins to DeviceErrors."""
+"""Open gpiozero's pin factory on lgpio and its outputs, and translate errors of its pins to DeviceErrors."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from threading import Event
 from traceback import clear_frames
 from typing import TYPE_CHECKING
@@ -12,7 +12,7 @@ from drivers.raspberrypi.chip import AT_THE_DESK, INSTALL, explain_closed_chip, 
 from robotcore.errors import BackendError, BackendMissingError, DeviceError, RobotcoreError
 
 if TYPE_CHECKING:
-    from gpiozero import Factory, Pin
+    from gpiozero import DigitalOutputDevice, Factory, Pin, PWMOutputDevice
 
 
 def open_pins() -> Factory:
@@ -81,6 +81,51 @@ def build_pin_error(device: str, gpios: Sequence[int], error: Exception) -> Devi
         kind, cause = "gpio-failed", f"{type(error).__name__}: {error}".removesuffix(": ")
         problem = f"{where} failed ({cause}). Check the wiring in the robot's file, and run robotcore doctor"
     return DeviceError(device, problem, kind=kind, gpios=tuple(gpios))
+
+
+PWM_HZ = 100
+"""The frequency of a light's PWM. A person sees no flicker at it."""
+
+
+def open_output(
+    device: str,
+    number: int,
+    pins: Factory,
+    opened: ExitStack,
+    *,
+    frequency_hz: int | None = None,
+    is_high: bool = False,
+    active_high: bool = True,
+) -> PWMOutputDevice | DigitalOutputDevice:
+    """Open a GPIO as an output, and return it; raises DeviceError. The duty of a GPIO with PWM is 0 at first.
+
+    device: the device's name, for errors.
+    opened: the stack whose `close` frees the GPIO and pulls it to the level of the duty 0.
+    frequency_hz: the frequency of the PWM; None means no PWM.
+    is_high: the first level of a GPIO without PWM.
+    active_high: whether the duty is the share of the time for which the GPIO is high. Else it is low for this time.
+    """
+    from gpiozero import DigitalOutputDevice, PWMOutputDevice
+
+    with translate_pin_errors(device, (number,)):
+        if frequency_hz is None:
+            output = DigitalOutputDevice(number, initial_value=is_high, pin_factory=pins)
+        else:
+            output = PWMOutputDevice(number, active_high=active_high, frequency=frequency_hz, pin_factory=pins)
+        opened.callback(_pull, device, number, pins, "down" if active_high else "up")
+        return opened.enter_context(output)
+
+
+def _pull(device: str, number: int, pins: Factory, direction: str) -> None:
+    # gpiozero leaves a closed GPIO floating until the Pi starts again. A board without resistors, such as an L298N's,
+    # and a transistor read a floating input as high or as noise.
+    from gpiozero import PinFixedPull
+
+    with (
+        translate_pin_errors(device, (number,)),
+        suppress(PinFixedPull),
+    ):  # GPIO 2 and 3 have resistors to 3.3 V on the Pi
+        pins.pin(number).pull = direction
 
 
 _STOP_ATTEMPTS = 100

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from drivers.raspberrypi.header import Gpio, gpio
-from drivers.raspberrypi.pins import translate_pin_errors
+from drivers.raspberrypi.pins import open_output
 from robotcore.description import RobotDescription
 from robotcore.hardware import Connection, DeviceContext, DeviceDriver, Drivers
 from robotcore.kinds.servo import Servo, ServoDescription
@@ -33,11 +33,14 @@ class PinServo(Servo):
     line: gpiozero's output of the GPIO, with PWM of `FRAME_HZ`.
     number: the number of the GPIO.
     pulses: the widths of the pulses at the least and the greatest angle, in seconds.
+    opened: the stack whose `close` frees the GPIO.
     """
 
-    def __init__(self, description: ServoDescription, line: Any, number: int, pulses: tuple[float, float]) -> None:
+    def __init__(
+        self, description: ServoDescription, line: Any, number: int, pulses: tuple[float, float], opened: ExitStack
+    ) -> None:
         super().__init__(description.name, **description.arguments())
-        self._line, self._number, self._pulses = line, number, pulses
+        self._line, self._number, self._pulses, self._opened = line, number, pulses, opened
 
     def _apply(self, command: float) -> None:
         least, greatest = self._pulses
@@ -45,7 +48,7 @@ class PinServo(Servo):
         write_duty(self._line.pin, self._number, (least + share * (greatest - least)) * FRAME_HZ)
 
     def _release(self) -> None:
-        self._line.close()
+        self._opened.close()
 
 
 def write_duty(pin: Any, number: int, duty: float) -> None:
@@ -92,11 +95,10 @@ class PulseServo(DeviceDriver):
             raise ValueError(f"min_pulse_s and max_pulse_s are both {self.min_pulse_s:g}; correct one of them")
 
     def open(self, description: ServoDescription, context: DeviceContext) -> Servo:
-        from gpiozero import PWMOutputDevice
-
-        with ExitStack() as opened, translate_pin_errors(description.name, (self.gpio,)):
-            line = opened.enter_context(PWMOutputDevice(self.gpio, frequency=FRAME_HZ, pin_factory=context.pins))
-            servo = PinServo(description, line, self.gpio, (self.min_pulse_s, self.max_pulse_s))
+        with ExitStack() as undo:
+            opened = undo.enter_context(ExitStack())
+            line = open_output(description.name, self.gpio, context.pins, opened, frequency_hz=FRAME_HZ)
+            servo = PinServo(description, line, self.gpio, (self.min_pulse_s, self.max_pulse_s), opened)
             servo.set_angle(servo.angle)
-            opened.pop_all()
+            undo.pop_all()
         return servo

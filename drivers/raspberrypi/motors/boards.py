@@ -12,7 +12,8 @@ from typing import Annotated, ClassVar
 from pydantic import Field
 
 from drivers.raspberrypi.header import HELD_UP, PULLED_UP, Gpio, gpio
-from drivers.raspberrypi.motors.bridge import Bridge, open_output
+from drivers.raspberrypi.motors.bridge import Bridge
+from drivers.raspberrypi.pins import open_output
 from robotcore.description import RobotDescription
 from robotcore.hal.cutoff import CutoffSpec
 from robotcore.hardware import Connection, DeviceContext, DeviceDriver, Drivers

@@ -4,56 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
 from drivers.raspberrypi.pins import build_pin_error, translate_pin_errors
 from robotcore.hardware.motor_model import Output
 
 if TYPE_CHECKING:
-    from gpiozero import DigitalOutputDevice, Factory, PWMOutputDevice
+    from gpiozero import DigitalOutputDevice, PWMOutputDevice
 
 Levels = Callable[[float], Mapping[int, float]]
 """A function that returns the level of each GPIO at a duty from -1 to 1, in the order in which the levels are set."""
-
-
-def open_output(
-    device: str,
-    number: int,
-    pins: Factory,
-    opened: ExitStack,
-    *,
-    frequency_hz: int | None = None,
-    is_high: bool = False,
-) -> PWMOutputDevice | DigitalOutputDevice:
-    """Open a GPIO as an output, and return it; raises DeviceError. A GPIO with PWM is low at first.
-
-    device: the motor's name, for errors.
-    opened: the stack whose `close` frees the GPIO and pulls it down.
-    frequency_hz: the frequency of the PWM; None means no PWM.
-    is_high: the first level of a GPIO without PWM.
-    """
-    from gpiozero import DigitalOutputDevice, PWMOutputDevice
-
-    with translate_pin_errors(device, (number,)):
-        if frequency_hz is None:
-            output = DigitalOutputDevice(number, initial_value=is_high, pin_factory=pins)
-        else:
-            output = PWMOutputDevice(number, frequency=frequency_hz, pin_factory=pins)
-        opened.callback(_pull_down, device, number, pins)
-        return opened.enter_context(output)
-
-
-def _pull_down(device: str, number: int, pins: Factory) -> None:
-    # gpiozero leaves a closed GPIO floating until the Pi starts again. A board without resistors, such as an L298N's,
-    # reads a floating input as high or as noise.
-    from gpiozero import PinFixedPull
-
-    with (
-        translate_pin_errors(device, (number,)),
-        suppress(PinFixedPull),
-    ):  # GPIO 2 and 3 have resistors to 3.3 V on the Pi
-        pins.pin(number).pull = "down"
 
 
 class Bridge(Output):

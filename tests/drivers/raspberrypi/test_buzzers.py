@@ -9,35 +9,30 @@ import pytest
 from gpiozero.pins.mock import MockFactory, MockPWMPin
 
 from robotcore.errors import DescriptionError, InvalidCommandError
-from robotcore.hal.clock import SteppedClock
-from robotcore.hardware import DeviceBinding, DeviceContext, bind_devices
+from robotcore.hardware import bind_devices
 from robotcore.kinds.buzzer import BuzzerDescription
-from tests.drivers.raspberrypi.motors.rig import rover
+from tests.drivers.raspberrypi.mock_pins import build_robot, open_device
 from tests.texts import Raises
 
-SECTION = {"horn": {"driver": "buzzer", "gpio": 12}}
+TABLE = {"driver": "buzzer", "gpio": 12}
 
 
-def bind_horn(max_frequency_hz: float = 5000.0) -> tuple[DeviceBinding, DeviceContext]:
-    horn = BuzzerDescription(kind="buzzer", name="horn", max_frequency_hz=max_frequency_hz)
-    robot = rover(SECTION).model_copy(update={"devices": (horn,)})
-    pins = MockFactory(pin_class=MockPWMPin)
-    (binding,) = bind_devices(robot, "raspberrypi")
-    return binding, DeviceContext(robot, SteppedClock(20.0, lambda _steps: None), pins)
+def describe_horn(max_frequency_hz: float = 5000.0) -> BuzzerDescription:
+    return BuzzerDescription(kind="buzzer", name="horn", max_frequency_hz=max_frequency_hz)
 
 
 @pytest.fixture
-def context() -> DeviceContext:
-    return bind_horn()[1]
+def pins() -> MockFactory:
+    return MockFactory(pin_class=MockPWMPin)
 
 
 @pytest.fixture
-def horn(context: DeviceContext) -> Any:
-    return bind_horn()[0].open(context)
+def horn(pins: MockFactory) -> Any:
+    return open_device(describe_horn(), TABLE, pins)
 
 
-def test_tone_is_the_frequency_of_the_pin(context: DeviceContext, horn: Any) -> None:
-    pin = context.pins.pin(12)
+def test_tone_is_the_frequency_of_the_pin(pins: MockFactory, horn: Any) -> None:
+    pin = pins.pin(12)
     assert pin.state == 0
     assert horn.play(440.0) == 440.0
     assert (pin.frequency, pin.state) == (440, 0.5)
@@ -45,18 +40,18 @@ def test_tone_is_the_frequency_of_the_pin(context: DeviceContext, horn: Any) -> 
     assert pin.state == 0
 
 
-def test_closed_buzzer_is_silent(context: DeviceContext, horn: Any) -> None:
+def test_closed_buzzer_is_silent(pins: MockFactory, horn: Any) -> None:
     horn.play(440.0)
     horn.close()
-    assert context.pins.pin(12).function == "input"
+    assert (pins.pin(12).function, pins.pin(12).pull) == ("input", "down")
 
 
 @pytest.mark.parametrize("frequency", [math.nan, math.inf, -1.0])
-def test_frequency_without_a_meaning_is_refused(context: DeviceContext, horn: Any, frequency: float) -> None:
+def test_frequency_without_a_meaning_is_refused(pins: MockFactory, horn: Any, frequency: float) -> None:
     horn.play(440.0)
     with pytest.raises(InvalidCommandError):
         horn.play(frequency)
-    assert context.pins.pin(12).frequency == 440
+    assert pins.pin(12).frequency == 440
 
 
 @pytest.mark.parametrize("frequency, sent", [(1.0, 20.0), (9000.0, 5000.0)])
@@ -66,4 +61,4 @@ def test_frequency_is_limited(horn: Any, frequency: float, sent: float) -> None:
 
 def test_frequency_that_no_pin_reaches_is_refused(raises: Raises) -> None:
     with raises(DescriptionError, "setting-conflict", key="raspberrypi.horn"):
-        bind_horn(12_000.0)
+        bind_devices(build_robot(describe_horn(12_000.0), TABLE), "raspberrypi")

@@ -13,12 +13,11 @@ from robotcore import Outcome, RunRequest
 from robotcore.description import DeviceDescription
 from robotcore.errors import DeviceClosedError
 from robotcore.hal.clock import SteppedClock
-from robotcore.hal.device import Device
-from robotcore.hardware import DeviceContext, bind_devices
+from robotcore.hal.device import Sensor
 from robotcore.kinds import Bumper, Button
 from robotcore.kinds.bumper import BumperDescription
 from robotcore.kinds.button import ButtonDescription
-from tests.drivers.raspberrypi.motors.rig import rover
+from tests.drivers.raspberrypi.mock_pins import open_device
 from tests.robotcore.kinds.test_bumper import Bump, write_bumper_rover
 
 WIRED = '\n[raspberrypi.front]\ndriver = "switch"\ngpio = 12\n\n[raspberrypi.rear]\ndriver = "switch"\ngpio = 13\n'
@@ -32,13 +31,12 @@ WIRED = '\n[raspberrypi.front]\ndriver = "switch"\ngpio = 12\n\n[raspberrypi.rea
     ],
     ids=["bumper", "button"],
 )
-def test_pressed_switch_pulls_its_pin_down(description: DeviceDescription, driver: str, device: type[Device]) -> None:
+def test_pressed_switch_pulls_its_pin_down(
+    description: DeviceDescription, driver: str, device: type[Sensor[Any]]
+) -> None:
     pins, clock = MockFactory(), SteppedClock(20.0, lambda _steps: None)
-    robot = rover({"front": {"driver": driver, "gpio": 12}}).model_copy(update={"devices": (description,)})
-    (binding,) = bind_devices(robot, "raspberrypi")
-    opened = binding.open(DeviceContext(robot, clock, pins))
-    assert isinstance(opened, device)
-    contact: Any = opened
+    contact = open_device(description, {"driver": driver, "gpio": 12}, pins, clock)
+    assert isinstance(contact, device)
     assert not contact.read().is_pressed
     pins.pin(12).drive_low()
     assert not contact.read().is_pressed  # one sample at each time

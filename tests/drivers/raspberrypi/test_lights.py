@@ -8,28 +8,23 @@ from typing import Any
 import pytest
 from gpiozero.pins.mock import MockFactory, MockPWMPin
 
-from robotcore.description import RobotDescription
 from robotcore.errors import DescriptionError
-from robotcore.hal.clock import SteppedClock
 from robotcore.hal.kind import load_kind
-from robotcore.hardware import DeviceContext, bind_devices
+from robotcore.hardware import bind_devices
 from robotcore.kinds import Led
 from robotcore.kinds.led import LedDescription
-from tests.drivers.raspberrypi.motors.rig import rover
+from tests.drivers.raspberrypi.mock_pins import build_robot, open_device
 from tests.texts import Raises
 
 SINGLE, COLOURS = {"driver": "led", "gpio": 12}, {"driver": "rgb-led", "red": 16, "green": 20, "blue": 21}
 
 
-def build_robot(section: Mapping[str, Any], *, is_rgb: bool) -> RobotDescription:
-    lamp = LedDescription(kind="led", name="lamp", is_rgb=is_rgb)
-    return rover({"lamp": section}).model_copy(update={"devices": (lamp,)})
+def describe_lamp(*, is_rgb: bool) -> LedDescription:
+    return LedDescription(kind="led", name="lamp", is_rgb=is_rgb)
 
 
-def open_lamp(section: Mapping[str, Any], pins: MockFactory, *, is_rgb: bool) -> Led:
-    robot = build_robot(section, is_rgb=is_rgb)
-    (binding,) = bind_devices(robot, "raspberrypi")
-    lamp = binding.open(DeviceContext(robot, SteppedClock(20.0, lambda _steps: None), pins))
+def open_lamp(table: Mapping[str, Any], pins: MockFactory, *, is_rgb: bool) -> Led:
+    lamp = open_device(describe_lamp(is_rgb=is_rgb), table, pins)
     assert isinstance(lamp, Led)
     return lamp
 
@@ -63,7 +58,7 @@ def test_light_is_off_at_first_and_after_closing(pins: MockFactory, section: Map
     states.append(line.state)
     lamp.close()
     assert states == [1.0 - off, off]
-    assert line.function == "input"
+    assert (line.function, line.pull) == ("input", "up" if off else "down")
 
 
 @pytest.mark.parametrize("section, is_rgb", [(SINGLE, True), (COLOURS, False)])
@@ -71,7 +66,7 @@ def test_driver_for_the_other_number_of_colours_is_refused(
     raises: Raises, section: Mapping[str, Any], *, is_rgb: bool
 ) -> None:
     with raises(DescriptionError, "setting-conflict", key="raspberrypi.lamp"):
-        bind_devices(build_robot(section, is_rgb=is_rgb), "raspberrypi")
+        bind_devices(build_robot(describe_lamp(is_rgb=is_rgb), section), "raspberrypi")
 
 
 def test_kind_of_a_light_needs_no_table() -> None:

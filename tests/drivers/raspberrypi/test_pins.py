@@ -5,17 +5,18 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Iterator
-from contextlib import nullcontext
+from contextlib import ExitStack, nullcontext
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import pytest
-from gpiozero import LED, PWMLED
+from gpiozero import LED, PWMLED, OutputDevice
 from gpiozero.exc import PinUnknownPi
+from gpiozero.pins.mock import MockFactory, MockPWMPin
 
 from drivers.raspberrypi.chip import Chip, HeldError
-from drivers.raspberrypi.pins import build_pin_error, open_pins, stop_edge_detection, translate_pin_errors
+from drivers.raspberrypi.pins import build_pin_error, open_output, open_pins, stop_edge_detection, translate_pin_errors
 from robotcore.errors import (
     BackendError,
     BackendMissingError,
@@ -36,7 +37,7 @@ def other() -> Iterator[Chip]:
     made.close()
 
 
-def test_the_pins_are_lgpios_whatever_gpiozeros_variable_says_and_closing_frees_every_line(
+def test_pins_are_those_of_lgpio_in_spite_of_the_variable_of_gpiozero_and_closing_frees_every_line(
     lines: Lines, pins: Any, other: Chip
 ) -> None:
     lamp = PWMLED(17, pin_factory=pins)
@@ -162,3 +163,10 @@ def test_a_line_that_lgpios_thread_still_waits_for_is_tried_again_up_to_a_time_l
     with pytest.raises(OSError) if is_detecting else nullcontext():  # noqa: PT011  the library's own
         stop_edge_detection(pin)
     assert pin.is_detecting is is_detecting
+
+
+def test_a_line_with_a_fixed_pull_up_can_be_closed() -> None:
+    pins = MockFactory(pin_class=MockPWMPin)
+    with ExitStack() as opened:
+        open_output("left_motor", 2, pins, opened)
+    OutputDevice(2, pin_factory=pins).close()

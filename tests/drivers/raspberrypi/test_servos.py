@@ -3,35 +3,28 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 from gpiozero.pins.mock import MockFactory, MockPWMPin
 
-from robotcore.description import RobotDescription
 from robotcore.errors import DescriptionError, InvalidCommandError
-from robotcore.hal.clock import SteppedClock
-from robotcore.hardware import DeviceContext, bind_devices
+from robotcore.hardware import bind_devices
 from robotcore.kinds import Servo
 from robotcore.kinds.servo import ServoDescription
-from tests.drivers.raspberrypi.motors.rig import rover
+from tests.drivers.raspberrypi.mock_pins import build_robot, open_device
 from tests.texts import Raises
 
 TABLE = {"driver": "servo", "gpio": 12}
 
 
-def build_robot(section: Mapping[str, Any]) -> RobotDescription:
-    limits = {"min_angle_rad": -1.0, "max_angle_rad": 1.0, "max_velocity_rad_s": 5.0}
-    pan = ServoDescription.model_validate({"kind": "servo", "name": "pan", **limits})
-    return rover({"pan": section}).model_copy(update={"devices": (pan,)})
+LIMITS = {"min_angle_rad": -1.0, "max_angle_rad": 1.0, "max_velocity_rad_s": 5.0}
+PAN = ServoDescription.model_validate({"kind": "servo", "name": "pan", **LIMITS})
 
 
 def open_servo(pins: MockFactory, **settings: float) -> Servo:
-    robot = build_robot({**TABLE, **settings})
-    (binding,) = bind_devices(robot, "raspberrypi")
-    servo = binding.open(DeviceContext(robot, SteppedClock(20.0, lambda _steps: None), pins))
+    servo = open_device(PAN, {**TABLE, **settings}, pins)
     assert isinstance(servo, Servo)
     return servo
 
@@ -81,7 +74,8 @@ def test_stopped_servo_holds_and_a_closed_one_gets_no_pulses(pins: MockFactory) 
     servo.stop()
     assert read_pulse_ms(pins) == pytest.approx(1.75)
     servo.close()
-    assert (pins.pin(12).function, pins.pin(12).frequency) == ("input", None)
+    pin = pins.pin(12)
+    assert (pin.function, pin.frequency, pin.pull) == ("input", None, "down")
 
 
 def test_lgpio_gets_fractions_of_a_percent(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -95,4 +89,4 @@ def test_lgpio_gets_fractions_of_a_percent(monkeypatch: pytest.MonkeyPatch) -> N
 
 def test_equal_widths_of_the_pulses_are_refused(raises: Raises) -> None:
     with raises(DescriptionError, "setting-conflict", key="raspberrypi.pan"):
-        bind_devices(build_robot({**TABLE, "min_pulse_s": 0.002}), "raspberrypi")
+        bind_devices(build_robot(PAN, {**TABLE, "min_pulse_s": 0.002}), "raspberrypi")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from contextlib import ExitStack
 from typing import Any
 
 import pytest
@@ -13,7 +12,7 @@ from gpiozero.exc import PinInvalidState
 from gpiozero.pins.mock import MockFactory, MockPWMPin
 
 from drivers.raspberrypi.backend import RaspberryPiBackend
-from drivers.raspberrypi.motors.bridge import open_output, round_to_percent
+from drivers.raspberrypi.motors.bridge import round_to_percent
 from robotcore.description import RobotDescription, load_robot
 from robotcore.errors import DescriptionError, DeviceError
 from robotcore.hal.backend import Setup
@@ -133,13 +132,6 @@ def test_closing_stops_the_motor_and_frees_every_line_with_a_pull_down(board: Bo
     for number in lines_of(board):
         assert rig.pins.pin(number).pull == "down"
         OutputDevice(number, pin_factory=rig.pins).close()
-
-
-def test_a_line_with_a_fixed_pull_up_can_be_closed() -> None:
-    pins = MockFactory(pin_class=MockPWMPin)
-    with ExitStack() as opened:
-        open_output("left_motor", 2, pins, opened)
-    OutputDevice(2, pin_factory=pins).close()
 
 
 @BOARDS
