@@ -169,6 +169,9 @@ class Sensor(Device, ABC, Generic[SampleT]):
 class Actuator(Device, ABC, Generic[CommandT]):
     """The base class of actuators, which take commands."""
 
+    safe_command: ClassVar[Any] = None
+    """The command of the safe state, such as a velocity of 0. None: the actuator holds its state at a stop."""
+
     def send(self, command: CommandT) -> CommandT:
         """Send a command within the limits of the actuator, and return the command that was sent.
 
@@ -181,7 +184,9 @@ class Actuator(Device, ABC, Generic[CommandT]):
         return sent
 
     def stop(self) -> None:
-        """Bring the actuator into its safe state. By default this does nothing. A closed actuator is safe already."""
+        """Bring the actuator into its safe state, if it has one. A closed actuator is safe already."""
+        if self.safe_command is not None and not self._is_closed:
+            self._attempt(self._apply, self.safe_command)
 
     def close(self) -> None:
         """Stop the actuator, then release the hardware, even if the stop has failed."""

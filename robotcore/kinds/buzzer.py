@@ -47,6 +47,7 @@ class Buzzer(Actuator[float], ABC):
     """
 
     kind = "buzzer"
+    safe_command = SILENCE
 
     def __init__(self, name: str, *, max_frequency: float) -> None:
         super().__init__(name)
@@ -60,11 +61,6 @@ class Buzzer(Actuator[float], ABC):
         Raises InvalidCommandError if it is negative, NaN or infinite, and DeviceError if the buzzer fails.
         """
         return self.send(frequency)
-
-    def stop(self) -> None:
-        """End the tone."""
-        if not self._is_closed:
-            self._attempt(self._apply, SILENCE)
 
     def _limit(self, command: float) -> float:
         if not (math.isfinite(command) and command >= 0):

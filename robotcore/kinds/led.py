@@ -45,6 +45,7 @@ class Led(Actuator[Brightness], ABC):
     """
 
     kind = "led"
+    safe_command = OFF
 
     def __init__(self, name: str, *, is_rgb: bool = False) -> None:
         super().__init__(name)
@@ -63,11 +64,6 @@ class Led(Actuator[Brightness], ABC):
         Raises InvalidCommandError if one is NaN or infinite, and DeviceError if the light fails.
         """
         return self.send((red, green, blue))
-
-    def stop(self) -> None:
-        """Switch the light off."""
-        if not self._is_closed:
-            self._attempt(self._apply, OFF)
 
     def _limit(self, command: Brightness) -> Brightness:
         if not all(map(math.isfinite, command)):

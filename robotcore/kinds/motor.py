@@ -46,6 +46,7 @@ class Motor(Actuator[float], ABC):
     """
 
     kind = "motor"
+    safe_command = 0.0
 
     def __init__(self, name: str, max_velocity: float) -> None:
         super().__init__(name)
@@ -60,11 +61,6 @@ class Motor(Actuator[float], ABC):
         fails.
         """
         return self.send(rad_s)
-
-    def stop(self) -> None:
-        """Stop the motor now. A closed motor is stopped already."""
-        if not self._is_closed:
-            self._attempt(self._apply, 0.0)
 
     def _limit(self, command: float) -> float:
         if not math.isfinite(command):

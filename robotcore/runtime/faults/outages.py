@@ -65,7 +65,7 @@ class Stall(Outage):
 
 
 class LostDevice(Outage):
-    """Devices are disconnected for the given time. Each call of such a device fails, except a stop."""
+    """Devices are disconnected for the given time. Each call of such a device fails, except the stop of a motor."""
 
     on = (Sensor, Actuator, ConnectionTarget)
     example = "connection lost=2 after=10"
@@ -108,7 +108,7 @@ class StallingClock(ClockWrapper):
 class ConnectionLossLayer(Layer):
     """Raises DeviceLostError in the calls of sensors and actuators while the fault is active.
 
-    A stop still reaches the driver.
+    The stop of a motor still reaches the driver.
     """
 
     def __init__(self, fault: LostDevice, context: FaultContext) -> None:

@@ -173,18 +173,8 @@ def _wrap_device(device: Device, clock: TickClock, layers: Sequence[Layer], join
             send = layer.actuator(actuator, send)
         if device.name in joints:
             send = _follow(joints[device.name], send)
-        return wrap_actuator(actuator, send if isinstance(device, Display) else _refuse_after_stop(latch, send))
+        return wrap_actuator(actuator, send, None if isinstance(device, Display) else latch)
     return device
-
-
-def _refuse_after_stop(latch: Latch, send: Send) -> Send:
-    """Return a function that raises the error of the latch if it has tripped, and else sends a command."""
-
-    def send_unless_stopped(command: Any) -> Any:
-        latch.check()
-        return send(command)
-
-    return send_unless_stopped
 
 
 def _follow(joint: Joint, send: Send) -> Send:

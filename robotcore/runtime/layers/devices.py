@@ -12,12 +12,13 @@ from robotcore.hal.device import Actuator, Device, SampleT, Sensor
 from robotcore.hal.kind import load_kind
 from robotcore.kinds.motor import Motor
 from robotcore.runtime.layers.base import MotorOutput, Reader, Send
+from robotcore.safety.latch import Latch
 
 
 class AppSensor(Sensor[SampleT]):
     """A sensor that reads a driver's sensor through the layers. All reads within a tick return the same sample.
 
-    All other attributes are those of the driver's sensor.
+    The attributes that the class of the kind does not define are those of the driver's sensor.
     """
 
     def __init__(self, inner: Sensor[SampleT], clock: TickClock, read: Reader[SampleT]) -> None:
@@ -85,24 +86,42 @@ class AppMotor(Motor):
 
 
 class AppActuator(Actuator[Any]):
-    """An actuator that sends its commands through the layers. Its other attributes are those of the driver's actuator.
+    """An actuator that sends its commands through the layers.
+
+    The attributes that the class of the kind does not define are those of the driver's actuator.
+
+    send: sends a command through the layers.
+    latch: the latch of the run. After it has tripped, the actuator takes no command but a stop. None: it takes all.
 
     ``latest`` is the newest command.
     """
 
-    def __init__(self, inner: Actuator[Any], send: Send) -> None:
+    def __init__(self, inner: Actuator[Any], send: Send, latch: Latch | None) -> None:
         Device.__init__(self, inner.name)
-        self._inner, self._send_layers = inner, send
+        self._inner, self._send_layers, self._latch = inner, send, latch
         self.latest: Any = None
 
     def send(self, command: Any) -> Any:
+        if self._latch:
+            self._latch.check()
+        return self._send(command)
+
+    def stop(self) -> None:
+        """Send the safe command through the layers, so that it is recorded and verified in a replay."""
+        if self._is_closed:
+            return
+        if self.safe_command is None:
+            self._inner.stop()
+        else:
+            self._send(self.safe_command)
+
+    def close(self) -> None:
+        Device.close(self)  # the driver's actuator stops itself
+
+    def _send(self, command: Any) -> Any:
         self._require_open()
         self.latest = command
         return self._attempt(self._send_layers, command)
-
-    def stop(self) -> None:
-        if not self._is_closed:
-            self._inner.stop()
 
     def __getattr__(self, name: str) -> Any:
         """Return an attribute of the driver's actuator, such as a servo's limits."""
@@ -115,9 +134,9 @@ class AppActuator(Actuator[Any]):
         self._inner.close()
 
 
-def wrap_actuator(actuator: Actuator[Any], send: Send) -> Actuator[Any]:
-    """Return an actuator of the same kind that calls ``send``."""
-    return _app_actuator_class(actuator.kind)(actuator, send)
+def wrap_actuator(actuator: Actuator[Any], send: Send, latch: Latch | None) -> Actuator[Any]:
+    """Return an actuator of the same kind that calls ``send``, and refuses commands after ``latch`` has tripped."""
+    return _app_actuator_class(actuator.kind)(actuator, send, latch)
 
 
 @cache

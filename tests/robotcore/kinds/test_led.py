@@ -113,15 +113,43 @@ def test_error_of_the_last_command_does_not_end_the_replay(recording: Recording)
     assert "no answer" not in str(replay(changed).deviation)
 
 
-def test_light_refuses_commands_after_the_latch_has_tripped(recording: Recording) -> None:
+STOPS = """
+from robotcore import Behaviour, Status
+
+class Stops(Behaviour):
+    needs = {"lamp"}
+
+    def step(self, robot):
+        robot["lamp"].set_brightness(1.0)
+        robot["lamp"].stop()
+        return Status.SUCCESS
+"""
+
+
+def test_stop_of_a_light_by_the_app_is_recorded_and_verified(recording: Recording, tmp_path: Path) -> None:
+    app = tmp_path / "stops.py"
+    app.write_text(STOPS)
+    stopped = record_run(str(app), robot=str(tmp_path / "lit.toml"), world="open")
+    (tick,) = stopped.ticks
+    assert [command.asked for command in tick.commands] == [[1.0, 1.0, 1.0], [0.0, 0.0, 0.0]]
+    assert replay(stopped).exit_status == 0
+    deviation = replay(change_tick(stopped, 0, commands=tick.commands[:1])).deviation
+    assert deviation is not None
+    assert (deviation.recorded, deviation.replayed) == ("no command", "lamp [0.0, 0.0, 0.0]")
+
+
+def test_light_obeys_only_stops_after_the_latch_has_tripped(recording: Recording) -> None:
     description = recording.metadata.description
-    lamp: Any = build_actuator(description.all_of("led")[0], lambda _command: None)
+    shown: list[Any] = []
+    lamp: Any = build_actuator(description.all_of("led")[0], shown.append)
     assembled = assemble(RawRobot("rover", SteppedClock(20.0, lambda _steps: None), [lamp]), description, 20.0)
     with pytest.raises(EmergencyStopError):
         assembled.latch.trip(EmergencyStopError("pressed"))
     app_lamp: Any = assembled.robot["lamp"]
     with pytest.raises(EmergencyStopError):
         app_lamp.set_brightness(1.0)
+    app_lamp.stop()
+    assert shown == [OFF]
 
 
 def test_replay_finds_another_command_to_a_light(recording: Recording) -> None:
