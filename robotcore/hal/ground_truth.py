@@ -15,7 +15,7 @@ from robotcore.description.floor_colours import FloorColours
 from robotcore.geometry import Pose, Twist
 from robotcore.hal.clock import Clock
 from robotcore.hal.joint import Joints
-from robotcore.hal.noise import draw_noise
+from robotcore.hal.noise import draw_noise, draw_noises
 
 Array = NDArray[np.float64]
 
@@ -36,7 +36,7 @@ class GroundTruth:
     """Returns the length of each ray up to its first hit, (n,) in metres, and ``inf`` without a hit.
 
     Its arguments are the common start of the rays, (3,) in metres, and their unit vectors, (n, 3), both in the robot's
-    frame. The rays ignore the robot and the floor.
+    frame. The rays must be horizontal. They ignore the robot and the floor.
     """
     touched: Callable[[], Collection[str]]
     """Returns the names of the bodies that the robot touches now."""
@@ -49,6 +49,10 @@ class GroundTruth:
         The seed, the key and the time determine it. A kind's key begins with the name of its device.
         """
         return draw_noise(f"{self.seed}:{key}", sigma, time) if sigma else 0.0
+
+    def draw_noises(self, key: str, sigma: float, time: float, count: int) -> Array:
+        """Return ``count`` values of normal noise, like `draw_noise`."""
+        return draw_noises(f"{self.seed}:{key}", sigma, time, count) if sigma else np.zeros(count)
 
     @cached_property
     def joints(self) -> Joints:

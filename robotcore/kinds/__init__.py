@@ -14,6 +14,7 @@ from robotcore.kinds.display import Display as Display
 from robotcore.kinds.encoder import Encoder as Encoder
 from robotcore.kinds.imu import Imu as Imu
 from robotcore.kinds.led import Led as Led
+from robotcore.kinds.lidar import Lidar as Lidar
 from robotcore.kinds.line_sensor import LineSensor as LineSensor
 from robotcore.kinds.motor import Motor as Motor
 from robotcore.kinds.range_sensor import RangeSensor as RangeSensor

@@ -1,6 +1,6 @@
 """Faults in one field of the samples of any sensor: noise, bias, a stuck value, spikes. The times do not change.
 
-The fields are those that are annotated with a unit. Their values keep their type.
+The fields are those that are annotated with a unit. Their values keep their type. In a tuple, each number is changed.
 """
 
 from __future__ import annotations
@@ -8,7 +8,8 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Annotated, Any, ClassVar, get_type_hints
+from itertools import repeat
+from typing import Annotated, Any, ClassVar, get_args, get_type_hints
 
 from pydantic import Field, ValidationInfo, model_validator
 
@@ -43,10 +44,11 @@ class FieldFault(SensorFault):
 
     @classmethod
     def _list_fields(cls, kind: str) -> dict[str, type]:
-        """Return the fields in the samples of a kind that the fault can change, and their types."""
+        """Return the fields in the samples of a kind that the fault can change, and the types of their numbers."""
         sample = load_kind(kind).sample
         hints = get_type_hints(sample)
-        return {each.field: hints[each.field] for each in list_values(sample) if hints[each.field] in cls.types}
+        types = {each.field: (*get_args(hints[each.field]), hints[each.field])[0] for each in list_values(sample)}
+        return {field: type_ for field, type_ in types.items() if type_ in cls.types}
 
     def _select_field(self, kind: str) -> tuple[str, type]:
         fields = self._list_fields(kind)
@@ -67,18 +69,29 @@ class FieldFault(SensorFault):
 
     @abstractmethod
     def distort(self, context: FaultContext, sensor: str, value: float, time: float) -> float:
-        """Return the changed value of a sample that a sensor captured at ``time``, in seconds."""
+        """Return the changed value of a sample that a sensor captured at ``time``, in seconds.
+
+        sensor: the name of the sensor. For a number in a tuple, its index follows.
+        """
 
     def change(self, context: FaultContext, sensor: Sensor[Any], read: Reader[Any]) -> Reader[Any]:
         field, kind = self._select_field(sensor.kind)
         convert = _CONVERTERS[kind]
 
+        def change(name: str, value: float, time: float) -> float:
+            return convert(self.distort(context, name, value, time))
+
         def read_distorted() -> Any:
             sample = read()
             if not self.is_on(sample.time):
                 return sample
-            value = self.distort(context, sensor.name, getattr(sample, field), sample.time)
-            return replace(sample, **{field: convert(value)})
+            value = getattr(sample, field)
+            if isinstance(value, tuple):
+                names = (f"{sensor.name}[{index}]" for index in range(len(value)))
+                changed: Any = tuple(map(change, names, value, repeat(sample.time)))
+            else:
+                changed = change(sensor.name, value, sample.time)
+            return replace(sample, **{field: changed})
 
         return read_distorted
 

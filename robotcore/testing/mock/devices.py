@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import reprlib
 from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import MISSING, fields
@@ -243,4 +244,4 @@ def _actuator_class(kind: str) -> type[MockActuator]:
 
 
 def _describe(reading: Any) -> str:
-    return f"{reading.dtype} of shape {reading.shape}" if isinstance(reading, np.ndarray) else repr(reading)
+    return f"{reading.dtype} of shape {reading.shape}" if isinstance(reading, np.ndarray) else reprlib.repr(reading)

@@ -1,0 +1,209 @@
+"""A lidar: a sensor that turns, and measures the distance to the nearest body in many directions."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from robotcore.description import DeviceDescription, Mount
+from robotcore.errors import Mistake
+from robotcore.hal.device import Sensor, Unit
+from robotcore.hal.ground_truth import GroundTruth
+from robotcore.hal.kind import Kind
+from robotcore.hal.robot import Robot
+from robotcore.kinds.range_sensor import SensorRange
+
+Array = NDArray[np.float64]
+
+MILLIMETRES = 3
+"""A simulated distance is rounded to this number of decimals, because lidars send whole millimetres."""
+
+FULL_TURN_RAD = math.tau - 1e-6
+"""A field of view of at least this angle is the full circle, in radians."""
+
+ROUNDING_S = 1e-6
+"""Two times count as equal if they differ by less than this, in seconds."""
+
+Bearing = Annotated[float, Field(ge=-math.tau, le=math.tau)]
+"""An angle from the lidar's direction, in radians, positive to the left."""
+
+
+class LidarDescription(DeviceDescription):
+    """A lidar with horizontal rays. The direction of the mount is that of the bearing 0."""
+
+    kind: Literal["lidar"]
+    mount: Mount
+    min_range_m: SensorRange
+    """The shortest distance that the lidar measures, in metres. A nearer body gives no echo."""
+    max_range_m: SensorRange
+    """The longest distance that the lidar measures, in metres."""
+    start_rad: Bearing = -math.pi
+    """The bearing of the first ray, in radians, positive to the left."""
+    end_rad: Bearing = math.pi
+    """The end of the field of view, in radians. It is the bearing of the last ray, except with a full circle.
+
+    The last ray of a full circle is one step before it, because the first ray has the same direction as the end.
+    """
+    count: Annotated[int, Field(ge=2, le=4000)] = 360
+    """The number of rays in a scan, from right to left at equal angles."""
+    rate_hz: Annotated[float, Field(ge=0.5, le=100)] = 10.0
+    """The number of scans in a second."""
+    noise_m: Annotated[float, Field(ge=0, le=1)] = 0.0
+    """The standard deviation of the distances of a simulated lidar, in metres."""
+
+    @model_validator(mode="after")
+    def _require_order(self) -> LidarDescription:
+        if self.min_range_m >= self.max_range_m:
+            problem = f"min_range_m, {self.min_range_m:g} m, is not below max_range_m, {self.max_range_m:g} m"
+            raise Mistake(problem, "Correct one of them", kind="ranges-in-wrong-order")
+        if not 0 < self.end_rad - self.start_rad <= math.tau + 1e-6:
+            problem = f"start_rad is {self.start_rad:g}, and end_rad is {self.end_rad:g}"
+            remedy = "Give an end_rad that is greater by 2π at most"
+            raise Mistake(problem, remedy, kind="field-of-view")
+        if self.mount.pitch_rad:
+            problem = f"mount.pitch_rad is {self.mount.pitch_rad:g}, but the rays of a lidar are horizontal"
+            raise Mistake(problem, "Remove pitch_rad", kind="lidar-not-level")
+        return self
+
+    @property
+    def is_full_circle(self) -> bool:
+        """Whether the field of view is the full circle."""
+        return self.end_rad - self.start_rad >= FULL_TURN_RAD
+
+    @property
+    def bearings(self) -> tuple[float, ...]:
+        """The angle of each ray from the lidar's direction, in radians, in ascending order: from right to left."""
+        steps = self.count - (not self.is_full_circle)
+        step = (self.end_rad - self.start_rad) / steps
+        return tuple(self.start_rad + index * step for index in range(self.count))
+
+    def arguments(self) -> dict[str, Any]:
+        return {"min_range": self.min_range_m, "max_range": self.max_range_m, "bearings": self.bearings}
+
+
+@dataclass(frozen=True, slots=True)
+class Scan:
+    """A sample of a lidar: one distance for each ray."""
+
+    distances: Annotated[tuple[float, ...], Unit("m")]
+    """The distance along each ray, in metres, in the order of the lidar's ``bearings``.
+
+    It is ``inf`` for a ray without an echo within the lidar's range. A real lidar also gets no echo from a body that is
+    too near, too dark, or too shiny.
+    """
+    time: float
+    """The time of the oldest measurement in the scan on the robot's clock, in seconds."""
+    sequence: int
+    """The number of the sample. It grows with each new sample of a device."""
+
+
+class Lidar(Sensor[Scan]):
+    """A sensor that measures the distance to the nearest body in many directions.
+
+    min_range, max_range: the shortest and the longest distance that the lidar measures, in metres.
+    bearings: the angle of each ray from the lidar's direction, in radians, in ascending order. A positive bearing is on
+        the left.
+
+    ``mount`` is the lidar's pose on the robot in the plane. A run sets it from the robot's description.
+
+    >>> from robotcore.hal.kind import build_sensor
+    >>> lidar = LidarDescription(
+    ...     kind="lidar", name="scanner", mount=Mount(z_m=0.1), min_range_m=0.1, max_range_m=8.0, count=4
+    ... )
+    >>> scanner = build_sensor(lidar, lambda: Scan((math.inf, 2.0, 0.5, 1.0), 0.0, 0))
+    >>> [round(math.degrees(bearing)) for bearing in scanner.bearings]
+    [-180, -90, 0, 90]
+    >>> scanner.format_sample(scanner.read())
+    'nearest 0.50 m at 0°, 3 of 4 rays with an echo'
+    """
+
+    kind = "lidar"
+
+    def __init__(self, name: str, *, min_range: float, max_range: float, bearings: tuple[float, ...]) -> None:
+        super().__init__(name)
+        self.min_range, self.max_range, self.bearings = min_range, max_range, bearings
+
+    def format_sample(self, sample: Scan) -> str:
+        echoes = sum(map(math.isfinite, sample.distances))
+        counted = f"{echoes} of {len(sample.distances)} rays with an echo"
+        nearest = min(sample.distances)
+        if not echoes:
+            return counted
+        bearing = self.bearings[sample.distances.index(nearest)]
+        return f"nearest {nearest:.2f} m at {math.degrees(bearing):.0f}°, {counted}"
+
+
+class SimulatedLidar:
+    """Takes scans from the ground truth. All rays of a scan are measured at the same time."""
+
+    def __init__(self, lidar: LidarDescription, truth: GroundTruth) -> None:
+        self._lidar, self._truth = lidar, truth
+        self._bearings = np.array(lidar.bearings)
+        self._newest: Scan | None = None
+        self._turn = 0
+
+    def __call__(self, time: float, sequence: int) -> Scan:
+        """Return the scan of the present turn of the lidar, at a time in seconds."""
+        turn = math.floor((time + ROUNDING_S) * self._lidar.rate_hz)
+        if self._newest is None or turn > self._turn:
+            self._turn, self._newest = turn, Scan(self._measure(time), time, sequence)
+        return self._newest
+
+    def _measure(self, time: float) -> tuple[float, ...]:
+        lidar = self._lidar
+        mount = self._truth.joints.locate(lidar.mount)
+        angles = mount.yaw_rad + self._bearings
+        rays = np.stack((np.cos(angles), np.sin(angles), np.zeros_like(angles)), axis=1)
+        distances = self._truth.cast(np.array((mount.x_m, mount.y_m, mount.z_m)), rays)
+        distances += self._truth.draw_noises(lidar.name, lidar.noise_m, time, len(distances))
+        distances = distances.round(MILLIMETRES)
+        is_echo = (distances >= lidar.min_range_m) & (distances <= lidar.max_range_m)
+        return tuple(np.where(is_echo, distances, math.inf).tolist())
+
+
+def simulate(lidar: LidarDescription, truth: GroundTruth) -> Callable[[float, int], Scan]:
+    """Return a function that takes a scan of the bodies around the lidar, at its height."""
+    return SimulatedLidar(lidar, truth)
+
+
+def check_reading(lidar: LidarDescription, sample: Scan) -> Scan:
+    """Return a scripted scan. Raises ValueError unless it has a distance for each ray."""
+    values: Any = sample.distances
+    form = f"a list of tuples of {lidar.count} distances in metres, inf without an echo"
+    if not isinstance(values, (tuple, list)) or len(values) != lidar.count:
+        raise ValueError(form)
+    if not all(isinstance(value, (int, float)) and value >= 0 for value in values):
+        raise ValueError(form)
+    limits = lidar.min_range_m, lidar.max_range_m
+    return replace(sample, distances=tuple(float(d) if limits[0] <= d <= limits[1] else math.inf for d in values))
+
+
+def check_distances(_robot: Robot, lidar: Lidar) -> None:
+    """Check that a scan has one distance for each ray, within the range or ``inf``."""
+    distances = lidar.read().distances
+    assert len(distances) == len(lidar.bearings), (
+        f"{lidar.name} returned {len(distances)} distances for {len(lidar.bearings)} rays. Return one for each ray"
+    )
+    wrong = [each for each in distances if not (lidar.min_range <= each <= lidar.max_range or each == math.inf)]
+    assert not wrong, (
+        f"{lidar.name} returned {wrong[0]} m. Return a distance from {lidar.min_range} to {lidar.max_range} m, or inf "
+        "for a ray without an echo"
+    )
+
+
+KIND = Kind(
+    "a scanner of the distances in many directions",
+    LidarDescription,
+    Lidar,
+    Scan,
+    simulate,
+    rules=(check_distances,),
+    default_reading=lambda lidar: {"distances": (math.inf,) * lidar.count},
+    check_reading=check_reading,
+)
