@@ -79,9 +79,14 @@ def load_registered(kind: str, group: str, name: str) -> Any:
 
 
 @cache
-def _list_points(group: str) -> tuple[EntryPoint, ...]:
+def _scan_packages() -> Any:
     # This reads the metadata of all installed packages, so it takes a while on a slow disk.
-    return tuple(entry_points(group=group))
+    return entry_points()
+
+
+@cache
+def _list_points(group: str) -> tuple[EntryPoint, ...]:
+    return tuple(_scan_packages().select(group=group))
 
 
 @cache
@@ -92,7 +97,12 @@ def _points(group: str) -> dict[str, EntryPoint]:
 @cache
 def _find_rivals(group: str) -> dict[str, list[str]]:
     """Return the packages that register a name with different objects, by the name."""
-    found: dict[str, dict[str, str]] = defaultdict(dict)
+    found: dict[str, dict[str, EntryPoint]] = defaultdict(dict)
     for point in _list_points(group):
-        found[point.name].setdefault(point.value, point.dist.name if point.dist else point.value)
-    return {name: sorted(values.values()) for name, values in found.items() if len(values) > 1}
+        found[point.name].setdefault(point.value, point)
+    # Python reads and parses a file for the name of a package.
+    return {
+        name: sorted(point.dist.name if point.dist else point.value for point in points.values())
+        for name, points in found.items()
+        if len(points) > 1
+    }

@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import EntryPoint, EntryPoints, entry_points
 from pathlib import Path
 
 import pytest
@@ -14,6 +14,7 @@ from robotcore.runtime.apps import app_name, load_app
 from tests.texts import Raises
 
 Register = Callable[..., None]
+GROUPS = (registry.BACKENDS, registry.APPS, registry.FAULTS, registry.DEVICES, registry.KINDS)
 
 
 @pytest.fixture
@@ -21,14 +22,19 @@ def register(monkeypatch: pytest.MonkeyPatch) -> Iterator[Register]:
     """Return a function that replaces the installed entry points of all groups."""
 
     def forget() -> None:
-        for cached in (registry._list_points, registry._points, registry._find_rivals):
+        for cached in (registry._scan_packages, registry._list_points, registry._points, registry._find_rivals):
             cached.cache_clear()
 
     def install(**values: str | list[str]) -> None:
         forget()
         listed = {name: [value] if isinstance(value, str) else value for name, value in values.items()}
-        points = [(name.replace("_", "-"), value) for name, each in listed.items() for value in each]
-        monkeypatch.setattr(registry, "entry_points", lambda group: [EntryPoint(*point, group) for point in points])
+        points = EntryPoints(
+            EntryPoint(name.replace("_", "-"), value, group)
+            for group in GROUPS
+            for name, each in listed.items()
+            for value in each
+        )
+        monkeypatch.setattr(registry, "entry_points", lambda: points)
 
     yield install
     monkeypatch.undo()

@@ -16,7 +16,6 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from robotcore.errors import UsageError
-from robotcore.plugins import kind_names
 
 if TYPE_CHECKING:
     if sys.version_info >= (3, 11):
@@ -152,6 +151,8 @@ def _describe_use(template: Template, name: str) -> str:
         return "the name of a file in every new project"
     if module in sys.stdlib_module_names or find_spec(module):
         return "the name of an installed Python module"
+    from robotcore.plugins import kind_names
+
     if template is KIND and module in kind_names():
         return "the name of an installed kind"
     return _use_as_backend(name) if template is DRIVER else ""
