@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from types import FrameType
-from typing import Any, ClassVar, Generic, NamedTuple, ParamSpec, Protocol, TypeVar, get_type_hints
+from typing import Any, ClassVar, Generic, NamedTuple, Protocol, TypeVar, get_type_hints
 
 from robotcore.errors import DeviceClosedError, DeviceError, RobotcoreError
 from robotcore.geometry import Pose
@@ -75,7 +75,6 @@ def _format_number(value: Any) -> str:
 
 SampleT = TypeVar("SampleT", bound=Sample)
 CommandT = TypeVar("CommandT")
-P = ParamSpec("P")
 T = TypeVar("T")
 
 
@@ -115,14 +114,10 @@ class Device:
     def _release(self) -> None:
         """Release the hardware. `close` calls this once."""
 
-    def _require_open(self) -> None:
-        if self._is_closed:
-            raise DeviceClosedError(self.name)
-
-    def _attempt(self, method: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
+    def _attempt(self, method: Callable[..., T], *args: object) -> T:
         """Call a driver's method. Raise its exceptions, except RobotcoreErrors, as DeviceErrors."""
         try:
-            return method(*args, **kwargs)
+            return method(*args)
         except RobotcoreError:
             raise
         except Exception as error:
@@ -155,7 +150,8 @@ class Sensor(Device, ABC, Generic[SampleT]):
 
     def read(self) -> SampleT:
         """Return the newest sample, without waiting for hardware. Raises DeviceError if the sensor fails."""
-        self._require_open()
+        if self._is_closed:
+            raise DeviceClosedError(self.name)
         return self._attempt(self._newest)
 
     @abstractmethod
@@ -178,7 +174,8 @@ class Actuator(Device, ABC, Generic[CommandT]):
         It does not wait for hardware. Raises InvalidCommandError for a command without a meaning, such as NaN, and
         DeviceError if the actuator fails.
         """
-        self._require_open()
+        if self._is_closed:
+            raise DeviceClosedError(self.name)
         sent = self._limit(command)
         self._attempt(self._apply, sent)
         return sent

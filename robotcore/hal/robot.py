@@ -77,7 +77,7 @@ class Robot:
         self._drive = drive
         self._release = release
         firsts = {device.kind: device for device in reversed(self.devices.values())}
-        self._fillers = {role: firsts.get(role.kind) if role.kind else drive for role in Role}
+        self._fillers: dict[Role, Any] = {role: firsts.get(role.kind) if role.kind else drive for role in Role}
 
     @property
     def drive(self) -> DifferentialDrive:
@@ -87,17 +87,20 @@ class Robot:
     @property
     def camera(self) -> Camera:
         """The first camera. Raises UnmetNeedError if no camera is open."""
-        return cast("Camera", self._first(Role.CAMERA))
+        camera: Camera = self._fillers[Role.CAMERA] or self._unmet(Role.CAMERA)
+        return camera
 
     @property
     def range(self) -> RangeSensor:
         """The first range sensor. Raises UnmetNeedError if no range sensor is open."""
-        return cast("RangeSensor", self._first(Role.RANGE))
+        sensor: RangeSensor = self._fillers[Role.RANGE] or self._unmet(Role.RANGE)
+        return sensor
 
     @property
     def display(self) -> Display:
         """The first display. Raises UnmetNeedError if no display is open."""
-        return cast("Display", self._first(Role.DISPLAY))
+        display: Display = self._fillers[Role.DISPLAY] or self._unmet(Role.DISPLAY)
+        return display
 
     @property
     def motors(self) -> dict[str, Motor]:
@@ -116,9 +119,6 @@ class Robot:
         """
         found: type[DeviceT] = cast("type[DeviceT]", kind)
         return tuple(device for device in self.devices.values() if isinstance(device, found))
-
-    def _first(self, role: Role) -> Any:
-        return self._fillers[role] or self._unmet(role)
 
     def __repr__(self) -> str:
         parts = [

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import NoReturn
 
 EXIT_STATUS = 1
 """The exit status of the copy."""
@@ -25,13 +26,13 @@ def end_forks(call: str) -> Iterator[None]:
     try:
         yield
     finally:
-        end_if_forked(process, call)
+        if os.getpid() != process:
+            end_fork(call)
 
 
-def end_if_forked(process: int, call: str) -> None:
-    """End this process if its number is not ``process``."""
-    if (copy := os.getpid()) != process:
-        try:
-            os.write(2, _MESSAGE.format(call, copy).encode())
-        finally:
-            os._exit(EXIT_STATUS)
+def end_fork(call: str) -> NoReturn:
+    """End this process, which is a copy that the app's code has made."""
+    try:
+        os.write(2, _MESSAGE.format(call, os.getpid()).encode())
+    finally:
+        os._exit(EXIT_STATUS)

@@ -17,7 +17,7 @@ from robotcore.hal.drive import DifferentialDrive
 from robotcore.kinds.motor import Motor
 from robotcore.runtime.behaviour import Behaviour, Status, require_callable
 from robotcore.runtime.device_losses import DeviceLossTracker
-from robotcore.runtime.forks import end_if_forked
+from robotcore.runtime.forks import end_fork
 from robotcore.runtime.intervention_timer import InterventionTimer
 from robotcore.runtime.layers import AssembledRobot
 from robotcore.runtime.result import Outcome
@@ -235,7 +235,8 @@ class Loop:
                 self._waits.end(self._clock.now())
             return status
         finally:
-            end_if_forked(self._process, f"{type(self.behaviour).__name__}.step")
+            if os.getpid() != self._process:
+                end_fork(f"{type(self.behaviour).__name__}.step")
 
     def _let_time_pass(self) -> None:
         self._deadline += self._period

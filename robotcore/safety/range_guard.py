@@ -44,18 +44,21 @@ class DistanceAhead:
     It subtracts from each reading the distance that the robot may have driven since then: the age of the reading times
     the highest speed since the reading.
 
-    is_ahead: returns whether a sensor points ahead now. A sensor that a servo has turned aside is not read.
+    is_ahead: returns whether a sensor points ahead now. A sensor that a servo has turned aside is not read. None if all
+        sensors always point ahead.
     """
 
     def __init__(
-        self, clock: Clock, sensors: Sequence[RangeSensor], is_ahead: Callable[[RangeSensor], bool] = lambda _: True
+        self, clock: Clock, sensors: Sequence[RangeSensor], is_ahead: Callable[[RangeSensor], bool] | None = None
     ) -> None:
         self._clock, self._is_ahead = clock, is_ahead
         self._clearances = [_ClearanceAhead(sensor) for sensor in sensors]
 
     def __call__(self, speed: float) -> float:
         now = self._clock.now()
-        ahead = [each for each in self._clearances if self._is_ahead(each.sensor)]
+        ahead = self._clearances
+        if self._is_ahead:
+            ahead = [clearance for clearance in ahead if self._is_ahead(clearance.sensor)]
         return min([clearance.at(now, speed) for clearance in ahead], default=math.inf)
 
 

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any, cast
 
+from robotcore.errors import DeviceClosedError
 from robotcore.geometry import to_float
 from robotcore.hal.clock import TickClock
 from robotcore.hal.device import Actuator, Device, SampleT, Sensor
@@ -28,7 +29,8 @@ class AppSensor(Sensor[SampleT]):
         self.latest: SampleT | None = None
 
     def read(self) -> SampleT:
-        self._require_open()
+        if self._is_closed:
+            raise DeviceClosedError(self.name)
         if self.latest is None or self._tick != self._clock.tick:
             self.latest = self._attempt(self._read_layers)
             self._tick = self._clock.tick
@@ -71,7 +73,8 @@ class AppMotor(Motor):
         return super().__repr__().replace(AppMotor.__name__, Motor.__name__, 1)  # as sensors show their kind
 
     def set_velocity(self, rad_s: float) -> float:
-        self._require_open()
+        if self._is_closed:
+            raise DeviceClosedError(self.name)
         return self._attempt(self._output.set_velocity, to_float(rad_s))
 
     def stop(self) -> None:
@@ -119,7 +122,8 @@ class AppActuator(Actuator[Any]):
         Device.close(self)  # the driver's actuator stops itself
 
     def _send(self, command: Any) -> Any:
-        self._require_open()
+        if self._is_closed:
+            raise DeviceClosedError(self.name)
         self.latest = command
         return self._attempt(self._send_layers, command)
 

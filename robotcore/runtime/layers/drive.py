@@ -89,7 +89,9 @@ def build_drive(
     if drive.max_acceleration_rad_s2:
         rules.append(AccelerationLimit(drive.max_acceleration_rad_s2 / rate_hz))
     if ahead:  # last, so that no other rule changes its result
-        distance = DistanceAhead(clock, ahead, lambda sensor: joints.locate(mounts[sensor.name]).is_ahead)
+        are_fixed = len(fixed) == len(ahead)
+        is_ahead = None if are_fixed else lambda sensor: joints.locate(mounts[sensor.name]).is_ahead
+        distance = DistanceAhead(clock, ahead, is_ahead)
         rules.append(RangeGuard(drive.geometry, distance, safety.stop_distance_m, safety.deceleration_m_s2))
     safety_filter = SafetyFilter(
         clock,

@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+from robotcore.errors import DeviceClosedError
 from robotcore.hal.robot import Robot
 from robotcore.kinds.motor import Motor, invalid_velocity
 from tests.robotcore.testing.harness import broken, replace_attribute
@@ -31,7 +32,8 @@ def change_set_velocity(change: Callable[[Motor, float], float]) -> Callable[[Ro
 
 def _build_set_velocity(change: Callable[[Motor, float], float], motor: Motor) -> Callable[[float], float]:
     def set_velocity(rad_s: float) -> float:
-        motor._require_open()
+        if motor._is_closed:
+            raise DeviceClosedError(motor.name)
         return change(motor, rad_s)
 
     return set_velocity
