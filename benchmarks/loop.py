@@ -124,12 +124,13 @@ def _make_framework_block(backend: str, robot: RobotDescription, world: WorldDes
 def _build_loop_by_hand(robot: RobotDescription, world: WorldDescription) -> Block:
     """Return the loop for PyBullet, with TinyRenderer and Bullet's own functions."""
     assert robot.drive
+    (left_motor,), (right_motor,) = robot.drive.left_motors, robot.drive.right_motors
     bullet = Bullet.connect(gui=False)
     scene, body = BulletScene(bullet, world), Body(bullet, robot, world.start.pose)
     body.hide()
     bullet.setGravity(0.0, 0.0, -9.81)
     bullet.setPhysicsEngineParameter(fixedTimeStep=1 / (RATE_HZ * STEPS_A_TICK))
-    left, right = body.find_joint(robot.drive.left), body.find_joint(robot.drive.right)
+    left, right = body.find_joint(left_motor), body.find_joint(right_motor)
     (camera,) = robot.all_of(CameraDescription)
     mount, light, detector = camera.mount, scene.light, ColourDetector("green")
     tall = 2 * math.degrees(math.atan(camera.height_px / 2 / camera.intrinsics.focal_length))

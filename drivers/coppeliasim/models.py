@@ -19,8 +19,8 @@ from typing import NamedTuple
 from drivers.coppeliasim.builder import AXLE, NO_UNDO, CollisionMask, Placement, SceneBuilder, place_on_floor
 from drivers.coppeliasim.restore import begin_building
 from drivers.coppeliasim.scene import CoppeliaSimScene
-from robotcore.description import Ball, Box, Cylinder, Drive, RobotDescription, WorldDescription
-from robotcore.description.robot import Body, Caster
+from robotcore.description import Ball, Box, Caster, Cylinder, Drive, RobotDescription, TwoWheelDrive, WorldDescription
+from robotcore.description.robot import Body
 from robotcore.geometry import Pose
 from robotcore.hal.clock import Clock
 from robotcore.hal.sampling import SampleCache
@@ -107,7 +107,7 @@ def build_robot(builder: SceneBuilder, robot: RobotDescription, start: Pose) -> 
     root = builder.create_shape("cuboid", size, frame.compose(centre), body.colour, CollisionMask.BODY, robot.name)
     builder.write_note(root, NO_UNDO)
     joints: dict[str, int] = {}
-    if drive := robot.drive:
+    if drive := robot.require_two_wheels("CoppeliaSim"):
         builder.make_dynamic(root, body.mass_kg, body.moments_kg_m2, -body.centre_x_m)
         joints = _add_wheels(builder, drive, root, frame)
         if drive.caster:
@@ -115,7 +115,7 @@ def build_robot(builder: SceneBuilder, robot: RobotDescription, start: Pose) -> 
     return BuiltRobot(root, joints, Placement(-centre.x, 0.0, -centre.z))
 
 
-def _add_wheels(builder: SceneBuilder, drive: Drive, root: int, frame: Placement) -> dict[str, int]:
+def _add_wheels(builder: SceneBuilder, drive: TwoWheelDrive, root: int, frame: Placement) -> dict[str, int]:
     sides = ((drive.left, drive.left_encoder, 0.5), (drive.right, drive.right_encoder, -0.5))
     joints: dict[str, int] = {}
     for motor, encoder, side in sides:

@@ -8,7 +8,7 @@ from functools import cached_property
 from drivers.kinematic.clearance import Clearance, CollisionChecker
 from drivers.kinematic.devices import Array, WorldSlice
 from drivers.kinematic.motion import Chassis, Wheel
-from robotcore.description import Drive, WorldDescription
+from robotcore.description import TwoWheelDrive, WorldDescription
 from robotcore.geometry import Pose, Twist, wrap_angle
 from robotcore.hal.backend import Setup
 from robotcore.hal.clock import SteppedClock
@@ -32,8 +32,9 @@ class Simulation:
         """The wheel of each encoder, by the name of the encoder."""
         self._start = world.start.pose
         self._collisions = CollisionChecker(Clearance(robot.body.footprint, world), self._start)
-        self._chassis = self._build_chassis(robot.drive) if robot.drive else None
-        driven = {robot.drive.left, robot.drive.right} if robot.drive else set()
+        drive = robot.require_two_wheels("the backend 'kinematic'")
+        self._chassis = self._build_chassis(drive) if drive else None
+        driven = set(drive.motors) if drive else set()
         self._moving: list[Wheel | Chassis] = [wheel for name, wheel in self.wheels.items() if name not in driven]
         if self._chassis:
             self._moving.append(self._chassis)
@@ -78,7 +79,7 @@ class Simulation:
         bodies = (*self.world.prisms, *self.world.targets)
         return [bodies[index].name for index in self._collisions.touched]
 
-    def _build_chassis(self, drive: Drive) -> Chassis:
+    def _build_chassis(self, drive: TwoWheelDrive) -> Chassis:
         left, right = self.wheels[drive.left], self.wheels[drive.right]
         if drive.left_encoder and drive.right_encoder:
             self.encoded_wheels = {drive.left_encoder: left, drive.right_encoder: right}

@@ -2,6 +2,7 @@
 
 from robotcore.description.conditions import Conditions, Light, Randomisation
 from robotcore.description.devices import DeviceDescription, Mount
+from robotcore.description.drive import AckermannDrive, Caster, Drive, DriveWheel, SkidDrive, TwoWheelDrive
 from robotcore.description.generation.domain_randomisation import (
     DrawnValues,
     RandomisedWorld,
@@ -23,7 +24,7 @@ from robotcore.description.loading import (
     robot_names,
     world_names,
 )
-from robotcore.description.robot import Body, Caster, Drive, RobotDescription, Safety
+from robotcore.description.robot import Body, RobotDescription, Safety
 from robotcore.description.texture import Texture
 from robotcore.description.types import COLOURS, StrictModel, hue_degrees
 from robotcore.description.validation import first_mistake
@@ -31,6 +32,7 @@ from robotcore.description.world import Ball, Box, Cylinder, Floor, Start, Varia
 
 __all__ = [
     "COLOURS",
+    "AckermannDrive",
     "Ball",
     "Body",
     "Box",
@@ -40,6 +42,7 @@ __all__ = [
     "DeviceDescription",
     "DrawnValues",
     "Drive",
+    "DriveWheel",
     "Floor",
     "Light",
     "Line",
@@ -48,9 +51,11 @@ __all__ = [
     "RandomisedWorld",
     "RobotDescription",
     "Safety",
+    "SkidDrive",
     "Start",
     "StrictModel",
     "Texture",
+    "TwoWheelDrive",
     "Variation",
     "Walls",
     "WorldDescription",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from robotcore.description.drive import TwoWheelDrive
 from robotcore.description.robot import RobotDescription
 from robotcore.description.world import WorldDescription
 
@@ -34,8 +35,8 @@ def find_doubtful_values(robot: RobotDescription) -> Iterator[str]:
         yield f"body.mass_kg: with {body.mass_kg:g} kg, the body is denser than steel. Give the mass in kg"
     reach, middle = REACH * max(longest, body.height_m), body.middle_m
     places = {f"{name}.mount": (mount.x_m, mount.y_m, mount.z_m) for name, mount in robot.mounts.items()}
-    if robot.drive and robot.drive.caster:
-        places["drive.caster.x_m"] = (robot.drive.caster.x_m, 0.0, 0.0)
+    if isinstance(robot.drive, TwoWheelDrive) and (caster := robot.drive.caster):
+        places["drive.caster.x_m"] = (caster.x_m, 0.0, 0.0)
     for key, place in places.items():
         distance = max(abs(each - centre) for each, centre in zip(place, middle, strict=True))
         if distance > reach:

@@ -1,7 +1,7 @@
 """The description of a robot: its body, drive, safety limits and devices.
 
-The origin of the robot's frame is on the floor under the middle of the axle. In this frame, x points forward, y left
-and z up. Keys end in their unit.
+The origin of the robot's frame is on the floor under the middle of the axle: of the rear axle with a drive that steers,
+and of all wheels with one that skids. In this frame, x points forward, y left and z up. Keys end in their unit.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from pydantic import (
 
 from robotcore.description.conditions import Conditions
 from robotcore.description.devices import AnyDevice, DescriptionT, Mount
+from robotcore.description.drive import AckermannDrive, Mass, OptionalDrive, TwoWheelDrive
 from robotcore.description.types import (
     Colour,
     Coordinate,
@@ -31,15 +32,13 @@ from robotcore.description.types import (
     freeze,
     require_unique,
 )
-from robotcore.errors import Mistake
-from robotcore.geometry import DifferentialGeometry
+from robotcore.errors import Mistake, UsageError
+
+MAX_STEERING_RAD = 1.4
+"""The greatest angle of a servo that steers, in radians, to either side."""
 
 UNIT_ERROR_FACTOR = 10
 """A wheel's size is refused above this multiple of the body's width, because one of the two is not in metres."""
-
-
-Mass = Annotated[float, Field(ge=1e-4, le=1e4)]
-"""The mass of a part, in kg, from a tenth of a gram to ten tonnes."""
 
 
 class Body(StrictModel):
@@ -88,68 +87,6 @@ class Body(StrictModel):
         return max(math.hypot(x, y) for x, y in self.footprint)
 
 
-class Caster(StrictModel):
-    """A caster, which simulators model as a ball that slides without friction."""
-
-    x_m: Coordinate
-    """The distance from the axle forward to the middle of the caster, in metres."""
-    radius_m: Metres
-
-
-class Drive(StrictModel):
-    """A differential drive: two driven wheels on one axle."""
-
-    left: Name
-    """The name of the left motor."""
-    right: Name
-    """The name of the right motor."""
-    left_encoder: Name | None = None
-    """The name of the left wheel's encoder."""
-    right_encoder: Name | None = None
-    """The name of the right wheel's encoder."""
-    track_m: Metres
-    """The distance between the middles of the two wheels, in metres."""
-    wheel_radius_m: Metres
-    wheel_width_m: Metres
-    wheel_mass_kg: Mass
-    """The mass of one wheel, in kg."""
-    caster: Caster | None = None
-    max_acceleration_rad_s2: Annotated[float, Field(ge=0.01, le=1e6)] | None = None
-    """The greatest acceleration that a run commands to a wheel, in rad/s²; None for no limit."""
-
-    @model_validator(mode="after")
-    def _require_two_sides(self) -> Drive:
-        if self.left == self.right:
-            raise Mistake(f"left and right are the same motor {self.left!r}", "Name two motors", kind="same-motor")
-        if (self.left_encoder is None) != (self.right_encoder is None):
-            raise Mistake("only one wheel has an encoder", "Name both encoders or none", kind="one-encoder")
-        if self.left_encoder and self.left_encoder == self.right_encoder:
-            problem = f"left_encoder and right_encoder are the same encoder {self.left_encoder!r}"
-            raise Mistake(problem, "Name two encoders", kind="same-encoder")
-        return self
-
-    @property
-    def wheel_motors(self) -> dict[str, str]:
-        """A mapping from the name of each motor and encoder of the drive to the name of the motor on the same wheel."""
-        sides = ((self.left, self.left_encoder), (self.right, self.right_encoder))
-        return {device: motor for motor, encoder in sides for device in (motor, encoder) if device}
-
-    @property
-    def wheel_moments_kg_m2(self) -> tuple[float, float, float]:
-        """The moments of inertia of a wheel, a solid cylinder, about x, y (its axle) and z, in kg·m²."""
-        radius, width, mass = self.wheel_radius_m, self.wheel_width_m, self.wheel_mass_kg
-        across = mass * (3 * radius**2 + width**2) / 12
-        return (across, mass * radius**2 / 2, across)
-
-    def wheel_y_m(self, motor: str) -> float:
-        """Return the y coordinate of the wheel of a motor in the robot's frame, in metres."""
-        return self.track_m / 2 if motor == self.left else -self.track_m / 2
-
-    @property
-    def geometry(self) -> DifferentialGeometry:
-        return DifferentialGeometry(self.wheel_radius_m, self.track_m)
-
-
 class Safety(StrictModel):
     """The limits of the safety rules in `robotcore.safety`."""
 
@@ -190,7 +127,7 @@ class RobotDescription(StrictModel):
     summary: str = ""
     """One line about the robot, for `robotcore robots`."""
     body: Body
-    drive: Drive | None = None
+    drive: OptionalDrive = None
     """The drive; None for a robot that cannot drive."""
     safety: Safety = Safety()
     devices: Annotated[tuple[AnyDevice, ...], Field(description="a list of tables: [[devices]]")] = ()
@@ -210,8 +147,8 @@ class RobotDescription(StrictModel):
         if drive := self.drive:
             motors = {motor.name for motor in self.all_of("motor")}
             encoders = {encoder.name for encoder in self.all_of("encoder")}
-            _require_devices("drive", (drive.left, drive.right), motors, "motor")
-            _require_devices("drive", filter(None, (drive.left_encoder, drive.right_encoder)), encoders, "encoder")
+            _require_devices("drive", drive.motors, motors, "motor")
+            _require_devices("drive", drive.encoders, encoders, "encoder")
         return self
 
     @model_validator(mode="after")
@@ -239,10 +176,63 @@ class RobotDescription(StrictModel):
         if not body.front_x_m - body.length_m < 0 < body.front_x_m:
             remedy = "Correct body.centre_x_m or body.length_m"
             raise Mistake("the axle is not under the body", remedy, kind="axle-not-under-body")
+        ends = [wheel.x_m + side * drive.wheel_radius_m for wheel in drive.wheels for side in (-1, 1)]
+        if drive.wheelbase and not body.front_x_m - body.length_m <= min(ends) <= max(ends) <= body.front_x_m:
+            reach = f"from x = {body.front_x_m - body.length_m:g} m to {body.front_x_m:g} m"
+            problem = f"the wheels reach from x = {min(ends):g} m to {max(ends):g} m, but the body {reach}"
+            remedy = "Include the wheels in body.length_m, and correct body.centre_x_m"
+            raise Mistake(problem, remedy, kind="body-shorter-than-wheels")
         if body.clearance_m == 0:
             problem = "body.clearance_m is 0, so the body lies on the floor"
             raise Mistake(problem, "Raise it, or remove [drive]", kind="body-on-floor")
         return self
+
+    @model_validator(mode="after")
+    def _check_steering(self) -> RobotDescription:
+        if not isinstance(drive := self.drive, AckermannDrive):
+            return self
+        servos = {servo.name: servo for servo in self.all_of("servo")}
+        _require_devices("drive", (drive.steering,), set(servos), "servo")
+        servo = servos[drive.steering]
+        if not -MAX_STEERING_RAD <= servo.min_angle_rad < 0 < servo.max_angle_rad <= MAX_STEERING_RAD:
+            limits = f"from {servo.min_angle_rad:g} rad to {servo.max_angle_rad:g} rad"
+            problem = f"the servo {servo.name!r} of [drive] turns {limits}, which is no range for steering"
+            remedy = f"Give it a min_angle_rad from {-MAX_STEERING_RAD} to below 0 and a max_angle_rad from above 0 to "
+            raise Mistake(problem, f"{remedy}{MAX_STEERING_RAD}", kind="steering-range")
+        widest = max(-servo.min_angle_rad, servo.max_angle_rad)
+        if drive.to_curvature(widest) * drive.track_m / 2 >= 1:
+            problem = f"at {widest:g} rad of {servo.name!r}, the robot would turn about a point between its rear wheels"
+            raise Mistake(problem, "Correct its limits, drive.wheelbase_m or drive.track_m", kind="steering-range")
+        return self
+
+    def require_two_wheels(self, user: str) -> TwoWheelDrive | None:
+        """Return the drive, or None for a robot that cannot drive.
+
+        user: the simulator or the format that has a model of two driven wheels only, for the message.
+
+        Raises UsageError for a drive of another kind.
+        """
+        if self.drive is None or isinstance(self.drive, TwoWheelDrive):
+            return self.drive
+        raise UsageError(
+            f"{user} has no model of the drive of {self.name!r}, whose kind is {self.drive.kind!r}. Choose another "
+            "one, or another robot",
+            kind="drive-without-model",
+            drive=self.drive.kind,
+        )
+
+    @property
+    def curvatures(self) -> tuple[float, float]:
+        """The curvatures of the sharpest turns to the right and to the left, in 1/m; infinite for turns on the spot."""
+        if not isinstance(drive := self.drive, AckermannDrive):
+            return -math.inf, math.inf
+        servo = next(servo for servo in self.all_of("servo") if servo.name == drive.steering)
+        return drive.to_curvature(servo.min_angle_rad), drive.to_curvature(servo.max_angle_rad)
+
+    @property
+    def min_turn_radius_m(self) -> float:
+        """The radius of the sharpest turn that the robot can make to both sides, in metres; 0 for one on the spot."""
+        return 1 / min(map(abs, self.curvatures))
 
     @property
     def mounts(self) -> dict[str, Mount]:
@@ -308,7 +298,7 @@ class RobotDescription(StrictModel):
         lag, drive = conditions.wheel_lag_s, self.drive
         if lag is None or drive is None:
             return self
-        wheels = (drive.left, drive.right)
+        wheels = drive.motors
         devices = (d.model_copy(update={"lag_s": lag}) if d.name in wheels else d for d in self.devices)
         return self.model_copy(update={"devices": tuple(devices)})
 

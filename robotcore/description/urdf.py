@@ -7,7 +7,8 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 from xml.etree import ElementTree as ET
 
-from robotcore.description.robot import Caster, Drive, RobotDescription
+from robotcore.description.drive import Caster, TwoWheelDrive
+from robotcore.description.robot import RobotDescription
 from robotcore.description.types import Colour
 from robotcore.description.world import Box, Cylinder, WorldDescription
 
@@ -125,12 +126,12 @@ def _list_robot_parts(robot: RobotDescription) -> Iterator[ET.Element]:
     body = robot.body
     shape = _box(body.length_m, body.width_m, body.height_m, body.middle_m)
     yield _link(BASE, _Inertia(body.mass_kg, body.moments_kg_m2, body.middle_m), shape, shape, body.colour)
-    if robot.drive:
+    if drive := robot.require_two_wheels("the format URDF"):
         for motor in robot.all_of("motor"):
-            if motor.name in (robot.drive.left, robot.drive.right):
-                yield from _list_wheel_parts(motor, robot.drive)
-        if robot.drive.caster:
-            yield from _list_caster_parts(robot.drive.caster)
+            if motor.name in drive.motors:
+                yield from _list_wheel_parts(motor, drive)
+        if drive.caster:
+            yield from _list_caster_parts(drive.caster)
     for sensor, mount in robot.mounts.items():
         element = ET.Element("link", name=sensor_link(sensor))
         element.append(_inertial(_TINY_INERTIA))
@@ -139,7 +140,7 @@ def _list_robot_parts(robot: RobotDescription) -> Iterator[ET.Element]:
         yield _joint(f"{sensor}_mount", "fixed", BASE, sensor_link(sensor), (mount.x_m, mount.y_m, mount.z_m), rpy)
 
 
-def _list_wheel_parts(motor: Any, drive: Drive) -> Iterator[ET.Element]:
+def _list_wheel_parts(motor: Any, drive: TwoWheelDrive) -> Iterator[ET.Element]:
     name, radius = name_wheel_link(motor.name), drive.wheel_radius_m
     tyre = _cylinder(radius, drive.wheel_width_m, rpy=_LYING)
     inertia = _Inertia(drive.wheel_mass_kg, drive.wheel_moments_kg_m2)
@@ -220,7 +221,7 @@ def build_robot_urdf(description: RobotDescription, world: WorldDescription | No
     name = f"{description.name} in {world.name}" if world else description.name
     robot = ET.Element("robot", name=name)
     if world:
-        robot.extend(_list_world_parts(world, is_free=description.drive is not None))
-    robot.extend(_list_robot_parts(description))
+        robot.extend([*_list_world_parts(world, is_free=description.drive is not None)])
+    robot.extend([*_list_robot_parts(description)])
     ET.indent(robot)
     return ET.tostring(robot, encoding="unicode", xml_declaration=True) + "\n"

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel, ValidationError
 
+from robotcore.description.drive import DIFFERENTIAL
 from robotcore.description.types import MIN_DEGREES, build_turn_mistake
 from robotcore.errors import Mistake
 from robotcore.text import suggestion
@@ -224,12 +225,13 @@ def dotted_key(loc: Sequence[str | int], data: Any) -> str:
     >>> dotted_key(("devices", 0, "mount"), {"devices": [{"name": "nose"}]})
     'devices[nose].mount'
     """
-    key, here, in_list = "", data, False
+    key, here, in_list, is_new = "", data, False, False
+    defaults = {"drive": [DIFFERENTIAL]}
     for part in loc:
-        if in_list and isinstance(here, dict) and part in [here.get(tag) for tag in _TAGS]:
-            in_list = False
+        if is_new and isinstance(here, dict) and part in [here.get(tag) for tag in _TAGS] + defaults.get(key, []):
+            is_new = in_list = False
             continue
-        in_list = isinstance(part, int)
+        in_list, is_new = isinstance(part, int), True
         here = _item(here, part)
         if in_list:
             key += f"[{_label(here, part)}]"

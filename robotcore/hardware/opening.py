@@ -132,4 +132,4 @@ def motor_of(encoder: str, robot: RobotDescription) -> str | None:
 def _encoders(robot: RobotDescription) -> dict[str, str | None]:
     if (drive := robot.drive) is None:
         return {}
-    return {drive.left: drive.left_encoder, drive.right: drive.right_encoder}
+    return {motor: name for name, motor in drive.wheel_motors.items() if name in drive.encoders}

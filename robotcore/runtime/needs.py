@@ -60,9 +60,8 @@ def find_devices(description: RobotDescription, need: Need) -> frozenset[str]:
         return frozenset(device.name for device in description.all_of(need.kind)[:1])
     if (drive := description.drive) is None:
         return frozenset()
-    wheels = (drive.left, drive.right, drive.left_encoder, drive.right_encoder)
     ahead = {sensor.name for sensor in description.range_sensors_ahead}
-    return frozenset({name for name in wheels if name} | ahead)
+    return frozenset({*drive.motors, *drive.encoders, *filter(None, (drive.steering_servo,))} | ahead)
 
 
 def name_need(need: Need) -> str:

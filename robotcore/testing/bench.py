@@ -202,14 +202,14 @@ class TestBench:
                 pytest.skip(f"backend {self.backend.name!r} does not have the capability {each.value}")
 
     def get_motors(self, robot: Robot) -> tuple[Motor, Motor]:
-        """Return the left and the right motor of the drive."""
-        left, right = robot[self.drive.left], robot[self.drive.right]
+        """Return a left and a right motor of the drive."""
+        left, right = robot[self.drive.left_motors[0]], robot[self.drive.right_motors[0]]
         assert isinstance(left, Motor), f"{left.name} is a {type(left).__name__}, not a Motor"
         assert isinstance(right, Motor), f"{right.name} is a {type(right).__name__}, not a Motor"
         return left, right
 
     def get_encoders(self, robot: Robot) -> tuple[Encoder, Encoder]:
-        """Return the left and the right encoder of the drive. If the drive has none, the rule is skipped."""
+        """Return a left and a right encoder of the drive. If the drive has none, the rule is skipped."""
         return self._find_encoders(robot) or pytest.skip(f"the drive of {self.description.name} has no encoders")
 
     def command_wheels(self, robot: Robot, left: float, right: float, seconds: float = SETTLING_S) -> None:
@@ -245,8 +245,8 @@ class TestBench:
         return Odometry(self.drive.geometry, lambda: Wheels(left.read().angle, right.read().angle)).pose
 
     def _find_encoders(self, robot: Robot) -> tuple[Encoder, Encoder] | None:
-        names = self.drive.left_encoder or "", self.drive.right_encoder or ""
-        left, right = map(robot.devices.get, names)
+        sides = self.drive.left_encoders, self.drive.right_encoders
+        left, right = (next(filter(None, map(robot.devices.get, names)), None) for names in sides)
         return (left, right) if isinstance(left, Encoder) and isinstance(right, Encoder) else None
 
     def _skip_without_hook(self, support: TestSupport, hook: str) -> NoReturn:

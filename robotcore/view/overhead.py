@@ -259,6 +259,6 @@ def _build_wheels(robot: RobotDescription) -> list[list[tuple[float, float]]]:
         return []
     a, b = drive.wheel_radius_m, drive.wheel_width_m / 2
     return [
-        [(a, side + b), (-a, side + b), (-a, side - b), (a, side - b)]
-        for side in (drive.track_m / 2, -drive.track_m / 2)
+        [(x + a, y + b), (x - a, y + b), (x - a, y - b), (x + a, y - b)]
+        for x, y in ((wheel.x_m, wheel.y_m) for wheel in drive.wheels)
     ]

@@ -6,8 +6,8 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from drivers.mujoco.model.attributes import CollisionGroup, RenderGroup, camera_orientation, rgba, rotation_about_z
-from robotcore.description import Drive, RobotDescription
-from robotcore.description.robot import Body, Caster
+from robotcore.description import Caster, RobotDescription, TwoWheelDrive
+from robotcore.description.robot import Body
 from robotcore.description.urdf import BASE, CASTER_COLOUR, WHEEL_COLOUR, name_wheel_link, wheel_joint
 from robotcore.geometry import Pose
 from robotcore.kinds.camera import CameraDescription
@@ -42,9 +42,9 @@ def add_robot(spec: MjSpec, description: RobotDescription, start: Pose | None) -
     if description.drive:
         base.add_freejoint(name="free")
     _add_body(base, description.body)
-    if drive := description.drive:
+    if drive := description.require_two_wheels("MuJoCo"):
         for motor in description.all_of(MotorDescription):
-            if motor.name in (drive.left, drive.right):
+            if motor.name in drive.motors:
                 add_wheel(spec, base, motor, drive)
         if drive.caster:
             add_caster(base, drive.caster)
@@ -105,7 +105,7 @@ curve.
 _NEGLIGIBLE_KG = 1e-6
 
 
-def add_wheel(spec: MjSpec, base: Any, motor: MotorDescription, drive: Drive) -> None:
+def add_wheel(spec: MjSpec, base: Any, motor: MotorDescription, drive: TwoWheelDrive) -> None:
     """Add a wheel and its motor to the model.
 
     The collision geom of the wheel is a sphere. It touches the floor at one point, at the exact track width. A cylinder

@@ -84,12 +84,12 @@ def list_targets(description: RobotDescription, opened: Collection[str]) -> dict
     opened: the names of the devices that the run opens.
     """
     kinds = {each.name: each.kind for each in description.devices if each.name in opened}
-    groups: dict[str, Sequence[str | None]] = {}
+    groups: dict[str, Sequence[str]] = {}
     for name, kind in kinds.items():
         if kind not in _OF_THE_DRIVE:
             groups.setdefault(name_target(kind), [name])
     if drive := description.drive:
-        groups |= {"drive": (drive.left, drive.right), "encoders": (drive.left_encoder, drive.right_encoder)}
+        groups |= {"drive": drive.motors, "encoders": drive.encoders}
     open_groups = {group: [name for name in names if name in kinds] for group, names in groups.items()}
     open_groups |= {name: [name] for name in kinds}
     return {

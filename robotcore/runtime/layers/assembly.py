@@ -120,7 +120,7 @@ def assemble(
     _set_properties(devices, description, joints)
     motor_stops = StopGroup.create(*motors.values(), reserve=reserve)
     latch.add_stop(motor_stops.apply_apart)
-    drive, guarded = description.drive, None
+    drive, guarded = description.require_two_wheels("robotcore"), None
     suspend_functions: list[Callable[[str], None]] = []
     if drive and drive.left in motors and drive.right in motors:
         wheels = motors[drive.left], motors[drive.right]

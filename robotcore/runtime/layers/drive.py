@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
-from robotcore.description import Drive, RobotDescription
+from robotcore.description import RobotDescription, TwoWheelDrive
 from robotcore.geometry import Wheels
 from robotcore.hal.clock import Clock
 from robotcore.hal.device import Device
@@ -38,7 +38,7 @@ def build_drive(
     wheels: tuple[MotorOutput, MotorOutput],
     limit: float,
     description: RobotDescription,
-    drive: Drive,
+    drive: TwoWheelDrive,
     clock: Clock,
     latch: Latch,
     rate_hz: float,

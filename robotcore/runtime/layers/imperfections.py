@@ -94,8 +94,11 @@ class ImperfectionLayer(Layer):
 
     def __init__(self, conditions: Conditions, seed: int, drive: Drive | None) -> None:
         self._conditions, self._seed = conditions, seed
-        wheels = (drive.left, drive.right) if drive else ()
-        self._gains = dict(zip(wheels, (conditions.wheel_gain_left, conditions.wheel_gain_right), strict=False))
+        left, right = (drive.left_motors, drive.right_motors) if drive else ((), ())
+        self._gains = {
+            **dict.fromkeys(left, conditions.wheel_gain_left),
+            **dict.fromkeys(right, conditions.wheel_gain_right),
+        }
 
     def sensor(self, sensor: Sensor[Any], read: Reader[Any]) -> Reader[Any]:
         if isinstance(sensor, Camera):

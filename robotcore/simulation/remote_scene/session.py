@@ -195,9 +195,9 @@ class _DeviceOpener:
 
 
 def _create_truth(robot: RobotDescription, scene: Scene, found: ObjectsByDevice) -> SceneTruth | None:
-    if robot.drive is None:
+    if (drive := robot.require_two_wheels("a scene")) is None:
         return None
-    left, right = found.get(robot.drive.left), found.get(robot.drive.right)
+    left, right = found.get(drive.left), found.get(drive.right)
     return SceneTruth(scene, left.handle, right.handle) if left and right else None
 
 

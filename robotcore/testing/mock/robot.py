@@ -153,6 +153,7 @@ class MockRobot:
     def _record_tick(self, record: TickRecord) -> None:
         self.ticks.append(record)
         drive, commands = self.description.drive, self.commands
-        if drive and drive.left in commands and drive.right in commands:
-            last = (commands[name][-1].velocity if commands[name] else 0.0 for name in (drive.left, drive.right))
+        if drive and set(drive.motors) <= commands.keys():
+            sides = drive.left_motors[0], drive.right_motors[0]
+            last = (commands[name][-1].velocity if commands[name] else 0.0 for name in sides)
             self.wheels.append(Wheels(*last))

@@ -82,8 +82,8 @@ class FollowedWorld:
             return
         clock, wheels = self._simulation.clock, self._simulation.wheels
         for name, turn in (
-            (self._drive.left, to.left - self._angles.left),
-            (self._drive.right, to.right - self._angles.right),
+            (self._drive.left_motors[0], to.left - self._angles.left),
+            (self._drive.right_motors[0], to.right - self._angles.right),
         ):
             wheels[name].target = turn / steps / clock.step
         clock.sleep_until(clock.now() + steps * clock.step)

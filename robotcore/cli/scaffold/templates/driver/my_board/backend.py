@@ -74,8 +74,8 @@ def _open_device(drive: Drive | None, board: Board, clock: Clock, description: D
 
 def _find_wheel(device: str, drive: Drive | None) -> str:
     """Return ``left`` or ``right``, the wheel of a motor or an encoder."""
-    if drive and device in (drive.left, drive.left_encoder):
+    if drive and device in (*drive.left_motors, *drive.left_encoders):
         return "left"
-    if drive and device in (drive.right, drive.right_encoder):
+    if drive and device in (*drive.right_motors, *drive.right_encoders):
         return "right"
     raise DeviceError(device, "it belongs to no wheel. Name it in the section [drive] of the robot's file")
