@@ -19,7 +19,7 @@ from robotcore.hal.clock import Clock
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.runtime.observer import RunContext
 from robotcore.runtime.result import RunResult
-from robotcore.runtime.trace import TickRecord, format_voltages
+from robotcore.runtime.trace import TickRecord, format_monitored
 
 SOCKET, WATCHDOG_US, WATCHDOG_PID = "NOTIFY_SOCKET", "WATCHDOG_USEC", "WATCHDOG_PID"
 """The environment variables that systemd sets for the process of a service."""
@@ -115,7 +115,7 @@ class Notifier:
 
 
 def _format_progress(record: TickRecord) -> str:
-    return ", ".join(filter(None, (record.status_text, f"{record.time:.0f} s", format_voltages(record.voltages))))
+    return ", ".join(filter(None, (record.status_text, f"{record.time:.0f} s", format_monitored(record.monitored))))
 
 
 def _format_status(text: str) -> str:

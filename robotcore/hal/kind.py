@@ -33,8 +33,8 @@ class Kind:
     """Simulates a device in every simulator. Its arguments are the device's description and the ground truth.
 
     For a sensor, it returns a function that takes a sample. The arguments of this function are the time in seconds and
-    the sequence number. For an actuator, it returns a function that applies a command. With None, a simulator
-    simulates the device itself, or lacks it.
+    the sequence number. For an actuator, it returns a function that applies a command. With None, no simulator has a
+    sensor of this kind, and each accepts the commands to an actuator without an effect.
     """
     rules: tuple[Callable[..., None], ...] = ()
     """The rules that the conformance kit checks for each driver. A rule is a function with ``assert``.
@@ -55,13 +55,25 @@ class Kind:
     """
     is_optional: bool = False
     """Whether a robot runs without the device if its backend has no table for it."""
-    is_simulated: bool = True
-    """Whether simulators have such devices."""
+
+    @property
+    def is_simulated(self) -> bool:
+        """Whether simulators have such devices."""
+        return self.simulate is not None or not issubclass(self.device, Sensor)
 
     @property
     def name(self) -> str:
         """The name of the kind in robots' files, such as ``range_sensor``."""
         return self.device.kind
+
+
+def simulate_in_backend(description: DeviceDescription, _truth: GroundTruth) -> Callable[..., Any]:
+    """Mark a kind that each simulator simulates itself, such as a camera. It is the kind's `Kind.simulate`."""
+    raise DeviceError(description.name, _describe_lack(description), kind="not-simulated")
+
+
+def _describe_lack(description: DeviceDescription) -> str:
+    return f"simulators have no {description.kind.replace('_', ' ')}. Remove it from the robot's file"
 
 
 def load_kind(name: str) -> Kind:
@@ -125,8 +137,7 @@ def simulate_device(description: DeviceDescription, truth: GroundTruth) -> Devic
     if not issubclass(kind.device, Sensor):
         return build_actuator(description, simulation or (lambda _command: None))
     if simulation is None:
-        problem = f"simulators have no {description.kind.replace('_', ' ')}. Remove it from the robot's file"
-        raise DeviceError(description.name, problem, kind="not-simulated")
+        raise DeviceError(description.name, _describe_lack(description), kind="not-simulated")
     return build_sensor(description, SampleCache(truth.clock, simulation))
 
 

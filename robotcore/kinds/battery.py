@@ -73,5 +73,4 @@ KIND = Kind(
     Voltage,
     rules=(check_voltage,),
     is_optional=True,
-    is_simulated=False,
 )

@@ -13,7 +13,7 @@ from pydantic import Field
 from robotcore.description import DeviceDescription, Mount
 from robotcore.hal.clock import Clock
 from robotcore.hal.device import Sensor
-from robotcore.hal.kind import Kind
+from robotcore.hal.kind import Kind, simulate_in_backend
 from robotcore.hal.sampling import SampleCache
 from robotcore.optics import Image, Intrinsics
 
@@ -119,4 +119,12 @@ def check_reading(camera: CameraDescription, frame: Frame) -> Frame:
     return replace(frame, image=image)
 
 
-KIND = Kind("a camera", CameraDescription, Camera, Frame, default_reading=draw_grey, check_reading=check_reading)
+KIND = Kind(
+    "a camera",
+    CameraDescription,
+    Camera,
+    Frame,
+    simulate_in_backend,
+    default_reading=draw_grey,
+    check_reading=check_reading,
+)

@@ -13,7 +13,7 @@ from robotcore.description import DeviceDescription, Mount
 from robotcore.errors import Mistake
 from robotcore.hal.clock import Clock
 from robotcore.hal.device import Sensor, Unit
-from robotcore.hal.kind import Kind
+from robotcore.hal.kind import Kind, simulate_in_backend
 from robotcore.hal.sampling import SampleCache
 
 SensorRange = Annotated[float, Field(ge=1e-4, le=1000)]
@@ -130,6 +130,7 @@ KIND = Kind(
     RangeSensorDescription,
     RangeSensor,
     Range,
+    simulate_in_backend,
     default_reading=lambda _sensor: math.inf,
     check_reading=check_reading,
 )

@@ -10,14 +10,14 @@ from itertools import pairwise
 from typing import Any
 
 from robotcore.geometry import Pose
-from robotcore.hal.device import list_values
 from robotcore.hal.kind import list_monitored
 from robotcore.recording.events import Tick
 from robotcore.recording.recording import Recording
 from robotcore.runtime.apps import app_name
 from robotcore.runtime.intervention_timer import InterventionTimer
 from robotcore.runtime.result import Outcome, RunResult
-from robotcore.runtime.trace import TickRecord, Trace
+from robotcore.runtime.sensor_monitor import find_number
+from robotcore.runtime.trace import MonitoredValue, TickRecord, Trace
 
 
 def build_result(recording: Recording) -> RunResult:
@@ -45,7 +45,7 @@ def build_result(recording: Recording) -> RunResult:
         intervention_s=timer.measure(),
         faults=list(request.faults),
         notes=list(trace.warnings),
-        batteries=trace.batteries,
+        batteries=trace.voltages,
     )
 
 
@@ -67,15 +67,16 @@ def _list_records(recording: Recording) -> Iterator[TickRecord]:
         decided = tick.asked, tick.sent, tick.interventions
         yield TickRecord(
             *(tick.number, tick.time, tick.state, *decided),
-            voltages=_read_values(tick, recording, monitored),
+            monitored=_read_values(tick, recording, monitored),
             warnings=tick.warnings,
         )
 
 
-def _read_values(tick: Tick, recording: Recording, monitored: Container[str]) -> dict[str, float]:
+def _read_values(tick: Tick, recording: Recording, monitored: Container[str]) -> dict[str, MonitoredValue]:
     keys = [read.key for read in tick.reads if read.key and read.device in monitored]
     samples = {key.device: recording.samples.get(key) for key in keys}
-    return {device: getattr(sample, list_values(type(sample))[0].field) for device, sample in samples.items() if sample}
+    values = {device: find_number(sample) for device, sample in samples.items() if sample}
+    return {device: value for device, value in values.items() if value and math.isfinite(value.value)}
 
 
 PosePath = dict[int, Pose]

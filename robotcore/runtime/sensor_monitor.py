@@ -7,9 +7,9 @@ from math import inf, isfinite
 from typing import Any
 
 from robotcore.errors import DeviceError
-from robotcore.hal.device import Sensor, list_values
-from robotcore.hal.kind import load_kind
+from robotcore.hal.device import Sample, Sensor, list_values
 from robotcore.hal.robot import Robot
+from robotcore.runtime.trace import MonitoredValue
 
 PERIOD_S = 1.0
 """The time between two readings of a monitored sensor, in seconds of the robot's clock."""
@@ -19,6 +19,12 @@ PROBLEM_S = 3.0
 
 A motor that starts lowers the voltage of a battery too, but for a shorter time.
 """
+
+
+def find_number(sample: Sample) -> MonitoredValue | None:
+    """Return the first field of a sample that is a number; None if there is none."""
+    values = ((getattr(sample, field), unit) for field, unit in list_values(type(sample)))
+    return next((MonitoredValue(value, unit) for value, unit in values if isinstance(value, (float, int))), None)
 
 
 class SensorMonitor:
@@ -31,7 +37,7 @@ class SensorMonitor:
         devices = robot.devices.values()
         self._gauges = [Gauge(device) for device in devices if isinstance(device, Sensor) and device.is_monitored]
         self._due = -inf if self._gauges else inf
-        self.values: Mapping[str, float] = {}
+        self.values: Mapping[str, MonitoredValue] = {}
         """The last value of each sensor, by name. Each reading replaces the mapping."""
 
     def read(self, now: float) -> tuple[str, ...]:
@@ -52,10 +58,9 @@ class Gauge:
 
     def __init__(self, sensor: Sensor[Any]) -> None:
         self.name = sensor.name
-        self.value: float | None = None
-        """The first number of the newest sample; None before the first sample."""
+        self.value: MonitoredValue | None = None
+        """The first number of the newest sample; None before the first sample, and if samples have no number."""
         self._sensor = sensor
-        self._field, self._unit = list_values(load_kind(sensor.kind).sample)[0]
         self._good_at = -inf
         self._has_failed = self._has_warned = False
 
@@ -65,10 +70,10 @@ class Gauge:
             sample = self._sensor.read()
         except DeviceError as failure:
             return self._build_failure_warning(str(failure))
-        value = getattr(sample, self._field)
-        if not isfinite(value):
-            problem = f"{self.name}: the {self._field} is {value} {self._unit}. Report this to the author of the driver"
-            return self._build_failure_warning(problem)
+        value = find_number(sample)
+        if value and not isfinite(value.value):
+            text = self._sensor.format_sample(sample)
+            return self._build_failure_warning(f"{self.name} returned {text}. Report this to the author of the driver")
         self.value = value
         return self._build_problem_warning(sample)
 

@@ -364,7 +364,7 @@ class RunSession:
             intervention_s=loop.intervention_timer.measure(),
             milestones=dict(loop.trace.milestones),
             notes=[*self._notes, *loop.trace.warnings, *loop.losses.summarise(loop.time)],
-            batteries=dict(loop.trace.batteries),
+            batteries=dict(loop.trace.voltages),
             trace_sha256=loop.trace.sha256,
         )
 

@@ -14,6 +14,21 @@ from robotcore.safety.velocity_limits import Intervention
 _COMMAND = struct.Struct("<dd")
 
 
+class MonitoredValue(NamedTuple):
+    """The value of a sensor that the run reads by itself.
+
+    >>> str(MonitoredValue(7.412, "V"))
+    '7.41 V'
+    """
+
+    value: float
+    unit: str
+    """The symbol of the unit, such as ``V``; empty for a number without a unit."""
+
+    def __str__(self) -> str:
+        return f"{self.value:.2f} {self.unit}".rstrip()
+
+
 class TickRecord(NamedTuple):
     """The record of one tick."""
 
@@ -31,8 +46,8 @@ class TickRecord(NamedTuple):
     """The changes that the safety rules made to the command."""
     lost: str | None = None
     """The lost device for which the robot waits, so that the app was not called. None if no device is lost."""
-    voltages: Mapping[str, float] = MappingProxyType({})
-    """The last voltage of each battery, in volts, by name."""
+    monitored: Mapping[str, MonitoredValue] = MappingProxyType({})
+    """The last value of each sensor that the run reads by itself, by the sensor's name."""
     warnings: tuple[str, ...] = ()
     """The new warnings in this tick, each a sentence."""
 
@@ -42,15 +57,15 @@ class TickRecord(NamedTuple):
         return f"waiting for {self.lost}" if self.lost else self.state
 
 
-def format_voltages(voltages: Mapping[str, float]) -> str:
-    """Return voltages as a text. Each of several voltages has its battery's name.
+def format_monitored(values: Mapping[str, MonitoredValue]) -> str:
+    """Return monitored values as a text. Each of several values has its sensor's name.
 
-    >>> format_voltages({"battery": 7.412})
-    '7.41 V'
+    >>> format_monitored({"cells": MonitoredValue(7.412, "V"), "engine": MonitoredValue(61.0, "°C")})
+    'cells 7.41 V, engine 61.00 °C'
     """
-    if len(voltages) == 1:
-        return "".join(f"{voltage:.2f} V" for voltage in voltages.values())
-    return ", ".join(f"{name} {voltage:.2f} V" for name, voltage in voltages.items())
+    if len(values) == 1:
+        return "".join(map(str, values.values()))
+    return ", ".join(f"{name} {value}" for name, value in values.items())
 
 
 class Trace:
@@ -76,9 +91,9 @@ class Trace:
         self.milestones: dict[str, float] = {}
         """The time of each milestone that was reached, in seconds."""
         self.warnings: list[str] = []
-        self.batteries: dict[str, dict[str, float]] = {}
-        """For each battery the lowest and the last voltage: ``lowest_v``, ``last_v``."""
-        self._voltages: Mapping[str, float] = {}
+        self.voltages: dict[str, dict[str, float]] = {}
+        """For each sensor whose voltage the run monitors, the lowest and the last one: ``lowest_v``, ``last_v``."""
+        self._monitored: Mapping[str, MonitoredValue] = {}
 
     def __repr__(self) -> str:
         return f"Trace(ticks={self.ticks}, interventions={self.interventions}, milestones={self.milestones})"
@@ -88,8 +103,8 @@ class Trace:
         self.ticks += 1
         self.interventions += len(record.interventions)
         self.warnings += record.warnings
-        if record.voltages is not self._voltages:
-            self._add_voltages(record.voltages)
+        if record.monitored is not self._monitored:
+            self._add_voltages(record.monitored)
         state, asked = record.state, record.asked
         if state in self._awaited:
             self._awaited.discard(state)
@@ -98,11 +113,12 @@ class Trace:
         command = b"\0" if asked is None else b"\2" + _COMMAND.pack(*asked)
         self._hash.update(state.encode() + b"\0" + command)
 
-    def _add_voltages(self, voltages: Mapping[str, float]) -> None:
-        self._voltages = voltages
-        for battery, voltage in voltages.items():
-            lowest = self.batteries.get(battery, {}).get("lowest_v", voltage)
-            self.batteries[battery] = {"lowest_v": round(min(lowest, voltage), 3), "last_v": round(voltage, 3)}
+    def _add_voltages(self, monitored: Mapping[str, MonitoredValue]) -> None:
+        self._monitored = monitored
+        for name, (voltage, unit) in monitored.items():
+            if unit == "V":
+                lowest = self.voltages.get(name, {}).get("lowest_v", voltage)
+                self.voltages[name] = {"lowest_v": round(min(lowest, voltage), 3), "last_v": round(voltage, 3)}
 
     @property
     def sha256(self) -> str:

@@ -17,7 +17,7 @@ from robotcore.runtime.intervention_timer import InterventionTimer
 from robotcore.runtime.layers.devices import AppSensor
 from robotcore.runtime.result import RunResult
 from robotcore.runtime.session import RunContext
-from robotcore.runtime.trace import TickRecord, format_voltages
+from robotcore.runtime.trace import TickRecord, format_monitored
 from robotcore.text import escape
 from robotcore.view.text import list_interventions
 
@@ -26,7 +26,7 @@ REFRESH_HZ = 10
 
 
 class ProgressLine:
-    """An observer that shows a line during a run: state, range, voltage, time, pace, active faults and a hint.
+    """An observer that shows a line during a run: state, range, monitored values, time, pace, active faults and a hint.
 
     `tick` only stores the record of the tick and measures the interventions. A thread draws the newest record. The
     run's interventions and warnings follow below the line.
@@ -91,7 +91,7 @@ class ProgressLine:
                 escape(f"{request.app_reference} on {request.backend}"),
                 escape(record.status_text),
                 _format_last_range(self._run),
-                format_voltages(record.voltages),
+                format_monitored(record.monitored),
                 f"{record.time:.1f} s",
                 self._format_pace(record, self._run),
                 _format_faults(self._run, record.time),

@@ -21,10 +21,10 @@ from drivers.raspberrypi.ranging.ultrasonic_driver import Ultrasonic, speed_of_s
 from drivers.raspberrypi.servos import PulseServo
 from robotcore.description import DeviceDescription
 from robotcore.hal.clock import MIN_PHYSICS_RATE_HZ, Clock, SteppedClock
+from robotcore.hal.kind import load_kind
 from robotcore.hal.robot import Robot
 from robotcore.hardware import DeviceBinding
 from robotcore.hardware.motor_model import MotorModel
-from robotcore.kinds.battery import BatteryDescription
 from robotcore.kinds.bumper import Bumper
 from robotcore.kinds.button import Button
 from robotcore.kinds.encoder import Encoder, EncoderDescription
@@ -302,12 +302,12 @@ def _step_of(clock: Clock) -> float:
 def find_unmodelled(bindings: Iterable[DeviceBinding]) -> list[DeviceBinding]:
     """Return the devices without a model, which the simulator's own devices replace.
 
-    The result has no batteries, because simulators have none.
+    The result has no devices that simulators lack, such as batteries.
     """
     return [
         binding
         for binding in bindings
-        if not isinstance(binding.driver, MODELLED) and not isinstance(binding.description, BatteryDescription)
+        if not isinstance(binding.driver, MODELLED) and load_kind(binding.description.kind).is_simulated
     ]
 
 

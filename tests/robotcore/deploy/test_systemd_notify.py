@@ -12,7 +12,7 @@ from robotcore.deploy.systemd_notify import Notifier
 from robotcore.errors import EmergencyStopError
 from robotcore.hal.clock import SteppedClock
 from robotcore.runtime.result import Outcome, RunResult
-from robotcore.runtime.trace import TickRecord
+from robotcore.runtime.trace import MonitoredValue, TickRecord
 
 RATE_HZ = 20.0
 
@@ -81,7 +81,7 @@ def test_first_tick_reports_ready_and_alive(systemd: Listener, path: str, clock:
 def test_status_names_a_lost_device_and_the_voltage_of_a_battery(
     systemd: Listener, path: str, clock: SteppedClock
 ) -> None:
-    record = TickRecord(0, 0.0, "search", None, None, (), lost="nose", voltages={"cells": 7.384})
+    record = TickRecord(0, 0.0, "search", None, None, (), lost="nose", monitored={"cells": MonitoredValue(7.384, "V")})
     Notifier(path, clock=clock).tick(record)
     assert "STATUS=waiting for nose, 0 s, 7.38 V" in systemd.read_messages()
 

@@ -10,6 +10,7 @@ from robotcore.errors import BackendMissingError, DeviceError, UnknownNameError,
 from robotcore.hal.backend import Backend, Setup, load_backend
 from robotcore.hal.check_finding import Finding
 from robotcore.hal.robot import Robot
+from tests.doubles import thermometer
 from tests.doubles.battery_backend import load_battery_rover
 from tests.robotcore.fakes import ROVER, RigBackend
 from tests.texts import Raises
@@ -89,6 +90,12 @@ def test_simulator_opens_no_battery(tmp_path: Path, backend: str) -> None:
         opener.open(Setup(rover, load_world("open"), frozenset({"cells"})))
     (failure,) = getattr(caught.value, "failures", [caught.value])
     assert (failure.device, failure.kind) == ("cells", "not-simulated")
+
+
+def test_simulator_opens_no_sensor_whose_kind_has_no_simulation(monkeypatch: pytest.MonkeyPatch) -> None:
+    rover = thermometer.install(monkeypatch)
+    devices = {device.name for device in rover.devices}
+    assert load_backend("kinematic").openable(rover, {}) == devices - {"engine"}
 
 
 @pytest.mark.parametrize("is_native_host", [True, False])

@@ -14,12 +14,15 @@ from robotcore.hal.clock import SteppedClock
 from robotcore.hal.kind import build_sensor
 from robotcore.hal.robot import Robot
 from robotcore.kinds.battery import BatteryDescription, Voltage
+from robotcore.kinds.line_sensor import Darkness
 from robotcore.runtime.behaviour import Status
-from robotcore.runtime.sensor_monitor import PROBLEM_S, SensorMonitor
+from robotcore.runtime.sensor_monitor import PROBLEM_S, SensorMonitor, find_number
 from robotcore.runtime.session import RunRequest, RunResult, run
+from robotcore.runtime.trace import TickRecord, Trace, format_monitored
 from robotcore.testing.mock.devices import LOST, Script
 from robotcore.testing.mock.robot import MockRobot
-from tests.doubles import battery_backend
+from tests.doubles import battery_backend, thermometer
+from tests.doubles.thermometer import Temperature, ThermometerDescription
 from tests.robotcore.fakes import FunctionApp
 from tests.texts import CheckText
 
@@ -38,7 +41,7 @@ def run_with_voltage(volts: Script, seconds: float) -> MockRobot:
 
 def test_battery_is_read_once_a_second_even_if_the_app_reads_nothing() -> None:
     robot = run_with_voltage(lambda time: 7.0 + time, 2.5)
-    assert {round(tick.voltages["cells"], 6) for tick in robot.ticks} == {7.0, 8.0, 9.0}
+    assert {round(tick.monitored["cells"].value, 6) for tick in robot.ticks} == {7.0, 8.0, 9.0}
 
 
 BROKEN = DeviceError("cells", "no answer")
@@ -63,7 +66,7 @@ def test_lasting_low_voltage_or_failure_causes_one_warning_and_ends_no_run(
     assert [time for time, _ in warnings] == warned_at
     for _, warning in warnings:
         check_text(warning)
-    assert robot.ticks[-1].voltages == {"cells": pytest.approx(last_v)}
+    assert robot.ticks[-1].monitored["cells"].value == pytest.approx(last_v)
 
 
 def test_voltage_that_is_not_finite_causes_a_warning_and_is_left_out(check_text: CheckText) -> None:
@@ -72,6 +75,22 @@ def test_voltage_that_is_not_finite_causes_a_warning_and_is_left_out(check_text:
     (warning,) = monitor.read(0.0)
     check_text(warning)
     assert monitor.values == {}
+
+
+def test_sensor_of_another_package_is_monitored_in_its_own_unit(monkeypatch: pytest.MonkeyPatch) -> None:
+    description = thermometer.install(monkeypatch)
+    (described,) = description.all_of(ThermometerDescription)
+    engine = build_sensor(described, lambda: Temperature("front", 90.0, 4.0, 1))
+    monitor = SensorMonitor(Robot("rover", SteppedClock(20.0, lambda _steps: None), [engine]))
+    assert monitor.read(0.0) == ("engine: Let the motor cool down",)
+    assert format_monitored(monitor.values) == "90.00 °C"
+    trace = Trace(())
+    trace.add(TickRecord(0, 0.0, "", None, None, (), monitored=monitor.values))
+    assert trace.voltages == {}
+
+
+def test_monitored_sensor_whose_samples_have_no_number_has_no_value() -> None:
+    assert find_number(Darkness((0.5, 0.5), 0.0, 0)) is None
 
 
 @pytest.fixture

@@ -13,7 +13,7 @@ from robotcore.geometry import Wheels
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.kinds.range_sensor import Range, RangeSensor
 from robotcore.runtime.session import RunContext
-from robotcore.runtime.trace import TickRecord
+from robotcore.runtime.trace import MonitoredValue, TickRecord
 from robotcore.safety.velocity_limits import Intervention
 from robotcore.view.progress import ProgressLine
 from tests.texts import CheckText
@@ -81,8 +81,8 @@ def test_the_line_of_a_real_robot_has_its_last_range_and_no_pace(
 
 def test_voltage_warnings_and_escapes_are_shown() -> None:
     progress = run_line()
-    voltages = {"cells": 6.214}
-    record = TickRecord(11, 0.55, "\x1b]0;title\x07", None, None, (), voltages=voltages, warnings=("\x1b[2J",))
+    monitored = {"cells": MonitoredValue(6.214, "V")}
+    record = TickRecord(11, 0.55, "\x1b]0;title\x07", None, None, (), monitored=monitored, warnings=("\x1b[2J",))
     progress.tick(record)
     progress.tick(record._replace(warnings=()))
     assert "6.21 V" in progress.lines[-1]
