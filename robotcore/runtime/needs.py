@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 from robotcore.description import RobotDescription
 from robotcore.errors import UnmetNeedError, UsageError
+from robotcore.hal.backend import Backend
 from robotcore.hal.device import Device
+from robotcore.hal.kind import list_monitored, load_kind
 from robotcore.hal.robot import Role
 from robotcore.text import suggestion
 
@@ -40,13 +43,43 @@ def needed_devices(description: RobotDescription, needs: Iterable[Need], wants: 
     return frozenset(names.union(*(description.list_carriers(name) for name in names)))
 
 
+def choose_devices(
+    backend: Backend,
+    description: RobotDescription,
+    options: Mapping[str, Any],
+    needs: Iterable[Need],
+    wants: Iterable[Need] = (),
+    *,
+    remedy: str = "Choose another --backend",
+) -> frozenset[str]:
+    """Return the names of the devices that a run opens: those of the app that the backend has, and the monitored ones.
+
+    options: the user's options for the backend.
+    needs, wants: those of the app.
+    remedy: what to do if the backend lacks a device that the app needs.
+
+    Raises UsageError if the backend lacks such a device, and the errors of `needed_devices`.
+    """
+    openable = backend.openable(description, options)
+    if missing := needed_devices(description, needs) - openable:
+        kinds = {device.name: device.kind.replace("_", " ") for device in description.devices}
+        name = min(missing)
+        raise UsageError(
+            f"the backend {backend.name!r} cannot open the {kinds[name]} {name!r}. {remedy}, or move the device from "
+            "the app's needs to its wants",
+            kind="device-not-openable",
+            device=name,
+        )
+    return openable & (needed_devices(description, needs, wants) | list_monitored(description))
+
+
 def find_devices(description: RobotDescription, need: Need) -> frozenset[str]:
     """Return the names of the devices that a need stands for; none if the robot lacks it.
 
     A text is the name of a device, or else the name of a role.
     """
-    if isinstance(need, type) and issubclass(need, Device):
-        return frozenset(device.name for device in description.devices if device.kind == need.kind)
+    if isinstance(need, type) and issubclass(need, Device) and need.kind:
+        return frozenset(each.name for each in description.devices if issubclass(load_kind(each.kind).device, need))
     if isinstance(need, str) and not isinstance(need, Role):
         if any(device.name == need for device in description.devices):
             return frozenset({need})
@@ -54,7 +87,8 @@ def find_devices(description: RobotDescription, need: Need) -> frozenset[str]:
             return frozenset()
         need = Role(need)
     if not isinstance(need, Role):
-        text = f"the need {need!r} is neither a role, nor the name of a device, nor the class of a kind. Correct it"
+        written = format_need(need)
+        text = f"the need {written} is neither a role, nor the name of a device, nor the class of a kind. Correct it"
         raise UsageError(text, kind="wrong-need")
     if need is not Role.DRIVE:
         return frozenset(device.name for device in description.all_of(need.kind)[:1])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 from math import inf
 
@@ -22,11 +21,10 @@ from robotcore.description import (
 )
 from robotcore.errors import UsageError
 from robotcore.hal.backend import Backend, Capability, Setup, load_backend, loadable_backends
-from robotcore.hal.kind import list_monitored
 from robotcore.runtime.apps import load_app
 from robotcore.runtime.behaviour import Behaviour, require_declarations
 from robotcore.runtime.faults import PlannedFault, plan_faults
-from robotcore.runtime.needs import needed_devices
+from robotcore.runtime.needs import choose_devices
 from robotcore.runtime.request import RunRequest as RunRequest  # noqa: PLC0414  the modules above import it from here
 from robotcore.runtime.settings import configure, list_changes
 from robotcore.runtime.success_verification import load_judge
@@ -96,10 +94,7 @@ class Plan:
         settings = list_changes(request.app) if isinstance(request.app, Behaviour) else request.settings
         request = replace(request, app=request.app_reference, settings=settings)
         description = backend.load_robot(request.robot, request.options)
-        openable = backend.openable(description, request.options)
-        _require_openable(backend, description, needed_devices(description, behaviour.needs) - openable)
-        devices = needed_devices(description, behaviour.needs, behaviour.wants) | list_monitored(description)
-        devices &= openable
+        devices = choose_devices(backend, description, request.options, behaviour.needs, behaviour.wants)
         faults = plan_faults(request.faults, description, devices)
         _require_room_to_stop(behaviour, description)
         _require_window(request, backend)
@@ -164,18 +159,6 @@ def _require_room_to_stop(behaviour: Behaviour, description: RobotDescription) -
             distance_m=stopping.distance,
             speed_m_s=stopping.speed,
             guard_m=guard,
-        )
-
-
-def _require_openable(backend: Backend, description: RobotDescription, missing: Collection[str]) -> None:
-    if missing:
-        kinds = {device.name: device.kind.replace("_", " ") for device in description.devices}
-        name = min(missing)
-        raise UsageError(
-            f"the backend {backend.name!r} cannot open the {kinds[name]} {name!r}. Choose another --backend, or move "
-            "the device from the app's needs to its wants",
-            kind="device-not-openable",
-            device=name,
         )
 
 

@@ -10,14 +10,13 @@ from robotcore.description import RobotDescription, load_robot
 from robotcore.errors import UnmetNeedError, UsageError
 from robotcore.geometry import Wheels
 from robotcore.hal.backend import Setup
-from robotcore.hal.kind import list_monitored
 from robotcore.hal.robot import Robot, Role
 from robotcore.optics import Image
 from robotcore.runtime.behaviour import Behaviour, Status, require_declarations
 from robotcore.runtime.faults import plan_faults
 from robotcore.runtime.layers import AssembledRobot, assemble
 from robotcore.runtime.loop import Loop
-from robotcore.runtime.needs import needed_devices
+from robotcore.runtime.needs import choose_devices
 from robotcore.runtime.trace import TickRecord
 from robotcore.testing.mock.backend import MockBackend
 from robotcore.testing.mock.devices import Command, MockActuator, MockDisplay, Script
@@ -83,7 +82,8 @@ class MockRobot:
         """Run the app for ``ticks`` ticks, or until it ends, and return its last status.
 
         A further call continues the run. Raises the errors that end a real run: SafetyStop, DeviceError and
-        BehaviourError. Raises UnmetNeedError if the robot has not all devices of the app's ``needs``.
+        BehaviourError. Raises UnmetNeedError if the robot has not all devices of the app's ``needs``, and UsageError if
+        a needed battery has no script.
         """
         if isinstance(app, type):
             raise UsageError(f"run needs an instance of the app. Write run({app.__name__}())", kind="not-an-instance")
@@ -129,8 +129,9 @@ class MockRobot:
     def _raw(self) -> Robot:
         backend, names = self._backend, frozenset(device.name for device in self.description.devices)
         if app := self._app:
-            names = needed_devices(self.description, app.needs, app.wants) | list_monitored(self.description)
-            names &= backend.openable(self.description, {})
+            names = choose_devices(
+                backend, self.description, {}, app.needs, app.wants, remedy="Give MockRobot its script in readings"
+            )
         return backend.open(Setup(self.description, None, names, self.rate_hz))
 
     @cached_property

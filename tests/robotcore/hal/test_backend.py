@@ -10,8 +10,9 @@ from robotcore.errors import BackendMissingError, DeviceError, UnknownNameError,
 from robotcore.hal.backend import Backend, Setup, load_backend
 from robotcore.hal.check_finding import Finding
 from robotcore.hal.robot import Robot
-from tests.doubles import thermometer
+from tests.doubles import foreign_kinds
 from tests.doubles.battery_backend import load_battery_rover
+from tests.doubles.foreign_kinds import ThermometerDescription, rover_with
 from tests.robotcore.fakes import ROVER, RigBackend
 from tests.texts import Raises
 
@@ -93,9 +94,9 @@ def test_simulator_opens_no_battery(tmp_path: Path, backend: str) -> None:
 
 
 def test_simulator_opens_no_sensor_whose_kind_has_no_simulation(monkeypatch: pytest.MonkeyPatch) -> None:
-    rover = thermometer.install(monkeypatch)
-    devices = {device.name for device in rover.devices}
-    assert load_backend("kinematic").openable(rover, {}) == devices - {"engine"}
+    foreign_kinds.install(monkeypatch)
+    rover = rover_with(ThermometerDescription(name="engine"))
+    assert "engine" not in load_backend("kinematic").openable(rover, {})
 
 
 @pytest.mark.parametrize("is_native_host", [True, False])

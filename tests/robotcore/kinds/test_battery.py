@@ -9,6 +9,7 @@ from robotcore import Behaviour, Robot, Role, RunRequest, Status
 from robotcore.errors import UsageError
 from robotcore.kinds import Battery
 from robotcore.runtime.plan import Plan
+from robotcore.testing import MockRobot
 from tests.doubles.battery_backend import load_battery_rover
 from tests.texts import Raises
 
@@ -32,6 +33,13 @@ def test_app_that_needs_a_battery_is_refused_in_a_simulator(tmp_path: Path, rais
     rover = str(load_battery_rover(tmp_path).file)
     with raises(UsageError, "device-not-openable", device="cells"):
         Plan.resolve(RunRequest(Needing, robot=rover, world="open"))
+
+
+def test_app_that_needs_a_battery_is_refused_by_a_mock_robot_without_its_script(tmp_path: Path, raises: Raises) -> None:
+    rover = load_battery_rover(tmp_path)
+    with raises(UsageError, "device-not-openable", device="cells"):
+        MockRobot(rover).run(Needing())
+    assert MockRobot(rover, readings={"cells": 7.4}).run(Needing()) is Status.SUCCESS
 
 
 def test_app_that_wants_a_battery_runs_in_a_simulator_without_it(tmp_path: Path) -> None:

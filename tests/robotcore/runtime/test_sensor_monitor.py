@@ -21,8 +21,8 @@ from robotcore.runtime.session import RunRequest, RunResult, run
 from robotcore.runtime.trace import TickRecord, Trace, format_monitored
 from robotcore.testing.mock.devices import LOST, Script
 from robotcore.testing.mock.robot import MockRobot
-from tests.doubles import battery_backend, thermometer
-from tests.doubles.thermometer import Temperature, ThermometerDescription
+from tests.doubles import battery_backend, foreign_kinds
+from tests.doubles.foreign_kinds import Temperature, ThermometerDescription
 from tests.robotcore.fakes import FunctionApp
 from tests.texts import CheckText
 
@@ -78,9 +78,8 @@ def test_voltage_that_is_not_finite_causes_a_warning_and_is_left_out(check_text:
 
 
 def test_sensor_of_another_package_is_monitored_in_its_own_unit(monkeypatch: pytest.MonkeyPatch) -> None:
-    description = thermometer.install(monkeypatch)
-    (described,) = description.all_of(ThermometerDescription)
-    engine = build_sensor(described, lambda: Temperature("front", 90.0, 4.0, 1))
+    foreign_kinds.install(monkeypatch)
+    engine = build_sensor(ThermometerDescription(name="engine"), lambda: Temperature("front", 90.0, 4.0, 1))
     monitor = SensorMonitor(Robot("rover", SteppedClock(20.0, lambda _steps: None), [engine]))
     assert monitor.read(0.0) == ("engine: Let the motor cool down",)
     assert format_monitored(monitor.values) == "90.00 °C"

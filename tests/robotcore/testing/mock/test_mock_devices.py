@@ -7,26 +7,20 @@ from typing import Any, ClassVar
 
 import pytest
 
-from robotcore.description import DeviceDescription, RobotDescription, load_robot
 from robotcore.errors import UsageError
 from robotcore.hal.robot import Robot, Role
 from robotcore.kinds import Bumper
 from robotcore.kinds.bumper import BumperDescription
 from robotcore.runtime.behaviour import Behaviour, Status
 from robotcore.testing import LOST, MockRobot
-from tests.robotcore.testing.mock import foreign_kinds
-from tests.robotcore.testing.mock.foreign_kinds import GripperDescription, Tilt, TiltDescription
+from tests.doubles import foreign_kinds
+from tests.doubles.foreign_kinds import GripperDescription, Tilt, TiltDescription, rover_with
 from tests.texts import Raises
 
 
 @pytest.fixture(autouse=True)
 def _installed(monkeypatch: pytest.MonkeyPatch) -> None:
     foreign_kinds.install(monkeypatch)
-
-
-def rover_with(*devices: DeviceDescription) -> RobotDescription:
-    rover = load_robot("rover")
-    return rover.model_copy(update={"devices": (*rover.devices, *devices)})
 
 
 def read(robot: MockRobot, sensor: str) -> Any:
