@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any, cast
 
 from robotcore.description import DeviceDescription, RobotDescription
-from robotcore.errors import BackendMissingError, DeviceError
+from robotcore.errors import BackendMissingError, DeviceError, InvalidCommandError
 from robotcore.hal.device import Actuator, Device, Sensor
 from robotcore.hal.sampling import SampleCache
 from robotcore.plugins import KINDS, load_registered
@@ -98,6 +98,26 @@ def is_monitored(description: DeviceDescription) -> bool:
     """Return whether a run reads the described device by itself."""
     device = load_kind(description.kind).device
     return issubclass(device, Sensor) and device.is_monitored
+
+
+def assert_refused(actuator: Actuator[Any], *commands: Any) -> None:
+    """Check that an actuator refuses commands without a meaning, such as NaN. For the rules of a kind."""
+    for command in commands:
+        try:
+            actuator.send(command)
+        except InvalidCommandError:
+            continue
+        raise AssertionError(f"{actuator.name}: the command {command} was accepted. Raise InvalidCommandError")
+
+
+def assert_limited(actuator: Actuator[Any], limited: Mapping[Any, Any]) -> None:
+    """Check that an actuator limits commands. For the rules of a kind.
+
+    limited: the command that the actuator must send for each command.
+    """
+    for command, expected in limited.items():
+        sent = actuator.send(command)
+        assert sent == expected, f"{actuator.name}: the command {command} was sent as {sent}. Limit it to {expected}"
 
 
 def build_sensor(

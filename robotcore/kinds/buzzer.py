@@ -11,7 +11,8 @@ from pydantic import Field
 from robotcore.description import DeviceDescription
 from robotcore.errors import InvalidCommandError
 from robotcore.hal.device import Actuator
-from robotcore.hal.kind import Kind
+from robotcore.hal.kind import Kind, assert_limited, assert_refused
+from robotcore.hal.robot import Robot
 
 SILENCE = 0.0
 """The frequency of no tone, in Hz."""
@@ -68,4 +69,11 @@ class Buzzer(Actuator[float], ABC):
         return SILENCE if command == SILENCE else max(MIN_FREQUENCY_HZ, min(float(command), self.max_frequency))
 
 
-KIND = Kind("a buzzer, which plays tones", BuzzerDescription, Buzzer, is_optional=True)
+def check_commands(_robot: Robot, buzzer: Buzzer) -> None:
+    """Check that a buzzer refuses a frequency without a meaning, and limits others."""
+    assert_refused(buzzer, math.nan, math.inf, -1.0)
+    limits = {1.0: MIN_FREQUENCY_HZ, 2 * buzzer.max_frequency: buzzer.max_frequency, SILENCE: SILENCE}
+    assert_limited(buzzer, limits)
+
+
+KIND = Kind("a buzzer, which plays tones", BuzzerDescription, Buzzer, rules=(check_commands,), is_optional=True)

@@ -9,7 +9,7 @@ from typing import Any, Literal
 from robotcore.description import DeviceDescription
 from robotcore.errors import InvalidCommandError
 from robotcore.hal.device import Actuator
-from robotcore.hal.kind import Kind
+from robotcore.hal.kind import Kind, assert_limited, assert_refused
 from robotcore.hal.robot import Robot
 
 Brightness = tuple[float, float, float]
@@ -72,19 +72,16 @@ class Led(Actuator[Brightness], ABC):
         return red, green, blue
 
 
-def check_brightness_that_is_nan(_robot: Robot, led: Led) -> None:
-    """Check that a light refuses a brightness that is not a number."""
-    try:
-        led.set_brightness(math.nan)
-    except InvalidCommandError:
-        return
-    raise AssertionError(f"{led.name}: a brightness of nan was accepted. Raise InvalidCommandError")
+def check_commands(_robot: Robot, led: Led) -> None:
+    """Check that a light refuses a brightness that is not a number, and limits others."""
+    assert_refused(led, (math.nan, 0.0, 0.0), (0.0, 0.0, math.inf))
+    assert_limited(led, {(2.0, -1.0, 0.5): (1.0, 0.0, 0.5)})
 
 
 KIND = Kind(
     "a light of one colour, or of red, green and blue",
     LedDescription,
     Led,
-    rules=(check_brightness_that_is_nan,),
+    rules=(check_commands,),
     is_optional=True,
 )

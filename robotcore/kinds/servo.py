@@ -14,7 +14,8 @@ from robotcore.description.types import Radians
 from robotcore.errors import InvalidCommandError, Mistake
 from robotcore.hal.device import Actuator, caller_location
 from robotcore.hal.ground_truth import GroundTruth
-from robotcore.hal.kind import Kind
+from robotcore.hal.kind import Kind, assert_limited, assert_refused
+from robotcore.hal.robot import Robot
 
 
 class ServoDescription(DeviceDescription):
@@ -95,4 +96,12 @@ def simulate(servo: ServoDescription, truth: GroundTruth) -> Callable[[float], N
     return truth.joints[servo.name].turn_to
 
 
-KIND = Kind("a servo, which turns to an angle and holds it", ServoDescription, Servo, simulate=simulate)
+def check_commands(_robot: Robot, servo: Servo) -> None:
+    """Check that a servo refuses an angle that is not a number, and limits others."""
+    assert_refused(servo, math.nan, math.inf)
+    assert_limited(servo, {servo.max_angle + 1: servo.max_angle, servo.min_angle - 1: servo.min_angle})
+
+
+KIND = Kind(
+    "a servo, which turns to an angle and holds it", ServoDescription, Servo, simulate=simulate, rules=(check_commands,)
+)

@@ -1,4 +1,4 @@
-"""Test doubles for drivers: a gate that delays hardware calls, and a spy on a motor's commands."""
+"""Test doubles for drivers: a gate that delays hardware calls, and a spy on an actuator's commands."""
 
 from __future__ import annotations
 
@@ -6,8 +6,10 @@ import math
 import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from typing import Any
 
 from robotcore.errors import DeviceError
+from robotcore.hal.device import Actuator
 from robotcore.kinds.motor import Motor
 
 SETTLE_LIMIT_S = 5.0
@@ -64,25 +66,25 @@ class Gate:
         self._caller = threading.get_ident()
 
 
-class MotorSpy:
-    """Records in ``sent`` the velocities in rad/s that a motor's driver sends to its hardware."""
+class CommandSpy:
+    """Records in ``sent`` the commands that an actuator's driver sends to its hardware, such as a motor's rad/s."""
 
-    def __init__(self, motor: Motor) -> None:
-        self.sent: list[float] = []
-        self._apply = motor._apply  # noqa: SLF001  the hook that every driver implements
-        setattr(motor, "_apply", self._record)  # noqa: B010  on this one motor, not on its class
+    def __init__(self, actuator: Actuator[Any]) -> None:
+        self.sent: list[Any] = []
+        self._apply = actuator._apply  # noqa: SLF001  the hook that every driver implements
+        setattr(actuator, "_apply", self._record)  # noqa: B010  on this one actuator, not on its class
 
     def __repr__(self) -> str:
-        return f"MotorSpy(sent={self.sent})"
+        return f"CommandSpy(sent={self.sent})"
 
     @property
-    def last(self) -> float:
-        """The last sent velocity in rad/s; NaN if there is none."""
+    def last(self) -> Any:
+        """The last sent command; NaN if there is none."""
         return self.sent[-1] if self.sent else math.nan
 
-    def _record(self, rad_s: float) -> None:
-        self.sent.append(rad_s)
-        self._apply(rad_s)
+    def _record(self, command: Any) -> None:
+        self.sent.append(command)
+        self._apply(command)
 
 
 def cut_wire(motor: Motor) -> None:

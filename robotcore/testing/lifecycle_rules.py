@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from dataclasses import replace
 
 import pytest
@@ -12,7 +13,7 @@ from robotcore.hal.device import Actuator, Device, Sensor
 from robotcore.hal.robot import Robot, Role
 from robotcore.kinds.motor import Motor
 from robotcore.testing.bench import SETTLING_S, STANDSTILL_M, TestBench, TestSupport, sleep
-from robotcore.testing.fakes import MotorSpy, cut_wire
+from robotcore.testing.fakes import CommandSpy, cut_wire
 
 SPEED_RAD_S = 2.0
 
@@ -85,10 +86,13 @@ class LifecycleRules(TestBench):
         )
 
     def test_closing_unplugged_hardware_is_an_error(self) -> None:
+        with ExitStack() as undo:
+            robot = undo.enter_context(self.open_robot(None, Role.DRIVE))
+            self.command_wheels(robot, SPEED_RAD_S, SPEED_RAD_S)
+            self.unplug(robot)
+            undo.pop_all()
         try:
-            with self.open_robot(None, Role.DRIVE) as robot:
-                self.command_wheels(robot, SPEED_RAD_S, SPEED_RAD_S)
-                self.unplug(robot)
+            robot.close()
         except DeviceError:
             return
         pytest.fail(
@@ -137,15 +141,15 @@ class LifecycleRules(TestBench):
                 pytest.fail(f"{device.name}: a call after close() raised {error!r}. Raise DeviceClosedError")
             pytest.fail(f"{device.name}: a call after close() raised no error. Raise DeviceClosedError")
 
-    def _start_motors(self, robot: Robot) -> dict[str, MotorSpy]:
+    def _start_motors(self, robot: Robot) -> dict[str, CommandSpy]:
         """Turn both motors, and return the spies that record their commands, by the motors' names."""
-        spies = {motor.name: MotorSpy(motor) for motor in self.get_motors(robot)}
+        spies = {motor.name: CommandSpy(motor) for motor in self.get_motors(robot)}
         for motor in self.get_motors(robot):
             motor.set_velocity(SPEED_RAD_S)
         return spies
 
 
-def _require_stopped(spies: dict[str, MotorSpy], event: str, remedy: str) -> None:
+def _require_stopped(spies: dict[str, CommandSpy], event: str, remedy: str) -> None:
     for name, spy in spies.items():
         assert spy.last == 0, f"{name}: after {event} the last velocity sent is {spy.last} rad/s. {remedy}"
 

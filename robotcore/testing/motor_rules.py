@@ -20,7 +20,7 @@ from robotcore.testing.bench import (
     measure_time,
     raises_in_time,
 )
-from robotcore.testing.fakes import Gate, MotorSpy
+from robotcore.testing.fakes import CommandSpy, Gate
 
 SPEED_RAD_S = 4.0
 
@@ -94,7 +94,7 @@ class MotorRules(TestBench):
     def test_velocity_beyond_the_limit_is_clamped_and_returned(self, sign: int) -> None:
         with self.open_robot(None, Role.DRIVE) as robot:
             for motor in self.get_motors(robot):
-                spy, limit = MotorSpy(motor), motor.max_velocity
+                spy, limit = CommandSpy(motor), motor.max_velocity
                 returned = motor.set_velocity(sign * 2 * limit)
                 assert returned == pytest.approx(sign * limit), (
                     f"{motor.name}: set_velocity({sign * 2 * limit}) returned {returned} rad/s. "
@@ -149,7 +149,7 @@ class MotorRules(TestBench):
     def test_refused_velocity_stops_the_motor(self) -> None:
         with self.open_robot(None, Role.DRIVE) as robot:
             for motor in self.get_motors(robot):
-                spy = MotorSpy(motor)
+                spy = CommandSpy(motor)
                 motor.set_velocity(SPEED_RAD_S)
                 try:
                     motor.set_velocity(math.nan)

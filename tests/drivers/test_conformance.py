@@ -23,6 +23,7 @@ from tests.drivers.raspberrypi.virtual import test_conformance as virtual_pi_sui
 from tests.drivers.serial.boards import test_conformance as serial_suites
 from tests.drivers.vrep import test_conformance as vrep_suites
 from tests.robotcore.recording.replay.memory import record_run
+from tests.robotcore.testing.variant_suites import EquippedSuite
 
 NO_LOST_ECHO = "the simulator answers every ray"
 NO_HARDWARE = "the backend has no hardware"
@@ -41,6 +42,22 @@ class TestPyBullet(ConformanceSuite):
 class TestMujoco(ConformanceSuite):
     backend = MujocoBackend
     lacks: ClassVar = {TestSupport.LOST_ECHO: NO_LOST_ECHO, TestSupport.SLOW_HARDWARE: NO_HARDWARE}
+
+
+class TestDevicesInKinematic(EquippedSuite):
+    backend = KinematicBackend
+
+
+class TestDevicesInPyBullet(EquippedSuite):
+    backend = PyBulletBackend
+
+
+class TestDevicesInMujoco(EquippedSuite):
+    backend = MujocoBackend
+
+
+class TestDevicesInMock(EquippedSuite):
+    backend = MockBackend
 
 
 class TestMock(ConformanceSuite):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from robotcore.errors import DeviceError
 from robotcore.geometry import Pose
 from robotcore.hal.robot import Robot
 from robotcore.testing import ConformanceSuite
@@ -67,6 +68,15 @@ def test_broken_driver_fails_its_own_rules_and_no_others(broken: Broken) -> None
 
 def test_every_rule_is_failed_by_a_broken_driver() -> None:
     assert set().union(*(broken.rules for broken in BROKEN)) == list_rules()
+
+
+def test_command_that_fails_before_the_hardware_is_unplugged_passes_no_rule() -> None:
+    class FailingSuite(UnpluggedSuite):
+        def command_wheels(self, robot: Robot, left: float, right: float, seconds: float = 0.0) -> None:
+            raise DeviceError("left_motor", "no answer")
+
+    with pytest.raises(DeviceError):
+        FailingSuite().test_closing_unplugged_hardware_is_an_error()
 
 
 @pytest.mark.parametrize("suite", [TruthSuite, MeasuredSuite, MeasuredWithoutEncodersSuite])

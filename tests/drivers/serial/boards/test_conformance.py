@@ -13,7 +13,7 @@ from robotcore.hal.robot import Robot
 from robotcore.kinds.motor import Motor
 from robotcore.testing import ConformanceSuite, TestSupport
 from robotcore.testing.bench import RATE_HZ
-from robotcore.testing.fakes import MotorSpy
+from robotcore.testing.fakes import CommandSpy
 from tests.doubles.serial.bench import SerialBench, board_devices
 from tests.doubles.serial.board import BoardDouble
 from tests.doubles.serial.hoverboard import Hoverboard
@@ -65,7 +65,7 @@ class TickingBench(SerialBench):
 
     def open(self, setup: Setup) -> Robot:
         robot = super().open(setup)
-        spies = {device: MotorSpy(device) for device in robot.devices.values() if isinstance(device, Motor)}
+        spies = {device: CommandSpy(device) for device in robot.devices.values() if isinstance(device, Motor)}
 
         def tick() -> None:
             for motor, spy in spies.items():
