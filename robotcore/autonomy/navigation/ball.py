@@ -41,7 +41,7 @@ class BallTracker:
         self.is_in_sight = False
         """Whether the ball's blob in the newest picture has at least `MIN_POSITION_BLOB_PX` pixels."""
         self._seen_at = 0.0
-        self._past = PoseHistory()
+        self._past, self._mounts = PoseHistory(), PoseHistory()
         self._detector = ColourDetector(hue, tolerance=tolerance, min_area=MIN_BLOB_PX)
 
     def __repr__(self) -> str:
@@ -57,6 +57,7 @@ class BallTracker:
         pose: the robot's pose now, by odometry.
         """
         self._past.add(robot.clock.now(), pose)
+        self._mounts.add(robot.clock.now(), robot.camera.mount)
         frame = robot.camera.read()
         blobs = self._detector.find(frame.image, robot.camera.intrinsics)[:1]
         if robot.has(Role.DISPLAY):
@@ -66,26 +67,26 @@ class BallTracker:
         self.lost_for = 0.0 if blob else robot.clock.now() - self._seen_at
         self.is_in_sight = blob is not None and blob.area >= MIN_POSITION_BLOB_PX
         if blob and (self.is_in_sight or self.place is None):
-            self.place = self._compute_position(blob, robot, self._past.at(frame.time))
+            self.place = self._compute_position(blob, robot, self._past.at(frame.time), self._mounts.at(frame.time))
         return blob
 
     def forget(self) -> None:
         """Delete the ball's position. Call it if the ball is not there any more."""
         self.place = None
 
-    def _compute_position(self, blob: Blob, robot: Robot, pose: Pose) -> Point:
+    def _compute_position(self, blob: Blob, robot: Robot, pose: Pose, mount: Pose) -> Point:
         """Return the ball's position (x, y) in metres.
 
         The blob's size gives the distance. An echo at about the same distance replaces it. If the blob touches the
         picture's edge, its size is unknown, so any echo replaces it.
 
-        pose: the robot's pose at the time of the picture.
+        pose, mount: the robot's pose, and the camera's pose on the robot, at the time of the picture.
         """
         away = self.radius * robot.camera.intrinsics.focal_length / blob.radius
         echo = robot.range.read().distance + self.radius
-        turned = robot.camera.mount.heading - robot.range.mount.heading
+        turned = mount.heading - robot.range.mount.heading
         is_in_cone = abs(blob.bearing + turned) < robot.range.cone / 2
         if is_in_cone and (abs(echo - away) < MAX_ECHO_DIFFERENCE_M or (blob.is_clipped and math.isfinite(echo))):
             away = echo
-        eye = pose.compose(robot.camera.mount)
+        eye = pose.compose(mount)
         return eye.to_world(away * math.cos(blob.bearing), away * math.sin(blob.bearing))

@@ -19,7 +19,7 @@ HISTORY_S = 2.0
 
 
 class PoseHistory:
-    """The robot's poses of the last two seconds, to look up the pose at the time of a sensor's sample.
+    """The poses of the robot, or of a sensor on it, of the last two seconds, to look up the pose at a sample's time.
 
     >>> past = PoseHistory()
     >>> past.add(0.0, Pose(0.0, 0.0, 0.0))
@@ -159,9 +159,9 @@ class RangeIntegrator:
 
         sensor: the sensor.
         distance: the measured distance in metres.
-        at: the robot's pose at the time of the reading.
+        at: the sensor's pose at the time of the reading, in the odometry's frame.
         """
-        reading = RangeReading(min(distance, sensor.max_range), at.compose(sensor.mount))
+        reading = RangeReading(min(distance, sensor.max_range), at)
         self._undo_outlier(reading, sensor.cone)
         if self._last and reading.differs(self._last, JUMP_M):
             self._pending = PendingOutlier(self._last, self._memory.take_snapshot())
@@ -209,7 +209,7 @@ class NavigationMap:
         self.ground = Traversability(self.grid, reach)
         self._memory = MapMemory(self.grid, self.coverage)
         self._integrator = RangeIntegrator(self._memory)
-        self._past = PoseHistory()
+        self._past, self._sensor_mounts, self._camera_mounts = PoseHistory(), PoseHistory(), PoseHistory()
         self._last_reading: tuple[float, ...] | None = None
         self._last_view: tuple[float, ...] | None = None
 
@@ -220,29 +220,32 @@ class NavigationMap:
     def observe(self, robot: Robot, pose: Pose) -> bool:
         """Update the map with the newest samples, and return whether the old cells of the map became unknown.
 
-        Each sample belongs to the robot's pose at the time of the sample. A reading with the same distance and pose as
-        the last one adds nothing to the map.
+        Each sample belongs to the poses of the robot and of the sensor at the time of the sample. A reading with the
+        same distance and pose as the last one adds nothing to the map.
 
         robot: the robot, with drive, range sensor and camera.
         pose: the robot's pose now, by odometry.
         """
-        self._past.add(robot.clock.now(), pose)
+        now, sensor, camera = robot.clock.now(), robot.range, robot.camera
+        self._past.add(now, pose)
+        self._sensor_mounts.add(now, sensor.mount)
+        self._camera_mounts.add(now, camera.mount)
         self._memory.move(pose)
-        sensor, camera = robot.range, robot.camera
-        reading = sensor.read()
-        read_at, viewed_at = self._past.at(reading.time), self._past.at(camera.read().time)
-        new_reading = (*read_at, *sensor.mount, reading.distance)
-        new_view = (*pose, *viewed_at, *camera.mount)
+        reading, viewed_s = sensor.read(), camera.read().time
+        read_at, sensor_mount = self._past.at(reading.time), self._sensor_mounts.at(reading.time)
+        viewed_at, camera_mount = self._past.at(viewed_s), self._camera_mounts.at(viewed_s)
+        new_reading = (*read_at, *sensor_mount, reading.distance)
+        new_view = (*pose, *viewed_at, *camera_mount)
         is_new_reading = _differs(new_reading, self._last_reading)
         is_new_view = _differs(new_view, self._last_view)
         is_forgotten = False
         if is_new_reading:
             self._last_reading = new_reading
-            is_forgotten = self._integrator.add(sensor, reading.distance, read_at)
+            is_forgotten = self._integrator.add(sensor, reading.distance, read_at.compose(sensor_mount))
         if is_new_reading or is_new_view:
             self._last_view = new_view
             self.grid.add_free_disc(pose.x, pose.y, robot.drive.reach, robot.drive.geometry.track / 2)
-            self.coverage.add_view(viewed_at.compose(camera.mount), camera.intrinsics.horizontal_fov)
+            self.coverage.add_view(viewed_at.compose(camera_mount), camera.intrinsics.horizontal_fov)
         return is_forgotten
 
 

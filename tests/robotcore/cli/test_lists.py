@@ -38,6 +38,10 @@ ROWS: dict[tuple[str, str], dict[str, Any]] = {
     ("robots", "lookout"): {"devices": ["eye", "screen"], "drives": False},
     ("apps", "bump-and-turn"): {"needs": ["bumper", "drive"], "milestones": ["drive", "back", "turn"]},
     ("apps", "follow-line"): {"needs": ["drive", "line_sensor"], "milestones": ["follow", "search"]},
+    ("apps", "pan-search"): {
+        "needs": ["camera", "drive", "pan", "range"],
+        "milestones": ["look", "explore", "approach", "arrived"],
+    },
     ("worlds", "clutter"): {"floor_m": [4.0, 4.0], "obstacles": 12, "targets": 1},
 }
 

@@ -81,6 +81,16 @@ def test_turned_camera_uses_no_echo_from_ahead(rig: Rig, tracker: BallTracker) -
     assert measure_place(tracker) == pytest.approx((by_size, 1.0 + EYE.bearing(15.5)))
 
 
+def test_late_picture_is_used_with_the_mount_at_its_time(rig: Rig, tracker: BallTracker) -> None:
+    rig.robot.camera.mount = Pose(0.14, 0.0, 1.0)
+    tracker.look(rig.robot, POSE)
+    rig.eye._newest = lambda: Frame(ball(13, 8, 6), 0.0, 0)  # type: ignore[method-assign]
+    rig.sleep(0.1)
+    rig.robot.camera.mount = Pose(0.14, 0.0, -1.0)
+    tracker.look(rig.robot, POSE)
+    assert measure_place(tracker)[1] == pytest.approx(1.0 + EYE.bearing(15.5))
+
+
 def test_echo_gives_the_distance_if_the_ball_fills_the_picture(rig: Rig, tracker: BallTracker) -> None:
     rig.eye.image = picture(GREEN)
     rig.nose.distance = 0.5

@@ -208,6 +208,20 @@ def test_late_reading_is_used_with_the_pose_at_its_time(rig: Rig, new_map: Navig
     assert new_map.grid.occupied[new_map.grid.cell_of(*at)]
 
 
+def test_late_samples_are_used_with_the_mounts_at_their_time(rig: Rig, new_map: NavigationMap) -> None:
+    rig.robot.range.mount = rig.robot.camera.mount = Pose(0.0, 0.0, math.pi / 2)
+    new_map.observe(rig.robot, HERE)
+    rig.nose.distance, rig.nose.age = 1.5, 0.1
+    rig.eye._newest = lambda: Frame(picture(), 0.0, 0)  # type: ignore[method-assign]
+    rig.sleep(0.1)
+    rig.robot.range.mount = rig.robot.camera.mount = Pose(0.0, 0.0, -math.pi / 2)
+    new_map.observe(rig.robot, HERE)
+    grid = new_map.grid
+    assert grid.occupied[grid.cell_of(0.0, 1.5)]
+    assert not grid.occupied[grid.cell_of(0.0, -1.5)]
+    assert not new_map.coverage.seen[grid.cell_of(0.0, -0.6)]
+
+
 def test_late_picture_is_used_with_the_pose_at_its_time(rig: Rig, new_map: NavigationMap) -> None:
     new_map.observe(rig.robot, HERE)
     rig.eye._newest = lambda: Frame(picture(), 0.0, 0)  # type: ignore[method-assign]
