@@ -48,6 +48,7 @@ class TonePin(DeviceDriver):
     summary = "a passive buzzer on a GPIO"
     described = BuzzerDescription
     modules = ("gpiozero",)
+    connector = "GPIO"
     remedy = "pip install 'robotcore[pi]'"
     supply = ("ground",)
     aliases = ("speaker", "piezo")

@@ -25,6 +25,7 @@ class ContactDriver(DeviceDriver):
     """
 
     modules = ("gpiozero",)
+    connector = "GPIO"
     remedy = "pip install 'robotcore[pi]'"
     supply = ("ground",)
 

@@ -71,6 +71,7 @@ class EncoderDriver(DeviceDriver):
 
     described = EncoderDescription
     modules = ("gpiozero",)
+    connector = "GPIO"
     supply = ("3.3 V", "ground")
     remedy = "pip install 'robotcore[pi]'"
     edges_per_cycle: ClassVar[int]

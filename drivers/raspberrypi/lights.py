@@ -43,6 +43,7 @@ class LightDriver(DeviceDriver):
 
     described = LedDescription
     modules = ("gpiozero",)
+    connector = "GPIO"
     remedy = "pip install 'robotcore[pi]'"
     is_rgb: ClassVar[bool]
 

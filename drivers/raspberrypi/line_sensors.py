@@ -66,6 +66,7 @@ class DigitalSensors(DeviceDriver):
     summary = "a row of digital line sensors, each on a GPIO"
     described = LineSensorDescription
     modules = ("gpiozero",)
+    connector = "GPIO"
     remedy = "pip install 'robotcore[pi]'"
     supply = ("3.3 V", "ground")
     aliases = ("tcrt5000", "line-follower")

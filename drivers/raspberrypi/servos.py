@@ -75,6 +75,7 @@ class PulseServo(DeviceDriver):
     summary = "a servo on a GPIO, commanded by the width of pulses"
     described = ServoDescription
     modules = ("gpiozero",)
+    connector = "GPIO"
     remedy = "pip install 'robotcore[pi]'"
     supply = ("ground",)
 

@@ -35,6 +35,7 @@ class SerialBackend(HardwareBackend):
     summary = "a robot on serial lines and USB, from any computer: motor boards, range sensors, cameras"
     modules = ("serial",)
     connection_options = frozenset(SerialOptions.model_fields)
+    missing_connectors = frozenset({"GPIO", "CSI"})
 
     @property
     def remedy(self) -> str:
@@ -42,7 +43,7 @@ class SerialBackend(HardwareBackend):
 
     def place(self, connection: Connection) -> tuple[()]:
         """Return no pins. Raises ValueError if a wire goes to a connector that only a Raspberry Pi has."""
-        if connection.bus in {"GPIO", "CSI"}:
+        if connection.bus in self.missing_connectors:
             raise ValueError(
                 f"the backend {self.name!r} has no {connection.bus}; write this device's table in [raspberrypi], or "
                 "name the driver of a device on a serial port or USB"

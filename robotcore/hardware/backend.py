@@ -24,6 +24,9 @@ class HardwareBackend(Backend):
     section: ClassVar[str]
     """The name of the section in a robot's file that lists the driver and the settings of each device."""
 
+    missing_connectors: ClassVar[frozenset[str]] = frozenset()
+    """The connectors that the backend does not have. Error messages do not suggest the drivers that need one."""
+
     def place(self, connection: Connection) -> Iterable[Connection]:
         """Return the further pins that a connection occupies. See `bind_devices`."""
         return ()
@@ -37,7 +40,7 @@ class HardwareBackend(Backend):
 
         names: the names of the devices to return; None returns all.
         """
-        return bind_devices(robot, self.section, names, self.place)
+        return bind_devices(robot, self.section, names, self.place, self.missing_connectors)
 
     def summarize(self, bindings: Sequence[DeviceBinding]) -> str:
         """Return a text with the number of the devices."""

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
+from functools import partial
 from typing import Any
 
 from robotcore.description import DeviceDescription, RobotDescription
@@ -21,6 +22,7 @@ def bind_devices(
     section: str,
     names: Iterable[str] | None = None,
     place: Callable[[Connection], Iterable[Connection]] = lambda _wire: (),
+    missing_connectors: Collection[str] = (),
 ) -> tuple[DeviceBinding, ...]:
     """Return devices of a robot with their drivers and settings.
 
@@ -32,6 +34,7 @@ def bind_devices(
     place: a function that returns the further pins that a connection occupies, such as the two pins of a serial port.
         It raises ValueError if the board has no such pin. The text of the error is the problem, a semicolon and a
         remedy.
+    missing_connectors: the connectors that the backend lacks. Errors do not suggest the drivers that need one.
 
     Raises DescriptionError with all mistakes in the section.
     """
@@ -45,44 +48,46 @@ def bind_devices(
         others = " or ".join(f"--backend {name}" for name in sorted(robot.backends))
         remedy = f"Add a table for each device, such as [{section}.{wired[0]}]" + f", or name {others}" * bool(others)
         raise DescriptionError(robot.source, section, "is missing", remedy, kind="no-section")
-    bindings, mistakes = read_each(robot, section, wired, _bind, _missing_hint)
+    read, explain = partial(_bind, missing_connectors), partial(_missing_hint, missing_connectors)
+    bindings, mistakes = read_each(robot, section, wired, read, explain)
     mistakes += [*_contradictions(section, bindings, robot), *_pin_mistakes(section, bindings, place)]
     if mistakes:
         raise DescriptionError.of_all(robot.source, mistakes)
     return tuple(binding for binding in bindings if binding.name in chosen)
 
 
-def _bind(description: DeviceDescription, table: Any) -> DeviceBinding:
-    kind = _driver(description, table)
+def _bind(lacks: Collection[str], description: DeviceDescription, table: Any) -> DeviceBinding:
+    kind = _driver(lacks, description, table)
     settings = {name: value for name, value in table.items() if name != "driver"}
     return DeviceBinding(description, validate_table(kind, settings))
 
 
-def _driver(description: DeviceDescription, table: Any) -> type[DeviceDriver]:
+def _driver(lacks: Collection[str], description: DeviceDescription, table: Any) -> type[DeviceDriver]:
     if not isinstance(table, Mapping):
-        raise Mistake(f"should be a table, got {table!r}", f"Name its driver: {_list_drivers(description)}")
+        raise Mistake(f"should be a table, got {table!r}", f"Name its driver: {_list_drivers(lacks, description)}")
     if "driver" not in table:
-        raise Mistake("is missing", f"Add it: {_list_drivers(description)}", key="driver")
+        raise Mistake("is missing", f"Add it: {_list_drivers(lacks, description)}", key="driver")
     if not isinstance(name := table["driver"], str):
         raise Mistake(
-            f"should be a name in quotes, got {name!r}", f"Name one: {_list_drivers(description)}", key="driver"
+            f"should be a name in quotes, got {name!r}", f"Name one: {_list_drivers(lacks, description)}", key="driver"
         )
     try:
         driver: type[DeviceDriver] = load_registered("device driver", DEVICES, name)
     except UnknownNameError as unknown:
         problem = f"unknown device driver {name[:MAX_SHOWN_CHARACTERS]!r}"
-        raise Mistake(problem, _suggest_driver(name, description), key="driver") from unknown
+        raise Mistake(problem, _suggest_driver(name, lacks, description), key="driver") from unknown
     if not isinstance(description, driver.described):
         problem = f"{name!r} is not a driver for a {description.kind.replace('_', ' ')}"
-        raise Mistake(problem, f"Name one: {_list_drivers(description)}", key="driver")
+        raise Mistake(problem, f"Name one: {_list_drivers(lacks, description)}", key="driver")
     return driver
 
 
-def _missing_hint(description: DeviceDescription) -> str:
-    return (
-        f"Add a table with one of these drivers: {_list_drivers(description)}. If the robot has no such device, "
-        f"remove {description.name!r} from [[devices]]"
-    )
+def _missing_hint(lacks: Collection[str], description: DeviceDescription) -> str:
+    removal = f"remove {description.name!r} from [[devices]]"
+    if not (drivers := _find_drivers(type(description), lacks)):
+        kind = description.kind.replace("_", " ")
+        return f"No installed driver of this backend opens a {kind}. Install a package with one, or {removal}"
+    return f"Add a table with one of these drivers: {', '.join(drivers)}. If the robot has no such device, {removal}"
 
 
 def list_drivers(description: type[DeviceDescription]) -> list[str]:
@@ -90,12 +95,12 @@ def list_drivers(description: type[DeviceDescription]) -> list[str]:
     return list(_find_drivers(description))
 
 
-def _list_drivers(description: DeviceDescription) -> str:
-    return ", ".join(_find_drivers(type(description))) or "(none is installed)"
+def _list_drivers(lacks: Collection[str], description: DeviceDescription) -> str:
+    return ", ".join(_find_drivers(type(description), lacks)) or "(none is installed)"
 
 
-def _suggest_driver(name: str, description: DeviceDescription) -> str:
-    drivers = _find_drivers(type(description))
+def _suggest_driver(name: str, lacks: Collection[str], description: DeviceDescription) -> str:
+    drivers = _find_drivers(type(description), lacks)
     word = _normalise(name)
     same = [driver for driver in drivers if _normalise(driver) == word]
     alike = [
@@ -112,13 +117,15 @@ def _normalise(word: str) -> str:
     return "".join(letter for letter in word.lower() if letter.isalnum())
 
 
-def _find_drivers(description: type[DeviceDescription]) -> dict[str, type[DeviceDriver]]:
+def _find_drivers(
+    description: type[DeviceDescription], missing_connectors: Collection[str] = ()
+) -> dict[str, type[DeviceDriver]]:
     # Drivers that cannot be imported are left out.
     found = {}
     for name in device_driver_names():
         with suppress(BackendMissingError):
             driver: type[DeviceDriver] = load_registered("device driver", DEVICES, name)
-            if issubclass(description, driver.described):
+            if issubclass(description, driver.described) and driver.connector not in missing_connectors:
                 found[name] = driver
     return found
 

@@ -136,6 +136,8 @@ class DeviceDriver(StrictModel, ABC):
     """The Python modules that the driver needs. Checks search for them without an import."""
     remedy: ClassVar[str] = ""
     """The sentence that tells the user how to install ``modules``."""
+    connector: ClassVar[str] = ""
+    """The connector of the device that only some backends have, such as GPIO; empty for one that all have."""
     supply: ClassVar[tuple[str, ...]] = ()
     """The pads of the board that power the device, such as ``5 V`` and ``ground``; empty for another power supply."""
     aliases: ClassVar[tuple[str, ...]] = ()

@@ -195,6 +195,7 @@ class PiCamera(CameraDriver):
     source = CsiSource
     aliases = ("pi-camera", "csi", "libcamera", "camera-module")
     modules = ("picamera2",)
+    connector = "CSI"
     remedy = REMEDY
 
     camera: Annotated[int, Field(ge=0, le=7)] = 0

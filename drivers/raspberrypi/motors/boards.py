@@ -66,6 +66,7 @@ class MotorDriver(DeviceDriver):
 
     described = MotorDescription
     modules = ("gpiozero",)
+    connector = "GPIO"
     supply = ("ground",)
     remedy = "pip install 'robotcore[pi]'"
     reports_direction = True

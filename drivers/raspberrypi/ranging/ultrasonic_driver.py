@@ -53,6 +53,7 @@ class Ultrasonic(DeviceDriver):
     described = RangeSensorDescription
     aliases = ("ultrasonic", "sonar", "rcwl-1601")
     modules = ("gpiozero",)
+    connector = "GPIO"
     supply = ("5 V", "ground")
     remedy = "On the Pi: pip install 'robotcore[pi]'"
 

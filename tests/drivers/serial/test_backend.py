@@ -16,6 +16,8 @@ from robotcore.errors import DescriptionError, DeviceError, DeviceGroupError, Us
 from robotcore.hal.backend import Capability, Setup
 from robotcore.hal.check_finding import Finding, Level
 from robotcore.hal.wall_clock import MonotonicClock
+from robotcore.kinds.bumper import BumperDescription
+from robotcore.kinds.encoder import EncoderDescription
 from robotcore.testing.simulation_rules import RepeatRules
 from tests.doubles.serial.bench import SerialBench, board_devices, connect_devices
 from tests.doubles.serial.board import Powered
@@ -51,6 +53,14 @@ def setup_of(robot: RobotDescription, **options: str) -> Setup:
 
 def test_a_robot_is_reported_by_its_devices_and_ports(robot: RobotDescription, pty: Pty) -> None:
     assert SerialBackend().check(robot) == f"2 devices on {pty.path}"
+
+
+def test_missing_table_suggests_only_drivers_of_the_backend(robot: RobotDescription, raises: Raises) -> None:
+    front = BumperDescription(kind="bumper", name="front")
+    encoder = EncoderDescription(kind="encoder", name="caster", counts_per_turn=20)
+    equipped = robot.model_copy(update={"devices": (*robot.devices, front, encoder)})
+    with raises(DescriptionError, "missing-section"):
+        SerialBackend().check(equipped)
 
 
 def test_the_option_port_replaces_the_robots_only_port(pty: Pty) -> None:
