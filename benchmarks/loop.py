@@ -130,7 +130,7 @@ def _build_loop_by_hand(robot: RobotDescription, world: WorldDescription) -> Blo
     body.hide()
     bullet.setGravity(0.0, 0.0, -9.81)
     bullet.setPhysicsEngineParameter(fixedTimeStep=1 / (RATE_HZ * STEPS_A_TICK))
-    left, right = body.find_joint(left_motor), body.find_joint(right_motor)
+    (left,), (right,) = body.find_joints(left_motor), body.find_joints(right_motor)
     (camera,) = robot.all_of(CameraDescription)
     mount, light, detector = camera.mount, scene.light, ColourDetector("green")
     tall = 2 * math.degrees(math.atan(camera.height_px / 2 / camera.intrinsics.focal_length))

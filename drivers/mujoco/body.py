@@ -21,23 +21,23 @@ class Body:
     def __init__(self, model: MjModel, data: MjData, description: RobotDescription) -> None:
         self._data = data
         self.body_id = model.body(BASE).id
-        self._is_free = description.drive is not None
-        self._joints = _joints(model, description)
+        self._model, self._drive = model, description.drive
 
-    def find_joint(self, device: str) -> int:
-        """Return the index, in MuJoCo's array of positions, of the joint of a device's wheel.
+    def find_joints(self, device: str) -> tuple[int, ...]:
+        """Return the index, in MuJoCo's array of positions, of the joint of each wheel of a device.
 
         device: the name of a motor or an encoder. Raises DeviceError if the device is on no wheel.
         """
-        if device not in self._joints:
+        wheels = self._drive.wheels_of(device) if self._drive else ()
+        if not wheels:
             raise DeviceError(
                 device, "the device is on no wheel. Name it in the robot's [drive], or leave it out", kind="no-wheel"
             )
-        return self._joints[device]
+        return tuple(int(self._model.joint(wheel_joint(wheel.name)).qposadr[0]) for wheel in wheels)
 
-    def angle(self, joint: int) -> float:
-        """Return the angle of a wheel in radians. ``joint`` is an index of `find_joint`."""
-        return float(self._data.qpos[joint])
+    def angle(self, joints: tuple[int, ...]) -> float:
+        """Return the mean angle of wheels in radians. ``joints`` are indices of `find_joints`."""
+        return sum(float(self._data.qpos[joint]) for joint in joints) / len(joints)
 
     def transform(self) -> tuple[Array, Array]:
         """Return the pose of the robot's frame in the world: a rotation matrix (3, 3), and an origin (3,) in metres."""
@@ -51,13 +51,7 @@ class Body:
 
     def twist(self) -> Twist:
         """Return the velocity of the middle of the axle."""
-        if not self._is_free:
+        if self._drive is None:
             return Twist(0.0, 0.0)
         velocity = self._data.qvel
         return Twist(float(self.transform()[0][:, 0] @ velocity[:3]), float(velocity[5]))
-
-
-def _joints(model: MjModel, description: RobotDescription) -> dict[str, int]:
-    if (drive := description.drive) is None:
-        return {}
-    return {name: int(model.joint(wheel_joint(motor)).qposadr[0]) for name, motor in drive.wheel_motors.items()}

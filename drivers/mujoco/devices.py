@@ -14,9 +14,11 @@ from drivers.mujoco.model.attributes import RANGE_GROUPS, group_flags
 from drivers.mujoco.model.world import visual_name
 from drivers.mujoco.opengl import NoOpenGL
 from drivers.mujoco.rendering import Renderer
-from robotcore.description import WorldDescription
+from robotcore.description import AckermannDrive, WorldDescription
+from robotcore.description.urdf import steering_joint
 from robotcore.errors import DeviceError
 from robotcore.hal.clock import Clock
+from robotcore.hal.joint import Joint
 from robotcore.kinds.camera import CameraDescription
 from robotcore.kinds.motor import Motor, MotorDescription
 from robotcore.kinds.range_sensor import RangeSensorDescription
@@ -33,11 +35,23 @@ class MujocoMotor(Motor):
 
     def __init__(self, model: MjModel, data: MjData, description: MotorDescription, body: Body) -> None:
         super().__init__(description.name, description.max_velocity_rad_s)
-        body.find_joint(self.name)
+        body.find_joints(self.name)
         self._controls, self._number = data.ctrl, model.actuator(self.name).id
 
     def _apply(self, rad_s: float) -> None:
         self._controls[self._number] = rad_s
+
+
+class Steering:
+    """The front wheels of a drive that steers. They follow the joint of its servo."""
+
+    def __init__(self, model: MjModel, data: MjData, drive: AckermannDrive, joint: Joint) -> None:
+        self._drive, self._joint, self._controls = drive, joint, data.ctrl
+        self._numbers = [model.actuator(steering_joint(wheel.name)).id for wheel in drive.wheels if wheel.is_steered]
+
+    def turn(self, time: float) -> None:
+        """Let the next physics step turn the wheels to the servo's angle at a time in seconds."""
+        self._controls[self._numbers] = self._drive.to_wheel_angles_rad(self._joint.angle_at(time))
 
 
 @cache

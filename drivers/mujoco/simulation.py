@@ -8,10 +8,10 @@ from functools import cached_property
 import numpy as np
 
 from drivers.mujoco.body import Body
-from drivers.mujoco.devices import CameraSet, MujocoMotor, cast_rays, open_range_sensor
+from drivers.mujoco.devices import CameraSet, MujocoMotor, Steering, cast_rays, open_range_sensor
 from drivers.mujoco.model import build, compile_model
 from drivers.mujoco.window import Window
-from robotcore.description import DeviceDescription, WorldDescription
+from robotcore.description import AckermannDrive, DeviceDescription, WorldDescription
 from robotcore.description.urdf import BASE
 from robotcore.errors import BackendError
 from robotcore.geometry import Pose, Twist
@@ -49,6 +49,7 @@ class Simulation:
         self._box = int(self.model.body(BASE).geomadr[0])
         self._ignored = {self._box, *np.flatnonzero(self.model.geom_type == mjtGeom.mjGEOM_PLANE).tolist()}
         self._contacts = ContactCounter()
+        self._steering = self._open_steering()
         self._cameras = CameraSet(self.model, self.data, world)
         self._closing = ExitStack()
         self._closing.callback(self._cameras.close)
@@ -62,8 +63,8 @@ class Simulation:
         if isinstance(description, MotorDescription):
             return MujocoMotor(self.model, self.data, description, self._body)
         if isinstance(description, EncoderDescription):
-            body, joint = self._body, self._body.find_joint(description.name)
-            return SimulatedEncoder(description, self.clock, lambda: body.angle(joint))
+            body, joints = self._body, self._body.find_joints(description.name)
+            return SimulatedEncoder(description, self.clock, lambda: body.angle(joints))
         locate = self.ground_truth.joints.locate
         if isinstance(description, RangeSensorDescription):
             return open_range_sensor(self.model, self.data, description, self.clock, self._body, locate)
@@ -94,6 +95,11 @@ class Simulation:
             self._robot, self._world, self.clock, self.pose, self.twist, self._cast, self._touched, self._seed
         )
 
+    def _open_steering(self) -> Steering | None:
+        if not isinstance(drive := self._robot.drive, AckermannDrive):
+            return None
+        return Steering(self.model, self.data, drive, self.ground_truth.joints[drive.steering])
+
     def _cast(self, origin: Array, directions: Array) -> Array:
         rotation, start = self._body.transform()
         return cast_rays(self.model, self.data, start + rotation @ origin, directions @ rotation.T)
@@ -102,7 +108,10 @@ class Simulation:
         return [self.model.geom(thing).name for thing in self._contacts.touched]
 
     def _advance(self, steps: int) -> None:
-        for _ in range(steps):
+        start, length = self.clock.now(), self.clock.step
+        for step in range(1, steps + 1):
+            if self._steering:
+                self._steering.turn(start + step * length)
             self._finish_step(self.model, self.data)
             self._begin_step(self.model, self.data)
             self._count_contacts()

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from drivers.pybullet.bullet import Bullet
 from drivers.pybullet.scene import CollisionGroup
-from robotcore.description import Drive, RobotDescription
-from robotcore.description.urdf import CASTER, build_robot_urdf, name_wheel_link
+from robotcore.description import RobotDescription
+from robotcore.description.urdf import build_robot_urdf, is_sliding, name_hub_link, name_wheel_link
 from robotcore.errors import DeviceError
 from robotcore.geometry import Pose, Twist
 
@@ -29,7 +29,7 @@ class Body:
         self._bullet = bullet
         self.body_id = _load(bullet, description, start)
         self._links = _list_links(bullet, self.body_id)
-        self._joints = _wheel_joints(description.drive, self._links)
+        self._drive = description.drive
         self._centre = np.array(bullet.getDynamicsInfo(self.body_id, _BASE)[3])
         self._set_up_collisions()
 
@@ -39,9 +39,14 @@ class Body:
         bullet.setCollisionFilterGroupMask(
             body, _BASE, CollisionGroup.BODY, CollisionGroup.FLOOR | CollisionGroup.THING
         )
-        for link in self._links.values():
+        for name, link in self._links.items():
             bullet.setCollisionFilterGroupMask(body, link, CollisionGroup.WHEEL, CollisionGroup.FLOOR)
-            bullet.changeDynamics(body, link, lateralFriction=0.0 if link == self._links.get(CASTER) else 1.0)
+            bullet.changeDynamics(body, link, lateralFriction=0.0 if is_sliding(name) else 1.0)
+        for wheel in self._drive.wheels if self._drive else ():
+            if wheel.motor is None:  # without this call, Bullet would brake the joint
+                bullet.setJointMotorControl2(
+                    body, self._links[name_wheel_link(wheel.name)], bullet.VELOCITY_CONTROL, force=0.0
+                )
         # A separate call: in one call with damping, Bullet ignores the friction of a link.
         bullet.changeDynamics(body, _BASE, linearDamping=0.0, angularDamping=0.0)
 
@@ -56,16 +61,22 @@ class Body:
         for link in (_BASE, *self._links.values()):
             self._bullet.changeVisualShape(self.body_id, link, rgbaColor=[0.0, 0.0, 0.0, 0.0])
 
-    def find_joint(self, device: str) -> int:
-        """Return Bullet's index of the joint of a device's wheel.
+    def find_joints(self, device: str) -> tuple[int, ...]:
+        """Return Bullet's index of the joint of each wheel of a device.
 
         device: the name of a motor or an encoder. Raises DeviceError if the device is on no wheel.
         """
-        if device not in self._joints:
+        wheels = self._drive.wheels_of(device) if self._drive else ()
+        if not wheels:
             raise DeviceError(
                 device, "the device is on no wheel. Name it in the robot's [drive], or leave it out", kind="no-wheel"
             )
-        return self._joints[device]
+        return tuple(self._links[name_wheel_link(wheel.name)] for wheel in wheels)
+
+    def find_steering_joints(self) -> tuple[int, ...]:
+        """Return Bullet's indices of the joints that steer the left and the right front wheel, if they are steered."""
+        wheels = self._drive.wheels if self._drive else ()
+        return tuple(self._links[name_hub_link(wheel.name)] for wheel in wheels if wheel.is_steered)
 
     def transform(self) -> tuple[Array, Array]:
         """Return the pose of the robot's frame in the world: a rotation matrix (3, 3), and an origin (3,) in metres."""
@@ -91,7 +102,7 @@ class Body:
 def _load(bullet: Bullet, description: RobotDescription, start: Pose) -> int:
     with TemporaryDirectory() as folder:
         file = Path(folder, "robot.urdf")
-        file.write_text(build_robot_urdf(description), encoding="utf-8")
+        file.write_text(build_robot_urdf(description, is_simulated=True), encoding="utf-8")
         number: int = bullet.loadURDF(
             str(file),
             [start.x, start.y, 0.0],
@@ -100,12 +111,6 @@ def _load(bullet: Bullet, description: RobotDescription, start: Pose) -> int:
             flags=bullet.URDF_USE_INERTIA_FROM_FILE,
         )
     return number
-
-
-def _wheel_joints(drive: Drive | None, links: dict[str, int]) -> dict[str, int]:
-    if drive is None:
-        return {}
-    return {name: links[name_wheel_link(motor)] for name, motor in drive.wheel_motors.items()}
 
 
 def _list_links(bullet: Bullet, body: int) -> dict[str, int]:

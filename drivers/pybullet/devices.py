@@ -10,8 +10,10 @@ import numpy as np
 
 from drivers.pybullet.body import Body
 from drivers.pybullet.bullet import Bullet
-from robotcore.description import Light
+from robotcore.description import AckermannDrive, Light
+from robotcore.description.urdf import STEERING_TORQUE_NM
 from robotcore.hal.clock import Clock
+from robotcore.hal.joint import Joint
 from robotcore.kinds.encoder import EncoderDescription, SimulatedEncoder
 from robotcore.kinds.motor import Motor, MotorDescription
 from robotcore.kinds.range_sensor import RangeSensorDescription
@@ -21,41 +23,70 @@ from robotcore.simulation.rigid_body import Array, Locate, ObjectIds, RayFanSens
 
 
 class BulletMotor(Motor):
-    """A motor of a wheel. The velocity of the wheel's joint follows the command with a first-order lag.
+    """A motor. The velocity of its wheel's joint follows the command with a first-order lag.
 
     In a step of h seconds, a lag τ reduces the difference between velocity and command by the fraction 1 - exp(-h/τ).
+    The wheels of a motor with a differential gear turn at the velocities at which they roll along the steered path.
     """
 
-    def __init__(self, bullet: Bullet, description: MotorDescription, body: Body, step: float) -> None:
+    def __init__(
+        self, bullet: Bullet, description: MotorDescription, body: Body, step: float, steering: Steering | None = None
+    ) -> None:
         super().__init__(description.name, description.max_velocity_rad_s)
         self._control = bullet.setJointMotorControl2
-        self._body, self._joint = body.body_id, body.find_joint(self.name)
+        self._body, self._joints = body.body_id, body.find_joints(self.name)
+        self._steering = steering if len(self._joints) > 1 else None
         self._velocity_control = bullet.VELOCITY_CONTROL
-        self._torque = description.max_torque_nm
+        self._torque = description.max_torque_nm / len(self._joints)
         self._gain = -math.expm1(-step / description.lag_s) if description.lag_s else 1.0
         self._command = self._velocity = 0.0
-        self._send()
+        self._targets: tuple[float, ...] = ()
+        self.drive()
 
     def drive(self) -> None:
-        """Set the target velocity of the joint for the next physics step."""
-        before = self._velocity
-        self._velocity += (self._command - before) * self._gain
-        if self._velocity != before:
+        """Set the target velocity of each joint for the next physics step."""
+        before = self._targets
+        self._velocity += (self._command - self._velocity) * self._gain
+        ratios = self._steering.ratios if self._steering else (1.0,)
+        self._targets = tuple(self._velocity * ratio for ratio in ratios)
+        if self._targets != before:
             self._send()
 
     def _apply(self, rad_s: float) -> None:
         self._command = rad_s
 
     def _send(self) -> None:
-        self._control(
-            self._body, self._joint, self._velocity_control, targetVelocity=self._velocity, force=self._torque
-        )
+        for joint, target in zip(self._joints, self._targets, strict=True):
+            self._control(self._body, joint, self._velocity_control, targetVelocity=target, force=self._torque)
+
+
+class Steering:
+    """The front wheels of a drive that steers. They follow the joint of its servo, and roll freely."""
+
+    def __init__(self, bullet: Bullet, body: Body, drive: AckermannDrive, joint: Joint, step: float) -> None:
+        self._bullet, self._body, self._joints = bullet, body.body_id, body.find_steering_joints()
+        self._drive, self._joint, self._step = drive, joint, step
+        self.ratios = (1.0, 1.0)
+        """The velocities of the left and the right rear wheel, divided by the mean of both."""
+
+    def turn(self, time: float) -> None:
+        """Let the next physics step turn the wheels to the servo's angle at a time in seconds."""
+        bullet, angle = self._bullet, self._joint.angle_at(time)
+        half = self._drive.to_curvature(angle) * self._drive.track_m / 2
+        self.ratios = (1 - half, 1 + half)
+        for joint, target in zip(self._joints, self._drive.to_wheel_angles_rad(angle), strict=True):
+            velocity = (target - bullet.getJointState(self._body, joint)[0]) / self._step
+            bullet.setJointMotorControl2(
+                self._body, joint, bullet.VELOCITY_CONTROL, targetVelocity=velocity, force=STEERING_TORQUE_NM
+            )
 
 
 def open_encoder(bullet: Bullet, description: EncoderDescription, clock: Clock, body: Body) -> SimulatedEncoder:
     """Open the encoder of a wheel. Raises DeviceError if the encoder is on no wheel."""
-    joint, joint_state = body.find_joint(description.name), bullet.getJointState
-    return SimulatedEncoder(description, clock, lambda: float(joint_state(body.body_id, joint)[0]))
+    joints, joint_state = body.find_joints(description.name), bullet.getJointState
+    return SimulatedEncoder(
+        description, clock, lambda: sum(float(joint_state(body.body_id, joint)[0]) for joint in joints) / len(joints)
+    )
 
 
 RAY_M = 200.0

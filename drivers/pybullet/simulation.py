@@ -7,9 +7,17 @@ from functools import cached_property
 
 from drivers.pybullet.body import Body
 from drivers.pybullet.bullet import Bullet
-from drivers.pybullet.devices import RAY_M, BulletMotor, BulletRenderer, cast_rays, open_encoder, open_range_sensor
+from drivers.pybullet.devices import (
+    RAY_M,
+    BulletMotor,
+    BulletRenderer,
+    Steering,
+    cast_rays,
+    open_encoder,
+    open_range_sensor,
+)
 from drivers.pybullet.scene import BulletScene
-from robotcore.description import DeviceDescription, WorldDescription
+from robotcore.description import AckermannDrive, DeviceDescription, WorldDescription
 from robotcore.geometry import Pose, Twist
 from robotcore.hal.backend import Setup
 from robotcore.hal.clock import SteppedClock
@@ -41,6 +49,7 @@ class Simulation:
             self._body.hide()
         self.clock = SteppedClock(setup.rate_hz, self._advance)
         self._motors: list[BulletMotor] = []
+        self._steering = self._open_steering()
         self._contacts = ContactCounter()
         self._things = frozenset(self._scene.things.values())
         self._step, self._contact_points = bullet.stepSimulation, bullet.getContactPoints
@@ -54,7 +63,7 @@ class Simulation:
         bullet = self._bullet.for_device(description.name)
         body = self._body.with_connection(bullet)
         if isinstance(description, MotorDescription):
-            motor = BulletMotor(bullet, description, body, self.clock.step)
+            motor = BulletMotor(bullet, description, body, self.clock.step, self._steering)
             self._motors.append(motor)
             return motor
         if isinstance(description, EncoderDescription):
@@ -83,6 +92,12 @@ class Simulation:
             self._robot, self._world, self.clock, self.pose, self.twist, self._cast, self._touched, self._seed
         )
 
+    def _open_steering(self) -> Steering | None:
+        if not isinstance(drive := self._robot.drive, AckermannDrive):
+            return None
+        joint = self.ground_truth.joints[drive.steering]
+        return Steering(self._bullet, self._body, drive, joint, self.clock.step)
+
     def _cast(self, origin: Array, directions: Array) -> Array:
         rotation, start = self._body.transform()
         return cast_rays(self._bullet, start + rotation @ origin, directions @ rotation.T * RAY_M, RAY_M)
@@ -92,7 +107,10 @@ class Simulation:
         return [names[thing] for thing in self._contacts.touched]
 
     def _advance(self, steps: int) -> None:
-        for _ in range(steps):
+        start, length = self.clock.now(), self.clock.step
+        for step in range(1, steps + 1):
+            if self._steering:
+                self._steering.turn(start + step * length)
             for motor in self._motors:
                 motor.drive()
             self._step()

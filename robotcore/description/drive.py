@@ -126,6 +126,13 @@ class Drive(StrictModel):
             for device in (motor, *encoders[index : index + 1])
         }
 
+    def wheels_of(self, device: str) -> tuple[DriveWheel, ...]:
+        """Return the wheels that a motor turns or an encoder measures: two with a differential gear, otherwise one.
+
+        device: the name of the motor or the encoder. The result is empty if it is on no wheel.
+        """
+        return tuple(wheel for wheel in self.wheels if device in (wheel.motor, wheel.encoder))
+
     @property
     def wheel_moments_kg_m2(self) -> tuple[float, float, float]:
         """The moments of inertia of a wheel, a solid cylinder, about x, y (its axle) and z, in kg·m²."""

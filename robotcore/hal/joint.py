@@ -37,8 +37,12 @@ class Joint:
     @property
     def angle(self) -> float:
         """The present angle, in radians."""
+        return self.angle_at(self._clock.now())
+
+    def angle_at(self, time: float) -> float:
+        """Return the angle at a time in seconds, in radians: at most that of the last `turn_to` for an earlier time."""
         way = self._target - self._start
-        turned = self._rate * (self._clock.now() - self._since)
+        turned = self._rate * max(0.0, time - self._since)
         return self._target if turned >= abs(way) else self._start + math.copysign(turned, way)
 
     def turn_to(self, angle: float) -> None:

@@ -39,7 +39,7 @@ def textured(name: str = "arena") -> WorldDescription:
     return world.model_copy(update={"floor": floor, "walls": walls})
 
 
-@pytest.mark.parametrize("robot, seed", [("rover", 7), ("lookout", None)])
+@pytest.mark.parametrize("robot, seed", [("rover", 7), ("lookout", None), ("freenove-4wd", 1), ("picar", 2)])
 def test_the_exported_model_equals_the_simulated_one(robot: str, seed: int | None, tmp_path: Path) -> None:
     described, world = prepare_world(load_robot(robot), "arena", seed)
     written, built = load_model(export_model("mjcf", described, world), tmp_path), build_simulated(described, world)
@@ -61,6 +61,15 @@ def test_the_exported_model_equals_the_simulated_one(robot: str, seed: int | Non
         np.testing.assert_allclose(getattr(written, name), getattr(built, name), SIX_DIGITS, SIX_DIGITS, err_msg=name)
     for option in ("timestep", "integrator", "cone", "impratio"):
         assert getattr(written.opt, option) == pytest.approx(getattr(built.opt, option)), option
+
+
+def test_the_control_of_a_steering_actuator_is_the_angle_of_its_wheel(tmp_path: Path) -> None:
+    model = load_model(export_model("mjcf", load_robot("picar"), load_world("open")), tmp_path)
+    data = mujoco.MjData(model)
+    data.actuator("front_left_steering").ctrl, data.actuator("front_right_steering").ctrl = 0.3, 0.25
+    mujoco.mj_step(model, data)
+    angles = [float(data.joint(f"front_{side}_steering").qpos[0]) for side in ("left", "right")]
+    assert angles == pytest.approx([0.3, 0.25], abs=1e-4)
 
 
 def test_every_sensor_has_a_frame_with_its_direction(tmp_path: Path) -> None:

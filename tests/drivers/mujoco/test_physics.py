@@ -7,7 +7,7 @@ import pytest
 from drivers.mujoco.backend import MujocoBackend
 from drivers.mujoco.simulation import Simulation
 from robotcore.kinds.motor import Motor, MotorDescription
-from tests.drivers.physics import driving, ranging, seeing
+from tests.drivers.physics import drives, driving, ranging, seeing
 from tests.drivers.physics.worlds import ROVER, Thing, ball, box, drive, get_truth, post, setup, world
 
 STEP_S = 1 / 240
@@ -46,6 +46,10 @@ def test_a_robot_climbs_nothing_that_it_drives_into(thing: Thing) -> None:
     assert simulation.contacts() >= 1
     assert abs(height) < 0.002
     assert upright > math.cos(0.03)
+
+
+class TestDrives(drives.Drives):
+    backend = MujocoBackend
 
 
 class TestSeeing(seeing.Seeing):

@@ -10,11 +10,15 @@ import pytest
 
 from drivers.pybullet.backend import PyBulletBackend
 from robotcore.description import Texture
-from tests.drivers.physics import driving, ranging, seeing
+from tests.drivers.physics import drives, driving, ranging, seeing
 from tests.drivers.physics.worlds import box, setup, world
 
 
 class TestDriving(driving.Driving):
+    backend = PyBulletBackend
+
+
+class TestDrives(drives.Drives):
     backend = PyBulletBackend
 
 

@@ -6,12 +6,10 @@ from pathlib import Path
 import pytest
 
 from robotcore.description import AckermannDrive, SkidDrive, TwoWheelDrive, load_any, load_robot
-from robotcore.description.urdf import build_robot_urdf
-from robotcore.errors import UsageError
 from robotcore.hal.robot import Role
 from robotcore.runtime.needs import find_devices
 from tests.robotcore.description.files import ROVER, SHIPPED, find_errors, replace
-from tests.texts import CheckText, Raises
+from tests.texts import CheckText
 
 SKID = SHIPPED.joinpath("robots", "freenove-4wd.toml").read_text(encoding="utf-8")
 CAR = SHIPPED.joinpath("robots", "picar.toml").read_text(encoding="utf-8")
@@ -158,9 +156,3 @@ def test_axles_of_all_wheels_meet_in_the_centre_of_the_turn(angle: float) -> Non
     left, right = drive.to_wheel_angles_rad(angle)
     for side, turned in ((1, left), (-1, right)):
         assert math.tan(turned) * (centre - side * drive.track_m / 2) == pytest.approx(drive.wheelbase_m)
-
-
-@pytest.mark.parametrize("name", ["freenove-4wd", "picar"])
-def test_format_without_a_model_of_a_drive_refuses_it(name: str, raises: Raises) -> None:
-    with raises(UsageError, "drive-without-model", drive=load_robot(name).drive.kind):  # type: ignore[union-attr]
-        build_robot_urdf(load_robot(name))

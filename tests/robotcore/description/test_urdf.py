@@ -1,15 +1,17 @@
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import pytest
 
 from robotcore.description import WorldDescription, load_robot, load_world
-from robotcore.description.urdf import build_robot_urdf
+from robotcore.description.urdf import build_robot_urdf, is_sliding
 from tests.robotcore.description import files
 
 ARENA = load_world("arena")
+WHEELS = ("front_left", "rear_left", "front_right", "rear_right")
 
 
 def parse(robot: str, world: WorldDescription | None = None) -> ET.Element:
@@ -33,7 +35,7 @@ def find(document: ET.Element, tag: str, name: str) -> ET.Element:
 
 
 @pytest.mark.parametrize("world, root", [(None, "base_link"), (ARENA, "world")], ids=["robot", "world"])
-@pytest.mark.parametrize("robot", ["rover", "lookout"])
+@pytest.mark.parametrize("robot", ["rover", "lookout", "freenove-4wd", "picar"])
 def test_links_are_a_tree_with_one_root(robot: str, world: WorldDescription | None, root: str) -> None:
     document = parse(robot, world)
     links, joints = list_names(document, "link"), list_names(document, "joint")
@@ -68,6 +70,50 @@ def test_a_wheel_touches_the_floor_as_a_sphere_and_looks_like_a_cylinder_on_its_
     assert read_numbers(wheel.find("collision/geometry/sphere"), "radius") == [0.0325]
     assert read_numbers(wheel.find("visual/geometry/cylinder"), "length") == [0.026]
     assert read_numbers(wheel.find("visual/origin"), "rpy")[0] == pytest.approx(1.5707963)
+
+
+def test_every_wheel_of_a_drive_that_skids_is_at_its_place() -> None:
+    document = parse("freenove-4wd")
+    places = {
+        name: read_numbers(find(document, "joint", f"{name}_motor_joint").find("origin"), "xyz") for name in WHEELS
+    }
+    assert places == {
+        "front_left": [0.06, 0.0675, 0.0325],
+        "rear_left": [-0.06, 0.0675, 0.0325],
+        "front_right": [0.06, -0.0675, 0.0325],
+        "rear_right": [-0.06, -0.0675, 0.0325],
+    }
+
+
+def test_a_simulated_robot_that_skids_rolls_at_its_effective_track_and_slides_on_its_supports() -> None:
+    text = build_robot_urdf(load_robot("freenove-4wd"), is_simulated=True)
+    document = ET.fromstring(text.encode())  # noqa: S314  our own
+    wheel = find(document, "joint", "front_right_motor_joint")
+    assert read_numbers(wheel.find("origin"), "xyz") == pytest.approx([0.0, -0.0675 * 1.6, 0.0325])
+    assert find(document, "link", "front_right_motor_wheel").find("visual") is None
+    support = find(document, "joint", "front_right_motor_support_place")
+    assert read_numbers(support.find("origin"), "xyz") == [0.06, -0.0675, 0.0325]
+    assert find(document, "link", "front_right_motor_support").find("visual") is not None
+    assert [link for link in list_names(document, "link") if is_sliding(link)] == [
+        f"{name}_motor_support" for name in WHEELS
+    ]
+
+
+def test_front_wheels_roll_on_hubs_that_steer_within_the_limits_of_the_servo() -> None:
+    document = parse("picar")
+    inner = math.atan(math.tan(0.5236) / (1 - 0.139 / 2 / 0.162 * math.tan(0.5236)))
+    outer = math.atan(math.tan(0.5236) / (1 + 0.139 / 2 / 0.162 * math.tan(0.5236)))
+    for side, y, upper, lower in (("left", 0.0695, inner, -outer), ("right", -0.0695, outer, -inner)):
+        steering = find(document, "joint", f"front_{side}_steering")
+        assert read_numbers(steering.find("origin"), "xyz") == [0.162, y, 0.0325]
+        assert read_numbers(steering.find("axis"), "xyz") == [0, 0, 1]
+        limit = steering.find("limit")
+        assert [*read_numbers(limit, "lower"), *read_numbers(limit, "upper")] == pytest.approx([lower, upper])
+        axle = find(document, "joint", f"front_{side}_joint")
+        parent = axle.find("parent")
+        assert parent is not None
+        assert parent.get("link") == f"front_{side}_hub"
+        assert (axle.get("type"), axle.find("limit")) == ("continuous", None)
 
 
 def test_bodies_wheels_and_caster_are_on_the_floor() -> None:
