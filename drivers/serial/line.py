@@ -85,7 +85,7 @@ class Line:
 
         place: the port in the robot's file, a path or a USB id.
         """
-        self._port = Port(place, protocol.baud)
+        self._port = Port(place, protocol.baud, protocol.dtr)
         self._protocol, self._clock = protocol, clock
         self._loss: str | None = None
         self._defect: Exception | None = None

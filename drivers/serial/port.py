@@ -90,10 +90,14 @@ class PortError(OSError):
 
 
 class Port:
-    """A serial port, which this process locks while it is open. A closed port may be opened again."""
+    """A serial port, which this process locks while it is open. A closed port may be opened again.
 
-    def __init__(self, place: str, baud: int) -> None:
-        self.place, self.baud = place, baud
+    dtr: the level of the line DTR while the port is open. `close` inverts it, and the inverted level stays. With None,
+        the system sets it: high while the port is open.
+    """
+
+    def __init__(self, place: str, baud: int, dtr: bool | None = None) -> None:  # noqa: FBT001  a level
+        self.place, self.baud, self.dtr = place, baud, dtr
         self._serial: Serial | None = None
 
     def open(self) -> None:
@@ -103,7 +107,12 @@ class Port:
         path = self.place
         try:
             path = find_path(self.place)
-            self._serial = Serial(path, self.baud, timeout=0, exclusive=True)
+            serial = Serial(None, self.baud, timeout=0, exclusive=True)
+            if self.dtr is not None:
+                serial.dtr = self.dtr
+            serial.port = path
+            serial.open()
+            self._serial = serial
         except FAILURES as error:
             raise PortError(explain_failure(self.place, path, self.baud, error)) from error
 
@@ -156,6 +165,10 @@ class Port:
             with suppress(*FAILURES):
                 if self.unsent:
                     serial.reset_output_buffer()
+            if self.dtr is not None:
+                with suppress(*FAILURES):
+                    _keep_lines(serial.fileno())
+                    serial.dtr = not self.dtr
             serial.close()
             self._serial = None
 
@@ -163,6 +176,13 @@ class Port:
         holders = describe_holders(str(self._serial.port)) if self._serial else ""
         reader = f", or {holders} reads it too" if holders else ""
         return PortError(f"{self.place} is lost: it was unplugged, or the board has no power{reader}. Plug it in again")
+
+
+def _keep_lines(file: int) -> None:
+    """Let the lines DTR and RTS of a port keep their levels when the port is closed."""
+    settings = termios.tcgetattr(file)
+    settings[2] &= ~termios.HUPCL
+    termios.tcsetattr(file, termios.TCSANOW, settings)
 
 
 def explain_failure(place: str, path: str, baud: int, error: Exception) -> str:

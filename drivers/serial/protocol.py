@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from typing import ClassVar
 
 
 class Protocol(ABC):
@@ -15,6 +16,8 @@ class Protocol(ABC):
 
     baud: int
     """The speed of the line in baud."""
+    dtr: ClassVar[bool | None] = None
+    """The level of the line DTR while the port is open; it is inverted on closing. None leaves it to the system."""
     is_ready: bool
     """Whether the board has sent data since the line was opened, and is not silent now. With boards that never send
     data: whether the boards accept commands."""

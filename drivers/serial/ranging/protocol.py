@@ -16,8 +16,7 @@ import struct
 from dataclasses import dataclass
 from enum import Enum, auto
 
-HEADER = b"YY"
-SIZE = 9
+from drivers.serial.ranging.frames import FrameParser
 
 _WORDS = struct.Struct("<HHH")
 
@@ -76,12 +75,8 @@ class Reading:
         return is_distance and self.temperature < _HOTTEST
 
 
-class Parser:
-    """Splits a stream of bytes, which arrives in pieces of any length, into frames.
-
-    Any part of a frame may look like a header, and a checksum of one byte does not detect all errors. So at the
-    beginning and after noise, the parser accepts a frame only if another frame follows it without a gap. After that it
-    accepts each frame at once. The parser stores less than two frames.
+class Parser(FrameParser[Reading]):
+    """Splits a stream of bytes into frames.
 
     >>> parser = Parser()
     >>> frame = bytes.fromhex("59 59 32 00 e8 03 c8 08 9f")
@@ -91,40 +86,10 @@ class Parser:
     [0.5, 0.5]
     """
 
-    def __init__(self) -> None:
-        self.skipped = 0
-        """The number of bytes that were not part of a frame."""
-        self._rest = b""
-        self._is_in_step = False
+    header, size = b"YY", 9
 
-    def feed(self, data: bytes) -> list[Reading]:
-        """Parse received bytes; return the frames that these bytes complete."""
-        stream, at, readings = self._rest + data, 0, []
-        while at + SIZE <= len(stream):
-            reading = _parse_frame(stream, at)
-            if reading and not self._is_in_step:
-                if at + 2 * SIZE > len(stream):
-                    break
-                self._is_in_step = _parse_frame(stream, at + SIZE) is not None
-            if reading and self._is_in_step:
-                readings.append(reading)
-                at += SIZE
-            else:
-                at = self._skip_to_header(stream, at + 1)
-        self._rest = stream[at:]
-        return readings
-
-    def _skip_to_header(self, stream: bytes, at: int) -> int:
-        self._is_in_step = False
-        found = stream.find(HEADER, at)
-        if found < 0:
-            found = max(at, len(stream) - stream.endswith(HEADER[:1]))
-        self.skipped += found - (at - 1)
-        return found
-
-
-def _parse_frame(stream: bytes, at: int) -> Reading | None:
-    if not stream.startswith(HEADER, at) or sum(stream[at : at + SIZE - 1]) & 0xFF != stream[at + SIZE - 1]:
-        return None
-    reading = Reading(*_WORDS.unpack_from(stream, at + len(HEADER)))
-    return reading if reading.is_possible else None
+    def parse(self, frame: bytes) -> Reading | None:
+        if sum(frame[:-1]) & 0xFF != frame[-1]:
+            return None
+        reading = Reading(*_WORDS.unpack_from(frame, len(self.header)))
+        return reading if reading.is_possible else None

@@ -11,17 +11,13 @@ from pydantic import Field
 from drivers.serial.driver import SerialDriver
 from drivers.serial.line import Line
 from drivers.serial.protocol import Protocol
+from drivers.serial.ranging.frames import FULL
 from drivers.serial.ranging.protocol import Detection, Parser, Reading
 from drivers.serial.ranging.sensor import LineRangeSensor
 from robotcore.description import RobotDescription
 from robotcore.hardware import DeviceContext, Drivers
 from robotcore.hardware.polled_samples import RangeSampler, require_timely
 from robotcore.kinds.range_sensor import RangeSensor, RangeSensorDescription
-
-_FULL = 4000
-"""If a read returns this many bytes or more, the kernel's buffer was full and has dropped data.
-
-Source: Linux, N_TTY_BUF_SIZE."""
 
 
 class TFminiProtocol(Protocol):
@@ -46,7 +42,7 @@ class TFminiProtocol(Protocol):
         if not (readings := self._parser.feed(data)):
             return
         self.is_ready, self._received_at = True, now
-        if len(data) < _FULL:
+        if len(data) < FULL:
             self._add(readings, now)
 
     def data_to_send(self, now: float) -> bytes:

@@ -14,8 +14,10 @@ from hypothesis import strategies as st
 from drivers.serial.boards.hoverboard.protocol import Parser as HoverboardParser
 from drivers.serial.boards.rosarduino.protocol import Parser as ArduinoParser
 from drivers.serial.boards.waveshare.protocol import Parser as WaveshareParser
+from drivers.serial.ranging.ld06 import Parser as LD06Parser
 from drivers.serial.ranging.protocol import Parser as TFminiParser
 from tests.doubles.serial.hoverboard import feedback
+from tests.doubles.serial.lidars import build_packet
 from tests.doubles.serial.tfmini import frame
 
 MAX_STORED = 2000
@@ -53,6 +55,11 @@ def _range(draw: Random) -> bytes:
     return frame(distance, draw.choice((draw.randrange(0x10000), 0x5959)), draw.randrange(1800, 2600))
 
 
+def _packet(draw: Random) -> bytes:
+    distances = [draw.choice((draw.uniform(0.02, 12.0), float("inf"), 0x2C54 / 1000)) for _ in range(12)]
+    return build_packet(draw.uniform(0, 360), draw.uniform(0.4, 1.1), distances, draw.uniform(0, 30))
+
+
 def _wheels(draw: Random) -> bytes:
     return feedback(*(draw.randint(-1000, 1000) for _ in range(4)), draw.randint(3000, 4200), 300, draw.randrange(256))
 
@@ -70,6 +77,7 @@ def _line(draw: Random) -> bytes:
 NOISE, CUT, CHANGED = "noise between frames", "a frame without its start or its end", "a frame with one wrong byte"
 PARSERS = (
     ParserCase("tfmini", TFminiParser, _range, b"\x59\x00\x08", frozenset({NOISE, CUT, CHANGED})),
+    ParserCase("ld06", LD06Parser, _packet, b"\x54\x2c", frozenset({NOISE, CUT, CHANGED})),
     ParserCase("hoverboard", HoverboardParser, _wheels, b"\xcd\xab\x00", frozenset({NOISE, CUT, CHANGED})),
     # The beginning of a line of Waveshare's, and the end of another one, may be a whole line: they have no checksum.
     ParserCase("waveshare", WaveshareParser, _object, b'{}":,\r\n"T":1001', frozenset({NOISE})),
