@@ -11,9 +11,12 @@ In each step, the body moves along the circular arc that the turns of both wheel
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from drivers.kinematic.clearance import CollisionChecker
 from robotcore.geometry import DifferentialGeometry, Pose, Twist, Wheels
+from robotcore.hal.clock import SteppedClock
+from robotcore.hal.joint import Joint
 
 
 class Wheel:
@@ -55,11 +58,44 @@ class Wheel:
         self.roll(self.next_turn())
 
 
+class Side:
+    """The wheels of one side of a robot, whose wheels skid. The side moves by the mean of their turns."""
+
+    def __init__(self, wheels: Sequence[Wheel]) -> None:
+        self._wheels = tuple(wheels)
+        self._turns: list[float] = []
+
+    @property
+    def velocity(self) -> float:
+        """The mean velocity of the wheels, in rad/s."""
+        return sum(wheel.velocity for wheel in self._wheels) / len(self._wheels)
+
+    def next_turn(self) -> float:
+        """Return the mean angle in rad by which the wheels turn in the next step if they do not stall."""
+        self._turns = [wheel.next_turn() for wheel in self._wheels]
+        return sum(self._turns) / len(self._turns)
+
+    def roll(self, _turn: float) -> None:
+        """Make a step in which each wheel turns by its own angle."""
+        for wheel, turn in zip(self._wheels, self._turns, strict=True):
+            wheel.roll(turn)
+
+    def stall(self) -> None:
+        """Make a step in which no wheel turns."""
+        for wheel in self._wheels:
+            wheel.stall()
+
+
 class Chassis:
     """The body of a robot on the wheels of its drive. The wheels stall if the body would overlap another body."""
 
     def __init__(
-        self, start: Pose, geometry: DifferentialGeometry, left: Wheel, right: Wheel, collisions: CollisionChecker
+        self,
+        start: Pose,
+        geometry: DifferentialGeometry,
+        left: Wheel | Side,
+        right: Wheel | Side,
+        collisions: CollisionChecker,
     ) -> None:
         self.pose = start
         self._geometry = geometry
@@ -83,3 +119,51 @@ class Chassis:
         else:
             self._left.stall()
             self._right.stall()
+
+
+class SteeredChassis(Chassis):
+    """The body of a robot that steers, on its rear wheels. No wheel skids.
+
+    The mean of the wheels' turns is that of the motors. The steering angle defines the difference.
+
+    left, right: the wheels of the motors; the same for one motor of both wheels.
+    joint: the motion of the servo that steers.
+    ratio: half of the distance between the rear wheels, divided by the distance between the axles.
+    """
+
+    def __init__(
+        self,
+        start: Pose,
+        geometry: DifferentialGeometry,
+        left: Wheel,
+        right: Wheel,
+        collisions: CollisionChecker,
+        joint: Joint,
+        ratio: float,
+        clock: SteppedClock,
+    ) -> None:
+        super().__init__(start, geometry, left, right, collisions)
+        self._wheels = [(left, 0.0)] if left is right else [(left, -1.0), (right, 1.0)]
+        self._joint, self._ratio, self._rate = joint, ratio, clock.steps_per_second
+        self._steps = 0
+
+    @property
+    def twist(self) -> Twist:
+        velocity = sum(wheel.velocity for wheel, _ in self._wheels) / len(self._wheels)
+        shift = velocity * self._ratio * math.tan(self._joint.angle_at(self._steps / self._rate))
+        return self._geometry.to_twist(Wheels(velocity - shift, velocity + shift))
+
+    def advance(self) -> None:
+        since, until = self._steps / self._rate, (self._steps + 1) / self._rate
+        self._steps += 1
+        mean = sum(wheel.next_turn() for wheel, _ in self._wheels) / len(self._wheels)
+        shift = mean * self._ratio * self._joint.mean_tangent(since, until)
+        distance, turn = self._geometry.to_twist(Wheels(mean - shift, mean + shift))
+        there = self.pose.advance(distance, turn)
+        if self._collisions.try_move(self.pose, there, abs(distance), abs(turn)):
+            self.pose = there
+            for wheel, side in self._wheels:
+                wheel.roll(mean + side * shift)
+        else:
+            for wheel, _ in self._wheels:
+                wheel.stall()

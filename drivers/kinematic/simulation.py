@@ -7,8 +7,8 @@ from functools import cached_property
 
 from drivers.kinematic.clearance import Clearance, CollisionChecker
 from drivers.kinematic.devices import Array, WorldSlice
-from drivers.kinematic.motion import Chassis, Wheel
-from robotcore.description import TwoWheelDrive, WorldDescription
+from drivers.kinematic.motion import Chassis, Side, SteeredChassis, Wheel
+from robotcore.description import AckermannDrive, Drive, SkidDrive, WorldDescription
 from robotcore.geometry import Pose, Twist, wrap_angle
 from robotcore.hal.backend import Setup
 from robotcore.hal.clock import SteppedClock
@@ -32,9 +32,8 @@ class Simulation:
         """The wheel of each encoder, by the name of the encoder."""
         self._start = world.start.pose
         self._collisions = CollisionChecker(Clearance(robot.body.footprint, world), self._start)
-        drive = robot.require_two_wheels("the backend 'kinematic'")
-        self._chassis = self._build_chassis(drive) if drive else None
-        driven = set(drive.motors) if drive else set()
+        self._chassis = self._build_chassis(robot.drive) if robot.drive else None
+        driven = robot.drive.motors if robot.drive else ()
         self._moving: list[Wheel | Chassis] = [wheel for name, wheel in self.wheels.items() if name not in driven]
         if self._chassis:
             self._moving.append(self._chassis)
@@ -79,11 +78,17 @@ class Simulation:
         bodies = (*self.world.prisms, *self.world.targets)
         return [bodies[index].name for index in self._collisions.touched]
 
-    def _build_chassis(self, drive: TwoWheelDrive) -> Chassis:
-        left, right = self.wheels[drive.left], self.wheels[drive.right]
-        if drive.left_encoder and drive.right_encoder:
-            self.encoded_wheels = {drive.left_encoder: left, drive.right_encoder: right}
-        return Chassis(self._start, drive.geometry, left, right, self._collisions)
+    def _build_chassis(self, drive: Drive) -> Chassis:
+        self.encoded_wheels = {name: self.wheels[drive.wheel_motors[name]] for name in drive.encoders}
+        left, right = ([self.wheels[name] for name in names] for names in (drive.left_motors, drive.right_motors))
+        if isinstance(drive, AckermannDrive):
+            joint, ratio = self.ground_truth.joints[drive.steering], drive.track_m / 2 / drive.wheelbase_m
+            return SteeredChassis(
+                self._start, drive.geometry, left[0], right[0], self._collisions, joint, ratio, self.clock
+            )
+        if isinstance(drive, SkidDrive):
+            return Chassis(self._start, drive.geometry, Side(left), Side(right), self._collisions)
+        return Chassis(self._start, drive.geometry, left[0], right[0], self._collisions)
 
     def _advance(self, steps: int) -> None:
         for _ in range(steps):

@@ -14,21 +14,25 @@ COMMANDS = 200
 
 
 class WheelStage(Protocol):
-    """The interface through which a `DifferentialDrive` sends commands to its two motors."""
+    """The interface through which a `DifferentialDrive` sends commands to its motors."""
 
     def ask(self, wheels: Wheels) -> Wheels:
         """Set the wheel velocities for this tick, in rad/s. Return the velocities after the safety rules, in rad/s."""
 
     def stop(self) -> None:
-        """Stop both motors now."""
+        """Stop all motors now."""
 
 
 class DifferentialDrive:
     """Moves the robot with two driven wheels. The last command of a tick is sent at the end of the tick.
 
+    A robot whose wheels skid or steer has the same methods. Its two wheels are those of a robot with two driven wheels
+    that moves in the same way.
+
     Each command returns the velocity that will be sent, after the limits and the range guard. ``geometry`` has the
     wheel radius and the track. ``max_linear`` in m/s and ``max_angular`` in rad/s are the greatest velocities.
-    ``reach`` is the radius, in metres, of the circle that the robot needs to turn on the spot.
+    ``reach`` is the radius, in metres, of the circle that the robot needs to turn on the spot. ``min_turn_radius`` is
+    the radius of its sharpest turn, in metres; 0 for a robot that can turn on the spot.
 
     >>> import robotcore
     >>> robot = robotcore.testing.MockRobot(range=[0.84]).layered
@@ -43,11 +47,13 @@ class DifferentialDrive:
         odometry: Odometry,
         max_wheel_velocity: float,
         reach: float = 0.0,
+        min_turn_radius: float = 0.0,
     ) -> None:
         self.geometry = geometry
         self.reach = reach
+        self.min_turn_radius = min_turn_radius
         self.max_linear = max_wheel_velocity * geometry.wheel_radius
-        self.max_angular = 2 * self.max_linear / geometry.track
+        self.max_angular = 2 * self.max_linear / (geometry.track + 2 * min_turn_radius)
         self._stage = stage
         self._odometry = odometry
 
@@ -64,7 +70,7 @@ class DifferentialDrive:
         return self._stage.ask(Wheels(to_float(left), to_float(right)))
 
     def stop(self) -> None:
-        """Stop both motors now, without the acceleration limit."""
+        """Stop all motors now, without the acceleration limit."""
         self._stage.stop()
 
     def track(self) -> None:

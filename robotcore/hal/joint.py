@@ -10,6 +10,9 @@ import math
 from robotcore.description import Mount, RobotDescription
 from robotcore.hal.clock import Clock
 
+ROUNDED_RAD = 1e-5
+"""For a smaller motion, in radians, the angle in the middle is more precise than a difference of logarithms."""
+
 
 class Joint:
     """An angle that moves towards its target at a constant rate.
@@ -44,6 +47,22 @@ class Joint:
         way = self._target - self._start
         turned = self._rate * max(0.0, time - self._since)
         return self._target if turned >= abs(way) else self._start + math.copysign(turned, way)
+
+    def mean_tangent(self, since: float, until: float) -> float:
+        """Return the mean of the angle's tangent between two times in seconds, both after the last `turn_to`.
+
+        At a constant speed, it is proportional to the mean curvature of the path of a robot that steers. The integral
+        of tan x is -ln cos x.
+        """
+        first, last = self.angle_at(since), self.angle_at(until)
+        if first == last or until <= since:
+            return math.tan(last)
+        way, moving = last - first, abs(last - first) / self._rate
+        while_moving = math.tan(first + way / 2)
+        if abs(way) > ROUNDED_RAD:
+            while_moving = math.log(math.cos(first) / math.cos(last)) / way
+        share = min(1.0, moving / (until - since))
+        return while_moving * share + math.tan(last) * (1 - share)
 
     def turn_to(self, angle: float) -> None:
         """Move from the present angle towards another target, in radians."""

@@ -7,16 +7,16 @@ from collections.abc import Callable, Sequence
 from threading import RLock
 from typing import NamedTuple, Protocol
 
-from robotcore.errors import DeviceLostError, RobotcoreError
+from robotcore.errors import DeviceLostError
 from robotcore.geometry import Wheels
 from robotcore.hal.clock import Clock
-from robotcore.hal.device import build_driver_error
 from robotcore.hal.drive import WheelStage
-from robotcore.kinds.motor import VelocityOutput, invalid_velocity
+from robotcore.kinds.motor import invalid_velocity
 from robotcore.safety.deadman import Deadman, TimedLock
 from robotcore.safety.latch import Latch
 from robotcore.safety.motor_stop import StopGroup
 from robotcore.safety.velocity_limits import STOPPED, Intervention, Rule
+from robotcore.safety.wheel_output import WheelOutput
 
 LOST = "lost device"
 """The cause of an intervention that stops the robot while a device is lost."""
@@ -40,24 +40,23 @@ class CommandFilter(WheelStage, Protocol):
 
 
 class SafetyFilter:
-    """Limits the commands of a drive by rules, and sends one command in each tick to its two motors.
+    """Limits the commands of a drive by rules, and sends one command in each tick to its motors.
 
     clock: the clock of the loop. Its time stays the same within a tick. It calls the deadman, on a real robot in a
     separate thread.
-    left, right: the outputs of the two motors.
+    output: sends the velocities to the motors of the drive.
     rules: the rules in their order. Each rule may reduce the result of the rule before it.
     lease: the time in seconds after which a command expires.
     latch: the latch of the run. A tripped latch ends the run.
     on_sent: a function that gets each pair of sent velocities, in rad/s, and the time in seconds.
-    motor_stops: stops the two motors.
+    motor_stops: stops the motors.
     take_guardian_stops: a function that returns the number of stops by the guardian since its last call.
     """
 
     def __init__(
         self,
         clock: Clock,
-        left: VelocityOutput,
-        right: VelocityOutput,
+        output: WheelOutput,
         rules: Sequence[Rule],
         lease: float,
         latch: Latch | None = None,
@@ -66,12 +65,12 @@ class SafetyFilter:
         take_guardian_stops: Callable[[], int] = lambda: 0,
     ) -> None:
         self._clock = clock
-        self._left, self._right = left, right
+        self._output = output
         self._rules = tuple(rules)
         self._latch = latch or Latch()
         self._on_sent = on_sent
         self._lock = RLock()
-        self._motor_stops = motor_stops or StopGroup.create(left, right)
+        self._motor_stops = motor_stops or StopGroup.create(*output.motors)
         self._deadman = Deadman(clock, lease, self._stop_after_lease, self._lock, self._motor_stops.reserve)
         self._asked: Wheels | None = None
         self._take_guardian_stops = take_guardian_stops
@@ -89,15 +88,15 @@ class SafetyFilter:
         InvalidCommandError is raised. The robot then stays stopped.
         """
         self._latch.check()
-        for motor, velocity in ((self._left, wheels.left), (self._right, wheels.right)):
+        for name, velocity in zip(self._output.names, wheels, strict=True):
             if not math.isfinite(velocity):
-                self._latch.trip(invalid_velocity(motor.name, velocity))
+                self._latch.trip(invalid_velocity(name, velocity))
         self._guarded = self._apply_rules(wheels)
         self._asked, self._is_stopped = wheels, False
         return self._guarded
 
     def stop(self) -> None:
-        """Stop both motors now. The command of this tick becomes zero. No rule is applied.
+        """Stop all motors now. The command of this tick becomes zero. No rule is applied.
 
         The lease ends after the stop. If the stop hangs or fails, the deadman repeats it.
         """
@@ -110,7 +109,7 @@ class SafetyFilter:
             self._deadman.end_lease()
 
     def suspend(self, cause: str) -> None:
-        """Stop both motors between two ticks. The next tick reports an intervention with this ``cause``.
+        """Stop all motors between two ticks. The next tick reports an intervention with this ``cause``.
 
         A command of an unfinished tick is dropped, so that the next tick does not send it.
         """
@@ -161,21 +160,16 @@ class SafetyFilter:
         return self._command_motors(reduced)
 
     def _command_motors(self, wheels: Wheels) -> Wheels:
-        # If a motor fails, or if another thread stops the motors meanwhile, both motors are stopped.
+        # If a motor fails, or if another thread stops the motors meanwhile, all motors are stopped.
         if not self._is_overtaken:
-            motor = self._left
             try:
-                left = motor.set_velocity(wheels.left)
-                motor = self._right
-                sent = Wheels(left, motor.set_velocity(wheels.right))
+                sent = self._output.set_wheels(wheels)
             except DeviceLostError:
                 self.suspend(LOST)
                 raise
-            except Exception as error:
+            except Exception:
                 self._stop_motors(self._clock.now())
-                if isinstance(error, RobotcoreError):
-                    raise
-                raise build_driver_error(motor.name, error) from error
+                raise
             if not self._is_overtaken:
                 self._set_sent(sent, self._clock.now())
                 return sent

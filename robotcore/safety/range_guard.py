@@ -10,11 +10,15 @@ from typing import ClassVar
 from robotcore.geometry import DifferentialGeometry, Wheels
 from robotcore.hal.clock import Clock
 from robotcore.kinds.range_sensor import RangeSensor
+from robotcore.safety.velocity_limits import STOPPED
 
 
 @dataclass(eq=False)
 class RangeGuard:
-    """A rule that removes forward motion near an obstacle. The robot can still turn and drive backward."""
+    """A rule that removes forward motion near an obstacle. The robot can still turn and drive backward.
+
+    A robot that cannot turn on the spot stops.
+    """
 
     cause: ClassVar = "range guard"
 
@@ -26,6 +30,8 @@ class RangeGuard:
     """The least distance to an obstacle after the stop, in metres."""
     deceleration: float
     """How fast the robot brakes, in m/s²."""
+    turns_on_spot: bool = True
+    """Whether the robot can turn on the spot."""
 
     def __call__(self, command: Wheels, last: Wheels) -> Wheels:
         forward = (command.left + command.right) / 2
@@ -35,7 +41,7 @@ class RangeGuard:
         fastest = max(speed, (last.left + last.right) / 2 * self.geometry.wheel_radius)
         if self.distance(fastest) > compute_stopping_distance(speed, self.stop_distance, self.deceleration):
             return command
-        return Wheels(command.left - forward, command.right - forward)
+        return Wheels(command.left - forward, command.right - forward) if self.turns_on_spot else STOPPED
 
 
 class DistanceAhead:

@@ -54,7 +54,7 @@ class WheelTrackingCheck:
     def __call__(self, command: Wheels, last: Wheels) -> Wheels:
         now, commanded, turned = self._clock.now(), self._commanded(), self._turned()
         checks = [wheel.check(now, *each) for wheel, *each in zip(self._wheels, last, commanded, turned, strict=True)]
-        if problems := [problem for problem in checks if problem]:
+        if problems := [*dict.fromkeys(problem for problem in checks if problem)]:  # both wheels may have one motor
             self._latch.trip(WheelFaultError(problems))
         return command
 

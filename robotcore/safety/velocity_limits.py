@@ -10,6 +10,9 @@ from robotcore.geometry import Wheels
 STOPPED = Wheels(0.0, 0.0)
 """The command that stops both wheels."""
 
+NEGLIGIBLE = 1e-9
+"""The relative difference of two velocities that is a rounding error."""
+
 
 @dataclass(frozen=True, slots=True)
 class Intervention:
@@ -62,6 +65,37 @@ class VelocityLimit:
             return command
         scale = self.limit / fastest
         return Wheels(left * scale, right * scale)
+
+
+class SteeringLimit:
+    """A rule for a drive that steers. It makes a turn that is too sharp as sharp as possible, at the same speed.
+
+    If the robot should turn on the spot, it stops.
+
+    least, greatest: the limits of the ratio of the wheels' half difference to their mean, without a unit.
+
+    >>> limit = SteeringLimit(-0.25, 0.25)
+    >>> limit(Wheels(2.0, 6.0), STOPPED), limit.cause
+    (Wheels(left=3.0, right=5.0), 'steering limit')
+    >>> limit(Wheels(-2.0, 2.0), STOPPED), limit.cause
+    (Wheels(left=0.0, right=0.0), 'turn on the spot')
+    """
+
+    def __init__(self, least: float, greatest: float) -> None:
+        self._least, self._greatest = least, greatest
+        self.cause = "steering limit"
+
+    def __call__(self, command: Wheels, last: Wheels) -> Wheels:
+        mean, half = (command.left + command.right) / 2, (command.right - command.left) / 2
+        if abs(mean) <= NEGLIGIBLE * abs(half):
+            self.cause = "turn on the spot"
+            return STOPPED
+        ratio = half / mean if mean else 0.0
+        sharpest = max(self._least, min(ratio, self._greatest))
+        if abs(ratio - sharpest) <= NEGLIGIBLE:
+            return command
+        self.cause = "steering limit"
+        return Wheels(mean - sharpest * mean, mean + sharpest * mean)
 
 
 @dataclass(frozen=True)

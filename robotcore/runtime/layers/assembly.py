@@ -22,7 +22,7 @@ from robotcore.kinds.motor import Motor, invalid_velocity
 from robotcore.runtime.layers.base import Layer, MotorOutput, Reader, Send, Tap
 from robotcore.runtime.layers.checks import CallMonitorLayer, MaxAgeLayer
 from robotcore.runtime.layers.devices import AppMotor, wrap_actuator, wrap_sensor
-from robotcore.runtime.layers.drive import build_drive
+from robotcore.runtime.layers.drive import build_drive, build_output
 from robotcore.runtime.layers.guardian import GuardianLayer
 from robotcore.runtime.layers.imperfections import PERFECT, ImperfectionLayer
 from robotcore.runtime.layers.standalone_motor import StandaloneGuard
@@ -120,14 +120,15 @@ def assemble(
     _set_properties(devices, description, joints)
     motor_stops = StopGroup.create(*motors.values(), reserve=reserve)
     latch.add_stop(motor_stops.apply_apart)
-    drive, guarded = description.require_two_wheels("robotcore"), None
+    drive, guarded = description.drive, None
     suspend_functions: list[Callable[[str], None]] = []
-    if drive and drive.left in motors and drive.right in motors:
-        wheels = motors[drive.left], motors[drive.right]
+    servo = drive.steering_servo if drive else None
+    if drive and {*drive.motors, servo} <= {*motors, *raw.devices, None}:
+        steer = _take_servo(servo, raw, devices, layers, joints) if servo else None
         guarded = build_drive(
             devices,
-            wheels,
-            min(raw.motors[wheel.name].max_velocity for wheel in wheels),
+            build_output(drive, motors, steer),
+            min(raw.motors[name].max_velocity for name in drive.motors),
             description,
             drive,
             ticks,
@@ -140,7 +141,7 @@ def assemble(
         )
         suspend_functions.append(guarded.suspend)
     for name, motor in raw.motors.items():
-        if guarded and drive and name in (drive.left, drive.right):
+        if guarded and drive and name in drive.motors:
             output = MotorOutput(name, partial(_refuse_command, name, latch), guarded.command_filter.stop)
         else:
             lease = safety.lease_ticks / rate_hz
@@ -175,6 +176,29 @@ def _wrap_device(device: Device, clock: TickClock, layers: Sequence[Layer], join
             send = _follow(joints[device.name], send)
         return wrap_actuator(actuator, send, None if isinstance(device, Display) else latch)
     return device
+
+
+def _take_servo(name: str, raw: Robot, devices: dict[str, Device], layers: Sequence[Layer], joints: Joints) -> Send:
+    """Return the function that sends the angle of the servo that steers. The app's servo then refuses commands.
+
+    The taps get the commands to the drive instead of those to the servo.
+    """
+    servo = raw.devices[name]
+    assert isinstance(servo, Actuator), f"{name} is no actuator"
+    send: Send = servo.send
+    for layer in layers:
+        if not isinstance(layer, Tap):
+            send = layer.actuator(servo, send)
+    devices[name] = wrap_actuator(servo, partial(_refuse_angle, name), None)
+    return _follow(joints[name], send)
+
+
+def _refuse_angle(servo: str, _angle: float) -> float:
+    raise UsageError(
+        f"{servo} steers the drive. Command the drive: robot.drive.set_velocity(linear, angular)",
+        kind="servo-of-the-drive",
+        device=servo,
+    )
 
 
 def _follow(joint: Joint, send: Send) -> Send:

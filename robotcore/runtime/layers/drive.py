@@ -1,12 +1,13 @@
-"""Builds the app's drive: two motors behind the command filter, and the odometry."""
+"""Builds the app's drive: the motors behind the command filter, and the odometry."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from typing import NamedTuple
 
-from robotcore.description import RobotDescription, TwoWheelDrive
+from robotcore.description import AckermannDrive, Drive, RobotDescription
 from robotcore.geometry import Wheels
 from robotcore.hal.clock import Clock
 from robotcore.hal.device import Device
@@ -14,13 +15,15 @@ from robotcore.hal.drive import CommandIntegrator, DifferentialDrive, Odometry
 from robotcore.hal.joint import Joints
 from robotcore.kinds.encoder import Encoder, EncoderDescription
 from robotcore.kinds.range_sensor import RangeSensor
-from robotcore.runtime.layers.base import MotorOutput, Tap
+from robotcore.runtime.layers.base import MotorOutput, Send, Tap
+from robotcore.runtime.layers.wheel_angles import SteeredAngles, read_angles, read_present_angles
 from robotcore.safety.command_filter import CommandFilter, SafetyFilter
 from robotcore.safety.latch import Latch
 from robotcore.safety.motor_stop import StopGroup
 from robotcore.safety.range_guard import DistanceAhead, RangeGuard
 from robotcore.safety.sensor_checks import StuckRangeCheck, WheelTrackingCheck
-from robotcore.safety.velocity_limits import AccelerationLimit, Rule, VelocityLimit
+from robotcore.safety.velocity_limits import AccelerationLimit, Rule, SteeringLimit, VelocityLimit
+from robotcore.safety.wheel_output import SharedMotor, Sides, SteeredWheels, WheelOutput
 
 
 class GuardedDrive(NamedTuple):
@@ -35,10 +38,10 @@ class GuardedDrive(NamedTuple):
 
 def build_drive(
     devices: Mapping[str, Device],
-    wheels: tuple[MotorOutput, MotorOutput],
+    output: WheelOutput,
     limit: float,
     description: RobotDescription,
-    drive: TwoWheelDrive,
+    drive: Drive,
     clock: Clock,
     latch: Latch,
     rate_hz: float,
@@ -50,13 +53,13 @@ def build_drive(
     """Build the drive and its command filter.
 
     devices: the app's devices. The drive uses their encoders and range sensors.
-    wheels: the outputs of the left and the right motor.
+    output: the output of the motors, and of the servo that steers.
     limit: the largest velocity of each wheel, in rad/s.
     description: the robot's description, with the safety limits.
     drive: the description of the drive.
     taps: the taps that get the drive's commands and the wheel angles.
     motor_stops: stops the robot's motors.
-    joints: the assumed motion of the servos, which may turn range sensors.
+    joints: the assumed motion of the servos, which may turn range sensors or steer.
     take_guardian_stops: a function that returns the number of stops by the guardian since its last call.
     """
     safety, commanded = description.safety, CommandIntegrator(clock)
@@ -64,64 +67,97 @@ def build_drive(
     ahead = [device for device in opened if isinstance(device, RangeSensor)]
     mounts = description.mounts
     fixed = [sensor for sensor in ahead if not mounts[sensor.name].on]
-    measured: Callable[[], Wheels] = commanded.angles
+    left, right = _find_encoders(devices, drive.left_encoders), _find_encoders(devices, drive.right_encoders)
+    steer = partial(_steer_angles, drive, joints, clock)
     rules: list[Rule] = []
-    match devices.get(drive.left_encoder or ""), devices.get(drive.right_encoder or ""):
-        case Encoder() as left, Encoder() as right:
-            measured = _read_present_angles(left, right, commanded)
-
-            def count() -> Wheels:
-                return Wheels(left.read().angle, right.read().angle)
-
-            motors, encoders = (drive.left, drive.right), (left.name, right.name)
-            steps = [
-                math.tau / each.counts_per_turn
-                for each in description.all_of(EncoderDescription)
-                if each.name in encoders
-            ]
-            rules = [
-                WheelTrackingCheck(
-                    clock, latch, commanded.angles, count, motors, encoders, safety.follow_s, max(steps)
-                ),
-                StuckRangeCheck(latch, fixed, Odometry(drive.geometry, count).pose, safety.stuck_m),
-            ]
+    measured: Callable[[], Wheels] = commanded.angles
+    if left and right:
+        measured = partial(read_present_angles, left, right, commanded)
+        rules = [
+            *_build_tracking_checks(description, drive, left, right, clock, latch, commanded),
+            StuckRangeCheck(
+                latch, fixed, Odometry(drive.geometry, steer(partial(read_angles, left, right))).pose, safety.stuck_m
+            ),
+        ]
+    measured = steer(measured)
     rules.append(VelocityLimit(limit))
     if drive.max_acceleration_rad_s2:
         rules.append(AccelerationLimit(drive.max_acceleration_rad_s2 / rate_hz))
+    turns_on_spot = not description.min_turn_radius_m
+    if not turns_on_spot:
+        rules.append(SteeringLimit(*(curvature * drive.track_m / 2 for curvature in description.curvatures)))
     if ahead:  # last, so that no other rule changes its result
         are_fixed = len(fixed) == len(ahead)
         is_ahead = None if are_fixed else lambda sensor: joints.locate(mounts[sensor.name]).is_ahead
         distance = DistanceAhead(clock, ahead, is_ahead)
-        rules.append(RangeGuard(drive.geometry, distance, safety.stop_distance_m, safety.deceleration_m_s2))
+        rules.append(
+            RangeGuard(drive.geometry, distance, safety.stop_distance_m, safety.deceleration_m_s2, turns_on_spot)
+        )
     safety_filter = SafetyFilter(
         clock,
-        *wheels,
+        output,
         rules,
         safety.lease_ticks / rate_hz,
         latch,
         commanded.turn_at,
-        motor_stops.select(*wheels),
+        motor_stops.select(*output.motors),
         take_guardian_stops,
     )
     command_filter: CommandFilter = safety_filter
     for tap in taps:
         command_filter, measured = tap.command_filter(command_filter), tap.angles(measured)
     odometry = Odometry(drive.geometry, measured)
-    guarded = DifferentialDrive(drive.geometry, command_filter, odometry, limit, description.body.reach_m)
+    guarded = DifferentialDrive(
+        drive.geometry, command_filter, odometry, limit, description.body.reach_m, description.min_turn_radius_m
+    )
     return GuardedDrive(guarded, command_filter, safety_filter.suspend)
 
 
-def _read_present_angles(left: Encoder, right: Encoder, commanded: CommandIntegrator) -> Callable[[], Wheels]:
-    """Return a function that returns the present wheel angles in radians.
+def build_output(drive: Drive, motors: Mapping[str, MotorOutput], steer: Send | None) -> WheelOutput:
+    """Return the output of a drive.
 
-    The present angle is the encoder's angle plus the rotation that was commanded since the sample was captured.
+    motors: the outputs of all motors by name.
+    steer: the function that sends the angle of the servo that steers, if there is one.
     """
+    left, right = ([motors[name] for name in names] for names in (drive.left_motors, drive.right_motors))
+    output: WheelOutput = SharedMotor(left[0]) if left == right else Sides(left, right)
+    if steer and isinstance(drive, AckermannDrive):
+        to_angle_rad = drive.to_angle_rad
+        return SteeredWheels(output, lambda curvature: steer(to_angle_rad(curvature)), drive.track_m)
+    return output
 
-    def read() -> Wheels:
-        on_left, on_right = left.read(), right.read()
-        return Wheels(
-            on_left.angle + commanded.rotation_since(on_left.time).left,
-            on_right.angle + commanded.rotation_since(on_right.time).right,
+
+def _steer_angles(drive: Drive, joints: Joints, clock: Clock, read: Callable[[], Wheels]) -> Callable[[], Wheels]:
+    """Return a function that reads the wheel angles, with the steering angle if there is no encoder for each wheel."""
+    if drive.steering_servo is None or len(drive.encoders) == 2:
+        return read
+    return SteeredAngles(read, joints[drive.steering_servo], clock, drive.track_m / 2 / drive.wheelbase)
+
+
+def _find_encoders(devices: Mapping[str, Device], names: Sequence[str]) -> list[Encoder]:
+    return [device for device in map(devices.get, names) if isinstance(device, Encoder)]
+
+
+def _build_tracking_checks(
+    description: RobotDescription,
+    drive: Drive,
+    left: Sequence[Encoder],
+    right: Sequence[Encoder],
+    clock: Clock,
+    latch: Latch,
+    commanded: CommandIntegrator,
+) -> Iterator[WheelTrackingCheck]:
+    """Yield a check for each pair of encoders. A side with fewer encoders repeats its last one."""
+    steps = {each.name: math.tau / each.counts_per_turn for each in description.all_of(EncoderDescription)}
+    count = max(len(left), len(right))
+    for pair in zip(*(([*side] + [side[-1]] * count)[:count] for side in (left, right)), strict=True):
+        yield WheelTrackingCheck(
+            clock,
+            latch,
+            commanded.angles,
+            partial(read_angles, pair[:1], pair[1:]),
+            (drive.wheel_motors[pair[0].name], drive.wheel_motors[pair[1].name]),
+            (pair[0].name, pair[1].name),
+            description.safety.follow_s,
+            max(steps[each.name] for each in pair),
         )
-
-    return read

@@ -168,3 +168,20 @@ class DisplayApp(Behaviour):
         except DeviceError as error:
             return str(error)
         return "shown"
+
+
+class Weave(Behaviour):
+    """Weaves, drives backward, asks for a turn on the spot, and stops."""
+
+    needs = frozenset({Role.DRIVE})
+
+    def step(self, robot: Robot) -> Status:
+        now = robot.clock.now()
+        self.state = f"{robot.drive.pose.heading:.3f}"
+        if now < 2.0:
+            robot.drive.set_velocity(0.2 if now < 1.0 else -0.2, 1.5 * math.sin(3 * now))
+        elif now < 2.5:
+            robot.drive.set_velocity(0.0, 1.0)
+        else:
+            robot.drive.stop()
+        return Status.SUCCESS if now > 2.8 else Status.RUNNING
