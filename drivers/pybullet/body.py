@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from copy import copy
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 
 from drivers.pybullet.bullet import Bullet
 from drivers.pybullet.scene import CollisionGroup
-from robotcore.description import RobotDescription
+from robotcore.description import RobotDescription, SkidDrive
 from robotcore.description.urdf import build_robot_urdf, is_sliding, name_hub_link, name_wheel_link
 from robotcore.errors import DeviceError
 from robotcore.geometry import Pose, Twist
@@ -32,6 +33,8 @@ class Body:
         self._drive = description.drive
         self._centre = np.array(bullet.getDynamicsInfo(self.body_id, _BASE)[3])
         self._set_up_collisions()
+        if isinstance(description.drive, SkidDrive):  # their supports are drawn; Bullet would draw the wheels as balls
+            self._hide(self._links[name_wheel_link(wheel.name)] for wheel in description.drive.wheels)
 
     def _set_up_collisions(self) -> None:
         """Let wheels and caster collide with the floor only, because the sphere of a wheel is wider than the wheel."""
@@ -58,7 +61,10 @@ class Body:
 
     def hide(self) -> None:
         """Make the robot invisible in all pictures."""
-        for link in (_BASE, *self._links.values()):
+        self._hide((_BASE, *self._links.values()))
+
+    def _hide(self, links: Iterable[int]) -> None:
+        for link in links:
             self._bullet.changeVisualShape(self.body_id, link, rgbaColor=[0.0, 0.0, 0.0, 0.0])
 
     def find_joints(self, device: str) -> tuple[int, ...]:

@@ -10,7 +10,7 @@ from typing import Any, ClassVar, NamedTuple, NoReturn
 
 import pytest
 
-from robotcore.description import Drive, RobotDescription, WorldDescription, load_robot
+from robotcore.description import AckermannDrive, Drive, RobotDescription, WorldDescription, load_robot
 from robotcore.errors import DeviceError, UnmetNeedError, UsageError
 from robotcore.geometry import Pose, Wheels, wrap_angle
 from robotcore.hal.backend import Backend, Capability, Setup
@@ -20,6 +20,7 @@ from robotcore.hal.robot import Robot, Role
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.kinds.encoder import Encoder
 from robotcore.kinds.motor import Motor
+from robotcore.kinds.servo import Servo
 from robotcore.runtime.needs import needed_devices
 from robotcore.testing import worlds
 from robotcore.testing.fakes import Gate
@@ -201,22 +202,43 @@ class TestBench:
             if isinstance(each, Capability) and each not in self.backend.capabilities:
                 pytest.skip(f"backend {self.backend.name!r} does not have the capability {each.value}")
 
-    def get_motors(self, robot: Robot) -> tuple[Motor, Motor]:
-        """Return a left and a right motor of the drive."""
-        left, right = robot[self.drive.left_motors[0]], robot[self.drive.right_motors[0]]
-        assert isinstance(left, Motor), f"{left.name} is a {type(left).__name__}, not a Motor"
-        assert isinstance(right, Motor), f"{right.name} is a {type(right).__name__}, not a Motor"
-        return left, right
+    def get_motors(self, robot: Robot) -> tuple[Motor, ...]:
+        """Return the motors of the drive, those on the left first."""
+        motors = []
+        for name in self.drive.motors:
+            motor = robot[name]
+            assert isinstance(motor, Motor), f"{motor.name} is a {type(motor).__name__}, not a Motor"
+            motors.append(motor)
+        return tuple(motors)
 
     def get_encoders(self, robot: Robot) -> tuple[Encoder, Encoder]:
         """Return a left and a right encoder of the drive. If the drive has none, the rule is skipped."""
         return self._find_encoders(robot) or pytest.skip(f"the drive of {self.description.name} has no encoders")
 
     def command_wheels(self, robot: Robot, left: float, right: float, seconds: float = SETTLING_S) -> None:
-        """Command the wheel velocities in rad/s, and sleep for ``seconds``."""
-        for motor, velocity in zip(self.get_motors(robot), (left, right), strict=True):
-            motor.set_velocity(velocity)
+        """Command the velocities of the wheels on each side in rad/s, and sleep for ``seconds``.
+
+        A drive that steers drives the arc of these velocities, or the sharpest that it can. If they are those of a turn
+        on the spot, the rule is skipped.
+        """
+        if isinstance(self.drive, AckermannDrive) and (left, right) != (0.0, 0.0):
+            left, right = self._steer_along_arc(robot, self.drive, left, right)
+        for motor in self.get_motors(robot):
+            sides = [left] * (motor.name in self.drive.left_motors) + [right] * (motor.name in self.drive.right_motors)
+            motor.set_velocity(sum(sides) / len(sides))
         sleep(robot, seconds)
+
+    def _steer_along_arc(self, robot: Robot, drive: AckermannDrive, left: float, right: float) -> tuple[float, float]:
+        """Steer along the arc of two wheel velocities. Return the velocities that have the same mean on this arc."""
+        mean, servo = (left + right) / 2, robot[drive.steering]
+        if not mean:
+            pytest.skip(f"{self.description.name} cannot turn on the spot")
+        assert isinstance(servo, Servo), f"{servo.name} is a {type(servo).__name__}, not a Servo"
+        least, greatest = self.description.curvatures
+        curvature = max(least, min((right - left) / mean / drive.track_m, greatest))
+        servo.set_angle(drive.to_angle_rad(curvature))
+        difference = mean * curvature * drive.track_m / 2
+        return mean - difference, mean + difference
 
     def measure_motion(self, robot: Robot, seconds: float) -> Motion:
         """Return the robot's motion in the next ``seconds``: by its true pose, else by `measure_pose` or its encoders.

@@ -23,7 +23,7 @@ from tests.drivers.raspberrypi.virtual import test_conformance as virtual_pi_sui
 from tests.drivers.serial.boards import test_conformance as serial_suites
 from tests.drivers.vrep import test_conformance as vrep_suites
 from tests.robotcore.recording.replay.memory import record_run
-from tests.robotcore.testing.variant_suites import EquippedSuite
+from tests.robotcore.testing.variant_suites import DriveInSimulatorSuite, EquippedSuite, SkidInSimulatorSuite
 
 NO_LOST_ECHO = "the simulator answers every ray"
 NO_HARDWARE = "the backend has no hardware"
@@ -42,6 +42,26 @@ class TestPyBullet(ConformanceSuite):
 class TestMujoco(ConformanceSuite):
     backend = MujocoBackend
     lacks: ClassVar = {TestSupport.LOST_ECHO: NO_LOST_ECHO, TestSupport.SLOW_HARDWARE: NO_HARDWARE}
+
+
+class TestSkidInPyBullet(SkidInSimulatorSuite):
+    backend = PyBulletBackend
+    lacks: ClassVar = {TestSupport.SLOW_HARDWARE: NO_HARDWARE}
+
+
+class TestSkidInMujoco(SkidInSimulatorSuite):
+    backend = MujocoBackend
+    lacks: ClassVar = {TestSupport.SLOW_HARDWARE: NO_HARDWARE}
+
+
+class TestSteeringInPyBullet(DriveInSimulatorSuite):
+    backend, robot = PyBulletBackend, "picar"
+    lacks: ClassVar = {TestSupport.SLOW_HARDWARE: NO_HARDWARE}
+
+
+class TestSteeringInMujoco(DriveInSimulatorSuite):
+    backend, robot = MujocoBackend, "picar"
+    lacks: ClassVar = {TestSupport.SLOW_HARDWARE: NO_HARDWARE}
 
 
 class TestDevicesInKinematic(EquippedSuite):

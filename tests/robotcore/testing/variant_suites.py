@@ -11,6 +11,7 @@ from robotcore.description import Mount, RobotDescription, load_robot
 from robotcore.kinds.bumper import BumperDescription
 from robotcore.kinds.button import ButtonDescription
 from robotcore.kinds.buzzer import BuzzerDescription
+from robotcore.kinds.encoder import EncoderDescription
 from robotcore.kinds.imu import ImuDescription
 from robotcore.kinds.led import LedDescription
 from robotcore.kinds.lidar import LidarDescription
@@ -19,8 +20,10 @@ from robotcore.kinds.servo import ServoDescription
 from robotcore.testing.bench import TestBench
 from robotcore.testing.device_rules import EncoderRules
 from robotcore.testing.kind_rules import KindRules
+from robotcore.testing.lifecycle_rules import LifecycleRules
 from robotcore.testing.motor_rules import MotorRules
 from robotcore.testing.range_rules import RangeRules
+from robotcore.testing.simulation_rules import RepeatRules, TruthRules
 
 
 @pytest.mark.conformance
@@ -30,6 +33,26 @@ class DriveSuite(MotorRules, EncoderRules):
 
 class DriveAndRangeSuite(DriveSuite, RangeRules):
     """The rules for motors, encoders and range sensors."""
+
+
+class DriveInSimulatorSuite(DriveSuite, LifecycleRules, TruthRules, RepeatRules):
+    """The rules for a simulated robot with a drive of another kind."""
+
+
+class SkidInSimulatorSuite(DriveInSimulatorSuite):
+    """The rules for a simulated robot whose wheels skid, with an encoder on each wheel."""
+
+    @property
+    def description(self) -> RobotDescription:
+        robot = load_robot("freenove-4wd")
+        assert robot.drive
+        left, right = (
+            [name.replace("motor", "encoder") for name in names]
+            for names in (robot.drive.left_motors, robot.drive.right_motors)
+        )
+        encoders = (EncoderDescription(kind="encoder", name=name, counts_per_turn=960) for name in (*left, *right))
+        drive = robot.drive.model_copy(update={"left_encoder": tuple(left), "right_encoder": tuple(right)})
+        return robot.model_copy(update={"drive": drive, "devices": (*robot.devices, *encoders)})
 
 
 EQUIPMENT = (
