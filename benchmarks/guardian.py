@@ -5,7 +5,8 @@
 The motors and cutoffs of a robot log each command with the machine's monotonic time, while the robot drives at 20 Hz.
 In each trial, the process is killed (SIGKILL) at a random moment, or one of its threads holds the interpreter lock for
 0.5 s, as a vendor's library may. A trial counts if every motor was stopped, in the second case during the hold. Its
-time is that of the last motor. The exit status is 1 if a motor was not stopped.
+time is that of the last motor. In further trials, the motors are on a PCA9685 on a simulated I2C bus, and the time is
+that of the transfer that switches all of its channels off. The exit status is 1 if a motor was not stopped.
 """
 
 from __future__ import annotations
@@ -23,6 +24,9 @@ from benchmarks.report import parse_options, print_table
 from robotcore.description import load_robot
 from robotcore.runtime.plan import RunRequest
 from robotcore.safety.deadman import LOCK_TIMEOUT_S, MIN_LEASE_S
+from tests.drivers.raspberrypi.i2c_dev import ALL_OFF, Bus
+from tests.drivers.raspberrypi.lines import Lines
+from tests.drivers.raspberrypi.pwm.runs import start_app, wait_until
 from tests.robotcore.safety.guardian.doubles import MOTORS
 from tests.robotcore.safety.guardian.recorder import Note, notes
 
@@ -35,16 +39,20 @@ def main() -> int:
     options = parse_options(__doc__, trials=50, seed=1)
     with TemporaryDirectory() as folder:
         killed = [_kill_run(Path(folder) / str(seed), Random(options.seed + seed)) for seed in range(options.trials)]
+        on_chip = [
+            _kill_chip_run(Path(folder) / f"chip {at}", Random(options.seed + at)) for at in range(options.trials)
+        ]
         held = list(_hold_lock(Path(folder) / "held", options.trials, options.seed))
     commanded = f"the last command; the lease is {_compute_lease_ms():.0f} ms"
     print_table(
         (f"{options.trials} trials each", "stopped", "median", "worst", "counted from"),
         [
             ("the process is killed (SIGKILL)", *_format_cells(killed), "the kill"),
+            ("the same, with the motors on a PCA9685", *_format_cells(on_chip), "the kill"),
             ("the interpreter lock is held for 0.5 s", *_format_cells(held), commanded),
         ],
     )
-    return int(None in killed + held or len(held) < options.trials)
+    return int(None in killed + on_chip + held or len(held) < options.trials)
 
 
 def _kill_run(diary: Path, random: Random) -> float | None:
@@ -61,6 +69,19 @@ def _kill_run(diary: Path, random: Random) -> float | None:
     process.kill()
     process.communicate()  # waits for the guardian too, which inherited standard error
     return _compute_delay(at, notes(diary))
+
+
+def _kill_chip_run(folder: Path, random: Random) -> float | None:
+    """Kill a run with motors on a chip. Return the seconds until all its channels were off; None if one was not."""
+    bus = Bus(folder / "i2c")
+    process = start_app(bus, Lines(folder / "lines"), "endless_drive")
+    wait_until(bus, process, turning=True)
+    sleep(random.uniform(0.0, MOMENTS_S))
+    at = monotonic()
+    process.kill()
+    process.communicate()  # waits for the guardian too, which inherited standard error
+    stops = [each.time for each in bus.transfers() if each.register == ALL_OFF and each.time > at]
+    return None if any(bus.duties()) or not stops else stops[0] - at
 
 
 def _hold_lock(diary: Path, holds: int, seed: int) -> Iterator[float | None]:

@@ -1,4 +1,4 @@
-"""The base class of the drivers of chips on an I2C bus, which use Adafruit's libraries."""
+"""The base classes of the drivers of chips on an I2C bus."""
 
 from __future__ import annotations
 
@@ -14,6 +14,17 @@ from robotcore.errors import DeviceError
 from robotcore.hardware import Connection, DeviceDriver
 
 Address = Annotated[int, Field(ge=0x08, le=0x77)]
+
+
+HEADER_ON = "sudo raspi-config nonint do_i2c 0, or dtparam=i2c_arm=on in /boot/firmware/config.txt, and restart"
+OTHER_ON = (
+    "Add dtoverlay=i2c{bus} to /boot/firmware/config.txt and restart; /boot/firmware/overlays/README lists its pins"
+)
+
+
+def explain_switch_on(bus: int) -> str:
+    """Return how to switch an I2C bus on."""
+    return HEADER_ON if bus == HEADER_BUS else OTHER_ON.format(bus=bus)
 
 
 class TransactionLimit:
@@ -36,14 +47,12 @@ class TransactionLimit:
         return getattr(self._bus, name)
 
 
-class ChipDriver(DeviceDriver):
-    """The base class of the drivers of chips on an I2C bus."""
+class BusDriver(DeviceDriver):
+    """The base class of the drivers of chips on an I2C bus, with the settings of the connection."""
 
-    supply = ("3.3 V", "ground")
-    extra: ClassVar[str]
-    """The extra of robotcore that installs the chip's library."""
-    lock: ClassVar[threading.Lock]
-    """Lets only one thread at a time call the chip's library, because all sensors of a library share its buffers."""
+    supply: ClassVar[tuple[str, ...]] = ("3.3 V", "ground")
+    protocol: ClassVar[str] = ""
+    """The name of a chip that several devices share. Only devices with the same name may have the same address."""
 
     bus: Annotated[int, Field(ge=0, le=30)] = HEADER_BUS
     """The number of the chip's I2C bus."""
@@ -60,7 +69,16 @@ class ChipDriver(DeviceDriver):
             sda, scl = gpio("SDA", 2, is_shared=True), gpio("SCL", 3, is_shared=True)
         else:
             sda, scl = (Connection(line, "I2C", f"{line} of bus {self.bus}", is_shared=True) for line in ("SDA", "SCL"))
-        return sda, scl, Connection("address", "I2C", self.place)
+        return sda, scl, Connection("address", "I2C", self.place, bool(self.protocol), protocol=self.protocol)
+
+
+class ChipDriver(BusDriver):
+    """The base class of the drivers of chips on an I2C bus that use Adafruit's libraries."""
+
+    extra: ClassVar[str]
+    """The extra of robotcore that installs the chip's library."""
+    lock: ClassVar[threading.Lock]
+    """Lets only one thread at a time call the chip's library, because all sensors of a library share its buffers."""
 
     def open_bus(self, undo: ExitStack) -> Any:
         """Open the chip's bus. ``undo`` closes it."""

@@ -43,12 +43,21 @@ class PinServo(Servo):
         self._line, self._number, self._pulses, self._opened = line, number, pulses, opened
 
     def _apply(self, command: float) -> None:
-        least, greatest = self._pulses
-        share = (command - self.min_angle) / (self.max_angle - self.min_angle)
-        write_duty(self._line.pin, self._number, (least + share * (greatest - least)) * FRAME_HZ)
+        write_duty(self._line.pin, self._number, find_width(self, self._pulses, command) * FRAME_HZ)
 
     def _release(self) -> None:
         self._opened.close()
+
+
+def find_width(servo: Servo, pulses: tuple[float, float], angle: float) -> float:
+    """Return the width of the pulse at an angle, in seconds.
+
+    pulses: the widths at the least and the greatest angle, in seconds.
+    angle: the angle in radians.
+    """
+    least, greatest = pulses
+    share = (angle - servo.min_angle) / (servo.max_angle - servo.min_angle)
+    return least + share * (greatest - least)
 
 
 def write_duty(pin: Any, number: int, duty: float) -> None:
@@ -68,25 +77,19 @@ def write_duty(pin: Any, number: int, duty: float) -> None:
         lgpio.tx_pwm(handle, number, FRAME_HZ, 100 * duty)
 
 
-class PulseServo(DeviceDriver):
-    """Opens servos on a GPIO. An opened servo turns to its rest angle."""
+class PulseDriver(DeviceDriver):
+    """The base class of the drivers of servos, with the settings of the pulses."""
 
-    name = "servo"
-    summary = "a servo on a GPIO, commanded by the width of pulses"
     described = ServoDescription
-    modules = ("gpiozero",)
-    connector = "GPIO"
-    remedy = "pip install 'robotcore[pi]'"
-    supply = ("ground",)
 
-    gpio: Gpio
     min_pulse_s: PulseWidth = 0.001
     """The width of the pulse at ``min_angle_rad``, in seconds. It may be the wider one, to reverse the direction."""
     max_pulse_s: PulseWidth = 0.002
     """The width of the pulse at ``max_angle_rad``, in seconds."""
 
-    def connections(self) -> Sequence[Connection]:
-        return (gpio("gpio", self.gpio),)
+    @property
+    def pulses(self) -> tuple[float, float]:
+        return self.min_pulse_s, self.max_pulse_s
 
     def notes(self, description: ServoDescription) -> Sequence[str]:
         return (SUPPLY,)
@@ -95,11 +98,27 @@ class PulseServo(DeviceDriver):
         if self.min_pulse_s == self.max_pulse_s:
             raise ValueError(f"min_pulse_s and max_pulse_s are both {self.min_pulse_s:g}; correct one of them")
 
+
+class PulseServo(PulseDriver):
+    """Opens servos on a GPIO. An opened servo turns to its rest angle."""
+
+    name = "servo"
+    summary = "a servo on a GPIO, commanded by the width of pulses"
+    modules = ("gpiozero",)
+    connector = "GPIO"
+    remedy = "pip install 'robotcore[pi]'"
+    supply = ("ground",)
+
+    gpio: Gpio
+
+    def connections(self) -> Sequence[Connection]:
+        return (gpio("gpio", self.gpio),)
+
     def open(self, description: ServoDescription, context: DeviceContext) -> Servo:
         with ExitStack() as undo:
             opened = undo.enter_context(ExitStack())
             line = open_output(description.name, self.gpio, context.pins, opened, frequency_hz=FRAME_HZ)
-            servo = PinServo(description, line, self.gpio, (self.min_pulse_s, self.max_pulse_s), opened)
+            servo = PinServo(description, line, self.gpio, self.pulses, opened)
             servo.set_angle(servo.angle)
             undo.pop_all()
         return servo

@@ -70,7 +70,7 @@ def robot_names() -> list[str]:
     """Return the names of the shipped robots.
 
     >>> robot_names()
-    ['bubblerob', 'freenove-4wd', 'lookout', 'picar', 'rover', 'scout', 'tracer']
+    ['bubblerob', 'freenove-4wd', 'jetbot', 'lookout', 'picar', 'rover', 'scout', 'tracer']
     """
     return _list_shipped("robot")
 

@@ -15,6 +15,7 @@ from drivers.raspberrypi.doctor.devices import (
     check_permissions,
     check_picamera2,
     check_pins,
+    check_pwm_chips,
     check_serial,
 )
 from drivers.raspberrypi.doctor.system import (
@@ -83,6 +84,7 @@ def _check_file(
 def _list_checks(root: Path, bindings: Iterable[DeviceBinding]) -> Iterator[tuple[str, Check]]:
     yield "pins", partial(check_pins, bindings)
     yield "I2C", partial(check_bus, root, bindings)
+    yield "I2C", partial(check_pwm_chips, root, bindings)
     yield "serial", partial(check_serial, root, bindings)
     yield "camera", partial(check_cameras, root, bindings)
     if any("picamera2" in binding.driver.modules for binding in bindings):

@@ -5,12 +5,17 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Collection, Iterable, Iterator
+from contextlib import closing
 from pathlib import Path
 
 from drivers.raspberrypi.cameras.csi import import_picamera2
 from drivers.raspberrypi.chip import find_chip_number, find_holder, load
 from drivers.raspberrypi.doctor.system import read_model, read_text
-from drivers.raspberrypi.header import HEADER_BUS, HEADER_PORTS
+from drivers.raspberrypi.header import HEADER_PORTS
+from drivers.raspberrypi.i2c import explain_switch_on
+from drivers.raspberrypi.i2c_device import I2CDevice, find_bus
+from drivers.raspberrypi.pwm.chip import require_pwm_chip
+from drivers.raspberrypi.pwm.settings import ChannelDriver, translate_chip_errors
 from robotcore.errors import DeviceError
 from robotcore.hal.check_finding import Finding
 from robotcore.hardware import DeviceBinding
@@ -78,12 +83,6 @@ def _may_open(file: Path) -> bool:
 JOIN = "sudo usermod -aG {group} $USER, then log out and in again, or restart the service"
 
 
-HEADER_ON = "sudo raspi-config nonint do_i2c 0, or dtparam=i2c_arm=on in /boot/firmware/config.txt, and restart"
-OTHER_ON = (
-    "Add dtoverlay=i2c{bus} to /boot/firmware/config.txt and restart; /boot/firmware/overlays/README lists its pins"
-)
-
-
 def check_bus(root: Path, bindings: Iterable[DeviceBinding]) -> Iterator[Finding]:
     """Check that each I2C bus of these devices is switched on. After the installation of the system, all are off."""
     needed: dict[int, dict[str, None]] = {}
@@ -95,8 +94,29 @@ def check_bus(root: Path, bindings: Iterable[DeviceBinding]) -> Iterator[Finding
         if (root / f"dev/i2c-{bus}").exists():
             yield Finding.ok("I2C", f"bus {bus} is switched on, for {names}", kind="i2c-on")
         else:
-            remedy = HEADER_ON if bus == HEADER_BUS else OTHER_ON.format(bus=bus)
-            yield Finding.error("I2C", f"bus {bus} is switched off, but {names} needs it", remedy, kind="i2c-off")
+            message = f"bus {bus} is switched off, but {names} needs it"
+            yield Finding.error("I2C", message, explain_switch_on(bus), kind="i2c-off")
+
+
+def check_pwm_chips(root: Path, bindings: Iterable[DeviceBinding]) -> Iterator[Finding]:
+    """Read the registers of each PCA9685 of these devices, on a bus that is switched on. No output changes."""
+    chips: dict[tuple[int, int], list[str]] = {}
+    for binding in bindings:
+        if isinstance(driver := binding.driver, ChannelDriver):
+            chips.setdefault((driver.bus, driver.address), []).append(binding.name)
+    for (bus, address), devices in sorted(chips.items()):
+        if (file := find_bus(bus, root)).exists():
+            yield _check_pwm_chip(file, bus, address, ", ".join(devices))
+
+
+def _check_pwm_chip(file: Path, bus: int, address: int, names: str) -> Finding:
+    try:
+        with translate_chip_errors("I2C", bus, address), closing(I2CDevice(file, address)) as device:
+            require_pwm_chip(device)
+    except DeviceError as error:
+        problem, _, remedy = str(error).removeprefix("I2C: ").partition(". ")
+        return Finding.error("I2C", f"{problem}, but {names} needs it", remedy, kind=error.kind)
+    return Finding.ok("I2C", f"a PCA9685 answers at 0x{address:02x} on bus {bus}, for {names}", kind="pwm-chip-ok")
 
 
 def _list_places(bindings: Iterable[DeviceBinding], bus: str) -> list[tuple[DeviceBinding, str]]:

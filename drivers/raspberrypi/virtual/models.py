@@ -17,8 +17,12 @@ from drivers.raspberrypi.i2c import ChipDriver
 from drivers.raspberrypi.lights import LightDriver
 from drivers.raspberrypi.line_sensors import DigitalSensors
 from drivers.raspberrypi.motors.boards import HBridge, PhaseEnable
+from drivers.raspberrypi.pwm.motors import ChannelHBridge, ChannelPhase
+from drivers.raspberrypi.pwm.servos import ServoOnChannel
+from drivers.raspberrypi.pwm.settings import ChannelDriver
 from drivers.raspberrypi.ranging.ultrasonic_driver import Ultrasonic, speed_of_sound
 from drivers.raspberrypi.servos import PulseServo
+from drivers.raspberrypi.virtual.pwm_chip import VirtualChannel, VirtualPwmChip
 from robotcore.description import DeviceDescription
 from robotcore.hal.clock import MIN_PHYSICS_RATE_HZ, Clock, SteppedClock
 from robotcore.hal.kind import load_kind
@@ -31,6 +35,7 @@ from robotcore.kinds.encoder import Encoder, EncoderDescription
 from robotcore.kinds.line_sensor import THRESHOLD, LineSensor
 from robotcore.kinds.motor import Motor
 from robotcore.kinds.range_sensor import RangeSensor
+from robotcore.kinds.servo import Servo
 
 PI_4B = "c03115"
 """The revision code of the simulated board, a Raspberry Pi 4B.
@@ -109,6 +114,11 @@ class VirtualPins(MockFactory):  # type: ignore[misc]  # gpiozero has no types
     def __init__(self, clock: Clock) -> None:
         super().__init__(revision=PI_4B, pin_class=VirtualPin)
         self._clock = clock
+        self._chips: dict[tuple[int, int], VirtualPwmChip] = {}
+
+    def open_i2c(self, bus: int, address: int) -> VirtualPwmChip:
+        """Return the chip at an address of an I2C bus."""
+        return self._chips.setdefault((bus, address), VirtualPwmChip())
 
     def ticks(self) -> float:
         """Return the simulated time in seconds."""
@@ -208,8 +218,10 @@ class VirtualEcho:
             self._clock.call_at(at, edge)
 
 
-def wire_motor(motor: Motor, model: MotorModel, pins: Sequence[VirtualPin], duty: Callable[..., float]) -> None:
-    """Connect a motor to the pins of its board.
+def wire_motor(
+    motor: Motor, model: MotorModel, pins: Sequence[VirtualPin | VirtualChannel], duty: Callable[..., float]
+) -> None:
+    """Connect a motor to the pins of its board, or to the channels of its chip.
 
     duty: returns the duty from -1 to 1 for the levels of the pins, such as `read_two_inputs`.
     """
@@ -234,6 +246,32 @@ def read_phase_and_enable(phase: float, enable: float) -> float:
     return -enable if phase else enable
 
 
+def wire_servo(servo: Servo, driver: ServoOnChannel, chip: VirtualPwmChip) -> None:
+    """Connect a servo to a channel. Without pulses it holds its angle."""
+    channel = chip.channels[driver.channel]
+
+    def turn() -> None:
+        if channel.state:
+            least, greatest = driver.pulses
+            share = (channel.state / chip.frequency_hz - least) / (greatest - least)
+            servo.set_angle(servo.min_angle + share * (servo.max_angle - servo.min_angle))
+
+    channel.on_change(turn)
+
+
+def connect_channels(driver: ChannelDriver, actuator: Motor | Servo, pins: VirtualPins) -> None:
+    """Connect the simulator's motor or servo to the channels of its driver."""
+    chip = pins.open_i2c(driver.bus, driver.address)
+    match driver, actuator:
+        case ChannelHBridge() as on, Motor() as motor:
+            inputs = [chip.channels[number] for number in (on.forward, on.backward, on.pwm) if number is not None]
+            wire_motor(motor, on.model, inputs, read_two_inputs)
+        case ChannelPhase() as on, Motor() as motor:
+            wire_motor(motor, on.model, [pins.pin(on.phase), chip.channels[on.pwm]], read_phase_and_enable)
+        case ServoOnChannel() as on, Servo() as servo:
+            wire_servo(servo, on, chip)
+
+
 def drive_outputs(row: LineSensor, outputs: Sequence[VirtualPin], active_high: bool) -> None:  # noqa: FBT001
     """Set the pins of a row of digital line sensors."""
     for output, darkness in zip(outputs, row.read().values, strict=True):
@@ -243,6 +281,7 @@ def drive_outputs(row: LineSensor, outputs: Sequence[VirtualPin], active_high: b
 MODELLED = (
     HBridge,
     PhaseEnable,
+    ChannelDriver,
     Quadrature,
     Pulses,
     Ultrasonic,
@@ -274,6 +313,8 @@ def connect_pins(binding: DeviceBinding, simulated: Robot, pins: VirtualPins, is
             wire_motor(motor, on.model, [pin(line) for line in lines if line is not None], read_two_inputs)
         case PhaseEnable() as on, _, Motor() as motor:
             wire_motor(motor, on.model, [pin(on.phase), pin(on.enable)], read_phase_and_enable)
+        case ChannelDriver() as on, _, Motor() | Servo() as actuator:
+            connect_channels(on, actuator, pins)
         case Quadrature() | Pulses() as on, EncoderDescription() as description, Encoder() as encoder:
             numbers, levels = ((on.a, on.b), QUADRATURE) if isinstance(on, Quadrature) else ((on.gpio,), SLOTS)
             disc = Disc(encoder, math.tau / on.edges_per_turn(description), levels, [pin(each) for each in numbers])

@@ -16,14 +16,17 @@ from drivers.raspberrypi.doctor.devices import (
     check_permissions,
     check_picamera2,
     check_pins,
+    check_pwm_chips,
     check_serial,
     find_holders,
 )
 from drivers.raspberrypi.header import gpio
+from robotcore.description import load_robot
 from robotcore.hal.check_finding import Finding
-from robotcore.hardware import Connection
+from robotcore.hardware import Connection, bind_devices
 from tests.drivers.raspberrypi.doctor.conftest import CheckFindings
 from tests.drivers.raspberrypi.doctor.trees import binding
+from tests.drivers.raspberrypi.i2c_dev import use_bus
 
 NOSE = binding("nose", gpio("trigger", 16), gpio("echo", 26))
 MOTOR = binding("left_motor", gpio("forward", 17), gpio("backward", 27))
@@ -63,6 +66,22 @@ def test_a_bus_is_checked_only_if_a_device_uses_it(
     check_findings(check_bus(pi_4, [LASER]), "i2c-on")
     check_findings(check_bus(broken_tree, [LASER]), "i2c-off")
     check_findings(check_bus(pi_4, [ASIDE]), "i2c-off")
+
+
+def test_registers_of_each_pwm_chip_are_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, check_findings: CheckFindings
+) -> None:
+    bus = use_bus(tmp_path, monkeypatch)
+    jetbot = bind_devices(load_robot("jetbot"), "raspberrypi")
+    before = bus.registers
+    check_findings(check_pwm_chips(bus.root, jetbot), "pwm-chip-ok")
+    assert bus.registers == before
+    monkeypatch.setattr("drivers.raspberrypi.i2c_device.I2CDevice.read", lambda _device, register: register)
+    check_findings(check_pwm_chips(bus.root, jetbot), "wrong-chip")
+    monkeypatch.undo()
+    use_bus(tmp_path, monkeypatch).unplug()
+    check_findings(check_pwm_chips(bus.root, jetbot), "chip-unanswered")
+    assert list(check_pwm_chips(tmp_path / "no bus", jetbot)) == []
 
 
 def test_a_camera_is_present_by_its_sensor_or_by_its_file(

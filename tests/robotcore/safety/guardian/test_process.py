@@ -20,6 +20,7 @@ from tests.robotcore.safety.guardian.recorder import Recorder, notes
 PROCESS_MODULES = (
     "robotcore.safety.guardian.process",
     "drivers.raspberrypi.cutoff",
+    "drivers.raspberrypi.pwm.cutoff",
     "drivers.serial.boards.cutoff",
     "drivers.coppeliasim.cutoff",
 )

@@ -1,0 +1,90 @@
+"""One chip on an I2C bus, by the kernel's device file of the bus.
+
+It imports the standard library alone, because the guardian's process uses it too. The calls are SMBus transfers, which
+every I2C driver of the kernel has. Source: https://www.kernel.org/doc/html/latest/i2c/dev-interface.html.
+"""
+
+from __future__ import annotations
+
+import os
+import struct
+from array import array
+from contextlib import ExitStack
+from fcntl import F_OFD_SETLK, F_WRLCK, fcntl, ioctl
+from pathlib import Path
+
+_SET_TIMEOUT, _SET_ADDRESS, _TRANSFER = 0x0702, 0x0703, 0x0720
+"""The requests I2C_TIMEOUT, I2C_SLAVE and I2C_SMBUS. Source: Linux, include/uapi/linux/i2c-dev.h."""
+
+_WRITE, _READ = 0, 1
+_BYTE, _BLOCK = 2, 8
+"""The sizes I2C_SMBUS_BYTE_DATA and I2C_SMBUS_I2C_BLOCK_DATA. Source: Linux, include/uapi/linux/i2c.h."""
+
+_LOCK = "hhqqi"
+"""The fields of the kernel's struct flock: kind, origin, first byte, number of bytes, process. Source: fcntl(2)."""
+
+TIMEOUT_S = 0.1
+"""The longest transfer, in seconds. The kernel's own limit is a second, in which a hung bus delays every stop."""
+
+
+def find_bus(number: int, root: Path = Path("/")) -> Path:
+    """Return the device file of an I2C bus."""
+    return root / f"dev/i2c-{number}"
+
+
+class ChipHeldError(OSError):
+    """Another program has reserved the chip."""
+
+
+class I2CDevice:
+    """A chip with registers of one byte. Any thread may use it, and other processes at the same time.
+
+    Each method raises OSError if the chip does not answer.
+    """
+
+    def __init__(self, bus: Path, address: int) -> None:
+        """Open the device file of a bus. The chip gets no message.
+
+        address: the 7-bit address of the chip.
+
+        Raises OSError if there is no such file, or if a driver of the kernel uses the address.
+        """
+        with ExitStack() as undo:
+            self._file = os.open(bus, os.O_RDWR | os.O_CLOEXEC)
+            undo.callback(os.close, self._file)
+            self._address = address
+            ioctl(self._file, _SET_ADDRESS, address)
+            ioctl(self._file, _SET_TIMEOUT, round(TIMEOUT_S * 100))  # in units of 10 ms
+            self._opened = undo.pop_all()
+
+    def reserve(self) -> None:
+        """Reserve the chip until `close`; raises ChipHeldError if another program has reserved it.
+
+        A reservation is a lock on the byte of the device file with the number of the address. It ends with the program.
+        Programs that do not reserve a chip can still write to it.
+        """
+        lock = struct.pack(_LOCK, F_WRLCK, os.SEEK_SET, self._address, 1, 0)
+        try:
+            fcntl(self._file, F_OFD_SETLK, lock)
+        except BlockingIOError as error:
+            raise ChipHeldError from error
+
+    def write(self, register: int, *values: int) -> None:
+        """Write one byte, or several to successive registers, in one transfer."""
+        if len(values) == 1:
+            self._transfer(_WRITE, register, _BYTE, array("B", values))
+        else:
+            self._transfer(_WRITE, register, _BLOCK, array("B", (len(values), *values)))
+
+    def read(self, register: int) -> int:
+        """Return the byte in a register."""
+        self._transfer(_READ, register, _BYTE, value := array("B", [0]))
+        return value[0]
+
+    def close(self) -> None:
+        """Close the device file. A second `close` does nothing."""
+        self._opened.close()
+
+    def _transfer(self, direction: int, register: int, size: int, data: array[int]) -> None:
+        where, _ = data.buffer_info()
+        ioctl(self._file, _TRANSFER, struct.pack("BBIP", direction, register, size, where))

@@ -1,0 +1,63 @@
+"""The channels of motors on known boards with a PCA9685."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from robotcore.errors import Mistake
+
+TWO, THREE = ("forward", "backward"), ("forward", "backward", "pwm")
+
+
+@dataclass(frozen=True)
+class Board:
+    """A board with motors."""
+
+    title: str
+    address: int
+    frequency_hz: int
+    signals: tuple[str, ...]
+    """The keys of a motor's channels."""
+    motors: Mapping[str, tuple[int, ...]]
+    """The channels of each motor, by its place on the board."""
+
+
+BOARDS = {
+    # Source: https://github.com/adafruit/Adafruit_CircuitPython_MotorKit/blob/main/adafruit_motorkit.py
+    "adafruit-motor-hat": Board(
+        "Adafruit DC and Stepper Motor HAT or Bonnet",
+        0x60,
+        1500,
+        THREE,
+        {"M1": (9, 10, 8), "M2": (11, 12, 13), "M3": (3, 4, 2), "M4": (5, 6, 7)},
+    ),
+    # Source: https://github.com/Freenove/Freenove_4WD_Smart_Car_Kit_for_Raspberry_Pi, Code/Server/Motor.py. Its servos
+    # are on channels 8 to 15 of the same chip.
+    "freenove-4wd": Board(
+        "board of the Freenove 4WD Smart Car",
+        0x40,
+        50,
+        TWO,
+        {"front-left": (0, 1), "rear-left": (3, 2), "front-right": (6, 7), "rear-right": (4, 5)},
+    ),
+}
+"""The boards by their names in a robot's file."""
+
+
+def find_terminal(board: Any, motor: Any) -> dict[str, int]:
+    """Return the settings of a motor on a board; raises Mistake for an unknown board or motor."""
+    if not isinstance(board, str) or board not in BOARDS:
+        raise Mistake(f"board is {board!r}, and not the name of a board", f"Use {_list(BOARDS)}", kind="unknown-board")
+    known = BOARDS[board]
+    if not isinstance(motor, str) or motor not in known.motors:
+        problem = f"motor is {motor!r}, and not a motor of the {known.title}"
+        raise Mistake(problem, f"Use {_list(known.motors)}", kind="unknown-motor")
+    channels = dict(zip(known.signals, known.motors[motor], strict=True))
+    return {"address": known.address, "frequency_hz": known.frequency_hz, **channels}
+
+
+def _list(names: Mapping[str, Any]) -> str:
+    *first, last = map(repr, names)
+    return f"{', '.join(first)} or {last}"
