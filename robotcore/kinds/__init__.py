@@ -12,6 +12,7 @@ from robotcore.kinds.buzzer import Buzzer as Buzzer
 from robotcore.kinds.camera import Camera as Camera
 from robotcore.kinds.display import Display as Display
 from robotcore.kinds.encoder import Encoder as Encoder
+from robotcore.kinds.gamepad import Gamepad as Gamepad
 from robotcore.kinds.imu import Imu as Imu
 from robotcore.kinds.led import Led as Led
 from robotcore.kinds.lidar import Lidar as Lidar

@@ -24,8 +24,8 @@ else:
     import tomli as tomllib
 
 PAGE = (Path(__file__).parents[2] / "docs" / "kinds.md").read_text()
-TURN, *LISTINGS = list_listings(PAGE)
-"""The app that uses an IMU, and the parts of the package."""
+TURN, TELEOP, SCRIPT, *LISTINGS = list_listings(PAGE)
+"""The app that uses an IMU, the app and the script for a gamepad, and the parts of the package."""
 
 
 @pytest.fixture
@@ -97,6 +97,15 @@ def test_app_turns_by_the_imu_with_wheels_that_slip(tmp_path: Path) -> None:
     answer = json.loads(type_command(tmp_path, "robotcore", "run", *words).stdout)
     assert answer["outcome"] == "success"
     assert float(answer["reason"].removesuffix(" rad by the encoders")) == pytest.approx(0.8 * math.pi / 2, abs=0.03)
+
+
+@pytest.mark.slow
+def test_app_drives_as_the_script_of_a_gamepad_says(tmp_path: Path) -> None:
+    (tmp_path / TELEOP.file).write_text(TELEOP.text)
+    (tmp_path / SCRIPT.file).write_text(f"{ROVER}\n{SCRIPT.text}")
+    words = (TELEOP.file, "--robot", SCRIPT.file, "--world", "open", "--json")
+    answer = json.loads(type_command(tmp_path, "robotcore", "run", *words).stdout)
+    assert (answer["outcome"], answer["sim_time_s"]) == ("success", 4.0)
 
 
 @pytest.mark.slow

@@ -12,6 +12,7 @@ from pathlib import Path
 from drivers.raspberrypi.doctor.devices import (
     check_bus,
     check_cameras,
+    check_gamepads,
     check_permissions,
     check_picamera2,
     check_pins,
@@ -87,5 +88,6 @@ def _list_checks(root: Path, bindings: Iterable[DeviceBinding]) -> Iterator[tupl
     yield "I2C", partial(check_pwm_chips, root, bindings)
     yield "serial", partial(check_serial, root, bindings)
     yield "camera", partial(check_cameras, root, bindings)
+    yield "gamepad", partial(check_gamepads, bindings)
     if any("picamera2" in binding.driver.modules for binding in bindings):
         yield "picamera2", check_picamera2

@@ -11,6 +11,7 @@ from pathlib import Path
 from drivers.raspberrypi.cameras.csi import import_picamera2
 from drivers.raspberrypi.chip import find_chip_number, find_holder, load
 from drivers.raspberrypi.doctor.system import read_model, read_text
+from drivers.raspberrypi.gamepads import EventPad
 from drivers.raspberrypi.header import HEADER_PORTS
 from drivers.raspberrypi.i2c import explain_switch_on
 from drivers.raspberrypi.i2c_device import I2CDevice, find_bus
@@ -212,6 +213,20 @@ def check_cameras(root: Path, bindings: Iterable[DeviceBinding]) -> Iterator[Fin
             message = f"{file} was not found, but {binding.name} needs it"
             remedy = "Plug the camera in. List cameras: v4l2-ctl --list-devices"
             yield Finding.error("camera", message, remedy, kind="camera-file-missing")
+
+
+def check_gamepads(bindings: Iterable[DeviceBinding]) -> Iterator[Finding]:
+    """Check that each gamepad is connected, and that this process may read it."""
+    for binding in bindings:
+        if isinstance(binding.driver, EventPad):
+            try:
+                pad = binding.driver.find(binding.name)
+            except DeviceError as error:
+                problem, _, remedy = str(error).partition(". ")
+                yield Finding.error("gamepad", problem, remedy, kind=error.kind)
+            else:
+                pad.close()
+                yield Finding.ok("gamepad", f"{pad.path} ({pad.name}), for {binding.name}", kind="gamepad-found")
 
 
 def _check_connector(root: Path, name: str, number: str) -> Finding:

@@ -13,6 +13,7 @@ from drivers.raspberrypi.buzzers import TonePin
 from drivers.raspberrypi.cameras.capture import CameraDriver
 from drivers.raspberrypi.contacts import ContactDriver
 from drivers.raspberrypi.encoders import EncoderDriver, Pulses, Quadrature
+from drivers.raspberrypi.gamepads import EventPad
 from drivers.raspberrypi.i2c import ChipDriver
 from drivers.raspberrypi.lights import LightDriver
 from drivers.raspberrypi.line_sensors import DigitalSensors
@@ -292,7 +293,7 @@ MODELLED = (
 )
 """The drivers of the devices that have a model."""
 
-SIMULATED = (CameraDriver, ChipDriver, PulseServo)
+SIMULATED = (CameraDriver, ChipDriver, EventPad, PulseServo)
 """The drivers of devices that are not on pins, and of servos, whose pulses virtual pins would round too much.
 
 The simulator's own devices replace these devices."""

@@ -12,6 +12,7 @@ from robotcore.kinds.bumper import BumperDescription
 from robotcore.kinds.button import ButtonDescription
 from robotcore.kinds.buzzer import BuzzerDescription
 from robotcore.kinds.encoder import EncoderDescription
+from robotcore.kinds.gamepad import GamepadDescription
 from robotcore.kinds.imu import ImuDescription
 from robotcore.kinds.led import LedDescription
 from robotcore.kinds.lidar import LidarDescription
@@ -59,6 +60,7 @@ EQUIPMENT = (
     BumperDescription(kind="bumper", name="front"),
     ButtonDescription(kind="button", name="start"),
     BuzzerDescription(kind="buzzer", name="horn"),
+    GamepadDescription(kind="gamepad", name="pad"),
     ImuDescription(kind="imu", name="imu"),
     LedDescription(kind="led", name="lamp"),
     LidarDescription(kind="lidar", name="scanner", mount=Mount(z_m=0.1), min_range_m=0.1, max_range_m=8.0, count=8),
