@@ -33,6 +33,7 @@ class Body:
         self._drive = description.drive
         self._centre = np.array(bullet.getDynamicsInfo(self.body_id, _BASE)[3])
         self._set_up_collisions()
+        self._release_free_wheels()
         if isinstance(description.drive, SkidDrive):  # their supports are drawn; Bullet would draw the wheels as balls
             self._hide(self._links[name_wheel_link(wheel.name)] for wheel in description.drive.wheels)
 
@@ -45,13 +46,16 @@ class Body:
         for name, link in self._links.items():
             bullet.setCollisionFilterGroupMask(body, link, CollisionGroup.WHEEL, CollisionGroup.FLOOR)
             bullet.changeDynamics(body, link, lateralFriction=0.0 if is_sliding(name) else 1.0)
-        for wheel in self._drive.wheels if self._drive else ():
-            if wheel.motor is None:  # without this call, Bullet would brake the joint
-                bullet.setJointMotorControl2(
-                    body, self._links[name_wheel_link(wheel.name)], bullet.VELOCITY_CONTROL, force=0.0
-                )
         # A separate call: in one call with damping, Bullet ignores the friction of a link.
         bullet.changeDynamics(body, _BASE, linearDamping=0.0, angularDamping=0.0)
+
+    def _release_free_wheels(self) -> None:
+        """Let the wheels without a motor roll freely. By default, Bullet brakes each joint."""
+        bullet = self._bullet
+        for wheel in self._drive.wheels if self._drive else ():
+            if wheel.motor is None:
+                joint = self._links[name_wheel_link(wheel.name)]
+                bullet.setJointMotorControl2(self.body_id, joint, bullet.VELOCITY_CONTROL, force=0.0)
 
     def with_connection(self, bullet: Bullet) -> Body:
         """Return the same body with another `Bullet`, such as one whose errors name a device."""

@@ -64,21 +64,21 @@ class Steering:
     """The front wheels of a drive that steers. They follow the joint of its servo, and roll freely."""
 
     def __init__(self, bullet: Bullet, body: Body, drive: AckermannDrive, joint: Joint, step: float) -> None:
-        self._bullet, self._body, self._joints = bullet, body.body_id, body.find_steering_joints()
+        self._body, self._joints = body.body_id, body.find_steering_joints()
+        self._joint_state, self._control = bullet.getJointState, bullet.setJointMotorControl2
+        self._velocity_control = bullet.VELOCITY_CONTROL
         self._drive, self._joint, self._step = drive, joint, step
         self.ratios = (1.0, 1.0)
         """The velocities of the left and the right rear wheel, divided by the mean of both."""
 
     def turn(self, time: float) -> None:
         """Let the next physics step turn the wheels to the servo's angle at a time in seconds."""
-        bullet, angle = self._bullet, self._joint.angle_at(time)
+        angle = self._joint.angle_at(time)
         half = self._drive.to_curvature(angle) * self._drive.track_m / 2
         self.ratios = (1 - half, 1 + half)
         for joint, target in zip(self._joints, self._drive.to_wheel_angles_rad(angle), strict=True):
-            velocity = (target - bullet.getJointState(self._body, joint)[0]) / self._step
-            bullet.setJointMotorControl2(
-                self._body, joint, bullet.VELOCITY_CONTROL, targetVelocity=velocity, force=STEERING_TORQUE_NM
-            )
+            velocity = (target - self._joint_state(self._body, joint)[0]) / self._step
+            self._control(self._body, joint, self._velocity_control, targetVelocity=velocity, force=STEERING_TORQUE_NM)
 
 
 def open_encoder(bullet: Bullet, description: EncoderDescription, clock: Clock, body: Body) -> SimulatedEncoder:

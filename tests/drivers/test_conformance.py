@@ -44,6 +44,16 @@ class TestMujoco(ConformanceSuite):
     lacks: ClassVar = {TestSupport.LOST_ECHO: NO_LOST_ECHO, TestSupport.SLOW_HARDWARE: NO_HARDWARE}
 
 
+class TestSkidInKinematic(SkidInSimulatorSuite):
+    backend = KinematicBackend
+    lacks: ClassVar = {TestSupport.SLOW_HARDWARE: NO_HARDWARE}
+
+
+class TestSteeringInKinematic(DriveInSimulatorSuite):
+    backend, robot = KinematicBackend, "picar"
+    lacks: ClassVar = {TestSupport.SLOW_HARDWARE: NO_HARDWARE}
+
+
 class TestSkidInPyBullet(SkidInSimulatorSuite):
     backend = PyBulletBackend
     lacks: ClassVar = {TestSupport.SLOW_HARDWARE: NO_HARDWARE}
