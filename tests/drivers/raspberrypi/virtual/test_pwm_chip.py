@@ -43,8 +43,9 @@ def test_registers_of_another_chip_are_recognised() -> None:
 
 
 @pytest.mark.slow
-def test_app_finds_the_ball_with_the_motors_of_the_jetbot() -> None:
-    result = run(RunRequest("green-search", "virtualpi", robot="jetbot", seed=7))
+@pytest.mark.parametrize("app, robot", [("green-search", "jetbot"), ("pan-search", "freenove-4wd")])
+def test_app_finds_the_ball_with_the_motors_and_servos_of_a_kit(app: str, robot: str) -> None:
+    result = run(RunRequest(app, "virtualpi", robot=robot, seed=7))
     assert result.verified
     assert result.contacts == 0
 
