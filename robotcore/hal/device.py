@@ -11,7 +11,7 @@ from pathlib import Path
 from types import FrameType
 from typing import Any, ClassVar, Generic, NamedTuple, Protocol, TypeVar, get_type_hints
 
-from robotcore.errors import DeviceClosedError, DeviceError, RobotcoreError
+from robotcore.errors import DeviceClosedError, DeviceError, InvalidCommandError, RobotcoreError
 from robotcore.geometry import Pose
 
 _OURS = "robotcore"
@@ -29,6 +29,21 @@ def caller_location() -> str:
 
 def _module(frame: FrameType) -> str:
     return str(frame.f_globals.get("__name__"))
+
+
+FIND_NAN = "Look for a division by zero, or for a range of inf, in the app"
+"""The remedy for a command that is NaN or infinite."""
+
+
+def build_invalid_command(device: str, command: str, effect: str = "", remedy: str = FIND_NAN) -> InvalidCommandError:
+    """Return the error for a command of an app without a meaning. Its message names the app's line.
+
+    command: the command with its unit, such as ``an angle of nan rad``.
+    effect: what the device did, after a comma.
+    """
+    line = caller_location()
+    where = f", at {line}" if line else ""
+    return InvalidCommandError(f"{device}: the app commanded {command}{where}{effect}. {remedy}")
 
 
 class Sample(Protocol):

@@ -9,8 +9,8 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from robotcore.description import DeviceDescription
-from robotcore.errors import InvalidCommandError
-from robotcore.hal.device import Actuator
+from robotcore.geometry import to_float
+from robotcore.hal.device import Actuator, build_invalid_command
 from robotcore.hal.kind import Kind, assert_limited, assert_refused
 from robotcore.hal.robot import Robot
 
@@ -61,12 +61,13 @@ class Buzzer(Actuator[float], ABC):
 
         Raises InvalidCommandError if it is negative, NaN or infinite, and DeviceError if the buzzer fails.
         """
-        return self.send(frequency)
+        return self.send(to_float(frequency))
 
     def _limit(self, command: float) -> float:
         if not (math.isfinite(command) and command >= 0):
-            raise InvalidCommandError(f"{self.name}: the app played {command} Hz. Give 0 for silence, or a frequency")
-        return SILENCE if command == SILENCE else max(MIN_FREQUENCY_HZ, min(float(command), self.max_frequency))
+            remedy = "Give 0 for silence, or a frequency"
+            raise build_invalid_command(self.name, f"a tone of {command} Hz", remedy=remedy)
+        return SILENCE if command == SILENCE else max(MIN_FREQUENCY_HZ, min(command, self.max_frequency))
 
 
 def check_commands(_robot: Robot, buzzer: Buzzer) -> None:

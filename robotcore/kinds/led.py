@@ -7,8 +7,8 @@ from abc import ABC
 from typing import Any, Literal
 
 from robotcore.description import DeviceDescription
-from robotcore.errors import InvalidCommandError
-from robotcore.hal.device import Actuator
+from robotcore.geometry import to_float
+from robotcore.hal.device import Actuator, build_invalid_command
 from robotcore.hal.kind import Kind, assert_limited, assert_refused
 from robotcore.hal.robot import Robot
 
@@ -56,19 +56,19 @@ class Led(Actuator[Brightness], ABC):
 
         Raises InvalidCommandError if it is NaN or infinite, and DeviceError if the light fails.
         """
-        return max(self.send((brightness, brightness, brightness)))
+        return max(self.send((to_float(brightness),) * 3))
 
     def set_colour(self, red: float, green: float, blue: float) -> Brightness:
         """Set the brightness of each colour, 0 to 1, and return what was sent.
 
         Raises InvalidCommandError if one is NaN or infinite, and DeviceError if the light fails.
         """
-        return self.send((red, green, blue))
+        return self.send((to_float(red), to_float(green), to_float(blue)))
 
     def _limit(self, command: Brightness) -> Brightness:
         if not all(map(math.isfinite, command)):
-            raise InvalidCommandError(f"{self.name}: the app set the brightness {command}. Give numbers from 0 to 1")
-        red, green, blue = (max(0.0, min(float(each), 1.0)) for each in command)
+            raise build_invalid_command(self.name, f"the brightness {command}", remedy="Give numbers from 0 to 1")
+        red, green, blue = (max(0.0, min(each, 1.0)) for each in command)
         return red, green, blue
 
 

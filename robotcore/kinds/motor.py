@@ -10,7 +10,7 @@ from pydantic import AfterValidator, Field
 
 from robotcore.description import DeviceDescription
 from robotcore.errors import InvalidCommandError, Mistake
-from robotcore.hal.device import Actuator, caller_location
+from robotcore.hal.device import Actuator, build_invalid_command
 from robotcore.hal.kind import Kind
 
 MIN_LAG_S = 1e-4
@@ -89,12 +89,7 @@ def invalid_velocity(name: str, rad_s: float) -> InvalidCommandError:
     name: the name of the motor.
     rad_s: the commanded velocity.
     """
-    line = caller_location()
-    where = f", at {line}" if line else ""
-    return InvalidCommandError(
-        f"{name}: the app commanded a velocity of {rad_s} rad/s{where}, and all motors were stopped. "
-        "Look for a division by zero, or for a range of inf, in the app"
-    )
+    return build_invalid_command(name, f"a velocity of {rad_s} rad/s", ", and all motors were stopped")
 
 
 KIND = Kind("a motor of a wheel", MotorDescription, Motor)

@@ -11,8 +11,9 @@ from pydantic import Field, model_validator
 
 from robotcore.description import DeviceDescription, Mount
 from robotcore.description.types import Radians
-from robotcore.errors import InvalidCommandError, Mistake
-from robotcore.hal.device import Actuator, caller_location
+from robotcore.errors import Mistake
+from robotcore.geometry import to_float
+from robotcore.hal.device import Actuator, build_invalid_command
 from robotcore.hal.ground_truth import GroundTruth
 from robotcore.hal.kind import Kind, assert_limited, assert_refused
 from robotcore.hal.robot import Robot
@@ -77,18 +78,13 @@ class Servo(Actuator[float], ABC):
         Raises InvalidCommandError, and does not turn the servo, if ``rad`` is NaN or infinite. Raises DeviceError if
         the servo fails.
         """
-        self.angle = self.send(rad)
+        self.angle = self.send(to_float(rad))
         return self.angle
 
     def _limit(self, command: float) -> float:
         if not math.isfinite(command):
-            line = caller_location()
-            where = f", at {line}" if line else ""
-            raise InvalidCommandError(
-                f"{self.name}: the app commanded an angle of {command} rad{where}. "
-                "Look for a division by zero, or for a range of inf, in the app"
-            )
-        return max(self.min_angle, min(float(command), self.max_angle))
+            raise build_invalid_command(self.name, f"an angle of {command} rad")
+        return max(self.min_angle, min(command, self.max_angle))
 
 
 def simulate(servo: ServoDescription, truth: GroundTruth) -> Callable[[float], None]:
