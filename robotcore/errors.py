@@ -38,7 +38,7 @@ from __future__ import annotations
 
 import signal
 from collections.abc import Mapping, Sequence
-from traceback import format_exception
+from traceback import extract_tb, format_exception
 from types import MappingProxyType, TracebackType
 from typing import Any, ClassVar
 
@@ -476,6 +476,17 @@ class Interrupted(_Portable):
     def __init__(self, signal_number: int) -> None:
         super().__init__(f"interrupted by {signal.Signals(signal_number).name}")
         self.exit_status = 128 + signal_number
+
+
+def describe_exception(error: BaseException, caller: str) -> str:
+    """Return the class, the text and the line of an exception, such as ``ValueError: no limit, at speed.py:39``.
+
+    caller: the file of the code that caught it. The line is left out if the exception was raised there.
+    """
+    last = extract_tb(error.__traceback__)[-1]
+    file = last.filename.rpartition("/")[2]
+    line = "" if last.filename == caller else f", at {file}:{last.lineno}"
+    return f"{type(error).__name__}: {error}".removesuffix(": ") + line
 
 
 def _trim_traceback(traceback: TracebackType | None) -> TracebackType | None:

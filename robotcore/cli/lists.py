@@ -187,14 +187,14 @@ def _fault_cells(fault: dict[str, Any]) -> tuple[str, ...]:
 
 
 def _kind_row(name: str) -> dict[str, Any]:
-    from robotcore.errors import BackendMissingError
+    from robotcore.errors import BackendMissingError, UsageError
     from robotcore.hal.device import list_values
     from robotcore.hal.kind import load_kind
     from robotcore.hardware import list_drivers
 
     try:
         kind = load_kind(name)
-    except BackendMissingError as error:
+    except (BackendMissingError, UsageError) as error:
         return {"name": name, "summary": str(error), "keys": [], "values": [], "drivers": [], "simulated": False}
     return {
         "name": name,

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import math
 from contextlib import suppress
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar, Union
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar, Union, get_args
 
 from pydantic import Field, GetCoreSchemaHandler
 
 from robotcore.description.types import Coordinate, Name, Radians, StrictModel
-from robotcore.errors import BackendMissingError
+from robotcore.errors import BackendMissingError, UsageError
 from robotcore.geometry import Pose
 from robotcore.plugins import KINDS, kind_names, load_registered
 
@@ -73,6 +73,11 @@ class DeviceDescription(StrictModel):
     """The name of the kind, such as ``range_sensor``."""
     name: Name
 
+    @classmethod
+    def kind_name(cls) -> str:
+        """Return the name of the kind; ``""`` if the field ``kind`` is no literal."""
+        return "".join(get_args(cls.model_fields["kind"].annotation)[:1])
+
     def arguments(self) -> dict[str, Any]:
         """Return the arguments of the device class's constructor, without the name."""
         return {}
@@ -86,19 +91,33 @@ class DeviceDescription(StrictModel):
 DescriptionT = TypeVar("DescriptionT", bound=StrictModel)
 
 
+def load_model(kind: str) -> type[DeviceDescription]:
+    """Return the model of the devices of a registered kind.
+
+    Raises BackendMissingError for a kind that cannot be loaded, and UsageError for a name that two packages register.
+    """
+    model: object = getattr(load_registered("device kind", KINDS, kind), "description", None)
+    if not (isinstance(model, type) and issubclass(model, DeviceDescription) and model.kind_name() == kind):
+        raise BackendMissingError(
+            f"the entry point of the device kind {kind!r} is not a robotcore.hal.kind.Kind of this name. Correct it",
+            name=kind,
+        )
+    return model
+
+
 class OfRegisteredKind:
     """Marks a field whose value is the description of a device of any registered kind.
 
     The schema is built when the first robot is loaded, so that packages can register further kinds. A kind that cannot
-    be imported is left out.
+    be loaded is left out.
     """
 
     @classmethod
     def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         models = []
         for name in kind_names():
-            with suppress(BackendMissingError):
-                models.append(load_registered("device kind", KINDS, name).description)
+            with suppress(BackendMissingError, UsageError):
+                models.append(load_model(name))
         described: Any = Union[tuple(models)]  # noqa: UP007  the kinds are known only here
         return handler.generate_schema(Annotated[described, Field(discriminator="kind")])
 

@@ -33,6 +33,7 @@ from robotcore.description.types import (
     require_unique,
 )
 from robotcore.errors import Mistake, UsageError
+from robotcore.text import find_nearest
 
 MAX_STEERING_RAD = 1.4
 """The greatest angle of a servo that steers, in radians, to either side."""
@@ -236,7 +237,7 @@ class RobotDescription(StrictModel):
 
     @property
     def mounts(self) -> dict[str, Mount]:
-        """The mounts of the cameras, range sensors and servos that have one, by the names of the devices."""
+        """The mounts of the devices that have one, by the names of the devices."""
         mounts = {device.name: getattr(device, "mount", None) for device in self.devices}
         return {name: mount for name, mount in mounts.items() if isinstance(mount, Mount)}
 
@@ -251,6 +252,8 @@ class RobotDescription(StrictModel):
             if carrier not in kinds:
                 problem = f"{names}, but no device has this name"
                 remedy = f'Add [[devices]] with kind = "servo" and name = "{carrier}"'
+                if near := find_nearest(carrier, [name for name, kind in kinds.items() if kind == "servo"]):
+                    remedy = f"Did you mean {near!r}?"
                 raise Mistake(problem, remedy, kind="no-such-device")
             if kinds[carrier] != "servo":
                 problem = f"{names}, which is no servo but of the kind {kinds[carrier]!r}"

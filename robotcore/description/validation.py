@@ -11,9 +11,11 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel, ValidationError
 
+from robotcore.description.devices import load_model
 from robotcore.description.drive import DIFFERENTIAL
 from robotcore.description.types import MIN_DEGREES, build_turn_mistake
-from robotcore.errors import Mistake
+from robotcore.errors import Mistake, RobotcoreError
+from robotcore.plugins import kind_names
 from robotcore.text import suggestion
 
 if TYPE_CHECKING:
@@ -213,7 +215,22 @@ def _make_tag_mistake(key: str, found: ErrorDetails, model: type[BaseModel]) -> 
         tags = _find_child(_find_schema(model, outer), index).get("discriminator", {}).get("mapping", {})
         return Mistake("is missing", f"Add it: {' or '.join(map(json.dumps, tags))}", kind="missing-tag", key=key)
     tag, known = str(found["ctx"]["tag"])[:MAX_SHOWN_CHARACTERS], re.findall(r"'(\w+)'", found["ctx"]["expected_tags"])
-    return Mistake(f"{tag!r} is unknown", suggestion(tag, known), kind="unknown-tag", key=key)
+    problem, remedy = f"{tag!r} is unknown", suggestion(tag, known)
+    if key.startswith("devices["):
+        problem, remedy = _explain_unknown_kind(tag, problem, remedy)
+    return Mistake(problem, remedy, kind="unknown-tag", key=key)
+
+
+def _explain_unknown_kind(tag: str, problem: str, remedy: str) -> tuple[str, str]:
+    """Return a problem and a remedy that say how to get a kind of device, or why a registered one cannot be loaded."""
+    if tag in kind_names():
+        try:
+            load_model(tag)
+        except RobotcoreError as error:
+            problem, _, remedy = str(error).rpartition(". ")
+    elif remedy.endswith("."):  # no known name is near
+        remedy += " For another kind, install its package, or make one: robotcore new --kind NAME"
+    return problem, remedy
 
 
 def dotted_key(loc: Sequence[str | int], data: Any) -> str:

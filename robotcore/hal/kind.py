@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from functools import cache
+from dataclasses import dataclass, fields, is_dataclass
+from functools import cache, partial
 from typing import TYPE_CHECKING, Any, cast
 
 from robotcore.description import DeviceDescription, RobotDescription
-from robotcore.errors import BackendMissingError, DeviceError, InvalidCommandError
+from robotcore.errors import (
+    BackendMissingError,
+    DeviceError,
+    InvalidCommandError,
+    RobotcoreError,
+    UsageError,
+    describe_exception,
+)
 from robotcore.hal.device import Actuator, Device, Sensor
 from robotcore.hal.sampling import SampleCache
 from robotcore.plugins import KINDS, load_registered
@@ -56,6 +63,24 @@ class Kind:
     is_optional: bool = False
     """Whether a robot runs without the device if its backend has no table for it."""
 
+    def __post_init__(self) -> None:
+        """Raise UsageError if the classes of the kind do not fit together."""
+        name = self.device.kind
+        if not name or self.description.kind_name() != name:
+            written = f'kind = "{name or "gripper"}" and kind: Literal["{name or "gripper"}"]'
+            raise UsageError(
+                f"the classes {self.device.__name__} and {self.description.__name__} have not the same kind. Write "
+                f"{written} in them",
+                kind="kind-names-differ",
+            )
+        known = {field.name for field in fields(self.sample)} if is_dataclass(self.sample) else set()
+        if issubclass(self.device, Sensor) and not known >= {"time", "sequence"}:
+            raise UsageError(
+                f"the kind {name!r} has no dataclass of samples with the fields time and sequence. Give it one as the "
+                "argument sample",
+                kind="no-sample",
+            )
+
     @property
     def is_simulated(self) -> bool:
         """Whether simulators have such devices."""
@@ -82,9 +107,10 @@ def load_kind(name: str) -> Kind:
     Raises UnknownNameError for an unknown name, and BackendMissingError for a kind that cannot be loaded.
     """
     kind = load_registered("device kind", KINDS, name)
-    if not isinstance(kind, Kind):
+    if not isinstance(kind, Kind) or kind.name != name:
         raise BackendMissingError(
-            f"the entry point of the device kind {name!r} is not a robotcore.hal.kind.Kind. Correct it", name=name
+            f"the entry point of the device kind {name!r} is not a robotcore.hal.kind.Kind of this name. Correct it",
+            name=name,
         )
     return kind
 
@@ -153,12 +179,38 @@ def simulate_device(description: DeviceDescription, truth: GroundTruth) -> Devic
     Raises DeviceError if the kind is that of a sensor without a simulation.
     """
     kind = load_kind(description.kind)
-    simulation = kind.simulate(description, truth) if kind.simulate else None
-    if not issubclass(kind.device, Sensor):
-        return build_actuator(description, simulation or (lambda _command: None))
-    if simulation is None:
+    if not kind.is_simulated:
         raise DeviceError(description.name, _describe_lack(description), kind="not-simulated")
-    return build_sensor(description, SampleCache(truth.clock, simulation))
+    if kind.simulate is None:
+        return build_actuator(description, lambda _command: None)
+    call = partial(_call_simulation, description)
+    simulation = call(kind.simulate, description, truth)
+    if not callable(simulation):
+        raise _build_simulation_error(description, f"returned {simulation!r} in place of a function")
+    if not issubclass(kind.device, Sensor):
+        return build_actuator(description, partial(call, simulation))
+
+    def take(time: float, sequence: int) -> Any:
+        sample = call(simulation, time, sequence)
+        if not isinstance(sample, kind.sample):
+            raise _build_simulation_error(description, f"returned {sample!r} in place of a {kind.sample.__name__}")
+        return sample
+
+    return build_sensor(description, SampleCache(truth.clock, take))
+
+
+def _call_simulation(description: DeviceDescription, function: Callable[..., Any], *args: Any) -> Any:
+    try:
+        return function(*args)
+    except (RobotcoreError, MemoryError):
+        raise
+    except (Exception, SystemExit) as error:
+        raise _build_simulation_error(description, f"raised {describe_exception(error, __file__)}") from error
+
+
+def _build_simulation_error(description: DeviceDescription, problem: str) -> DeviceError:
+    text = f"the simulation of its kind, {description.kind!r}, {problem}. Correct the kind's simulate"
+    return DeviceError(description.name, text, kind="simulation-failed")
 
 
 class _FunctionSensor(Sensor[Any]):

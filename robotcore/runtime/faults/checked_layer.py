@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from numbers import Real
-from pathlib import Path
-from traceback import extract_tb
 from typing import Any, ParamSpec, TypeVar
 
-from robotcore.errors import BackendError, DeviceError, RobotcoreError, UsageError
+from robotcore.errors import BackendError, DeviceError, RobotcoreError, UsageError, describe_exception
 from robotcore.hal.clock import Clock, ClockWrapper
 from robotcore.hal.device import Actuator, SampleT, Sensor
 from robotcore.runtime.layers.base import Layer, MotorOutput, Reader, Send
@@ -35,10 +33,7 @@ class FaultCode:
         except (Exception, SystemExit) as error:
             if isinstance(error, (RobotcoreError, MemoryError)) and not isinstance(error, UsageError):
                 raise  # it is of a device or the backend below the fault
-            last = extract_tb(error.__traceback__)[-1]
-            line = "" if last.filename == __file__ else f", at {Path(last.filename).name}:{last.lineno}"
-            problem = f"{type(error).__name__}: {error}".removesuffix(": ") + line
-            raise self._build_error(problem, device) from error
+            raise self._build_error(describe_exception(error, __file__), device) from error
 
     def get(self, device: str, kind: Any, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
         """Call a function as `call` does. A result of None, or of another type than ``kind``, is an error too."""

@@ -36,6 +36,7 @@ def load(folder: Path, text: str) -> RobotDescription:
     "text, key, kind",
     [
         (put_nose_on("pan"), "", "no-such-device"),
+        (put_nose_on("pann") + PAN, "", "no-such-device"),
         (put_nose_on("eye"), "", "not-a-servo"),
         (put_nose_on("pan") + format_servo("pan", mount=""), "", "servo-without-mount"),
         (ROVER + format_servo("pan", 'z_m = 0.1, on = "pan"'), "", "mounts-in-circle"),
