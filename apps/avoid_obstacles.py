@@ -32,6 +32,7 @@ class AvoidObstacles(Behaviour):
     """The duration of the run."""
 
     needs = frozenset({Role.DRIVE, Role.RANGE})
+    turns_on_spot = True
     milestones = ("look", "turn", "cruise")
 
     def __post_init__(self) -> None:

@@ -25,6 +25,7 @@ class BumpAndTurn(Behaviour):
     """The number of bumps after which the robot stops."""
 
     needs = frozenset({Role.DRIVE, Bumper})
+    turns_on_spot = True
     milestones = ("drive", "back", "turn")
 
     def __post_init__(self) -> None:

@@ -59,12 +59,14 @@ class FollowLine(Behaviour):
         return Status.SUCCESS if self._driven >= self.distance_m else Status.RUNNING
 
     def _search(self, robot: Robot, now: float) -> Status:
-        """Turn to the side at which the line was last."""
+        """Turn to the side at which the line was last, as sharply as the robot can."""
         self.state = "search"
         if now - self._seen_at > self.search_s:
             self.reason = f"the line was lost for {self.search_s:g} s"
             return Status.FAILURE
-        robot.drive.set_velocity(0.0, self._side * self.turn_rad_s)
+        radius = robot.drive.min_turn_radius
+        turn_rad_s = min(self.turn_rad_s, self.speed_m_s / radius) if radius else self.turn_rad_s
+        robot.drive.set_velocity(radius * turn_rad_s, self._side * turn_rad_s)
         return Status.RUNNING
 
 

@@ -45,6 +45,7 @@ class GreenSearch(Behaviour):
 
     needs = frozenset({Role.DRIVE, Role.CAMERA, Role.RANGE})
     wants = frozenset({Role.DISPLAY})
+    turns_on_spot = True
     milestones = ("search", "seen", "approach", "arrived")
 
     def __post_init__(self) -> None:

@@ -31,6 +31,7 @@ class PanSearch(Behaviour):
     """The distance between the range sensor and the ball when the robot stops."""
 
     needs = frozenset({Role.DRIVE, Role.CAMERA, Role.RANGE, "pan"})
+    turns_on_spot = True
     milestones = ("look", "explore", "approach", "arrived")
 
     def __post_init__(self) -> None:

@@ -48,6 +48,8 @@ class Behaviour(ABC):
     ``"rear"`` and ``Camera``. A run opens only the devices of ``needs`` and ``wants``."""
     wants: ClassVar[AbstractSet[Need]] = frozenset()
     """The devices that the app uses if the robot has them."""
+    turns_on_spot: ClassVar[bool] = False
+    """Whether the app makes the robot turn on the spot. A run is refused for a robot that cannot."""
     milestones: ClassVar[tuple[str, ...]] = ()
     """The states whose first time is recorded. A milestone is reached when ``state`` first equals its name."""
     state: str = "start"

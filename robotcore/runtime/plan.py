@@ -97,6 +97,7 @@ class Plan:
         devices = choose_devices(backend, description, request.options, behaviour.needs, behaviour.wants)
         faults = plan_faults(request.faults, description, devices)
         _require_room_to_stop(behaviour, description)
+        _require_turn_on_spot(behaviour, description)
         _require_window(request, backend)
         builds_world = backend.builds_world(description)
         _require_randomisable(request, backend, builds_world=builds_world)
@@ -143,6 +144,16 @@ def _make_behaviour(request: RunRequest) -> Behaviour:
             kind="settings-without-effect",
         )
     return app
+
+
+def _require_turn_on_spot(behaviour: Behaviour, description: RobotDescription) -> None:
+    if behaviour.turns_on_spot and (radius := description.min_turn_radius_m):
+        raise UsageError(
+            f"the app turns on the spot, but {description.name!r} steers: the radius of its sharpest turn is "
+            f"{radius:.2f} m. Choose another robot with --robot",
+            kind="no-turn-on-spot",
+            radius_m=radius,
+        )
 
 
 def _require_room_to_stop(behaviour: Behaviour, description: RobotDescription) -> None:

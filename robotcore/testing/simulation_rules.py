@@ -19,6 +19,9 @@ from robotcore.testing.bench import NO_TRUTH, RATE_HZ, TestBench, TestSupport, c
 ARC = (3.0, 5.0)
 """The left and the right wheel velocity of a left turn, in rad/s."""
 
+WIDE_ARC = (3.5, 4.5)
+"""Those of a robot that cannot turn on the spot."""
+
 SPIN_RAD_S = 4.0
 """The velocity of the wheels in a turn on the spot, in rad/s."""
 
@@ -41,9 +44,10 @@ class TruthRules(TestBench):
 
     def test_true_heading_is_between_minus_pi_and_pi(self) -> None:
         self.require(Capability.POSE, TestSupport.MOTION)
-        turn_rate = self.drive.geometry.to_twist(Wheels(-SPIN_RAD_S, SPIN_RAD_S)).angular
+        wheels = self._choose_sharpest_turn()
+        turn_rate = self.drive.geometry.to_twist(wheels).angular
         with self.open_robot(None, Role.DRIVE) as robot:
-            self.command_wheels(robot, -SPIN_RAD_S, SPIN_RAD_S, seconds=SPIN_RAD / turn_rate)
+            self.command_wheels(robot, *wheels, seconds=SPIN_RAD / turn_rate)
             heading = _require_truth(robot).pose().heading
         assert abs(heading) <= math.pi, (
             f"the heading of the true pose is {heading:.2f} rad after a left turn of {SPIN_RAD:.2f} rad from 0. "
@@ -54,7 +58,7 @@ class TruthRules(TestBench):
         self.require(TestSupport.MOTION)
         with self.open_robot(None, Role.DRIVE) as robot:
             pose, angles = self.read_pose(robot), self._angles(robot)
-            self.command_wheels(robot, *ARC, seconds=1.5)
+            self.command_wheels(robot, *self._choose_arc(), seconds=1.5)
             self.command_wheels(robot, 0.0, 0.0)  # a polled encoder of a wheel at rest is not late
             left, right = (now - then for now, then in zip(self._angles(robot), angles, strict=True))
             motion = compute_motion(pose, self.read_pose(robot))
@@ -69,7 +73,7 @@ class TruthRules(TestBench):
     def test_twist_is_the_change_of_the_pose(self) -> None:
         self.require(Capability.POSE, TestSupport.MOTION)
         with self.open_robot(None, Role.DRIVE) as robot:
-            self.command_wheels(robot, *ARC)
+            self.command_wheels(robot, *self._choose_arc())
             twist = _require_truth(robot).twist()
             motion = self.measure_motion(robot, 0.1)
         change = (motion.forward / 0.1, motion.turn / 0.1)
@@ -96,6 +100,16 @@ class TruthRules(TestBench):
             f"the simulator counted {contacts} contacts of a robot that drove against a wall. "
             "Count a contact once until it ends"
         )
+
+    def _choose_arc(self) -> tuple[float, float]:
+        return WIDE_ARC if self.description.min_turn_radius_m else ARC
+
+    def _choose_sharpest_turn(self) -> Wheels:
+        """Return the wheel velocities, in rad/s, of a turn on the spot, or of the sharpest turn to the left."""
+        if not (radius := self.description.min_turn_radius_m):
+            return Wheels(-SPIN_RAD_S, SPIN_RAD_S)
+        speed = SPIN_RAD_S * self.drive.wheel_radius_m
+        return self.drive.geometry.to_wheels(speed, speed / radius)
 
     def _angles(self, robot: Robot) -> Wheels:
         left, right = self.get_encoders(robot)

@@ -54,6 +54,16 @@ class TestSteeringInKinematic(DriveInSimulatorSuite):
     lacks: ClassVar = {TestSupport.SLOW_HARDWARE: NO_HARDWARE}
 
 
+class TestSkidInMock(SkidInSimulatorSuite):
+    backend = MockBackend
+    lacks: ClassVar = {TestSupport.SLOW_HARDWARE: NO_HARDWARE}
+
+
+class TestSteeringInMock(DriveInSimulatorSuite):
+    backend, robot = MockBackend, "picar"
+    lacks: ClassVar = {TestSupport.SLOW_HARDWARE: NO_HARDWARE}
+
+
 class TestSkidInPyBullet(SkidInSimulatorSuite):
     backend = PyBulletBackend
     lacks: ClassVar = {TestSupport.SLOW_HARDWARE: NO_HARDWARE}

@@ -14,8 +14,9 @@ from robotcore.hal.device import Device
 from robotcore.hal.drive import CommandIntegrator, DifferentialDrive, Odometry
 from robotcore.hal.joint import Joints
 from robotcore.kinds.encoder import Encoder, EncoderDescription
+from robotcore.kinds.motor import VelocityOutput
 from robotcore.kinds.range_sensor import RangeSensor
-from robotcore.runtime.layers.base import MotorOutput, Send, Tap
+from robotcore.runtime.layers.base import Send, Tap
 from robotcore.runtime.layers.wheel_angles import SteeredAngles, read_angles, read_present_angles
 from robotcore.safety.command_filter import CommandFilter, SafetyFilter
 from robotcore.safety.latch import Latch
@@ -113,10 +114,10 @@ def build_drive(
     return GuardedDrive(guarded, command_filter, safety_filter.suspend)
 
 
-def build_output(drive: Drive, motors: Mapping[str, MotorOutput], steer: Send | None) -> WheelOutput:
+def build_output(drive: Drive, motors: Mapping[str, VelocityOutput], steer: Send | None) -> WheelOutput:
     """Return the output of a drive.
 
-    motors: the outputs of all motors by name.
+    motors: the outputs of the motors by name.
     steer: the function that sends the angle of the servo that steers, if there is one.
     """
     left, right = ([motors[name] for name in names] for names in (drive.left_motors, drive.right_motors))

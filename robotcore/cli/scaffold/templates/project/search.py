@@ -24,6 +24,7 @@ class Search(Behaviour):
     stop_distance_m: Annotated[float, Interval(ge=0.2, le=0.35)] = 0.28
 
     needs = frozenset({Role.DRIVE, Role.CAMERA, Role.RANGE})
+    turns_on_spot = True
     milestones = ("search", "approach", "arrived")
 
     def __post_init__(self) -> None:
