@@ -21,6 +21,8 @@ from robotcore.errors import DeviceError
 from robotcore.hal.check_finding import Finding
 from robotcore.hardware import DeviceBinding
 
+I2C_LINES = ("SDA", "SCL")
+
 IN_USE = 1
 """The flag of a GPIO line that a program or the kernel holds. Source: lgpio's manual, gpio_get_line_info."""
 
@@ -38,14 +40,13 @@ def find_holders(gpios: Collection[int]) -> dict[int, str]:
 def check_pins(bindings: Iterable[DeviceBinding]) -> Iterator[Finding]:
     """Check that no program holds a GPIO of these devices.
 
-    The GPIOs of I2C devices are not checked, because the kernel holds the lines of the bus.
+    The lines of an I2C bus are not checked, because the kernel holds them.
     """
     owners = {
         int(wire.where): binding.name
         for binding in bindings
-        if all(wire.bus != "I2C" for wire in binding.driver.connections())
         for wire in binding.driver.connections()
-        if wire.bus == "GPIO"
+        if wire.bus == "GPIO" and wire.signal not in I2C_LINES
     }
     held = find_holders(sorted(owners)) if owners else {}
     for gpio, holder in held.items():

@@ -31,6 +31,7 @@ from tests.drivers.raspberrypi.i2c_dev import use_bus
 NOSE = binding("nose", gpio("trigger", 16), gpio("echo", 26))
 MOTOR = binding("left_motor", gpio("forward", 17), gpio("backward", 27))
 LASER = binding("nose", gpio("SDA", 2, is_shared=True), Connection("address", "I2C", "0x29 on bus 1"))
+ON_CHIP = binding("right_motor", gpio("SCL", 3, is_shared=True), gpio("phase", 5))
 ASIDE = binding("nose", Connection("SDA", "I2C", "SDA of bus 3", is_shared=True))
 EYE = binding("eye", Connection("camera", "CSI", "0"))
 WEBCAM = binding("eye", Connection("camera", "USB", "/dev/video0"))
@@ -44,9 +45,9 @@ def test_the_pins_of_all_devices_are_checked_but_not_the_lines_of_a_bus(
 ) -> None:
     find = Mock(return_value=held)
     monkeypatch.setattr(devices, "find_holders", find)
-    check_findings(check_pins([NOSE, MOTOR, EYE, LASER]), kind)
+    check_findings(check_pins([NOSE, MOTOR, EYE, LASER, ON_CHIP]), kind)
     assert list(check_pins([EYE])) == []
-    find.assert_called_once_with([16, 17, 26, 27])
+    find.assert_called_once_with([5, 16, 17, 26, 27])
 
 
 def test_the_kernel_reports_the_lines_in_use(monkeypatch: pytest.MonkeyPatch) -> None:

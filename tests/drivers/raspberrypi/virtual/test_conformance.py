@@ -52,3 +52,17 @@ class TestVirtualPiWiredOtherwise(VirtualBench, DriveSuite):
             "right_encoder": {"driver": "pulses", "gpio": 20},
         }
         return rover.model_copy(update={"backends": rover.backends | {"raspberrypi": section}})
+
+
+class TestVirtualPiWithPwmChip(VirtualBench, DriveSuite):
+    """Motors on channels of a PCA9685: one with two inputs, one with its direction on a GPIO."""
+
+    @property
+    def description(self) -> RobotDescription:
+        rover = load_robot("rover")
+        chip = {"address": 0x60, "model": {"dead_band": 0.05, "forward_rad_s": 16.0, "backward_rad_s": 15.0}}
+        section = rover.backends["raspberrypi"] | {
+            "left_motor": {"driver": "pca9685-motor", "forward": 9, "backward": 10, "pwm": 8, **chip},
+            "right_motor": {"driver": "pca9685-phase-motor", "pwm": 4, "phase": 17, **chip},
+        }
+        return rover.model_copy(update={"backends": rover.backends | {"raspberrypi": section}})
