@@ -4,7 +4,13 @@ export PATH=/bin
 /bin/busybox --install -s /bin
 trap 'poweroff -f' EXIT
 mount -t devtmpfs dev /dev
-for module in /modules/*; do insmod "$module"; done
+for module in /modules/*; do
+    case "$module" in
+    *i2c-stub*) insmod "$module" chip_addr=0x60 ;; # a chip of 256 registers
+    *) insmod "$module" ;;
+    esac
+done
+ln -s i2c-0 /dev/i2c-1 # the header's bus
 mount -t 9p -o trans=virtio,version=9p2000.L,ro,cache=loose,msize=262144 host /host
 mount -t tmpfs written /written
 mkdir /written/upper /written/work

@@ -14,10 +14,17 @@ from tempfile import TemporaryDirectory
 from tests.system import needs
 
 TOOLS = ("qemu-system-x86", "busybox-static", "linux-headers-amd64", "kmod", "gcc", "libc6-dev", "make", "xz-utils")
-LOADED = ("virtio_pci", "9pnet_virtio", "9p", "overlay", "gpio_sim", "vivid")
-"""The kernel modules for the host's files, the GPIO chip and the camera."""
+LOADED = ("virtio_pci", "9pnet_virtio", "9p", "overlay", "gpio_sim", "vivid", "i2c_dev", "i2c_stub")
+"""The kernel modules for the host's files, the GPIO chip, the camera and the I2C bus."""
 
-IMAGE_PARTS = ("kernel/fs", "kernel/net/9p", "kernel/drivers/virtio", "kernel/drivers/media", "modules.*")
+IMAGE_PARTS = (
+    "kernel/fs",
+    "kernel/net/9p",
+    "kernel/drivers/virtio",
+    "kernel/drivers/media",
+    "kernel/drivers/i2c",
+    "modules.*",
+)
 SOURCES = ("drivers/gpio/gpio-sim.c", "drivers/gpio/gpiolib.h", "kernel/irq/irq_sim.c")
 KBUILD = "obj-m := gpio_sim.o\ngpio_sim-y := gpio-sim.o irq_sim.o\n"
 PARAMETER = "static bool persist_gpio_outputs;\nmodule_param(persist_gpio_outputs, bool, 0644);\n"
