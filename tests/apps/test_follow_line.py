@@ -15,9 +15,9 @@ from robotcore.testing import MockRobot
 WHITE, LEFT, MIDDLE = (0, 0, 0, 0, 0), (1, 0, 0, 0, 0), (0, 0, 1, 0, 0)
 
 
-def follow(backend: str = "kinematic", seed: int | None = None, **settings: float) -> RunResult:
-    request = RunRequest("follow-line", robot="tracer", world="track", backend=backend, seed=seed, settings=settings)
-    return run(request)
+def follow(backend: str = "kinematic", seed: int | None = None, fault: str = "", **settings: float) -> RunResult:
+    faults = (fault,) if fault else ()
+    return run(RunRequest("follow-line", backend, "tracer", "track", seed, settings=settings, faults=faults))
 
 
 @pytest.mark.slow
@@ -27,6 +27,23 @@ def test_robot_follows_the_line_for_a_lap(backend: str, seed: int | None) -> Non
     result = follow(backend, seed)
     assert (result.outcome, result.verified) == (Outcome.SUCCESS, True)
     assert list(result.milestones) == ["follow"]
+
+
+@pytest.mark.parametrize("seed", [5, 6, 7])
+def test_robot_follows_the_line_on_floors_of_other_colours(seed: int) -> None:
+    request = RunRequest("follow-line", robot="tracer", world="track", seed=seed, randomise=True)
+    assert run(request).verified is True
+
+
+@pytest.mark.parametrize("fault", ["row noise=0.1", "row drop=0.5", "row spikes=0.05 size=0.8"])
+def test_robot_follows_the_line_with_faults_of_the_sensor(fault: str) -> None:
+    assert follow(fault=fault).verified is True
+
+
+def test_robot_finds_the_line_again_after_it_has_turned_away() -> None:
+    result = follow(fault="row stuck=0 after=14 lasts=1.5")
+    assert list(result.milestones) == ["follow", "search"]
+    assert (result.outcome, result.verified) == (Outcome.SUCCESS, True)
 
 
 def test_robot_follows_a_part_of_the_line() -> None:
@@ -77,6 +94,32 @@ def test_robot_turns_to_the_side_at_which_the_line_was() -> None:
     assert search.right == pytest.approx(-search.left)
     assert search.right > 0
     assert app.state == "search"
+
+
+@pytest.mark.parametrize("floor, line", [(0.1, 0.9), (0.6, 0.9), (0.2, 0.5)])
+def test_line_is_what_is_darker_than_the_floor(floor: float, line: float) -> None:
+    app = FollowLine()
+    seen = (floor, floor, floor, floor, line)
+    robot = MockRobot("tracer", readings={"row": [(line, floor, floor, floor, floor)] + 100 * [seen]})
+    robot.run(app, ticks=100)
+    assert app.state == "follow"
+    assert robot.wheels[-1].left > robot.wheels[-1].right
+
+
+def test_even_floor_has_no_line_although_it_is_dark() -> None:
+    app = FollowLine()
+    MockRobot("tracer", readings={"row": [(0.75, 0.75, 0.75, 0.75, 0.75)]}).run(app, ticks=2)
+    assert app.state == "search"
+
+
+def test_robot_turns_back_farther_if_the_line_is_not_at_its_last_side() -> None:
+    robot = MockRobot("tracer", readings={"row": [MIDDLE, LEFT, WHITE]})
+    robot.run(FollowLine(), ticks=50)
+    turns = [wheels.right > wheels.left for wheels in robot.wheels[8:]]
+    back = turns.index(False)
+    assert all(turns[:back])
+    assert not any(turns[back:])
+    assert len(turns) - back > back
 
 
 def test_app_fails_if_the_line_stays_lost() -> None:

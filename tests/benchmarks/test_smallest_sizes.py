@@ -24,6 +24,7 @@ EXACT = {
     "heading": "--runs 1",
     "hostile_recordings": "--kinds 1 --files 1",
     "hostile_robot": "--kinds 1",
+    "lines": "--runs 1",
     "replay": "--runs 1 --backends kinematic",
     "success": "--seeds 1 --worlds open --backends kinematic --twice 1 --jobs 1",
 }
