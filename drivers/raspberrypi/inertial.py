@@ -5,71 +5,43 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Sequence
-from contextlib import ExitStack
 from operator import gt
 from statistics import fmean
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Annotated, Any
 
 from pydantic import Field
 
-from drivers.raspberrypi.i2c import Address, ChipDriver, TransactionLimit
+from drivers.raspberrypi.i2c import Address, TransactionLimit
+from drivers.raspberrypi.polled_imu import TURNS, ImuDriver, Motion, PolledImu
 from robotcore.errors import DeviceError
 from robotcore.geometry import wrap_angle
 from robotcore.hal.clock import Clock
 from robotcore.hardware import DeviceContext
-from robotcore.hardware.polled_samples import NewestSample
-from robotcore.kinds.imu import Imu, ImuDescription, ImuSample
-
-Axis = Literal["x", "y", "-x", "-y"]
-
-_TURNS: dict[Axis, tuple[int, int]] = {"x": (1, 0), "y": (0, 1), "-x": (-1, 0), "-y": (0, -1)}
-"""For each axis of the chip that points forward, the components of the forward direction along the chip's x and y."""
+from robotcore.kinds.imu import Imu, ImuDescription
 
 
-class Motion(NamedTuple):
-    """One measurement in the robot's frame, in rad/s and m/s². The accelerations contain gravity's components."""
-
-    yaw_rate: float
-    forward: float
-    left: float
-
-
-class MPU6050(ChipDriver):
+class MPU6050(ImuDriver):
     """Opens InvenSense's MPU-6050. While the robot stands at the opening, its zero offsets are measured."""
 
     name = "mpu6050"
     summary = "MPU-6050: turn rate and acceleration, on an I2C bus"
-    described = ImuDescription
     aliases = ("mpu-6050", "gy-521")
     modules = ("adafruit_mpu6050", "adafruit_extended_bus")
-    extra = "imu"
     lock = threading.Lock()
-    remedy = "On the Pi: pip install 'robotcore[imu]'"
 
     address: Address = 0x68
     """The 7-bit address of the chip on the bus: 0x68, or 0x69 if its pin AD0 is at 3.3 V."""
-
-    cycle_s: Annotated[float, Field(ge=0.005, le=0.1)] = 0.01
-    """The time between two reads of the chip, in seconds. The turn rate is integrated at each read."""
 
     bias_s: Annotated[float, Field(ge=0, le=30)] = 1.0
     """The time for which opening measures the zero offsets, in seconds. The robot must stand. With 0, the offsets are
     0."""
 
-    forward_axis: Axis = "x"
-    """The axis printed on the chip's board that points forward."""
-
-    is_upside_down: bool = False
-    """Whether the chip's z axis points down."""
-
     def notes(self, description: ImuDescription) -> Sequence[str]:
-        return (
-            f"Mount the chip level, with its {self.forward_axis} axis forward.",
-            *([f"Keep the robot still for {self.bias_s:g} s when a run begins."] if self.bias_s else []),
-        )
+        still = [f"Keep the robot still for {self.bias_s:g} s when a run begins."] if self.bias_s else []
+        return (*super().notes(description), *still)
 
     def open(self, description: ImuDescription, context: DeviceContext) -> Imu:
-        imu = PolledImu(description.name, self, context.clock)
+        imu = IntegratingImu(description.name, self, context.clock)
         imu.open()
         return imu
 
@@ -85,7 +57,7 @@ class MPU6050(ChipDriver):
 
     def to_robot_frame(self, rates: Sequence[float], accelerations: Sequence[float]) -> Motion:
         """Convert the values of the chip's axes to the robot's frame."""
-        along_x, along_y = _TURNS[self.forward_axis]
+        along_x, along_y = TURNS[self.forward_axis]
         x, y, _ = accelerations
         up = -1 if self.is_upside_down else 1
         return Motion(up * rates[2], along_x * x + along_y * y, up * (along_x * y - along_y * x))
@@ -103,37 +75,17 @@ _MAX_OFFSET_RAD_S = 0.4
 https://invensense.tdk.com/wp-content/uploads/2015/02/MPU-6000-Datasheet1.pdf"""
 
 
-class PolledImu(Imu):
-    """An IMU that reads its chip once in each cycle, and sets the chip up again after a failure.
-
-    The heading is the integral of the turn rate. It misses the turns during a failure.
-    """
+class IntegratingImu(PolledImu):
+    """An IMU whose heading is the integral of the turn rate at each read. It misses the turns during a failure."""
 
     def __init__(self, name: str, settings: MPU6050, clock: Clock) -> None:
-        super().__init__(name)
-        self._settings, self._clock = settings, clock
-        self._library: Any = None
-        self._bus = ExitStack()
-        self._opened = ExitStack()
+        super().__init__(name, settings, clock)
+        self._settings = settings
         self._offset = Motion(0.0, 0.0, 0.0)
         self._heading = 0.0
         self._last: tuple[float, float] | None = None
-        self._sequence = 0
-        self._latest: NewestSample[ImuSample] = NewestSample(name, DeviceError(name, "has no sample yet"))
 
-    def open(self) -> None:
-        """Measure the zero offsets, and take the first sample; closes the IMU and raises DeviceError if it fails."""
-        self._opened.callback(self._disconnect)
-        try:
-            self._measure_offset()
-            self._poll()
-            self._newest()
-            self._opened.callback(self._clock.call_every(self._settings.cycle_s, self._poll, self.name).stop)
-        except BaseException:
-            self.close()
-            raise
-
-    def _measure_offset(self) -> None:
+    def _prepare(self) -> None:
         never, cycle_s = threading.Event(), self._settings.cycle_s
         measured = []
         for _ in range(round(self._settings.bias_s / cycle_s)):
@@ -153,46 +105,24 @@ class PolledImu(Imu):
             )
             raise DeviceError(self.name, message, kind="not-at-rest")
 
-    def _poll(self) -> None:
-        try:
-            self._add_sample()
-        except DeviceError as error:
-            self._disconnect()
-            self._latest.fail(error)
-
-    def _add_sample(self) -> None:
-        now = self._clock.now()
+    def _measure(self, now: float) -> tuple[Motion, float]:
         measured, offset = self._read_chip(), self._offset
         rate = measured.yaw_rate - offset.yaw_rate
         if self._last:
             time, before = self._last
             self._heading = wrap_angle(self._heading + (before + rate) / 2 * (now - time))
         self._last = now, rate
-        forward, left = measured.forward - offset.forward, measured.left - offset.left
-        self._latest.put(ImuSample(rate, forward, left, self._heading, now, self._sequence))
-        self._sequence += 1
+        return Motion(rate, measured.forward - offset.forward, measured.left - offset.left), self._heading
 
     def _read_chip(self) -> Motion:
-        if self._library is None:
-            self._connect()
+        library = self._connect()
         with self._settings.translate_errors(self.name):
-            accelerations, rates = self._library.acceleration, self._library.gyro
+            accelerations, rates = library.acceleration, library.gyro
         if not any(accelerations):  # gravity is always measured
             message = "has lost its settings, and measures nothing. Check its 3.3 V"
             raise DeviceError(self.name, message, kind="chip-reset")
         return self._settings.to_robot_frame(rates, accelerations)
 
-    def _connect(self) -> None:
-        with self._settings.translate_errors(self.name), ExitStack() as undo:
-            self._library = self._settings.begin(self._settings.open_bus(undo))
-            self._bus = undo.pop_all()
-
     def _disconnect(self) -> None:
-        self._library = self._last = None
-        self._bus.close()
-
-    def _newest(self) -> ImuSample:
-        return self._latest.get()
-
-    def _release(self) -> None:
-        self._opened.close()
+        self._last = None
+        super()._disconnect()

@@ -11,7 +11,8 @@ from typing import Any
 import pytest
 
 import robotcore
-from drivers.raspberrypi.inertial import MPU6050, Axis
+from drivers.raspberrypi.inertial import MPU6050
+from drivers.raspberrypi.polled_imu import Axis
 from robotcore import Outcome, RunRequest
 from robotcore.description import load_robot
 from robotcore.errors import DeviceClosedError, DeviceError
