@@ -140,6 +140,7 @@ class UnknownNameError(UsageError, LookupError):
     name: the unknown name.
     known: all known names. The message suggests the most similar one.
     meant: a suggestion that replaces the most similar known name.
+    hint: a sentence that follows if no known name is similar.
 
     >>> str(UnknownNameError("app", "gren-search", ["green-search", "mark-green"]))
     "unknown app 'gren-search'. Did you mean 'green-search'?"
@@ -147,9 +148,10 @@ class UnknownNameError(UsageError, LookupError):
 
     kind = "unknown-name"
 
-    def __init__(self, kind: str, name: str, known: Sequence[str], meant: str = "") -> None:
+    def __init__(self, kind: str, name: str, known: Sequence[str], meant: str = "", hint: str = "") -> None:
+        remedy = f"Did you mean {meant}?" if meant else suggestion(name, known)
         super().__init__(
-            f"unknown {kind} {name!r}. {f'Did you mean {meant}?' if meant else suggestion(name, known)}",
+            f"unknown {kind} {name!r}. {remedy}" + f" {hint}" * (bool(hint) and remedy.endswith(".")),
             kind=f"unknown-{kind.replace(' ', '-')}",
         )
         self.name = name

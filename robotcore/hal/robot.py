@@ -131,7 +131,8 @@ class Robot:
     def __getitem__(self, name: str) -> Device:
         """Return the open device with a name. Raises UnknownNameError if there is none."""
         if name not in self.devices:
-            raise UnknownNameError("device", name, list(self.devices))
+            hint = "An app has only the devices of its needs and wants"
+            raise UnknownNameError("device", name, list(self.devices), hint=hint)
         return self.devices[name]
 
     def stop(self) -> None:

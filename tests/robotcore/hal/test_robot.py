@@ -100,5 +100,10 @@ class TestRoles:
         with raises(UnknownNameError, "unknown-device"):
             robot["lef"]
 
+    def test_device_that_is_not_open_is_not_among_the_needs(self, raises: Raises) -> None:
+        robot, _ = make("left", "right")
+        with raises(UnknownNameError, "unknown-device"):
+            robot["pan"]
+
     def test_motors_are_a_mapping_by_name(self) -> None:
         assert list(Rig().robot.motors) == ["left_motor", "right_motor"]
