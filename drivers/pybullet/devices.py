@@ -47,7 +47,7 @@ class BulletMotor(Motor):
         """Set the target velocity of each joint for the next physics step."""
         before = self._targets
         self._velocity += (self._command - self._velocity) * self._gain
-        ratios = self._steering.ratios if self._steering else (1.0,)
+        ratios = self._steering.ratios if self._steering else (1.0,) * len(self._joints)
         self._targets = tuple(self._velocity * ratio for ratio in ratios)
         if self._targets != before:
             self._send()

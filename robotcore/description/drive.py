@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Iterator
+from itertools import zip_longest
 from typing import Annotated, Any, Literal, NamedTuple, TypeAlias
 
 from pydantic import BeforeValidator, Field, model_validator
@@ -44,7 +46,7 @@ class DriveWheel(NamedTuple):
     motor: str | None
     """The name of the motor that turns the wheel; None for a wheel that rolls freely.
 
-    If two wheels have the same motor, a differential gear is between them.
+    If a left and a right wheel have the same motor, a differential gear is between them.
     """
     encoder: str | None
     """The name of the encoder that measures the wheel, or the two wheels of its motor; None without one."""
@@ -127,7 +129,7 @@ class Drive(StrictModel):
         }
 
     def wheels_of(self, device: str) -> tuple[DriveWheel, ...]:
-        """Return the wheels that a motor turns or an encoder measures: two with a differential gear, otherwise one.
+        """Return the wheels that a motor turns or an encoder measures: one, or two with a common motor.
 
         device: the name of the motor or the encoder. The result is empty if it is on no wheel.
         """
@@ -204,6 +206,8 @@ Encoders = Annotated[
 class SkidDrive(Drive):
     """A drive with two or more driven wheels on each side, which skid sideways in a turn.
 
+    Each wheel has a motor, or two wheels of a side have one motor, such as two motors on one channel of a board.
+
     The origin of the robot's frame is on the floor under the middle of the wheels. All wheels of a side turn at the
     same velocity.
     """
@@ -227,9 +231,9 @@ class SkidDrive(Drive):
 
     @model_validator(mode="after")
     def _check_sides(self) -> SkidDrive:
-        if len(self.left) != len(self.right) or len(self.left) < 2:
+        if len(self.left) != len(self.right) or not self.left:
             problem = f"left names {_count(self.left, 'motor')}, and right {_count(self.right, 'motor')}"
-            raise Mistake(problem, "Name the same number on both sides, at least 2", kind="uneven-sides")
+            raise Mistake(problem, "Name the same number on both sides, at least 1", kind="uneven-sides")
         _require_once("motor", (*self.left, *self.right))
         _require_once("encoder", (*self.left_encoder, *self.right_encoder))
         if bool(self.left_encoder) != bool(self.right_encoder):
@@ -237,8 +241,8 @@ class SkidDrive(Drive):
             raise Mistake(problem, "Name encoders on both sides or none", kind="one-encoder")
         for key, encoders in (("left_encoder", self.left_encoder), ("right_encoder", self.right_encoder)):
             if len(encoders) > len(self.left):
-                problem = f"{key} names {len(encoders)} encoders, but the side has {len(self.left)} wheels"
-                raise Mistake(problem, "Name at most one encoder a wheel", kind="too-many-encoders")
+                problem = f"{key} names {_count(encoders, 'encoder')}, but the side has {_count(self.left, 'motor')}"
+                raise Mistake(problem, "Name at most one encoder a motor", kind="too-many-encoders")
         return self
 
     @property
@@ -268,19 +272,18 @@ class SkidDrive(Drive):
 
     @property
     def wheels(self) -> tuple[DriveWheel, ...]:
-        last = len(self.left) - 1
-        sides = ((self.left, self.left_encoder, 0.5), (self.right, self.right_encoder, -0.5))
-        return tuple(
-            DriveWheel(
-                motor,
-                self.wheelbase_m * (0.5 - index / last),
-                side * self.track_m,
-                motor,
-                encoders[index] if index < len(encoders) else None,
-            )
-            for motors, encoders, side in sides
-            for index, motor in enumerate(motors)
-        )
+        y_m = self.track_m / 2
+        left = self._list_side("left", y_m, self.left, self.left_encoder)
+        return (*left, *self._list_side("right", -y_m, self.right, self.right_encoder))
+
+    def _list_side(
+        self, side: str, y_m: float, motors: tuple[str, ...], encoders: tuple[str, ...]
+    ) -> Iterator[DriveWheel]:
+        names = motors
+        if len(motors) == 1:
+            names, motors, encoders = (f"front_{side}", f"rear_{side}"), motors * 2, encoders * 2
+        for index, (name, motor, encoder) in enumerate(zip_longest(names, motors, encoders)):
+            yield DriveWheel(name, self.wheelbase_m * (0.5 - index / (len(names) - 1)), y_m, motor, encoder)
 
 
 class AckermannDrive(Drive):

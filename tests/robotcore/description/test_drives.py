@@ -114,6 +114,23 @@ def test_drive_that_skids_turns_like_one_with_a_wider_track() -> None:
     ]
 
 
+def test_one_motor_may_turn_both_wheels_of_a_side(tmp_path: Path) -> None:
+    file = tmp_path / "my.toml"
+    text = replace(SKID, 'left = ["front_left_motor", "rear_left_motor"]', 'left = ["front_left_motor"]')
+    text = replace(text, f"right = [{RIGHT}", 'left_encoder = "a"\nright_encoder = "b"\nright = ["front_right_motor"]')
+    file.write_text(text + ENCODERS)
+    drive = load_robot(str(file)).drive
+    assert drive
+    assert drive.motors == ("front_left_motor", "front_right_motor")
+    assert [(wheel.name, wheel.x_m, wheel.encoder) for wheel in drive.wheels] == [
+        ("front_left", 0.06, "a"),
+        ("rear_left", -0.06, "a"),
+        ("front_right", 0.06, "b"),
+        ("rear_right", -0.06, "b"),
+    ]
+    assert {wheel.motor for wheel in drive.wheels_of("b")} == {"front_right_motor"}
+
+
 def test_encoders_of_a_drive_that_skids_are_on_the_wheels_of_the_first_motors(tmp_path: Path) -> None:
     file = tmp_path / "my.toml"
     file.write_text(replace(SKID, LEFT, f'left_encoder = "a"\nright_encoder = ["b", "c"]\n{LEFT}') + ENCODERS)
