@@ -52,6 +52,10 @@ class Mount(StrictModel):
         x, y, yaw = Pose(x_m, y_m, angle).compose(Pose(self.x_m - x_m, self.y_m - y_m, self.yaw_rad))
         return self.model_copy(update={"x_m": x, "y_m": y, "yaw_rad": yaw})
 
+    def face(self, yaw_rad: float) -> Mount:
+        """Return the mount with another direction, in radians from the robot's x axis."""
+        return self.model_copy(update={"yaw_rad": yaw_rad})
+
     @property
     def is_ahead(self) -> bool:
         """Whether the device's direction is less than 45° from the robot's x axis."""
@@ -81,6 +85,13 @@ class DeviceDescription(StrictModel):
     def arguments(self) -> dict[str, Any]:
         """Return the arguments of the device class's constructor, without the name."""
         return {}
+
+    def looks_ahead(self, mount: Mount) -> bool:
+        """Return whether a sensor with this mount measures the distance ahead of the robot. By default it does not.
+
+        The range guard reads such sensors by `Sensor.measure_ahead`.
+        """
+        return False
 
     def configure(self, device: Any) -> None:
         """Set the properties of an open device that the description defines, such as its mount."""

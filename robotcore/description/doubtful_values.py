@@ -42,11 +42,12 @@ def find_doubtful_values(robot: RobotDescription) -> Iterator[str]:
         if distance > reach:
             yield f"{key}: it is {distance:.2g} m from the middle of the body. {METRES}"
     yield from _find_wrong_units(robot)
-    for sensor in robot.range_sensors_ahead:
-        if robot.safety.stop_distance_m > sensor.max_range_m:
+    for sensor in robot.sensors_ahead:
+        max_range_m: float = getattr(sensor, "max_range_m", math.inf)
+        if robot.safety.stop_distance_m > max_range_m:
             yield (
                 f"safety.stop_distance_m: {robot.safety.stop_distance_m:g} m is beyond max_range_m of {sensor.name}, "
-                f"{sensor.max_range_m:g} m. Lower it"
+                f"{max_range_m:g} m. Lower it"
             )
 
 

@@ -21,7 +21,7 @@ from pydantic import (
 )
 
 from robotcore.description.conditions import Conditions
-from robotcore.description.devices import AnyDevice, DescriptionT, Mount
+from robotcore.description.devices import AnyDevice, DescriptionT, DeviceDescription, Mount
 from robotcore.description.drive import AckermannDrive, Mass, OptionalDrive, TwoWheelDrive
 from robotcore.description.types import (
     Colour,
@@ -277,9 +277,15 @@ class RobotDescription(StrictModel):
         return self.file or f"robot {self.name}"
 
     @property
-    def range_sensors_ahead(self) -> tuple[Any, ...]:
-        """The range sensors that point ahead, or that a servo may turn ahead. The range guard reads them."""
-        return tuple(sensor for sensor in self.all_of("range_sensor") if sensor.mount.is_ahead or sensor.mount.on)
+    def sensors_ahead(self) -> tuple[DeviceDescription, ...]:
+        """The sensors that measure the distance ahead, or that a servo may turn ahead. The range guard reads them."""
+        return tuple(device for device in self.devices if self._may_look_ahead(device))
+
+    def _may_look_ahead(self, device: DeviceDescription) -> bool:
+        if (mount := self.mounts.get(device.name)) is None:
+            return False
+        quarters = range(4) if mount.on else ()
+        return any(map(device.looks_ahead, (mount, *(mount.face(each * math.pi / 2) for each in quarters))))
 
     @overload
     def all_of(self, kind: type[DescriptionT]) -> tuple[DescriptionT, ...]: ...

@@ -9,10 +9,13 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from types import FrameType
-from typing import Any, ClassVar, Generic, NamedTuple, Protocol, TypeVar, get_type_hints
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, Protocol, TypeVar, get_type_hints
 
 from robotcore.errors import DeviceClosedError, DeviceError, InvalidCommandError, RobotcoreError
 from robotcore.geometry import Pose
+
+if TYPE_CHECKING:
+    from robotcore.description import Body, Mount
 
 _OURS = "robotcore"
 _LOOP = "robotcore.runtime.loop"
@@ -162,6 +165,16 @@ class Sensor(Device, ABC, Generic[SampleT]):
             f"{_format_number(value)} {unit}" if unit else f"{field} {_format_number(value)}"
             for value, field, unit in values
         )
+
+    def measure_ahead(self, sample: SampleT, mount: Mount, body: Body) -> float:
+        """Return the free distance ahead of the robot in a sample, in metres; ``inf`` if nothing is in range.
+
+        The range guard calls it for a sensor whose description looks ahead with this mount.
+
+        mount: the mount of the sensor at the time of the sample.
+        body: the body of the robot.
+        """
+        raise NotImplementedError
 
     def read(self) -> SampleT:
         """Return the newest sample, without waiting for hardware. Raises DeviceError if the sensor fails."""

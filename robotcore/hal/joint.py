@@ -6,12 +6,23 @@ A simulator computes the true motion. A run assumes the same motion, because ser
 from __future__ import annotations
 
 import math
+from collections import deque
+from typing import NamedTuple
 
 from robotcore.description import Mount, RobotDescription
 from robotcore.hal.clock import Clock
 
 ROUNDED_RAD = 1e-5
 """For a smaller motion, in radians, the angle in the middle is more precise than a difference of logarithms."""
+
+MEMORY_S = 10.0
+"""How long a joint remembers its motion, in seconds: longer than the greatest age of a sample."""
+
+
+class _Motion(NamedTuple):
+    since: float
+    start: float
+    target: float
 
 
 class Joint:
@@ -34,8 +45,7 @@ class Joint:
         rate: the speed of the motion in rad/s.
         """
         self._clock, self._rate = clock, rate
-        self._start = self._target = angle
-        self._since = clock.now()
+        self._motions = deque([_Motion(clock.now(), angle, angle)])
 
     @property
     def angle(self) -> float:
@@ -43,10 +53,11 @@ class Joint:
         return self.angle_at(self._clock.now())
 
     def angle_at(self, time: float) -> float:
-        """Return the angle at a time in seconds, in radians: at most that of the last `turn_to` for an earlier time."""
-        way = self._target - self._start
-        turned = self._rate * max(0.0, time - self._since)
-        return self._target if turned >= abs(way) else self._start + math.copysign(turned, way)
+        """Return the angle at a time in seconds, in radians. The joint remembers `MEMORY_S` seconds."""
+        motion = next((each for each in reversed(self._motions) if each.since <= time), self._motions[0])
+        way = motion.target - motion.start
+        turned = self._rate * max(0.0, time - motion.since)
+        return motion.target if turned >= abs(way) else motion.start + math.copysign(turned, way)
 
     def mean_tangent(self, since: float, until: float) -> float:
         """Return the mean of the angle's tangent between two times in seconds, both after the last `turn_to`.
@@ -66,7 +77,10 @@ class Joint:
 
     def turn_to(self, angle: float) -> None:
         """Move from the present angle towards another target, in radians."""
-        self._start, self._since, self._target = self.angle, self._clock.now(), angle
+        now = self._clock.now()
+        self._motions.append(_Motion(now, self.angle_at(now), angle))
+        while self._motions[1].since < now - MEMORY_S:
+            self._motions.popleft()
 
 
 class Joints:
@@ -85,11 +99,15 @@ class Joints:
         """Return the joint of a servo."""
         return self._joints[servo]
 
-    def locate(self, mount: Mount) -> Mount:
-        """Return the present mount of a device, which the servos below it have turned."""
+    def locate(self, mount: Mount, time: float | None = None) -> Mount:
+        """Return the mount of a device, which the servos below it have turned.
+
+        time: the time in seconds; None for the present time.
+        """
         carrier = mount.on
         while carrier:
-            axis = self._mounts[carrier]
-            mount = mount.turn(self._joints[carrier].angle, axis.x_m, axis.y_m)
+            axis, joint = self._mounts[carrier], self._joints[carrier]
+            angle = joint.angle if time is None else joint.angle_at(time)
+            mount = mount.turn(angle, axis.x_m, axis.y_m)
             carrier = axis.on
         return mount

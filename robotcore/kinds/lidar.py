@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from robotcore.description import DeviceDescription, Mount
+from robotcore.description import Body, DeviceDescription, Mount
 from robotcore.errors import Mistake
+from robotcore.geometry import wrap_angle
 from robotcore.hal.device import Sensor, Unit
 from robotcore.hal.ground_truth import GroundTruth
 from robotcore.hal.kind import Kind
@@ -26,6 +27,12 @@ MILLIMETRES = 3
 
 FULL_TURN_RAD = math.tau - 1e-6
 """A field of view of at least this angle is the full circle, in radians."""
+
+MARGIN_M = 0.02
+"""A body that is passed at less than this distance is in the robot's way, in metres."""
+
+NEAR_M = 0.05
+"""An echo that is less than this distance behind the robot's front is that of a body in front of it, in metres."""
 
 ROUNDING_S = 1e-6
 """Two times count as equal if they differ by less than this, in seconds."""
@@ -83,6 +90,10 @@ class LidarDescription(DeviceDescription):
         step = (self.end_rad - self.start_rad) / steps
         return tuple(self.start_rad + index * step for index in range(self.count))
 
+    def looks_ahead(self, mount: Mount) -> bool:
+        middle = (self.start_rad + self.end_rad) / 2
+        return abs(wrap_angle(mount.yaw_rad + middle)) <= (self.end_rad - self.start_rad) / 2
+
     def arguments(self) -> dict[str, Any]:
         return {"min_range": self.min_range_m, "max_range": self.max_range_m, "bearings": self.bearings}
 
@@ -128,6 +139,19 @@ class Lidar(Sensor[Scan]):
     def __init__(self, name: str, *, min_range: float, max_range: float, bearings: tuple[float, ...]) -> None:
         super().__init__(name)
         self.min_range, self.max_range, self.bearings = min_range, max_range, bearings
+
+    def measure_ahead(self, sample: Scan, mount: Mount, body: Body) -> float:
+        """Return the distance from the front of the robot to the nearest echo on its way straight ahead.
+
+        Echoes inside the body's outline are those of parts of the robot, except near its front.
+        """
+        angles = mount.yaw_rad + np.array(self.bearings)
+        distances = np.minimum(sample.distances, self.max_range)
+        ahead = mount.x_m + distances * np.cos(angles) - body.front_x_m
+        aside = np.abs(mount.y_m + distances * np.sin(angles)) - body.width_m / 2
+        is_in_the_way = ((ahead >= 0) & (aside <= MARGIN_M)) | ((ahead >= -NEAR_M) & (aside <= 0))
+        is_in_the_way &= np.isfinite(sample.distances)
+        return max(0.0, float(ahead[is_in_the_way].min(initial=math.inf)))
 
     def format_sample(self, sample: Scan) -> str:
         echoes = sum(map(math.isfinite, sample.distances))

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import Field, model_validator
 
-from robotcore.description import DeviceDescription, Mount
+from robotcore.description import Body, DeviceDescription, Mount
 from robotcore.errors import Mistake
 from robotcore.hal.clock import Clock
 from robotcore.hal.device import Sensor, Unit
@@ -38,6 +38,9 @@ class RangeSensorDescription(DeviceDescription):
             problem = f"min_range_m, {self.min_range_m:g} m, is not below max_range_m, {self.max_range_m:g} m"
             raise Mistake(problem, "Correct one of them", kind="ranges-in-wrong-order")
         return self
+
+    def looks_ahead(self, mount: Mount) -> bool:
+        return mount.is_ahead
 
     def arguments(self) -> dict[str, Any]:
         return {"min_range": self.min_range_m, "max_range": self.max_range_m, "cone": self.cone_rad}
@@ -76,6 +79,9 @@ class RangeSensor(Sensor[Range]):
     def __init__(self, name: str, *, min_range: float, max_range: float, cone: float) -> None:
         super().__init__(name)
         self.min_range, self.max_range, self.cone = min_range, max_range, cone
+
+    def measure_ahead(self, sample: Range, mount: Mount, body: Body) -> float:
+        return sample.distance
 
 
 def check_reading(sensor: RangeSensorDescription, reading: Range) -> Range:

@@ -23,7 +23,7 @@ def needed_devices(description: RobotDescription, needs: Iterable[Need], wants: 
     A servo on which one of them is mounted is opened too.
 
     needs: what the app requires. A class stands for all devices of its kind. The role of the drive includes its motors,
-        its encoders, and the range sensors that measure forward.
+        its encoders, and the sensors that measure the distance ahead.
     wants: what the app uses if the robot has it.
 
     Raises UnmetNeedError if the robot lacks something that the app requires, and UsageError for a wrong need.
@@ -94,7 +94,7 @@ def find_devices(description: RobotDescription, need: Need) -> frozenset[str]:
         return frozenset(device.name for device in description.all_of(need.kind)[:1])
     if (drive := description.drive) is None:
         return frozenset()
-    ahead = {sensor.name for sensor in description.range_sensors_ahead}
+    ahead = {sensor.name for sensor in description.sensors_ahead}
     return frozenset({*drive.motors, *drive.encoders, *filter(None, (drive.steering_servo,))} | ahead)
 
 

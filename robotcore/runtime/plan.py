@@ -157,7 +157,7 @@ def _require_turn_on_spot(behaviour: Behaviour, description: RobotDescription) -
 
 
 def _require_room_to_stop(behaviour: Behaviour, description: RobotDescription) -> None:
-    if (stopping := behaviour.stopping) is None or not description.range_sensors_ahead:
+    if (stopping := behaviour.stopping) is None or not description.sensors_ahead:
         return
     safety = description.safety
     guard = compute_stopping_distance(stopping.speed, safety.stop_distance_m, safety.deceleration_m_s2)

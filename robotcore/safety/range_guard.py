@@ -9,7 +9,8 @@ from typing import ClassVar
 
 from robotcore.geometry import DifferentialGeometry, Wheels
 from robotcore.hal.clock import Clock
-from robotcore.kinds.range_sensor import RangeSensor
+from robotcore.hal.device import Sample
+from robotcore.safety.sensor_ahead import SensorAhead
 from robotcore.safety.velocity_limits import STOPPED
 
 
@@ -45,41 +46,35 @@ class RangeGuard:
 
 
 class DistanceAhead:
-    """Computes the free distance ahead, in metres, from the readings of all range sensors.
+    """Computes the free distance ahead, in metres, from the readings of all sensors that look ahead.
 
     It subtracts from each reading the distance that the robot may have driven since then: the age of the reading times
-    the highest speed since the reading.
-
-    is_ahead: returns whether a sensor points ahead now. A sensor that a servo has turned aside is not read. None if all
-        sensors always point ahead.
+    the highest speed since the reading. A sensor that a servo has turned aside is not read.
     """
 
-    def __init__(
-        self, clock: Clock, sensors: Sequence[RangeSensor], is_ahead: Callable[[RangeSensor], bool] | None = None
-    ) -> None:
-        self._clock, self._is_ahead = clock, is_ahead
+    def __init__(self, clock: Clock, sensors: Sequence[SensorAhead]) -> None:
+        self._clock = clock
         self._clearances = [_ClearanceAhead(sensor) for sensor in sensors]
 
     def __call__(self, speed: float) -> float:
         now = self._clock.now()
-        ahead = self._clearances
-        if self._is_ahead:
-            ahead = [clearance for clearance in ahead if self._is_ahead(clearance.sensor)]
-        return min([clearance.at(now, speed) for clearance in ahead], default=math.inf)
+        return min([clearance.at(now, speed) for clearance in self._clearances], default=math.inf)
 
 
 class _ClearanceAhead:
-    def __init__(self, sensor: RangeSensor) -> None:
-        self.sensor = sensor
+    def __init__(self, sensor: SensorAhead) -> None:
+        self._sensor = sensor
         self._sequence: int | None = None
         self._fastest = 0.0
 
     def at(self, now: float, speed: float) -> float:
-        sample = self.sensor.read()
+        if not self._sensor.looks_ahead(now):
+            return math.inf
+        sample: Sample = self._sensor.device.read()
         is_new = sample.sequence != self._sequence
         self._sequence = sample.sequence
         self._fastest = speed if is_new else max(speed, self._fastest)
-        return sample.distance - self._fastest * max(0.0, now - sample.time)
+        return self._sensor.measure(sample) - self._fastest * max(0.0, now - sample.time)
 
 
 def compute_stopping_distance(speed: float, stop_distance: float, deceleration: float) -> float:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from math import copysign, degrees
+from math import copysign, degrees, inf
 
 from robotcore.errors import RangeFaultError, WheelFaultError
 from robotcore.geometry import Pose, Wheels, wrap_angle
 from robotcore.hal.clock import Clock
-from robotcore.kinds.range_sensor import Range, RangeSensor
+from robotcore.hal.device import Sample
 from robotcore.safety.latch import Latch
+from robotcore.safety.sensor_ahead import SensorAhead
 
 MIN_RESPONSE = 0.25
 """The least share of the commanded angle that a wheel must turn. With lag, slip or a flat battery it turns more."""
@@ -103,7 +104,7 @@ A working sensor with a wide cone may measure the same distance all along a wall
 
 
 class StuckRangeCheck:
-    """Trips the latch if a range sensor repeats one distance while the robot moves.
+    """Trips the latch if a sensor repeats one distance ahead while the robot moves.
 
     As a rule of the command filter, it changes no command. It reads the sensors only while the robot drives forward. A
     reading at a limit of the sensor's range may repeat.
@@ -116,7 +117,7 @@ class StuckRangeCheck:
     cause = "range fault"
 
     def __init__(
-        self, latch: Latch, sensors: Iterable[RangeSensor], pose: Callable[[], Pose], min_distance_m: float
+        self, latch: Latch, sensors: Iterable[SensorAhead], pose: Callable[[], Pose], min_distance_m: float
     ) -> None:
         self._latch, self._pose = latch, pose
         self._sensors = [_RangeHistory(sensor, min_distance_m) for sensor in sensors]
@@ -132,20 +133,22 @@ class StuckRangeCheck:
 class _RangeHistory:
     """The last distance of one sensor, and the motion of the robot since the distance changed."""
 
-    def __init__(self, sensor: RangeSensor, min_distance_m: float) -> None:
+    def __init__(self, sensor: SensorAhead, min_distance_m: float) -> None:
         self._sensor, self._min_distance_m = sensor, min_distance_m
-        self._last: Range | None = None
+        self._shortest: float = getattr(sensor.device, "min_range", 0.0)
+        self._longest: float = getattr(sensor.device, "max_range", inf)
+        self._last: Sample | None = None
         self._at = Pose(0.0, 0.0, 0.0)
         self._distance = self._driven = self._turned = 0.0
 
     def check(self, pose: Pose) -> str:
         """Read the sensor. Return a clause if it repeats its distance, otherwise an empty text."""
-        reading = self._sensor.read()
+        reading = self._sensor.device.read()
         if self._last and reading.sequence == self._last.sequence:
             return ""
-        self._last = reading
-        if not self._repeats(reading.distance):
-            self._begin(reading.distance, pose)
+        self._last, distance = reading, self._sensor.measure(reading)
+        if not self._repeats(distance):
+            self._begin(distance, pose)
             return ""
         self._driven += pose.distance_to(self._at.x, self._at.y)
         self._turned += abs(wrap_angle(pose.heading - self._at.heading))
@@ -153,10 +156,10 @@ class _RangeHistory:
         if self._driven < self._min_distance_m or self._turned < MIN_TURN_RAD:
             return ""
         motion = f"drove {self._driven:.2f} m and turned {degrees(self._turned):.0f}°"
-        return f"{self._sensor.name} measured the same {self._distance:.2f} m while the wheels {motion}"
+        return f"{self._sensor.device.name} measured the same {self._distance:.2f} m while the wheels {motion}"
 
     def _repeats(self, distance: float) -> bool:
-        is_measured = self._sensor.min_range < distance < self._sensor.max_range
+        is_measured = self._shortest < distance < self._longest
         return is_measured and abs(distance - self._distance) < SAME_DISTANCE_M
 
     def _begin(self, distance: float, pose: Pose) -> None:

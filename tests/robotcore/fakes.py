@@ -14,6 +14,7 @@ from robotcore.geometry import Pose, Twist
 from robotcore.hal.backend import Backend, Capability, Setup
 from robotcore.hal.clock import Clock, SteppedClock
 from robotcore.hal.device import Device
+from robotcore.hal.joint import Joints
 from robotcore.hal.robot import Robot, Role
 from robotcore.hal.truth import TruthSource
 from robotcore.kinds.camera import Camera, Frame
@@ -24,6 +25,7 @@ from robotcore.kinds.range_sensor import Range, RangeSensor
 from robotcore.optics import Image, Intrinsics
 from robotcore.runtime.behaviour import Behaviour, Status
 from robotcore.runtime.layers import AssembledRobot, assemble
+from robotcore.safety.sensor_ahead import SensorAhead
 
 ROVER = load_robot("rover")
 assert ROVER.drive
@@ -67,6 +69,12 @@ class NullRange(RangeSensor):
     def _newest(self) -> Range:
         self.reads += 1
         return Range(self.distance, self._clock.now() - self.age, self.reads)
+
+
+def look_ahead(sensor: RangeSensor, clock: Clock) -> SensorAhead:
+    """Return a sensor with the name and the mount of the rover's range sensor, for the range guard."""
+    rover = load_robot("rover")
+    return SensorAhead(sensor, rover, Joints(rover, clock))
 
 
 class NullEncoder(Encoder):

@@ -10,18 +10,18 @@ from typing import NamedTuple
 from robotcore.description import AckermannDrive, Drive, RobotDescription
 from robotcore.geometry import Wheels
 from robotcore.hal.clock import Clock
-from robotcore.hal.device import Device
+from robotcore.hal.device import Device, Sensor
 from robotcore.hal.drive import CommandIntegrator, DifferentialDrive, Odometry
 from robotcore.hal.joint import Joints
 from robotcore.kinds.encoder import Encoder, EncoderDescription
 from robotcore.kinds.motor import VelocityOutput
-from robotcore.kinds.range_sensor import RangeSensor
 from robotcore.runtime.layers.base import Send, Tap
 from robotcore.runtime.layers.wheel_angles import SteeredAngles, read_angles, read_present_angles
 from robotcore.safety.command_filter import CommandFilter, SafetyFilter
 from robotcore.safety.latch import Latch
 from robotcore.safety.motor_stop import StopGroup
 from robotcore.safety.range_guard import DistanceAhead, RangeGuard
+from robotcore.safety.sensor_ahead import SensorAhead
 from robotcore.safety.sensor_checks import StuckRangeCheck, WheelTrackingCheck
 from robotcore.safety.velocity_limits import AccelerationLimit, Rule, SteeringLimit, VelocityLimit
 from robotcore.safety.wheel_output import SharedMotor, Sides, SteeredWheels, WheelOutput
@@ -53,21 +53,20 @@ def build_drive(
 ) -> GuardedDrive:
     """Build the drive and its command filter.
 
-    devices: the app's devices. The drive uses their encoders and range sensors.
+    devices: the app's devices. The drive uses their encoders, and the sensors that look ahead.
     output: the output of the motors, and of the servo that steers.
     limit: the largest velocity of each wheel, in rad/s.
     description: the robot's description, with the safety limits.
     drive: the description of the drive.
     taps: the taps that get the drive's commands and the wheel angles.
     motor_stops: stops the robot's motors.
-    joints: the assumed motion of the servos, which may turn range sensors or steer.
+    joints: the assumed motion of the servos, which may turn sensors or steer.
     take_guardian_stops: a function that returns the number of stops by the guardian since its last call.
     """
     safety, commanded = description.safety, CommandIntegrator(clock)
-    opened = [devices.get(sensor.name) for sensor in description.range_sensors_ahead]
-    ahead = [device for device in opened if isinstance(device, RangeSensor)]
-    mounts = description.mounts
-    fixed = [sensor for sensor in ahead if not mounts[sensor.name].on]
+    opened = [devices.get(each.name) for each in description.sensors_ahead]
+    ahead = [SensorAhead(device, description, joints) for device in opened if isinstance(device, Sensor)]
+    fixed = [sensor for sensor in ahead if sensor.is_fixed]
     left, right = _find_encoders(devices, drive.left_encoders), _find_encoders(devices, drive.right_encoders)
     steer = partial(_steer_angles, drive, joints, clock)
     rules: list[Rule] = []
@@ -88,9 +87,7 @@ def build_drive(
     if not turns_on_spot:
         rules.append(SteeringLimit(*(curvature * drive.track_m / 2 for curvature in description.curvatures)))
     if ahead:  # last, so that no other rule changes its result
-        are_fixed = len(fixed) == len(ahead)
-        is_ahead = None if are_fixed else lambda sensor: joints.locate(mounts[sensor.name]).is_ahead
-        distance = DistanceAhead(clock, ahead, is_ahead)
+        distance = DistanceAhead(clock, ahead)
         rules.append(
             RangeGuard(drive.geometry, distance, safety.stop_distance_m, safety.deceleration_m_s2, turns_on_spot)
         )

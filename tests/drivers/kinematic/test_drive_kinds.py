@@ -113,7 +113,7 @@ def test_front_wheels_turn_at_the_rate_of_the_servo() -> None:
 
 def test_car_at_a_wall_stands_still() -> None:
     robot = load_robot("picar")
-    world = worlds.wall(robot.range_sensors_ahead[0].mount, 0.1)
+    world = worlds.wall(robot.mounts[robot.sensors_ahead[0].name], 0.1)
     with load_backend("kinematic").open(Setup(robot, world, needed_devices(robot, [Role.DRIVE]))) as opened:
         for motor in opened.motors.values():
             motor.set_velocity(4.0)

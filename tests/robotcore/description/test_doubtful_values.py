@@ -32,7 +32,7 @@ def test_a_doubtful_value_is_a_warning(part: str, change: dict[str, Any], check_
 
 
 def test_a_mount_far_from_the_body_is_a_warning(check_text: CheckText) -> None:
-    nose = next(iter(ROVER.range_sensors_ahead))
+    (nose,) = ROVER.all_of("range_sensor")
     far = nose.model_copy(update={"mount": nose.mount.model_copy(update={"x_m": 18.0})})
     check_text("\n".join(find_doubtful_values(ROVER.model_copy(update={"devices": (far,)}))))
 

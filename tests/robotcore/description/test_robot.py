@@ -24,4 +24,4 @@ def sensor(yaw: float, pitch: float) -> RangeSensorDescription:
 )
 def test_range_sensor_is_ahead_within_45_degrees(*, yaw: float, pitch: float, is_ahead: bool) -> None:
     robot = ROVER.model_copy(update={"devices": (sensor(yaw, pitch), *ROVER.devices)})
-    assert ("other" in {each.name for each in robot.range_sensors_ahead}) is is_ahead
+    assert ("other" in {each.name for each in robot.sensors_ahead}) is is_ahead

@@ -91,4 +91,4 @@ def test_fixed_mount_stays_as_it_is(tmp_path: Path) -> None:
 
 def test_sensor_on_a_servo_may_point_ahead(tmp_path: Path) -> None:
     text = replace(put_nose_on("pan") + PAN, 'on = "pan"', 'yaw_rad = 1.57, on = "pan"')
-    assert [sensor.name for sensor in load(tmp_path, text).range_sensors_ahead] == ["nose"]
+    assert [sensor.name for sensor in load(tmp_path, text).sensors_ahead] == ["nose"]

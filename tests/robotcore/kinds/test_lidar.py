@@ -6,7 +6,7 @@ import csv
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
+from typing import ClassVar, cast
 
 import pytest
 
@@ -18,6 +18,7 @@ from robotcore import Behaviour, Outcome, Robot, Role, RunRequest, Status
 from robotcore.cli.main import execute
 from robotcore.description import Mount, RobotDescription, load_robot
 from robotcore.errors import UsageError
+from robotcore.hal.kind import build_sensor
 from robotcore.kinds import Lidar
 from robotcore.kinds.lidar import LidarDescription, Scan
 from robotcore.recording import read as read_recording
@@ -308,6 +309,115 @@ def test_scan_is_formatted_with_its_nearest_distance(robot: str, world: str, che
     far = Scanning()
     MockRobot(robot).run(far, ticks=1)
     check_text(far.reason)
+
+
+class Ahead(Behaviour):
+    """Drives ahead for 10 s, and uses no lidar itself."""
+
+    needs: ClassVar = {Role.DRIVE}
+
+    def step(self, robot: Robot) -> Status:
+        robot.drive.set_velocity(0.3, 0.0)
+        self.pose = robot.drive.pose
+        return Status.RUNNING if robot.clock.now() < 10.0 else Status.SUCCESS
+
+
+def write_robot_without_range_sensor(folder: Path, lidar: str = LIDAR) -> str:
+    parts = ROVER[: ROVER.index("\n[vrep")].split("[[devices]]")
+    file = folder / "scout.toml"
+    file.write_text("[[devices]]".join(part for part in parts if "range_sensor" not in part) + lidar)
+    return str(file)
+
+
+def write_world_with_wall(folder: Path, y_m: float = 0.0) -> str:
+    file = folder / "walled.toml"
+    file.write_text(WORLD.split("[start]", maxsplit=1)[0] + WALL_AHEAD.format(y_m=y_m))
+    return str(file)
+
+
+WALL_AHEAD = """
+[[obstacles]]
+name = "wall"
+shape = "box"
+colour = "white"
+x_m = 1.1
+y_m = {y_m}
+length_m = 0.2
+width_m = 0.4
+height_m = 0.3
+"""
+
+
+@pytest.mark.parametrize("backend", SIMULATORS)
+def test_range_guard_stops_a_robot_that_has_only_a_lidar(backend: str, tmp_path: Path) -> None:
+    robot, world = write_robot_without_range_sensor(tmp_path), write_world_with_wall(tmp_path)
+    app = Ahead()
+    result = robotcore.run(RunRequest(app, robot=robot, backend=backend, world=world))
+    assert result.intervention_s["range guard"] > 0
+    assert result.contacts == 0
+    front = app.pose.x + load_robot(robot).body.front_x_m
+    assert 0.08 < 1.0 - front < 0.2
+
+
+@pytest.mark.parametrize("y_m, is_stopped", [(0.3, True), (0.33, False)])
+def test_range_guard_ignores_bodies_beside_the_robots_way(y_m: float, is_stopped: bool, tmp_path: Path) -> None:
+    robot, world = write_robot_without_range_sensor(tmp_path), write_world_with_wall(tmp_path, y_m)
+    result = robotcore.run(RunRequest(Ahead(), robot=robot, backend="kinematic", world=world))
+    assert ("range guard" in result.intervention_s) is is_stopped
+
+
+def test_range_guard_ignores_a_lidar_that_looks_back(tmp_path: Path) -> None:
+    back = LIDAR + "start_rad = 1.0\nend_rad = 5.0\n"
+    robot, world = write_robot_without_range_sensor(tmp_path, back), write_world_with_wall(tmp_path)
+    assert load_robot(robot).sensors_ahead == ()
+    result = robotcore.run(RunRequest(Ahead(), robot=robot, backend="kinematic", world=world))
+    assert "range guard" not in result.intervention_s
+
+
+BODY = load_robot("rover").body
+LEVEL = Mount(z_m=0.1)
+
+
+@pytest.mark.parametrize(
+    "x_m, y_m, ahead",
+    [
+        (0.64, 0.0, 0.5),
+        (0.64, 0.11, 0.5),
+        (0.64, 0.12, math.inf),
+        (0.10, 0.0, 0.0),
+        (0.08, 0.05, math.inf),
+        (0.08, 0.11, math.inf),
+        (-0.5, 0.0, math.inf),
+    ],
+    ids=["ahead", "at-the-edge", "beside", "at-the-front", "own-part", "alongside", "behind"],
+)
+def test_distance_ahead_is_measured_from_the_front(x_m: float, y_m: float, ahead: float) -> None:
+    lidar = cast("Lidar", build_sensor(describe(bearings=math.atan2(y_m, x_m)), lambda: None))
+    scan = Scan((math.hypot(x_m, y_m), math.inf), 0.0, 0)
+    assert lidar.measure_ahead(scan, LEVEL, BODY) == pytest.approx(ahead)
+
+
+@pytest.mark.parametrize(
+    "start, end, yaw, looks",
+    [(-3.14159, 3.14159, 0.0, True), (-1, 1, 2.0, False), (-1, 1, -0.9, True), (2, 5, 3, True)],
+)
+def test_lidar_looks_ahead_if_a_ray_does(start: float, end: float, yaw: float, *, looks: bool) -> None:
+    lidar = describe().model_copy(update={"start_rad": start, "end_rad": end})
+    assert lidar.looks_ahead(Mount(z_m=0.1, yaw_rad=yaw)) is looks
+
+
+def describe(bearings: float = 0.0) -> LidarDescription:
+    """Return a lidar with a ray at a bearing and one behind it."""
+    return LidarDescription(
+        kind="lidar",
+        name="scanner",
+        mount=LEVEL,
+        min_range_m=0.05,
+        max_range_m=8.0,
+        count=2,
+        start_rad=bearings,
+        end_rad=bearings + math.pi,
+    )
 
 
 class _LidarSuite(KindRules, SampleRules):

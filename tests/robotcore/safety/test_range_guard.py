@@ -6,10 +6,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from robotcore.description import Mount, load_robot
 from robotcore.geometry import DifferentialGeometry, Wheels
 from robotcore.hal.clock import SteppedClock
+from robotcore.hal.joint import Joints
+from robotcore.kinds.servo import ServoDescription
 from robotcore.safety.range_guard import DistanceAhead, RangeGuard, compute_stopping_distance
-from tests.robotcore.fakes import NullRange
+from robotcore.safety.sensor_ahead import SensorAhead
+from tests.robotcore.fakes import NullRange, look_ahead
 
 GEOMETRY = DifferentialGeometry(wheel_radius=0.05, track=0.2)
 STOPPED = Wheels(0.0, 0.0)
@@ -48,18 +52,39 @@ def _guard(distance: float) -> RangeGuard:
     return RangeGuard(GEOMETRY, lambda _: distance, 0.10, 0.5)
 
 
+class ServoBench:
+    """A range sensor on a servo, which turns by 2 rad in a second."""
+
+    def __init__(self) -> None:
+        self._clock = SteppedClock(20, lambda _: None)
+        self.nose = NullRange(self._clock, distance=0.3)
+        rover = load_robot("rover")
+        servo = ServoDescription(
+            kind="servo", name="pan", mount=Mount(z_m=0.1), min_angle_rad=-2, max_angle_rad=2, max_velocity_rad_s=2
+        )
+        on_servo = rover.sensors_ahead[0].model_copy(update={"mount": Mount(z_m=0.1, on="pan")})
+        robot = rover.model_copy(update={"devices": (servo, on_servo)})
+        self._joints = Joints(robot, self._clock)
+        self.ahead = DistanceAhead(self._clock, [SensorAhead(self.nose, robot, self._joints)])
+
+    def turn(self, angle: float) -> None:
+        """Turn the servo, and wait a second."""
+        self._joints["pan"].turn_to(angle)
+        self._clock.sleep_until(self._clock.now() + 1.0)
+
+
 class TestDistanceAhead:
     def test_distance_driven_since_a_reading_is_subtracted(self) -> None:
         clock = SteppedClock(20, lambda _: None)
         nose = NullRange(clock, distance=0.5)
         nose.age = 0.4
-        assert DistanceAhead(clock, [nose])(0.25) == pytest.approx(0.5 - 0.4 * 0.25)
-        assert DistanceAhead(clock, [nose])(0.0) == 0.5
+        assert DistanceAhead(clock, [look_ahead(nose, clock)])(0.25) == pytest.approx(0.5 - 0.4 * 0.25)
+        assert DistanceAhead(clock, [look_ahead(nose, clock)])(0.0) == 0.5
 
     def test_highest_speed_since_a_reading_counts(self) -> None:
         clock = SteppedClock(20, lambda _: None)
         nose = NullRange(clock, distance=0.5)
-        ahead = DistanceAhead(clock, [nose])
+        ahead = DistanceAhead(clock, [look_ahead(nose, clock)])
         nose.age = 0.2
         assert ahead(0.4) == pytest.approx(0.5 - 0.2 * 0.4)
         nose.reads -= 1  # the same sample once more, older and after braking
@@ -71,19 +96,27 @@ class TestDistanceAhead:
         clock = SteppedClock(20, lambda _: None)
         nose = NullRange(clock, distance=0.17)
         nose.age = -0.08
-        assert DistanceAhead(clock, [nose])(0.25) == 0.17
+        assert DistanceAhead(clock, [look_ahead(nose, clock)])(0.25) == 0.17
 
     def test_nearest_of_several_readings_counts(self) -> None:
         clock = SteppedClock(20, lambda _: None)
-        sensors = [NullRange(clock, distance=distance) for distance in (math.inf, 0.3, 0.9)]
+        sensors = [look_ahead(NullRange(clock, distance=distance), clock) for distance in (math.inf, 0.3, 0.9)]
         assert DistanceAhead(clock, sensors)(0.1) == 0.3
 
     def test_sensor_that_is_turned_aside_is_not_read(self) -> None:
-        clock = SteppedClock(20, lambda _: None)
-        near, far = sensors = [NullRange(clock, distance=distance) for distance in (0.3, 0.9)]
-        assert DistanceAhead(clock, sensors, lambda sensor: sensor is far)(0.1) == 0.9
-        assert DistanceAhead(clock, sensors, lambda _: False)(0.1) == math.inf
-        assert (near.reads, far.reads) == (0, 1)
+        bench = ServoBench()
+        assert bench.ahead(0.1) == 0.3
+        bench.turn(math.pi / 2)
+        assert (bench.ahead(0.1), bench.nose.reads) == (math.inf, 1)
+
+    def test_sample_from_before_the_sensor_looked_ahead_does_not_count(self) -> None:
+        bench = ServoBench()
+        bench.turn(math.pi / 2)
+        bench.turn(0.0)
+        bench.nose.age = 0.9
+        assert bench.ahead(0.1) == math.inf
+        bench.nose.age = 0.1
+        assert bench.ahead(0.1) == pytest.approx(0.3 - 0.1 * 0.1)
 
     def test_guard_uses_the_faster_of_the_new_and_the_last_command(self) -> None:
         speeds: list[float] = []

@@ -10,7 +10,7 @@ from robotcore.geometry import Pose, Wheels
 from robotcore.hal.clock import SteppedClock
 from robotcore.safety.latch import Latch
 from robotcore.safety.sensor_checks import StuckRangeCheck, WheelTrackingCheck
-from tests.robotcore.fakes import NullRange
+from tests.robotcore.fakes import NullRange, look_ahead
 from tests.texts import Raises
 
 TICK_S = 0.05
@@ -115,10 +115,11 @@ class RangeBench:
     """A robot that a test moves, with a range sensor."""
 
     def __init__(self, distance: float = 1.0) -> None:
-        self.nose = NullRange(SteppedClock(20, lambda _: None), distance=distance)
+        clock = SteppedClock(20, lambda _: None)
+        self.nose = NullRange(clock, distance=distance)
         self.pose = Pose(0.0, 0.0, 0.0)
         self.latch = Latch()
-        self._rule = StuckRangeCheck(self.latch, [self.nose], lambda: self.pose, min_distance_m=0.5)
+        self._rule = StuckRangeCheck(self.latch, [look_ahead(self.nose, clock)], lambda: self.pose, min_distance_m=0.5)
 
     def drive(self, metres: float, turning: float = 0.0, command: Wheels = FORWARD) -> None:
         """Drive ``metres`` while turning by ``turning`` rad in all."""
