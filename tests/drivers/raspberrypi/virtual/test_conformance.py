@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import pytest
 
@@ -12,6 +12,8 @@ from robotcore.hal.backend import Setup, load_backend
 from robotcore.hal.robot import Robot
 from robotcore.testing import ConformanceSuite, TestSupport
 from robotcore.testing.bench import TestBench
+from robotcore.testing.lifecycle_rules import LifecycleRules
+from robotcore.testing.simulation_rules import TruthRules
 from tests.robotcore.testing.variant_suites import DriveAndRangeSuite, DriveSuite
 
 
@@ -66,3 +68,54 @@ class TestVirtualPiWithPwmChip(VirtualBench, DriveSuite):
             "right_motor": {"driver": "pca9685-phase-motor", "pwm": 4, "phase": 17, **chip},
         }
         return rover.model_copy(update={"backends": rover.backends | {"raspberrypi": section}})
+
+
+BOARD = {"driver": "h-bridge", "model": {"dead_band": 0.05, "forward_rad_s": 16.0, "backward_rad_s": 16.0}}
+
+
+class DriveKindSuite(VirtualBench, DriveSuite, LifecycleRules, TruthRules):
+    """The rules on which the kind of the drive has an influence."""
+
+
+class TestVirtualPiThatSkids(DriveKindSuite):
+    """Four H-bridges, and an encoder on the first wheel of each side."""
+
+    @property
+    def description(self) -> RobotDescription:
+        robot = load_robot("freenove-4wd")
+        assert robot.drive
+        pins = iter(range(4, 14))
+        section: dict[str, Any] = {
+            name: {**BOARD, "forward": next(pins), "backward": next(pins)} for name in robot.drive.motors
+        }
+        encoders = {"left_encoder": "left_slots", "right_encoder": "right_slots"}
+        for name in encoders.values():
+            section[name] = {"driver": "pulses", "gpio": next(pins)}
+        return RobotDescription.model_validate(
+            {
+                **robot.model_dump(),
+                "drive": {**robot.drive.model_dump(), **encoders},
+                "devices": [
+                    *(device.model_dump() for device in robot.devices if device.kind == "motor"),
+                    *({"kind": "encoder", "name": name, "counts_per_turn": 960} for name in encoders.values()),
+                ],
+                "backends": {"raspberrypi": section},
+            }
+        )
+
+
+class TestVirtualPiThatSteers(DriveKindSuite):
+    """Two H-bridges, an encoder on each wheel, and a servo."""
+
+    @property
+    def description(self) -> RobotDescription:
+        robot = load_robot("picar")
+        section = {
+            "left_motor": {**BOARD, "forward": 17, "backward": 27},
+            "right_motor": {**BOARD, "forward": 23, "backward": 24},
+            "left_encoder": {"driver": "quadrature", "a": 5, "b": 6},
+            "right_encoder": {"driver": "quadrature", "a": 20, "b": 21},
+            "steering": {"driver": "servo", "gpio": 12},
+        }
+        devices = tuple(device for device in robot.devices if device.name in section)
+        return robot.model_copy(update={"devices": devices, "backends": {"raspberrypi": section}})
