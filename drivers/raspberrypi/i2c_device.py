@@ -10,7 +10,7 @@ import os
 import struct
 from array import array
 from contextlib import ExitStack
-from fcntl import F_OFD_SETLK, F_WRLCK, fcntl, ioctl
+from fcntl import F_OFD_GETLK, F_OFD_SETLK, F_UNLCK, F_WRLCK, fcntl, ioctl
 from pathlib import Path
 
 _SET_TIMEOUT, _SET_ADDRESS, _TRANSFER = 0x0702, 0x0703, 0x0720
@@ -63,11 +63,15 @@ class I2CDevice:
         A reservation is a lock on the byte of the device file with the number of the address. It ends with the program.
         Programs that do not reserve a chip can still write to it.
         """
-        lock = struct.pack(_LOCK, F_WRLCK, os.SEEK_SET, self._address, 1, 0)
         try:
-            fcntl(self._file, F_OFD_SETLK, lock)
+            self._lock(F_OFD_SETLK)
         except BlockingIOError as error:
             raise ChipHeldError from error
+
+    def is_reserved(self) -> bool:
+        """Return whether another program has reserved the chip."""
+        kind, *_ = struct.unpack(_LOCK, self._lock(F_OFD_GETLK))
+        return bool(kind != F_UNLCK)
 
     def write(self, register: int, *values: int) -> None:
         """Write one byte, or several to successive registers, in one transfer."""
@@ -84,6 +88,10 @@ class I2CDevice:
     def close(self) -> None:
         """Close the device file. A second `close` does nothing."""
         self._opened.close()
+
+    def _lock(self, request: int) -> bytes:
+        lock = struct.pack(_LOCK, F_WRLCK, os.SEEK_SET, self._address, 1, 0)
+        return fcntl(self._file, request, lock)
 
     def _transfer(self, direction: int, register: int, size: int, data: array[int]) -> None:
         where, _ = data.buffer_info()

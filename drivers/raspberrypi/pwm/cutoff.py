@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import ExitStack
 
+from drivers.raspberrypi.chip import HeldError
 from drivers.raspberrypi.cutoff import Owner
 from drivers.raspberrypi.i2c_device import I2CDevice, find_bus
 from drivers.raspberrypi.pwm.chip import PwmChip
@@ -18,7 +19,8 @@ class ChannelsOff(Cutoff):
     After the end of the app, every channel of the chip is switched off, also those of servos.
 
     channels: the channels of the motor, in the order in which they are switched off.
-    owner: the number of the app's process. None switches every channel off at each stop.
+    owner: the number of the app's process. With None, `stop` switches every channel off, and raises HeldError if a run
+        uses the chip, because that run turns its motors on again.
 
     >>> ChannelsOff(1, 0x60, [8, 9, 10], owner=None)
     <ChannelsOff 8, 9, 10 of 0x60 on bus 1>
@@ -32,9 +34,9 @@ class ChannelsOff(Cutoff):
         return f"<ChannelsOff {', '.join(map(str, self._channels))} of 0x{self._address:02x} on bus {self._bus}>"
 
     def open(self) -> None:
-        device = I2CDevice(find_bus(self._bus), self._address)
-        self._opened.callback(device.close)
-        self._chip = PwmChip(device)
+        self._device = I2CDevice(find_bus(self._bus), self._address)
+        self._opened.callback(self._device.close)
+        self._chip = PwmChip(self._device)
         self._owner = None if self._pid is None else Owner(self._pid)
         if self._owner:
             self._opened.callback(self._owner.close)
@@ -42,9 +44,17 @@ class ChannelsOff(Cutoff):
     def stop(self) -> None:
         if self._owner is None or self._owner.is_ending():
             self._chip.stop()
+            if self._owner is None:
+                self._require_free()
             return
         for channel in self._channels:
             self._chip.set_duty(channel, 0.0)
 
     def close(self) -> None:
         self._opened.close()
+
+    def _require_free(self) -> None:
+        if self._device.is_reserved():
+            where = f"0x{self._address:02x} on bus {self._bus}"
+            message = f"a run uses the chip at {where}, and turns its motors on again. End it with robotcore stop"
+            raise HeldError(message, kind="chip-held")

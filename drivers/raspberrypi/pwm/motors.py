@@ -169,7 +169,7 @@ class ChannelHBridge(ChannelMotor):
 class ChannelPhase(ChannelMotor):
     """Opens motors on a board with a direction input on a GPIO, and a PWM input on a channel.
 
-    If a wheel turns the wrong way, swap the motor's two wires.
+    If a wheel turns the wrong way, change ``forward_is_high``, or swap the motor's two wires.
     """
 
     name = "pca9685-phase-motor"
@@ -182,7 +182,10 @@ class ChannelPhase(ChannelMotor):
     """The channel of the motor's PWM input."""
 
     phase: Gpio
-    """The GPIO of the input for the direction, which is low to turn forward and high to turn backward."""
+    """The GPIO of the input for the direction."""
+
+    forward_is_high: bool = False
+    """Whether the GPIO ``phase`` is high to turn forward, and low to turn backward."""
 
     def duties(self, duty: float) -> Mapping[int, float]:
         return {self.pwm: abs(duty)}
@@ -216,4 +219,4 @@ class PhaseOutput(ChannelOutput):
     def _set_direction(self, direction: int) -> None:
         if direction:
             with translate_pin_errors(self._motor, (self._driver.phase,)):
-                self._line.value = direction < 0
+                self._line.value = (direction > 0) is self._driver.forward_is_high

@@ -268,7 +268,9 @@ def connect_channels(driver: ChannelDriver, actuator: Motor | Servo, pins: Virtu
             inputs = [chip.channels[number] for number in (on.forward, on.backward, on.pwm) if number is not None]
             wire_motor(motor, on.model, inputs, read_two_inputs)
         case ChannelPhase() as on, Motor() as motor:
-            wire_motor(motor, on.model, [pins.pin(on.phase), chip.channels[on.pwm]], read_phase_and_enable)
+            inputs = [pins.pin(on.phase), chip.channels[on.pwm]]
+            sign = -1 if on.forward_is_high else 1
+            wire_motor(motor, on.model, inputs, lambda phase, pwm: sign * read_phase_and_enable(phase, pwm))
         case ServoOnChannel() as on, Servo() as servo:
             wire_servo(servo, on, chip)
 

@@ -12,7 +12,7 @@ from contextlib import closing
 
 import pytest
 
-from drivers.raspberrypi.i2c_device import I2CDevice, find_bus
+from drivers.raspberrypi.i2c_device import ChipHeldError, I2CDevice, find_bus
 from drivers.raspberrypi.pwm.chip import ALL_CHANNELS, FIRST_CHANNEL, FULL
 from tests.system.guest.bench import ENDLESS_DRIVE, run_command, start_process, wait_until
 from tests.system.guest.chip import Chip
@@ -48,6 +48,16 @@ def test_the_kernel_writes_a_byte_and_a_block_and_reads_a_byte(registers: I2CDev
 def test_an_address_without_a_chip_is_an_error(registers: I2CDevice) -> None:
     with closing(I2CDevice(find_bus(1), 0x41)) as absent, pytest.raises(OSError, match="No such device"):
         absent.read(0)
+
+
+def test_a_chip_is_reserved_for_one_program_until_it_closes_the_chip(registers: I2CDevice) -> None:
+    with closing(I2CDevice(find_bus(1), ADDRESS)) as device, closing(I2CDevice(find_bus(1), 0x41)) as other:
+        device.reserve()
+        other.reserve()
+        assert registers.is_reserved()
+        with pytest.raises(ChipHeldError):
+            registers.reserve()
+    assert not registers.is_reserved()
 
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM])

@@ -60,6 +60,10 @@ class Bus:
         """Return the duty of each channel."""
         return compute_duties(self.registers)
 
+    def switch_on(self) -> None:
+        """Switch every channel on, as a killed program may leave them."""
+        self.chip.write_bytes(bytes([0x21, 0x04] + [0] * 4 + [0, 0x10, 0, 0] * 16 + [0] * 186))
+
     def lose_power(self) -> None:
         """Reset the chip's registers."""
         reset(self.chip)

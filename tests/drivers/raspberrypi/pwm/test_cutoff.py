@@ -8,10 +8,12 @@ from collections.abc import Iterator
 
 import pytest
 
+from drivers.raspberrypi.chip import HeldError
 from drivers.raspberrypi.pwm.cutoff import ChannelsOff
 from robotcore.hardware import bind_devices
 from tests.drivers.raspberrypi.i2c_dev import ADDRESS, Bus
 from tests.drivers.raspberrypi.pwm.robots import LEFT, PAN, build_context, build_robot, open_devices
+from tests.texts import Raises
 
 MOTOR, SERVO = 8, 15
 
@@ -62,9 +64,18 @@ def test_every_channel_of_a_killed_program_is_off(driving: Bus, owner: subproces
     cutoff.close()
 
 
-def test_every_channel_is_off_after_robotcore_stop(driving: Bus) -> None:
-    open_cutoff(None).stop()
+def test_robotcore_stop_switches_every_channel_off_and_names_a_live_run(driving: Bus, raises: Raises) -> None:
+    with raises(HeldError, "chip-held"):
+        open_cutoff(None).stop()
     assert set(driving.duties()) == {0.0}
+
+
+def test_robotcore_stop_stops_the_motors_of_a_dead_run(bus: Bus) -> None:
+    bus.switch_on()
+    cutoff = open_cutoff(None)
+    cutoff.stop()
+    assert set(bus.duties()) == {0.0}
+    cutoff.close()
 
 
 def test_chip_that_does_not_answer_raises_so_that_the_guardian_tries_again(driving: Bus) -> None:

@@ -35,7 +35,7 @@ def find_on(bus: Bus) -> dict[int, float]:
 
 
 def test_opened_chip_has_its_frequency_and_every_channel_off(bus: Bus) -> None:
-    bus.chip.write_bytes(bytes([0x21, 0x04] + [0] * 4 + [0, 0x10, 0, 0] * 16 + [0] * 186))
+    bus.switch_on()
     assert set(bus.duties()) == {1.0}
     open_motor({**LEFT, "frequency_hz": 400})
     assert (bus.registers[0x00], bus.registers[0x01], bus.registers[0xFE]) == (0x20, 0x04, 14)
@@ -83,9 +83,10 @@ def test_reversal_switches_the_motor_off_first(bus: Bus) -> None:
     assert (first.register, first.values[3]) == (6 + 4 * 8, 0x10)
 
 
-def test_direction_on_a_gpio_changes_while_the_motor_is_off(bus: Bus) -> None:
+@pytest.mark.parametrize("forward_is_high", [False, True])
+def test_direction_on_a_gpio_changes_while_the_motor_is_off(*, bus: Bus, forward_is_high: bool) -> None:
     pins = MockFactory(pin_class=MockPWMPin)
-    motor = open_motor(PHASE, pins=pins)
+    motor = open_motor({**PHASE, "forward_is_high": forward_is_high}, pins=pins)
     duties = []
     pin = pins.pin(17)
     set_state = pin._set_state
@@ -96,9 +97,9 @@ def test_direction_on_a_gpio_changes_while_the_motor_is_off(bus: Bus) -> None:
 
     pin._set_state = record
     motor.set_velocity(5.0)
-    assert (pin.state, find_on(bus)) == (0, {4: 0.5})
+    assert (pin.state, find_on(bus)) == (forward_is_high, {4: 0.5})
     motor.set_velocity(-5.0)
-    assert (pin.state, find_on(bus)) == (1, {4: 0.5})
+    assert (pin.state, find_on(bus)) == (not forward_is_high, {4: 0.5})
     assert duties == [{}, {}]
     motor.close()
     assert find_on(bus) == {}

@@ -12,6 +12,7 @@ import pytest
 from tests.drivers.raspberrypi.i2c_dev import Bus
 from tests.drivers.raspberrypi.lines import END_S, Lines
 from tests.drivers.raspberrypi.pwm.runs import Program, start_app, start_program, wait_until
+from tests.texts import CheckText
 
 Launch = Callable[[str], Program]
 
@@ -103,8 +104,21 @@ def test_hung_bus_ends_the_run(launch: Launch, bus: Bus) -> None:
 
 @pytest.mark.slow
 def test_robotcore_stop_switches_every_channel_off(lines: Lines, bus: Bus) -> None:
-    bus.chip.write_bytes(bytes([0x21, 0x04] + [0] * 4 + [0, 0x10, 0, 0] * 16 + [0] * 186))
+    bus.switch_on()
     program = start_program(bus, lines, "stop")
     out, err = program.communicate(timeout=END_S)
     assert (program.returncode, out, err) == (0, "pwm_chip: stopped left_motor, right_motor\n", "")
     assert set(bus.duties()) == {0.0}
+
+
+@pytest.mark.slow
+def test_robotcore_stop_names_a_run_that_turns_its_motors_on_again(
+    launch: Launch, lines: Lines, bus: Bus, check_text: CheckText
+) -> None:
+    run = launch("endless_drive")
+    wait_until(bus, run, turning=True)
+    program = start_program(bus, lines, "stop")
+    out, err = program.communicate(timeout=END_S)
+    assert (program.returncode, out) == (3, "")
+    check_text(err)
+    assert run.poll() is None

@@ -62,7 +62,7 @@ def build_setup(tables: dict[str, Any], *devices: str) -> Setup:
 def test_motors_servo_and_gpio_share_a_chip() -> None:
     shared = {"address": 0x40, "frequency_hz": 50, "model": MODEL}
     tables = {
-        "left_motor": {"driver": "pca9685-phase-motor", "pwm": 4, "phase": 17, **shared},
+        "left_motor": {"driver": "pca9685-phase-motor", "pwm": 4, "phase": 17, "forward_is_high": True, **shared},
         "right_motor": {"driver": "pca9685-motor", "forward": 5, "backward": 6, **shared},
         "pan": {"driver": "pca9685-servo", "channel": 0},
     }
