@@ -14,8 +14,8 @@ from tempfile import TemporaryDirectory
 from tests.system import needs
 
 TOOLS = ("qemu-system-x86", "busybox-static", "linux-headers-amd64", "kmod", "gcc", "libc6-dev", "make", "xz-utils")
-LOADED = ("virtio_pci", "9pnet_virtio", "9p", "overlay", "gpio_sim", "vivid", "i2c_dev", "i2c_stub")
-"""The kernel modules for the host's files, the GPIO chip, the camera and the I2C bus."""
+LOADED = ("virtio_pci", "9pnet_virtio", "9p", "overlay", "gpio_sim", "vivid", "i2c_dev", "i2c_stub", "evdev", "uinput")
+"""The kernel modules for the host's files, the GPIO chip, the camera, the I2C bus and the gamepad."""
 
 IMAGE_PARTS = (
     "kernel/fs",
@@ -23,6 +23,8 @@ IMAGE_PARTS = (
     "kernel/drivers/virtio",
     "kernel/drivers/media",
     "kernel/drivers/i2c",
+    "kernel/drivers/input/evdev.ko",
+    "kernel/drivers/input/misc/uinput.ko",
     "modules.*",
 )
 SOURCES = ("drivers/gpio/gpio-sim.c", "drivers/gpio/gpiolib.h", "kernel/irq/irq_sim.c")
