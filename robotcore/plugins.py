@@ -41,7 +41,7 @@ def device_driver_names() -> list[str]:
 
 
 def kind_names() -> list[str]:
-    """Return the names of all registered kinds of device, such as ``range_sensor``."""
+    """Return the names of all registered kinds of device, such as ``camera``."""
     return sorted(_points(KINDS))
 
 

@@ -74,7 +74,7 @@ class DeviceDescription(StrictModel):
     """
 
     kind: str
-    """The name of the kind, such as ``range_sensor``."""
+    """The name of the kind, such as ``camera``."""
     name: Name
 
     @classmethod

@@ -96,6 +96,9 @@ Ordered = AfterValidator(_require_order)
 Metres = Annotated[float, Field(ge=0.001, le=100)]
 """A length in metres, from a millimetre to a hundred metres."""
 
+SensorRange = Annotated[float, Field(ge=1e-4, le=1000)]
+"""The shortest or the longest distance that a sensor measures, in metres."""
+
 TURN_RAD = 6.3
 """The greatest angle in a file, in radians: a turn, rounded up."""
 

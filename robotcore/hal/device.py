@@ -142,8 +142,22 @@ class Device:
             raise build_driver_error(self.name, error) from error
 
 
+class Rays(NamedTuple):
+    """The rays of a sample at equal angles, for display. The angles are in radians from the sensor's direction."""
+
+    start: float
+    """The angle of the first ray."""
+    end: float
+    """The angle of the last ray. It is greater than ``start``."""
+    distances: tuple[float, ...]
+    """The distance along each ray, in metres; ``inf`` if nothing is in range."""
+
+
 class Sensor(Device, ABC, Generic[SampleT]):
     """The base class of sensors, which return samples."""
+
+    has_rays: ClassVar[bool] = False
+    """Whether `list_rays` returns the rays of a sample. A recording shows them."""
 
     is_monitored: ClassVar[bool] = False
     """Whether a run reads the sensor once a second by itself, as it does with a battery, and continues if it fails.
@@ -165,6 +179,10 @@ class Sensor(Device, ABC, Generic[SampleT]):
             f"{_format_number(value)} {unit}" if unit else f"{field} {_format_number(value)}"
             for value, field, unit in values
         )
+
+    def list_rays(self, sample: SampleT) -> Rays:
+        """Return the rays of a sample, for a sensor that has rays."""
+        raise NotImplementedError
 
     def measure_ahead(self, sample: SampleT, mount: Mount, body: Body) -> float:
         """Return the free distance ahead of the robot in a sample, in metres; ``inf`` if nothing is in range.

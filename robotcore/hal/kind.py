@@ -88,7 +88,7 @@ class Kind:
 
     @property
     def name(self) -> str:
-        """The name of the kind in robots' files, such as ``range_sensor``."""
+        """The name of the kind in robots' files, such as ``camera``."""
         return self.device.kind
 
 

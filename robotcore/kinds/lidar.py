@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from robotcore.description import Body, DeviceDescription, Mount
+from robotcore.description.types import SensorRange
 from robotcore.errors import Mistake
 from robotcore.geometry import wrap_angle
-from robotcore.hal.device import Sensor, Unit
+from robotcore.hal.device import Rays, Sensor, Unit
 from robotcore.hal.ground_truth import GroundTruth
 from robotcore.hal.kind import Kind
 from robotcore.hal.robot import Robot
-from robotcore.kinds.range_sensor import SensorRange
 
 Array = NDArray[np.float64]
 
@@ -135,10 +135,14 @@ class Lidar(Sensor[Scan]):
     """
 
     kind = "lidar"
+    has_rays = True
 
     def __init__(self, name: str, *, min_range: float, max_range: float, bearings: tuple[float, ...]) -> None:
         super().__init__(name)
         self.min_range, self.max_range, self.bearings = min_range, max_range, bearings
+
+    def list_rays(self, sample: Scan) -> Rays:
+        return Rays(self.bearings[0], self.bearings[-1], sample.distances)
 
     def measure_ahead(self, sample: Scan, mount: Mount, body: Body) -> float:
         """Return the distance from the front of the robot to the nearest echo on its way straight ahead.

@@ -10,14 +10,15 @@ from typing import Annotated, Any, Literal, NamedTuple
 from pydantic import Field, model_validator
 
 from robotcore.description import Body, DeviceDescription, Mount
+from robotcore.description.types import SensorRange
 from robotcore.errors import Mistake
 from robotcore.hal.clock import Clock
-from robotcore.hal.device import Sensor, Unit
+from robotcore.hal.device import Rays, Sensor, Unit
 from robotcore.hal.kind import Kind, simulate_in_backend
 from robotcore.hal.sampling import SampleCache
 
-SensorRange = Annotated[float, Field(ge=1e-4, le=1000)]
-"""The shortest or the longest distance that a range sensor measures, in metres."""
+RAYS = 9
+"""The number of rays that show the cone of a sensor."""
 
 
 class RangeSensorDescription(DeviceDescription):
@@ -75,10 +76,15 @@ class RangeSensor(Sensor[Range]):
     """
 
     kind = "range_sensor"
+    has_rays = True
 
     def __init__(self, name: str, *, min_range: float, max_range: float, cone: float) -> None:
         super().__init__(name)
         self.min_range, self.max_range, self.cone = min_range, max_range, cone
+
+    def list_rays(self, sample: Range) -> Rays:
+        """Return rays of one distance across the cone, because the echo may come from any direction in it."""
+        return Rays(-self.cone / 2, self.cone / 2, (float(sample.distance),) * RAYS)
 
     def measure_ahead(self, sample: Range, mount: Mount, body: Body) -> float:
         return sample.distance

@@ -14,7 +14,6 @@ from robotcore.hal.device import Device, Sensor
 from robotcore.hal.kind import load_kind
 from robotcore.kinds.camera import Camera, Frame
 from robotcore.kinds.display import Display
-from robotcore.kinds.range_sensor import Range, RangeSensor
 from robotcore.recording.codec import name_schema, to_json
 from robotcore.recording.events import GroundTruthSample, Tick
 from robotcore.recording.mcap_file import McapFile
@@ -113,9 +112,6 @@ RESULT_SCHEMA = name_schema("Result", outcome=str, reason=str, exit_status=int, 
 END_SCHEMA = name_schema("End", reason=str)
 """The schemas of the JSON messages. A message leaves out empty fields, and has infinite numbers as strings."""
 
-RAYS = 9
-"""The number of rays of the scan that shows a range sensor's cone."""
-
 JPEG_QUALITY = 90
 
 Write = Callable[[Any, float], None]
@@ -140,10 +136,8 @@ def open_channel(file: McapFile, device: Device, *, is_jpeg: bool) -> Write | No
         case Display():
             shown = _open_images(file, device.name, device.name, is_jpeg=True)
             return lambda frame, at: shown(replace(frame, time=at), at)
-        case RangeSensor():
-            return _open_ranges(file, device)
         case Sensor():
-            return _open_numbers(file, device)
+            return _open_rays(file, device) if device.has_rays else _open_numbers(file, device)
     return None
 
 
@@ -196,26 +190,24 @@ def _write_calibration(file: McapFile, camera: Camera) -> None:
     CameraCalibrationChannel(f"{build_topic(camera.name)}/calibration", context=file.context).log(message, log_time=0)
 
 
-def _open_ranges(file: McapFile, sensor: RangeSensor) -> Write:
-    """Open the channels of the distances and of scans.
-
-    A scan has the same distance across the cone, because the echo may come from any direction in it.
-    """
+def _open_rays(file: McapFile, sensor: Sensor[Any]) -> Write:
+    """Open the channels of the numbers and of scans."""
     from foxglove.channels import LaserScanChannel
     from foxglove.messages import LaserScan
 
     write_number = _open_numbers(file, sensor)
     scans = LaserScanChannel(f"{build_topic(sensor.name)}/scan", context=file.context)
 
-    def write(reading: Range, at: float) -> None:
-        write_number(reading, at)
+    def write(sample: Any, at: float) -> None:
+        write_number(sample, at)
+        rays = sensor.list_rays(sample)
         scan = LaserScan(
-            timestamp=to_timestamp(reading.time),
+            timestamp=to_timestamp(sample.time),
             frame_id=sensor.name,
             pose=to_pose_message(Pose(0.0, 0.0, 0.0)),
-            start_angle=-sensor.cone / 2,
-            end_angle=sensor.cone / 2,
-            ranges=[float(reading.distance)] * RAYS,
+            start_angle=rays.start,
+            end_angle=rays.end,
+            ranges=list(rays.distances),
         )
         scans.log(scan, log_time=to_nanoseconds(at))
 

@@ -14,7 +14,7 @@ from robotcore.hal.robot import Role
 from robotcore.text import suggestion
 
 Need = Role | str | type[Device]
-"""A role, the name of a device in the robot's file, or the class of a kind, such as RangeSensor."""
+"""A role, the name of a device in the robot's file, or the class of a kind, such as Camera."""
 
 
 def needed_devices(description: RobotDescription, needs: Iterable[Need], wants: Iterable[Need] = ()) -> frozenset[str]:
@@ -106,7 +106,7 @@ def name_need(need: Need) -> str:
 
 
 def format_need(need: Need) -> str:
-    """Return a need as an app's file has it, such as ``Role.CAMERA``, ``'gripper'`` or ``RangeSensor``."""
+    """Return a need as an app's file has it, such as ``Role.CAMERA``, ``'gripper'`` or ``Camera``."""
     if isinstance(need, Role):
         return f"Role.{need.name}"
     return need.__name__ if isinstance(need, type) else repr(need)

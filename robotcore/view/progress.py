@@ -11,8 +11,8 @@ from rich.spinner import Spinner
 from rich.table import Table
 from rich.text import Text
 
+from robotcore.hal.robot import Role
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.kinds.range_sensor import RangeSensor
 from robotcore.runtime.intervention_timer import InterventionTimer
 from robotcore.runtime.layers.devices import AppSensor
 from robotcore.runtime.result import RunResult
@@ -111,8 +111,7 @@ def _format_faults(run: RunContext, time: float) -> str:
 
 
 def _format_last_range(run: RunContext) -> str:
-    sensors = (each for each in run.robot.devices.values() if isinstance(each, RangeSensor))
-    sensor = next(sensors, None)
+    sensor = run.robot.range if run.robot.has(Role.RANGE) else None
     if not isinstance(sensor, AppSensor) or (sample := sensor.latest) is None:
         return ""
     return f"{sample.distance:.2f} m ahead" if isfinite(sample.distance) else "nothing ahead"

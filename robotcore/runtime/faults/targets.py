@@ -47,8 +47,8 @@ class FaultTarget(NamedTuple):
 def name_target(kind: str) -> str:
     """Return the name of the target that stands for devices of a kind: their role, or else the name of the kind.
 
-    >>> name_target("range_sensor"), name_target("encoder"), name_target("bumper")
-    ('range', 'encoders', 'bumper')
+    >>> name_target("camera"), name_target("encoder"), name_target("bumper")
+    ('camera', 'encoders', 'bumper')
     """
     return _ROLES.get(kind, kind)
 

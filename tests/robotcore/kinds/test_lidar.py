@@ -8,7 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar, cast
 
+import numpy as np
 import pytest
+from mcap.reader import make_reader
 
 import robotcore
 from drivers.kinematic.backend import KinematicBackend
@@ -22,6 +24,7 @@ from robotcore.hal.kind import build_sensor
 from robotcore.kinds import Lidar
 from robotcore.kinds.lidar import LidarDescription, Scan
 from robotcore.recording import read as read_recording
+from robotcore.recording.codec import read_fields
 from robotcore.recording.recorder import Recorder
 from robotcore.testing import MockRobot, TestSupport
 from robotcore.testing.kind_rules import KindRules
@@ -244,6 +247,18 @@ def test_recorded_run_replays_to_the_bit_and_has_a_column_of_distances(robot: st
     replayed = Scanning(0.2)
     robotcore.run(RunRequest(replayed, backend="replay", options={"file": str(file)}))
     assert (replayed.scan, replayed.times) == (app.scan, app.times)
+
+
+def test_recording_shows_the_scans_in_foxglove(robot: str, world: str, tmp_path: Path) -> None:
+    file, app = tmp_path / "run.mcap", Scanning()
+    recorder = Recorder(file)
+    robotcore.run(RunRequest(app, robot=robot, backend="kinematic", world=world), [recorder], [recorder.layer])
+    with file.open("rb") as stream:
+        messages = [message for *_, message in make_reader(stream).iter_messages(topics=["/scanner/scan"])]
+    scan = dict(read_fields(messages[-1].data))
+    start, end, ranges = (np.frombuffer(scan[field]) for field in (4, 5, 6))
+    assert (start[0], end[0]) == (app.bearings[0], app.bearings[-1])
+    assert tuple(ranges) == app.scan.distances
 
 
 @pytest.mark.parametrize("fault", ["noise=0.05", "bias=0.5", "stuck=1.5", "spikes=0.5 size=0.3"])
