@@ -176,6 +176,7 @@ class ChannelPhase(ChannelMotor):
     summary = "a motor with its PWM on a PCA9685 and its direction on a GPIO: SunFounder PiCar-S and PiCar-V"
     aliases = ("picar", "sunfounder")
     modules = ("gpiozero",)
+    connector = "GPIO"
     remedy = "pip install 'robotcore[pi]'"
 
     pwm: Channel

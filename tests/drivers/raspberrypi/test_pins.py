@@ -23,6 +23,7 @@ from robotcore.errors import (
     DeviceClosedError,
     DeviceError,
 )
+from robotcore.plugins import DEVICES, device_driver_names, load_registered
 from tests.drivers.raspberrypi.lines import Lines, lgpio
 from tests.texts import CheckText, Raises
 
@@ -170,3 +171,9 @@ def test_a_line_with_a_fixed_pull_up_can_be_closed() -> None:
     with ExitStack() as opened:
         open_output("left_motor", 2, pins, opened)
     OutputDevice(2, pin_factory=pins).close()
+
+
+def test_every_driver_on_gpios_names_its_connector() -> None:
+    drivers = [load_registered("device driver", DEVICES, name) for name in device_driver_names()]
+    wrong = [each.name for each in drivers if ("gpiozero" in each.modules) is not (each.connector == "GPIO")]
+    assert wrong == []
