@@ -31,8 +31,9 @@ class DifferentialDrive:
 
     Each command returns the velocity that will be sent, after the limits and the range guard. ``geometry`` has the
     wheel radius and the track. ``max_linear`` in m/s and ``max_angular`` in rad/s are the greatest velocities.
-    ``reach`` is the radius, in metres, of the circle that the robot needs to turn on the spot. ``min_turn_radius`` is
-    the radius of its sharpest turn, in metres; 0 for a robot that can turn on the spot.
+    ``reach`` is the radius, in metres, of the circle that the robot needs to turn on the spot, and ``inner_reach`` that
+    of the circle between its wheels, where nothing else can be. ``min_turn_radius`` is the radius of the sharpest turn,
+    in metres; 0 for a robot that can turn on the spot.
 
     >>> import robotcore
     >>> robot = robotcore.testing.MockRobot(range=[0.84]).layered
@@ -48,10 +49,12 @@ class DifferentialDrive:
         max_wheel_velocity: float,
         reach: float = 0.0,
         min_turn_radius: float = 0.0,
+        inner_reach: float | None = None,
     ) -> None:
         self.geometry = geometry
         self.reach = reach
         self.min_turn_radius = min_turn_radius
+        self.inner_reach = geometry.track / 2 if inner_reach is None else inner_reach
         self.max_linear = max_wheel_velocity * geometry.wheel_radius
         self.max_angular = 2 * self.max_linear / (geometry.track + 2 * min_turn_radius)
         self._stage = stage

@@ -244,7 +244,7 @@ class NavigationMap:
             is_forgotten = self._integrator.add(sensor, reading.distance, read_at.compose(sensor_mount))
         if is_new_reading or is_new_view:
             self._last_view = new_view
-            self.grid.add_free_disc(pose.x, pose.y, robot.drive.reach, robot.drive.geometry.track / 2)
+            self.grid.add_free_disc(pose.x, pose.y, robot.drive.reach, robot.drive.inner_reach)
             self.coverage.add_view(viewed_at.compose(camera_mount), camera.intrinsics.horizontal_fov)
         return is_forgotten
 

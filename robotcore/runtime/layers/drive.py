@@ -106,7 +106,13 @@ def build_drive(
         command_filter, measured = tap.command_filter(command_filter), tap.angles(measured)
     odometry = Odometry(drive.geometry, measured)
     guarded = DifferentialDrive(
-        drive.geometry, command_filter, odometry, limit, description.body.reach_m, description.min_turn_radius_m
+        drive.geometry,
+        command_filter,
+        odometry,
+        limit,
+        description.body.reach_m,
+        description.min_turn_radius_m,
+        drive.track_m / 2,
     )
     return GuardedDrive(guarded, command_filter, safety_filter.suspend)
 

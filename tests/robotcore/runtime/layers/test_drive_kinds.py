@@ -155,6 +155,12 @@ def test_app_reads_the_radius_of_the_sharpest_turn() -> None:
         assert angular == pytest.approx(linear / (radius + track / 2))
 
 
+def test_circle_between_wheels_that_skid_is_narrower_than_the_effective_track() -> None:
+    drive = MockRobot(SKID, range=2.0).layered.drive
+    assert drive.inner_reach == 0.135 / 2
+    assert drive.geometry.track / 2 == pytest.approx(1.6 * drive.inner_reach)
+
+
 def test_stop_holds_the_steering() -> None:
     robot = MockRobot(QUICK_CAR, range=2.0)
     drive(robot, 0.2, 0.3)
