@@ -33,6 +33,10 @@ BOARDS = {
         THREE,
         {"M1": (9, 10, 8), "M2": (11, 12, 13), "M3": (3, 4, 2), "M4": (5, 6, 7)},
     ),
+    # Source: https://www.waveshare.net/w/upload/9/9a/Motor_Driver_HAT_Code.7z, main.py. Its jumpers set the address.
+    "waveshare-motor-driver-hat": Board(
+        "Waveshare Motor Driver HAT", 0x40, 1500, THREE, {"MA": (2, 1, 0), "MB": (4, 3, 5)}
+    ),
     # Source: https://github.com/Freenove/Freenove_4WD_Smart_Car_Kit_for_Raspberry_Pi, Code/Server/Motor.py. Its servos
     # are on channels 8 to 15 of the same chip.
     "freenove-4wd": Board(

@@ -124,7 +124,7 @@ class ChannelHBridge(ChannelMotor):
     aliases = ("pca9685", "motorhat", "motor-hat", "motorkit", "freenove", "jetbot")
 
     board: str | None = None
-    """The name of a board: ``adafruit-motor-hat`` or ``freenove-4wd``."""
+    """The name of a board, such as ``adafruit-motor-hat``."""
 
     motor: str | None = None
     """The motor's place on the board, such as ``M1`` or ``front-left``."""

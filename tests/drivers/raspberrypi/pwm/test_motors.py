@@ -49,6 +49,11 @@ def test_opened_chip_has_its_frequency_and_every_channel_off(bus: Bus) -> None:
         (LEFT, {8: 0.5, 9: 1.0}, {8: 0.25, 10: 1.0}),
         (RIGHT, {13: 0.5, 11: 1.0}, {13: 0.25, 12: 1.0}),
         ({**RIGHT, "forward": 12, "backward": 11}, {13: 0.5, 12: 1.0}, {13: 0.25, 11: 1.0}),
+        (
+            {**LEFT, "board": "waveshare-motor-driver-hat", "motor": "MB", "address": 0x60},
+            {5: 0.5, 4: 1.0},
+            {5: 0.25, 3: 1.0},
+        ),
         (TWO_CHANNELS, {0: 0.5}, {1: 0.25}),
         ({**LEFT, "board": "freenove-4wd", "motor": "rear-left", "address": 0x60}, {3: 0.5}, {2: 0.25}),
     ],
