@@ -23,11 +23,12 @@ from enum import Enum, auto
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drivers.serial.line import Line
 from drivers.serial.protocol import Protocol
 from drivers.serial.ranging.frames import FULL
-from drivers.serial.ranging.lidar import LidarDriver, LineLidar, TurnSampler
+from drivers.serial.ranging.lidar import Array, LidarDriver, LineLidar, TurnSampler
 from robotcore.hardware import DeviceContext
 from robotcore.kinds.lidar import Lidar, LidarDescription
 
@@ -205,10 +206,19 @@ class RPLidarProtocol(Protocol):
         if not self._turn:
             return
         angles, distances = (np.array(each) for each in list(zip(*self._turn, strict=True))[1:])
-        echoes, count = np.flatnonzero(np.isfinite(distances)), len(self._turn)
-        # The lidar turns evenly, so the angles without an echo are between those of their neighbours.
-        even = np.interp(np.arange(count), [0, *echoes, count], [0.0, *angles[echoes], 360.0])
-        self._sampler.add_turn(even, distances, self._turn_at)
+        self._sampler.add_turn(_spread_angles(angles, np.isfinite(distances)), distances, self._turn_at)
+
+
+def _spread_angles(angles: Array, is_echo: NDArray[np.bool_]) -> Array:
+    """Return the angles of a turn in degrees, in which those without an echo lie evenly between their neighbours.
+
+    The first angle of a turn may be a little less than 360, and the last ones a little more than 0.
+    """
+    count, echoes = len(angles), np.flatnonzero(is_echo)
+    turns = np.rint(echoes / count - angles[echoes] / 360)
+    known = [0.0, *(angles[echoes] + 360 * turns), 360.0]
+    spread: Array = np.interp(np.arange(count), [-1, *echoes, count], known)
+    return spread
 
 
 def _find_answer(received: bytes, descriptor: bytes, size: int) -> bytes:

@@ -19,7 +19,7 @@ from drivers.kinematic.backend import KinematicBackend
 from drivers.serial.ranging.ld06 import LD06
 from drivers.serial.ranging.ld06 import Parser as LD06Parser
 from drivers.serial.ranging.lidar import MAX_GAP_RAD, LidarDriver, TurnSampler
-from drivers.serial.ranging.rplidar import Node, NodeParser, RPLidarA1
+from drivers.serial.ranging.rplidar import HEALTH_ANSWER, SCAN_ANSWER, Node, NodeParser, RPLidarA1, RPLidarProtocol
 from robotcore.description import Mount, RobotDescription, load_robot
 from robotcore.errors import DescriptionError, DeviceError, DeviceLostError
 from robotcore.hal.backend import Setup
@@ -291,6 +291,24 @@ def test_lost_byte_of_a_node_loses_few_nodes_and_makes_no_others() -> None:
         assert parser.losses == 1
         assert set(parsed) <= set(true)
         assert len(parsed) > 330
+
+
+@pytest.mark.parametrize("first, last", [(0.0, 359.0), (359.9, 359.0), (0.5, 0.2)])
+def test_nodes_without_an_echo_lie_between_their_neighbours(first: float, last: float) -> None:
+    """The angles of such nodes are not reliable, so here all of them are 200°."""
+    protocol = RPLidarProtocol(sampler := TurnSampler(SCANNER), 115200)
+    for data in (HEALTH_ANSWER + b"\0\0\0", SCAN_ANSWER):
+        protocol.data_to_send(1.0)
+        protocol.data_to_send(2.0)
+        protocol.receive(data, 2.0)
+    turn = [(first, 1.0), *[(200.0, math.inf)] * 178, (180.0, 2.0), *[(200.0, math.inf)] * 179, (last, 1.0)]
+    nodes = [build_node(angle, distance, is_first=index == 0) for index, (angle, distance) in enumerate(turn)]
+    for _ in range(3):
+        protocol.receive(b"".join(nodes), 3.0)
+    distances = sampler.newest.get().distances
+    assert [index for index, distance in enumerate(distances) if math.isfinite(distance)] == pytest.approx(
+        [0, 180, 181], abs=1
+    )
 
 
 @pytest.mark.parametrize("gap, scans", [(0.9, 1), (1.1, 0)])
