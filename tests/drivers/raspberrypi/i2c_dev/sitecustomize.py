@@ -56,7 +56,9 @@ def control(file: int, request: int, argument: Any = 0, mutate_flag: bool = True
             time.sleep(float(hang.read_text()))
             raise OSError(errno.ETIMEDOUT, "Connection timed out")
         transfer(folder / f"{_buses[file]}.0x{_addresses[file]:02x}", *struct.unpack("BBIP", argument))
-    elif request != SET_TIMEOUT:
+    elif request == SET_TIMEOUT:
+        Path(os.environ["FAKE_I2C"], "timeout").write_text(str(argument))
+    else:
         raise OSError(errno.ENOTTY, "Inappropriate ioctl for device")
     return 0
 

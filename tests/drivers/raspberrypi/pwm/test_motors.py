@@ -201,6 +201,7 @@ def test_chip_that_lost_power_is_reported_at_the_next_command(bus: Bus, raises: 
 
 def test_hung_bus_is_an_error_within_its_limit(bus: Bus, raises: Raises) -> None:
     motor = open_motor(LEFT)
+    assert int(bus.folder.joinpath("timeout").read_text()) == 100 * TIMEOUT_S  # in units of 10 ms
     bus.hang(TIMEOUT_S)
     begin = time.monotonic()
     with raises(DeviceError, "chip-unanswered"):
