@@ -188,10 +188,6 @@ class TwoWheelDrive(Drive):
             DriveWheel(self.right, 0.0, -y_m, self.right, self.right_encoder),
         )
 
-    def wheel_y_m(self, motor: str) -> float:
-        """Return the y coordinate of the wheel of a motor in the robot's frame, in metres."""
-        return self.track_m / 2 if motor == self.left else -self.track_m / 2
-
 
 def _to_tuple(value: Any) -> Any:
     return (value,) if isinstance(value, str) else value

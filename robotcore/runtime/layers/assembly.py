@@ -189,8 +189,14 @@ def _take_servo(name: str, raw: Robot, devices: dict[str, Device], layers: Seque
     for layer in layers:
         if not isinstance(layer, Tap):
             send = layer.actuator(servo, send)
-    devices[name] = wrap_actuator(servo, partial(_refuse_angle, name), None)
-    return _follow(joints[name], send)
+    shown: Any = wrap_actuator(servo, partial(_refuse_angle, name), None)
+    devices[name], follow = shown, _follow(joints[name], send)
+
+    def send_angle(angle: float) -> float:
+        shown.angle = follow(angle)
+        return float(shown.angle)
+
+    return send_angle
 
 
 def _refuse_angle(servo: str, _angle: float) -> float:

@@ -178,6 +178,12 @@ def test_obstacle_ahead_stops_a_car_without_a_turn() -> None:
     assert drive(robot, -0.2, 0.3) == pytest.approx((-0.2, 0.3))
 
 
+def test_app_reads_the_angle_of_the_servo_that_steers() -> None:
+    robot = MockRobot(QUICK_CAR, range=2.0)
+    drive(robot, 0.2, 0.3)
+    assert robot.layered["steering"].angle == steer(robot) > 0.2  # type: ignore[attr-defined]
+
+
 def test_app_cannot_command_the_servo_that_steers(raises: Raises) -> None:
     robot = MockRobot(QUICK_CAR, range=2.0)
     with raises(UsageError, "servo-of-the-drive", device="steering"):
