@@ -88,7 +88,16 @@ def test_each_listed_part_of_a_robot_exists() -> None:
         exec(compile(code, f"the page's code {code}", "exec"), dict(parts))  # noqa: S102  the page's own words
 
 
-FOR_DRIVERS = {"close", "kind", "is_monitored", "find_problem", "format_sample", "measure_ahead"}
+FOR_DRIVERS = {
+    "close",
+    "kind",
+    "is_monitored",
+    "find_problem",
+    "format_sample",
+    "has_rays",
+    "list_rays",
+    "measure_ahead",
+}
 
 
 @pytest.mark.parametrize(
