@@ -59,8 +59,12 @@ class Simulation:
             self._closing.callback(self._window.close)
 
     def open(self, description: DeviceDescription) -> Device:
-        """Open a device of the robot. Raises DeviceError for a motor or an encoder that is on no wheel."""
-        if isinstance(description, MotorDescription):
+        """Open a device of the robot. Raises DeviceError for an encoder that is on no wheel.
+
+        A motor that is on no wheel accepts commands without an effect.
+        """
+        driven = self._robot.drive.motors if self._robot.drive else ()
+        if isinstance(description, MotorDescription) and description.name in driven:
             return MujocoMotor(self.model, self.data, description, self._body)
         if isinstance(description, EncoderDescription):
             body, joints = self._body, self._body.find_joints(description.name)

@@ -59,10 +59,14 @@ class Simulation:
         bullet.setGravity(0.0, 0.0, -9.81)
 
     def open(self, description: DeviceDescription) -> Device:
-        """Open a device of the robot. Raises DeviceError for a motor or an encoder that is on no wheel."""
+        """Open a device of the robot. Raises DeviceError for an encoder that is on no wheel.
+
+        A motor that is on no wheel accepts commands without an effect.
+        """
         bullet = self._bullet.for_device(description.name)
         body = self._body.with_connection(bullet)
-        if isinstance(description, MotorDescription):
+        driven = self._robot.drive.motors if self._robot.drive else ()
+        if isinstance(description, MotorDescription) and description.name in driven:
             motor = BulletMotor(bullet, description, body, self.clock.step, self._steering)
             self._motors.append(motor)
             return motor

@@ -62,8 +62,8 @@ def test_a_simulation_is_closed_if_a_device_fails_to_open(
     assert closed
 
 
-def test_every_device_without_a_wheel_is_named(closed: list[Simulation], raises: Raises) -> None:
-    spare = [device.model_copy(update={"name": f"spare_{device.kind}"}) for device in ROVER.devices[1:3]]
+def test_every_encoder_without_a_wheel_is_named(closed: list[Simulation], raises: Raises) -> None:
+    spare = [device.model_copy(update={"name": f"spare_{device.name}"}) for device in ROVER.devices[2:4]]
     robot = ROVER.model_copy(update={"devices": (*ROVER.devices, *spare)})
     with raises(DeviceGroupError):
         MujocoBackend().open(setup(world(), robot=robot))

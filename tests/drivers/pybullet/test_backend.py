@@ -57,8 +57,8 @@ def test_a_connection_is_closed_if_opening_fails(
     assert not connections[0].isConnected()
 
 
-def test_every_device_without_a_wheel_is_named_and_all_is_closed(connections: list[Bullet], raises: Raises) -> None:
-    spare = [device.model_copy(update={"name": f"spare_{device.kind}"}) for device in ROVER.devices[1:3]]
+def test_every_encoder_without_a_wheel_is_named_and_all_is_closed(connections: list[Bullet], raises: Raises) -> None:
+    spare = [device.model_copy(update={"name": f"spare_{device.name}"}) for device in ROVER.devices[2:4]]
     robot = ROVER.model_copy(update={"devices": (*ROVER.devices, *spare)})
     with raises(DeviceGroupError):
         PyBulletBackend().open(setup(world(), robot=robot))
