@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from drivers.kinematic.devices import KinematicMotor, Sonar
 from drivers.kinematic.simulation import Simulation
 from robotcore.description import DeviceDescription, StrictModel
 from robotcore.errors import DeviceError, DeviceGroupError, UsageError
-from robotcore.hal.backend import Backend, Capability, Setup
+from robotcore.hal.backend import Capability, Setup
 from robotcore.hal.device import Device
 from robotcore.hal.kind import simulate_device
 from robotcore.hal.robot import Robot
+from robotcore.hardware import SimulatorBackend
 from robotcore.kinds.camera import CameraDescription, SimulatedCamera
 from robotcore.kinds.encoder import EncoderDescription, SimulatedEncoder
 from robotcore.kinds.motor import MotorDescription
@@ -21,7 +24,7 @@ class KinematicOptions(StrictModel):
     """The options of the backend. It has none."""
 
 
-class KinematicBackend(Backend):
+class KinematicBackend(SimulatorBackend):
     """Opens a robot in a fast simulation without mass and friction.
 
     >>> from robotcore.description import load_robot, load_world
@@ -44,7 +47,7 @@ class KinematicBackend(Backend):
         setup.options_as(KinematicOptions)
         simulation = Simulation(setup, setup.world)
         _require_wheels(setup, simulation)
-        devices = [_open_device(description, simulation) for description in setup.chosen_devices]
+        devices = self.open_each(setup, simulation.clock, partial(_open_device, simulation))
         return Robot(setup.robot.name, simulation.clock, devices, truth=simulation)
 
 
@@ -57,7 +60,7 @@ def _require_wheels(setup: Setup, simulation: Simulation) -> None:
         raise DeviceGroupError(f"opening {setup.robot.name}", stray)
 
 
-def _open_device(description: DeviceDescription, simulation: Simulation) -> Device:
+def _open_device(simulation: Simulation, description: DeviceDescription) -> Device:
     name, locate = description.name, simulation.ground_truth.joints.locate
     if isinstance(description, MotorDescription):
         return KinematicMotor(description, simulation.wheels[name])

@@ -8,8 +8,9 @@ from contextlib import ExitStack
 from drivers.mujoco.simulation import Simulation
 from robotcore.description import RobotDescription, StrictModel, WorldDescription
 from robotcore.errors import BackendMissingError, UsageError
-from robotcore.hal.backend import Backend, Capability, ModelExport, Setup
+from robotcore.hal.backend import Capability, ModelExport, Setup
 from robotcore.hal.robot import Robot
+from robotcore.hardware import SimulatorBackend
 
 MIN_VERSION = (3, 5)
 
@@ -18,7 +19,7 @@ class MujocoOptions(StrictModel):
     """The options of the backend. It has none, so any option is refused."""
 
 
-class MujocoBackend(Backend):
+class MujocoBackend(SimulatorBackend):
     """Opens each robot in its own MuJoCo simulation. Equal runs on one platform give bit-identical results."""
 
     name = "mujoco"
@@ -67,7 +68,7 @@ class MujocoBackend(Backend):
         with ExitStack() as cleanup:
             simulation = Simulation(setup, setup.world)
             cleanup.callback(simulation.close)
-            devices = setup.open_each(simulation.open)
+            devices = self.open_each(setup, simulation.clock, simulation.open)
             cleanup.pop_all()
         return Robot(setup.robot.name, simulation.clock, devices, truth=simulation, release=simulation.close)
 

@@ -12,8 +12,9 @@ from drivers.pybullet.bullet import Bullet, redirect_stdout
 from drivers.pybullet.simulation import Simulation
 from robotcore.description import StrictModel
 from robotcore.errors import UsageError
-from robotcore.hal.backend import Backend, Capability, Setup
+from robotcore.hal.backend import Capability, Setup
 from robotcore.hal.robot import Robot
+from robotcore.hardware import SimulatorBackend
 
 
 class PyBulletOptions(StrictModel):
@@ -23,7 +24,7 @@ class PyBulletOptions(StrictModel):
     """The number of iterations of the contact solver in each physics step."""
 
 
-class PyBulletBackend(Backend):
+class PyBulletBackend(SimulatorBackend):
     """Opens each robot in its own Bullet simulation. Equal runs on one platform give bit-identical results.
 
     `PyBulletOptions` describes the options.
@@ -55,6 +56,6 @@ class PyBulletBackend(Backend):
             bullet = Bullet.connect(gui=setup.gui)
             undo.callback(bullet.close)
             simulation = Simulation(bullet, setup, setup.world, options.solver_iterations)
-            devices = setup.open_each(simulation.open)
+            devices = self.open_each(setup, simulation.clock, simulation.open)
             undo.pop_all()
         return Robot(setup.robot.name, simulation.clock, devices, truth=simulation, release=bullet.close)

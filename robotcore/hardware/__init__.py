@@ -6,6 +6,7 @@ from robotcore.hardware.binding import bind_devices, list_drivers
 from robotcore.hardware.driver import Connection, DeviceBinding, DeviceContext, DeviceDriver, Drivers, Shared
 from robotcore.hardware.opening import encoder_of, motor_of, open_devices, open_robot
 from robotcore.hardware.polled_samples import NewestSample, PolledRangeSensor
+from robotcore.hardware.real_inputs import SimulatorBackend
 
 __all__ = [
     "Connection",
@@ -19,6 +20,7 @@ __all__ = [
     "PadKind",
     "PolledRangeSensor",
     "Shared",
+    "SimulatorBackend",
     "Wire",
     "Wiring",
     "bind_devices",

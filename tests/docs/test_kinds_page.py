@@ -14,6 +14,8 @@ import pytest
 
 from robotcore import kinds
 from robotcore.cli.scaffold import KIND, make
+from robotcore.description import load_robot
+from robotcore.hal.backend import load_backend
 from robotcore.plugins import kind_names
 from tests.docs.listings import Listing, find_code, list_listings, read_rows
 from tests.robotcore.description.files import ROVER
@@ -24,8 +26,8 @@ else:
     import tomli as tomllib
 
 PAGE = (Path(__file__).parents[2] / "docs" / "kinds.md").read_text()
-TURN, TELEOP, SCRIPT, *LISTINGS = list_listings(PAGE)
-"""The app that uses an IMU, the app and the script for a gamepad, and the parts of the package."""
+TURN, TELEOP, SCRIPT, REAL, *LISTINGS = list_listings(PAGE)
+"""The app that uses an IMU, the app, the script and the driver for a gamepad, and the parts of the package."""
 
 
 @pytest.fixture
@@ -106,6 +108,8 @@ def test_app_drives_as_the_script_of_a_gamepad_says(tmp_path: Path) -> None:
     words = (TELEOP.file, "--robot", SCRIPT.file, "--world", "open", "--json")
     answer = json.loads(type_command(tmp_path, "robotcore", "run", *words).stdout)
     assert (answer["outcome"], answer["sim_time_s"]) == ("success", 4.0)
+    (tmp_path / REAL.file).write_text(f"{ROVER}\n{SCRIPT.text}\n{REAL.text}")
+    assert load_backend("mujoco").check(load_robot(str(tmp_path / REAL.file))) == "1 real device"
 
 
 @pytest.mark.slow

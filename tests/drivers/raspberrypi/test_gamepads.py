@@ -15,7 +15,8 @@ from drivers.raspberrypi.doctor.devices import check_gamepads
 from drivers.raspberrypi.gamepads import MICROSOFT, EventPad
 from robotcore import Behaviour, Outcome, Robot, Role, RunRequest, Status
 from robotcore.description import load_robot
-from robotcore.errors import DeviceClosedError, DeviceError, DeviceLostError
+from robotcore.errors import DescriptionError, DeviceClosedError, DeviceError, DeviceLostError
+from robotcore.hal.backend import load_backend
 from robotcore.hal.clock import SteppedClock
 from robotcore.hardware import DeviceBinding, DeviceContext
 from robotcore.kinds import Gamepad
@@ -332,3 +333,55 @@ def test_on_virtual_pins_the_script_of_the_robot_s_file_stands_in(tmp_path: Path
     )
     result = robotcore.run(RunRequest(Steer, robot=str(file), backend="virtualpi", world="open"))
     assert (result.outcome, result.sim_time_s) == (Outcome.SUCCESS, 1.0)
+
+
+def write_robot(folder: Path, *tables: str) -> str:
+    file = folder / "driven.toml"
+    file.write_text("\n\n".join((ROVER, '[[devices]]\nkind = "gamepad"\nname = "pad"', *tables)))
+    return str(file)
+
+
+@pytest.mark.parametrize("backend", ["kinematic", "mujoco", "pybullet"])
+def test_real_gamepad_drives_a_simulated_robot(bench: Bench, tmp_path: Path, backend: str) -> None:
+    pad = bench.plug_in(FakePad(XBOX))
+
+    class Push(Steer):
+        """Moves the sticks as the person does, and presses the lowest button after a second."""
+
+        def step(self, robot: Robot) -> Status:
+            pad.axes[e.ABS_Y] = -32768
+            pad.keys = {e.BTN_SOUTH} if robot.clock.now() >= 1.0 else set()
+            status = super().step(robot)
+            self.reason = f"{robot.drive.pose.x:.2f}"
+            return status
+
+    robot = write_robot(tmp_path, f'[{backend}.pad]\ndriver = "gamepad"')
+    result = robotcore.run(RunRequest(Push, robot=robot, backend=backend, world="open"))
+    assert (result.outcome, result.sim_time_s) == (Outcome.SUCCESS, 1.0)
+    assert float(result.reason) == pytest.approx(0.17, abs=0.03)
+    assert not pad.is_open
+
+
+def test_gamepad_that_is_not_there_ends_a_simulation_that_needs_it(bench: Bench, tmp_path: Path) -> None:
+    robot = write_robot(tmp_path, '[kinematic.pad]\ndriver = "gamepad"')
+    result = robotcore.run(RunRequest(Steer, robot=robot, world="open"))
+    assert result.outcome is Outcome.ERROR
+    assert "no gamepad was found" in result.reason
+    without = tmp_path / "nowhere.toml"
+    without.write_text(Path(robot).read_text().replace("[kinematic.pad]", "[mujoco.pad]"))
+    assert robotcore.run(RunRequest(Steer, robot=str(without), world="open", timeout_s=0.2)).outcome is Outcome.TIMEOUT
+
+
+@pytest.mark.parametrize(
+    "table, kind",
+    [
+        ('[kinematic.nose]\ndriver = "hc-sr04"\ntrigger = 16\necho = 26', "unknown-pin"),
+        ('[kinematic.left_motor]\ndriver = "waveshare-motor"\nside = "left"\nport = "/dev/ttyUSB0"', "unknown-pin"),
+        ('[kinematic.pad]\ndriver = "gamepad"\ndead_zone = 2', "out-of-bounds"),
+    ],
+)
+def test_simulator_opens_no_other_real_device(tmp_path: Path, raises: Raises, table: str, kind: str) -> None:
+    robot = write_robot(tmp_path, table)
+    with raises(DescriptionError, kind):
+        load_backend("kinematic").check(load_robot(robot))
+    assert robotcore.run(RunRequest(Steer, robot=robot, world="open")).outcome is Outcome.ERROR

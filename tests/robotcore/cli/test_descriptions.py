@@ -48,7 +48,7 @@ def test_check_names_a_section_that_its_backend_does_not_read(
 ) -> None:
     register(monkeypatch)
     file = tmp_path / "post.toml"
-    file.write_text(robot_file(f"{NECK}{EYE}[kinematic]\nx = 1\n"))
+    file.write_text(robot_file(f"{NECK}{EYE}[mock]\nx = 1\n"))
     answer = cli("check", str(file))
     assert answer.status == 0
     check_text(answer.out)
@@ -60,11 +60,11 @@ def test_check_fails_if_a_section_cannot_be_checked_and_checks_the_others(
     register(monkeypatch, broken="no_such_package:Thing")
     file = tmp_path / "post.toml"
     broken = EYE.replace('"plug"', '"broken"')
-    file.write_text(robot_file(f'{NECK}{broken}[raspberrypi.eye]\ndriver = "plug"\npin = 2\n[kinematic]\nx = 1\n'))
+    file.write_text(robot_file(f'{NECK}{broken}[raspberrypi.eye]\ndriver = "plug"\npin = 2\n[mock]\nx = 1\n'))
     answer = cli("check", str(file))
     assert answer.status == 2
     check_text(answer.err)
-    file.write_text(robot_file(f"{NECK}{broken}[kinematic]\nx = 1\n"))
+    file.write_text(robot_file(f"{NECK}{broken}[mock]\nx = 1\n"))
     answer = cli("check", str(file))
     assert answer.status == 3
     check_text(answer.out)
