@@ -177,6 +177,10 @@ class RobotDescription(StrictModel):
         if not body.front_x_m - body.length_m < 0 < body.front_x_m:
             remedy = "Correct body.centre_x_m or body.length_m"
             raise Mistake("the axle is not under the body", remedy, kind="axle-not-under-body")
+        rows = len(drive.wheels) // 2
+        if rows > 1 and (gap := drive.wheelbase / (rows - 1)) < 2 * drive.wheel_radius_m:
+            problem = f"the wheels of a side are {gap:g} m apart, but their diameter is {2 * drive.wheel_radius_m:g} m"
+            raise Mistake(problem, "Correct drive.wheelbase_m or drive.wheel_radius_m", kind="wheels-overlap")
         ends = [wheel.x_m + side * drive.wheel_radius_m for wheel in drive.wheels for side in (-1, 1)]
         if drive.wheelbase and not body.front_x_m - body.length_m <= min(ends) <= max(ends) <= body.front_x_m:
             reach = f"from x = {body.front_x_m - body.length_m:g} m to {body.front_x_m:g} m"

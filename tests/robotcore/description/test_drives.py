@@ -28,6 +28,7 @@ SKID_MISTAKES = [
     ("track_factor = 1.6", "track_faktor = 1.6", "drive.track_faktor", "unknown-key"),
     ("wheelbase_m = 0.12\n", "", "drive.wheelbase_m", "missing-key"),
     ("wheelbase_m = 0.12", "wheelbase_m = 0.3", "", "body-shorter-than-wheels"),
+    ("wheel_radius_m = 0.0325", "wheel_radius_m = 0.065", "", "wheels-overlap"),
     (RIGHT, '"front_right_motor"]', "drive", "uneven-sides"),
     (RIGHT, '"front_right_motor", "front_left_motor"]', "drive", "same-motor"),
     (RIGHT, '"front_right_motor", "rear"]', "", "no-such-device"),
@@ -59,6 +60,7 @@ CAR_MISTAKES = [
     (ANGLES, "min_angle_rad = 0.1\nmax_angle_rad = 0.5", "", "steering-range"),
     (ANGLES, "min_angle_rad = -1.3\nmax_angle_rad = 1.3", "", "steering-range"),
     ("wheelbase_m = 0.162", "wheelbase_m = 0.3", "", "body-shorter-than-wheels"),
+    ("wheelbase_m = 0.162", "wheelbase_m = 0.06", "", "wheels-overlap"),
 ]
 
 
