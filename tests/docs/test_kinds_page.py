@@ -26,8 +26,8 @@ else:
     import tomli as tomllib
 
 PAGE = (Path(__file__).parents[2] / "docs" / "kinds.md").read_text()
-TURN, TELEOP, SCRIPT, REAL, *LISTINGS = list_listings(PAGE)
-"""The app that uses an IMU, the app, the script and the driver for a gamepad, and the parts of the package."""
+SCANNER, ROAM, TURN, TELEOP, SCRIPT, REAL, *LISTINGS = list_listings(PAGE)
+"""The lidar and its app, an app with an IMU, and the app, the script and the driver for a gamepad; then the package."""
 
 
 @pytest.fixture
@@ -88,6 +88,16 @@ def test_run_with_the_kind_is_recorded_and_replayed(folder: Path) -> None:
 def test_fault_of_the_kind_changes_its_value(folder: Path) -> None:
     answer = run_app(folder, "--fault", "flow bias=-0.05", "--timeout", "3")
     assert answer["outcome"] == "timeout"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("backend", ["kinematic", "mujoco", "pybullet"])
+def test_app_roams_by_the_lidar_without_contact(tmp_path: Path, backend: str) -> None:
+    (tmp_path / ROAM.file).write_text(ROAM.text)
+    (tmp_path / SCANNER.file).write_text(f"{ROVER}\n{SCANNER.text}")
+    words = (ROAM.file, "--robot", SCANNER.file, "--world", "arena", "--seed", "2", "--timeout", "70", "--json")
+    answer = json.loads(type_command(tmp_path, "robotcore", "run", *words, "--backend", backend).stdout)
+    assert (answer["outcome"], answer["contacts"]) == ("success", 0)
 
 
 @pytest.mark.slow
