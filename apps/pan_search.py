@@ -68,7 +68,7 @@ class PanSearch(Behaviour):
             pan.set_angle(mount.heading + pose.compose(mount).bearing_to(*self._ball.place))
             return
         if pan.angle in (pan.min_angle, pan.max_angle):
-            self._side = -1.0 if pan.angle > 0 else 1.0
+            self._side = -1.0 if pan.angle == pan.max_angle else 1.0
         pan.set_angle(pan.angle + self._side * self.pan_rad_s * passed)
 
     def _explore(self, pose: Pose) -> Twist | None:
