@@ -65,7 +65,7 @@ class SharedMotor:
     def set_wheels(self, wheels: Wheels) -> Wheels:
         mean = (wheels.left + wheels.right) / 2
         accepted = self._sides.set_wheels(Wheels(mean, 0.0)).left
-        return wheels if accepted == mean else Wheels(*(accepted / mean * each for each in wheels))
+        return wheels if accepted == mean or not mean else Wheels(*(accepted / mean * each for each in wheels))
 
 
 class SteeredWheels:

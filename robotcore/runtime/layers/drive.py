@@ -68,7 +68,7 @@ def build_drive(
     ahead = [SensorAhead(device, description, joints) for device in opened if isinstance(device, Sensor)]
     fixed = [sensor for sensor in ahead if sensor.is_fixed]
     left, right = _find_encoders(devices, drive.left_encoders), _find_encoders(devices, drive.right_encoders)
-    steer = partial(_steer_angles, drive, joints, clock)
+    steer = partial(_steer_angles, drive, joints, clock, is_measured=bool(left and right) and left != right)
     rules: list[Rule] = []
     measured: Callable[[], Wheels] = commanded.angles
     if left and right:
@@ -131,9 +131,14 @@ def build_output(drive: Drive, motors: Mapping[str, VelocityOutput], steer: Send
     return output
 
 
-def _steer_angles(drive: Drive, joints: Joints, clock: Clock, read: Callable[[], Wheels]) -> Callable[[], Wheels]:
-    """Return a function that reads the wheel angles, with the steering angle if there is no encoder for each wheel."""
-    if drive.steering_servo is None or len(drive.encoders) == 2:
+def _steer_angles(
+    drive: Drive, joints: Joints, clock: Clock, read: Callable[[], Wheels], *, is_measured: bool
+) -> Callable[[], Wheels]:
+    """Return a function that reads the wheel angles, for a robot that steers with the steering angle.
+
+    is_measured: whether an encoder measures each wheel, so that the steering angle does not count.
+    """
+    if drive.steering_servo is None or is_measured:
         return read
     return SteeredAngles(read, joints[drive.steering_servo], clock, drive.track_m / 2 / drive.wheelbase)
 

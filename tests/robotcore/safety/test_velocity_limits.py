@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from robotcore.geometry import Wheels
-from robotcore.safety.velocity_limits import AccelerationLimit, VelocityLimit
+from robotcore.safety.velocity_limits import AccelerationLimit, SteeringLimit, VelocityLimit
 
 STOPPED = Wheels(0.0, 0.0)
 wheels = st.builds(Wheels, st.floats(-100, 100), st.floats(-100, 100))
@@ -36,3 +36,33 @@ class TestAccelerationLimit:
         for got, wanted, before in zip(sent, asked, last, strict=True):
             assert abs(got - before) <= 2.0 + 1e-9
             assert abs(wanted - got) <= abs(wanted - before) + 1e-9
+
+
+@pytest.mark.parametrize(
+    "command, expected, cause",
+    [
+        ((3.0, 5.0), (3.0, 5.0), ""),
+        ((2.0, 6.0), (3.0, 5.0), "steering limit"),
+        ((6.0, 2.0), (6.0, 2.0), ""),
+        ((7.0, 1.0), (6.0, 2.0), "steering limit"),
+        ((-6.0, -2.0), (-6.0, -2.0), ""),  # backward with the wheels to the right
+        ((-2.0, -6.0), (-3.0, -5.0), "steering limit"),
+        ((0.0, 8.0), (3.0, 5.0), "steering limit"),
+        ((-1.0, 1.0), (0.0, 0.0), "turn on the spot"),
+        ((0.0, 0.0), (0.0, 0.0), ""),
+    ],
+)
+def test_steering_limit_keeps_the_speed_and_the_side_of_the_turn(
+    command: tuple[float, float], expected: tuple[float, float], cause: str
+) -> None:
+    limit = SteeringLimit(least=-0.5, greatest=0.25)  # sharper to the right
+    limited = limit(Wheels(*command), STOPPED)
+    assert limited == Wheels(*expected)
+    assert not cause or limit.cause == cause
+
+
+@pytest.mark.parametrize("speed", [1e-12, 0.1, 3.0, -7.0])
+def test_sharpest_turn_is_left_unchanged_at_every_speed(speed: float) -> None:
+    limit = SteeringLimit(-0.3, 0.3)
+    command = Wheels(speed * (1 - 0.3), speed * (1 + 0.3))
+    assert limit(command, STOPPED) is command
