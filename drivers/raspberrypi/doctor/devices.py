@@ -225,6 +225,9 @@ def check_gamepads(bindings: Iterable[DeviceBinding]) -> Iterator[Finding]:
             except DeviceError as error:
                 problem, _, remedy = str(error).partition(". ")
                 yield Finding.error("gamepad", problem, remedy, kind=error.kind)
+            except ImportError as error:
+                message = f"a library is not installed ({error})"
+                yield Finding.error("gamepad", message, f"On the Pi: {EventPad.remedy}", kind="library-missing")
             else:
                 pad.close()
                 yield Finding.ok("gamepad", f"{pad.path} ({pad.name}), for {binding.name}", kind="gamepad-found")

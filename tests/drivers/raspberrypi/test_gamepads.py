@@ -304,6 +304,12 @@ def test_wiring_names_the_gamepad(check_text: CheckText) -> None:
     check_text("\n".join(map(str, [*EventPad(device="Xbox").connections(), *EventPad().notes(PAD)])))
 
 
+def test_doctor_reports_a_missing_library(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "evdev", None)
+    (found,) = check_gamepads([DeviceBinding(PAD, EventPad())])
+    assert found.kind == "library-missing"
+
+
 def test_doctor_reports_the_gamepad(bench: Bench) -> None:
     bindings = [DeviceBinding(PAD, EventPad())]
     (missing,) = check_gamepads(bindings)
