@@ -98,6 +98,17 @@ def find_devices(description: RobotDescription, need: Need) -> frozenset[str]:
     return frozenset({*drive.motors, *drive.encoders, *filter(None, (drive.steering_servo,))} | ahead)
 
 
+def require_turn_on_spot(description: RobotDescription) -> None:
+    """Raise UsageError if the robot cannot turn on the spot."""
+    if radius := description.min_turn_radius_m:
+        raise UsageError(
+            f"the app turns on the spot, but {description.name!r} steers: the radius of its sharpest turn is "
+            f"{radius:.2f} m. Choose another robot with --robot",
+            kind="no-turn-on-spot",
+            radius_m=radius,
+        )
+
+
 def name_need(need: Need) -> str:
     """Return the name of a need: of a role, a kind or a device."""
     if isinstance(need, Role):

@@ -24,7 +24,7 @@ from robotcore.hal.backend import Backend, Capability, Setup, load_backend, load
 from robotcore.runtime.apps import load_app
 from robotcore.runtime.behaviour import Behaviour, require_declarations
 from robotcore.runtime.faults import PlannedFault, plan_faults
-from robotcore.runtime.needs import choose_devices
+from robotcore.runtime.needs import choose_devices, require_turn_on_spot
 from robotcore.runtime.request import RunRequest as RunRequest  # noqa: PLC0414  the modules above import it from here
 from robotcore.runtime.settings import configure, list_changes
 from robotcore.runtime.success_verification import load_judge
@@ -97,7 +97,8 @@ class Plan:
         devices = choose_devices(backend, description, request.options, behaviour.needs, behaviour.wants)
         faults = plan_faults(request.faults, description, devices)
         _require_room_to_stop(behaviour, description)
-        _require_turn_on_spot(behaviour, description)
+        if behaviour.turns_on_spot:
+            require_turn_on_spot(description)
         _require_window(request, backend)
         builds_world = backend.builds_world(description)
         _require_randomisable(request, backend, builds_world=builds_world)
@@ -144,16 +145,6 @@ def _make_behaviour(request: RunRequest) -> Behaviour:
             kind="settings-without-effect",
         )
     return app
-
-
-def _require_turn_on_spot(behaviour: Behaviour, description: RobotDescription) -> None:
-    if behaviour.turns_on_spot and (radius := description.min_turn_radius_m):
-        raise UsageError(
-            f"the app turns on the spot, but {description.name!r} steers: the radius of its sharpest turn is "
-            f"{radius:.2f} m. Choose another robot with --robot",
-            kind="no-turn-on-spot",
-            radius_m=radius,
-        )
 
 
 def _require_room_to_stop(behaviour: Behaviour, description: RobotDescription) -> None:

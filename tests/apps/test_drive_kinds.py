@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import pytest
 
+from apps.avoid_obstacles import AvoidObstacles
 from robotcore import RunRequest, run
 from robotcore.description import load_robot
 from robotcore.errors import UsageError
 from robotcore.runtime.plan import Plan
+from robotcore.testing import MockRobot
 from tests.texts import Raises
 
 
@@ -16,6 +18,11 @@ def test_app_that_turns_on_the_spot_is_refused_for_a_robot_that_steers(app: str,
     with raises(UsageError, "no-turn-on-spot", radius_m=load_robot("picar").min_turn_radius_m):
         Plan.resolve(RunRequest(app, robot="picar"))
     assert Plan.resolve(RunRequest(app, robot="freenove-4wd"))
+
+
+def test_mock_robot_that_steers_refuses_an_app_that_turns_on_the_spot(raises: Raises) -> None:
+    with raises(UsageError, "no-turn-on-spot"):
+        MockRobot("picar", range=1.0).run(AvoidObstacles())
 
 
 @pytest.mark.slow

@@ -16,7 +16,7 @@ from robotcore.runtime.behaviour import Behaviour, Status, require_declarations
 from robotcore.runtime.faults import plan_faults
 from robotcore.runtime.layers import AssembledRobot, assemble
 from robotcore.runtime.loop import Loop
-from robotcore.runtime.needs import choose_devices
+from robotcore.runtime.needs import choose_devices, require_turn_on_spot
 from robotcore.runtime.trace import TickRecord
 from robotcore.testing.mock.backend import MockBackend
 from robotcore.testing.mock.devices import Command, MockActuator, MockDisplay, Script
@@ -83,11 +83,13 @@ class MockRobot:
 
         A further call continues the run. Raises the errors that end a real run: SafetyStop, DeviceError and
         BehaviourError. Raises UnmetNeedError if the robot has not all devices of the app's ``needs``, and UsageError if
-        a needed battery has no script.
+        a needed battery has no script, or if the app turns on the spot and the robot cannot.
         """
         if isinstance(app, type):
             raise UsageError(f"run needs an instance of the app. Write run({app.__name__}())", kind="not-an-instance")
         require_declarations(app)
+        if app.turns_on_spot:
+            require_turn_on_spot(self.description)
         if ticks < 1:
             raise UsageError(f"ticks is {ticks}; it must be at least 1", kind="no-ticks", ticks=ticks)
         self._app = self._app or app
