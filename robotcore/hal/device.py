@@ -157,7 +157,7 @@ class Sensor(Device, ABC, Generic[SampleT]):
     """The base class of sensors, which return samples."""
 
     has_rays: ClassVar[bool] = False
-    """Whether `list_rays` returns the rays of a sample. A recording shows them."""
+    """Whether the samples have distances along rays. Recordings show them, and the conditions of worlds change them."""
 
     is_monitored: ClassVar[bool] = False
     """Whether a run reads the sensor once a second by itself, as it does with a battery, and continues if it fails.
@@ -182,6 +182,13 @@ class Sensor(Device, ABC, Generic[SampleT]):
 
     def list_rays(self, sample: SampleT) -> Rays:
         """Return the rays of a sample, for a sensor that has rays."""
+        raise NotImplementedError
+
+    def change_distances(self, sample: SampleT, change: Callable[[float, int], float]) -> SampleT:
+        """Return a sample with changed distances within the sensor's range, for a sensor that has rays.
+
+        change: returns the changed distance. Its arguments are the distance in metres and the number of the ray from 0.
+        """
         raise NotImplementedError
 
     def measure_ahead(self, sample: SampleT, mount: Mount, body: Body) -> float:

@@ -144,6 +144,11 @@ class Lidar(Sensor[Scan]):
     def list_rays(self, sample: Scan) -> Rays:
         return Rays(self.bearings[0], self.bearings[-1], sample.distances)
 
+    def change_distances(self, sample: Scan, change: Callable[[float, int], float]) -> Scan:
+        changed = (change(distance, ray) for ray, distance in enumerate(sample.distances))
+        distances = (each if self.min_range <= each <= self.max_range else math.inf for each in changed)
+        return replace(sample, distances=tuple(distances))
+
     def measure_ahead(self, sample: Scan, mount: Mount, body: Body) -> float:
         """Return the distance from the front of the robot to the nearest echo on its way straight ahead.
 

@@ -86,6 +86,9 @@ class RangeSensor(Sensor[Range]):
         """Return rays of one distance across the cone, because the echo may come from any direction in it."""
         return Rays(-self.cone / 2, self.cone / 2, (float(sample.distance),) * RAYS)
 
+    def change_distances(self, sample: Range, change: Callable[[float, int], float]) -> Range:
+        return limit_reading(self, sample, change(sample.distance, 0))
+
     def measure_ahead(self, sample: Range, mount: Mount, body: Body) -> float:
         return sample.distance
 

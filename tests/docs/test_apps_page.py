@@ -94,6 +94,7 @@ FOR_DRIVERS = {
     "is_monitored",
     "find_problem",
     "format_sample",
+    "change_distances",
     "has_rays",
     "list_rays",
     "measure_ahead",

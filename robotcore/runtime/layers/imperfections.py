@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from random import Random
 from typing import Any
 
@@ -15,7 +16,6 @@ from robotcore.description import Conditions, Drive
 from robotcore.hal.device import Sensor
 from robotcore.hal.noise import draw_noise, random_at
 from robotcore.kinds.camera import Camera, Frame
-from robotcore.kinds.range_sensor import Range, RangeSensor, limit_reading
 from robotcore.optics import Image
 from robotcore.runtime.layers.base import Layer, MotorOutput, Reader
 
@@ -106,12 +106,15 @@ class ImperfectionLayer(Layer):
             effects = list(_effects(self._conditions, noise))
             return ProcessedFrames(read, effects) if effects else read
         bias, sigma = self._conditions.range_bias_m, self._conditions.range_noise_m
-        if isinstance(sensor, RangeSensor) and (bias or sigma):
-            noise = Noise(self._seed, sensor.name, sigma)
+        if sensor.has_rays and (bias or sigma):
 
-            def read_noisily() -> Range:
-                reading: Range = read()
-                return limit_reading(sensor, reading, reading.distance + bias + noise.draw_number(reading.time))
+            def disturb(time: float, distance: float, ray: int) -> float:
+                noise = Noise(self._seed, f"{sensor.name}[{ray}]" if ray else sensor.name, sigma)
+                return distance + bias + noise.draw_number(time)
+
+            def read_noisily() -> Any:
+                sample = read()
+                return sensor.change_distances(sample, partial(disturb, sample.time))
 
             return read_noisily
         return read

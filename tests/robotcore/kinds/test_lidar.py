@@ -200,6 +200,19 @@ def test_noise_has_the_described_deviation(robot: str, world: str) -> None:
     assert math.sqrt(sum(each**2 for each in errors) / len(errors)) == pytest.approx(0.02, rel=0.4)
 
 
+def test_conditions_of_the_world_change_each_distance(robot: str, world: str) -> None:
+    exact, noisy = Scanning(), Scanning()
+    robotcore.run(RunRequest(exact, robot=robot, backend="kinematic", world=world))
+    with Path(world).open("a") as file:
+        file.write("\n[conditions]\nrange_noise_m = 0.01\nrange_bias_m = 0.1\n")
+    robotcore.run(RunRequest(noisy, robot=robot, backend="kinematic", world=world))
+    pairs = zip(exact.scan.distances, noisy.scan.distances, strict=True)
+    errors = [there - here for here, there in pairs if math.isfinite(here) and math.isfinite(there)]
+    assert sum(errors) / len(errors) == pytest.approx(0.1, abs=0.01)
+    assert len(set(errors)) == len(errors) > 20
+    assert max(noisy.scan.distances) == math.inf
+
+
 def test_body_nearer_than_the_minimum_gives_no_echo(robot: str, tmp_path: Path) -> None:
     near = tmp_path / "near.toml"
     near.write_text(WORLD.replace("x_m = 1.5\ny_m = 0.4", "x_m = 0.95\ny_m = -0.05"))
