@@ -64,9 +64,11 @@ def choose_devices(
     if missing := needed_devices(description, needs) - openable:
         kinds = {device.name: device.kind.replace("_", " ") for device in description.devices}
         name = min(missing)
+        other = "move the device from the app's needs to its wants"
+        if name in {sensor.name for sensor in description.sensors_ahead}:
+            other = "a robot without it: the range guard reads it, because it looks ahead"
         raise UsageError(
-            f"the backend {backend.name!r} cannot open the {kinds[name]} {name!r}. {remedy}, or move the device from "
-            "the app's needs to its wants",
+            f"the backend {backend.name!r} cannot open the {kinds[name]} {name!r}. {remedy}, or {other}",
             kind="device-not-openable",
             device=name,
         )

@@ -402,6 +402,11 @@ def test_range_guard_ignores_a_lidar_that_looks_back(tmp_path: Path) -> None:
     assert "range guard" not in result.intervention_s
 
 
+def test_backend_without_lidars_refuses_to_drive_a_robot_whose_lidar_looks_ahead(robot: str, raises: Raises) -> None:
+    with raises(UsageError, "device-not-openable", device="scanner"):
+        robotcore.run(RunRequest(Ahead, robot=robot, backend="vrep"))
+
+
 BODY = load_robot("rover").body
 LEVEL = Mount(z_m=0.1)
 
