@@ -205,7 +205,12 @@ class Sensor(Device, ABC, Generic[SampleT]):
         """Return the newest sample, without waiting for hardware. Raises DeviceError if the sensor fails."""
         if self._is_closed:
             raise DeviceClosedError(self.name)
-        return self._attempt(self._newest)
+        try:  # as in `_attempt`, whose call takes as long as that of many drivers
+            return self._newest()
+        except RobotcoreError:
+            raise
+        except Exception as error:
+            raise build_driver_error(self.name, error) from error
 
     @abstractmethod
     def _newest(self) -> SampleT:
@@ -230,7 +235,12 @@ class Actuator(Device, ABC, Generic[CommandT]):
         if self._is_closed:
             raise DeviceClosedError(self.name)
         sent = self._limit(command)
-        self._attempt(self._apply, sent)
+        try:
+            self._apply(sent)
+        except RobotcoreError:
+            raise
+        except Exception as error:
+            raise build_driver_error(self.name, error) from error
         return sent
 
     def stop(self) -> None:

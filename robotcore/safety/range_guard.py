@@ -68,7 +68,7 @@ class _ClearanceAhead:
         self._fastest = 0.0
 
     def at(self, now: float, speed: float) -> float:
-        if not self._sensor.looks_ahead(now):
+        if not (self._sensor.is_fixed or self._sensor.looks_ahead(now)):
             return math.inf
         sample: Sample = self._sensor.device.read()
         is_new = sample.sequence != self._sequence

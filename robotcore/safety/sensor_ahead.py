@@ -31,8 +31,8 @@ class SensorAhead:
     def measure(self, sample: Sample) -> float:
         """Return the free distance ahead in a sample, in metres; ``inf`` if the sensor looked aside at its time."""
         if sample is not self._sample:
-            self._sample, self._distance = sample, math.inf
-            if self.looks_ahead(sample.time):
-                mount = self._joints.locate(self._mount, sample.time)
-                self._distance = self.device.measure_ahead(sample, mount, self._body)
+            mount = self._mount if self.is_fixed else self._joints.locate(self._mount, sample.time)
+            is_ahead = self.is_fixed or self._does_look_ahead(mount)
+            self._sample = sample
+            self._distance = self.device.measure_ahead(sample, mount, self._body) if is_ahead else math.inf
         return self._distance

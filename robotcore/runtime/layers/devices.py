@@ -6,10 +6,10 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any, cast
 
-from robotcore.errors import DeviceClosedError
+from robotcore.errors import DeviceClosedError, RobotcoreError
 from robotcore.geometry import to_float
 from robotcore.hal.clock import TickClock
-from robotcore.hal.device import Actuator, Device, SampleT, Sensor
+from robotcore.hal.device import Actuator, Device, SampleT, Sensor, build_driver_error
 from robotcore.hal.kind import load_kind
 from robotcore.kinds.motor import Motor
 from robotcore.runtime.layers.base import MotorOutput, Reader, Send
@@ -32,7 +32,12 @@ class AppSensor(Sensor[SampleT]):
         if self._is_closed:
             raise DeviceClosedError(self.name)
         if self.latest is None or self._tick != self._clock.tick:
-            self.latest = self._attempt(self._read_layers)
+            try:  # as in `_attempt`, without its call
+                self.latest = self._read_layers()
+            except RobotcoreError:
+                raise
+            except Exception as error:
+                raise build_driver_error(self.name, error) from error
             self._tick = self._clock.tick
         return self.latest
 
