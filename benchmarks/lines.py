@@ -5,8 +5,8 @@
 
 Each line is closed, about 6 m long, and nowhere bent more than a circle of 0.2 m radius. The robot starts up to 2 cm
 beside the line and up to 0.2 rad turned. A run counts if the robot's axle was nowhere farther than 5 cm from the line,
-for a lap or for 5.85 m. `--randomise` draws the floor's colour and pattern and the wheels too. The exit status is 1 if
-less than 98 % of the runs count.
+for a lap or for 5.85 m. `--noise` is that of the line sensors in the robot's file. `--randomise` draws the floor's
+colour and pattern and the wheels too. The exit status is 1 if less than 98 % of the runs count.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import math
 import sys
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
+from importlib.resources import files
 from pathlib import Path
 from random import Random
 from statistics import median
@@ -24,7 +25,7 @@ from typing import NamedTuple
 import numpy as np
 
 from benchmarks.report import parse_options, print_table
-from robotcore import Outcome, RunRequest, run
+from robotcore import Outcome, RunRequest, description, run
 from robotcore.geometry import Pose
 from robotcore.runtime.observer import RunContext
 from robotcore.runtime.result import RunResult
@@ -92,12 +93,15 @@ class LineDistance:
 
 def main() -> int:
     """Run the requests on all cores, and print the results."""
-    options = parse_options(__doc__, runs=100, backend="kinematic", seed=1, fault="", randomise=False)
+    options = parse_options(__doc__, runs=100, backend="kinematic", seed=1, fault="", noise=0.0, randomise=False)
     faults = (options.fault,) if options.fault else ()
     with TemporaryDirectory() as folder, ProcessPoolExecutor(count_cores()) as pool:
+        robot = Path(folder) / "tracer.toml"
+        tracer = (files(description) / "robots" / "tracer.toml").read_text()
+        robot.write_text(tracer.replace("spacing_m = 0.012", f"spacing_m = 0.012\nnoise = {options.noise}"))
         requests = [
             RunRequest(
-                "follow-line", options.backend, "tracer", str(world), seed, faults=faults, randomise=options.randomise
+                "follow-line", options.backend, str(robot), str(world), seed, faults=faults, randomise=options.randomise
             )
             for world, seed in _write_worlds(options.runs, Random(options.seed), Path(folder))
         ]
@@ -107,7 +111,7 @@ def main() -> int:
     columns = (f"{options.runs} lines on {options.backend}", "verified", "95 % interval", "distance: median", "largest")
     cells = f"{verified}/{len(ways)}", f"{100 * low:.1f} to {100 * high:.1f} %"
     centimetres = [f"{100 * distance:.1f} cm" for distance in (median(distances), max(distances))]
-    print_table(columns, [(options.fault or "no fault", *cells, *centimetres)])
+    print_table(columns, [(options.fault or f"noise {options.noise:g}", *cells, *centimetres)])
     for way in ways:
         if not way.is_verified:
             print(f"failing: {way.description}")

@@ -30,6 +30,8 @@ class LineSensorDescription(DeviceDescription):
     """The number of sensors in the row."""
     spacing_m: Annotated[float, Field(ge=0.001, le=1)]
     """The distance between the middles of two neighbouring sensors, in metres."""
+    noise: Annotated[float, Field(ge=0, le=1)] = 0.0
+    """The standard deviation of each darkness of a simulated row."""
 
     def arguments(self) -> dict[str, Any]:
         return {"count": self.count, "spacing": self.spacing_m}
@@ -95,6 +97,7 @@ def simulate(sensor: LineSensorDescription, truth: GroundTruth) -> Callable[[flo
         middle = truth.joints.locate(sensor.mount).pose
         points = [middle.to_world(0.0, offset) for offset in offsets]
         darkness = 1.0 - truth.floor_colours(points) @ LUMINANCE
+        darkness += truth.draw_noises(sensor.name, sensor.noise, time, sensor.count)
         return Darkness(tuple(np.clip(darkness, 0.0, 1.0).tolist()), time, sequence)
 
     return take

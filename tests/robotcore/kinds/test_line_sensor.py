@@ -85,6 +85,17 @@ def world(tmp_path: Path) -> str:
     return write_line_world(tmp_path)
 
 
+def test_each_sensor_has_noise_of_its_own_within_the_limits(tmp_path: Path, world: str) -> None:
+    reasons = []
+    for seed in (1, 1, 2):
+        robot = write_line_rover(tmp_path, "noise = 0.1\n")
+        reasons.append(robotcore.run(RunRequest(Look, robot=robot, world=world, seed=seed)).reason)
+    assert reasons[0] == reasons[1] != reasons[2]
+    values = eval(reasons[0].partition(" ")[2])  # noqa: S307  the app's own text
+    assert len(set(values)) >= 3  # a value below 0 or above 1 is limited
+    assert all(0 <= value <= 1 for value in values)
+
+
 @pytest.mark.parametrize("backend", SIMULATORS)
 def test_line_at_the_left_darkens_the_first_sensor(robot: str, world: str, backend: str) -> None:
     result = robotcore.run(RunRequest(Look, robot=robot, backend=backend, world=world))
