@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import struct
 from array import array
+from collections.abc import Sequence
 from contextlib import ExitStack
 from fcntl import F_OFD_GETLK, F_OFD_SETLK, F_UNLCK, F_WRLCK, fcntl, ioctl
 from pathlib import Path
@@ -19,6 +20,11 @@ _SET_TIMEOUT, _SET_ADDRESS, _TRANSFER = 0x0702, 0x0703, 0x0720
 _WRITE, _READ = 0, 1
 _BYTE, _BLOCK = 2, 8
 """The sizes I2C_SMBUS_BYTE_DATA and I2C_SMBUS_I2C_BLOCK_DATA. Source: Linux, include/uapi/linux/i2c.h."""
+
+_DATA_BYTES = 34
+"""The size of the union i2c_smbus_data in bytes. For a block, the kernel copies all of them, also of a short one.
+
+Source: Linux, drivers/i2c/i2c-dev.c, i2cdev_ioctl_smbus."""
 
 _LOCK = "hhqqi"
 """The fields of the kernel's struct flock: kind, origin, first byte, number of bytes, process. Source: fcntl(2)."""
@@ -76,14 +82,13 @@ class I2CDevice:
     def write(self, register: int, *values: int) -> None:
         """Write one byte, or several to successive registers, in one transfer."""
         if len(values) == 1:
-            self._transfer(_WRITE, register, _BYTE, array("B", values))
+            self._transfer(_WRITE, register, _BYTE, values)
         else:
-            self._transfer(_WRITE, register, _BLOCK, array("B", (len(values), *values)))
+            self._transfer(_WRITE, register, _BLOCK, (len(values), *values))
 
     def read(self, register: int) -> int:
         """Return the byte in a register."""
-        self._transfer(_READ, register, _BYTE, value := array("B", [0]))
-        return value[0]
+        return self._transfer(_READ, register, _BYTE)[0]
 
     def close(self) -> None:
         """Close the device file. A second `close` does nothing."""
@@ -93,6 +98,8 @@ class I2CDevice:
         lock = struct.pack(_LOCK, F_WRLCK, os.SEEK_SET, self._address, 1, 0)
         return fcntl(self._file, request, lock)
 
-    def _transfer(self, direction: int, register: int, size: int, data: array[int]) -> None:
+    def _transfer(self, direction: int, register: int, size: int, values: Sequence[int] = ()) -> array[int]:
+        data = array("B", bytes(values).ljust(_DATA_BYTES, b"\0"))
         where, _ = data.buffer_info()
         ioctl(self._file, _TRANSFER, struct.pack("BBIP", direction, register, size, where))
+        return data

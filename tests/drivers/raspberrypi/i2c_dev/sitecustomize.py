@@ -76,7 +76,7 @@ def transfer(chip: Path, direction: int, register: int, size: int, where: int) -
             return
         data = ctypes.string_at(where, 1)
         if size == BLOCK:
-            data = ctypes.string_at(where + 1, data[0])
+            data = ctypes.string_at(where, 34)[1 : 1 + data[0]]  # the kernel copies 34 bytes
         registers = bytearray(os.pread(file, 256, 0))
         for number, value in enumerate(data, start=register):
             if number in range(ALL, PRE_SCALE):
