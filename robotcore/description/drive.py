@@ -65,7 +65,10 @@ class Drive(StrictModel):
     wheel_mass_kg: Mass
     """The mass of one wheel, in kg."""
     max_acceleration_rad_s2: Annotated[float, Field(ge=0.01, le=1e6)] | None = None
-    """The greatest acceleration that a run commands to a wheel, in rad/s²; None for no limit."""
+    """The greatest acceleration that a run commands to a wheel, in rad/s²; None for no limit.
+
+    For a drive that steers, it limits the mean of both rear wheels.
+    """
 
     @property
     def left_motors(self) -> tuple[str, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar, Protocol
 
@@ -119,3 +120,26 @@ class AccelerationLimit:
             return command
         scale = self.change / largest
         return Wheels(last.left + left * scale, last.right + right * scale)
+
+
+@dataclass(frozen=True)
+class ArcAccelerationLimit:
+    """A rule that limits the change of the mean velocity in a tick to ``change`` rad/s, for a drive that steers.
+
+    The robot drives on the arc of the new command. If the command is a stop, it drives on its last arc.
+
+    >>> ArcAccelerationLimit(2.0)(Wheels(9.0, 7.0), last=Wheels(1.0, 3.0))
+    Wheels(left=4.5, right=3.5)
+    """
+
+    cause: ClassVar = AccelerationLimit.cause
+
+    change: float
+
+    def __call__(self, command: Wheels, last: Wheels) -> Wheels:
+        wanted, before = (command.left + command.right) / 2, (last.left + last.right) / 2
+        if abs(wanted - before) <= self.change:
+            return command
+        mean = before + math.copysign(self.change, wanted - before)
+        arc, speed = (command, wanted) if wanted else (last, before)
+        return Wheels(mean * (arc.left / speed), mean * (arc.right / speed))

@@ -85,5 +85,5 @@ class SteeredWheels:
 
     def set_wheels(self, wheels: Wheels) -> Wheels:
         if total := wheels.left + wheels.right:
-            self._steer(2 * (wheels.right - wheels.left) / (total * self._track))
+            self._steer(2 * ((wheels.right - wheels.left) / total) / self._track)
         return self._motors.set_wheels(wheels)

@@ -23,7 +23,7 @@ from robotcore.safety.motor_stop import StopGroup
 from robotcore.safety.range_guard import DistanceAhead, RangeGuard
 from robotcore.safety.sensor_ahead import SensorAhead
 from robotcore.safety.sensor_checks import StuckRangeCheck, WheelTrackingCheck
-from robotcore.safety.velocity_limits import AccelerationLimit, Rule, SteeringLimit, VelocityLimit
+from robotcore.safety.velocity_limits import AccelerationLimit, ArcAccelerationLimit, Rule, SteeringLimit, VelocityLimit
 from robotcore.safety.wheel_output import SharedMotor, Sides, SteeredWheels, WheelOutput
 
 
@@ -80,12 +80,13 @@ def build_drive(
             ),
         ]
     measured = steer(measured)
+    turns_on_spot = not description.min_turn_radius_m
+    if not turns_on_spot:  # first, so that no other rule slows the robot down for a turn that it cannot make
+        rules.append(SteeringLimit(*(curvature * drive.track_m / 2 for curvature in description.curvatures)))
     rules.append(VelocityLimit(limit))
     if drive.max_acceleration_rad_s2:
-        rules.append(AccelerationLimit(drive.max_acceleration_rad_s2 / rate_hz))
-    turns_on_spot = not description.min_turn_radius_m
-    if not turns_on_spot:
-        rules.append(SteeringLimit(*(curvature * drive.track_m / 2 for curvature in description.curvatures)))
+        limit_acceleration = AccelerationLimit if turns_on_spot else ArcAccelerationLimit
+        rules.append(limit_acceleration(drive.max_acceleration_rad_s2 / rate_hz))
     if ahead:  # last, so that no other rule changes its result
         distance = DistanceAhead(clock, ahead)
         rules.append(

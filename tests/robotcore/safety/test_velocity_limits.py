@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from robotcore.geometry import Wheels
-from robotcore.safety.velocity_limits import AccelerationLimit, SteeringLimit, VelocityLimit
+from robotcore.safety.velocity_limits import AccelerationLimit, ArcAccelerationLimit, SteeringLimit, VelocityLimit
 
 STOPPED = Wheels(0.0, 0.0)
 wheels = st.builds(Wheels, st.floats(-100, 100), st.floats(-100, 100))
@@ -36,6 +36,23 @@ class TestAccelerationLimit:
         for got, wanted, before in zip(sent, asked, last, strict=True):
             assert abs(got - before) <= 2.0 + 1e-9
             assert abs(wanted - got) <= abs(wanted - before) + 1e-9
+
+
+@pytest.mark.parametrize(
+    "last, command, expected",
+    [
+        ((3.0, 5.0), (6.0, 6.0), (6.0, 6.0)),
+        ((3.0, 5.0), (10.0, 6.0), (7.5, 4.5)),  # the new arc
+        ((3.0, 5.0), (-3.0, -5.0), (1.5, 2.5)),
+        ((0.75, 1.25), (-6.0, -4.0), (-1.2, -0.8)),  # the other arc, backward
+        ((3.0, 5.0), (0.0, 0.0), (1.5, 2.5)),  # the last arc
+        ((0.0, 0.0), (3.0, 5.0), (1.5, 2.5)),
+    ],
+)
+def test_robot_that_steers_accelerates_on_the_arc_of_the_command(
+    last: tuple[float, float], command: tuple[float, float], expected: tuple[float, float]
+) -> None:
+    assert ArcAccelerationLimit(2.0)(Wheels(*command), Wheels(*last)) == pytest.approx(expected)
 
 
 @pytest.mark.parametrize(

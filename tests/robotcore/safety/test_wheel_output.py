@@ -49,3 +49,9 @@ def test_steering_comes_before_the_motors_and_holds_at_rest() -> None:
     assert calls == [pytest.approx(2 * 2 / (8 * 0.1)), 0.0]
     output.set_wheels(Wheels(0.0, 0.0))
     assert len(calls) == 3
+
+
+def test_least_command_of_all_has_a_curvature() -> None:
+    curvatures: list[float] = []
+    SteeredWheels(SharedMotor(NullMotor("drive")), curvatures.append, track=0.1).set_wheels(Wheels(5e-324, 5e-324))
+    assert curvatures == [0.0]

@@ -82,7 +82,7 @@ def test_motors_of_a_side_get_the_same_velocity() -> None:
     assert get_commands(robot, *ALL) == pytest.approx([left, left, right, right])
 
 
-def test_velocity_limit_of_a_side_is_the_least_of_its_motors() -> None:
+def test_velocity_limit_is_the_least_of_all_motors() -> None:
     devices = [
         each.model_copy(update={"max_velocity_rad_s": 3.0}) if each.name == "rear_left_motor" else each
         for each in QUICK_SKID.devices
@@ -122,7 +122,7 @@ def test_car_steers_by_the_curvature(description: RobotDescription, linear: floa
         assert get_commands(robot, "left_motor", "right_motor") == pytest.approx(wheels)
 
 
-@pytest.mark.parametrize("linear, angular", [(0.2, 2.0), (0.2, -2.0), (-0.2, 2.0)])
+@pytest.mark.parametrize("linear, angular", [(0.2, 2.0), (0.2, -2.0), (-0.2, 2.0), (0.2, 10.0), (-0.2, -10.0)])
 def test_turn_that_is_too_sharp_is_as_sharp_as_possible(linear: float, angular: float) -> None:
     robot = MockRobot(QUICK_CAR, range=2.0)
     twist = drive(robot, linear, angular)
@@ -137,6 +137,16 @@ def test_sharpest_turn_is_no_intervention() -> None:
     robot = MockRobot(QUICK_CAR, range=2.0)
     drive(robot, 0.2, 0.2 / CAR.min_turn_radius_m)
     assert get_causes(robot) == []
+
+
+def test_acceleration_limit_of_a_car_does_not_limit_the_steering() -> None:
+    robot = MockRobot(CAR, range=2.0)
+    for angular in (0.5, -0.5):
+        drive(robot, 0.2, angular, 10)
+        assert get_causes(robot) == []
+    drive(robot, -0.2, -0.5)
+    assert get_causes(robot) == ["acceleration limit"]
+    assert steer(robot) == pytest.approx(math.atan(WHEELBASE * 0.5 / 0.2))
 
 
 def test_car_does_not_move_in_place_of_a_turn_on_the_spot() -> None:
