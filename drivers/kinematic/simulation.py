@@ -65,7 +65,7 @@ class Simulation:
             self._robot, self.world, self.clock, self.pose, self.twist, self._cast, self._touched, self._seed
         )
 
-    def _cast(self, origin: Array, directions: Array) -> Array:
+    def _cast(self, origin: Array, directions: Array, _reach_m: float) -> Array:
         pose, z = self.body_pose, float(origin[2])
         x, y = pose.to_world(float(origin[0]), float(origin[1]))
         cos, sin = math.cos(pose.heading), math.sin(pose.heading)

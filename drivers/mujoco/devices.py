@@ -21,10 +21,8 @@ from robotcore.hal.clock import Clock
 from robotcore.hal.joint import Joint
 from robotcore.kinds.camera import CameraDescription
 from robotcore.kinds.motor import Motor, MotorDescription
-from robotcore.kinds.range_sensor import RangeSensorDescription
 from robotcore.optics import CameraView, Image
-from robotcore.raycast import FAN_SETBACK_M
-from robotcore.simulation.rigid_body import Array, BodyCamera, Locate, RayFanSensor
+from robotcore.simulation.rigid_body import Array, BodyCamera, Locate
 
 if TYPE_CHECKING:
     from mujoco import MjData, MjModel
@@ -84,18 +82,6 @@ def cast_rays(model: MjModel, data: MjData, start: Array, rays: Array, reach_m: 
         min(reach_m, mjMAXVAL),
     )
     return np.where(hit >= 0, lengths, math.inf)
-
-
-def open_range_sensor(
-    model: MjModel, data: MjData, description: RangeSensorDescription, clock: Clock, body: Body, locate: Locate
-) -> RayFanSensor:
-    """Open a range sensor, whose rays ignore the robot and the floor."""
-    reach = description.max_range_m + 2 * FAN_SETBACK_M
-
-    def cast(start: Array, rays: Array) -> Array:
-        return cast_rays(model, data, start, rays, reach)
-
-    return RayFanSensor(description, clock, body.transform, locate, cast)
 
 
 class MujocoCamera(BodyCamera):

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from drivers.mujoco.body import Body
-from drivers.mujoco.devices import CameraSet, MujocoMotor, Steering, cast_rays, open_range_sensor
+from drivers.mujoco.devices import CameraSet, MujocoMotor, Steering, cast_rays
 from drivers.mujoco.model import build, compile_model
 from drivers.mujoco.window import Window
 from robotcore.description import AckermannDrive, DeviceDescription, WorldDescription
@@ -24,7 +24,6 @@ from robotcore.hal.truth import RELEASE_M
 from robotcore.kinds.camera import CameraDescription
 from robotcore.kinds.encoder import EncoderDescription, SimulatedEncoder
 from robotcore.kinds.motor import MotorDescription
-from robotcore.kinds.range_sensor import RangeSensorDescription
 from robotcore.simulation.rigid_body import ContactCounter
 
 
@@ -70,8 +69,6 @@ class Simulation:
             body, joints = self._body, self._body.find_joints(description.name)
             return SimulatedEncoder(description, self.clock, lambda: body.angle(joints))
         locate = self.ground_truth.joints.locate
-        if isinstance(description, RangeSensorDescription):
-            return open_range_sensor(self.model, self.data, description, self.clock, self._body, locate)
         if isinstance(description, CameraDescription):
             return self._cameras.open(description, self.clock, self._body, locate)
         return simulate_device(description, self.ground_truth)
@@ -104,9 +101,9 @@ class Simulation:
             return None
         return Steering(self.model, self.data, drive, self.ground_truth.joints[drive.steering])
 
-    def _cast(self, origin: Array, directions: Array) -> Array:
+    def _cast(self, origin: Array, directions: Array, reach_m: float) -> Array:
         rotation, start = self._body.transform()
-        return cast_rays(self.model, self.data, start + rotation @ origin, directions @ rotation.T)
+        return cast_rays(self.model, self.data, start + rotation @ origin, directions @ rotation.T, reach_m)
 
     def _touched(self) -> list[str]:
         return [self.model.geom(thing).name for thing in self._contacts.touched]

@@ -16,10 +16,8 @@ from robotcore.hal.clock import Clock
 from robotcore.hal.joint import Joint
 from robotcore.kinds.encoder import EncoderDescription, SimulatedEncoder
 from robotcore.kinds.motor import Motor, MotorDescription
-from robotcore.kinds.range_sensor import RangeSensorDescription
 from robotcore.optics import CameraView, Image
-from robotcore.raycast import FAN_SETBACK_M
-from robotcore.simulation.rigid_body import Array, Locate, ObjectIds, RayFanSensor
+from robotcore.simulation.rigid_body import Array, ObjectIds
 
 
 class BulletMotor(Motor):
@@ -89,10 +87,6 @@ def open_encoder(bullet: Bullet, description: EncoderDescription, clock: Clock, 
     )
 
 
-RAY_M = 200.0
-"""The length of the rays of `GroundTruth.cast`, in metres: longer than the diagonal of any floor."""
-
-
 def cast_rays(bullet: Bullet, start: Array, rays: Array, length_m: float) -> Array:
     """Return the length of each ray up to its first hit, (n,) in metres. The rays ignore the robot and the floor.
 
@@ -101,18 +95,6 @@ def cast_rays(bullet: Bullet, start: Array, rays: Array, length_m: float) -> Arr
     """
     hits = bullet.rayTestBatch([start] * len(rays), start + rays)
     return np.array([hit[2] * length_m if hit[0] >= 0 else math.inf for hit in hits])
-
-
-def open_range_sensor(
-    bullet: Bullet, description: RangeSensorDescription, clock: Clock, body: Body, locate: Locate
-) -> RayFanSensor:
-    """Open a range sensor, whose rays ignore the robot and the floor."""
-    length = description.max_range_m + 2 * FAN_SETBACK_M
-
-    def cast(start: Array, rays: Array) -> Array:
-        return cast_rays(bullet, start, rays, length)
-
-    return RayFanSensor(description, clock, body.transform, locate, cast, length)
 
 
 NEAR_M, FAR_M = 0.005, 500.0

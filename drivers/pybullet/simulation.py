@@ -8,13 +8,11 @@ from functools import cached_property
 from drivers.pybullet.body import Body
 from drivers.pybullet.bullet import Bullet
 from drivers.pybullet.devices import (
-    RAY_M,
     BulletMotor,
     BulletRenderer,
     Steering,
     cast_rays,
     open_encoder,
-    open_range_sensor,
 )
 from drivers.pybullet.scene import BulletScene
 from robotcore.description import AckermannDrive, DeviceDescription, WorldDescription
@@ -28,7 +26,6 @@ from robotcore.hal.truth import RELEASE_M
 from robotcore.kinds.camera import CameraDescription
 from robotcore.kinds.encoder import EncoderDescription
 from robotcore.kinds.motor import MotorDescription
-from robotcore.kinds.range_sensor import RangeSensorDescription
 from robotcore.simulation.rigid_body import BodyCamera, ContactCounter
 
 
@@ -73,8 +70,6 @@ class Simulation:
         if isinstance(description, EncoderDescription):
             return open_encoder(bullet, description, self.clock, body)
         locate = self.ground_truth.joints.locate
-        if isinstance(description, RangeSensorDescription):
-            return open_range_sensor(bullet, description, self.clock, body, locate)
         if isinstance(description, CameraDescription):
             renderer = BulletRenderer(bullet, self._scene.light)
             return BodyCamera(description, self.clock, body.transform, locate, renderer, self._scene.things)
@@ -102,9 +97,9 @@ class Simulation:
         joint = self.ground_truth.joints[drive.steering]
         return Steering(self._bullet, self._body, drive, joint, self.clock.step)
 
-    def _cast(self, origin: Array, directions: Array) -> Array:
+    def _cast(self, origin: Array, directions: Array, reach_m: float) -> Array:
         rotation, start = self._body.transform()
-        return cast_rays(self._bullet, start + rotation @ origin, directions @ rotation.T * RAY_M, RAY_M)
+        return cast_rays(self._bullet, start + rotation @ origin, directions * reach_m @ rotation.T, reach_m)
 
     def _touched(self) -> list[str]:
         names = {number: name for name, number in self._scene.things.items()}

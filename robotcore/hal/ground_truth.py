@@ -32,11 +32,12 @@ class GroundTruth:
     """Returns the true pose of the axle's centre in the world."""
     twist: Callable[[], Twist]
     """Returns the true velocity of the axle's centre."""
-    cast: Callable[[Array, Array], Array]
+    cast: Callable[[Array, Array, float], Array]
     """Returns the length of each ray up to its first hit, (n,) in metres, and ``inf`` without a hit.
 
-    Its arguments are the common start of the rays, (3,) in metres, and their unit vectors, (n, 3), both in the robot's
-    frame. The rays must be horizontal. They ignore the robot and the floor.
+    Its arguments are the common start of the rays, (3,) in metres, their unit vectors, (n, 3), both in the robot's
+    frame, and the length in metres up to which hits count at least. The rays must be horizontal. They ignore the robot
+    and the floor.
     """
     touched: Callable[[], Collection[str]]
     """Returns the names of the bodies that the robot touches now."""

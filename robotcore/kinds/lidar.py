@@ -34,6 +34,9 @@ MARGIN_M = 0.02
 NEAR_M = 0.05
 """An echo that is less than this distance behind the robot's front is that of a body in front of it, in metres."""
 
+MAX_NOISE = 6
+"""The largest noise of a distance, as a multiple of its standard deviation."""
+
 ROUNDING_S = 1e-6
 """Two times count as equal if they differ by less than this, in seconds."""
 
@@ -193,7 +196,8 @@ class SimulatedLidar:
         mount = self._truth.joints.locate(lidar.mount)
         angles = mount.yaw_rad + self._bearings
         rays = np.stack((np.cos(angles), np.sin(angles), np.zeros_like(angles)), axis=1)
-        distances = self._truth.cast(np.array((mount.x_m, mount.y_m, mount.z_m)), rays)
+        reach_m = lidar.max_range_m + MAX_NOISE * lidar.noise_m
+        distances = self._truth.cast(np.array((mount.x_m, mount.y_m, mount.z_m)), rays, reach_m)
         distances += self._truth.draw_noises(lidar.name, lidar.noise_m, time, len(distances))
         distances = distances.round(MILLIMETRES)
         is_echo = (distances >= lidar.min_range_m) & (distances <= lidar.max_range_m)

@@ -14,8 +14,10 @@ from robotcore.description.types import SensorRange
 from robotcore.errors import Mistake
 from robotcore.hal.clock import Clock
 from robotcore.hal.device import Rays, Sensor, Unit
-from robotcore.hal.kind import Kind, simulate_in_backend
+from robotcore.hal.ground_truth import GroundTruth
+from robotcore.hal.kind import Kind
 from robotcore.hal.sampling import SampleCache
+from robotcore.raycast import FAN_SETBACK_M, Fan
 
 RAYS = 9
 """The number of rays that show the cone of a sensor."""
@@ -140,12 +142,24 @@ class SimulatedRangeSensor(RangeSensor):
         return self._newest_at()
 
 
+def simulate(sensor: RangeSensorDescription, truth: GroundTruth) -> Callable[[float, int], Range]:
+    """Return a function that takes a sample: the nearest hit of a fan of rays."""
+    fan = Fan(sensor.cone_rad, sensor.min_range_m, sensor.max_range_m)
+
+    def take(time: float, sequence: int) -> Range:
+        start, directions = fan.rays(truth.joints.locate(sensor.mount))
+        lengths = truth.cast(start, directions, sensor.max_range_m + 2 * FAN_SETBACK_M)
+        return Range(fan.reading(lengths), time, sequence, fan.point(lengths))
+
+    return take
+
+
 KIND = Kind(
     "a sensor of the distance to the nearest body",
     RangeSensorDescription,
     RangeSensor,
     Range,
-    simulate_in_backend,
+    simulate,
     default_reading=lambda _sensor: math.inf,
     check_reading=check_reading,
 )

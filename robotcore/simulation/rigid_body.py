@@ -12,9 +12,7 @@ from robotcore.description import Mount
 from robotcore.geometry import Pose
 from robotcore.hal.clock import Clock
 from robotcore.kinds.camera import CameraDescription, SimulatedCamera
-from robotcore.kinds.range_sensor import Echo, RangeSensorDescription, SimulatedRangeSensor
 from robotcore.optics import CameraView, Image
-from robotcore.raycast import Fan
 
 Array = NDArray[np.float64]
 ObjectIds = NDArray[np.int32]
@@ -25,36 +23,6 @@ Transform = Callable[[], tuple[Array, Array]]
 
 Locate = Callable[[Mount], Mount]
 """Returns the present mount of a device for its mount in the robot's file. A servo may have turned it."""
-
-
-class RayFanSensor(SimulatedRangeSensor):
-    """A range sensor on a body, which casts a fan of rays.
-
-    locate: returns the present mount of a device.
-    cast: returns the length of each ray up to its hit, (n,) in metres, and ``inf`` without a hit. Its arguments are
-        the common start of the rays, (3,), and the rays, (n, 3), both in the world.
-    ray_length: the length of the rays that ``cast`` gets, in metres.
-    """
-
-    def __init__(
-        self,
-        description: RangeSensorDescription,
-        clock: Clock,
-        transform: Transform,
-        locate: Locate,
-        cast: Callable[[Array, Array], Array],
-        ray_length: float = 1.0,
-    ) -> None:
-        super().__init__(description, clock, self._measure)
-        self._transform, self._cast = transform, cast
-        self._fan = Fan(self.cone, self.min_range, self.max_range)
-        self._locate_mount, self._mount, self._ray_length = locate, description.mount, ray_length
-
-    def _measure(self) -> Echo:
-        rotation, origin = self._transform()
-        start, directions = self._fan.rays(self._locate_mount(self._mount))
-        lengths = self._cast(origin + rotation @ start, directions * self._ray_length @ rotation.T)
-        return Echo(self._fan.reading(lengths), self._fan.point(lengths))
 
 
 class Renderer(Protocol):

@@ -73,9 +73,9 @@ def test_an_error_about_a_dead_server_names_the_device(connections: list[Bullet]
         with raises(DeviceError):
             robot.camera.read()
         with raises(DeviceError):
-            robot.range.read()
-        with raises(DeviceError):
             encoder.read()
+        with raises(BackendError):
+            robot.range.read()
         with raises(BackendError):
             robot.clock.sleep_until(1.0)
         with pytest.raises(BackendError):
