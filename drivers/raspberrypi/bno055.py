@@ -21,7 +21,7 @@ from robotcore.hal.clock import Clock
 from robotcore.hardware import DeviceContext
 from robotcore.kinds.imu import Imu, ImuDescription
 
-STRETCHING = (
+CLOCK_STRETCHING_NOTE = (
     "The I2C hardware of a Pi up to 4 misreads this chip at times, because the chip stretches the clock. Use a bus of "
     "the kernel's driver i2c-gpio: https://learn.adafruit.com/raspberry-pi-i2c-clock-stretching-fixes"
 )
@@ -66,7 +66,7 @@ class BNO055(ImuDriver):
 
     def notes(self, description: ImuDescription) -> Sequence[str]:
         still = "Keep the robot still when a run begins, until the chip has calibrated its gyroscope."
-        return (*super().notes(description), still, *([STRETCHING] if self.bus == HEADER_BUS else []))
+        return (*super().notes(description), still, *([CLOCK_STRETCHING_NOTE] if self.bus == HEADER_BUS else []))
 
     def open(self, description: ImuDescription, context: DeviceContext) -> Imu:
         imu = FusionImu(description.name, self, context.clock)
@@ -103,11 +103,11 @@ class FusionImu(PolledImu):
         self._is_calibrated = False
 
     def _prepare(self) -> None:
-        never = threading.Event()
+        timer = threading.Event()
         for _ in range(math.ceil(self._settings.calibration_s / CHECK_S)):
             if self._read_status() == CALIBRATED:
                 return
-            never.wait(CHECK_S)
+            timer.wait(CHECK_S)
         waited = f"within {self._settings.calibration_s:g} s"
         raise self._build_calibration_error(waited)
 
@@ -130,8 +130,12 @@ class FusionImu(PolledImu):
             if self._is_plausible(motion, heading, now - self._read_at):
                 self._heading, self._read_at, self._rate = heading, now, motion.yaw_rate
                 return motion, heading
-        message = f"was misread {ATTEMPTS} times in turn. {STRETCHING}"
-        raise DeviceError(self.name, message, kind="chip-misread")
+        remedy = (
+            CLOCK_STRETCHING_NOTE
+            if self._settings.bus == HEADER_BUS
+            else "Check SDA, SCL and their pull-ups, and 3.3 V"
+        )
+        raise DeviceError(self.name, f"was misread {ATTEMPTS} times in a row. {remedy}", kind="chip-misread")
 
     def _is_plausible(self, motion: Motion, heading: float, passed: float) -> bool:
         """Return whether values are in the chip's range, and agree with the last ones ``passed`` seconds ago."""

@@ -10,21 +10,24 @@ from typing import Annotated, Any, ClassVar
 from pydantic import Field
 
 from drivers.raspberrypi.header import HEADER_BUS, gpio
+from drivers.raspberrypi.i2c_device import find_bus
 from robotcore.errors import DeviceError
 from robotcore.hardware import Connection, DeviceDriver
 
 Address = Annotated[int, Field(ge=0x08, le=0x77)]
 
 
-HEADER_ON = "sudo raspi-config nonint do_i2c 0, or dtparam=i2c_arm=on in /boot/firmware/config.txt, and restart"
-OTHER_ON = (
+HEADER_BUS_REMEDY = (
+    "Run sudo raspi-config nonint do_i2c 0, or add dtparam=i2c_arm=on to /boot/firmware/config.txt. Then restart"
+)
+OTHER_BUS_REMEDY = (
     "Add dtoverlay=i2c{bus} to /boot/firmware/config.txt and restart; /boot/firmware/overlays/README lists its pins"
 )
 
 
 def explain_switch_on(bus: int) -> str:
     """Return how to switch an I2C bus on."""
-    return HEADER_ON if bus == HEADER_BUS else OTHER_ON.format(bus=bus)
+    return HEADER_BUS_REMEDY if bus == HEADER_BUS else OTHER_BUS_REMEDY.format(bus=bus)
 
 
 class TransactionLimit:
@@ -81,10 +84,13 @@ class ChipDriver(BusDriver):
     """Lets only one thread at a time call the chip's library, because all sensors of a library share its buffers."""
 
     def open_bus(self, undo: ExitStack) -> Any:
-        """Open the chip's bus. ``undo`` closes it."""
+        """Open the chip's bus; raises FileNotFoundError if it is switched off. ``undo`` closes the bus."""
         from adafruit_extended_bus import ExtendedI2C
 
-        bus = ExtendedI2C(self.bus, frequency=None)  # Linux sets the frequency at boot
+        try:
+            bus = ExtendedI2C(self.bus, frequency=None)  # Linux sets the frequency at boot
+        except ValueError as error:
+            raise FileNotFoundError from error
         undo.callback(bus.deinit)
         return bus
 
@@ -97,9 +103,15 @@ class ChipDriver(BusDriver):
         except ImportError as error:
             message = f"its library is not installed ({error}); pip install 'robotcore[{self.extra}]'"
             raise DeviceError(device, message, kind="library-missing") from error
+        except FileNotFoundError as error:
+            message = f"there is no {find_bus(self.bus)}. {explain_switch_on(self.bus)}"
+            raise DeviceError(device, message, kind="i2c-off") from error
         except Exception as error:
+            if isinstance(error, RuntimeError) and not str(error).startswith("Timeout"):  # a wrong identity
+                message = f"the chip at I2C {self.place} is no {self.name.upper()} ({error}). Correct address or driver"
+                raise DeviceError(device, message, kind="wrong-chip") from error
             message = (
-                f"no answer at I2C {self.place} ({error}). Switch I2C on (raspi-config). Check SDA, SCL, "
-                "3.3 V, ground, and the chip's name in the robot's file"
+                f"no answer at I2C {self.place} ({error}). i2cdetect -y {self.bus} lists the chips that answer. Check "
+                "SDA, SCL, 3.3 V, ground, address and driver"
             )
             raise DeviceError(device, message, kind="chip-unanswered") from error

@@ -229,9 +229,27 @@ def test_chip_that_is_misread_again_and_again_is_an_error_until_it_is_not(bench:
     assert imu.read().heading == pytest.approx(0.5, abs=0.01)
 
 
+def test_misread_chip_on_another_bus_is_an_error_about_its_wires(bench: Bench, raises: Raises) -> None:
+    imu = bench.open(bus=3)
+    bench.chip.errors[EULER + 1] = 30
+    bench.turn(1.0, 0.1)
+    with raises(DeviceError, "chip-misread"):
+        imu.read()
+
+
+@pytest.mark.parametrize("bus", [1, 3])
+def test_bus_that_is_switched_off_is_an_error(bus: int, raises: Raises, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(number: int, **_settings: Any) -> None:
+        raise ValueError(f"No device found for /dev/i2c-{number}")
+
+    monkeypatch.setattr(extended_bus, "ExtendedI2C", refuse)
+    with raises(DeviceError, "i2c-off"):
+        BNO055(bus=bus).open(IMU, DeviceContext(load_robot("rover"), SteppedClock(1000, lambda _steps: None)))
+
+
 def test_another_chip_at_its_address_is_refused(bench: Bench, raises: Raises) -> None:
     bench.chip.identity = bench.chip.registers[IDENTITY] = 0xB0
-    with raises(DeviceError, "chip-unanswered"):
+    with raises(DeviceError, "wrong-chip"):
         bench.open()
     assert not bench.bus.is_open
 

@@ -205,7 +205,7 @@ def test_chip_that_never_ends_its_reset_does_not_hang_the_opening(bench: Bench, 
 
 def test_another_chip_at_its_address_is_refused(bench: Bench, raises: Raises) -> None:
     bench.chip.identity = 0x70
-    with raises(DeviceError, "chip-unanswered"):
+    with raises(DeviceError, "wrong-chip"):
         bench.open()
     assert not bench.bus.is_open
 

@@ -160,7 +160,7 @@ def test_closing_stops_the_laser_and_closes_the_bus(bench: Bench) -> None:
 def test_another_chip_at_its_address_is_refused(monkeypatch: pytest.MonkeyPatch, raises: Raises) -> None:
     bench = Bench(KINDS[1], monkeypatch)
     bench.bus.chip = FakeVL53L0X(11, 500)
-    with raises(DeviceError, "chip-unanswered"):
+    with raises(DeviceError, "wrong-chip"):
         bench.open()
 
 
