@@ -42,7 +42,7 @@ from traceback import extract_tb, format_exception
 from types import MappingProxyType, TracebackType
 from typing import Any, ClassVar
 
-from robotcore.text import suggest_attribute, suggestion
+from robotcore.text import pluralize, suggest_attribute, suggestion
 
 _CALLERS = {"robotcore", "importlib", "_frozen_importlib", "_frozen_importlib_external"}
 """The packages that import or call an app. Their stack frames are left out of a traceback of the app."""
@@ -338,7 +338,7 @@ class DeviceGroupError(DeviceError):
 
     def __init__(self, action: str, failures: Sequence[Exception]) -> None:
         lines = "".join(f"\n  - {failure}" for failure in failures)
-        super().__init__(action, f"{len(failures)} device(s) failed{lines}")
+        super().__init__(action, f"{pluralize(len(failures), 'device')} failed{lines}")
         self.failures = tuple(failures)
 
 

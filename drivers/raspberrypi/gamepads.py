@@ -126,7 +126,7 @@ class EventPad(DeviceDriver):
         if len(chosen) == 1:
             return chosen[0]
         if chosen:
-            message = f"there are several gamepads: {names}. Name one: device = …"
+            message = f"there are several gamepads: {names}. Set device to the name or the file of one of them"
             raise DeviceError(device, message, kind="several-gamepads")
         if is_refused:
             message = f"no permission for {NODES}. Run sudo usermod -aG input $USER, then log out and in again"

@@ -17,6 +17,7 @@ from robotcore.hal.clock import Clock
 from robotcore.hal.sampling import SampleCache
 from robotcore.hardware import Connection, DeviceContext, DeviceDriver, Drivers
 from robotcore.kinds.line_sensor import Darkness, LineSensor, LineSensorDescription
+from robotcore.text import pluralize
 
 SUPPLY = (
     "Supply the sensors with 3.3 V, because their outputs have the voltage of their supply. Turn the potentiometer of "
@@ -81,7 +82,8 @@ class DigitalSensors(DeviceDriver):
 
     def check(self, description: LineSensorDescription, robot: RobotDescription, drivers: Drivers) -> None:
         if len(self.gpios) != description.count:
-            problem = f"gpios has {len(self.gpios)} GPIOs, and {description.name} has count = {description.count}"
+            number = pluralize(len(self.gpios), "GPIO")
+            problem = f"gpios has {number}, and {description.name} has count = {description.count}"
             raise Mistake(problem, "Name a GPIO for each sensor", kind="wrong-count")
 
     def notes(self, description: LineSensorDescription) -> Sequence[str]:

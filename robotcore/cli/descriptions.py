@@ -106,7 +106,7 @@ def _check_section(robot: RobotDescription, section: str) -> tuple[list[str], st
         summary, warnings = backend.check(robot), [f"[{section}] warning: {each}" for each in backend.warnings(robot)]
     except BackendMissingError as error:
         return [], f"[{section}] was not checked: {error}"
-    line = f"[{section}] OK, {summary}" if summary else f"[{section}] was not checked: the backend has no such section"
+    line = f"[{section}] OK, {summary}" if summary else f"[{section}] was not checked: the backend reads no section"
     return [line, *warnings], ""
 
 

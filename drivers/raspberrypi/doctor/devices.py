@@ -82,7 +82,7 @@ def _may_open(file: Path) -> bool:
     return os.access(file, os.R_OK | os.W_OK)
 
 
-JOIN = "sudo usermod -aG {group} $USER, then log out and in again, or restart the service"
+JOIN = "Run sudo usermod -aG {group} $USER, then log out and in again, or restart the service"
 
 
 def check_bus(root: Path, bindings: Iterable[DeviceBinding]) -> Iterator[Finding]:
@@ -96,7 +96,7 @@ def check_bus(root: Path, bindings: Iterable[DeviceBinding]) -> Iterator[Finding
         if (root / f"dev/i2c-{bus}").exists():
             yield Finding.ok("I2C", f"bus {bus} is switched on, for {names}", kind="i2c-on")
         else:
-            message = f"bus {bus} is switched off, but {names} needs it"
+            message = f"bus {bus} is switched off, but {_explain_need(devices)}"
             yield Finding.error("I2C", message, explain_switch_on(bus), kind="i2c-off")
 
 
@@ -108,26 +108,36 @@ def check_pwm_chips(root: Path, bindings: Iterable[DeviceBinding]) -> Iterator[F
             chips.setdefault((driver.bus, driver.address), []).append(binding.name)
     for (bus, address), devices in sorted(chips.items()):
         if (file := find_bus(bus, root)).exists():
-            yield _check_pwm_chip(file, bus, address, ", ".join(devices))
+            yield _check_pwm_chip(file, bus, address, devices)
 
 
-def _check_pwm_chip(file: Path, bus: int, address: int, names: str) -> Finding:
+def _check_pwm_chip(file: Path, bus: int, address: int, names: list[str]) -> Finding:
     try:
         with translate_chip_errors("I2C", bus, address), closing(I2CDevice(file, address)) as device:
             require_pwm_chip(device)
     except DeviceError as error:
         problem, _, remedy = str(error).removeprefix("I2C: ").partition(". ")
-        return Finding.error("I2C", f"{problem}, but {names} needs it", remedy, kind=error.kind)
-    return Finding.ok("I2C", f"a PCA9685 answers at 0x{address:02x} on bus {bus}, for {names}", kind="pwm-chip-ok")
+        return Finding.error("I2C", f"{problem}, but {_explain_need(names)}", remedy, kind=error.kind)
+    message = f"a PCA9685 answers at 0x{address:02x} on bus {bus}, for {', '.join(names)}"
+    return Finding.ok("I2C", message, kind="pwm-chip-ok")
+
+
+def _explain_need(names: Iterable[str]) -> str:
+    *first, last = names
+    return f"{', '.join(first)} and {last} need it" if first else f"{last} needs it"
 
 
 def _list_places(bindings: Iterable[DeviceBinding], bus: str) -> list[tuple[DeviceBinding, str]]:
     return [(binding, wire.where) for binding in bindings for wire in binding.driver.connections() if wire.bus == bus]
 
 
-SWITCH_ON = "sudo raspi-config nonint do_serial_hw 0, or enable_uart=1 in /boot/firmware/config.txt, and restart"
-SWITCH_ON_5 = "sudo raspi-config nonint do_serial_hw 0, or dtparam=uart0=on in /boot/firmware/config.txt, and restart"
-NO_CONSOLE = "sudo raspi-config nonint do_serial_cons 1, and restart"
+SWITCH_ON = (
+    "Run sudo raspi-config nonint do_serial_hw 0, or add enable_uart=1 to /boot/firmware/config.txt. Then restart"
+)
+SWITCH_ON_5 = (
+    "Run sudo raspi-config nonint do_serial_hw 0, or add dtparam=uart0=on to /boot/firmware/config.txt. Then restart"
+)
+NO_CONSOLE = "Run sudo raspi-config nonint do_serial_cons 1. Then restart"
 NO_BLUETOOTH = (
     "Write /dev/serial0, which is on the header, in the robot's file. Or connect this port to the header: add "
     "dtoverlay=disable-bt to /boot/firmware/config.txt, and restart"
@@ -142,24 +152,24 @@ def check_serial(root: Path, bindings: Iterable[DeviceBinding]) -> Iterator[Find
         needed.setdefault(place, []).append(binding.name)
     for place, names in needed.items():
         check = _check_usb if place.startswith("usb:") else _check_port
-        yield check(root, place, ", ".join(names))
+        yield check(root, place, names)
 
 
-def _check_usb(root: Path, place: str, names: str) -> Finding:
+def _check_usb(root: Path, place: str, names: list[str]) -> Finding:
     _, vendor, product, *_ = (*place.lower().split(":"), "", "")
     for device in sorted((root / "sys/bus/usb/devices").glob("*/idVendor")):
         if (read_text(device), read_text(device.with_name("idProduct"))) == (vendor, product):
-            return Finding.ok("serial", f"{place} is plugged in, for {names}", kind="usb-port-ok")
-    message = f"{place} is not plugged in, but {names} needs it"
+            return Finding.ok("serial", f"{place} is plugged in, for {', '.join(names)}", kind="usb-port-ok")
+    message = f"{place} is not plugged in, but {_explain_need(names)}"
     return Finding.error("serial", message, _offer_ports(root), kind="usb-port-missing")
 
 
-def _check_port(root: Path, place: str, names: str) -> Finding:
+def _check_port(root: Path, place: str, names: list[str]) -> Finding:
     file, is_on_header = root / place.lstrip("/"), place in HEADER_PORTS
     real, bluetooth = (f"/dev/{each.resolve().name}" for each in (file, root / "dev/serial1"))
     switch_on = SWITCH_ON_5 if "Raspberry Pi 5" in read_model(root) else SWITCH_ON
     absent = switch_on if is_on_header else _offer_ports(root)
-    needed = f"but {names} needs it"
+    needed = f"but {_explain_need(names)}"
     for is_met, kind, problem, remedy in (
         (not file.exists(), "missing", f"there is no {place}", absent),
         (real in _list_consoles(root), "console", f"the login console uses {place}", NO_CONSOLE),
@@ -172,9 +182,9 @@ def _check_port(root: Path, place: str, names: str) -> Finding:
         return Finding.error("serial", f"no permission for {place}", remedy, kind="port-no-permission")
     if is_on_header and real == DEBUG_PORT:
         message = f"{place} of a Pi 5 is on the connector between its HDMI sockets, not on the header"
-        remedy = f"For GPIO 14 and 15 write /dev/ttyAMA0 in the robot's file: {SWITCH_ON_5}"
+        remedy = f"For GPIO 14 and 15 write /dev/ttyAMA0 in the robot's file. {SWITCH_ON_5}"
         return Finding.warning("serial", message, remedy, kind="port-off-header")
-    return Finding.ok("serial", f"{place} was found, for {names}", kind="port-ok")
+    return Finding.ok("serial", f"{place} was found, for {', '.join(names)}", kind="port-ok")
 
 
 def _list_consoles(root: Path) -> set[str]:
