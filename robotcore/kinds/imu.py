@@ -57,7 +57,7 @@ class Imu(Sensor[ImuSample]):
     kind = "imu"
 
 
-class SimulatedImu:
+class ImuSimulation:
     """Takes samples of an IMU at the axle's centre.
 
     The forward acceleration is the mean since the last sample. The left acceleration is the product of the velocity and
@@ -95,7 +95,7 @@ class SimulatedImu:
 
 def simulate(imu: ImuDescription, truth: GroundTruth) -> Callable[[float, int], ImuSample]:
     """Return a function that takes a sample from the true pose and velocity, with the described errors."""
-    return SimulatedImu(imu, truth)
+    return ImuSimulation(imu, truth)
 
 
 KIND = Kind("a sensor of turn rate, acceleration and heading", ImuDescription, Imu, ImuSample, simulate)

@@ -22,8 +22,8 @@ from robotcore.hal.robot import Robot
 
 Array = NDArray[np.float64]
 
-MILLIMETRES = 3
-"""A simulated distance is rounded to this number of decimals, because lidars send whole millimetres."""
+DISTANCE_DECIMALS = 3
+"""A simulated distance in metres is rounded to this number of decimals, because lidars send whole millimetres."""
 
 FULL_TURN_RAD = math.tau - 1e-6
 """A field of view of at least this angle is the full circle, in radians."""
@@ -175,7 +175,7 @@ class Lidar(Sensor[Scan]):
         return f"nearest {nearest:.2f} m at {math.degrees(bearing):.0f}°, {counted}"
 
 
-class SimulatedLidar:
+class LidarSimulation:
     """Takes scans from the ground truth. All rays of a scan are measured at the same time."""
 
     def __init__(self, lidar: LidarDescription, truth: GroundTruth) -> None:
@@ -199,14 +199,14 @@ class SimulatedLidar:
         reach_m = lidar.max_range_m + MAX_NOISE * lidar.noise_m
         distances = self._truth.cast(np.array((mount.x_m, mount.y_m, mount.z_m)), rays, reach_m)
         distances += self._truth.draw_noises(lidar.name, lidar.noise_m, time, len(distances))
-        distances = distances.round(MILLIMETRES)
+        distances = distances.round(DISTANCE_DECIMALS)
         is_echo = (distances >= lidar.min_range_m) & (distances <= lidar.max_range_m)
         return tuple(np.where(is_echo, distances, math.inf).tolist())
 
 
 def simulate(lidar: LidarDescription, truth: GroundTruth) -> Callable[[float, int], Scan]:
     """Return a function that takes a scan of the bodies around the lidar, at its height."""
-    return SimulatedLidar(lidar, truth)
+    return LidarSimulation(lidar, truth)
 
 
 def check_reading(lidar: LidarDescription, sample: Scan) -> Scan:

@@ -23,7 +23,7 @@ import numpy as np
 from drivers.serial.line import Line
 from drivers.serial.protocol import Protocol
 from drivers.serial.ranging.frames import FULL, FrameParser
-from drivers.serial.ranging.lidar import Array, LidarDriver, LineLidar, TurnSampler
+from drivers.serial.ranging.lidar import Array, LidarDriver, SerialLidar, TurnSampler
 from robotcore.hardware import DeviceContext
 from robotcore.kinds.lidar import Lidar, LidarDescription
 
@@ -196,7 +196,7 @@ class LD06(LidarDriver):
     def open(self, description: LidarDescription, context: DeviceContext) -> Lidar:
         sampler = TurnSampler(description)
         line = Line(self.port, LD06Protocol(sampler, self.effective_baud), context.clock)
-        lidar = LineLidar(description, sampler, line)
+        lidar = SerialLidar(description, sampler, line)
         lidar.open(_ANSWER_S, _FIRST_S)
         return lidar
 

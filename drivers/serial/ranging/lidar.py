@@ -76,7 +76,7 @@ class TurnSampler:
         self.has_scan = True
 
 
-class LineLidar(Lidar):
+class SerialLidar(Lidar):
     """A lidar, alone on its line. Reading it raises DeviceLostError while the line is lost."""
 
     def __init__(self, lidar: LidarDescription, sampler: TurnSampler, line: Line) -> None:

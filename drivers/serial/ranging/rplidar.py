@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from drivers.serial.line import Line
 from drivers.serial.protocol import Protocol
 from drivers.serial.ranging.frames import FULL
-from drivers.serial.ranging.lidar import Array, LidarDriver, LineLidar, TurnSampler
+from drivers.serial.ranging.lidar import Array, LidarDriver, SerialLidar, TurnSampler
 from robotcore.hardware import DeviceContext
 from robotcore.kinds.lidar import Lidar, LidarDescription
 
@@ -251,7 +251,7 @@ _ANSWER_S, _FIRST_S = 8.0, 2.0
 """The longest wait for the first nodes, and for the first scan after that, in seconds."""
 
 
-class _RPLidar(LineLidar):
+class _RPLidar(SerialLidar):
     def __init__(self, lidar: LidarDescription, sampler: TurnSampler, line: Line, protocol: RPLidarProtocol) -> None:
         super().__init__(lidar, sampler, line)
         self._protocol = protocol
