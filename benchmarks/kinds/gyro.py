@@ -9,8 +9,8 @@ from pydantic import Field
 from robotcore.description import DeviceDescription
 from robotcore.geometry import wrap_angle
 from robotcore.hal.device import Sensor, Unit
-from robotcore.hal.ground_truth import GroundTruth
 from robotcore.hal.kind import Kind
+from robotcore.hal.simulation_state import SimulationState
 
 
 class GyroDescription(DeviceDescription):
@@ -36,13 +36,13 @@ class Gyro(Sensor[Turn]):
     kind = "gyro"
 
 
-def simulate(gyro: GyroDescription, truth: GroundTruth) -> Callable[[float, int], Turn]:
+def simulate(gyro: GyroDescription, state: SimulationState) -> Callable[[float, int], Turn]:
     """Return a function that takes a sample from the true state of the robot."""
-    start = truth.pose().heading
+    start = state.pose().heading
 
     def take(time: float, sequence: int) -> Turn:
-        rate = truth.twist().angular + truth.draw_noise(gyro.name, gyro.noise_rad_s, time)
-        return Turn(rate, wrap_angle(truth.pose().heading - start), time, sequence)
+        rate = state.twist().angular + state.draw_noise(gyro.name, gyro.noise_rad_s, time)
+        return Turn(rate, wrap_angle(state.pose().heading - start), time, sequence)
 
     return take
 

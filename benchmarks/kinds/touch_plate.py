@@ -8,8 +8,8 @@ from pydantic import Field
 
 from robotcore.description import DeviceDescription
 from robotcore.hal.device import Sensor, Unit
-from robotcore.hal.ground_truth import GroundTruth
 from robotcore.hal.kind import Kind
+from robotcore.hal.simulation_state import SimulationState
 
 
 class TouchPlateDescription(DeviceDescription):
@@ -41,11 +41,11 @@ class TouchPlate(Sensor[Contact]):
         self.width = width
 
 
-def simulate(plate: TouchPlateDescription, truth: GroundTruth) -> Callable[[float, int], Contact]:
+def simulate(plate: TouchPlateDescription, state: SimulationState) -> Callable[[float, int], Contact]:
     """Return a function that takes a sample from the true state of the robot."""
 
     def take(time: float, sequence: int) -> Contact:
-        return Contact(any(abs(b) <= plate.width_rad / 2 for b in truth.touch_bearings()), time, sequence)
+        return Contact(any(abs(b) <= plate.width_rad / 2 for b in state.list_contact_bearings()), time, sequence)
 
     return take
 

@@ -61,7 +61,7 @@ def _require_wheels(setup: Setup, simulation: Simulation) -> None:
 
 
 def _open_device(simulation: Simulation, description: DeviceDescription) -> Device:
-    name, locate = description.name, simulation.ground_truth.joints.locate
+    name, locate = description.name, simulation.simulation_state.joints.locate
     if isinstance(description, MotorDescription):
         return KinematicMotor(description, simulation.wheels[name])
     if isinstance(description, EncoderDescription):
@@ -80,4 +80,4 @@ def _open_device(simulation: Simulation, description: DeviceDescription) -> Devi
             simulation.clock,
             lambda: simulation.painter.picture(CameraView.of(intrinsics, locate(mount), simulation.body_pose)),
         )
-    return simulate_device(description, simulation.ground_truth)
+    return simulate_device(description, simulation.simulation_state)

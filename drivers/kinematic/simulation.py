@@ -12,7 +12,7 @@ from robotcore.description import AckermannDrive, Drive, SkidDrive, WorldDescrip
 from robotcore.geometry import Pose, Twist, wrap_angle
 from robotcore.hal.backend import Setup
 from robotcore.hal.clock import SteppedClock
-from robotcore.hal.ground_truth import GroundTruth
+from robotcore.hal.simulation_state import SimulationState
 from robotcore.kinds.motor import MotorDescription
 from robotcore.simulation.painter import Painter
 
@@ -59,10 +59,10 @@ class Simulation:
         return self._collisions.contacts
 
     @cached_property
-    def ground_truth(self) -> GroundTruth:
-        """The ground truth from which kinds of devices are simulated."""
-        return GroundTruth(
-            self._robot, self.world, self.clock, self.pose, self.twist, self._cast, self._touched, self._seed
+    def simulation_state(self) -> SimulationState:
+        """The state from which kinds of devices are simulated."""
+        return SimulationState(
+            self._robot, self.world, self.clock, self.pose, self.twist, self._cast, self._list_touched, self._seed
         )
 
     def _cast(self, origin: Array, directions: Array, _reach_m: float) -> Array:
@@ -74,7 +74,7 @@ class Simulation:
             self._slices[z] = WorldSlice(self.world, z)
         return self._slices[z].cast(x, y, cos * dx - sin * dy, sin * dx + cos * dy)
 
-    def _touched(self) -> list[str]:
+    def _list_touched(self) -> list[str]:
         bodies = (*self.world.prisms, *self.world.targets)
         return [bodies[index].name for index in self._collisions.touched]
 
@@ -82,7 +82,7 @@ class Simulation:
         self.encoded_wheels = {name: self.wheels[drive.wheel_motors[name]] for name in drive.encoders}
         left, right = ([self.wheels[name] for name in names] for names in (drive.left_motors, drive.right_motors))
         if isinstance(drive, AckermannDrive):
-            joint, ratio = self.ground_truth.joints[drive.steering], drive.track_m / 2 / drive.wheelbase_m
+            joint, ratio = self.simulation_state.joints[drive.steering], drive.track_m / 2 / drive.wheelbase_m
             return SteeredChassis(
                 self._start, drive.geometry, left[0], right[0], self._collisions, joint, ratio, self.clock
             )

@@ -18,8 +18,8 @@ from robotcore.geometry import Pose, Twist
 from robotcore.hal.backend import Setup
 from robotcore.hal.clock import SteppedClock
 from robotcore.hal.device import Device
-from robotcore.hal.ground_truth import Array, GroundTruth
 from robotcore.hal.kind import simulate_device
+from robotcore.hal.simulation_state import Array, SimulationState
 from robotcore.hal.truth import RELEASE_M
 from robotcore.kinds.camera import CameraDescription
 from robotcore.kinds.encoder import EncoderDescription, SimulatedEncoder
@@ -68,10 +68,10 @@ class Simulation:
         if isinstance(description, EncoderDescription):
             body, joints = self._body, self._body.find_joints(description.name)
             return SimulatedEncoder(description, self.clock, lambda: body.angle(joints))
-        locate = self.ground_truth.joints.locate
+        locate = self.simulation_state.joints.locate
         if isinstance(description, CameraDescription):
             return self._cameras.open(description, self.clock, self._body, locate)
-        return simulate_device(description, self.ground_truth)
+        return simulate_device(description, self.simulation_state)
 
     def close(self) -> None:
         """Release OpenGL and close the window. Further calls do nothing."""
@@ -90,22 +90,22 @@ class Simulation:
         return self._contacts.count
 
     @cached_property
-    def ground_truth(self) -> GroundTruth:
-        """The ground truth from which kinds of devices are simulated."""
-        return GroundTruth(
-            self._robot, self._world, self.clock, self.pose, self.twist, self._cast, self._touched, self._seed
+    def simulation_state(self) -> SimulationState:
+        """The state from which kinds of devices are simulated."""
+        return SimulationState(
+            self._robot, self._world, self.clock, self.pose, self.twist, self._cast, self._list_touched, self._seed
         )
 
     def _open_steering(self) -> Steering | None:
         if not isinstance(drive := self._robot.drive, AckermannDrive):
             return None
-        return Steering(self.model, self.data, drive, self.ground_truth.joints[drive.steering])
+        return Steering(self.model, self.data, drive, self.simulation_state.joints[drive.steering])
 
     def _cast(self, origin: Array, directions: Array, reach_m: float) -> Array:
         rotation, start = self._body.transform()
         return cast_rays(self.model, self.data, start + rotation @ origin, directions @ rotation.T, reach_m)
 
-    def _touched(self) -> list[str]:
+    def _list_touched(self) -> list[str]:
         return [self.model.geom(thing).name for thing in self._contacts.touched]
 
     def _advance(self, steps: int) -> None:

@@ -20,8 +20,8 @@ from robotcore.geometry import Pose, Twist
 from robotcore.hal.backend import Setup
 from robotcore.hal.clock import SteppedClock
 from robotcore.hal.device import Device
-from robotcore.hal.ground_truth import Array, GroundTruth
 from robotcore.hal.kind import simulate_device
+from robotcore.hal.simulation_state import Array, SimulationState
 from robotcore.hal.truth import RELEASE_M
 from robotcore.kinds.camera import CameraDescription
 from robotcore.kinds.encoder import EncoderDescription
@@ -69,11 +69,11 @@ class Simulation:
             return motor
         if isinstance(description, EncoderDescription):
             return open_encoder(bullet, description, self.clock, body)
-        locate = self.ground_truth.joints.locate
+        locate = self.simulation_state.joints.locate
         if isinstance(description, CameraDescription):
             renderer = BulletRenderer(bullet, self._scene.light)
             return BodyCamera(description, self.clock, body.transform, locate, renderer, self._scene.things)
-        return simulate_device(description, self.ground_truth)
+        return simulate_device(description, self.simulation_state)
 
     def pose(self) -> Pose:
         return self._body.pose()
@@ -85,23 +85,23 @@ class Simulation:
         return self._contacts.count
 
     @cached_property
-    def ground_truth(self) -> GroundTruth:
-        """The ground truth from which kinds of devices are simulated."""
-        return GroundTruth(
-            self._robot, self._world, self.clock, self.pose, self.twist, self._cast, self._touched, self._seed
+    def simulation_state(self) -> SimulationState:
+        """The state from which kinds of devices are simulated."""
+        return SimulationState(
+            self._robot, self._world, self.clock, self.pose, self.twist, self._cast, self._list_touched, self._seed
         )
 
     def _open_steering(self) -> Steering | None:
         if not isinstance(drive := self._robot.drive, AckermannDrive):
             return None
-        joint = self.ground_truth.joints[drive.steering]
+        joint = self.simulation_state.joints[drive.steering]
         return Steering(self._bullet, self._body, drive, joint, self.clock.step)
 
     def _cast(self, origin: Array, directions: Array, reach_m: float) -> Array:
         rotation, start = self._body.transform()
         return cast_rays(self._bullet, start + rotation @ origin, directions * reach_m @ rotation.T, reach_m)
 
-    def _touched(self) -> list[str]:
+    def _list_touched(self) -> list[str]:
         names = {number: name for name, number in self._scene.things.items()}
         return [names[thing] for thing in self._contacts.touched]
 

@@ -21,7 +21,7 @@ from robotcore.hal.sampling import SampleCache
 from robotcore.plugins import KINDS, load_registered
 
 if TYPE_CHECKING:
-    from robotcore.hal.ground_truth import GroundTruth
+    from robotcore.hal.simulation_state import SimulationState
 
 
 @dataclass(frozen=True)
@@ -36,8 +36,8 @@ class Kind:
     """The class of the devices. Drivers inherit it."""
     sample: Any = None
     """The class of a sensor's samples: a dataclass with the fields ``time`` and ``sequence`` at the end."""
-    simulate: Callable[[Any, GroundTruth], Callable[..., Any]] | None = None
-    """Simulates a device in every simulator. Its arguments are the device's description and the ground truth.
+    simulate: Callable[[Any, SimulationState], Callable[..., Any]] | None = None
+    """Simulates a device in every simulator. Its arguments are the device's description and the simulation's state.
 
     For a sensor, it returns a function that takes a sample. The arguments of this function are the time in seconds and
     the sequence number. For an actuator, it returns a function that applies a command. With None, no simulator has a
@@ -92,7 +92,7 @@ class Kind:
         return self.device.kind
 
 
-def simulate_in_backend(description: DeviceDescription, _truth: GroundTruth) -> Callable[..., Any]:
+def simulate_in_backend(description: DeviceDescription, _state: SimulationState) -> Callable[..., Any]:
     """Mark a kind that each simulator simulates itself, such as a camera. It is the kind's `Kind.simulate`."""
     raise DeviceError(description.name, _describe_lack(description), kind="not-simulated")
 
@@ -173,8 +173,8 @@ def build_actuator(
     return actuator
 
 
-def simulate_device(description: DeviceDescription, truth: GroundTruth) -> Device:
-    """Return a device of the described kind that is simulated from the ground truth.
+def simulate_device(description: DeviceDescription, state: SimulationState) -> Device:
+    """Return a device of the described kind that is simulated from the state of the simulation.
 
     Raises DeviceError if the kind is that of a sensor without a simulation.
     """
@@ -184,7 +184,7 @@ def simulate_device(description: DeviceDescription, truth: GroundTruth) -> Devic
     if kind.simulate is None:
         return build_actuator(description, lambda _command: None)
     call = partial(_call_simulation, description)
-    simulation = call(kind.simulate, description, truth)
+    simulation = call(kind.simulate, description, state)
     if not callable(simulation):
         raise _build_simulation_error(description, f"returned {simulation!r} in place of a function")
     if not issubclass(kind.device, Sensor):
@@ -196,7 +196,7 @@ def simulate_device(description: DeviceDescription, truth: GroundTruth) -> Devic
             raise _build_simulation_error(description, f"returned {sample!r} in place of a {kind.sample.__name__}")
         return sample
 
-    return build_sensor(description, SampleCache(truth.clock, take))
+    return build_sensor(description, SampleCache(state.clock, take))
 
 
 def _call_simulation(description: DeviceDescription, function: Callable[..., Any], *args: Any) -> Any:

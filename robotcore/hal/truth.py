@@ -106,8 +106,8 @@ class Truth:
         return bool((view.shows(points) & (reach > 1)).any())
 
     def _locate(self, mount: Mount) -> Mount:
-        ground = getattr(self._source, "ground_truth", None)  # only simulators in this process have servos
-        return ground.joints.locate(mount) if ground else mount
+        state = getattr(self._source, "simulation_state", None)  # only simulators in this process have servos
+        return state.joints.locate(mount) if state else mount
 
 
 def _points_across(ball: Ball, view: CameraView) -> np.ndarray:

@@ -12,8 +12,8 @@ from pydantic import Field
 from robotcore.description import DeviceDescription
 from robotcore.geometry import wrap_angle
 from robotcore.hal.device import Sensor, Unit
-from robotcore.hal.ground_truth import GroundTruth
 from robotcore.hal.kind import Kind
+from robotcore.hal.simulation_state import SimulationState
 
 
 class BumperDescription(DeviceDescription):
@@ -55,11 +55,11 @@ class Bumper(Sensor[Touch]):
         self.direction, self.width = direction, width
 
 
-def simulate(bumper: BumperDescription, truth: GroundTruth) -> Callable[[float, int], Touch]:
+def simulate(bumper: BumperDescription, state: SimulationState) -> Callable[[float, int], Touch]:
     """Return a function that takes a sample: whether a contact's direction is in the bumper's sector."""
 
     def take(time: float, sequence: int) -> Touch:
-        offsets = (wrap_angle(bearing - bumper.direction_rad) for bearing in truth.touch_bearings())
+        offsets = (wrap_angle(bearing - bumper.direction_rad) for bearing in state.list_contact_bearings())
         return Touch(any(abs(offset) <= bumper.width_rad / 2 for offset in offsets), time, sequence)
 
     return take

@@ -8,8 +8,8 @@ from typing import Annotated, Literal
 
 from robotcore.description import DeviceDescription
 from robotcore.hal.device import Sensor, Unit
-from robotcore.hal.ground_truth import GroundTruth
 from robotcore.hal.kind import Kind
+from robotcore.hal.simulation_state import SimulationState
 
 
 class ButtonDescription(DeviceDescription):
@@ -36,7 +36,7 @@ class Button(Sensor[Press]):
     kind = "button"
 
 
-def simulate(_button: ButtonDescription, _truth: GroundTruth) -> Callable[[float, int], Press]:
+def simulate(_button: ButtonDescription, _state: SimulationState) -> Callable[[float, int], Press]:
     """Return a function that takes a sample. No person presses a simulated button; the fault ``stuck=1`` does."""
     return lambda time, sequence: Press(False, time, sequence)
 

@@ -14,9 +14,9 @@ from robotcore.description import DeviceDescription
 from robotcore.description.types import StrictModel
 from robotcore.errors import Mistake
 from robotcore.hal.device import Sensor, Unit
-from robotcore.hal.ground_truth import GroundTruth
 from robotcore.hal.kind import Kind
 from robotcore.hal.robot import Robot
+from robotcore.hal.simulation_state import SimulationState
 
 AXES = ("left_x", "left_y", "right_x", "right_y")
 """The axes of the sticks, from -1 to 1."""
@@ -144,7 +144,7 @@ class Gamepad(Sensor[GamepadSample]):
         return ", ".join(texts) or "at rest"
 
 
-def simulate(gamepad: GamepadDescription, _truth: GroundTruth) -> Callable[[float, int], GamepadSample]:
+def simulate(gamepad: GamepadDescription, _state: SimulationState) -> Callable[[float, int], GamepadSample]:
     """Return a function that takes a sample: the entry of the script for the present time."""
     times = [entry.at_s for entry in gamepad.script]
     inputs = [_list_values(entry) for entry in (ScriptedInput(at_s=0.0), *gamepad.script)]

@@ -12,8 +12,8 @@ from pydantic import Field
 from robotcore.description import DeviceDescription
 from robotcore.geometry import wrap_angle
 from robotcore.hal.device import Sensor, Unit
-from robotcore.hal.ground_truth import GroundTruth
 from robotcore.hal.kind import Kind
+from robotcore.hal.simulation_state import SimulationState
 
 
 class ImuDescription(DeviceDescription):
@@ -65,21 +65,21 @@ class ImuSimulation:
     integrated as constant between two samples.
     """
 
-    def __init__(self, imu: ImuDescription, truth: GroundTruth) -> None:
-        self._imu, self._truth = imu, truth
-        self._start = truth.pose().heading
-        self._time, self._speed = truth.clock.now(), truth.twist().linear
+    def __init__(self, imu: ImuDescription, state: SimulationState) -> None:
+        self._imu, self._state = imu, state
+        self._start = state.pose().heading
+        self._time, self._speed = state.clock.now(), state.twist().linear
         self._acceleration = self._drift = 0.0
 
     def __call__(self, time: float, sequence: int) -> ImuSample:
         """Return a sample at a time in seconds."""
-        imu, (speed, turn) = self._imu, self._truth.twist()
+        imu, (speed, turn) = self._imu, self._state.twist()
         error = imu.yaw_rate_bias_rad_s + self._draw_noise("yaw_rate", imu.yaw_rate_noise_rad_s, time)
         if passed := time - self._time:
             self._acceleration = (speed - self._speed) / passed
             self._drift += error * passed
             self._time, self._speed = time, speed
-        heading = self._truth.pose().heading - self._start + self._drift
+        heading = self._state.pose().heading - self._start + self._drift
         return ImuSample(
             turn + error,
             self._acceleration + self._draw_noise("forward", imu.acceleration_noise_m_s2, time),
@@ -90,12 +90,12 @@ class ImuSimulation:
         )
 
     def _draw_noise(self, field: str, sigma: float, time: float) -> float:
-        return self._truth.draw_noise(f"{self._imu.name}:{field}", sigma, time)
+        return self._state.draw_noise(f"{self._imu.name}:{field}", sigma, time)
 
 
-def simulate(imu: ImuDescription, truth: GroundTruth) -> Callable[[float, int], ImuSample]:
+def simulate(imu: ImuDescription, state: SimulationState) -> Callable[[float, int], ImuSample]:
     """Return a function that takes a sample from the true pose and velocity, with the described errors."""
-    return ImuSimulation(imu, truth)
+    return ImuSimulation(imu, state)
 
 
 KIND = Kind("a sensor of turn rate, acceleration and heading", ImuDescription, Imu, ImuSample, simulate)

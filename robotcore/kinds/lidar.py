@@ -16,9 +16,9 @@ from robotcore.description.types import SensorRange
 from robotcore.errors import Mistake
 from robotcore.geometry import wrap_angle
 from robotcore.hal.device import Rays, Sensor, Unit
-from robotcore.hal.ground_truth import GroundTruth
 from robotcore.hal.kind import Kind
 from robotcore.hal.robot import Robot
+from robotcore.hal.simulation_state import SimulationState
 
 Array = NDArray[np.float64]
 
@@ -176,10 +176,10 @@ class Lidar(Sensor[Scan]):
 
 
 class LidarSimulation:
-    """Takes scans from the ground truth. All rays of a scan are measured at the same time."""
+    """Takes scans from the state of the simulation. All rays of a scan are measured at the same time."""
 
-    def __init__(self, lidar: LidarDescription, truth: GroundTruth) -> None:
-        self._lidar, self._truth = lidar, truth
+    def __init__(self, lidar: LidarDescription, state: SimulationState) -> None:
+        self._lidar, self._state = lidar, state
         self._bearings = np.array(lidar.bearings)
         self._newest: Scan | None = None
         self._turn = 0
@@ -193,20 +193,20 @@ class LidarSimulation:
 
     def _measure(self, time: float) -> tuple[float, ...]:
         lidar = self._lidar
-        mount = self._truth.joints.locate(lidar.mount)
+        mount = self._state.joints.locate(lidar.mount)
         angles = mount.yaw_rad + self._bearings
         rays = np.stack((np.cos(angles), np.sin(angles), np.zeros_like(angles)), axis=1)
         reach_m = lidar.max_range_m + MAX_NOISE * lidar.noise_m
-        distances = self._truth.cast(np.array((mount.x_m, mount.y_m, mount.z_m)), rays, reach_m)
-        distances += self._truth.draw_noises(lidar.name, lidar.noise_m, time, len(distances))
+        distances = self._state.cast(np.array((mount.x_m, mount.y_m, mount.z_m)), rays, reach_m)
+        distances += self._state.draw_noises(lidar.name, lidar.noise_m, time, len(distances))
         distances = distances.round(DISTANCE_DECIMALS)
         is_echo = (distances >= lidar.min_range_m) & (distances <= lidar.max_range_m)
         return tuple(np.where(is_echo, distances, math.inf).tolist())
 
 
-def simulate(lidar: LidarDescription, truth: GroundTruth) -> Callable[[float, int], Scan]:
+def simulate(lidar: LidarDescription, state: SimulationState) -> Callable[[float, int], Scan]:
     """Return a function that takes a scan of the bodies around the lidar, at its height."""
-    return LidarSimulation(lidar, truth)
+    return LidarSimulation(lidar, state)
 
 
 def check_reading(lidar: LidarDescription, sample: Scan) -> Scan:

@@ -11,8 +11,8 @@ from pydantic import Field
 
 from robotcore.description import DeviceDescription, Mount
 from robotcore.hal.device import Sensor, Unit
-from robotcore.hal.ground_truth import GroundTruth
 from robotcore.hal.kind import Kind
+from robotcore.hal.simulation_state import SimulationState
 
 LUMINANCE = np.array((0.299, 0.587, 0.114)) / 255
 """The weights of red, green and blue in the brightness of a surface. Source: ITU-R BT.601."""
@@ -89,15 +89,15 @@ def compute_offsets(count: int, spacing: float) -> list[float]:
     return [((count - 1) / 2 - index) * spacing for index in range(count)]
 
 
-def simulate(sensor: LineSensorDescription, truth: GroundTruth) -> Callable[[float, int], Darkness]:
+def simulate(sensor: LineSensorDescription, state: SimulationState) -> Callable[[float, int], Darkness]:
     """Return a function that takes a sample: the darkness of one point of the floor under each sensor."""
     offsets = compute_offsets(sensor.count, sensor.spacing_m)
 
     def take(time: float, sequence: int) -> Darkness:
-        middle = truth.joints.locate(sensor.mount).pose
+        middle = state.joints.locate(sensor.mount).pose
         points = [middle.to_world(0.0, offset) for offset in offsets]
-        darkness = 1.0 - truth.floor_colours(points) @ LUMINANCE
-        darkness += truth.draw_noises(sensor.name, sensor.noise, time, sensor.count)
+        darkness = 1.0 - state.measure_floor_colours(points) @ LUMINANCE
+        darkness += state.draw_noises(sensor.name, sensor.noise, time, sensor.count)
         return Darkness(tuple(np.clip(darkness, 0.0, 1.0).tolist()), time, sequence)
 
     return take

@@ -14,9 +14,9 @@ from robotcore.description.types import SensorRange
 from robotcore.errors import Mistake
 from robotcore.hal.clock import Clock
 from robotcore.hal.device import Rays, Sensor, Unit
-from robotcore.hal.ground_truth import GroundTruth
 from robotcore.hal.kind import Kind
 from robotcore.hal.sampling import SampleCache
+from robotcore.hal.simulation_state import SimulationState
 from robotcore.raycast import FAN_SETBACK_M, Fan
 
 RAYS = 9
@@ -142,13 +142,13 @@ class SimulatedRangeSensor(RangeSensor):
         return self._newest_at()
 
 
-def simulate(sensor: RangeSensorDescription, truth: GroundTruth) -> Callable[[float, int], Range]:
+def simulate(sensor: RangeSensorDescription, state: SimulationState) -> Callable[[float, int], Range]:
     """Return a function that takes a sample: the nearest hit of a fan of rays."""
     fan = Fan(sensor.cone_rad, sensor.min_range_m, sensor.max_range_m)
 
     def take(time: float, sequence: int) -> Range:
-        start, directions = fan.rays(truth.joints.locate(sensor.mount))
-        lengths = truth.cast(start, directions, sensor.max_range_m + 2 * FAN_SETBACK_M)
+        start, directions = fan.rays(state.joints.locate(sensor.mount))
+        lengths = state.cast(start, directions, sensor.max_range_m + 2 * FAN_SETBACK_M)
         return Range(fan.reading(lengths), time, sequence, fan.point(lengths))
 
     return take

@@ -14,9 +14,9 @@ from robotcore.description.types import Radians
 from robotcore.errors import Mistake
 from robotcore.geometry import to_float
 from robotcore.hal.device import Actuator, build_invalid_command
-from robotcore.hal.ground_truth import GroundTruth
 from robotcore.hal.kind import Kind, assert_limited, assert_refused
 from robotcore.hal.robot import Robot
+from robotcore.hal.simulation_state import SimulationState
 
 
 class ServoDescription(DeviceDescription):
@@ -87,9 +87,9 @@ class Servo(Actuator[float], ABC):
         return max(self.min_angle, min(command, self.max_angle))
 
 
-def simulate(servo: ServoDescription, truth: GroundTruth) -> Callable[[float], None]:
+def simulate(servo: ServoDescription, state: SimulationState) -> Callable[[float], None]:
     """Return the function that turns the servo's joint to a commanded angle."""
-    return truth.joints[servo.name].turn_to
+    return state.joints[servo.name].turn_to
 
 
 def check_commands(_robot: Robot, servo: Servo) -> None:

@@ -15,8 +15,8 @@ from robotcore import plugins as registry
 from robotcore.description import load_robot, load_world
 from robotcore.errors import BackendMissingError, DescriptionError, DeviceError, UsageError
 from robotcore.hal.backend import Setup
-from robotcore.hal.ground_truth import GroundTruth
 from robotcore.hal.kind import Kind, load_kind, simulate_device
+from robotcore.hal.simulation_state import SimulationState
 from robotcore.plugins import kind_names
 from tests.doubles.foreign_kinds import KINDS, Gripper, GripperDescription, TiltDescription, TiltSensor
 from tests.robotcore.description.files import ROVER
@@ -24,9 +24,9 @@ from tests.texts import Raises
 
 
 @pytest.fixture
-def truth() -> GroundTruth:
+def state() -> SimulationState:
     world = load_world("open")
-    return Simulation(Setup(load_robot("rover"), world, frozenset()), world).ground_truth
+    return Simulation(Setup(load_robot("rover"), world, frozenset()), world).simulation_state
 
 
 def fail(*_arguments: Any) -> Any:
@@ -36,29 +36,29 @@ def fail(*_arguments: Any) -> Any:
 LINE = f"test_kind.py:{fail.__code__.co_firstlineno + 1}"
 SIMULATIONS: dict[str, Any] = {
     "raises-at-the-opening": fail,
-    "raises-in-a-read": lambda _description, _truth: fail,
-    "returns-no-function": lambda _description, _truth: 3,
-    "returns-no-sample": lambda _description, _truth: lambda _time, _sequence: 3.0,
+    "raises-in-a-read": lambda _description, _state: fail,
+    "returns-no-function": lambda _description, _state: 3,
+    "returns-no-sample": lambda _description, _state: lambda _time, _sequence: 3.0,
 }
 
 
 @pytest.mark.parametrize("simulate", SIMULATIONS.values(), ids=SIMULATIONS)
 def test_simulation_with_a_mistake_is_an_error_of_the_device(
-    simulate: Callable[..., Any], truth: GroundTruth, monkeypatch: pytest.MonkeyPatch, raises: Raises
+    simulate: Callable[..., Any], state: SimulationState, monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:
     kind = replace(KINDS["tilt_sensor"], simulate=simulate)
     monkeypatch.setattr("robotcore.hal.kind.load_registered", lambda *_: kind)
     with raises(DeviceError, "simulation-failed", hide=[LINE]):
-        sensor: Any = simulate_device(TiltDescription(name="tilt"), truth)
+        sensor: Any = simulate_device(TiltDescription(name="tilt"), state)
         sensor.read()
 
 
 def test_simulation_of_an_actuator_that_fails_is_an_error_of_the_device(
-    truth: GroundTruth, monkeypatch: pytest.MonkeyPatch, raises: Raises
+    state: SimulationState, monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:
-    kind = replace(KINDS["gripper"], simulate=lambda _description, _truth: fail)
+    kind = replace(KINDS["gripper"], simulate=lambda _description, _state: fail)
     monkeypatch.setattr("robotcore.hal.kind.load_registered", lambda *_: kind)
-    gripper: Any = simulate_device(GripperDescription(name="hand"), truth)
+    gripper: Any = simulate_device(GripperDescription(name="hand"), state)
     with raises(DeviceError, "simulation-failed", hide=[LINE], device="hand"):
         gripper.send(0.05)
 

@@ -1,4 +1,4 @@
-"""A bumper is simulated from the ground truth: every simulator in this process has it, and no remote scene."""
+"""A bumper is simulated from the simulation's state: every simulator in this process has it, and no remote scene."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""An IMU is simulated from the ground truth, with errors that the seed of the run determines."""
+"""An IMU is simulated from the simulation's state, with errors that the seed of the run determines."""
 
 from __future__ import annotations
 

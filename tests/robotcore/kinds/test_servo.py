@@ -115,9 +115,9 @@ def test_limits_in_the_wrong_order_are_a_mistake_in_the_file(tmp_path: Path, rai
 
 def test_simulated_servo_turns_at_its_rate_and_holds(robot: RobotDescription) -> None:
     world = load_world("open")
-    truth = Simulation(Setup(robot, world, frozenset({"pan"})), world).ground_truth
-    clock = truth.clock
-    servo, joint = simulate_device(describe_servo(), truth), truth.joints["pan"]
+    state = Simulation(Setup(robot, world, frozenset({"pan"})), world).simulation_state
+    clock = state.clock
+    servo, joint = simulate_device(describe_servo(), state), state.joints["pan"]
     assert isinstance(servo, Servo)
     servo.set_angle(-1.0)
     angles = []

@@ -78,4 +78,4 @@ def test_motors_servo_and_gpio_share_a_chip() -> None:
         assert (left, right) == pytest.approx((-6.0, 6.0), abs=0.5)
         truth = robot.truth
         assert truth is not None
-        assert truth.ground_truth.joints["pan"].angle == pytest.approx(0.5, abs=0.01)  # type: ignore[attr-defined]
+        assert truth.simulation_state.joints["pan"].angle == pytest.approx(0.5, abs=0.01)  # type: ignore[attr-defined]

@@ -8,7 +8,7 @@ from pydantic import Field
 
 from robotcore.description import DeviceDescription
 from robotcore.hal.device import Sensor, Unit
-from robotcore.hal.ground_truth import GroundTruth
+from robotcore.hal.simulation_state import SimulationState
 from robotcore.hal.kind import Kind
 
 
@@ -34,12 +34,12 @@ class MySensor(Sensor[Speed]):
     kind = "my_sensor"
 
 
-def simulate(sensor: MySensorDescription, truth: GroundTruth) -> Callable[[float, int], Speed]:
+def simulate(sensor: MySensorDescription, state: SimulationState) -> Callable[[float, int], Speed]:
     """Return a function that takes a sample from the true state of the robot."""
     limit = sensor.max_speed_m_s
 
     def take(time: float, sequence: int) -> Speed:
-        return Speed(max(-limit, min(truth.twist().linear, limit)), time, sequence)
+        return Speed(max(-limit, min(state.twist().linear, limit)), time, sequence)
 
     return take
 

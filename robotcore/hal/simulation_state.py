@@ -21,8 +21,11 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class GroundTruth:
-    """The true state of a simulated robot and its world. Each simulator in this process provides one."""
+class SimulationState:
+    """The state of a simulated robot and its world. Each simulator in this process provides one to simulate devices.
+
+    An app's `verify` gets a `Truth`.
+    """
 
     robot: RobotDescription
     world: WorldDescription
@@ -39,7 +42,7 @@ class GroundTruth:
     frame, and the length in metres up to which hits count at least. The rays must be horizontal. They ignore the robot
     and the floor.
     """
-    touched: Callable[[], Collection[str]]
+    list_touched_bodies: Callable[[], Collection[str]]
     """Returns the names of the bodies that the robot touches now."""
     seed: int
     """The seed of the run."""
@@ -60,12 +63,12 @@ class GroundTruth:
         """The true motion of the servos."""
         return Joints(self.robot, self.clock)
 
-    def touch_bearings(self) -> tuple[float, ...]:
+    def list_contact_bearings(self) -> tuple[float, ...]:
         """Return the directions of the present contacts in the robot's frame, in radians, positive to the left.
 
         The direction of a contact is that of the body's point that is nearest to the middle of the robot.
         """
-        names = self.touched()
+        names = self.list_touched_bodies()
         if not names:
             return ()
         pose, middle = self.pose(), self.robot.body.centre_x_m
@@ -74,7 +77,7 @@ class GroundTruth:
         local = (pose.to_local(*point) for point in nearest)
         return tuple(math.atan2(y, x - middle) for x, y in local)
 
-    def floor_colours(self, points: Sequence[tuple[float, float]]) -> Array:
+    def measure_floor_colours(self, points: Sequence[tuple[float, float]]) -> Array:
         """Return red, green and blue of the floor at points in the robot's frame, (n, 3), from 0 to 255.
 
         The light is not taken into account.
