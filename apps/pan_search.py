@@ -11,13 +11,18 @@ from robotcore.kinds import Servo
 
 STANDING = Twist(0.0, 0.0)
 NEAR_M, CENTRED_RAD, BALL_RADIUS_M = 0.03, 0.1, 0.10
+AHEAD_RAD = 0.5
+"""The greatest angle of a camera that drives forward, if the range sensor is on the same servo."""
 PATIENCE_S = 0.5
 """A ball that no picture shows for this time is lost. The app succeeds after standing at the ball for this time."""
 
 
 @dataclass
 class PanSearch(Behaviour):
-    """Pans the camera while the robot explores. Then it keeps the camera on the ball while the robot drives to it."""
+    """Pans the camera while the robot explores. Then it keeps the camera on the ball while the robot drives to it.
+
+    If the servo also turns the range sensor, the servo points ahead while the robot drives forward.
+    """
 
     hue: str = "green"
     """The ball's hue, by name or in degrees."""
@@ -54,22 +59,25 @@ class PanSearch(Behaviour):
         self._ball.look(robot, pose)
         if self._ball.lost_for > PATIENCE_S and self.state in ("approach", "arrived"):
             self._ball.forget()
-        self._pan(robot, pose, passed)
         place = self._ball.place
-        twist = self._drive_to_ball(robot, pose, *place) if place else self._explore(pose)
-        robot.drive.set_velocity(*twist or STANDING)
+        twist = (self._drive_to_ball(robot, pose, *place) if place else self._explore(pose)) or STANDING
+        self._pan(robot, pose, passed, is_driving=twist.linear > 0)
+        robot.drive.set_velocity(*twist)
         self._moved_at = self._moved_at if self.state == "arrived" else self._now
         return Status.SUCCESS if self._now - self._moved_at > PATIENCE_S else Status.RUNNING
 
-    def _pan(self, robot: Robot, pose: Pose, passed: float) -> None:
+    def _pan(self, robot: Robot, pose: Pose, passed: float, *, is_driving: bool) -> None:
         """Turn the camera to the ball. Without a ball, turn it from one limit of the servo to the other and back."""
         pan, mount = cast("Servo", robot["pan"]), robot.camera.mount
         if self._ball.place:
-            pan.set_angle(mount.heading + pose.compose(mount).bearing_to(*self._ball.place))
-            return
-        if pan.angle in (pan.min_angle, pan.max_angle):
-            self._side = -1.0 if pan.angle == pan.max_angle else 1.0
-        pan.set_angle(pan.angle + self._side * self.pan_rad_s * passed)
+            angle = mount.heading + pose.compose(mount).bearing_to(*self._ball.place)
+        else:
+            if pan.angle in (pan.min_angle, pan.max_angle):
+                self._side = -1.0 if pan.angle == pan.max_angle else 1.0
+            angle = pan.angle + self._side * self.pan_rad_s * passed
+        if is_driving and robot.range.mount.heading == mount.heading:  # the range sensor is on the servo too
+            angle = max(-AHEAD_RAD, min(angle, AHEAD_RAD))
+        pan.set_angle(angle)
 
     def _explore(self, pose: Pose) -> Twist | None:
         """Turn until the camera has seen everything that is visible from here. Then drive to the next best view."""

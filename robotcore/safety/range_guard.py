@@ -7,7 +7,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import ClassVar
 
-from robotcore.geometry import DifferentialGeometry, Wheels
+from robotcore.description.devices import AHEAD_RAD
+from robotcore.geometry import DifferentialGeometry, Twist, Wheels
 from robotcore.hal.clock import Clock
 from robotcore.hal.device import Sample
 from robotcore.safety.sensor_ahead import SensorAhead
@@ -49,16 +50,35 @@ class DistanceAhead:
     """Computes the free distance ahead, in metres, from the readings of all sensors that look ahead.
 
     It subtracts from each reading the distance that the robot may have driven since then: the age of the reading times
-    the highest speed since the reading. A sensor that a servo has turned aside is not read.
+    the highest speed since the reading.
+
+    A sensor that a servo has turned aside is not read. If servos have turned all sensors aside, the robot drives only
+    as far as a sensor has seen straight ahead. After a turn by more than `AHEAD_RAD`, it has seen nothing.
+
+    read_motion: a function that returns how far the commands have moved the robot since the start: the length of its
+        path in metres, and its turn in radians.
     """
 
-    def __init__(self, clock: Clock, sensors: Sequence[SensorAhead]) -> None:
-        self._clock = clock
+    def __init__(self, clock: Clock, sensors: Sequence[SensorAhead], read_motion: Callable[[], Twist]) -> None:
+        self._clock, self._read_motion = clock, read_motion
         self._clearances = [_ClearanceAhead(sensor) for sensor in sensors]
+        self._seen, self._seen_at = 0.0, Twist(0.0, 0.0)
 
     def __call__(self, speed: float) -> float:
         now = self._clock.now()
-        return min([clearance.at(now, speed) for clearance in self._clearances], default=math.inf)
+        distances = [each for each in (clearance.at(now, speed) for clearance in self._clearances) if each is not None]
+        if not distances:
+            return self._estimate()
+        distance = min(distances)
+        if ranges := [each.max_range for each in self._clearances if each.is_straight]:
+            self._seen, self._seen_at = min(distance, *ranges), self._read_motion()
+        return distance
+
+    def _estimate(self) -> float:
+        """Return the distance that a sensor has seen straight ahead, without the distance that was driven since."""
+        moved, seen_at = self._read_motion(), self._seen_at
+        is_turned = abs(moved.angular - seen_at.angular) > AHEAD_RAD
+        return 0.0 if is_turned else self._seen - max(0.0, moved.linear - seen_at.linear)
 
 
 class _ClearanceAhead:
@@ -66,14 +86,24 @@ class _ClearanceAhead:
         self._sensor = sensor
         self._sequence: int | None = None
         self._fastest = 0.0
+        self.max_range: float = getattr(sensor.device, "max_range", math.inf)
+        self.is_straight = False
 
-    def at(self, now: float, speed: float) -> float:
-        if not (self._sensor.is_fixed or self._sensor.looks_ahead(now)):
-            return math.inf
+    def at(self, now: float, speed: float) -> float | None:
+        """Return the free distance ahead in metres, or None if the sensor looks aside.
+
+        Afterwards, ``is_straight`` is whether a servo had turned the sensor straight ahead.
+        """
+        self.is_straight = False
+        if not self._sensor.looks_ahead(now):
+            return None
         sample: Sample = self._sensor.device.read()
         is_new = sample.sequence != self._sequence
         self._sequence = sample.sequence
         self._fastest = speed if is_new else max(speed, self._fastest)
+        if not self._sensor.looks_ahead(sample.time):
+            return None
+        self.is_straight = not self._sensor.is_fixed and self._sensor.looks_straight_ahead(sample.time)
         return self._sensor.measure(sample) - self._fastest * max(0.0, now - sample.time)
 
 

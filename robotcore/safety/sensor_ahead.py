@@ -9,6 +9,9 @@ from robotcore.description import RobotDescription
 from robotcore.hal.device import Sample, Sensor
 from robotcore.hal.joint import Joints
 
+STRAIGHT_RAD = math.pi / 6
+"""A sensor looks straight ahead if it also looks ahead after a turn by this angle, in radians, to each side."""
+
 
 class SensorAhead:
     """A sensor that looks ahead, or that a servo may turn ahead.
@@ -28,11 +31,14 @@ class SensorAhead:
         """Return whether the sensor looks ahead at a time in seconds."""
         return self.is_fixed or self._does_look_ahead(self._joints.locate(self._mount, time))
 
+    def looks_straight_ahead(self, time: float) -> bool:
+        """Return whether the sensor looks ahead at a time in seconds, also after a turn by `STRAIGHT_RAD`."""
+        mount = self._joints.locate(self._mount, time)
+        return all(self._does_look_ahead(mount.face(mount.yaw_rad + each)) for each in (-STRAIGHT_RAD, STRAIGHT_RAD))
+
     def measure(self, sample: Sample) -> float:
-        """Return the free distance ahead in a sample, in metres; ``inf`` if the sensor looked aside at its time."""
+        """Return the free distance ahead in a sample, in metres. The sensor must have looked ahead at its time."""
         if sample is not self._sample:
             mount = self._mount if self.is_fixed else self._joints.locate(self._mount, sample.time)
-            is_ahead = self.is_fixed or self._does_look_ahead(mount)
-            self._sample = sample
-            self._distance = self.device.measure_ahead(sample, mount, self._body) if is_ahead else math.inf
+            self._sample, self._distance = sample, self.device.measure_ahead(sample, mount, self._body)
         return self._distance

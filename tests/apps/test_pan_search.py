@@ -39,6 +39,14 @@ def test_robot_faces_a_ball_behind_obstacles(seed: int) -> None:
     assert (result.outcome, result.verified, result.contacts) == (Outcome.SUCCESS, True, 0), result.reason
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("world, seed", [("arena", 3), ("clutter", 7)])
+def test_range_sensor_on_the_servo_of_the_camera_looks_ahead_while_the_robot_drives(world: str, seed: int) -> None:
+    result = run(RunRequest("pan-search", robot="freenove-4wd", world=world, seed=seed))
+    assert (result.outcome, result.verified, result.contacts) == (Outcome.SUCCESS, True, 0), result.reason
+    assert result.intervention_s.get("range guard", 0.0) < 2.0
+
+
 def ball_at(column: int) -> Image:
     picture = np.full((240, 320, 3), 128, np.uint8)
     cv2.circle(picture, (column, 120), 20, (40, 160, 40), -1)

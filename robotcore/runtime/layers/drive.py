@@ -88,7 +88,7 @@ def build_drive(
         limit_acceleration = AccelerationLimit if turns_on_spot else ArcAccelerationLimit
         rules.append(limit_acceleration(drive.max_acceleration_rad_s2 / rate_hz))
     if ahead:  # last, so that no other rule changes its result
-        distance = DistanceAhead(clock, ahead)
+        distance = DistanceAhead(clock, ahead, lambda: drive.geometry.to_twist(commanded.angles()))
         rules.append(
             RangeGuard(drive.geometry, distance, safety.stop_distance_m, safety.deceleration_m_s2, turns_on_spot)
         )

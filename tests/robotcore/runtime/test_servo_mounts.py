@@ -118,11 +118,18 @@ class Aside(Ahead):
     angle = 1.5
 
 
+def test_robot_drives_only_as_far_as_its_sensor_has_seen(panning: str) -> None:
+    robot = MockRobot(panning, range=0.25)
+    robot.run(Aside(), ticks=40)
+    assert 0.05 < robot.layered.drive.pose.x < 0.2
+    assert "range guard" in [each.cause for each in robot.ticks[-1].interventions]
+
+
 @pytest.mark.parametrize("app, is_stopped", [(Ahead, True), (Aside, False)])
 def test_sensor_counts_for_the_range_guard_only_while_it_points_ahead(
     panning: str, app: type[Ahead], *, is_stopped: bool
 ) -> None:
-    robot = MockRobot(panning, range=0.12)
+    robot = MockRobot(panning, range=[2.0] * 6 + [0.12])
     robot.run(app(), ticks=40)
     assert (robot.layered.drive.pose.x < 0.2) is is_stopped
 

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from robotcore.description import Mount, load_robot
-from robotcore.geometry import DifferentialGeometry, Wheels
+from robotcore.geometry import DifferentialGeometry, Twist, Wheels
 from robotcore.hal.clock import SteppedClock
 from robotcore.hal.joint import Joints
 from robotcore.kinds.servo import ServoDescription
@@ -17,6 +17,12 @@ from tests.robotcore.fakes import NullRange, look_ahead
 
 GEOMETRY = DifferentialGeometry(wheel_radius=0.05, track=0.2)
 STOPPED = Wheels(0.0, 0.0)
+
+
+def stand() -> Twist:
+    return Twist(0.0, 0.0)
+
+
 wheels = st.builds(Wheels, st.floats(-100, 100), st.floats(-100, 100))
 
 
@@ -65,7 +71,9 @@ class ServoBench:
         on_servo = rover.sensors_ahead[0].model_copy(update={"mount": Mount(z_m=0.1, on="pan")})
         robot = rover.model_copy(update={"devices": (servo, on_servo)})
         self._joints = Joints(robot, self._clock)
-        self.ahead = DistanceAhead(self._clock, [SensorAhead(self.nose, robot, self._joints)])
+        self.moved = Twist(0.0, 0.0)
+        sensors = [SensorAhead(self.nose, robot, self._joints)]
+        self.ahead = DistanceAhead(self._clock, sensors, lambda: self.moved)
 
     def turn(self, angle: float) -> None:
         """Turn the servo, and wait a second."""
@@ -78,13 +86,13 @@ class TestDistanceAhead:
         clock = SteppedClock(20, lambda _: None)
         nose = NullRange(clock, distance=0.5)
         nose.age = 0.4
-        assert DistanceAhead(clock, [look_ahead(nose, clock)])(0.25) == pytest.approx(0.5 - 0.4 * 0.25)
-        assert DistanceAhead(clock, [look_ahead(nose, clock)])(0.0) == 0.5
+        assert DistanceAhead(clock, [look_ahead(nose, clock)], stand)(0.25) == pytest.approx(0.5 - 0.4 * 0.25)
+        assert DistanceAhead(clock, [look_ahead(nose, clock)], stand)(0.0) == 0.5
 
     def test_highest_speed_since_a_reading_counts(self) -> None:
         clock = SteppedClock(20, lambda _: None)
         nose = NullRange(clock, distance=0.5)
-        ahead = DistanceAhead(clock, [look_ahead(nose, clock)])
+        ahead = DistanceAhead(clock, [look_ahead(nose, clock)], stand)
         nose.age = 0.2
         assert ahead(0.4) == pytest.approx(0.5 - 0.2 * 0.4)
         nose.reads -= 1  # the same sample once more, older and after braking
@@ -96,25 +104,50 @@ class TestDistanceAhead:
         clock = SteppedClock(20, lambda _: None)
         nose = NullRange(clock, distance=0.17)
         nose.age = -0.08
-        assert DistanceAhead(clock, [look_ahead(nose, clock)])(0.25) == 0.17
+        assert DistanceAhead(clock, [look_ahead(nose, clock)], stand)(0.25) == 0.17
 
     def test_nearest_of_several_readings_counts(self) -> None:
         clock = SteppedClock(20, lambda _: None)
         sensors = [look_ahead(NullRange(clock, distance=distance), clock) for distance in (math.inf, 0.3, 0.9)]
-        assert DistanceAhead(clock, sensors)(0.1) == 0.3
+        assert DistanceAhead(clock, sensors, stand)(0.1) == 0.3
 
     def test_sensor_that_is_turned_aside_is_not_read(self) -> None:
         bench = ServoBench()
         assert bench.ahead(0.1) == 0.3
         bench.turn(math.pi / 2)
-        assert (bench.ahead(0.1), bench.nose.reads) == (math.inf, 1)
+        assert (bench.ahead(0.1), bench.nose.reads) == (0.3, 1)
+
+    def test_robot_whose_sensors_look_aside_has_only_the_distance_that_they_saw(self) -> None:
+        bench = ServoBench()
+        assert bench.ahead(0.1) == 0.3
+        bench.turn(math.pi / 2)
+        bench.moved = Twist(0.2, 0.5)
+        assert bench.ahead(0.1) == pytest.approx(0.1)
+        bench.moved = Twist(-1.0, -0.5)
+        assert bench.ahead(0.1) == 0.3
+        bench.moved = Twist(0.2, 1.0)
+        assert bench.ahead(0.1) == 0.0
+
+    def test_reading_without_an_echo_covers_the_range_of_the_sensor(self) -> None:
+        bench = ServoBench()
+        bench.nose.distance = math.inf
+        assert bench.ahead(0.1) == math.inf
+        bench.turn(math.pi / 2)
+        assert bench.ahead(0.1) == bench.nose.max_range
+
+    def test_only_a_reading_straight_ahead_counts_after_the_sensor_has_turned_aside(self) -> None:
+        bench = ServoBench()
+        bench.turn(0.7)
+        assert bench.ahead(0.1) == 0.3
+        bench.turn(math.pi / 2)
+        assert bench.ahead(0.1) == 0.0
 
     def test_sample_from_before_the_sensor_looked_ahead_does_not_count(self) -> None:
         bench = ServoBench()
         bench.turn(math.pi / 2)
         bench.turn(0.0)
         bench.nose.age = 0.9
-        assert bench.ahead(0.1) == math.inf
+        assert bench.ahead(0.1) == 0.0
         bench.nose.age = 0.1
         assert bench.ahead(0.1) == pytest.approx(0.3 - 0.1 * 0.1)
 
