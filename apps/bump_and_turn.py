@@ -16,7 +16,7 @@ class BumpAndTurn(Behaviour):
     speed_m_s: Positive = 0.2
     """The velocity forward and backward."""
     turn_rad_s: Positive = 1.5
-    """The velocity of a turn."""
+    """The turn rate, in rad/s."""
     back_m: Positive = 0.12
     """The distance by which the robot backs off."""
     turn_rad: Positive = 2.0

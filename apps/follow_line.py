@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from robotcore import Behaviour, Pose, Positive, Robot, Role, Status, Truth
 from robotcore.kinds import LineSensor
 
-LARGEST_DISTANCE_M = 0.05
+MAX_DISTANCE_M = 0.05
 """The robot follows the line if its axle's centre is nowhere farther from it."""
 
 MIN_AHEAD_M = 0.02
@@ -20,13 +20,13 @@ EXPECTED_DARKNESS = 0.8
 MIN_CONTRAST = 0.15
 """The least difference in darkness between the line and the floor."""
 
-FORGETTING = 0.003
-"""The part of the contrast that the app forgets in each tick, so that it adapts to another floor."""
+CONTRAST_DECAY = 0.003
+"""The part of the contrast by which it shrinks in each tick, so that it adapts to another floor."""
 
 THRESHOLD = 2 / 3
 """A sensor sees the line if its darkness is greater than this part of the way from the floor's to the line's."""
 
-FIRST_TURN_RAD = 0.6
+FIRST_SEARCH_RAD = 0.6
 """How far the robot turns to the side at which the line was last. It then turns back twice as far, and so on."""
 
 
@@ -37,7 +37,7 @@ class FollowLine(Behaviour):
     speed_m_s: Positive = 0.2
     """The velocity forward."""
     turn_rad_s: Positive = 1.0
-    """The velocity of the turn after the line was lost."""
+    """The turn rate after the line was lost."""
     distance_m: Positive = 6.5
     """The distance to drive."""
     search_s: Positive = 5.0
@@ -48,7 +48,7 @@ class FollowLine(Behaviour):
 
     def __post_init__(self) -> None:
         self._pose, self._driven, self._heading = Pose(0.0, 0.0, 0.0), 0.0, 0.0
-        self._seen_at, self._side, self._reach = 0.0, 1.0, FIRST_TURN_RAD
+        self._seen_at, self._side, self._search_angle = 0.0, 1.0, FIRST_SEARCH_RAD
         self._lightest, self._darkest = 1.0, EXPECTED_DARKNESS
 
     def verify(self, truth: Truth) -> bool | None:
@@ -56,7 +56,7 @@ class FollowLine(Behaviour):
         if truth.line is None:
             return None
         least = min(truth.line.length, 0.9 * self.distance_m)
-        return truth.line.largest_distance <= LARGEST_DISTANCE_M and truth.line.followed >= least
+        return truth.line.max_distance <= MAX_DISTANCE_M and truth.line.followed_length >= least
 
     def step(self, robot: Robot) -> Status:
         pose, now = robot.drive.pose, robot.clock.now()
@@ -66,7 +66,7 @@ class FollowLine(Behaviour):
         position = self._locate(sensor)
         if position is None:
             return self._search(robot, now)
-        self.state, self._seen_at, self._heading, self._reach = "follow", now, pose.heading, FIRST_TURN_RAD
+        self.state, self._seen_at, self._heading, self._search_angle = "follow", now, pose.heading, FIRST_SEARCH_RAD
         if position:
             self._side = math.copysign(1.0, position)
         # The circle through the axle and the seen point, as in pure pursuit.
@@ -77,7 +77,7 @@ class FollowLine(Behaviour):
     def _locate(self, sensor: LineSensor) -> float | None:
         """Return the position of the line, or None. The threshold follows the darkness of the floor and of the line."""
         values = sensor.read().values
-        step = FORGETTING * (self._darkest - self._lightest)
+        step = CONTRAST_DECAY * (self._darkest - self._lightest)
         self._lightest = max(0.0, min(self._lightest + step, *values))
         self._darkest = min(1.0, max(self._darkest - step, *values))
         if self._darkest - self._lightest < MIN_CONTRAST:
@@ -94,8 +94,8 @@ class FollowLine(Behaviour):
             self.reason = f"the line was lost for {self.search_s:g} s"
             return Status.FAILURE
         radius = robot.drive.min_turn_radius
-        if not radius and self._side * (robot.drive.pose.heading - self._heading) > self._reach:
-            self._side, self._reach = -self._side, 2 * self._reach
+        if not radius and self._side * (robot.drive.pose.heading - self._heading) > self._search_angle:
+            self._side, self._search_angle = -self._side, 2 * self._search_angle
         turn_rad_s = min(self.turn_rad_s, self.speed_m_s / radius) if radius else self.turn_rad_s
         robot.drive.set_velocity(radius * turn_rad_s, self._side * turn_rad_s)
         return Status.RUNNING

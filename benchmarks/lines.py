@@ -34,7 +34,7 @@ from robotcore.sweep.engine import count_cores
 from robotcore.sweep.statistics import wilson
 
 GOAL = 0.98
-RADIUS_M, LEAST_RADIUS_M = 0.95, 0.2
+RADIUS_M, MIN_RADIUS_M = 0.95, 0.2
 POINTS, WAVES, WAVE = 120, (2, 3, 4, 5), 0.12
 """The number of points of a line, and the waves in its distance from the middle: their numbers, and their size."""
 
@@ -63,11 +63,11 @@ pattern_contrast = [0.1, 0.3]
 """
 
 
-class Way(NamedTuple):
-    """How a run followed its line."""
+class LineRun(NamedTuple):
+    """The result of one run."""
 
     is_verified: bool
-    largest_distance: float
+    max_distance: float
     """The largest distance of the axle's centre from the middle of the line, in metres."""
     description: str
     """The seed of the run, and how it ended."""
@@ -86,7 +86,7 @@ class LineDistance:
     def tick(self, record: TickRecord) -> None:
         """Take the distance."""
         assert self._truth.line
-        self.largest = self._truth.line.largest_distance
+        self.largest = self._truth.line.max_distance
 
     def end(self, result: RunResult) -> None: ...
 
@@ -105,17 +105,20 @@ def main() -> int:
             )
             for world, seed in _write_worlds(options.runs, Random(options.seed), Path(folder))
         ]
-        ways = list(pool.map(_follow, requests))
-    verified, distances = sum(way.is_verified for way in ways), [way.largest_distance for way in ways]
-    low, high = wilson(verified, len(ways))
+        outcomes = list(pool.map(_follow, requests))
+    verified, distances = (
+        sum(outcome.is_verified for outcome in outcomes),
+        [outcome.max_distance for outcome in outcomes],
+    )
+    low, high = wilson(verified, len(outcomes))
     columns = (f"{options.runs} lines on {options.backend}", "verified", "95 % interval", "distance: median", "largest")
-    cells = f"{verified}/{len(ways)}", f"{100 * low:.1f} to {100 * high:.1f} %"
+    cells = f"{verified}/{len(outcomes)}", f"{100 * low:.1f} to {100 * high:.1f} %"
     centimetres = [f"{100 * distance:.1f} cm" for distance in (median(distances), max(distances))]
     print_table(columns, [(options.fault or f"noise {options.noise:g}", *cells, *centimetres)])
-    for way in ways:
-        if not way.is_verified:
-            print(f"failing: {way.description}")
-    return int(verified < GOAL * len(ways))
+    for outcome in outcomes:
+        if not outcome.is_verified:
+            print(f"failing: {outcome.description}")
+    return int(verified < GOAL * len(outcomes))
 
 
 def _write_worlds(count: int, draw: Random, folder: Path) -> Iterator[tuple[Path, int]]:
@@ -138,16 +141,16 @@ def _draw_line(draw: Random) -> list[list[float]]:
         line = RADIUS_M * (1 + np.sum(waves, axis=0)) * np.exp(1j * turns)
         steps = np.roll(line, -1) - line
         bends = np.abs(np.angle(np.roll(steps, -1) / steps))
-        if (np.abs(steps) / np.maximum(bends, 1e-9)).min() >= LEAST_RADIUS_M:
+        if (np.abs(steps) / np.maximum(bends, 1e-9)).min() >= MIN_RADIUS_M:
             return [[round(float(x), 4), round(float(y), 4)] for x, y in zip(line.real, line.imag, strict=True)]
 
 
-def _follow(request: RunRequest) -> Way:
+def _follow(request: RunRequest) -> LineRun:
     observer = LineDistance()
     result = run(request, [observer])
     is_verified = bool(result.outcome is Outcome.SUCCESS and result.verified)
     text = f"seed {request.seed}, {result.outcome.value} {result.reason}, floor {result.conditions.get('floor_value')}"
-    return Way(is_verified, observer.largest, text)
+    return LineRun(is_verified, observer.largest, text)
 
 
 if __name__ == "__main__":

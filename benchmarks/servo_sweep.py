@@ -83,8 +83,8 @@ class Sweep(NamedTuple):
         return (self.distance - ahead) / math.cos(aside)
 
 
-class Look(Behaviour):
-    """Turns the servo to one side, then to the other, and notes the errors of the distances."""
+class SweepServo(Behaviour):
+    """Turns the servo to one side, then to the other, and stores the errors of the distances."""
 
     needs: ClassVar = {RangeSensor, "pan"}
 
@@ -125,7 +125,7 @@ def main() -> int:
     return int(not is_met)
 
 
-def _sweep_wall(backend: str, cone: float, draw: Random, folder: Path) -> Look:
+def _sweep_wall(backend: str, cone: float, draw: Random, folder: Path) -> SweepServo:
     sweep = Sweep(draw.uniform(0.7, 4.0), draw.uniform(0.6, 0.9), draw.uniform(-0.1, 0.1), cone)
     rover = (files(description) / "robots" / "rover.toml").read_text()
     nose, rest = rover.split('name = "nose"\n', 1)
@@ -140,7 +140,7 @@ def _sweep_wall(backend: str, cone: float, draw: Random, folder: Path) -> Look:
     far = sweep.distance + 0.1
     middle = Pose(far * math.cos(sweep.direction), far * math.sin(sweep.direction), sweep.direction)
     world.write_text(WORLD.format(middle=middle))
-    look = Look(sweep)
+    look = SweepServo(sweep)
     result = run(RunRequest(look, backend, str(robot), str(world), timeout_s=30.0))
     assert result.outcome is Outcome.SUCCESS, result
     return look

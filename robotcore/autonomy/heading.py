@@ -11,7 +11,7 @@ SETTLE_S = 0.3
 MAX_REST_RATE_RAD_S = 0.1
 """The largest turn rate of a standing robot, in rad/s. If a robot with resting wheels turns faster, it is pushed."""
 
-MEMORY_S = 60.0
+BIAS_WINDOW_S = 60.0
 """The bias is the mean of about the last 60 s of standing."""
 
 
@@ -66,8 +66,8 @@ class HeadingEstimator:
 
     def _update_bias(self, yaw_rate: float, passed: float) -> None:
         self._rest_turn, self._rest_s = self._rest_turn + yaw_rate * passed, self._rest_s + passed
-        if self._rest_s > MEMORY_S:
-            share = MEMORY_S / self._rest_s
-            self._rest_turn, self._rest_s = share * self._rest_turn, MEMORY_S
+        if self._rest_s > BIAS_WINDOW_S:
+            share = BIAS_WINDOW_S / self._rest_s
+            self._rest_turn, self._rest_s = share * self._rest_turn, BIAS_WINDOW_S
         if self._rest_s:
             self.bias = self._rest_turn / self._rest_s

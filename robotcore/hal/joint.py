@@ -15,8 +15,8 @@ from robotcore.hal.clock import Clock
 ROUNDED_RAD = 1e-5
 """For a smaller motion, in radians, the angle in the middle is more precise than a difference of logarithms."""
 
-MEMORY_S = 10.0
-"""How long a joint remembers its motion, in seconds: longer than the greatest age of a sample."""
+HISTORY_S = 10.0
+"""The time for which a joint stores its motion, in seconds. It is longer than the greatest age of a sample."""
 
 
 class _Motion(NamedTuple):
@@ -53,7 +53,7 @@ class Joint:
         return self.angle_at(self._clock.now())
 
     def angle_at(self, time: float) -> float:
-        """Return the angle at a time in seconds, in radians. The joint remembers `MEMORY_S` seconds."""
+        """Return the angle at a time in seconds, in radians. The joint stores the last `HISTORY_S` seconds."""
         motion = next((each for each in reversed(self._motions) if each.since <= time), self._motions[0])
         way = motion.target - motion.start
         turned = self._rate * max(0.0, time - motion.since)
@@ -79,7 +79,7 @@ class Joint:
         """Move from the present angle towards another target, in radians."""
         now = self._clock.now()
         self._motions.append(_Motion(now, self.angle_at(now), angle))
-        while self._motions[1].since < now - MEMORY_S:
+        while self._motions[1].since < now - HISTORY_S:
             self._motions.popleft()
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from robotcore.description import Ball, Mount, RobotDescription, WorldDescription
 from robotcore.geometry import Pose, Twist
-from robotcore.hal.line_track import LineTrack
+from robotcore.hal.line_progress import LineProgress
 from robotcore.optics import CameraView
 from robotcore.raycast import cast, edges_of
 
@@ -43,7 +43,7 @@ class Truth:
         self._source, self._robot, self._world = source, robot, world
         camera, ball = robot.first_of("camera"), world.target
         tall = max(camera.mount.z_m if camera else 0.0, 2 * ball.radius_m if ball else 0.0)
-        self.line = LineTrack(world.lines[0]) if world.lines else None
+        self.line = LineProgress(world.lines[0]) if world.lines else None
         """How the robot has followed the first line of the world since the start; None in a world without lines."""
         self._edges = edges_of(prism.outline for prism in world.prisms if prism.height_m >= tall)
 

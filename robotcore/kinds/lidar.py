@@ -31,7 +31,7 @@ FULL_TURN_RAD = math.tau - 1e-6
 MARGIN_M = 0.02
 """A body that is passed at less than this distance is in the robot's way, in metres."""
 
-NEAR_M = 0.05
+FRONT_DEPTH_M = 0.05
 """An echo that is less than this distance behind the robot's front is that of a body in front of it, in metres."""
 
 MAX_NOISE = 6
@@ -161,7 +161,7 @@ class Lidar(Sensor[Scan]):
         distances = np.minimum(sample.distances, self.max_range)
         ahead = mount.x_m + distances * np.cos(angles) - body.front_x_m
         aside = np.abs(mount.y_m + distances * np.sin(angles)) - body.width_m / 2
-        is_in_the_way = ((ahead >= 0) & (aside <= MARGIN_M)) | ((ahead >= -NEAR_M) & (aside <= 0))
+        is_in_the_way = ((ahead >= 0) & (aside <= MARGIN_M)) | ((ahead >= -FRONT_DEPTH_M) & (aside <= 0))
         is_in_the_way &= np.isfinite(sample.distances)
         return max(0.0, float(ahead[is_in_the_way].min(initial=math.inf)))
 
@@ -182,13 +182,13 @@ class LidarSimulation:
         self._lidar, self._state = lidar, state
         self._bearings = np.array(lidar.bearings)
         self._newest: Scan | None = None
-        self._turn = 0
+        self._revolution = 0
 
     def __call__(self, time: float, sequence: int) -> Scan:
-        """Return the scan of the present turn of the lidar, at a time in seconds."""
-        turn = math.floor((time + ROUNDING_S) * self._lidar.rate_hz)
-        if self._newest is None or turn > self._turn:
-            self._turn, self._newest = turn, Scan(self._measure(time), time, sequence)
+        """Return the scan of the present revolution of the lidar, at a time in seconds."""
+        revolution = math.floor((time + ROUNDING_S) * self._lidar.rate_hz)
+        if self._newest is None or revolution > self._revolution:
+            self._revolution, self._newest = revolution, Scan(self._measure(time), time, sequence)
         return self._newest
 
     def _measure(self, time: float) -> tuple[float, ...]:

@@ -70,10 +70,10 @@ def test_robot_that_leaves_the_line_is_not_verified() -> None:
 @pytest.mark.parametrize(
     "line, verdict",
     [
-        ({"largest_distance": 0.02, "followed": 5.8, "length": 5.7}, True),
-        ({"largest_distance": 0.02, "followed": 5.6, "length": 5.7}, False),
-        ({"largest_distance": 0.06, "followed": 5.8, "length": 5.7}, False),
-        ({"largest_distance": 0.02, "followed": 6.0, "length": 50.0}, True),
+        ({"max_distance": 0.02, "followed_length": 5.8, "length": 5.7}, True),
+        ({"max_distance": 0.02, "followed_length": 5.6, "length": 5.7}, False),
+        ({"max_distance": 0.06, "followed_length": 5.8, "length": 5.7}, False),
+        ({"max_distance": 0.02, "followed_length": 6.0, "length": 50.0}, True),
         (None, None),
     ],
     ids=["lap", "less", "away", "part", "no line"],

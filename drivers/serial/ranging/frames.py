@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from typing import ClassVar, Generic, TypeVar
 
-FULL = 4000
+FULL_BUFFER_BYTES = 4000
 """If a read returns this many bytes or more, the kernel's buffer was full and has dropped data.
 
 Source: Linux, N_TTY_BUF_SIZE."""

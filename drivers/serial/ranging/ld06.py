@@ -22,23 +22,23 @@ import numpy as np
 
 from drivers.serial.line import Line
 from drivers.serial.protocol import Protocol
-from drivers.serial.ranging.frames import FULL, FrameParser
-from drivers.serial.ranging.lidar import Array, LidarDriver, SerialLidar, TurnSampler
+from drivers.serial.ranging.frames import FULL_BUFFER_BYTES, FrameParser
+from drivers.serial.ranging.lidar import Array, LidarDriver, ScanBuilder, SerialLidar
 from robotcore.hardware import DeviceContext
 from robotcore.kinds.lidar import Lidar, LidarDescription
 
-POINTS = 12
+POINTS_PER_PACKET = 12
 
 _FIELDS = struct.Struct("<2xHH36sHHB")
 _POINT = struct.Struct("<HB")
 
 _CIRCLE = 36000
-"""A full turn, in hundredths of a degree."""
+"""A full circle, in hundredths of a degree."""
 
 _MAX_SPAN = 3000
 """The largest angle of a packet, in hundredths of a degree. The fastest lidar turns by 13° in a packet."""
 
-TIMES = 30000
+TIME_WRAP_MS = 30000
 """The time in a packet begins again at this number of milliseconds."""
 
 
@@ -83,7 +83,8 @@ class Packet:
     def angles(self) -> Array:
         """The angle of each point, in degrees from 0 to 360, clockwise."""
         span = (self.end - self.start) % _CIRCLE
-        angles: Array = np.mod(self.start + np.arange(POINTS) * (span / (POINTS - 1)), _CIRCLE) / 100
+        offsets = np.arange(POINTS_PER_PACKET) * (span / (POINTS_PER_PACKET - 1))
+        angles: Array = np.mod(self.start + offsets, _CIRCLE) / 100
         return angles
 
 
@@ -102,23 +103,23 @@ class Parser(FrameParser[Packet]):
 
 
 class LD06Protocol(Protocol):
-    """Collects the points of packets to turns. The protocol is ready after two packets in a row.
+    """Collects the points of packets into revolutions. The protocol is ready after two packets in a row.
 
     A lidar that has sent nothing for `_SILENCE_S` seconds is lost. The protocol sends nothing, so it turns no motor if
     the robot's file has the port of a motor board by mistake.
     """
 
-    def __init__(self, sampler: TurnSampler, baud: int) -> None:
+    def __init__(self, builder: ScanBuilder, baud: int) -> None:
         self.baud, self.is_ready = baud, False
-        self._sampler, self._parser = sampler, Parser()
+        self._builder, self._parser = builder, Parser()
         self._received_at = -math.inf
         self._angles: list[float] = []
         self._distances: list[float] = []
-        self._turn_at = 0.0
+        self._revolution_at = 0.0
 
     def begin(self, now: float) -> None:
         self.is_ready, self._parser = False, Parser()
-        self._drop_turn()
+        self._drop_revolution()
 
     def receive(self, data: bytes, now: float) -> None:
         if not (packets := self._parser.feed(data)):
@@ -126,13 +127,13 @@ class LD06Protocol(Protocol):
         self.is_ready, self._received_at = True, now
         newest_ms = packets[-1].time_ms
         for packet in packets:
-            age_s = (newest_ms - packet.time_ms) % TIMES / 1000
+            age_s = (newest_ms - packet.time_ms) % TIME_WRAP_MS / 1000
             if age_s > _MAX_AGE_S:
-                self._drop_turn()
+                self._drop_revolution()
             else:
                 self._add(packet, now - age_s)
-        if len(data) >= FULL:
-            self._drop_turn()
+        if len(data) >= FULL_BUFFER_BYTES:
+            self._drop_revolution()
 
     def data_to_send(self, now: float) -> bytes:
         if self.is_ready and now - self._received_at > _SILENCE_S:
@@ -146,15 +147,15 @@ class LD06Protocol(Protocol):
     def _add(self, packet: Packet, time: float) -> None:
         for angle, millimetres in zip(packet.angles.tolist(), packet.distances, strict=True):
             if self._angles and angle < self._angles[-1] - 180:
-                self._sampler.add_turn(np.array(self._angles), np.array(self._distances), self._turn_at)
-                self._drop_turn()
+                self._builder.add_revolution(np.array(self._angles), np.array(self._distances), self._revolution_at)
+                self._drop_revolution()
             if not self._angles:
-                self._turn_at = time
+                self._revolution_at = time
             if len(self._angles) < _MAX_POINTS:
                 self._angles.append(angle)
                 self._distances.append(millimetres / 1000 if millimetres else math.inf)
 
-    def _drop_turn(self) -> None:
+    def _drop_revolution(self) -> None:
         self._angles, self._distances = [], []
 
 
@@ -162,7 +163,7 @@ _MAX_AGE_S = 0.5
 """The largest plausible age of a packet in one read, in seconds: the kernel's buffer holds 0.2 s of data."""
 
 _MAX_POINTS = 4000
-"""The largest number of points that are stored for a turn. A lidar sends 350 to 900 points in a turn."""
+"""The largest number of points that are stored for a revolution. A lidar sends 350 to 900 points in one."""
 
 _NO_PACKETS = (
     "{skipped} bytes arrived {where}, but no packet of an LD06. Check that this is the lidar's port, and that baud is "
@@ -194,9 +195,9 @@ class LD06(LidarDriver):
         return (_POWER,)
 
     def open(self, description: LidarDescription, context: DeviceContext) -> Lidar:
-        sampler = TurnSampler(description)
-        line = Line(self.port, LD06Protocol(sampler, self.effective_baud), context.clock)
-        lidar = SerialLidar(description, sampler, line)
+        builder = ScanBuilder(description)
+        line = Line(self.port, LD06Protocol(builder, self.effective_baud), context.clock)
+        lidar = SerialLidar(description, builder, line)
         lidar.open(_ANSWER_S, _FIRST_S)
         return lidar
 

@@ -1,4 +1,4 @@
-"""The lidars on a serial line, and the conversion of their turns to scans."""
+"""The lidars on a serial line, and the conversion of their revolutions to scans."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ from robotcore.kinds.lidar import Lidar, LidarDescription, Scan
 Array = NDArray[np.float64]
 
 MAX_GAP_RAD = math.radians(5)
-"""The largest angle between two neighbouring measurements of a turn that makes a scan, in radians.
+"""The largest angle between two neighbouring measurements of a revolution that makes a scan, in radians.
 
 Lidars measure every 0.5° to 2°. A larger gap means lost data.
 """
 
-NO_TURN = "has no whole turn yet. Check that the lidar turns freely, and that nothing else reads its port"
+NO_SCAN = "has no complete revolution yet. Check that the lidar turns freely, and that nothing else reads its port"
 """The problem in the error of a lidar without a scan."""
 
 
-class TurnSampler:
-    """Converts the measurements of each turn to a scan, and stores the newest scan in ``newest``.
+class ScanBuilder:
+    """Converts the measurements of each revolution to a scan, and stores the newest scan in ``newest``.
 
     A ray has the shortest distance that was measured within half a step of its bearing, or else the nearest
-    measurement. A turn with a gap makes no scan.
+    measurement. A revolution with a gap makes no scan.
     """
 
     def __init__(self, lidar: LidarDescription) -> None:
-        missing = DeviceError(lidar.name, NO_TURN, kind="no-sample-yet")
+        missing = DeviceError(lidar.name, NO_SCAN, kind="no-sample-yet")
         self.newest: NewestSample[Scan] = NewestSample(lidar.name, missing)
         self.has_scan = False
         """Whether there has been a scan."""
@@ -43,8 +43,8 @@ class TurnSampler:
         self._bearings = np.array(lidar.bearings) - lidar.start_rad - self._half
         self._step = self._bearings[1] - self._bearings[0]
 
-    def add_turn(self, angles: Array, distances: Array, time: float) -> None:
-        """Add the measurements of a turn.
+    def add_revolution(self, angles: Array, distances: Array, time: float) -> None:
+        """Add the measurements of a revolution.
 
         angles: the angles from the lidar's direction, in degrees, positive to the right.
         distances: the distances in metres, ``inf`` without an echo.
@@ -79,9 +79,9 @@ class TurnSampler:
 class SerialLidar(Lidar):
     """A lidar, alone on its line. Reading it raises DeviceLostError while the line is lost."""
 
-    def __init__(self, lidar: LidarDescription, sampler: TurnSampler, line: Line) -> None:
+    def __init__(self, lidar: LidarDescription, builder: ScanBuilder, line: Line) -> None:
         super().__init__(lidar.name, **lidar.arguments())
-        self._sampler, self._line = sampler, line
+        self._builder, self._line = builder, line
 
     def open(self, answer_s: float, first_s: float) -> None:
         """Open the line, and wait for the first scan. Raises DeviceError if there is no answer, or no scan.
@@ -91,7 +91,7 @@ class SerialLidar(Lidar):
         """
         try:
             self._line.open(self.name, answer_s)
-            self._line.wait_until(lambda: self._sampler.has_scan, self.name, first_s, lambda: NO_TURN)
+            self._line.wait_until(lambda: self._builder.has_scan, self.name, first_s, lambda: NO_SCAN)
             self._newest()
         except BaseException:
             self.close()
@@ -99,7 +99,7 @@ class SerialLidar(Lidar):
 
     def _newest(self) -> Scan:
         self._line.require(self.name)
-        newest = self._sampler.newest.get()
+        newest = self._builder.newest.get()
         self._line.require_since_lost(self.name, newest.time)
         return newest
 
@@ -107,7 +107,7 @@ class SerialLidar(Lidar):
         self._line.close()
 
 
-FARTHEST_M = 12.0
+MAX_RANGE_M = 12.0
 """The longest distance of an LD06 and of an RPLIDAR A1 in their manuals, in metres."""
 
 
@@ -117,6 +117,6 @@ class LidarDriver(SerialDriver):
     described = LidarDescription
 
     def check(self, description: LidarDescription, robot: RobotDescription, drivers: Drivers) -> None:
-        if description.max_range_m > FARTHEST_M:
-            limit = f"an {self.protocol_name} measures up to {FARTHEST_M:g} m"
+        if description.max_range_m > MAX_RANGE_M:
+            limit = f"an {self.protocol_name} measures up to {MAX_RANGE_M:g} m"
             raise ValueError(f"{limit}, but max_range_m is {description.max_range_m:g}; lower it")

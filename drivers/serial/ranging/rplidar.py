@@ -6,8 +6,8 @@ descriptor of seven bytes, and its data. The stop has no answer. The data of a s
     quality, not start, start    angle, 1    angle    distance    distance
 
 The first byte has the quality in its upper six bits, then a bit that is the inverse of the next one, and a bit that is
-1 for the first node of a turn. The angle is in 64ths of a degree, clockwise; its lower seven bits are followed by a bit
-that is always 1. The distance is in quarters of a millimetre; 0 means no echo. There is no checksum.
+1 for the first node of a revolution. The angle is in 64ths of a degree, clockwise; its lower seven bits are followed by
+a bit that is always 1. The distance is in quarters of a millimetre; 0 means no echo. There is no checksum.
 
 On the A1's USB adapter, the line DTR stops the motor.
 
@@ -27,8 +27,8 @@ from numpy.typing import NDArray
 
 from drivers.serial.line import Line
 from drivers.serial.protocol import Protocol
-from drivers.serial.ranging.frames import FULL
-from drivers.serial.ranging.lidar import Array, LidarDriver, SerialLidar, TurnSampler
+from drivers.serial.ranging.frames import FULL_BUFFER_BYTES
+from drivers.serial.ranging.lidar import Array, LidarDriver, ScanBuilder, SerialLidar
 from robotcore.hardware import DeviceContext
 from robotcore.kinds.lidar import Lidar, LidarDescription
 
@@ -39,7 +39,7 @@ HEALTH_SIZE, NODE_SIZE = 3, 5
 PROTECTED = 2
 """The health of a lidar that has stopped itself after an error."""
 
-IN_A_ROW = 8
+MIN_VALID_NODES = 8
 """The number of valid nodes in a row of which the first is accepted."""
 
 _CIRCLE = 360 * 64
@@ -49,7 +49,7 @@ class Node(NamedTuple):
     """A measurement of the lidar."""
 
     is_first: bool
-    """Whether it is the first of a turn."""
+    """Whether it is the first of a revolution."""
     angle: float
     """The angle in degrees, clockwise. It is not reliable without an echo."""
     distance: float
@@ -59,8 +59,8 @@ class Node(NamedTuple):
 class NodeParser:
     """Splits the stream of a scan into nodes.
 
-    The nodes have no checksum, but three bits of them are known. A node is accepted if it and the next ones, `IN_A_ROW`
-    in all, are valid. The first one at the beginning and after lost bytes is dropped.
+    The nodes have no checksum, but three bits of them are known. A node is accepted if it and the next ones are valid,
+    `MIN_VALID_NODES` in all. The first one at the beginning and after lost bytes is dropped.
 
     >>> parser = NodeParser()
     >>> parser.feed(bytes.fromhex("3e 01 2d a0 0f") * 9)
@@ -76,11 +76,11 @@ class NodeParser:
     def feed(self, data: bytes) -> list[Node]:
         """Parse received bytes; return the nodes that these bytes complete."""
         stream, at, nodes = self._rest + data, 0, []
-        while at + NODE_SIZE * IN_A_ROW <= len(stream):
-            if all(_is_node(stream, at + NODE_SIZE * index) for index in range(self._checked, IN_A_ROW)):
+        while at + NODE_SIZE * MIN_VALID_NODES <= len(stream):
+            if all(_is_node(stream, at + NODE_SIZE * index) for index in range(self._checked, MIN_VALID_NODES)):
                 if self._checked:  # otherwise its first byte may be the last one of a damaged node
                     nodes.append(_parse_node(stream, at))
-                at, self._checked = at + NODE_SIZE, IN_A_ROW - 1
+                at, self._checked = at + NODE_SIZE, MIN_VALID_NODES - 1
             else:
                 self.losses += self._checked > 0
                 at, self._checked = at + 1, 0
@@ -94,20 +94,20 @@ def _is_node(stream: bytes, at: int) -> bool:
 
 
 def _parse_node(stream: bytes, at: int) -> Node:
-    flags, low, high, near, far = stream[at : at + NODE_SIZE]
-    quarters = near | far << 8
+    flags, low, high, distance_low, distance_high = stream[at : at + NODE_SIZE]
+    quarters = distance_low | distance_high << 8
     return Node(bool(flags & 1), (low >> 1 | high << 7) / 64, quarters / 4000 if quarters else math.inf)
 
 
 class _State(Enum):
     STOPPING = auto()
-    ASKING = auto()
+    CHECKING_HEALTH = auto()
     STARTING = auto()
     SCANNING = auto()
 
 
 class RPLidarProtocol(Protocol):
-    """Starts the scan, and collects the nodes to turns. The protocol is ready when nodes arrive.
+    """Starts the scan, and collects the nodes into revolutions. The protocol is ready when nodes arrive.
 
     It first stops the lidar, because a killed program may have left it scanning. A lidar that does not answer, or stops
     sending, is stopped and asked again.
@@ -115,16 +115,16 @@ class RPLidarProtocol(Protocol):
 
     dtr = False  # the level at which the motor turns
 
-    def __init__(self, sampler: TurnSampler, baud: int) -> None:
+    def __init__(self, builder: ScanBuilder, baud: int) -> None:
         self.baud, self.is_ready = baud, False
-        self._sampler, self._parser = sampler, NodeParser()
+        self._builder, self._parser = builder, NodeParser()
         self._is_closing = False
         self._error_code: int | None = None
         self._has_started = False
         self._state, self._deadline = _State.STOPPING, 0.0
         self._answer, self._request = b"", STOP
-        self._turn: list[Node] | None = None
-        self._turn_at = 0.0
+        self._revolution: list[Node] | None = None
+        self._revolution_at = 0.0
 
     def begin(self, now: float) -> None:
         self.is_ready = self._has_started = False
@@ -140,7 +140,7 @@ class RPLidarProtocol(Protocol):
             self._receive_nodes(data, now)
             return
         self._answer += data
-        if self._state is _State.ASKING and (health := _find_answer(self._answer, HEALTH_ANSWER, HEALTH_SIZE)):
+        if self._state is _State.CHECKING_HEALTH and (health := _find_answer(self._answer, HEALTH_ANSWER, HEALTH_SIZE)):
             self._error_code = int.from_bytes(health[1:3], "little") if health[0] == PROTECTED else None
             self._enter(_State.STARTING, now)
         elif self._state is _State.STARTING and SCAN_ANSWER in self._answer:
@@ -159,9 +159,9 @@ class RPLidarProtocol(Protocol):
         if now < self._deadline:
             return b""
         if self._state is _State.STOPPING:
-            self._enter(_State.ASKING, now)
+            self._enter(_State.CHECKING_HEALTH, now)
         else:
-            self._has_started = self._has_started and self._state is not _State.ASKING
+            self._has_started = self._has_started and self._state is not _State.CHECKING_HEALTH
             self.is_ready = False
             self._enter(_State.STOPPING, now)
         return self.data_to_send(now)
@@ -185,34 +185,34 @@ class RPLidarProtocol(Protocol):
         self._state, self._answer = state, b""
         self._request, wait_s = _REQUESTS[state]
         self._deadline = now + wait_s
-        self._parser, self._turn = NodeParser(), None
+        self._parser, self._revolution = NodeParser(), None
 
     def _receive_nodes(self, data: bytes, now: float) -> None:
         losses = self._parser.losses
         nodes = self._parser.feed(data)
-        if self._parser.losses > losses or len(data) >= FULL:
-            self._turn = None
+        if self._parser.losses > losses or len(data) >= FULL_BUFFER_BYTES:
+            self._revolution = None
             return
         for node in nodes:
             if node.is_first:
-                self._end_turn()
-                self._turn, self._turn_at = [], now
-            if self._turn is not None and len(self._turn) < _MAX_NODES:
-                self._turn.append(node)
+                self._end_revolution()
+                self._revolution, self._revolution_at = [], now
+            if self._revolution is not None and len(self._revolution) < _MAX_NODES:
+                self._revolution.append(node)
         if nodes:
             self.is_ready, self._deadline = True, now + _SILENCE_S
 
-    def _end_turn(self) -> None:
-        if not self._turn:
+    def _end_revolution(self) -> None:
+        if not self._revolution:
             return
-        angles, distances = (np.array(each) for each in list(zip(*self._turn, strict=True))[1:])
-        self._sampler.add_turn(_spread_angles(angles, np.isfinite(distances)), distances, self._turn_at)
+        angles, distances = (np.array(each) for each in list(zip(*self._revolution, strict=True))[1:])
+        self._builder.add_revolution(_spread_angles(angles, np.isfinite(distances)), distances, self._revolution_at)
 
 
 def _spread_angles(angles: Array, is_echo: NDArray[np.bool_]) -> Array:
-    """Return the angles of a turn in degrees, in which those without an echo lie evenly between their neighbours.
+    """Return the angles of a revolution in degrees, in which those without an echo lie evenly between their neighbours.
 
-    The first angle of a turn may be a little less than 360, and the last ones a little more than 0.
+    The first angle of a revolution may be a little less than 360, and the last ones a little more than 0.
     """
     count, echoes = len(angles), np.flatnonzero(is_echo)
     turns = np.rint(echoes / count - angles[echoes] / 360)
@@ -231,14 +231,14 @@ _MAX_ANSWER = 100
 """The number of received bytes in which an answer is searched."""
 
 _MAX_NODES = 4000
-"""The largest number of nodes that are stored for a turn. The lidar sends 200 to 1500 nodes in a turn."""
+"""The largest number of nodes that are stored for a revolution. The lidar sends 200 to 1500 nodes in one."""
 
 _SILENCE_S = 0.5
 """A lidar that is silent for this many seconds while it scans is lost."""
 
 _REQUESTS = {
     _State.STOPPING: (STOP, 0.05),
-    _State.ASKING: (HEALTH, 0.5),
+    _State.CHECKING_HEALTH: (HEALTH, 0.5),
     _State.STARTING: (SCAN, 0.5),
     _State.SCANNING: (b"", 4.0),
 }
@@ -252,8 +252,8 @@ _ANSWER_S, _FIRST_S = 8.0, 2.0
 
 
 class _RPLidar(SerialLidar):
-    def __init__(self, lidar: LidarDescription, sampler: TurnSampler, line: Line, protocol: RPLidarProtocol) -> None:
-        super().__init__(lidar, sampler, line)
+    def __init__(self, lidar: LidarDescription, builder: ScanBuilder, line: Line, protocol: RPLidarProtocol) -> None:
+        super().__init__(lidar, builder, line)
         self._protocol = protocol
 
     def _release(self) -> None:
@@ -274,9 +274,9 @@ class RPLidarA1(LidarDriver):
         return (_DIRECTION,)
 
     def open(self, description: LidarDescription, context: DeviceContext) -> Lidar:
-        sampler = TurnSampler(description)
-        protocol = RPLidarProtocol(sampler, self.effective_baud)
-        lidar = _RPLidar(description, sampler, Line(self.port, protocol, context.clock), protocol)
+        builder = ScanBuilder(description)
+        protocol = RPLidarProtocol(builder, self.effective_baud)
+        lidar = _RPLidar(description, builder, Line(self.port, protocol, context.clock), protocol)
         lidar.open(_ANSWER_S, _FIRST_S)
         return lidar
 

@@ -11,7 +11,7 @@ from pydantic import Field
 from drivers.serial.driver import SerialDriver
 from drivers.serial.line import Line
 from drivers.serial.protocol import Protocol
-from drivers.serial.ranging.frames import FULL
+from drivers.serial.ranging.frames import FULL_BUFFER_BYTES
 from drivers.serial.ranging.protocol import Detection, Parser, Reading
 from drivers.serial.ranging.sensor import LineRangeSensor
 from robotcore.description import RobotDescription
@@ -42,7 +42,7 @@ class TFminiProtocol(Protocol):
         if not (readings := self._parser.feed(data)):
             return
         self.is_ready, self._received_at = True, now
-        if len(data) < FULL:
+        if len(data) < FULL_BUFFER_BYTES:
             self._add(readings, now)
 
     def data_to_send(self, now: float) -> bytes:
@@ -77,7 +77,7 @@ _SILENT = (
 )
 
 
-NEAREST_M, FARTHEST_M = 0.1, 8.0
+MIN_RANGE_M, MAX_RANGE_M = 0.1, 8.0
 """The shortest distance of a TFmini-S or Plus, and the longest distance of a TF-Luna, in metres.
 
 A TF-Luna begins at 0.2 m, and a TFmini at 0.3 m. All models but the TF-Luna reach 12 m. Source: their manuals, chapter
@@ -125,13 +125,13 @@ class TFmini(SerialDriver):
     light never makes a sample."""
 
     def check(self, description: RangeSensorDescription, robot: RobotDescription, drivers: Drivers) -> None:
-        if description.max_range_m > FARTHEST_M:
+        if description.max_range_m > MAX_RANGE_M:
             raise ValueError(
-                f"a TF-Luna measures up to {FARTHEST_M:g} m, but max_range_m is {description.max_range_m:g}; lower it"
+                f"a TF-Luna measures up to {MAX_RANGE_M:g} m, but max_range_m is {description.max_range_m:g}; lower it"
             )
-        if description.min_range_m < NEAREST_M:
+        if description.min_range_m < MIN_RANGE_M:
             raise ValueError(
-                f"a TFmini-S measures from {NEAREST_M:g} m on (TF-Luna: 0.2 m, TFmini: 0.3 m), but min_range_m is "
+                f"a TFmini-S measures from {MIN_RANGE_M:g} m on (TF-Luna: 0.2 m, TFmini: 0.3 m), but min_range_m is "
                 f"{description.min_range_m:g}; raise it"
             )
         require_timely(self.echo_free_cycles, self.cycle_s, robot)

@@ -12,7 +12,7 @@ from robotcore.simulation.painter.planes import Array, compute_run_starts
 
 Polygon = list[list[float]]
 
-NEAR_M = 1e-9
+CLIP_M = 1e-9
 """The distance of the near clipping plane from the camera, in metres.
 
 It is so small that a camera sees a wall even while its robot touches the wall.
@@ -41,7 +41,7 @@ class PolygonSet:
         if not len(self._starts):
             return
         corners = view.to_camera(self._corners)
-        pixels = view.to_pixels(np.maximum(corners, (-np.inf, -np.inf, NEAR_M)))
+        pixels = view.to_pixels(np.maximum(corners, (-np.inf, -np.inf, CLIP_M)))
         sides = _compute_side_bits(view, corners)
         is_outside = np.bitwise_and.reduceat(sides, self._starts) != 0
         is_cut = (np.bitwise_or.reduceat(sides, self._starts) & _BEHIND) != 0
@@ -76,7 +76,7 @@ def _compute_side_bits(view: CameraView, corners: Array) -> NDArray[np.uint8]:
     right, down, forward = corners.T
     half_width = i.width / 2 / i.focal_length * forward
     half_height = i.height / 2 / i.focal_length * forward
-    bits = (forward < NEAR_M) * _BEHIND
+    bits = (forward < CLIP_M) * _BEHIND
     bits |= (right < -half_width) * _LEFT
     bits |= (right > half_width) * _RIGHT
     bits |= (down < -half_height) * _ABOVE
@@ -89,6 +89,6 @@ def _clip_at_near_plane(view: CameraView, corners: Array) -> Polygon:
 
     corners: the face's corners in the camera's frame, (n, 3).
     """
-    ahead = np.array(clip(list(corners), (corners[:, 2] - NEAR_M).tolist()))
+    ahead = np.array(clip(list(corners), (corners[:, 2] - CLIP_M).tolist()))
     polygon: Polygon = view.to_pixels(ahead).tolist()
     return polygon

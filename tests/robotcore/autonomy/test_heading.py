@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from robotcore.autonomy.heading import MEMORY_S, HeadingEstimator
+from robotcore.autonomy.heading import BIAS_WINDOW_S, HeadingEstimator
 from robotcore.geometry import Pose, wrap_angle
 from robotcore.kinds.imu import ImuSample
 
@@ -71,9 +71,9 @@ def test_robot_that_is_turned_while_its_wheels_rest_is_not_standing() -> None:
 
 def test_bias_follows_a_drift_of_the_imu() -> None:
     bench = Bench(bias=0.02)
-    bench.drive(0.0, 10 * MEMORY_S)
+    bench.drive(0.0, 10 * BIAS_WINDOW_S)
     bench.bias = 0.03
-    bench.drive(0.0, 5 * MEMORY_S)
+    bench.drive(0.0, 5 * BIAS_WINDOW_S)
     assert bench.estimator.bias == pytest.approx(0.03, abs=2e-4)
 
 

@@ -18,7 +18,7 @@ from serial import Serial
 from drivers.kinematic.backend import KinematicBackend
 from drivers.serial.ranging.ld06 import LD06
 from drivers.serial.ranging.ld06 import Parser as LD06Parser
-from drivers.serial.ranging.lidar import MAX_GAP_RAD, LidarDriver, TurnSampler
+from drivers.serial.ranging.lidar import MAX_GAP_RAD, LidarDriver, ScanBuilder
 from drivers.serial.ranging.rplidar import HEALTH_ANSWER, SCAN_ANSWER, Node, NodeParser, RPLidarA1, RPLidarProtocol
 from robotcore.description import Mount, RobotDescription, load_robot
 from robotcore.errors import DescriptionError, DeviceError, DeviceLostError
@@ -296,7 +296,7 @@ def test_lost_byte_of_a_node_loses_few_nodes_and_makes_no_others() -> None:
 @pytest.mark.parametrize("first, last", [(0.0, 359.0), (359.9, 359.0), (0.5, 0.2)])
 def test_nodes_without_an_echo_lie_between_their_neighbours(first: float, last: float) -> None:
     """The angles of such nodes are not reliable, so here all of them are 200°."""
-    protocol = RPLidarProtocol(sampler := TurnSampler(SCANNER), 115200)
+    protocol = RPLidarProtocol(sampler := ScanBuilder(SCANNER), 115200)
     for data in (HEALTH_ANSWER + b"\0\0\0", SCAN_ANSWER):
         protocol.data_to_send(1.0)
         protocol.data_to_send(2.0)
@@ -313,16 +313,16 @@ def test_nodes_without_an_echo_lie_between_their_neighbours(first: float, last: 
 
 @pytest.mark.parametrize("gap, scans", [(0.9, 1), (1.1, 0)])
 def test_turn_with_a_gap_is_no_scan(gap: float, scans: int) -> None:
-    sampler = TurnSampler(SCANNER)
+    sampler = ScanBuilder(SCANNER)
     angles = np.arange(0.0, 360.0 - gap * math.degrees(MAX_GAP_RAD), 0.1)
-    sampler.add_turn(angles, np.ones_like(angles), 0.0)
+    sampler.add_revolution(angles, np.ones_like(angles), 0.0)
     assert sampler.has_scan is bool(scans)
 
 
 def test_ray_has_the_shortest_distance_of_its_sector() -> None:
-    sampler = TurnSampler(SCANNER.model_copy(update={"count": 36}))
+    sampler = ScanBuilder(SCANNER.model_copy(update={"count": 36}))
     angles = np.arange(0.0, 360.0)
-    sampler.add_turn(angles, np.where(angles == 353.0, 0.5, 2.0), 0.0)
+    sampler.add_revolution(angles, np.where(angles == 353.0, 0.5, 2.0), 0.0)
     distances = sampler.newest.get().distances
     assert [index for index, distance in enumerate(distances) if distance == 0.5] == [19]
 

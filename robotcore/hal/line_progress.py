@@ -9,13 +9,13 @@ from robotcore.description.lines import LineDistances
 from robotcore.geometry import Pose
 
 
-class LineTrack:
+class LineProgress:
     """Measures how a robot follows a line.
 
-    >>> track = LineTrack(Line(width_m=0.02, points_m=((0.0, 0.0), (2.0, 0.0))))
+    >>> progress = LineProgress(Line(width_m=0.02, points_m=((0.0, 0.0), (2.0, 0.0))))
     >>> for x, y in ((0.0, 0.0), (0.5, 0.03), (1.0, 0.0)):
-    ...     track.update(Pose(x, y, 0.0))
-    >>> track.followed, track.largest_distance
+    ...     progress.update(Pose(x, y, 0.0))
+    >>> progress.followed_length, progress.max_distance
     (1.0, 0.03)
     """
 
@@ -23,7 +23,7 @@ class LineTrack:
         self._line, self._is_closed = LineDistances(line), line.closed
         self._last: float | None = None
         self._travelled = 0.0
-        self.largest_distance = 0.0
+        self.max_distance = 0.0
         """The largest distance of the axle's centre from the middle of the line so far, in metres."""
 
     @property
@@ -32,14 +32,14 @@ class LineTrack:
         return self._line.length
 
     @property
-    def followed(self) -> float:
+    def followed_length(self) -> float:
         """The length of the line along which the robot has driven in one direction, in metres. Laps add up."""
         return abs(self._travelled)
 
     def update(self, pose: Pose) -> None:
         """Add the true pose of the robot in the next tick."""
         distance, along = self._line.locate(pose.x, pose.y)
-        self.largest_distance = max(self.largest_distance, distance)
+        self.max_distance = max(self.max_distance, distance)
         if self._last is not None:
             step = along - self._last
             self._travelled += math.remainder(step, self.length) if self._is_closed else step
