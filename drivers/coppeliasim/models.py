@@ -116,13 +116,12 @@ def build_robot(builder: SceneBuilder, robot: RobotDescription, start: Pose) -> 
 
 
 def _add_wheels(builder: SceneBuilder, drive: TwoWheelDrive, root: int, frame: Placement) -> dict[str, int]:
-    sides = ((drive.left, drive.left_encoder, 0.5), (drive.right, drive.right_encoder, -0.5))
     joints: dict[str, int] = {}
-    for motor, encoder, side in sides:
-        hub = frame.compose(AXLE._replace(y=side * drive.track_m, z=drive.wheel_radius_m))
-        joint = _add_joint(builder, motor, root, hub)
+    for wheel in drive.wheels:
+        hub = frame.compose(AXLE._replace(y=wheel.y_m, z=drive.wheel_radius_m))
+        joint = _add_joint(builder, wheel.name, root, hub)
         _add_wheel(builder, drive, joint, hub)
-        joints |= {name: joint for name in (motor, encoder) if name}
+        joints |= {name: joint for name in (wheel.motor, wheel.encoder) if name}
     return joints
 
 

@@ -123,10 +123,11 @@ class StuckRangeCheck:
         self._sensors = [_RangeHistory(sensor, min_distance_m) for sensor in sensors]
 
     def __call__(self, command: Wheels, last: Wheels) -> Wheels:
-        if command.left + command.right > 0:
-            pose = self._pose()
-            if problems := [problem for problem in (sensor.check(pose) for sensor in self._sensors) if problem]:
-                self._latch.trip(RangeFaultError(problems))
+        pose = self._pose()  # in each tick, because the pose of a robot that steers adds up short arcs
+        if command.left + command.right <= 0:
+            return command
+        if problems := [problem for problem in (sensor.check(pose) for sensor in self._sensors) if problem]:
+            self._latch.trip(RangeFaultError(problems))
         return command
 
 

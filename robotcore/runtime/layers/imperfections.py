@@ -87,7 +87,8 @@ Effect = Callable[[Image, float], Image]
 class ImperfectionLayer(Layer):
     """Applies the conditions of a world to every device.
 
-    conditions: the noise, bias and blur of sensors, and the gain of each wheel.
+    conditions: the noise, bias and blur of sensors, and the gain of each wheel. A motor of wheels on both sides has the
+        mean of both gains.
     seed: the seed of the noise.
     drive: the description of the drive, which names the motors of the wheels.
     """
@@ -95,10 +96,9 @@ class ImperfectionLayer(Layer):
     def __init__(self, conditions: Conditions, seed: int, drive: Drive | None) -> None:
         self._conditions, self._seed = conditions, seed
         left, right = (drive.left_motors, drive.right_motors) if drive else ((), ())
-        self._gains = {
-            **dict.fromkeys(left, conditions.wheel_gain_left),
-            **dict.fromkeys(right, conditions.wheel_gain_right),
-        }
+        gain_left, gain_right = conditions.wheel_gain_left, conditions.wheel_gain_right
+        self._gains = dict.fromkeys(left, gain_left) | dict.fromkeys(right, gain_right)
+        self._gains |= dict.fromkeys(set(left) & set(right), (gain_left + gain_right) / 2)
 
     def sensor(self, sensor: Sensor[Any], read: Reader[Any]) -> Reader[Any]:
         if isinstance(sensor, Camera):

@@ -13,8 +13,6 @@ from robotcore.kinds.encoder import Encoder
 
 def read_angles(left: Sequence[Encoder], right: Sequence[Encoder]) -> Wheels:
     """Return the mean angles that the encoders of each side have measured, in radians."""
-    if len(left) == len(right) == 1:
-        return Wheels(left[0].read().angle, right[0].read().angle)
     return Wheels(
         sum(each.read().angle for each in left) / len(left), sum(each.read().angle for each in right) / len(right)
     )
@@ -25,12 +23,6 @@ def read_present_angles(left: Sequence[Encoder], right: Sequence[Encoder], comma
 
     The present angle is the encoder's angle plus the rotation that was commanded since the sample was captured.
     """
-    if len(left) == len(right) == 1:
-        on_left, on_right = left[0].read(), right[0].read()
-        return Wheels(
-            on_left.angle + commanded.rotation_since(on_left.time).left,
-            on_right.angle + commanded.rotation_since(on_right.time).right,
-        )
     lefts, rights = [each.read() for each in left], [each.read() for each in right]
     return Wheels(
         sum(each.angle + commanded.rotation_since(each.time).left for each in lefts) / len(lefts),

@@ -117,9 +117,9 @@ class RangeBench:
     def __init__(self, distance: float = 1.0) -> None:
         clock = SteppedClock(20, lambda _: None)
         self.nose = NullRange(clock, distance=distance)
-        self.pose = Pose(0.0, 0.0, 0.0)
+        self.pose, self.pose_reads = Pose(0.0, 0.0, 0.0), 0
         self.latch = Latch()
-        self._rule = StuckRangeCheck(self.latch, [look_ahead(self.nose, clock)], lambda: self.pose, min_distance_m=0.5)
+        self._rule = StuckRangeCheck(self.latch, [look_ahead(self.nose, clock)], self._read_pose, min_distance_m=0.5)
 
     def drive(self, metres: float, turning: float = 0.0, command: Wheels = FORWARD) -> None:
         """Drive ``metres`` while turning by ``turning`` rad in all."""
@@ -130,6 +130,17 @@ class RangeBench:
 
     def request(self, command: Wheels = FORWARD) -> None:
         assert self._rule(command, command) == command
+
+    def _read_pose(self) -> Pose:
+        self.pose_reads += 1
+        return self.pose
+
+
+@pytest.mark.parametrize("command", [FORWARD, ON_THE_SPOT, BACKWARD])
+def test_pose_is_read_for_each_command(command: Wheels) -> None:
+    bench = RangeBench()
+    bench.request(command)
+    assert bench.pose_reads == 1
 
 
 def test_sensor_that_always_measures_the_same_distance_trips_the_latch(raises: Raises) -> None:

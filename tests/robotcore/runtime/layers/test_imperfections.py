@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from robotcore.description import Conditions
+from robotcore.description import Conditions, load_robot
 from robotcore.hal.clock import SteppedClock
 from robotcore.kinds.camera import Frame
 from robotcore.kinds.range_sensor import Range
@@ -135,6 +135,16 @@ def test_gain_changes_the_velocity_of_a_wheel_but_not_the_return_value(name: str
     output = ImperfectionLayer(Conditions(wheel_gain_left=0.9), 1, DRIVE).motor(MotorOutput.from_motor(motor))
     assert output.set_velocity(5.0) == 5.0
     assert motor.sent == [sent]
+
+
+def test_motor_with_a_differential_gear_has_the_mean_gain() -> None:
+    picar = load_robot("picar").drive
+    assert picar
+    names = dict.fromkeys(("left", "right", "left_encoder", "right_encoder"))
+    motor, drive = NullMotor("engine"), picar.model_copy(update={**names, "motor": "engine"})
+    conditions = Conditions(wheel_gain_left=0.8, wheel_gain_right=1.0)
+    ImperfectionLayer(conditions, 1, drive).motor(MotorOutput.from_motor(motor)).set_velocity(5.0)
+    assert motor.sent == [pytest.approx(4.5)]
 
 
 def test_robot_without_a_drive_has_motors_without_imperfections() -> None:
