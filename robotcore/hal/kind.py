@@ -92,8 +92,8 @@ class Kind:
         return self.device.kind
 
 
-def simulate_in_backend(description: DeviceDescription, _state: SimulationState) -> Callable[..., Any]:
-    """Mark a kind that each simulator simulates itself, such as a camera. It is the kind's `Kind.simulate`."""
+def raise_not_simulated(description: DeviceDescription, _state: SimulationState) -> Callable[..., Any]:
+    """Raise DeviceError. It is the `Kind.simulate` of a kind that each simulator simulates by its own code."""
     raise DeviceError(description.name, _describe_lack(description), kind="not-simulated")
 
 
@@ -155,7 +155,7 @@ def build_sensor(
     release: releases the hardware when the sensor is closed.
     """
     sensor = cast("_FunctionSensor", _sensor_class(description.kind)(description.name, **description.arguments()))
-    sensor._newest_sample, sensor._release_hardware = newest, release  # noqa: SLF001  its own kind
+    sensor._newest_sample, sensor._release_hardware = newest, release  # noqa: SLF001  attributes of _FunctionSensor
     return sensor
 
 
@@ -169,7 +169,7 @@ def build_actuator(
     """
     device = _actuator_class(description.kind)(description.name, **description.arguments())
     actuator = cast("_FunctionActuator", device)
-    actuator._apply_command, actuator._release_hardware = apply, release  # noqa: SLF001  its own kind
+    actuator._apply_command, actuator._release_hardware = apply, release  # noqa: SLF001  attributes of _FunctionActuator
     return actuator
 
 

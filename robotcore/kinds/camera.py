@@ -13,7 +13,7 @@ from pydantic import Field
 from robotcore.description import DeviceDescription, Mount
 from robotcore.hal.clock import Clock
 from robotcore.hal.device import Sensor
-from robotcore.hal.kind import Kind, simulate_in_backend
+from robotcore.hal.kind import Kind, raise_not_simulated
 from robotcore.hal.sampling import SampleCache
 from robotcore.optics import Image, Intrinsics
 
@@ -124,7 +124,7 @@ KIND = Kind(
     CameraDescription,
     Camera,
     Frame,
-    simulate_in_backend,
+    raise_not_simulated,
     default_reading=draw_grey,
     check_reading=check_reading,
 )

@@ -12,7 +12,7 @@ from pydantic import Field
 from robotcore.description import DeviceDescription
 from robotcore.hal.clock import Clock
 from robotcore.hal.device import Sensor, Unit
-from robotcore.hal.kind import Kind, simulate_in_backend
+from robotcore.hal.kind import Kind, raise_not_simulated
 from robotcore.hal.sampling import SampleCache
 
 
@@ -66,4 +66,4 @@ class SimulatedEncoder(Encoder):
         return self._newest_at()
 
 
-KIND = Kind("an encoder on a wheel", EncoderDescription, Encoder, Angle, simulate_in_backend)
+KIND = Kind("an encoder on a wheel", EncoderDescription, Encoder, Angle, raise_not_simulated)

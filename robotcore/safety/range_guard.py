@@ -32,7 +32,7 @@ class RangeGuard:
     """The least distance to an obstacle after the stop, in metres."""
     deceleration: float
     """How fast the robot brakes, in m/s²."""
-    turns_on_spot: bool = True
+    can_turn_on_spot: bool = True
     """Whether the robot can turn on the spot."""
 
     def __call__(self, command: Wheels, last: Wheels) -> Wheels:
@@ -43,7 +43,7 @@ class RangeGuard:
         fastest = max(speed, (last.left + last.right) / 2 * self.geometry.wheel_radius)
         if self.distance(fastest) > compute_stopping_distance(speed, self.stop_distance, self.deceleration):
             return command
-        return Wheels(command.left - forward, command.right - forward) if self.turns_on_spot else STOPPED
+        return Wheels(command.left - forward, command.right - forward) if self.can_turn_on_spot else STOPPED
 
 
 class DistanceAhead:

@@ -80,17 +80,17 @@ def build_drive(
             ),
         ]
     measured = steer(measured)
-    turns_on_spot = not description.min_turn_radius_m
-    if not turns_on_spot:  # first, so that no other rule slows the robot down for a turn that it cannot make
+    can_turn_on_spot = not description.min_turn_radius_m
+    if not can_turn_on_spot:  # first, so that no other rule slows the robot down for a turn that it cannot make
         rules.append(SteeringLimit(*(curvature * drive.track_m / 2 for curvature in description.curvatures)))
     rules.append(VelocityLimit(limit))
     if drive.max_acceleration_rad_s2:
-        limit_acceleration = AccelerationLimit if turns_on_spot else ArcAccelerationLimit
+        limit_acceleration = AccelerationLimit if can_turn_on_spot else ArcAccelerationLimit
         rules.append(limit_acceleration(drive.max_acceleration_rad_s2 / rate_hz))
     if ahead:  # last, so that no other rule changes its result
         distance = DistanceAhead(clock, ahead, lambda: drive.geometry.to_twist(commanded.angles()))
         rules.append(
-            RangeGuard(drive.geometry, distance, safety.stop_distance_m, safety.deceleration_m_s2, turns_on_spot)
+            RangeGuard(drive.geometry, distance, safety.stop_distance_m, safety.deceleration_m_s2, can_turn_on_spot)
         )
     safety_filter = SafetyFilter(
         clock,
