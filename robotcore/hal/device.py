@@ -166,7 +166,7 @@ class Sensor(Device, ABC, Generic[SampleT]):
     """
 
     def find_problem(self, sample: SampleT) -> str:
-        """Return what is wrong with a sample and what to do, such as a low voltage; ``""`` if nothing is wrong.
+        """Return the problem of a sample and the remedy, such as for a low voltage; ``""`` if there is no problem.
 
         A run warns about the problem of a monitored sensor.
         """

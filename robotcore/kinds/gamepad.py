@@ -88,18 +88,21 @@ class GamepadSample:
     right_y: Number
     """The right stick, from -1 to 1, positive away from the person."""
     left_trigger: Number
-    """The lower left trigger, from 0 to 1."""
+    """The left trigger, from 0 to 1."""
     right_trigger: Number
-    """The lower right trigger, from 0 to 1."""
+    """The right trigger, from 0 to 1."""
     south: Flag
     """The lowest of the four buttons on the right: A, or a cross."""
     east: Flag
+    """The right one of the four buttons: B, or a circle."""
     north: Flag
+    """The highest of the four buttons: Y, or a triangle."""
     west: Flag
+    """The left one of the four buttons: X, or a square."""
     left_shoulder: Flag
-    """The upper left trigger."""
+    """The button above the left trigger."""
     right_shoulder: Flag
-    """The upper right trigger."""
+    """The button above the right trigger."""
     left_stick: Flag
     """Whether the left stick is pressed."""
     right_stick: Flag
@@ -111,9 +114,13 @@ class GamepadSample:
     mode: Flag
     """The button with the maker's sign."""
     dpad_up: Flag
+    """Whether the directional pad is pressed up, away from the person."""
     dpad_down: Flag
+    """Whether the directional pad is pressed down, towards the person."""
     dpad_left: Flag
+    """Whether the directional pad is pressed to the left."""
     dpad_right: Flag
+    """Whether the directional pad is pressed to the right."""
     time: float
     """The time of the measurement on the robot's clock, in seconds."""
     sequence: int
@@ -155,7 +162,7 @@ def _list_values(entry: ScriptedInput) -> dict[str, Any]:
     return entry.model_dump(exclude={"at_s"})
 
 
-def _find_excess(sample: GamepadSample) -> str:
+def _find_invalid_axis(sample: GamepadSample) -> str:
     """Return the name of the first axis or trigger out of its limits; ``""`` if there is none."""
     limits: Iterable[tuple[str, float]] = [*((name, -1.0) for name in AXES), *((name, 0.0) for name in TRIGGERS)]
     return next((name for name, least in limits if not least <= getattr(sample, name) <= 1.0), "")
@@ -163,7 +170,7 @@ def _find_excess(sample: GamepadSample) -> str:
 
 def check_reading(_gamepad: GamepadDescription, sample: GamepadSample) -> GamepadSample:
     """Return a scripted sample. Raises ValueError if an axis or a trigger is out of its limits."""
-    if _find_excess(sample):
+    if _find_invalid_axis(sample):
         raise ValueError("a mapping with axes from -1 to 1 and triggers from 0 to 1")
     return sample
 
@@ -171,10 +178,10 @@ def check_reading(_gamepad: GamepadDescription, sample: GamepadSample) -> Gamepa
 def check_limits(_robot: Robot, gamepad: Gamepad) -> None:
     """Check that the axes are from -1 to 1, and the triggers from 0 to 1."""
     sample = gamepad.read()
-    excess = _find_excess(sample)
-    assert not excess, (
-        f"{gamepad.name} returned {excess} = {getattr(sample, excess)}. Return axes from -1 to 1, and triggers from 0 "
-        "to 1"
+    invalid = _find_invalid_axis(sample)
+    assert not invalid, (
+        f"{gamepad.name} returned {invalid} = {getattr(sample, invalid)}. Return axes from -1 to 1, and triggers "
+        "from 0 to 1"
     )
 
 

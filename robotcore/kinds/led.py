@@ -59,7 +59,7 @@ class Led(Actuator[Brightness], ABC):
         return max(self.send((to_float(brightness),) * 3))
 
     def set_colour(self, red: float, green: float, blue: float) -> Brightness:
-        """Set the brightness of each colour, 0 to 1, and return what was sent.
+        """Set the brightness of each colour, 0 to 1, and return the brightness that was sent.
 
         Raises InvalidCommandError if one is NaN or infinite, and DeviceError if the light fails.
         """

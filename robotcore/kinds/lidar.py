@@ -1,4 +1,4 @@
-"""A lidar: a sensor that turns, and measures the distance to the nearest body in many directions."""
+"""A lidar, which measures the distance to the nearest body in many directions."""
 
 from __future__ import annotations
 

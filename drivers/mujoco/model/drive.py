@@ -101,7 +101,7 @@ def _add_steered_wheel(spec: MjSpec, base: Any, drive: Drive, wheel: DriveWheel)
 
 
 def _add_support(base: Any, drive: Drive, wheel: DriveWheel) -> None:
-    """Add the support of a wheel that skids, and what is seen of the wheel. `locate_contact` describes supports."""
+    """Add the support of a wheel that skids, and its visible tyre. `locate_contact` describes supports."""
     place, radius = [wheel.x_m, wheel.y_m, drive.wheel_radius_m], drive.wheel_radius_m - SUPPORT_GAP_M
     _add_ball(base, radius, pos=place, condim=1, priority=2, group=RenderGroup.ROBOT_COLLISION)
     _add_tyre(base, drive, place)
