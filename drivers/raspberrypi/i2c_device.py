@@ -6,6 +6,7 @@ every I2C driver of the kernel has. Source: https://www.kernel.org/doc/html/late
 
 from __future__ import annotations
 
+import errno
 import os
 import struct
 from array import array
@@ -13,6 +14,7 @@ from collections.abc import Sequence
 from contextlib import ExitStack
 from fcntl import F_OFD_GETLK, F_OFD_SETLK, F_UNLCK, F_WRLCK, fcntl, ioctl
 from pathlib import Path
+from weakref import WeakSet
 
 _SET_TIMEOUT, _SET_ADDRESS, _TRANSFER = 0x0702, 0x0703, 0x0720
 """The requests I2C_TIMEOUT, I2C_SLAVE and I2C_SMBUS. Source: Linux, include/uapi/linux/i2c-dev.h."""
@@ -26,11 +28,21 @@ _DATA_BYTES = 34
 
 Source: Linux, drivers/i2c/i2c-dev.c, i2cdev_ioctl_smbus."""
 
+_NOT_ACKNOWLEDGED = (errno.ENXIO, errno.EREMOTEIO)
+"""The errors of a transfer that the chip did not acknowledge, which noise on the wires can cause.
+
+Source: https://www.kernel.org/doc/html/latest/i2c/fault-codes.html, and Linux, drivers/i2c/busses/i2c-bcm2835.c."""
+
 _LOCK = "hhqqi"
 """The fields of the kernel's struct flock: kind, origin, first byte, number of bytes, process. Source: fcntl(2)."""
 
+_CLOSED = -1
+"""The number in place of that of a closed file."""
+
 TIMEOUT_S = 0.1
-"""The longest transfer, in seconds. The kernel's own limit is a second, in which a hung bus delays every stop."""
+"""The longest transfer, in seconds. The kernel's own limit is a second, in which a hung bus delays every stop.
+
+The kernel keeps this limit for all programs that use the bus, until the next start of the system."""
 
 
 def find_bus(number: int, root: Path = Path("/")) -> Path:
@@ -45,7 +57,8 @@ class ChipHeldError(OSError):
 class I2CDevice:
     """A chip with registers of one byte. Any thread may use it, and other processes at the same time.
 
-    Each method raises OSError if the chip does not answer.
+    Each method raises OSError if the chip does not answer. A transfer that the chip did not acknowledge is repeated
+    once. In a forked process the chip is closed.
     """
 
     def __init__(self, bus: Path, address: int) -> None:
@@ -62,6 +75,7 @@ class I2CDevice:
             ioctl(self._file, _SET_ADDRESS, address)
             ioctl(self._file, _SET_TIMEOUT, round(TIMEOUT_S * 100))  # in units of 10 ms
             self._opened = undo.pop_all()
+        _devices.add(self)
 
     def reserve(self) -> None:
         """Reserve the chip until `close`; raises ChipHeldError if another program has reserved it.
@@ -91,7 +105,8 @@ class I2CDevice:
         return self._transfer(_READ, register, _BYTE)[0]
 
     def close(self) -> None:
-        """Close the device file. A second `close` does nothing."""
+        """Close the device file. A second `close` does nothing. Later transfers raise OSError."""
+        self._file = _CLOSED  # another file may get the number
         self._opened.close()
 
     def _lock(self, request: int) -> bytes:
@@ -101,5 +116,28 @@ class I2CDevice:
     def _transfer(self, direction: int, register: int, size: int, values: Sequence[int] = ()) -> array[int]:
         data = array("B", bytes(values).ljust(_DATA_BYTES, b"\0"))
         where, _ = data.buffer_info()
-        ioctl(self._file, _TRANSFER, struct.pack("BBIP", direction, register, size, where))
+        request = struct.pack("BBIP", direction, register, size, where)
+        try:
+            self._send(request)
+        except OSError as error:
+            if error.errno not in _NOT_ACKNOWLEDGED:
+                raise
+            self._send(request)
         return data
+
+    def _send(self, request: bytes) -> None:
+        if (file := self._file) == _CLOSED:
+            raise OSError(errno.EBADF, os.strerror(errno.EBADF))
+        ioctl(file, _TRANSFER, request)
+
+
+_devices: WeakSet[I2CDevice] = WeakSet()
+
+
+def _close_in_fork() -> None:
+    # Otherwise a forked process keeps the chips reserved after the end of this one.
+    for device in tuple(_devices):
+        device.close()
+
+
+os.register_at_fork(after_in_child=_close_in_fork)

@@ -62,7 +62,7 @@ class Bus:
 
     def switch_on(self) -> None:
         """Switch every channel on, as a killed program may leave them."""
-        self.chip.write_bytes(bytes([0x21, 0x04] + [0] * 4 + [0, 0x10, 0, 0] * 16 + [0] * 186))
+        self.chip.write_bytes(bytes([0x21, 0x04] + [0] * 4 + [0, 0x10, 0, 0] * 16 + [0] * 184 + [0x1E, 0]))
 
     def lose_power(self) -> None:
         """Reset the chip's registers."""
@@ -75,6 +75,10 @@ class Bus:
     def hang(self, seconds: float) -> None:
         """Let each transfer fail after a time, as if a chip held the bus low."""
         self.folder.joinpath("hang").write_text(str(seconds))
+
+    def disturb(self) -> None:
+        """Let the next transfer fail, as if noise had hidden the chip's answer."""
+        self.folder.joinpath("noise").touch()
 
     def transfers(self) -> Iterator[Transfer]:
         """Yield the transfers that wrote to the chip."""

@@ -55,6 +55,9 @@ def control(file: int, request: int, argument: Any = 0, mutate_flag: bool = True
         if (hang := folder / "hang").exists():
             time.sleep(float(hang.read_text()))
             raise OSError(errno.ETIMEDOUT, "Connection timed out")
+        if (noise := folder / "noise").exists():
+            noise.unlink()
+            raise OSError(errno.EREMOTEIO, "Remote I/O error")
         transfer(folder / f"{_buses[file]}.0x{_addresses[file]:02x}", *struct.unpack("BBIP", argument))
     elif request == SET_TIMEOUT:
         Path(os.environ["FAKE_I2C"], "timeout").write_text(str(argument))
