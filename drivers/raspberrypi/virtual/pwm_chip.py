@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 from drivers.raspberrypi.pwm.chip import (
     ALL_CHANNELS,
+    AUTO_INCREMENT,
     CHANNELS,
     FIRST_CHANNEL,
     FULL,
@@ -64,8 +65,10 @@ class VirtualPwmChip:
         return OSCILLATOR_HZ / STEPS / (self._registers[PRE_SCALE] + 1)
 
     def write(self, register: int, *values: int) -> None:
-        """Write bytes to successive registers."""
-        for number, value in enumerate(values, start=register):
+        """Write bytes to successive registers, or all to the first one if the chip does not increment its number."""
+        step = 1 if self._registers[MODE1] & AUTO_INCREMENT else 0
+        for at, value in enumerate(values):
+            number = register + step * at
             if number >= ALL_CHANNELS and number != PRE_SCALE:
                 for channel in CHANNELS:
                     self._registers[FIRST_CHANNEL + 4 * channel + number - ALL_CHANNELS] = value

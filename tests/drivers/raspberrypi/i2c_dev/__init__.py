@@ -103,5 +103,6 @@ def compute_duties(registers: bytes) -> list[float]:
     chip.write(0, registers[0])
     for channel in range(16):
         first = 6 + 4 * channel
-        chip.write(first, *registers[first : first + 4])
+        for number in range(first, first + 4):
+            chip.write(number, registers[number])
     return [channel.state for channel in chip.channels]

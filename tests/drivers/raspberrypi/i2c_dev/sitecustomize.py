@@ -18,7 +18,7 @@ from typing import Any
 SET_TIMEOUT, SET_ADDRESS, TRANSFER = 0x0702, 0x0703, 0x0720
 WRITE, READ, BYTE, BLOCK = 0, 1, 2, 8
 POWER_ON = {0x00: 0x11, 0x01: 0x04, 0xFE: 0x1E, **{6 + 4 * channel + 3: 0x10 for channel in range(16)}}
-MODE1, SLEEP, FIRST, ALL, PRE_SCALE = 0x00, 0x10, 0x06, 0xFA, 0xFE
+MODE1, SLEEP, AUTO_INCREMENT, FIRST, ALL, PRE_SCALE = 0x00, 0x10, 0x20, 0x06, 0xFA, 0xFE
 
 _open, _ioctl, _close = os.open, fcntl.ioctl, os.close
 _buses: dict[int, str] = {}
@@ -81,7 +81,9 @@ def transfer(chip: Path, direction: int, register: int, size: int, where: int) -
         if size == BLOCK:
             data = ctypes.string_at(where, 34)[1 : 1 + data[0]]  # the kernel copies 34 bytes
         registers = bytearray(os.pread(file, 256, 0))
-        for number, value in enumerate(data, start=register):
+        step = 1 if registers[MODE1] & AUTO_INCREMENT else 0
+        for at, value in enumerate(data):
+            number = register + step * at
             if number in range(ALL, PRE_SCALE):
                 for channel in range(16):
                     registers[FIRST + 4 * channel + number - ALL] = value

@@ -34,6 +34,15 @@ def test_outputs_are_off_until_the_chip_is_set_up_and_after_a_reset() -> None:
     assert registers.channels[3].state == 0.0
 
 
+def test_values_of_one_transfer_stay_in_one_register_without_auto_increment() -> None:
+    registers = VirtualPwmChip()
+    registers.write(0x06, 1, 2, 3, 4)
+    assert [registers.read(0x06 + at) for at in range(4)] == [4, 0, 0, 0x10]
+    PwmChip(registers).begin(50)
+    registers.write(0x06, 1, 2, 3, 4)
+    assert [registers.read(0x06 + at) for at in range(4)] == [1, 2, 3, 4]
+
+
 def test_registers_of_another_chip_are_recognised() -> None:
     registers = VirtualPwmChip()
     require_pwm_chip(registers)
