@@ -16,8 +16,9 @@ MODE1, MODE2, FIRST_CHANNEL, ALL_CHANNELS, PRE_SCALE = 0x00, 0x01, 0x06, 0xFA, 0
 """The numbers of registers. A channel has four, from `FIRST_CHANNEL` on: the counts at which it rises and falls, the
 low byte first. A write to those of `ALL_CHANNELS` sets every channel."""
 
-SLEEP, AUTO_INCREMENT = 0x10, 0x20
-"""Bits of MODE1. Without the others, the chip uses its own oscillator, and answers only to its own address."""
+SLEEP, AUTO_INCREMENT, EXTERNAL_CLOCK = 0x10, 0x20, 0x40
+"""Bits of MODE1. Without the others, the chip uses its own oscillator, and answers only to its own address. Only a loss
+of power or a software reset clears `EXTERNAL_CLOCK`."""
 
 _RESTART = 0x80
 """The bit of MODE1 that the chip sets if it went to sleep while a channel had PWM."""
@@ -58,6 +59,10 @@ class WrongChipError(OSError):
     """The registers do not keep their values, so they are not those of a PCA9685."""
 
 
+class ExternalClockError(OSError):
+    """A program has set the chip to an external clock. The frequency of the PWM is unknown."""
+
+
 class ResetError(OSError):
     """The chip was reset, for example by a loss of power, and its outputs are off."""
 
@@ -96,9 +101,13 @@ class PwmChip:
     def begin(self, frequency_hz: float) -> None:
         """Switch every channel off, set the frequency of the PWM, and start it.
 
-        Raises WrongChipError if the registers do not keep these values.
+        Raises WrongChipError, before the first write, if the chip is no PCA9685. Raises it too if the registers do not
+        keep these values. Raises ExternalClockError if the chip does not use its own oscillator.
         """
+        require_pwm_chip(self._registers)
         self.stop()
+        if self._registers.read(MODE1) & EXTERNAL_CLOCK:
+            raise ExternalClockError
         prescale = find_prescale(frequency_hz)
         self._registers.write(MODE1, SLEEP | AUTO_INCREMENT)  # PRE_SCALE is writable only during a sleep
         self._registers.write(PRE_SCALE, prescale)

@@ -104,9 +104,17 @@ class ChannelOutput(Output):
         """Do nothing: the motor was stopped, and the devices on the chip share it."""
 
     def _switch_off(self) -> None:
-        with ExitStack() as stopping:  # calls every callback, even if one raises; the last one first
-            for channel in self._driver.duties(0.0):
-                stopping.callback(self._chip.set_duty, channel, 0.0)
+        # The last channel alone stops the motor. If the bus hangs, a try of each would delay the stops of other motors.
+        failures = []
+        for channel in reversed(tuple(self._driver.duties(0.0))):
+            try:
+                self._chip.set_duty(channel, 0.0)
+            except TimeoutError:  # noqa: PERF203  a failure of one channel must not prevent the others
+                raise
+            except OSError as failure:
+                failures.append(failure)
+        if failures:
+            raise failures[0]
 
     def _set_direction(self, direction: int) -> None:
         """Set the signal of the direction that is not on a channel, while the motor is off."""

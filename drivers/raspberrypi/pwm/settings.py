@@ -11,7 +11,7 @@ from pydantic import Field
 
 from drivers.raspberrypi.i2c import Address, BusDriver, explain_switch_on
 from drivers.raspberrypi.i2c_device import ChipHeldError, I2CDevice, find_bus
-from drivers.raspberrypi.pwm.chip import PwmChip, Registers, ResetError, WrongChipError
+from drivers.raspberrypi.pwm.chip import ExternalClockError, PwmChip, Registers, ResetError, WrongChipError
 from robotcore.errors import DeviceError, Mistake
 from robotcore.hardware import Connection, DeviceContext, Drivers
 
@@ -46,6 +46,9 @@ def translate_chip_errors(device: str, bus: int, address: int) -> Iterator[None]
     except ResetError as error:
         message = f"the {CHIP} at {where} was reset, and its outputs are off. Check its 3.3 V, and the motors' supply"
         raise DeviceError(device, message, kind="chip-reset") from error
+    except ExternalClockError as error:
+        message = f"a program has set the {CHIP} at {where} to an external clock. Switch its 3.3 V off and on"
+        raise DeviceError(device, message, kind="external-clock") from error
     except WrongChipError as error:
         message = f"the chip at {where} is no {CHIP}: {error}. {listed}"
         raise DeviceError(device, message, kind="wrong-chip") from error
@@ -58,14 +61,17 @@ def translate_chip_errors(device: str, bus: int, address: int) -> Iterator[None]
 
 
 class SharedChip(PwmChip):
-    """A chip whose `close` raises DeviceError in place of OSError."""
+    """A chip whose `close` raises DeviceError in place of OSError.
 
-    def __init__(self, registers: Registers, bus: int, address: int) -> None:
+    device: the device that opened the chip, for errors.
+    """
+
+    def __init__(self, registers: Registers, device: str, bus: int, address: int) -> None:
         super().__init__(registers)
-        self._bus, self._address = bus, address
+        self._device, self._bus, self._address = device, bus, address
 
     def close(self) -> None:
-        with translate_chip_errors(CHIP, self._bus, self._address):
+        with translate_chip_errors(self._device, self._bus, self._address):
             super().close()
 
 
@@ -109,7 +115,7 @@ class ChannelDriver(BusDriver):
             with ExitStack() as undo:
                 registers = self._open_registers(context)
                 undo.callback(registers.close)
-                chip = SharedChip(registers, self.bus, self.address)
+                chip = SharedChip(registers, device, self.bus, self.address)
                 chip.begin(self.wanted_hz)
                 undo.pop_all()
             return chip

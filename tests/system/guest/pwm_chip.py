@@ -13,7 +13,7 @@ from contextlib import closing
 import pytest
 
 from drivers.raspberrypi.i2c_device import ChipHeldError, I2CDevice, find_bus
-from drivers.raspberrypi.pwm.chip import ALL_CHANNELS, FIRST_CHANNEL, FULL
+from drivers.raspberrypi.pwm.chip import ALL_CHANNELS, FIRST_CHANNEL, FULL, PRE_SCALE
 from tests.system.guest.bench import ENDLESS_DRIVE, run_command, start_process, wait_until
 from tests.system.guest.chip import Chip
 from tests.system.speed import scaled
@@ -27,6 +27,7 @@ LIMIT_S = 12
 @pytest.fixture
 def registers(chip: Chip) -> Iterator[I2CDevice]:
     with closing(I2CDevice(find_bus(1), ADDRESS)) as device:
+        device.write(PRE_SCALE, 0x1E)  # as after power-on: a PCA9685 never has 0
         device.write(ALL_OFF, 0)
         for channel in (M1, M2):
             device.write(FIRST_CHANNEL + 4 * channel, 0, 0, 0, FULL)

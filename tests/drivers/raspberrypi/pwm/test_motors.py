@@ -132,19 +132,22 @@ def test_motor_that_does_not_answer_names_the_bus_and_what_to_do(bus: Bus, raise
             motor.set_velocity(5.0)
 
 
-def test_failed_stop_is_tried_at_each_channel(bus: Bus, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("error, channels", [(OSError, (8, 10, 9)), (TimeoutError, (8,))], ids=["failure", "hung bus"])
+def test_failed_stop_is_tried_at_each_channel_unless_the_bus_hangs(
+    bus: Bus, monkeypatch: pytest.MonkeyPatch, error: type[OSError], channels: tuple[int, ...]
+) -> None:
     motor = open_motor(LEFT)
     motor.set_velocity(5.0)
     tried = []
 
     def fail(_device: object, register: int, *values: int) -> None:
         tried.append(register)
-        raise OSError
+        raise error
 
     monkeypatch.setattr("drivers.raspberrypi.i2c_device.I2CDevice.write", fail)
     with pytest.raises(DeviceError):
         motor.stop()
-    assert tried == [6 + 4 * channel for channel in (8, 10, 9)]
+    assert tried == [6 + 4 * channel for channel in channels]
 
 
 def test_opening_an_address_without_a_chip_leaves_nothing_open(bus: Bus, raises: Raises) -> None:
@@ -184,10 +187,38 @@ def test_closed_bus_and_driver_of_the_kernel_are_named(
         open_motor(LEFT)
 
 
-def test_another_chip_at_the_address_is_refused(bus: Bus, monkeypatch: pytest.MonkeyPatch, raises: Raises) -> None:
-    monkeypatch.setattr("drivers.raspberrypi.i2c_device.I2CDevice.read", lambda _device, _register: 0x39)
+def test_another_chip_at_the_address_is_refused_before_a_write(bus: Bus, raises: Raises) -> None:
+    bus.chip.write_bytes(bytes([0x39] * 256))
     with raises(DeviceError, "wrong-chip"):
         open_motor(LEFT)
+    assert list(bus.transfers()) == []
+
+
+def test_chip_that_does_not_keep_its_registers_is_refused(
+    bus: Bus, monkeypatch: pytest.MonkeyPatch, raises: Raises
+) -> None:
+    monkeypatch.setattr("drivers.raspberrypi.i2c_device.I2CDevice.read", lambda _device, _register: 0x09)
+    with raises(DeviceError, "wrong-chip"):
+        open_motor(LEFT)
+
+
+def test_chip_with_an_external_clock_is_off_and_refused(bus: Bus, raises: Raises) -> None:
+    bus.switch_on()
+    with bus.chip.open("r+b") as registers:
+        registers.write(b"\x61")
+    with raises(DeviceError, "external-clock"):
+        open_motor(LEFT)
+    assert find_on(bus) == {}
+
+
+def test_failure_to_close_the_chip_names_a_device_of_the_robot(bus: Bus) -> None:
+    robot = build_robot(left_motor=LEFT)
+    context = build_context(robot)
+    open_devices(robot, context)
+    bus.unplug()
+    with pytest.raises(DeviceError) as raised:
+        context.shared.close()
+    assert (raised.value.kind, raised.value.device) == ("chip-unanswered", "left_motor")
 
 
 def test_chip_that_lost_power_is_reported_at_the_next_command(bus: Bus, raises: Raises) -> None:
