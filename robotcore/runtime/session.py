@@ -9,7 +9,15 @@ from contextlib import ExitStack, suppress
 from dataclasses import replace
 from functools import partial
 
-from robotcore.errors import BackendError, DeviceClosedError, DeviceError, Interrupted, ResourceError, RobotcoreError
+from robotcore.errors import (
+    BackendError,
+    DeviceClosedError,
+    DeviceError,
+    DeviceGroupError,
+    Interrupted,
+    ResourceError,
+    RobotcoreError,
+)
 from robotcore.hal.robot import Robot
 from robotcore.hal.truth import Truth
 from robotcore.hal.wall_clock import MonotonicClock, PacedClock
@@ -245,7 +253,9 @@ class RunSession:
                 self._plan.description.safety.answer_s if may_be_slow else STOP_S
             )
             if assembled.motor_stops.are_hung and not self._is_hung:
-                self._late_failure = next((each for each in failures if isinstance(each, DeviceError)), None)
+                late = [each for each in failures if isinstance(each, DeviceError)]
+                if late:
+                    self._late_failure = late[0] if len(late) == 1 else DeviceGroupError(f"stopping {raw.name}", late)
 
     def _judge(self, outcome: Outcome) -> None:
         if not self._is_hung:

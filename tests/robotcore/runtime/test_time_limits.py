@@ -147,6 +147,17 @@ def test_stop_that_hangs_at_the_end_is_reported_and_the_other_motor_stops(
     assert backend.rig.right.sent[-1] == 0.0
 
 
+def test_every_motor_whose_stop_hangs_at_the_end_is_named(
+    perform: Runner, backend: RigBackend, hasty: RunRequest, gate: threading.Event, check_text: CheckText
+) -> None:
+    def hang(robot: Robot) -> None:
+        for motor in (backend.rig.left, backend.rig.right):
+            motor.on_command = lambda _: gate.wait()
+        raise ValueError
+
+    check_text(perform(drive_then(hang), hasty).reason)
+
+
 @pytest.mark.slow
 def test_slow_stop_of_a_simulated_motor_is_no_hang(perform: Runner, backend: RigBackend, check_text: CheckText) -> None:
     def dawdle(robot: Robot) -> None:
