@@ -56,5 +56,5 @@ class ChannelsOff(Cutoff):
     def _require_free(self) -> None:
         if self._device.is_reserved():
             where = f"0x{self._address:02x} on bus {self._bus}"
-            message = f"a run uses the chip at {where}, and turns its motors on again. End it with robotcore stop"
-            raise HeldError(message, kind="chip-held")
+            problem = f"a run uses the chip at {where}, and turns its motors on again"
+            raise HeldError(f"{problem}. End it: robotcore stop, without --backend", kind="chip-held")
