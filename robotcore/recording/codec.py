@@ -42,15 +42,15 @@ def from_json(kind: type[T], content: bytes) -> T:
 def to_plain(value: Any) -> Any:
     """Return a value as numbers, strings, lists and dicts, which JSON supports.
 
-    A dataclass or a named tuple becomes a dict of its fields. A member of an enumeration becomes its value. A value of
-    any other class becomes ``str(value)``.
+    A dataclass or a named tuple becomes a dict of its fields. A member of an enumeration becomes its value. An array
+    of NumPy becomes a list. A value of any other class becomes ``str(value)``.
     """
     kind: Any = type(value)
     if kind in _SCALARS:
         return _to_scalar(value)
     if names := list_fields(kind):
         named = ((name, getattr(value, name)) for name in names)
-        return {name: to_plain(each) for name, each in named if each is not None and each != ()}
+        return {name: to_plain(each) for name, each in named if each is not None and not (type(each) is tuple and not each)}
     if isinstance(value, Enum):
         return to_plain(value.value)
     if isinstance(value, BaseModel):
@@ -59,7 +59,7 @@ def to_plain(value: Any) -> Any:
         return {_to_text(key): to_plain(each) for key, each in value.items()}
     if isinstance(value, (tuple, list, set, frozenset)):
         return [to_plain(each) for each in value]
-    return _to_scalar(value)
+    return to_plain(value.tolist()) if isinstance(value, (np.ndarray, np.generic)) else _to_scalar(value)
 
 
 _SCALARS = frozenset((float, int, str, bool, type(None)))

@@ -52,8 +52,13 @@ def test_non_finite_number_is_a_string_in_json() -> None:
 
 
 def test_numpy_numbers_and_enumerations_become_plain_values() -> None:
-    values = [np.float64(0.1), np.int64(3), np.bool_(True).item(), Status.RUNNING]
+    values = [np.float64(0.1), np.int64(3), np.bool_(True), Status.RUNNING]
     assert to_plain(values) == [0.1, 3, True, "running"]
+
+
+@pytest.mark.parametrize("left", [np.float64(0.5), np.float32(0.5), np.array([0.5, 1.0])])
+def test_numpy_values_in_a_dataclass_become_plain_values(left: Any) -> None:
+    assert to_plain(Wheels(left, 1.0)) == {"left": left.tolist(), "right": 1.0}
 
 
 @pytest.mark.parametrize("text", [rb"\ud800", rb"a\uDC80b", rb"\ud83d \ude00", b"\xed\xa0\x80"])
