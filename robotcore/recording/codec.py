@@ -50,7 +50,9 @@ def to_plain(value: Any) -> Any:
         return _to_scalar(value)
     if names := list_fields(kind):
         named = ((name, getattr(value, name)) for name in names)
-        return {name: to_plain(each) for name, each in named if each is not None and not (type(each) is tuple and not each)}
+        return {
+            name: to_plain(each) for name, each in named if each is not None and (not isinstance(each, tuple) or each)
+        }
     if isinstance(value, Enum):
         return to_plain(value.value)
     if isinstance(value, BaseModel):
