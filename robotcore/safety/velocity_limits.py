@@ -126,7 +126,7 @@ class AccelerationLimit:
 class ArcAccelerationLimit:
     """A rule that limits the change of the mean velocity in a tick to ``change`` rad/s, for a drive that steers.
 
-    The robot drives on the arc of the new command. If the command is a stop, it drives on its last arc.
+    The robot brakes to a stop or a reversal on its last arc. Otherwise it drives on the arc of the new command.
 
     >>> ArcAccelerationLimit(2.0)(Wheels(9.0, 7.0), last=Wheels(1.0, 3.0))
     Wheels(left=4.5, right=3.5)
@@ -141,5 +141,5 @@ class ArcAccelerationLimit:
         if abs(wanted - before) <= self.change:
             return command
         mean = before + math.copysign(self.change, wanted - before)
-        arc, speed = (command, wanted) if wanted else (last, before)
+        arc, speed = (command, wanted) if mean * wanted > 0 else (last, before)
         return Wheels(mean * (arc.left / speed), mean * (arc.right / speed))

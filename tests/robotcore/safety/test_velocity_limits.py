@@ -43,13 +43,14 @@ class TestAccelerationLimit:
     [
         ((3.0, 5.0), (6.0, 6.0), (6.0, 6.0)),
         ((3.0, 5.0), (10.0, 6.0), (7.5, 4.5)),  # the new arc
-        ((3.0, 5.0), (-3.0, -5.0), (1.5, 2.5)),
-        ((0.75, 1.25), (-6.0, -4.0), (-1.2, -0.8)),  # the other arc, backward
-        ((3.0, 5.0), (0.0, 0.0), (1.5, 2.5)),  # the last arc
+        ((3.0, 5.0), (-6.0, -4.0), (1.5, 2.5)),  # the last arc
+        ((0.75, 1.25), (-6.0, -4.0), (-1.2, -0.8)),  # the new arc, backward
+        ((1.5, 2.5), (-6.0, -4.0), (0.0, 0.0)),
+        ((3.0, 5.0), (0.0, 0.0), (1.5, 2.5)),
         ((0.0, 0.0), (3.0, 5.0), (1.5, 2.5)),
     ],
 )
-def test_robot_that_steers_accelerates_on_the_arc_of_the_command(
+def test_robot_that_steers_brakes_on_its_last_arc_and_accelerates_on_the_new_one(
     last: tuple[float, float], command: tuple[float, float], expected: tuple[float, float]
 ) -> None:
     assert ArcAccelerationLimit(2.0)(Wheels(*command), Wheels(*last)) == pytest.approx(expected)

@@ -146,6 +146,8 @@ def test_acceleration_limit_of_a_car_does_not_limit_the_steering() -> None:
         assert get_causes(robot) == []
     drive(robot, -0.2, -0.5)
     assert get_causes(robot) == ["acceleration limit"]
+    assert steer(robot) == pytest.approx(-math.atan(WHEELBASE * 0.5 / 0.2))
+    drive(robot, -0.2, -0.5, 5)
     assert steer(robot) == pytest.approx(math.atan(WHEELBASE * 0.5 / 0.2))
 
 
