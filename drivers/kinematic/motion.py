@@ -58,8 +58,8 @@ class Wheel:
         self.roll(self.next_turn())
 
 
-class Side:
-    """The wheels of one side of a robot, whose wheels skid. The side moves by the mean of their turns."""
+class SideWheels:
+    """The wheels on one side of a robot that skids. The side moves by the mean of their turns."""
 
     def __init__(self, wheels: Sequence[Wheel]) -> None:
         self._wheels = tuple(wheels)
@@ -93,8 +93,8 @@ class Chassis:
         self,
         start: Pose,
         geometry: DifferentialGeometry,
-        left: Wheel | Side,
-        right: Wheel | Side,
+        left: Wheel | SideWheels,
+        right: Wheel | SideWheels,
         collisions: CollisionChecker,
     ) -> None:
         self.pose = start

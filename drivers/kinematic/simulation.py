@@ -7,7 +7,7 @@ from functools import cached_property
 
 from drivers.kinematic.clearance import Clearance, CollisionChecker
 from drivers.kinematic.devices import Array, WorldSlice
-from drivers.kinematic.motion import Chassis, Side, SteeredChassis, Wheel
+from drivers.kinematic.motion import Chassis, SideWheels, SteeredChassis, Wheel
 from robotcore.description import AckermannDrive, Drive, SkidDrive, WorldDescription
 from robotcore.geometry import Pose, Twist, wrap_angle
 from robotcore.hal.backend import Setup
@@ -79,7 +79,7 @@ class Simulation:
         return [bodies[index].name for index in self._collisions.touched]
 
     def _build_chassis(self, drive: Drive) -> Chassis:
-        self.encoded_wheels = {name: self.wheels[drive.wheel_motors[name]] for name in drive.encoders}
+        self.encoded_wheels = {name: self.wheels[drive.motor_by_device[name]] for name in drive.encoders}
         left, right = ([self.wheels[name] for name in names] for names in (drive.left_motors, drive.right_motors))
         if isinstance(drive, AckermannDrive):
             joint, ratio = self.simulation_state.joints[drive.steering], drive.track_m / 2 / drive.wheelbase_m
@@ -87,7 +87,7 @@ class Simulation:
                 self._start, drive.geometry, left[0], right[0], self._collisions, joint, ratio, self.clock
             )
         if isinstance(drive, SkidDrive):
-            return Chassis(self._start, drive.geometry, Side(left), Side(right), self._collisions)
+            return Chassis(self._start, drive.geometry, SideWheels(left), SideWheels(right), self._collisions)
         return Chassis(self._start, drive.geometry, left[0], right[0], self._collisions)
 
     def _advance(self, steps: int) -> None:

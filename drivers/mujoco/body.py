@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Body:
-    """The body of the robot in MuJoCo. The origin of its frame is on the floor under the middle of the axle."""
+    """The body of the robot in MuJoCo. The origin of its frame is on the floor under the centre of the axle."""
 
     def __init__(self, model: MjModel, data: MjData, description: RobotDescription) -> None:
         self._data = data
@@ -28,7 +28,7 @@ class Body:
 
         device: the name of a motor or an encoder. Raises DeviceError if the device is on no wheel.
         """
-        wheels = self._drive.wheels_of(device) if self._drive else ()
+        wheels = self._drive.find_wheels(device) if self._drive else ()
         if not wheels:
             raise DeviceError(
                 device, "the device is on no wheel. Name it in the robot's [drive], or leave it out", kind="no-wheel"
@@ -45,12 +45,12 @@ class Body:
         return data.xmat[self.body_id].reshape(3, 3), data.xpos[self.body_id]
 
     def pose(self) -> Pose:
-        """Return the pose of the middle of the axle on the floor."""
+        """Return the pose of the centre of the axle on the floor."""
         rotation, origin = self.transform()
         return Pose(float(origin[0]), float(origin[1]), math.atan2(rotation[1, 0], rotation[0, 0]))
 
     def twist(self) -> Twist:
-        """Return the velocity of the middle of the axle."""
+        """Return the velocity of the centre of the axle."""
         if self._drive is None:
             return Twist(0.0, 0.0)
         velocity = self._data.qvel

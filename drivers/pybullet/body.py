@@ -24,7 +24,7 @@ _BASE = -1
 
 
 class Body:
-    """The body of the robot in Bullet. The origin of its frame is on the floor under the middle of the axle."""
+    """The body of the robot in Bullet. The origin of its frame is on the floor under the centre of the axle."""
 
     def __init__(self, bullet: Bullet, description: RobotDescription, start: Pose) -> None:
         self._bullet = bullet
@@ -76,7 +76,7 @@ class Body:
 
         device: the name of a motor or an encoder. Raises DeviceError if the device is on no wheel.
         """
-        wheels = self._drive.wheels_of(device) if self._drive else ()
+        wheels = self._drive.find_wheels(device) if self._drive else ()
         if not wheels:
             raise DeviceError(
                 device, "the device is on no wheel. Name it in the robot's [drive], or leave it out", kind="no-wheel"
@@ -95,12 +95,12 @@ class Body:
         return rotation, np.array(centre) - rotation @ self._centre
 
     def pose(self) -> Pose:
-        """Return the pose of the middle of the axle on the floor."""
+        """Return the pose of the centre of the axle on the floor."""
         rotation, origin = self.transform()
         return Pose(float(origin[0]), float(origin[1]), math.atan2(rotation[1, 0], rotation[0, 0]))
 
     def twist(self) -> Twist:
-        """Return the velocity of the middle of the axle.
+        """Return the velocity of the centre of the axle.
 
         Bullet returns the velocity of the centre of mass, whose forward component is the same.
         """

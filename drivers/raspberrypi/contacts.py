@@ -15,7 +15,7 @@ from robotcore.hardware import Connection, DeviceContext, DeviceDriver
 from robotcore.kinds.bumper import BumperDescription
 from robotcore.kinds.button import ButtonDescription
 
-WIRES = "Connect the switch between the GPIO and ground, without a resistor: the Pi pulls the pin up."
+WIRING_NOTE = "Connect the switch between the GPIO and ground, without a resistor: the Pi pulls the pin up."
 
 
 class ContactDriver(DeviceDriver):
@@ -36,7 +36,7 @@ class ContactDriver(DeviceDriver):
         return (gpio("gpio", self.gpio),)
 
     def notes(self, description: Any) -> Sequence[str]:
-        return (WIRES,)
+        return (WIRING_NOTE,)
 
     def open(self, description: Any, context: DeviceContext) -> Sensor[Any]:
         from gpiozero import InputDevice

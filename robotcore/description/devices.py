@@ -1,6 +1,6 @@
 """The base class of the descriptions of devices, and their mounts on a robot.
 
-The origin of the robot's frame is on the floor under the middle of the axle. In this frame, x points forward, y left
+The origin of the robot's frame is on the floor under the centre of the axle. In this frame, x points forward, y left
 and z up. Keys end in their unit.
 """
 

@@ -59,7 +59,7 @@ def _find_wrong_units(robot: RobotDescription) -> Iterator[str]:
     if drive := robot.drive:
         for motor in robot.all_of("motor"):
             speed = motor.max_velocity_rad_s * drive.wheel_radius_m
-            if motor.name in drive.wheel_motors and speed > MAX_SPEED_M_S:
+            if motor.name in drive.motor_by_device and speed > MAX_SPEED_M_S:
                 fast = f"{motor.max_velocity_rad_s:g} rad/s drives the robot at {speed:.2g} m/s"
                 yield f"{motor.name}.max_velocity_rad_s: {fast}. Give rad/s: one revolution per minute is 0.105 rad/s"
 

@@ -121,7 +121,7 @@ class Drive(StrictModel):
         return tuple(dict.fromkeys((*self.left_encoders, *self.right_encoders)))
 
     @property
-    def wheel_motors(self) -> dict[str, str]:
+    def motor_by_device(self) -> dict[str, str]:
         """A mapping from the name of each motor and encoder of the drive to the name of the motor on the same wheel."""
         sides = ((self.left_motors, self.left_encoders), (self.right_motors, self.right_encoders))
         return {
@@ -131,7 +131,7 @@ class Drive(StrictModel):
             for device in (motor, *encoders[index : index + 1])
         }
 
-    def wheels_of(self, device: str) -> tuple[DriveWheel, ...]:
+    def find_wheels(self, device: str) -> tuple[DriveWheel, ...]:
         """Return the wheels that a motor turns or an encoder measures: one, or two with a common motor.
 
         device: the name of the motor or the encoder. The result is empty if it is on no wheel.
@@ -288,7 +288,7 @@ class SkidDrive(Drive):
 class AckermannDrive(Drive):
     """A drive with two driven rear wheels and two front wheels that a servo steers.
 
-    The origin of the robot's frame is on the floor under the middle of the rear axle. The rear wheels have one motor
+    The origin of the robot's frame is on the floor under the centre of the rear axle. The rear wheels have one motor
     with a differential gear, ``motor``, or one motor each, ``left`` and ``right``.
     """
 
@@ -363,7 +363,7 @@ class AckermannDrive(Drive):
         )
 
     def to_curvature(self, angle_rad: float) -> float:
-        """Return the curvature of the path of the rear axle's middle, in 1/m, positive to the left.
+        """Return the curvature of the path of the rear axle's centre, in 1/m, positive to the left.
 
         angle_rad: the steering angle, in radians.
         """

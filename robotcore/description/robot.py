@@ -1,6 +1,6 @@
 """The description of a robot: its body, drive, safety limits and devices.
 
-The origin of the robot's frame is on the floor under the middle of the axle: of the rear axle with a drive that steers,
+The origin of the robot's frame is on the floor under the centre of the axle: of the rear axle with a drive that steers,
 and of all wheels with one that skids. In this frame, x points forward, y left and z up. Keys end in their unit.
 """
 
@@ -84,7 +84,7 @@ class Body(StrictModel):
 
     @property
     def reach_m(self) -> float:
-        """The distance from the middle of the axle to the farthest corner of the footprint, in metres."""
+        """The distance from the centre of the axle to the farthest corner of the footprint, in metres."""
         return max(math.hypot(x, y) for x, y in self.footprint)
 
 

@@ -28,7 +28,7 @@ from robotcore.description.urdf_elements import (
 from robotcore.description.world import Box, Cylinder, WorldDescription
 
 BASE = "base_link"
-"""The name of the link of the robot's body. Its origin is on the floor under the middle of the axle."""
+"""The name of the link of the robot's body. Its origin is on the floor under the centre of the axle."""
 
 CASTER = "caster_link"
 
@@ -129,7 +129,7 @@ def _list_wheel_parts(
     ET.SubElement(axle, "axis", xyz="0 1 0")
     if wheel.motor:
         motor = motors[wheel.motor]
-        torque = motor.max_torque_nm / len(drive.wheels_of(motor.name))
+        torque = motor.max_torque_nm / len(drive.find_wheels(motor.name))
         ET.SubElement(axle, "limit", effort=format_numbers(torque), velocity=format_numbers(motor.max_velocity_rad_s))
     yield axle
 

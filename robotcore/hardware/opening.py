@@ -132,4 +132,4 @@ def motor_of(encoder: str, robot: RobotDescription) -> str | None:
 def _encoders(robot: RobotDescription) -> dict[str, str | None]:
     if (drive := robot.drive) is None:
         return {}
-    return {motor: name for name, motor in drive.wheel_motors.items() if name in drive.encoders}
+    return {motor: name for name, motor in drive.motor_by_device.items() if name in drive.encoders}

@@ -57,7 +57,7 @@ class RunLog:
 
     def _list_lasting(self, tick: Tick) -> Iterator[_LastingEvent]:
         for fault in self._planned:
-            if fault.is_on(tick.time):
+            if fault.is_active(tick.time):
                 line = LogLine(Level.Warning, f"fault begins: {fault}")
                 yield _LastingEvent(("fault", fault.position), line, f"fault ends: {fault}")
         read = {each.device for each in tick.reads}

@@ -36,7 +36,7 @@ class RunContext:
     emergency: EmergencyStop
     """The emergency stop, which any thread may press."""
     faults: Sequence[PlannedFault] = ()
-    """The injected faults. ``is_on(time)`` of a fault returns whether it is active."""
+    """The injected faults. ``is_active(time)`` of a fault returns whether it is active."""
 
 
 class Observer(Protocol):

@@ -107,7 +107,7 @@ class ProgressLine:
 
 
 def _format_faults(run: RunContext, time: float) -> str:
-    return "; ".join(str(fault) for fault in run.faults if fault.is_on(time))
+    return "; ".join(str(fault) for fault in run.faults if fault.is_active(time))
 
 
 def _format_last_range(run: RunContext) -> str:

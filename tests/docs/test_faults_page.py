@@ -123,6 +123,6 @@ def _build_row(name: str) -> tuple[str, str]:
     if issubclass(fault, FieldFault):
         words = "every other sensor with a number" + (" or a contact" if bool in fault.types else "")
     else:
-        classes: tuple[Any, ...] = fault.on
+        classes: tuple[Any, ...] = fault.target_classes
         words = ", ".join(BASES.get(each) or f"`{name_target(each.kind)}`" for each in classes)
     return forms_of(effect, fault)[0], words

@@ -55,7 +55,7 @@ def add_drive(spec: MjSpec, base: Any, drive: Drive, motors: Sequence[MotorDescr
     motors: all motors of the robot. Those of the drive are added.
     """
     for motor in motors:
-        if wheels := drive.wheels_of(motor.name):
+        if wheels := drive.find_wheels(motor.name):
             for wheel in wheels:
                 _add_wheel(base, drive, wheel, [*locate_contact(drive, wheel), drive.wheel_radius_m])
             _add_motor(spec, base, motor, wheels)

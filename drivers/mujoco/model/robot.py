@@ -35,7 +35,7 @@ From a height of 0, the robot would fall during the first step, and its wheels w
 def add_robot(spec: MjSpec, description: RobotDescription, start: Pose | None) -> None:
     """Add a robot to the model. A robot without a drive cannot move.
 
-    start: the pose of the robot's frame, whose origin is on the floor under the middle of the axle. None is the origin
+    start: the pose of the robot's frame, whose origin is on the floor under the centre of the axle. None is the origin
         of the world.
     """
     pose = start or Pose(0.0, 0.0, 0.0)

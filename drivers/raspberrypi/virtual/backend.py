@@ -73,7 +73,7 @@ class VirtualPiBackend(RaspberryPiBackend):
         return [each for each in needing if each.name not in tables and not list_drivers(type(each))]
 
     def notes(self, setup: Setup) -> list[str]:
-        from drivers.raspberrypi.virtual.models import SIMULATED, find_unmodelled
+        from drivers.raspberrypi.virtual.models import SIMULATED_DRIVERS, find_unmodelled
 
         bindings = find_unmodelled(self.bind(setup.robot, setup.devices))
         driverless = [each for each in self._find_driverless(setup.robot) if each.name in setup.devices]
@@ -86,7 +86,7 @@ class VirtualPiBackend(RaspberryPiBackend):
                 f"{binding.name}: its driver {binding.driver.name!r} does not run on {self.name}; the simulator's own "
                 f"{binding.description.kind.replace('_', ' ')} stands in"
                 for binding in bindings
-                if not isinstance(binding.driver, SIMULATED)
+                if not isinstance(binding.driver, SIMULATED_DRIVERS)
             ),
         ]
 

@@ -281,7 +281,7 @@ def drive_outputs(row: LineSensor, outputs: Sequence[VirtualPin], active_high: b
         output.drive((darkness > THRESHOLD) is active_high)
 
 
-MODELLED = (
+MODELLED_DRIVERS = (
     HBridge,
     PhaseEnable,
     ChannelDriver,
@@ -295,7 +295,7 @@ MODELLED = (
 )
 """The drivers of the devices that have a model."""
 
-SIMULATED = (CameraDriver, ChipDriver, EventPad, PulseServo)
+SIMULATED_DRIVERS = (CameraDriver, ChipDriver, EventPad, PulseServo)
 """The drivers of devices that are not on pins, and of servos, whose pulses virtual pins would round too much.
 
 The simulator's own devices replace these devices."""
@@ -351,7 +351,7 @@ def find_unmodelled(bindings: Iterable[DeviceBinding]) -> list[DeviceBinding]:
     return [
         binding
         for binding in bindings
-        if not isinstance(binding.driver, MODELLED) and load_kind(binding.description.kind).is_simulated
+        if not isinstance(binding.driver, MODELLED_DRIVERS) and load_kind(binding.description.kind).is_simulated
     ]
 
 

@@ -68,11 +68,12 @@ class Fault(StrictModel):
     ``drop=0.2``. The fault begins at ``after`` seconds on the robot's clock, and ends ``lasts`` seconds later. If
     ``lasts`` is None, it ends with the run.
 
-    on: the classes that the fault can affect: classes of devices such as Sensor or Motor, LoopTarget, ConnectionTarget.
+    target_classes: the classes that the fault can affect: classes of devices such as Sensor or Motor, LoopTarget,
+        ConnectionTarget.
     example: a specification of the fault.
     """
 
-    on: ClassVar[tuple[type, ...]] = ()
+    target_classes: ClassVar[tuple[type, ...]] = ()
     example: ClassVar[str] = ""
 
     after: Moment = 0.0
@@ -81,13 +82,13 @@ class Fault(StrictModel):
     @classmethod
     def fits(cls, target: TargetClass) -> bool:
         """Return whether the fault can affect targets of a class."""
-        return issubclass(target, cls.on)
+        return issubclass(target, cls.target_classes)
 
     @abstractmethod
     def layer(self, context: FaultContext) -> Layer:
         """Return the layer that makes devices fail. A run applies it to the devices of the target and to the clock."""
 
-    def is_on(self, time: float) -> bool:
+    def is_active(self, time: float) -> bool:
         """Return whether the fault is active at ``time``, in seconds on the robot's clock."""
         return -ROUNDING_S <= time - self.after < (self.lasts or inf) - ROUNDING_S
 

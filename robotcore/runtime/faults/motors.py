@@ -21,7 +21,7 @@ Gain = Annotated[float, Field(ge=0, le=1, description="gain")]
 class MotorFault(Fault):
     """The base class of the faults of motors. ``gain`` multiplies the commanded velocities."""
 
-    on = (Motor,)
+    target_classes = (Motor,)
 
     @property
     def gain(self) -> float:
@@ -70,7 +70,7 @@ class MotorGainLayer(Layer):
         """Return an output that returns the velocity without the gain, as a weak motor does not report its weakness."""
 
         def set_velocity(rad_s: float) -> float:
-            motor.set_velocity(self._fault.gain * rad_s if self._fault.is_on(self._clock.now()) else rad_s)
+            motor.set_velocity(self._fault.gain * rad_s if self._fault.is_active(self._clock.now()) else rad_s)
             return rad_s
 
         return replace(motor, set_velocity=set_velocity)

@@ -45,7 +45,7 @@ class Outage(Fault):
             )
         return self
 
-    def is_on(self, time: float) -> bool:
+    def is_active(self, time: float) -> bool:
         """Return whether an outage is active at ``time``, in seconds on the robot's clock."""
         since = time + ROUNDING_S - self.after
         began = floor(since / self.every) * self.every if self.every else 0.0
@@ -55,7 +55,7 @@ class Outage(Fault):
 class Stall(Outage):
     """The loop stalls for the given time. Time passes without a tick, and the deadman stops the motors."""
 
-    on = (LoopTarget,)
+    target_classes = (LoopTarget,)
     example = "loop stall=0.3 after=5 every=10"
 
     value: Pause
@@ -67,7 +67,7 @@ class Stall(Outage):
 class LostDevice(Outage):
     """Devices are disconnected for the given time. Each call of such a device fails, except the stop of a motor."""
 
-    on = (Sensor, Actuator, ConnectionTarget)
+    target_classes = (Sensor, Actuator, ConnectionTarget)
     example = "connection lost=2 after=10"
 
     def layer(self, context: FaultContext) -> ConnectionLossLayer:
@@ -127,7 +127,7 @@ class ConnectionLossLayer(Layer):
         written = self._context.spec
 
         def call(*args: P.args, **kwargs: P.kwargs) -> T:
-            if self._fault.is_on(self._context.clock.now()):
+            if self._fault.is_active(self._context.clock.now()):
                 text = f'is disconnected by the fault "{written}"'
                 raise DeviceLostError(device, text, kind="injected-loss", fault=written)
             return function(*args, **kwargs)

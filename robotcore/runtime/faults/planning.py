@@ -37,8 +37,10 @@ def load_fault(name: str) -> type[Fault]:
         raise BackendMissingError(
             f"the entry point of the fault {name!r} is not a subclass of robotcore.runtime.faults.Fault. Correct it"
         )
-    if not isinstance(found.on, tuple):
-        raise BackendMissingError(f"`on` of the fault {name!r} is {found.on!r}. Write a tuple of classes of devices")
+    if not isinstance(found.target_classes, tuple):
+        raise BackendMissingError(
+            f"`target_classes` of the fault {name!r} is {found.target_classes!r}. Write a tuple of classes of devices"
+        )
     return found
 
 
@@ -59,7 +61,9 @@ def select_fault(faults: Iterable[type[Fault]], target: TargetClass) -> type[Fau
     If several fit, this is the one for the smallest class: a fault for range sensors comes before one for all sensors.
     """
     fitting = [fault for fault in faults if fault.fits(target)]
-    return min(fitting, key=lambda fault: sum(issubclass(each, fault.on) for each in target.__mro__), default=None)
+    return min(
+        fitting, key=lambda fault: sum(issubclass(each, fault.target_classes) for each in target.__mro__), default=None
+    )
 
 
 def targets_for(name: str) -> list[str]:
@@ -112,9 +116,9 @@ class PlannedFault:
         layer = code.get("", Layer, self.fault.layer, FaultContext(clock, seed, self.position, str(self)))
         return CheckedLayer(layer, code, self.target.devices)
 
-    def is_on(self, time: float) -> bool:
+    def is_active(self, time: float) -> bool:
         """Return whether the fault is active at ``time``, in seconds on the robot's clock."""
-        return FaultCode(str(self)).call("", self.fault.is_on, time)
+        return FaultCode(str(self)).call("", self.fault.is_active, time)
 
 
 def plan_faults(

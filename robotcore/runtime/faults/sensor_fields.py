@@ -32,7 +32,7 @@ class FieldFault(SensorFault):
     types: the types of the fields that the fault can change. A sensor without such a field cannot have the fault.
     """
 
-    on = (Sensor,)
+    target_classes = (Sensor,)
     types: ClassVar[tuple[type, ...]] = (float, int)
 
     field: Annotated[str, Field(description="name")] | None = None
@@ -83,7 +83,7 @@ class FieldFault(SensorFault):
 
         def read_distorted() -> Any:
             sample = read()
-            if not self.is_on(sample.time):
+            if not self.is_active(sample.time):
                 return sample
             value = getattr(sample, field)
             if isinstance(value, tuple):

@@ -19,7 +19,7 @@ Latency = Annotated[float, Field(gt=0, le=5, description="seconds")]
 class SampleLoss(SensorFault):
     """The base class of faults that lose samples. The sensor then returns its last sample again."""
 
-    on: ClassVar[tuple[type, ...]] = (Sensor,)
+    target_classes: ClassVar[tuple[type, ...]] = (Sensor,)
     is_polling = True
 
     def is_lost(self, context: FaultContext, device: str, time: float) -> bool:
@@ -32,7 +32,7 @@ class SampleLoss(SensorFault):
         def read_lossy() -> Any:
             nonlocal last
             newest = read()
-            if last is None or not (self.is_on(newest.time) and self.is_lost(context, sensor.name, newest.time)):
+            if last is None or not (self.is_active(newest.time) and self.is_lost(context, sensor.name, newest.time)):
                 last = newest
             return last
 
@@ -59,7 +59,7 @@ class Drop(SampleLoss):
 class NoEcho(Drop):
     """Echoes are lost, each with the given probability. The sensor then returns its last sample again, not infinity."""
 
-    on = (RangeSensor,)
+    target_classes = (RangeSensor,)
     example = "range no_echo=0.5"
 
 
@@ -69,7 +69,7 @@ class Delay(SensorFault):
     The sensor returns its last sample until a newer one arrives. So the time of capture never decreases.
     """
 
-    on = (Sensor,)
+    target_classes = (Sensor,)
     example = "camera delay=0.2"
     is_polling = True
 
@@ -81,7 +81,7 @@ class Delay(SensorFault):
         def read_late() -> Any:
             coming.append(read())
             now = context.clock.now()
-            last_due = now - self.value + ROUNDING_S if self.is_on(now) else inf
+            last_due = now - self.value + ROUNDING_S if self.is_active(now) else inf
             while len(coming) > 1 and coming[1].time <= last_due:
                 coming.popleft()
             return coming[0]

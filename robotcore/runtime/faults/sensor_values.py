@@ -27,7 +27,7 @@ Fraction = Annotated[float, Field(ge=0, le=1, description="share")]
 class RangeFault(SensorFault):
     """The base class of faults that change the readings of a range sensor."""
 
-    on = (RangeSensor,)
+    target_classes = (RangeSensor,)
 
     @abstractmethod
     def distort(self, context: FaultContext, sensor: RangeSensor, reading: Range) -> Range:
@@ -36,7 +36,7 @@ class RangeFault(SensorFault):
     def change(self, context: FaultContext, sensor: Any, read: Reader[Any]) -> Reader[Any]:
         def read_distorted() -> Range:
             reading: Range = read()
-            return self.distort(context, sensor, reading) if self.is_on(reading.time) else reading
+            return self.distort(context, sensor, reading) if self.is_active(reading.time) else reading
 
         return read_distorted
 
@@ -96,7 +96,7 @@ class RangeSpikes(RangeFault):
 class CameraNoise(SensorFault):
     """Pixels have normal noise with the given standard deviation."""
 
-    on = (Camera,)
+    target_classes = (Camera,)
     example = "camera noise=20 after=5"
 
     value: GreyLevels
@@ -105,7 +105,7 @@ class CameraNoise(SensorFault):
         add_noise = build_noise_effect(context.noise(sensor.name, self.value))
 
         def add_noise_during_the_fault(image: Image, time: float) -> Image:
-            return add_noise(image, time) if self.is_on(time) else image
+            return add_noise(image, time) if self.is_active(time) else image
 
         return ProcessedFrames(read, [add_noise_during_the_fault])
 
@@ -116,7 +116,7 @@ class Slip(SensorFault):
     The share is subtracted from each rotation between two samples if the fault was active at the first of them.
     """
 
-    on = (Encoder,)
+    target_classes = (Encoder,)
     example = "encoders slip=0.1"
     is_polling = True
 
@@ -128,7 +128,7 @@ class Slip(SensorFault):
         def read_slipping() -> Angle:
             nonlocal last, missed
             sample: Angle = read()
-            if self.is_on(last.time):
+            if self.is_active(last.time):
                 missed += self.value * (sample.angle - last.angle)
             last = sample
             return replace(sample, angle=sample.angle - missed)

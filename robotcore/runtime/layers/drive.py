@@ -166,7 +166,7 @@ def _build_tracking_checks(
             latch,
             commanded.angles,
             partial(read_angles, pair[:1], pair[1:]),
-            (drive.wheel_motors[pair[0].name], drive.wheel_motors[pair[1].name]),
+            (drive.motor_by_device[pair[0].name], drive.motor_by_device[pair[1].name]),
             (pair[0].name, pair[1].name),
             description.safety.follow_s,
             max(steps[each.name] for each in pair),

@@ -190,7 +190,7 @@ def _format_optics(intrinsics: Intrinsics) -> str:
 class SceneTruth:
     """The true pose and velocity of a robot, computed from the positions of its two wheels.
 
-    The position is the middle of the axle. The heading is at right angles to the axle.
+    The position is the centre of the axle. The heading is at right angles to the axle.
     """
 
     def __init__(self, scene: Scene, left: int, right: int) -> None:

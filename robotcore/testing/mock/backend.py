@@ -62,7 +62,7 @@ class MockBackend(Backend):
             if each.name in actuators:
                 yield actuators[each.name]
             else:
-                motor = actuators.get(drive.wheel_motors.get(each.name, "")) if drive else None
+                motor = actuators.get(drive.motor_by_device.get(each.name, "")) if drive else None
                 script = self._scripts.get(each.name, _make_wheel_script(motor))
                 yield open_sensor(each, script, clock, setup.rate_hz)
 

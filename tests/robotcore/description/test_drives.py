@@ -130,7 +130,7 @@ def test_one_motor_may_turn_both_wheels_of_a_side(tmp_path: Path) -> None:
         ("front_right", 0.06, "b"),
         ("rear_right", -0.06, "b"),
     ]
-    assert {wheel.motor for wheel in drive.wheels_of("b")} == {"front_right_motor"}
+    assert {wheel.motor for wheel in drive.find_wheels("b")} == {"front_right_motor"}
 
 
 def test_encoders_of_a_drive_that_skids_are_on_the_wheels_of_the_first_motors(tmp_path: Path) -> None:
@@ -139,7 +139,7 @@ def test_encoders_of_a_drive_that_skids_are_on_the_wheels_of_the_first_motors(tm
     robot = load_robot(str(file))
     assert robot.drive
     assert robot.drive.encoders == ("a", "b", "c")
-    motors = {name: motor for name, motor in robot.drive.wheel_motors.items() if name in "abc"}
+    motors = {name: motor for name, motor in robot.drive.motor_by_device.items() if name in "abc"}
     assert motors == {"a": "front_left_motor", "b": "front_right_motor", "c": "rear_right_motor"}
     assert [wheel.encoder for wheel in robot.drive.wheels] == ["a", None, "b", "c"]
     assert find_devices(robot, Role.DRIVE) == {*robot.drive.motors, "a", "b", "c", "nose"}

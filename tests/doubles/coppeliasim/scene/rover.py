@@ -18,7 +18,7 @@ from tests.doubles.coppeliasim.scene.rendering import PlacedShape, Scenery
 
 @dataclass(frozen=True)
 class Drive:
-    """A body on two driven wheels. ``start`` is the pose of the middle of the axle."""
+    """A body on two driven wheels. ``start`` is the pose of the centre of the axle."""
 
     body: Shape
     left: Joint

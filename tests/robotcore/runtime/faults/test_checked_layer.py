@@ -72,13 +72,13 @@ LAYERS: dict[str, Any] = {
 class Broken(Fault):
     """A fault with one of the layers."""
 
-    on = (Device, LoopTarget, ConnectionTarget)
+    target_classes = (Device, LoopTarget, ConnectionTarget)
     built: ClassVar[Any] = None
 
     def layer(self, context: FaultContext) -> Any:
         return LAYERS[Broken.built]
 
-    def is_on(self, time: float) -> bool:
+    def is_active(self, time: float) -> bool:
         raise ValueError("no schedule")
 
 
@@ -132,7 +132,7 @@ def test_fault_of_a_display_that_does_not_work_is_a_device_error() -> None:
 def test_error_of_is_on_contains_the_fault() -> None:
     (fault,) = plan_faults(["loop broken"], ROVER, ())
     with pytest.raises(BackendError) as raised:
-        fault.is_on(1.0)
+        fault.is_active(1.0)
     assert raised.value.kind == "fault-code"
 
 

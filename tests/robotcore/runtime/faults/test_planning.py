@@ -118,7 +118,7 @@ class Shift(Fault):
     A wall that is not where it seems.
     """
 
-    on = (RangeSensor,)
+    target_classes = (RangeSensor,)
     example = "range shift=0.1"
 
     value: Annotated[float, Field(ge=-1, le=1, description="metres")]
@@ -182,5 +182,5 @@ def test_fault_that_cannot_be_loaded_is_reported_and_the_others_are_listed(
 @pytest.mark.parametrize("after, lasts", [(5.0, 0.3), (0.3, 0.1), (0.1, 0.2)])
 def test_fault_is_active_from_after_until_after_plus_lasts(after: float, lasts: float) -> None:
     fault = Shift(value=1.0, after=after, lasts=lasts)
-    ticks = [tick for tick in range(120) if fault.is_on(tick / 20)]
+    ticks = [tick for tick in range(120) if fault.is_active(tick / 20)]
     assert ticks == list(range(round(20 * after), round(20 * (after + lasts))))
