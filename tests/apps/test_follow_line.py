@@ -78,7 +78,7 @@ def test_robot_that_leaves_the_line_is_not_verified() -> None:
     ],
     ids=["lap", "less", "away", "part", "no line"],
 )
-def test_way_along_the_line_decides_the_verdict(line: dict[str, float] | None, verdict: bool | None) -> None:
+def test_verify_requires_a_lap_near_the_line(line: dict[str, float] | None, verdict: bool | None) -> None:
     truth: Any = create_autospec(Truth, instance=True)
     truth.line = SimpleNamespace(**line) if line else None
     assert FollowLine().verify(truth) is verdict
@@ -97,7 +97,7 @@ def test_robot_turns_to_the_side_at_which_the_line_was() -> None:
 
 
 @pytest.mark.parametrize("floor, line", [(0.1, 0.9), (0.6, 0.9), (0.2, 0.5)])
-def test_line_is_what_is_darker_than_the_floor(floor: float, line: float) -> None:
+def test_robot_follows_a_line_darker_than_the_floor(floor: float, line: float) -> None:
     app = FollowLine()
     seen = (floor, floor, floor, floor, line)
     robot = MockRobot("tracer", readings={"row": [(line, floor, floor, floor, floor)] + 100 * [seen]})

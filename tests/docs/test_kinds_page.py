@@ -112,7 +112,7 @@ def test_app_turns_by_the_imu_with_wheels_that_slip(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_app_drives_as_the_script_of_a_gamepad_says(tmp_path: Path) -> None:
+def test_gamepad_script_drives_the_robot(tmp_path: Path) -> None:
     (tmp_path / TELEOP.file).write_text(TELEOP.text)
     (tmp_path / SCRIPT.file).write_text(f"{ROVER}\n{SCRIPT.text}")
     words = (TELEOP.file, "--robot", SCRIPT.file, "--world", "open", "--json")

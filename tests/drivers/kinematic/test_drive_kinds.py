@@ -59,7 +59,7 @@ class Slalom(Behaviour):
 
 
 @pytest.mark.parametrize("robot", CARS.values(), ids=CARS)
-def test_odometry_of_a_car_knows_that_its_steering_is_slow(robot: RobotDescription) -> None:
+def test_odometry_takes_the_rate_of_the_steering_servo(robot: RobotDescription) -> None:
     without_lag = [each.model_copy(update={"lag_s": 0.0}) if each.kind == "motor" else each for each in robot.devices]
     robot = robot.model_copy(update={"devices": tuple(without_lag)})
     raw = load_backend("kinematic").open(Setup(robot, worlds.empty(), needed_devices(robot, [Role.DRIVE])))
@@ -111,7 +111,7 @@ def test_front_wheels_turn_at_the_rate_of_the_servo() -> None:
         assert angular / linear == pytest.approx(math.tan(0.3 - 6.0 * 0.05) / 0.162, abs=1e-9)
 
 
-def test_car_at_a_wall_stands_still() -> None:
+def test_robot_that_steers_stands_still_at_a_wall() -> None:
     robot = load_robot("picar")
     world = worlds.wall(robot.mounts[robot.sensors_ahead[0].name], 0.1)
     with load_backend("kinematic").open(Setup(robot, world, needed_devices(robot, [Role.DRIVE]))) as opened:

@@ -173,7 +173,7 @@ def test_abs_z_is_a_trigger_or_the_right_stick(
     assert gamepad.format_sample(gamepad.read()) == (f"{field} 1.00" if field != "none" else "at rest")
 
 
-def test_digital_triggers_and_digital_pads(bench: Bench) -> None:
+def test_digital_triggers_and_pads_are_1_or_0_in_the_sample(bench: Bench) -> None:
     pad = bench.plug_in(FakePad({e.ABS_X: BYTE}))
     gamepad = bench.open()
     pad.keys = {e.BTN_TL2, e.BTN_DPAD_UP}
@@ -331,7 +331,7 @@ class Steer(Behaviour):
         return Status.SUCCESS if sample.south else Status.RUNNING
 
 
-def test_on_virtual_pins_the_script_of_the_robot_s_file_stands_in(tmp_path: Path) -> None:
+def test_on_virtual_pins_the_script_of_the_robots_file_replaces_the_gamepad(tmp_path: Path) -> None:
     file = tmp_path / "pad.toml"
     script = "script = [{ at_s = 0, left_y = 1.0 }, { at_s = 1, south = true }]"
     file.write_text(

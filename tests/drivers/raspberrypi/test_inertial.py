@@ -232,7 +232,7 @@ def test_notes_say_how_to_mount_the_chip_and_that_the_robot_must_stand(check_tex
     assert str(MPU6050(address=0x69).connections()[2]) == "I2C 0x69 on bus 1"
 
 
-def test_on_virtual_pins_the_simulator_s_imu_stands_in(tmp_path: Path) -> None:
+def test_on_virtual_pins_the_simulators_imu_replaces_the_chip(tmp_path: Path) -> None:
     file = tmp_path / "imu.toml"
     file.write_text(f'{ROVER}\n[[devices]]\nkind = "imu"\nname = "imu"\n\n[raspberrypi.imu]\ndriver = "mpu6050"\n')
     Circle.samples.clear()

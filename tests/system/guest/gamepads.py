@@ -84,7 +84,7 @@ def test_unplugged_gamepad_is_lost_and_works_again(open_pad: Open) -> None:
         assert wait_until(read_left_y, 0.0) == 0.0
 
 
-def test_a_mouse_or_nothing_is_no_gamepad(open_pad: Open) -> None:
+def test_a_mouse_or_nothing_is_refused(open_pad: Open) -> None:
     with UInput({ecodes.EV_KEY: [ecodes.BTN_LEFT], ecodes.EV_REL: [ecodes.REL_X]}), pytest.raises(DeviceError):
         open_pad()
 

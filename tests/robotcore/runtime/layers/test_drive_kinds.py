@@ -110,7 +110,7 @@ def test_failure_of_one_motor_stops_all(name: str) -> None:
 
 @pytest.mark.parametrize("description", [QUICK_CAR, ONE_MOTOR], ids=["two motors", "one motor"])
 @pytest.mark.parametrize("linear, angular", [(0.2, 0.3), (0.2, -0.3), (-0.2, 0.3), (-0.2, -0.3), (0.2, 0.0)])
-def test_car_steers_by_the_curvature(description: RobotDescription, linear: float, angular: float) -> None:
+def test_servo_steers_by_the_curvature(description: RobotDescription, linear: float, angular: float) -> None:
     robot = MockRobot(description, range=2.0)
     assert drive(robot, linear, angular) == pytest.approx((linear, angular))
     assert steer(robot) == pytest.approx(math.atan(WHEELBASE * angular / linear))
@@ -139,7 +139,7 @@ def test_sharpest_turn_is_no_intervention() -> None:
     assert get_causes(robot) == []
 
 
-def test_acceleration_limit_of_a_car_does_not_limit_the_steering() -> None:
+def test_acceleration_limit_does_not_limit_the_steering() -> None:
     robot = MockRobot(CAR, range=2.0)
     for angular in (0.5, -0.5):
         drive(robot, 0.2, angular, 10)
@@ -151,7 +151,7 @@ def test_acceleration_limit_of_a_car_does_not_limit_the_steering() -> None:
     assert steer(robot) == pytest.approx(math.atan(WHEELBASE * 0.5 / 0.2))
 
 
-def test_car_does_not_move_in_place_of_a_turn_on_the_spot() -> None:
+def test_robot_that_steers_does_not_move_in_place_of_a_turn_on_the_spot() -> None:
     robot = MockRobot(QUICK_CAR, range=2.0)
     assert drive(robot, 0.0, 1.0) == Twist(0.0, 0.0)
     assert get_commands(robot, "left_motor", "right_motor") == [0.0, 0.0]
@@ -183,7 +183,7 @@ def test_stop_holds_the_steering() -> None:
     assert len(robot.commands["steering"]) == count
 
 
-def test_obstacle_ahead_stops_a_car_without_a_turn() -> None:
+def test_obstacle_ahead_stops_a_robot_that_steers_without_a_turn() -> None:
     robot = MockRobot(QUICK_CAR, range=0.05)
     assert drive(robot, 0.2, 0.3) == Twist(0.0, 0.0)
     assert get_causes(robot) == ["range guard"]
