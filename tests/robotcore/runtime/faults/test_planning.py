@@ -81,7 +81,7 @@ def test_fault_of_the_smallest_class_is_used(target: str, file: str, effect: str
 
 
 def test_fault_whose_classes_are_no_tuple_is_not_loaded(register: Register, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Shift, "on", {RangeSensor})
+    monkeypatch.setattr(Shift, "target_classes", {RangeSensor})
     register("shift", f"{__name__}:Shift")
     with pytest.raises(BackendMissingError):
         load_fault("shift")
