@@ -93,6 +93,13 @@ class DeviceDescription(StrictModel):
         """
         return False
 
+    def find_nearest_ahead(self, mount: Mount, front_x_m: float) -> float:
+        """Return the shortest distance ahead, in metres, that a sensor with this mount measures. By default it is 0.
+
+        front_x_m: the x of the robot's front.
+        """
+        return 0.0
+
     def configure(self, device: Any) -> None:
         """Set the properties of an open device that the description defines, such as its mount."""
         if isinstance(mount := getattr(self, "mount", None), Mount):

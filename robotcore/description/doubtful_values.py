@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 
 from robotcore.description.drive import TwoWheelDrive
-from robotcore.description.robot import RobotDescription
+from robotcore.description.robot import GUARD_MARGIN_M, RobotDescription
 from robotcore.description.world import WorldDescription
 
 MAX_LENGTH_M = 3.0
@@ -48,6 +48,14 @@ def find_doubtful_values(robot: RobotDescription) -> Iterator[str]:
             yield (
                 f"safety.stop_distance_m: {robot.safety.stop_distance_m:g} m is beyond max_range_m of {sensor.name}, "
                 f"{max_range_m:g} m. Lower it"
+            )
+        nearest_m = sensor.find_nearest_ahead(robot.mounts[sensor.name], robot.body.front_x_m)
+        if nearest_m > max(0.0, robot.safety.stop_distance_m - GUARD_MARGIN_M):
+            yield (
+                f"safety.stop_distance_m: {sensor.name} measures no distance ahead below {nearest_m:.2g} m, so the "
+                f"range guard stops the robot at {nearest_m + GUARD_MARGIN_M:.2g} m in place of "
+                f"{robot.safety.stop_distance_m:g} m. Lower min_range_m of {sensor.name} if the sensor can measure "
+                "nearer, or raise stop_distance_m"
             )
 
 

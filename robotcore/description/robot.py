@@ -35,6 +35,9 @@ from robotcore.description.types import (
 from robotcore.errors import Mistake, UsageError
 from robotcore.text import find_nearest
 
+GUARD_MARGIN_M = 0.03
+"""The range guard stops the robot this far before an obstacle becomes too near for a sensor, in metres."""
+
 MAX_STEERING_RAD = 1.4
 """The greatest angle of a servo that steers, in radians, to either side."""
 
@@ -284,6 +287,15 @@ class RobotDescription(StrictModel):
     def sensors_ahead(self) -> tuple[DeviceDescription, ...]:
         """The sensors that measure the distance ahead, or that a servo may turn ahead. The range guard reads them."""
         return tuple(device for device in self.devices if self._may_look_ahead(device))
+
+    @property
+    def guard_distance_m(self) -> float:
+        """The distance to an obstacle at which the range guard stops the robot, in metres.
+
+        It is greater than `Safety.stop_distance_m` if a sensor ahead cannot measure an obstacle at that distance.
+        """
+        nearest = (each.find_nearest_ahead(self.mounts[each.name], self.body.front_x_m) for each in self.sensors_ahead)
+        return max([self.safety.stop_distance_m, *(each + GUARD_MARGIN_M for each in nearest if each > 0)])
 
     def _may_look_ahead(self, device: DeviceDescription) -> bool:
         if (mount := self.mounts.get(device.name)) is None:

@@ -97,6 +97,9 @@ class LidarDescription(DeviceDescription):
         middle = (self.start_rad + self.end_rad) / 2
         return abs(wrap_angle(mount.yaw_rad + middle)) <= (self.end_rad - self.start_rad) / 2
 
+    def find_nearest_ahead(self, mount: Mount, front_x_m: float) -> float:
+        return max(0.0, self.min_range_m + mount.x_m - front_x_m)
+
     def arguments(self) -> dict[str, Any]:
         return {"min_range": self.min_range_m, "max_range": self.max_range_m, "bearings": self.bearings}
 

@@ -45,6 +45,9 @@ class RangeSensorDescription(DeviceDescription):
     def looks_ahead(self, mount: Mount) -> bool:
         return mount.is_ahead
 
+    def find_nearest_ahead(self, mount: Mount, front_x_m: float) -> float:
+        return self.min_range_m
+
     def arguments(self) -> dict[str, Any]:
         return {"min_range": self.min_range_m, "max_range": self.max_range_m, "cone": self.cone_rad}
 

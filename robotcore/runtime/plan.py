@@ -150,8 +150,8 @@ def _make_behaviour(request: RunRequest) -> Behaviour:
 def _require_room_to_stop(behaviour: Behaviour, description: RobotDescription) -> None:
     if (stopping := behaviour.stopping) is None or not description.sensors_ahead:
         return
-    safety = description.safety
-    guard = compute_stopping_distance(stopping.speed, safety.stop_distance_m, safety.deceleration_m_s2)
+    stop_distance, deceleration = description.guard_distance_m, description.safety.deceleration_m_s2
+    guard = compute_stopping_distance(stopping.speed, stop_distance, deceleration)
     if stopping.distance <= guard:
         raise UsageError(
             f"the app stops {stopping.distance:g} m in front of an obstacle, but at {stopping.speed:g} m/s the range "

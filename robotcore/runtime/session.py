@@ -384,7 +384,7 @@ class RunSession:
         if loop.intervention_timer.measure().get(RangeGuard.cause, 0.0) < loop.time / 2:
             return reason
         sensors = " or ".join(sensor.name for sensor in plan.description.sensors_ahead)
-        place = f"{plan.description.safety.stop_distance_m:.2f} m in front of an obstacle"
+        place = f"{plan.description.guard_distance_m:.2f} m in front of an obstacle"
         return f"{reason}. The range guard stops the robot {place}, measured by {sensors}"
 
 

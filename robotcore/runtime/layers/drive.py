@@ -90,7 +90,9 @@ def build_drive(
     if ahead:  # last, so that no other rule changes its result
         distance = DistanceAhead(clock, ahead, lambda: drive.geometry.to_twist(commanded.angles()))
         rules.append(
-            RangeGuard(drive.geometry, distance, safety.stop_distance_m, safety.deceleration_m_s2, can_turn_on_spot)
+            RangeGuard(
+                drive.geometry, distance, description.guard_distance_m, safety.deceleration_m_s2, can_turn_on_spot
+            )
         )
     safety_filter = SafetyFilter(
         clock,

@@ -31,6 +31,12 @@ def test_a_doubtful_value_is_a_warning(part: str, change: dict[str, Any], check_
     check_text("\n".join(find_doubtful_values(type(ROVER).model_validate(table))))
 
 
+def test_a_stop_nearer_than_a_sensor_measures_is_a_warning(check_text: CheckText) -> None:
+    (nose,) = ROVER.all_of("range_sensor")
+    robot = ROVER.model_copy(update={"devices": (nose.model_copy(update={"min_range_m": 0.2}),)})
+    check_text("\n".join(find_doubtful_values(robot)))
+
+
 def test_a_mount_far_from_the_body_is_a_warning(check_text: CheckText) -> None:
     (nose,) = ROVER.all_of("range_sensor")
     far = nose.model_copy(update={"mount": nose.mount.model_copy(update={"x_m": 18.0})})

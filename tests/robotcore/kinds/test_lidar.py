@@ -387,6 +387,19 @@ def test_range_guard_stops_a_robot_that_has_only_a_lidar(backend: str, tmp_path:
     assert 0.08 < 1.0 - front < 0.2
 
 
+@pytest.mark.parametrize("device", ["lidar", "range_sensor"])
+def test_range_guard_stops_before_an_obstacle_is_too_near_for_the_sensor(device: str, tmp_path: Path) -> None:
+    world = write_world_with_wall(tmp_path)
+    if device == "lidar":
+        robot = write_robot_without_range_sensor(tmp_path, LIDAR.replace("min_range_m = 0.12", "min_range_m = 0.25"))
+    else:
+        (tmp_path / "far.toml").write_text(ROVER.replace("min_range_m = 0.02", "min_range_m = 0.3"))
+        robot = str(tmp_path / "far.toml")
+    result = robotcore.run(RunRequest(Ahead(), robot=robot, backend="kinematic", world=world))
+    assert result.contacts == 0
+    assert result.intervention_s["range guard"] > 5
+
+
 @pytest.mark.parametrize("y_m, is_stopped", [(0.3, True), (0.33, False)])
 def test_range_guard_ignores_bodies_beside_the_robots_way(y_m: float, is_stopped: bool, tmp_path: Path) -> None:
     robot, world = write_robot_without_range_sensor(tmp_path), write_world_with_wall(tmp_path, y_m)
