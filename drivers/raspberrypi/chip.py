@@ -128,7 +128,7 @@ INSTALL = (
 )
 
 
-class HeldError(BackendError):
+class HeldLineError(BackendError):
     """Another process holds a GPIO line."""
 
     kind = "gpio-held"
@@ -151,11 +151,11 @@ class Chip:
     def claim_low(self, gpios: Sequence[int]) -> None:
         """Claim GPIO lines as low outputs with pull-downs. Lines that this object has already claimed do not change.
 
-        Raises HeldError if another process holds any of the lines. The other lines are claimed even then.
+        Raises HeldLineError if another process holds any of the lines. The other lines are claimed even then.
         """
         if held := [gpio for gpio in gpios if not self._is_claimed(gpio)]:
             held_by = "; ".join(f"GPIO {gpio} is held by {find_holder(gpio)}" for gpio in held)
-            raise HeldError(f"{held_by}. End that program, then try again", gpios=tuple(held))
+            raise HeldLineError(f"{held_by}. End that program, then try again", gpios=tuple(held))
 
     def write(self, gpio: int, *, is_high: bool) -> None:
         """Set the level of a claimed line."""

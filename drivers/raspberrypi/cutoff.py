@@ -9,7 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 from select import select
 
-from drivers.raspberrypi.chip import Chip, HeldError
+from drivers.raspberrypi.chip import Chip, HeldLineError
 from robotcore.hal.cutoff import Cutoff
 
 RELEASE_S = 0.3
@@ -63,7 +63,7 @@ class MotorLines(Cutoff):
     on Python, would continue to turn the motor. If the motor stands, the guardian does not kill the owner. The guardian
     holds the claimed lines low until the guardian ends.
 
-    Without an owner, `stop` claims the free lines. It raises HeldError if a process holds any of the other lines.
+    Without an owner, `stop` claims the free lines. It raises HeldLineError if a process holds any of the other lines.
 
     lines: the GPIO numbers of the motor.
     owner: the number of the process that holds the lines; None if `stop` must not kill a process.
@@ -94,7 +94,7 @@ class MotorLines(Cutoff):
     def stop(self) -> str | None:
         try:
             self._chip.claim_low(self._lines)
-        except HeldError:
+        except HeldLineError:
             if self._owner is None:
                 raise
             if self._is_turning:

@@ -54,7 +54,7 @@ class BusDriver(DeviceDriver):
     """The base class of the drivers of chips on an I2C bus, with the settings of the connection."""
 
     supply: ClassVar[tuple[str, ...]] = ("3.3 V", "ground")
-    protocol: ClassVar[str] = ""
+    shared_chip: ClassVar[str] = ""
     """The name of a chip that several devices share. Only devices with the same name may have the same address."""
 
     bus: Annotated[int, Field(ge=0, le=30)] = HEADER_BUS
@@ -72,7 +72,7 @@ class BusDriver(DeviceDriver):
             sda, scl = gpio("SDA", 2, is_shared=True), gpio("SCL", 3, is_shared=True)
         else:
             sda, scl = (Connection(line, "I2C", f"{line} of bus {self.bus}", is_shared=True) for line in ("SDA", "SCL"))
-        return sda, scl, Connection("address", "I2C", self.place, bool(self.protocol), protocol=self.protocol)
+        return sda, scl, Connection("address", "I2C", self.place, bool(self.shared_chip), protocol=self.shared_chip)
 
 
 class ChipDriver(BusDriver):

@@ -50,7 +50,7 @@ def find_bus(number: int, root: Path = Path("/")) -> Path:
     return root / f"dev/i2c-{number}"
 
 
-class ChipHeldError(OSError):
+class ReservedChipError(OSError):
     """Another program has reserved the chip."""
 
 
@@ -78,7 +78,7 @@ class I2CDevice:
         _devices.add(self)
 
     def reserve(self) -> None:
-        """Reserve the chip until `close`; raises ChipHeldError if another program has reserved it.
+        """Reserve the chip until `close`; raises ReservedChipError if another program has reserved it.
 
         A reservation is a lock on the byte of the device file with the number of the address. It ends with the program.
         Programs that do not reserve a chip can still write to it.
@@ -86,7 +86,7 @@ class I2CDevice:
         try:
             self._lock(F_OFD_SETLK)
         except BlockingIOError as error:
-            raise ChipHeldError from error
+            raise ReservedChipError from error
 
     def is_reserved(self) -> bool:
         """Return whether another program has reserved the chip."""

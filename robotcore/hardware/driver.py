@@ -35,7 +35,7 @@ class Connection:
     remedy: str = field(default="", compare=False)
     """A further remedy for the error if the same signal of two devices goes to the same pin or port."""
     protocol: str = ""
-    """The protocol on the wire. Only devices with the same protocol can share a port."""
+    """The protocol on the wire, or the chip at the address. Only devices with the same one can share a place."""
 
     def __str__(self) -> str:
         return f"{self.bus} {self.where}"

@@ -8,7 +8,8 @@ from typing import Any
 
 from robotcore.errors import Mistake
 
-TWO, THREE = ("forward", "backward"), ("forward", "backward", "pwm")
+TWO_INPUTS, TWO_INPUTS_AND_PWM = ("forward", "backward"), ("forward", "backward", "pwm")
+"""The keys of the channels of a motor whose bridge has two inputs, and of one that has an input for the PWM too."""
 
 
 @dataclass(frozen=True)
@@ -30,12 +31,12 @@ BOARDS = {
         "Adafruit DC and Stepper Motor HAT or Bonnet",
         0x60,
         1500,
-        THREE,
+        TWO_INPUTS_AND_PWM,
         {"M1": (9, 10, 8), "M2": (11, 12, 13), "M3": (3, 4, 2), "M4": (5, 6, 7)},
     ),
     # Source: https://www.waveshare.net/w/upload/9/9a/Motor_Driver_HAT_Code.7z, main.py. Its jumpers set the address.
     "waveshare-motor-driver-hat": Board(
-        "Waveshare Motor Driver HAT", 0x40, 1500, THREE, {"MA": (2, 1, 0), "MB": (4, 3, 5)}
+        "Waveshare Motor Driver HAT", 0x40, 1500, TWO_INPUTS_AND_PWM, {"MA": (2, 1, 0), "MB": (4, 3, 5)}
     ),
     # Source: https://github.com/Freenove/Freenove_4WD_Smart_Car_Kit_for_Raspberry_Pi, Code/Server/Motor.py. Its servos
     # are on channels 8 to 15 of the same chip.
@@ -43,14 +44,14 @@ BOARDS = {
         "board of the Freenove 4WD Smart Car",
         0x40,
         50,
-        TWO,
+        TWO_INPUTS,
         {"front-left": (0, 1), "rear-left": (3, 2), "front-right": (6, 7), "rear-right": (4, 5)},
     ),
 }
 """The boards by their names in a robot's file."""
 
 
-def find_terminal(board: Any, motor: Any) -> dict[str, int]:
+def build_motor_settings(board: Any, motor: Any) -> dict[str, int]:
     """Return the settings of a motor on a board; raises Mistake for an unknown board or motor."""
     if not isinstance(board, str) or board not in BOARDS:
         raise Mistake(f"board is {board!r}, and not the name of a board", f"Use {_list(BOARDS)}", kind="unknown-board")

@@ -26,7 +26,7 @@ _RESTART = 0x80
 PUSH_PULL = 0x04
 """The value of MODE2 for outputs that are driven high and low. They change at the end of a transfer."""
 
-FULL = 0x10
+FULL_BIT = 0x10
 """The bit in the high byte of a count that switches a channel fully on or off. Off overrides on."""
 
 STEPS = 4096
@@ -84,7 +84,7 @@ def require_pwm_chip(registers: Registers) -> None:
     highs = [FIRST_CHANNEL + 4 * channel + at for channel in CHANNELS for at in (1, 3)]
     for register in (PRE_SCALE, *highs):
         value = registers.read(register)
-        if value < _MIN_PRESCALE if register == PRE_SCALE else value >= 2 * FULL:
+        if value < _MIN_PRESCALE if register == PRE_SCALE else value >= 2 * FULL_BIT:
             raise WrongChipError(f"its register 0x{register:02x} has 0x{value:02x}")
 
 
@@ -127,9 +127,9 @@ class PwmChip:
         """
         count = round(duty * STEPS)
         if count <= 0:
-            self._set_counts(channel, 0, FULL << 8)
+            self._set_counts(channel, 0, FULL_BIT << 8)
             return
-        self._set_counts(channel, *((FULL << 8, 0) if count >= STEPS else (0, count)))
+        self._set_counts(channel, *((FULL_BIT << 8, 0) if count >= STEPS else (0, count)))
         if self._registers.read(MODE1) & SLEEP:
             raise ResetError("the chip sleeps")
 
@@ -139,7 +139,7 @@ class PwmChip:
 
     def stop(self) -> None:
         """Switch every channel off, in one transfer of one byte."""
-        self._registers.write(ALL_CHANNELS + 3, FULL)
+        self._registers.write(ALL_CHANNELS + 3, FULL_BIT)
 
     def close(self) -> None:
         """Switch every channel off, and release the chip."""

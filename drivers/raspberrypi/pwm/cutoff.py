@@ -5,25 +5,26 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import ExitStack
 
-from drivers.raspberrypi.chip import HeldError
 from drivers.raspberrypi.cutoff import Owner
 from drivers.raspberrypi.i2c_device import I2CDevice, find_bus
 from drivers.raspberrypi.pwm.chip import PwmChip
+from robotcore.errors import BackendError
 from robotcore.hal.cutoff import Cutoff
 
 
-class ChannelsOff(Cutoff):
+class ChannelCutoff(Cutoff):
     """Stops a motor by switching its channels off.
 
-    Any process may write to a chip on an I2C bus, so an app that hangs keeps running. Its servos hold their angles.
+    Any process may write to a chip on an I2C bus, so the motors of an app that hangs stop while it runs. Its servos
+    hold their angles.
     After the end of the app, every channel of the chip is switched off, also those of servos.
 
     channels: the channels of the motor, in the order in which they are switched off.
-    owner: the number of the app's process. With None, `stop` switches every channel off, and raises HeldError if a run
-        uses the chip, because that run turns its motors on again.
+    owner: the number of the app's process. With None, `stop` switches every channel off, and raises BackendError if a
+        run uses the chip, because that run turns its motors on again.
 
-    >>> ChannelsOff(1, 0x60, [8, 9, 10], owner=None)
-    <ChannelsOff 8, 9, 10 of 0x60 on bus 1>
+    >>> ChannelCutoff(1, 0x60, [8, 9, 10], owner=None)
+    <ChannelCutoff 8, 9, 10 of 0x60 on bus 1>
     """
 
     def __init__(self, bus: int, address: int, channels: Sequence[int], owner: int | None) -> None:
@@ -31,7 +32,7 @@ class ChannelsOff(Cutoff):
         self._opened = ExitStack()
 
     def __repr__(self) -> str:
-        return f"<ChannelsOff {', '.join(map(str, self._channels))} of 0x{self._address:02x} on bus {self._bus}>"
+        return f"<ChannelCutoff {', '.join(map(str, self._channels))} of 0x{self._address:02x} on bus {self._bus}>"
 
     def open(self) -> None:
         self._device = I2CDevice(find_bus(self._bus), self._address)
@@ -57,4 +58,4 @@ class ChannelsOff(Cutoff):
         if self._device.is_reserved():
             where = f"0x{self._address:02x} on bus {self._bus}"
             problem = f"a run uses the chip at {where}, and turns its motors on again"
-            raise HeldError(f"{problem}. End it: robotcore stop, without --backend", kind="chip-held")
+            raise BackendError(f"{problem}. End it: robotcore stop, without --backend", kind="chip-held")

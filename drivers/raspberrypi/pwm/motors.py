@@ -13,7 +13,7 @@ from pydantic import Field, model_validator
 from drivers.raspberrypi.header import Gpio, gpio
 from drivers.raspberrypi.motors.boards import BATTERY
 from drivers.raspberrypi.pins import open_output, translate_pin_errors
-from drivers.raspberrypi.pwm.boards import BOARDS, find_terminal
+from drivers.raspberrypi.pwm.boards import BOARDS, build_motor_settings
 from drivers.raspberrypi.pwm.chip import MAX_HZ, MIN_HZ, PwmChip
 from drivers.raspberrypi.pwm.settings import SUPPLY, Channel, ChannelDriver, is_virtual
 from robotcore.description import RobotDescription
@@ -23,7 +23,7 @@ from robotcore.hardware.motor_control import Control, open_motor, require_drivab
 from robotcore.hardware.motor_model import Model, Output
 from robotcore.kinds.motor import Motor, MotorDescription
 
-KEEPS = (
+NO_TIMEOUT_NOTE = (
     "The chip has no time-out: it keeps its outputs if the Pi hangs or restarts. Then only a switch in the motors' "
     "supply stops the motors, or 3.3 V at the chip's input OE."
 )
@@ -57,7 +57,7 @@ class ChannelMotor(ChannelDriver):
         """
 
     def notes(self, description: MotorDescription) -> Sequence[str]:
-        return SUPPLY, BATTERY, KEEPS
+        return SUPPLY, BATTERY, NO_TIMEOUT_NOTE
 
     def check(self, description: MotorDescription, robot: RobotDescription, drivers: Drivers) -> None:
         self.require_one_frequency(drivers)
@@ -72,7 +72,7 @@ class ChannelMotor(ChannelDriver):
             return ()
         channels = list(reversed(self.duties(0.0)))
         settings = {"bus": self.bus, "address": self.address, "channels": channels, "owner": context.owner}
-        return (CutoffSpec(description.name, "drivers.raspberrypi.pwm.cutoff:ChannelsOff", settings),)
+        return (CutoffSpec(description.name, "drivers.raspberrypi.pwm.cutoff:ChannelCutoff", settings),)
 
     def _open_output(self, name: str, context: DeviceContext) -> Output:
         return ChannelOutput(name, self, self.take_chip(name, context))
@@ -154,7 +154,7 @@ class ChannelHBridge(ChannelMotor):
     def _insert_board(cls, table: Any) -> Any:
         if not isinstance(table, Mapping) or not ({"board", "motor"} & table.keys()):
             return table
-        return {**find_terminal(table.get("board"), table.get("motor")), **table}
+        return {**build_motor_settings(table.get("board"), table.get("motor")), **table}
 
     def duties(self, duty: float) -> Mapping[int, float]:
         if self.pwm is None:

@@ -10,7 +10,7 @@ from typing import Annotated, ClassVar
 from pydantic import Field
 
 from drivers.raspberrypi.i2c import Address, BusDriver, explain_switch_on
-from drivers.raspberrypi.i2c_device import ChipHeldError, I2CDevice, find_bus
+from drivers.raspberrypi.i2c_device import I2CDevice, ReservedChipError, find_bus
 from drivers.raspberrypi.pwm.chip import ExternalClockError, PwmChip, Registers, ResetError, WrongChipError
 from robotcore.errors import DeviceError, Mistake
 from robotcore.hardware import Connection, DeviceContext, Drivers
@@ -23,26 +23,27 @@ Channel = Annotated[int, Field(ge=0, le=15, description="the number of a channel
 SUPPLY = "Connect the chip's VCC to 3.3 V, and its ground to a ground pad, once for the chip. A HAT needs no wires."
 """The note that `robotcore wiring` prints for a device on the chip."""
 
-JOIN = "sudo usermod -aG i2c $USER, then log out and in again"
-OVERLAY = "Remove its overlay, such as i2c-pwm-pca9685a, from /boot/firmware/config.txt, and restart"
+GROUP_REMEDY = "Run sudo usermod -aG i2c $USER, then log out and in again"
+OVERLAY_REMEDY = "Remove its overlay, such as i2c-pwm-pca9685a, from /boot/firmware/config.txt, and restart"
 
 
 @contextmanager
 def translate_chip_errors(device: str, bus: int, address: int) -> Iterator[None]:
     """Translate an OSError in the block to a DeviceError with a remedy."""
     where = f"I2C 0x{address:02x} on bus {bus}"
-    listed = f"i2cdetect -y {bus} lists the chips that answer. Check SDA, SCL, 3.3 V, ground and the address"
+    listed = f"i2cdetect -y {bus} lists the chips that answer"
     try:
         yield
     except DeviceError:
         raise
     except FileNotFoundError as error:
         raise DeviceError(device, f"there is no {find_bus(bus)}. {explain_switch_on(bus)}", kind="i2c-off") from error
-    except ChipHeldError as error:
+    except ReservedChipError as error:
         message = f"another run uses the {CHIP} at {where}. End it first: robotcore stop"
         raise DeviceError(device, message, kind="chip-held") from error
     except PermissionError as error:
-        raise DeviceError(device, f"no permission for {find_bus(bus)}. {JOIN}", kind="no-permission-i2c") from error
+        message = f"no permission for {find_bus(bus)}. {GROUP_REMEDY}"
+        raise DeviceError(device, message, kind="no-permission-i2c") from error
     except ResetError as error:
         message = f"the {CHIP} at {where} was reset, and its outputs are off. Check its 3.3 V, and the motors' supply"
         raise DeviceError(device, message, kind="chip-reset") from error
@@ -50,13 +51,14 @@ def translate_chip_errors(device: str, bus: int, address: int) -> Iterator[None]
         message = f"a program has set the {CHIP} at {where} to an external clock. Switch its 3.3 V off and on"
         raise DeviceError(device, message, kind="external-clock") from error
     except WrongChipError as error:
-        message = f"the chip at {where} is no {CHIP}: {error}. {listed}"
+        message = f"the chip at {where} is no {CHIP}: {error}. Correct address or bus: {listed}"
         raise DeviceError(device, message, kind="wrong-chip") from error
     except OSError as error:
         if error.errno == errno.EBUSY:
-            message = f"a driver of the kernel uses {where}. {OVERLAY}"
+            message = f"a driver of the kernel uses {where}. {OVERLAY_REMEDY}"
             raise DeviceError(device, message, kind="chip-in-kernel") from error
-        message = f"no answer at {where} ({error.strerror or error}). {listed}"
+        remedy = f"{listed}. Check SDA, SCL, 3.3 V, ground and the address"
+        message = f"no answer at {where} ({error.strerror or error}). {remedy}"
         raise DeviceError(device, message, kind="chip-unanswered") from error
 
 
@@ -78,7 +80,7 @@ class SharedChip(PwmChip):
 class ChannelDriver(BusDriver):
     """The base class of the drivers of devices on channels of a PCA9685."""
 
-    protocol = CHIP
+    shared_chip = CHIP
     supply: ClassVar[tuple[str, ...]] = ()  # one supply for all devices on the chip: see `SUPPLY`
 
     address: Address = 0x40

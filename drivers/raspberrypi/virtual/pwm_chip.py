@@ -9,7 +9,7 @@ from drivers.raspberrypi.pwm.chip import (
     AUTO_INCREMENT,
     CHANNELS,
     FIRST_CHANNEL,
-    FULL,
+    FULL_BIT,
     MODE1,
     MODE2,
     OSCILLATOR_HZ,
@@ -57,7 +57,7 @@ class VirtualPwmChip:
         """Set each register as after a loss of power."""
         self._registers = {MODE1: SLEEP | 0x01, MODE2: PUSH_PULL, PRE_SCALE: 0x1E}
         for channel in CHANNELS:
-            self._set_counts(channel, bytes([0, 0, 0, FULL]))
+            self._set_counts(channel, bytes([0, 0, 0, FULL_BIT]))
         self._show()
 
     @property
@@ -94,9 +94,9 @@ class VirtualPwmChip:
     def _compute_duty(self, channel: int) -> float:
         first = FIRST_CHANNEL + 4 * channel
         rise_low, rise_high, fall_low, fall_high = (self._registers[first + at] for at in range(4))
-        if fall_high & FULL:
+        if fall_high & FULL_BIT:
             return 0.0
-        if rise_high & FULL:
+        if rise_high & FULL_BIT:
             return 1.0
         counts = (fall_low | fall_high << 8) - (rise_low | rise_high << 8)
         return counts % STEPS / STEPS

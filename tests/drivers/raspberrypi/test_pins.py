@@ -15,7 +15,7 @@ from gpiozero import LED, PWMLED, OutputDevice
 from gpiozero.exc import PinUnknownPi
 from gpiozero.pins.mock import MockFactory, MockPWMPin
 
-from drivers.raspberrypi.chip import Chip, HeldError
+from drivers.raspberrypi.chip import Chip, HeldLineError
 from drivers.raspberrypi.pins import build_pin_error, open_output, open_pins, stop_edge_detection, translate_pin_errors
 from robotcore.errors import (
     BackendError,
@@ -44,7 +44,7 @@ def test_pins_are_those_of_lgpio_in_spite_of_the_variable_of_gpiozero_and_closin
     lamp = PWMLED(17, pin_factory=pins)
     lamp.value = 0.6
     assert lines.level(17) == 60
-    with pytest.raises(HeldError):
+    with pytest.raises(HeldLineError):
         other.claim_low([17])
     pins.close()
     other.claim_low([17])
@@ -76,7 +76,7 @@ def test_the_pins_are_on_the_same_chip_as_the_guardians_lines(lines: Lines, monk
     Path(os.environ["FAKE_DEV"], "gpiochip15").mkdir()
     pins, guardian = open_pins(), Chip()
     pins.pin(17)
-    with pytest.raises(HeldError):
+    with pytest.raises(HeldLineError):
         guardian.claim_low([17])
     guardian.close()
     pins.close()

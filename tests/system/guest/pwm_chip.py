@@ -12,8 +12,8 @@ from contextlib import closing
 
 import pytest
 
-from drivers.raspberrypi.i2c_device import ChipHeldError, I2CDevice, find_bus
-from drivers.raspberrypi.pwm.chip import ALL_CHANNELS, FIRST_CHANNEL, FULL, PRE_SCALE
+from drivers.raspberrypi.i2c_device import I2CDevice, ReservedChipError, find_bus
+from drivers.raspberrypi.pwm.chip import ALL_CHANNELS, FIRST_CHANNEL, FULL_BIT, PRE_SCALE
 from tests.system.guest.bench import ENDLESS_DRIVE, run_command, start_process, wait_until
 from tests.system.guest.chip import Chip
 from tests.system.speed import scaled
@@ -30,14 +30,14 @@ def registers(chip: Chip) -> Iterator[I2CDevice]:
         device.write(PRE_SCALE, 0x1E)  # as after power-on: a PCA9685 never has 0
         device.write(ALL_OFF, 0)
         for channel in (M1, M2):
-            device.write(FIRST_CHANNEL + 4 * channel, 0, 0, 0, FULL)
+            device.write(FIRST_CHANNEL + 4 * channel, 0, 0, 0, FULL_BIT)
         yield device
 
 
 def read_count(registers: I2CDevice, channel: int) -> int:
     """Return the count at which a channel falls; 0 if it is off."""
     low, high = (registers.read(FIRST_CHANNEL + 4 * channel + at) for at in (2, 3))
-    return 0 if high & FULL else low | high << 8
+    return 0 if high & FULL_BIT else low | high << 8
 
 
 def test_the_kernel_writes_a_byte_and_a_block_and_reads_a_byte(registers: I2CDevice) -> None:
@@ -56,7 +56,7 @@ def test_a_chip_is_reserved_for_one_program_until_it_closes_the_chip(registers: 
         device.reserve()
         other.reserve()
         assert registers.is_reserved()
-        with pytest.raises(ChipHeldError):
+        with pytest.raises(ReservedChipError):
             registers.reserve()
     assert not registers.is_reserved()
 
@@ -68,7 +68,7 @@ def test_motors_of_a_run_that_is_ended_are_off(registers: I2CDevice, number: int
         registers.write(ALL_OFF, 0)
         app.send_signal(number)
         app.wait(scaled(LIMIT_S))
-        assert wait_until(lambda: registers.read(ALL_OFF), FULL) == FULL
+        assert wait_until(lambda: registers.read(ALL_OFF), FULL_BIT) == FULL_BIT
 
 
 def test_motors_of_a_suspended_run_are_off(registers: I2CDevice) -> None:

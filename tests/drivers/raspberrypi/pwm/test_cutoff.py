@@ -8,8 +8,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from drivers.raspberrypi.chip import HeldError
-from drivers.raspberrypi.pwm.cutoff import ChannelsOff
+from drivers.raspberrypi.pwm.cutoff import ChannelCutoff
+from robotcore.errors import BackendError
 from robotcore.hardware import bind_devices
 from tests.drivers.raspberrypi.i2c_dev import ADDRESS, Bus
 from tests.drivers.raspberrypi.pwm.robots import LEFT, PAN, build_context, build_robot, open_devices
@@ -35,8 +35,8 @@ def driving(bus: Bus) -> Bus:
     return bus
 
 
-def open_cutoff(owner: int | None) -> ChannelsOff:
-    cutoff = ChannelsOff(1, ADDRESS, [8, 10, 9], owner)
+def open_cutoff(owner: int | None) -> ChannelCutoff:
+    cutoff = ChannelCutoff(1, ADDRESS, [8, 10, 9], owner)
     cutoff.open()
     return cutoff
 
@@ -65,7 +65,7 @@ def test_every_channel_of_a_killed_program_is_off(driving: Bus, owner: subproces
 
 
 def test_robotcore_stop_switches_every_channel_off_and_names_a_live_run(driving: Bus, raises: Raises) -> None:
-    with raises(HeldError, "chip-held"):
+    with raises(BackendError, "chip-held"):
         open_cutoff(None).stop()
     assert set(driving.duties()) == {0.0}
 

@@ -158,7 +158,7 @@ def test_opening_an_address_without_a_chip_leaves_nothing_open(bus: Bus, raises:
     assert len(list(Path("/proc/self/fd").iterdir())) == before
 
 
-def test_bus_that_is_off_is_named(bus: Bus, raises: Raises) -> None:
+def test_bus_that_is_off_is_an_error_with_its_overlay(bus: Bus, raises: Raises) -> None:
     with raises(DeviceError, "i2c-off"):
         open_motor({**LEFT, "bus": 3})
 
@@ -257,7 +257,7 @@ MISTAKES: dict[str, dict[str, Mapping[str, Any]]] = {
 
 
 @pytest.mark.parametrize("mistake", MISTAKES)
-def test_mistake_in_the_robot_s_file_is_reported(mistake: str, raises: Raises) -> None:
+def test_mistake_in_the_robots_file_is_reported(mistake: str, raises: Raises) -> None:
     with raises(DescriptionError, mistake.split(maxsplit=1)[0]):
         bind_devices(build_robot(**MISTAKES[mistake]), "raspberrypi")
 

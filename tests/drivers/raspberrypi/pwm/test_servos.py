@@ -42,7 +42,7 @@ def test_widths_may_be_reversed_and_a_closed_servo_gets_no_pulses(bus: Bus) -> N
     assert bus.duties()[15] == 0.0
 
 
-def test_unplugged_chip_is_named(bus: Bus, raises: Raises) -> None:
+def test_unplugged_chip_is_an_error_with_its_address(bus: Bus, raises: Raises) -> None:
     servo = open_servo()
     bus.unplug()
     with raises(DeviceError, "chip-unanswered"):
