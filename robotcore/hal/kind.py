@@ -53,7 +53,7 @@ class Kind:
 
     The reading is the value of a sample, or a mapping of field to value. With None, numbers are 0 and booleans False.
     """
-    check_reading: Callable[[Any, Any], Any] | None = None
+    validate_sample: Callable[[Any, Any], Any] | None = None
     """Returns a sample with a scripted reading as a mock sensor returns it, such as limited to the sensor's range.
 
     Its arguments are the device's description and the sample. Numbers may be infinite or NaN. It raises ValueError for

@@ -108,7 +108,7 @@ def draw_grey(camera: CameraDescription) -> Image:
     return np.full((camera.height_px, camera.width_px, 3), 128, dtype=np.uint8)
 
 
-def check_reading(camera: CameraDescription, frame: Frame) -> Frame:
+def validate_sample(camera: CameraDescription, frame: Frame) -> Frame:
     """Return a scripted frame with a read-only copy of its picture. Raises ValueError for a picture of another form."""
     image: object = frame.image
     shape = (camera.height_px, camera.width_px, 3)
@@ -126,5 +126,5 @@ KIND = Kind(
     Frame,
     raise_not_simulated,
     default_reading=draw_grey,
-    check_reading=check_reading,
+    validate_sample=validate_sample,
 )

@@ -168,7 +168,7 @@ def _find_invalid_axis(sample: GamepadSample) -> str:
     return next((name for name, least in limits if not least <= getattr(sample, name) <= 1.0), "")
 
 
-def check_reading(_gamepad: GamepadDescription, sample: GamepadSample) -> GamepadSample:
+def validate_sample(_gamepad: GamepadDescription, sample: GamepadSample) -> GamepadSample:
     """Return a scripted sample. Raises ValueError if an axis or a trigger is out of its limits."""
     if _find_invalid_axis(sample):
         raise ValueError("a mapping with axes from -1 to 1 and triggers from 0 to 1")
@@ -192,5 +192,5 @@ KIND = Kind(
     GamepadSample,
     simulate,
     rules=(check_limits,),
-    check_reading=check_reading,
+    validate_sample=validate_sample,
 )

@@ -212,7 +212,7 @@ def simulate(lidar: LidarDescription, state: SimulationState) -> Callable[[float
     return LidarSimulation(lidar, state)
 
 
-def check_reading(lidar: LidarDescription, sample: Scan) -> Scan:
+def validate_sample(lidar: LidarDescription, sample: Scan) -> Scan:
     """Return a scripted scan. Raises ValueError unless it has a distance for each ray."""
     values: Any = sample.distances
     form = f"a list of tuples of {lidar.count} distances in metres, inf without an echo"
@@ -245,5 +245,5 @@ KIND = Kind(
     simulate,
     rules=(check_distances,),
     default_reading=lambda lidar: {"distances": (math.inf,) * lidar.count},
-    check_reading=check_reading,
+    validate_sample=validate_sample,
 )

@@ -103,7 +103,7 @@ def simulate(sensor: LineSensorDescription, state: SimulationState) -> Callable[
     return take
 
 
-def check_reading(sensor: LineSensorDescription, sample: Darkness) -> Darkness:
+def validate_sample(sensor: LineSensorDescription, sample: Darkness) -> Darkness:
     """Return a scripted sample. Raises ValueError unless it has a number from 0 to 1 for each sensor."""
     values: Any = sample.values
     if not isinstance(values, (tuple, list)) or len(values) != sensor.count:
@@ -120,5 +120,5 @@ KIND = Kind(
     Darkness,
     simulate,
     default_reading=lambda sensor: {"values": (0.0,) * sensor.count},
-    check_reading=check_reading,
+    validate_sample=validate_sample,
 )

@@ -92,28 +92,28 @@ class RangeSensor(Sensor[Range]):
         return Rays(-self.cone / 2, self.cone / 2, (float(sample.distance),) * RAYS)
 
     def change_distances(self, sample: Range, change: Callable[[float, int], float]) -> Range:
-        return limit_reading(self, sample, change(sample.distance, 0))
+        return limit_sample(self, sample, change(sample.distance, 0))
 
     def measure_ahead(self, sample: Range, mount: Mount, body: Body) -> float:
         return sample.distance
 
 
-def check_reading(sensor: RangeSensorDescription, reading: Range) -> Range:
-    """Return a scripted reading, limited to the sensor's range. Raises ValueError if it is NaN or negative."""
-    if not reading.distance >= 0:
+def validate_sample(sensor: RangeSensorDescription, sample: Range) -> Range:
+    """Return a scripted sample, limited to the sensor's range. Raises ValueError if it is NaN or negative."""
+    if not sample.distance >= 0:
         raise ValueError("a distance in metres, inf")
-    is_in_range = reading.distance <= sensor.max_range_m
-    return replace(reading, distance=max(reading.distance, sensor.min_range_m) if is_in_range else math.inf)
+    is_in_range = sample.distance <= sensor.max_range_m
+    return replace(sample, distance=max(sample.distance, sensor.min_range_m) if is_in_range else math.inf)
 
 
-def limit_reading(sensor: RangeSensor, reading: Range, distance: float) -> Range:
-    """Return a copy of a reading with another distance in metres, limited to the sensor's range.
+def limit_sample(sensor: RangeSensor, sample: Range, distance: float) -> Range:
+    """Return a copy of a sample with another distance in metres, limited to the sensor's range.
 
     A distance below the range becomes the sensor's minimum. A distance beyond the range becomes ``inf``.
     """
     if distance > sensor.max_range:
-        return replace(reading, distance=math.inf, point=None)
-    return replace(reading, distance=max(distance, sensor.min_range))
+        return replace(sample, distance=math.inf, point=None)
+    return replace(sample, distance=max(distance, sensor.min_range))
 
 
 class Echo(NamedTuple):
@@ -164,5 +164,5 @@ KIND = Kind(
     Range,
     simulate,
     default_reading=lambda _sensor: math.inf,
-    check_reading=check_reading,
+    validate_sample=validate_sample,
 )

@@ -11,7 +11,7 @@ from pydantic import Field
 from robotcore.hal.device import Sensor
 from robotcore.kinds.camera import Camera
 from robotcore.kinds.encoder import Angle, Encoder
-from robotcore.kinds.range_sensor import Range, RangeSensor, limit_reading
+from robotcore.kinds.range_sensor import Range, RangeSensor, limit_sample
 from robotcore.optics import Image
 from robotcore.runtime.faults.base import FaultContext, Probability, SensorFault
 from robotcore.runtime.layers.base import Reader
@@ -50,7 +50,7 @@ class RangeNoise(RangeFault):
 
     def distort(self, context: FaultContext, sensor: RangeSensor, reading: Range) -> Range:
         error = context.noise(sensor.name, self.value).draw_number(reading.time)
-        return limit_reading(sensor, reading, reading.distance + error)
+        return limit_sample(sensor, reading, reading.distance + error)
 
 
 class RangeBias(RangeFault):
@@ -61,7 +61,7 @@ class RangeBias(RangeFault):
     value: Offset
 
     def distort(self, context: FaultContext, sensor: RangeSensor, reading: Range) -> Range:
-        return limit_reading(sensor, reading, reading.distance + self.value)
+        return limit_sample(sensor, reading, reading.distance + self.value)
 
 
 class StuckRange(RangeFault):
@@ -75,7 +75,7 @@ class StuckRange(RangeFault):
     value: Distance
 
     def distort(self, context: FaultContext, sensor: RangeSensor, reading: Range) -> Range:
-        return limit_reading(sensor, replace(reading, point=None), self.value)
+        return limit_sample(sensor, replace(reading, point=None), self.value)
 
 
 class RangeSpikes(RangeFault):
@@ -90,7 +90,7 @@ class RangeSpikes(RangeFault):
         if random.random() >= self.value:
             return reading
         distance = random.uniform(sensor.min_range, sensor.max_range)
-        return limit_reading(sensor, replace(reading, point=None), distance)
+        return limit_sample(sensor, replace(reading, point=None), distance)
 
 
 class CameraNoise(SensorFault):

@@ -71,7 +71,7 @@ class Readings:
         try:
             values = {name: self._convert_value(name, value) for name, value in self._name_values(reading).items()}
             sample = self._kind.sample(**values, time=time, sequence=sequence)
-            return self._kind.check_reading(self._description, sample) if self._kind.check_reading else sample
+            return self._kind.validate_sample(self._description, sample) if self._kind.validate_sample else sample
         except ValueError as error:
             name = self._description.name
             raise UsageError(
@@ -107,7 +107,7 @@ class Readings:
             return value
         classes, form = _NUMBERS[expected]
         if isinstance(value, classes):
-            if self._kind.check_reading or math.isfinite(value):
+            if self._kind.validate_sample or math.isfinite(value):
                 return expected(value)
             form = "a finite number"
         raise ValueError(f"{form} as {name}" if len(self._required) > 1 else form)
