@@ -6,11 +6,12 @@ from collections.abc import Sequence
 from contextlib import ExitStack
 from typing import Annotated, Any
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field
 
 from drivers.raspberrypi.header import Gpio, gpio
 from drivers.raspberrypi.pins import open_output
 from robotcore.description import RobotDescription
+from robotcore.errors import Mistake
 from robotcore.hardware import Connection, DeviceContext, DeviceDriver, Drivers
 from robotcore.kinds.servo import Servo, ServoDescription
 
@@ -23,7 +24,21 @@ SUPPLY = (
 FRAME_HZ = 50
 """The number of pulses in a second. All servos for models take this rate."""
 
-PulseWidth = Annotated[float, Field(ge=0.0003, le=0.003)]
+
+MIN_PULSE_S, MAX_PULSE_S = 0.0003, 0.003
+"""The narrowest and the widest pulse of a servo, in seconds."""
+
+
+def _require_seconds(width: Any) -> Any:
+    if isinstance(width, (int, float)):
+        for unit, factor in (("ms", 1e-3), ("µs", 1e-6)):
+            if MIN_PULSE_S <= width * factor <= MAX_PULSE_S:
+                remedy = f"Did you mean {width:g} {unit}? That is {width * factor:g} s"
+                raise Mistake(f"{width:g} s is too long for a pulse", remedy, kind="out-of-bounds")
+    return width
+
+
+PulseWidth = Annotated[float, Field(ge=MIN_PULSE_S, le=MAX_PULSE_S), BeforeValidator(_require_seconds)]
 """The width of a servo's pulse, in seconds."""
 
 

@@ -154,7 +154,7 @@ def build_sensor(
     newest: returns the newest sample.
     release: releases the hardware when the sensor is closed.
     """
-    sensor = cast("_FunctionSensor", _sensor_class(description.kind)(description.name, **description.arguments()))
+    sensor = cast("_FunctionSensor", _create(_sensor_class(description.kind), description))
     sensor._newest_sample, sensor._release_hardware = newest, release  # noqa: SLF001  attributes of _FunctionSensor
     return sensor
 
@@ -167,10 +167,18 @@ def build_actuator(
     apply: applies a command that is within the actuator's limits.
     release: releases the hardware when the actuator is closed.
     """
-    device = _actuator_class(description.kind)(description.name, **description.arguments())
-    actuator = cast("_FunctionActuator", device)
+    actuator = cast("_FunctionActuator", _create(_actuator_class(description.kind), description))
     actuator._apply_command, actuator._release_hardware = apply, release  # noqa: SLF001  attributes of _FunctionActuator
     return actuator
+
+
+def _create(device_class: Callable[..., Device], description: DeviceDescription) -> Device:
+    try:
+        return device_class(description.name, **description.arguments())
+    except TypeError as error:  # the arguments do not fit the constructor
+        model = type(description).__name__
+        text = f"{error}. Let arguments() of {model} return the arguments of __init__, without the name"
+        raise DeviceError(description.name, text, kind="wrong-arguments") from error
 
 
 def simulate_device(description: DeviceDescription, state: SimulationState) -> Device:

@@ -110,7 +110,8 @@ def _suggest_driver(name: str, lacks: Collection[str], description: DeviceDescri
     ]
     for driver in same + alike:
         return f"Did you mean {driver!r}?"
-    return suggestion(name, list(drivers))
+    again = "" if drivers else " If a package registers it, install the package again: pip install -e ."
+    return suggestion(name, list(drivers)) + again
 
 
 def _normalise(word: str) -> str:

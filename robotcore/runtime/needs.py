@@ -127,7 +127,8 @@ def format_need(need: Need) -> str:
 
 def _build_unmet_error(description: RobotDescription, need: Need) -> UnmetNeedError:
     if isinstance(need, Role):
-        lacking, remedy = need.value, "Choose another robot with --robot, or add it to the description"
+        table = f'[[devices]] with kind = "{need.kind}"' if need.kind else "[drive]"
+        lacking, remedy = need.value, f"Choose another robot with --robot, or add {table}"
     elif isinstance(need, type):
         kind = need.kind.replace("_", " ")
         lacking, remedy = kind, f'Choose another robot with --robot, or add [[devices]] with kind = "{need.kind}"'

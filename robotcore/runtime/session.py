@@ -385,7 +385,10 @@ class RunSession:
             return reason
         sensors = " or ".join(sensor.name for sensor in plan.description.sensors_ahead)
         place = f"{plan.description.guard_distance_m:.2f} m in front of an obstacle"
-        return f"{reason}. The range guard stops the robot {place}, measured by {sensors}"
+        return (
+            f"{reason}. The range guard stops the robot {place}, measured by {sensors}. Let the app stop before that. "
+            "An app that touches obstacles needs a robot without such a sensor"
+        )
 
 
 def _format_stacks() -> bytes:

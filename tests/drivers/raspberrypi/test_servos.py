@@ -90,3 +90,9 @@ def test_lgpio_gets_fractions_of_a_percent(monkeypatch: pytest.MonkeyPatch) -> N
 def test_equal_widths_of_the_pulses_are_refused(raises: Raises) -> None:
     with raises(DescriptionError, "setting-conflict", key="raspberrypi.pan"):
         bind_devices(build_robot(PAN, {**TABLE, "min_pulse_s": 0.002}), "raspberrypi")
+
+
+@pytest.mark.parametrize("width", [560, 0.56])
+def test_width_of_a_pulse_in_another_unit_is_refused(width: float, raises: Raises) -> None:
+    with raises(DescriptionError, "out-of-bounds", key="raspberrypi.pan.min_pulse_s"):
+        bind_devices(build_robot(PAN, {**TABLE, "min_pulse_s": width}), "raspberrypi")

@@ -15,7 +15,7 @@ from robotcore import plugins as registry
 from robotcore.description import load_robot, load_world
 from robotcore.errors import BackendMissingError, DescriptionError, DeviceError, UsageError
 from robotcore.hal.backend import Setup
-from robotcore.hal.kind import Kind, load_kind, simulate_device
+from robotcore.hal.kind import Kind, _sensor_class, build_sensor, load_kind, simulate_device
 from robotcore.hal.simulation_state import SimulationState
 from robotcore.plugins import kind_names
 from tests.doubles.foreign_kinds import KINDS, Gripper, GripperDescription, TiltDescription, TiltSensor
@@ -51,6 +51,21 @@ def test_simulation_with_a_mistake_is_an_error_of_the_device(
     with raises(DeviceError, "simulation-failed", hide=[LINE]):
         sensor: Any = simulate_device(TiltDescription(name="tilt"), state)
         sensor.read()
+
+
+def test_constructor_without_its_arguments_is_an_error_of_the_device(
+    monkeypatch: pytest.MonkeyPatch, raises: Raises
+) -> None:
+    class ScaledTilt(TiltSensor):
+        def __init__(self, name: str, *, gain: float) -> None:
+            super().__init__(name)
+            self.gain = gain
+
+    kind = replace(KINDS["tilt_sensor"], device=ScaledTilt)
+    monkeypatch.setattr("robotcore.hal.kind.load_registered", lambda *_: kind)
+    monkeypatch.setattr("robotcore.hal.kind._sensor_class", _sensor_class.__wrapped__)  # without the cache
+    with raises(DeviceError, "wrong-arguments", device="tilt"):
+        build_sensor(TiltDescription(name="tilt"), lambda: None)
 
 
 def test_simulation_of_an_actuator_that_fails_is_an_error_of_the_device(
