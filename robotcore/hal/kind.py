@@ -17,6 +17,7 @@ from robotcore.errors import (
     describe_exception,
 )
 from robotcore.hal.device import Actuator, Device, Sensor
+from robotcore.hal.sample_types import require_types
 from robotcore.hal.sampling import SampleCache
 from robotcore.plugins import KINDS, load_registered
 
@@ -202,6 +203,8 @@ def simulate_device(description: DeviceDescription, state: SimulationState) -> D
         sample = call(simulation, time, sequence)
         if not isinstance(sample, kind.sample):
             raise _build_simulation_error(description, f"returned {sample!r} in place of a {kind.sample.__name__}")
+        if sequence == 0:
+            require_types(description.name, sample)
         return sample
 
     return build_sensor(description, SampleCache(state.clock, take))

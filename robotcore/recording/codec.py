@@ -1,7 +1,7 @@
 """Convert events to JSON and back, and decode the protobuf messages of pictures.
 
 A number that was written and read has the same bits. In JSON, ``inf`` and ``nan`` are strings. Fields with None or an
-empty tuple are left out.
+empty tuple are left out, unless the field has no default.
 Protobuf: https://protobuf.dev/programming-guides/encoding/. RawImage.proto and CompressedImage.proto:
 https://github.com/foxglove/foxglove-sdk/tree/main/schemas/proto/foxglove.
 """
@@ -12,7 +12,7 @@ import json
 import math
 import struct
 from collections.abc import Iterator, Mapping
-from dataclasses import fields, is_dataclass
+from dataclasses import MISSING, fields, is_dataclass
 from enum import Enum
 from functools import cache
 from numbers import Integral, Real
@@ -48,10 +48,13 @@ def to_plain(value: Any) -> Any:
     kind: Any = type(value)
     if kind in _SCALARS:
         return _to_scalar(value)
-    if names := list_fields(kind):
+    names, required = _list_encoded(kind)
+    if names:
         named = ((name, getattr(value, name)) for name in names)
         return {
-            name: to_plain(each) for name, each in named if each is not None and (not isinstance(each, tuple) or each)
+            name: to_plain(each)
+            for name, each in named
+            if (each is not None and (not isinstance(each, tuple) or each)) or name in required
         }
     if isinstance(value, Enum):
         return to_plain(value.value)
@@ -89,6 +92,15 @@ def _to_text(value: Any) -> str:
 def list_fields(kind: Any) -> tuple[str, ...]:
     """Return the names of the fields of a dataclass or a named tuple; none for another class."""
     return tuple(field.name for field in fields(kind)) if is_dataclass(kind) else getattr(kind, "_fields", ())
+
+
+@cache
+def _list_encoded(kind: Any) -> tuple[tuple[str, ...], frozenset[str]]:
+    """Return the names of the fields of a class, and of those without a default, which a reader needs."""
+    names = list_fields(kind)
+    if not is_dataclass(kind):
+        return names, frozenset(names) - getattr(kind, "_field_defaults", {}).keys()
+    return names, frozenset(each.name for each in fields(kind) if each.default is each.default_factory is MISSING)
 
 
 Schema = dict[str, Any]

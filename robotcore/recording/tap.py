@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 from robotcore.errors import RobotcoreError
 from robotcore.geometry import Wheels
 from robotcore.hal.device import Actuator, Sample, SampleT, Sensor
+from robotcore.hal.sample_types import require_types
 from robotcore.kinds.camera import Frame
 from robotcore.kinds.display import Display
 from robotcore.optics import Image
@@ -101,9 +102,18 @@ class RecordingTap(Tap):
         self._latch = latch
 
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
-        """Return a reader that records each read. A sample that is read several times is stored once."""
+        """Return a reader that records each read. A sample that is read several times is stored once.
+
+        The first sample must fit the types of its fields, because a sample that does not cannot be read from a file.
+        """
         last: SampleT | None = None
         number: int | None = None
+
+        def read_checked() -> SampleT:
+            sample = read()
+            if last is None:
+                require_types(sensor.name, sample)
+            return sample
 
         def build(sample: SampleT | None, error: RecordedError | None) -> Read:
             nonlocal last, number
@@ -113,7 +123,7 @@ class RecordingTap(Tap):
                 last, number = sample, self._keep(sensor.name, sample)
             return Read(sensor.name, sample.sequence, sample.time, number, by=self._reader)
 
-        return partial(self.record, "reads", build, read)
+        return partial(self.record, "reads", build, read_checked)
 
     def actuator(self, actuator: Actuator[Any], send: Send) -> Send:
         """Return a function that records each command, of a picture a copy, because the app may change it later."""

@@ -9,8 +9,7 @@ from copy import deepcopy
 from dataclasses import MISSING, fields
 from enum import Enum
 from functools import cache, cached_property
-from numbers import Integral, Real
-from typing import Any, NamedTuple, get_type_hints
+from typing import Any, NamedTuple, get_args, get_origin, get_type_hints
 
 import numpy as np
 
@@ -19,6 +18,7 @@ from robotcore.errors import DeviceError, UsageError
 from robotcore.hal.clock import Clock
 from robotcore.hal.device import Actuator, Sample, Sensor
 from robotcore.hal.kind import build_sensor, load_kind
+from robotcore.hal.sample_types import NUMBERS, describe_expected
 from robotcore.kinds.display import Display
 from robotcore.kinds.motor import Motor
 from robotcore.optics import Image
@@ -40,14 +40,6 @@ reading is repeated. If a reading is an exception, the sensor raises DeviceError
 """
 
 
-_NUMBERS: Mapping[Any, tuple[Any, str]] = {
-    float: (Real, "a number"),
-    int: (Integral, "a whole number"),
-    bool: ((bool, np.bool_), "True or False"),
-}
-"""The classes of valid readings of a number, and their description, by the number's type in a sample."""
-
-
 class Readings:
     """Converts readings of a script to samples of a sensor's kind."""
 
@@ -62,7 +54,8 @@ class Readings:
     def default(self) -> Mapping[str, Any]:
         """The values of a sample without a script, by field."""
         if self._kind.default_reading is None:
-            return {name: self._types[name]() for name in self._required if self._types[name] in _NUMBERS}
+            zeros = {name: _build_zero(self._types[name]) for name in self._required}
+            return {name: zero for name, zero in zeros.items() if zero is not None}
         reading = self._kind.default_reading(self._description)
         return reading if isinstance(reading, Mapping) else {self._required[0]: reading}
 
@@ -72,6 +65,8 @@ class Readings:
             values = {name: self._convert_value(name, value) for name, value in self._name_values(reading).items()}
             sample = self._kind.sample(**values, time=time, sequence=sequence)
             return self._kind.validate_sample(self._description, sample) if self._kind.validate_sample else sample
+        except UsageError:
+            raise
         except ValueError as error:
             name = self._description.name
             raise UsageError(
@@ -98,14 +93,24 @@ class Readings:
             return {self._required[0]: reading}
         if isinstance(reading, Mapping) and reading.keys() <= self._types.keys():
             values = {**self.default, **reading}
-            if values.keys() >= set(self._required):
-                return values
+            if missing := ", ".join(name for name in self._required if name not in values):
+                name = self._description.name
+                raise UsageError(
+                    f"{name}: the mock sensor has no value of {missing}. Give one in its script, such as readings="
+                    f"{{{name!r}: {{{missing.split(', ')[0]!r}: ...}}}}, or give the kind a default_reading",
+                    kind="script-incomplete",
+                    device=name,
+                )
+            return values
         raise ValueError(f"a mapping of fields ({', '.join(self._types)}) to values")
 
     def _convert_value(self, name: str, value: Any) -> Any:
-        if (expected := self._types[name]) not in _NUMBERS:
+        if (expected := self._types[name]) not in NUMBERS:
+            form = "" if self._kind.validate_sample else describe_expected(expected, value)
+            if form:
+                raise ValueError(f"{form} as {name}")
             return value
-        classes, form = _NUMBERS[expected]
+        classes, form = NUMBERS[expected]
         if isinstance(value, classes):
             if self._kind.validate_sample or math.isfinite(value):
                 return expected(value)
@@ -241,6 +246,15 @@ def _actuator_class(kind: str) -> type[MockActuator]:
     device: Any = load_kind(kind).device
     own = {Motor.kind: MockMotor, Display.kind: MockDisplay}.get(kind)
     return own or type(f"Mock{device.__name__}", (MockActuator, device), {})
+
+
+def _build_zero(expected: Any) -> Any:
+    """Return 0 as a value of a type, with a tuple of zeros for a tuple of a fixed length; None for other types."""
+    if expected in NUMBERS:
+        return expected()
+    arguments = get_args(expected)
+    is_fixed = get_origin(expected) is tuple and set(arguments) <= NUMBERS.keys()
+    return tuple(each() for each in arguments) if is_fixed else None
 
 
 def _describe(reading: Any) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,7 @@ from robotcore.hal.backend import Setup
 from robotcore.hal.kind import Kind, _sensor_class, build_sensor, load_kind, simulate_device
 from robotcore.hal.simulation_state import SimulationState
 from robotcore.plugins import kind_names
-from tests.doubles.foreign_kinds import KINDS, Gripper, GripperDescription, TiltDescription, TiltSensor
+from tests.doubles.foreign_kinds import KINDS, Gripper, GripperDescription, Tilt, TiltDescription, TiltSensor
 from tests.robotcore.description.files import ROVER
 from tests.texts import Raises
 
@@ -66,6 +67,17 @@ def test_constructor_without_its_arguments_is_an_error_of_the_device(
     monkeypatch.setattr("robotcore.hal.kind._sensor_class", _sensor_class.__wrapped__)  # without the cache
     with raises(DeviceError, "wrong-arguments", device="tilt"):
         build_sensor(TiltDescription(name="tilt"), lambda: None)
+
+
+@pytest.mark.parametrize("values", [(0.1, 0.2, 0.5), ("steep", 0.2, 3)], ids=["no-whole-number", "a-text"])
+def test_simulated_sample_that_does_not_fit_its_types_is_an_error_of_the_device(
+    values: Any, state: SimulationState, monkeypatch: pytest.MonkeyPatch, raises: Raises
+) -> None:
+    kind = replace(KINDS["tilt_sensor"], simulate=lambda *_: partial(Tilt, *values))
+    monkeypatch.setattr("robotcore.hal.kind.load_registered", lambda *_: kind)
+    sensor: Any = simulate_device(TiltDescription(name="tilt"), state)
+    with raises(DeviceError, "sample-types", device="tilt"):
+        sensor.read()
 
 
 def test_simulation_of_an_actuator_that_fails_is_an_error_of_the_device(

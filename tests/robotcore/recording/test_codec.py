@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import struct
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -59,6 +60,17 @@ def test_numpy_numbers_and_enumerations_become_plain_values() -> None:
 @pytest.mark.parametrize("left", [np.float64(0.5), np.float32(0.5), np.array([0.5, 1.0])])
 def test_numpy_values_in_a_dataclass_become_plain_values(left: Any) -> None:
     assert to_plain(Wheels(left, 1.0)) == {"left": left.tolist(), "right": 1.0}
+
+
+@dataclass(frozen=True)
+class Markers:
+    nearest: float | None
+    distances: tuple[float, ...]
+    label: str | None = None
+
+
+def test_required_fields_with_none_or_an_empty_tuple_are_read_again() -> None:
+    assert from_json(Markers, to_json(Markers(None, ()))) == Markers(None, ())
 
 
 @pytest.mark.parametrize("text", [rb"\ud800", rb"a\uDC80b", rb"\ud83d \ude00", b"\xed\xa0\x80"])

@@ -11,16 +11,20 @@ import sys
 import threading
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
 
 import pytest
 
-from robotcore.errors import BackendMissingError, Interrupted, RecordingError, UsageError
+from robotcore.errors import BackendMissingError, DeviceError, Interrupted, RecordingError, UsageError
 from robotcore.recording import read
 from robotcore.recording.mcap_file import McapFile, require_recordable
 from robotcore.recording.recorder import Recorder, WriteQueue
+from robotcore.recording.tap import RecordingTap
 from robotcore.runtime.result import Outcome
 from robotcore.runtime.session import RunRequest, run
 from robotcore.runtime.trace import TickRecord
+from tests.doubles.foreign_kinds import Tilt
 from tests.robotcore.recording.conftest import IRREGULAR_APP, record
 from tests.robotcore.runs import CallOnce, Watcher
 from tests.texts import Raises
@@ -220,3 +224,11 @@ def test_queue_keeps_the_order_accepts_entries_if_full_and_discards_them_after_i
     backlog.put(4, 9, is_blocking=True)
     assert (backlog.has_room(), backlog.get(), backlog.is_over) == (True, 1, False)
     assert (backlog.get(), backlog.get(), backlog.is_over) == (2, None, True)
+
+
+def test_recorded_sample_that_does_not_fit_its_types_is_an_error_of_the_device(raises: Raises) -> None:
+    tap, wrong = RecordingTap(lambda: True), Tilt(0.1, 0.2, cast("int", 0.5), 0.0, 0)
+    read_recorded = tap.sensor(cast("Any", SimpleNamespace(name="tilt")), lambda: wrong)
+    with raises(DeviceError, "sample-types", device="tilt"):
+        read_recorded()
+    assert [each.error is not None for each in tap.events.reads] == [True]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import pytest
@@ -99,3 +100,31 @@ def test_actuator_of_any_kind_records_its_commands_within_its_limits() -> None:
     robot.advance()
     gripper.send(0.05)
     assert [tuple(command) for command in robot.commands["gripper"]] == [(0.0, 0.1), (0.05, 0.05)]
+
+
+@dataclass(frozen=True)
+class Colour:
+    rgb: tuple[float, ...]
+    centre: tuple[float, float]
+    clear: float
+    time: float
+    sequence: int
+
+
+@pytest.mark.parametrize(
+    "readings, kind",
+    [({}, "script-incomplete"), ({"tilt": {"clear": 0.3}}, "script-incomplete"), ({"tilt": {"rgb": "red"}}, None)],
+    ids=["no-script", "no-rgb", "text"],
+)
+def test_reading_of_a_tuple_names_the_field(
+    readings: Any, kind: str | None, monkeypatch: pytest.MonkeyPatch, raises: Raises
+) -> None:
+    monkeypatch.setitem(foreign_kinds.KINDS, "tilt_sensor", replace(foreign_kinds.KINDS["tilt_sensor"], sample=Colour))
+    with raises(UsageError, kind or "script-reading", device="tilt"):
+        read(MockRobot(rover_with(TiltDescription(name="tilt")), readings=readings), "tilt")
+
+
+def test_tuple_of_a_fixed_length_has_zeros_without_a_script(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(foreign_kinds.KINDS, "tilt_sensor", replace(foreign_kinds.KINDS["tilt_sensor"], sample=Colour))
+    robot = MockRobot(rover_with(TiltDescription(name="tilt")), readings={"tilt": {"rgb": (0.5,)}})
+    assert read(robot, "tilt") == Colour((0.5,), (0.0, 0.0), 0.0, 0.0, 0)
