@@ -21,7 +21,14 @@ from robotcore.recording.events import GroundTruthSample, SampleKey, Tick
 from robotcore.recording.foxglove_channels import DEVICE
 from robotcore.recording.limits import DAMAGE, Allowance, format_damage
 from robotcore.recording.recording import Metadata, Recording
-from robotcore.recording.validation import UnknownFormatError, parse_metadata, parse_result, parse_sample, parse_tick
+from robotcore.recording.validation import (
+    MissingKindError,
+    UnknownFormatError,
+    parse_metadata,
+    parse_result,
+    parse_sample,
+    parse_tick,
+)
 from robotcore.runtime.result import RunResult
 
 CACHED_CHUNKS = 2
@@ -101,6 +108,9 @@ def read_file(path: Path) -> Recording:
         raise
     except UnknownFormatError as error:
         raise RecordingError(path, str(error), "Update robotcore", kind="recording-format") from error
+    except MissingKindError as error:
+        remedy = "Install the package of this kind"
+        raise RecordingError(path, str(error), remedy, kind="recording-kind", name=error.name) from error
     except DAMAGE as error:
         return builder.build(is_whole=False, damage=format_damage(at, error))
     return builder.build(is_whole=file.is_whole, damage=file.damage)

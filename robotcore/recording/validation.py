@@ -12,11 +12,12 @@ from dataclasses import MISSING, dataclass, fields
 from functools import cache
 from typing import Any, get_type_hints
 
-from pydantic import BaseModel, create_model
+from pydantic import BaseModel, ValidationError, create_model
 
 from robotcore.errors import BackendError, DeviceError, Interrupted, RobotcoreError, SafetyStop, UsageError
 from robotcore.hal.device import Sample, list_values
 from robotcore.hal.kind import Kind
+from robotcore.plugins import kind_names
 from robotcore.recording.codec import from_json
 from robotcore.recording.events import RecordedError, Tick
 from robotcore.recording.recording import FORMAT, Metadata
@@ -35,6 +36,7 @@ _MAX_NAMES = 1000
 _DEVICE_ERRORS = (BackendError, DeviceError, SafetyStop, UsageError)
 """The base classes of the errors of devices. UsageError is that of a mock device with an invalid script."""
 _FORMAT_LENGTH = 40
+_KIND_LENGTH = 60
 _SIGNALS = range(129, 193)
 """The exit statuses 128 + N of a process that the signal N ended."""
 _BATTERY_KEYS = {"lowest_v", "last_v"}
@@ -49,20 +51,53 @@ class UnknownFormatError(ValueError):
     """The recording has a file format that this version of robotcore cannot read."""
 
 
+class MissingKindError(ValueError):
+    """The robot of the run has a device of a kind that no installed package registers.
+
+    name: the name of the kind.
+    """
+
+    def __init__(self, name: str) -> None:
+        super().__init__(f"the robot has a device of the kind {name!r}, which is not installed")
+        self.name = name
+
+
 def parse_metadata(content: bytes) -> Metadata:
-    """Parse the metadata of a run. Raises UnknownFormatError if a later version of robotcore wrote them."""
+    """Parse the metadata of a run.
+
+    Raises UnknownFormatError if a later version of robotcore wrote them, and MissingKindError if a kind of the robot's
+    devices is not installed.
+    """
     written = from_json(_Format, content).format
     if written != FORMAT:
         raise UnknownFormatError(
             f"the file has format {escape(repr(written)[:_FORMAT_LENGTH])}, and this robotcore reads only {FORMAT}"
         )
-    metadata = from_json(Metadata, content)
+    try:
+        metadata = from_json(Metadata, content)
+    except ValidationError as error:
+        if kind := _find_missing_kind(error):
+            raise MissingKindError(kind) from error
+        raise
     if not MIN_RATE_HZ <= metadata.request.rate_hz <= MAX_RATE_HZ:
         raise ValueError(f"rate_hz is {metadata.request.rate_hz:g}, outside of {MIN_RATE_HZ:g} to {MAX_RATE_HZ:g}")
     _require_seconds("timeout_s", metadata.request.timeout_s)
     _require_faults(metadata.request.faults)
     _require_few("devices", metadata.description.devices)
     return metadata
+
+
+def _find_missing_kind(error: ValidationError) -> str:
+    """Return the kind of the first device whose kind is not installed; ``""`` if there is none."""
+    for found in error.errors(include_url=False, include_input=False):
+        kind = str(found.get("ctx", {}).get("tag", ""))
+        if found["type"] == "union_tag_invalid" and found["loc"][:2] == ("description", "devices") and _is_name(kind):
+            return kind
+    return ""
+
+
+def _is_name(kind: str) -> bool:
+    return kind.isidentifier() and len(kind) <= _KIND_LENGTH and kind not in kind_names()
 
 
 def parse_tick(content: bytes, before: Tick | None) -> Tick:

@@ -3,6 +3,7 @@ from __future__ import annotations
 import random
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -11,6 +12,7 @@ from robotcore.kinds.camera import Frame
 from robotcore.recording import Recording, read
 from robotcore.recording.chunks import MAGIC, ChunkedFile
 from tests.robotcore.recording.conftest import RecordedRun, record
+from tests.robotcore.recording.mcap_builder import change_json
 from tests.robotcore.recording.test_codec import get_bits
 from tests.texts import Raises
 
@@ -145,3 +147,19 @@ def test_file_that_changes_after_it_was_opened_is_refused(raises: Raises, file: 
     file.write_bytes(MAGIC + bytes(file.stat().st_size))
     with raises(RecordingError, "recording-changed", file=str(file)):
         recording.samples[key]
+
+
+def test_recording_of_a_kind_that_is_not_installed_names_the_kind(
+    short_run: RecordedRun, file: Path, raises: Raises
+) -> None:
+    content = change_json(short_run.file, "/run", lambda _number, run: _rename_kind(run, "range_sensor", "sonar_array"))
+    file.write_bytes(content)
+    with raises(RecordingError, "recording-kind", name="sonar_array", file=str(file)):
+        read(file)
+
+
+def _rename_kind(metadata: Any, kind: str, name: str) -> Any:
+    for device in metadata["description"]["devices"]:
+        if device["kind"] == kind:
+            device["kind"] = name
+    return metadata
