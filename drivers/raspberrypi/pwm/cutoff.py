@@ -16,12 +16,11 @@ class ChannelCutoff(Cutoff):
     """Stops a motor by switching its channels off.
 
     Any process may write to a chip on an I2C bus, so the motors of an app that hangs stop while it runs. Its servos
-    hold their angles.
-    After the end of the app, every channel of the chip is switched off, also those of servos.
+    hold their angles. After the end of the app, every channel of the chip is switched off, also those of servos.
 
     channels: the channels of the motor, in the order in which they are switched off.
-    owner: the number of the app's process. With None, `stop` switches every channel off, and raises BackendError if a
-        run uses the chip, because that run turns its motors on again.
+    owner: the number of the app's process. With None, `stop` raises BackendError if a run uses the chip, because that
+        run turns its motors on again.
 
     >>> ChannelCutoff(1, 0x60, [8, 9, 10], owner=None)
     <ChannelCutoff 8, 9, 10 of 0x60 on bus 1>
@@ -43,19 +42,16 @@ class ChannelCutoff(Cutoff):
             self._opened.callback(self._owner.close)
 
     def stop(self) -> None:
-        if self._owner is None or self._owner.is_ending():
+        is_in_use = self._device.is_reserved() if self._owner is None else not self._owner.is_ending()
+        if not is_in_use:
             self._chip.stop()
-            if self._owner is None:
-                self._require_free()
             return
         for channel in self._channels:
             self._chip.set_duty(channel, 0.0)
-
-    def close(self) -> None:
-        self._opened.close()
-
-    def _require_free(self) -> None:
-        if self._device.is_reserved():
+        if self._owner is None:
             where = f"0x{self._address:02x} on bus {self._bus}"
             problem = f"a run uses the chip at {where}, and turns its motors on again"
             raise BackendError(f"{problem}. End it: robotcore stop, without --backend", kind="chip-held")
+
+    def close(self) -> None:
+        self._opened.close()
