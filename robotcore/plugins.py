@@ -70,9 +70,10 @@ def load_registered(kind: str, group: str, name: str) -> Any:
         )
     try:
         return points[name].load()
-    except Exception as error:
+    except (Exception, SystemExit) as error:
+        cause = f"its module exits with {error}" if isinstance(error, SystemExit) else error
         raise BackendMissingError(
-            f"the {kind} {name!r} ({points[name].value}) cannot be loaded: {error}. Reinstall its package",
+            f"the {kind} {name!r} ({points[name].value}) cannot be loaded: {cause}. Reinstall its package",
             group=group,
             name=name,
         ) from error

@@ -111,6 +111,16 @@ def test_entry_point_that_cannot_be_loaded_is_reported_with_the_cause(
     assert raised.value.__cause__
 
 
+def test_entry_point_that_exits_is_reported(
+    register: Register, raises: Raises, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "leaving.py").write_text("import sys; sys.exit(0)\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    register(broken="leaving:Backend")
+    with raises(BackendMissingError, group="robotcore.backends", name="broken"):
+        load_backend("broken")
+
+
 def test_an_app_in_a_file_is_loaded_from_it(tmp_path: Path) -> None:
     file = tmp_path / "mine.py"
     file.write_text("from robotcore import Behaviour, Status\nclass Mine(Behaviour):\n    def step(self, robot): ...\n")
