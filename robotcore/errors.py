@@ -361,10 +361,10 @@ class InvalidCommandError(SafetyStop, ValueError):
 
 
 class StaleSampleError(SafetyStop, TimeoutError):
-    """A sample that the app or a safety rule reads is too old.
+    """A sample that the app or a safety rule reads is too old, or its time is not that of the robot's clock.
 
     device: the sensor's name.
-    age: the sample's age in seconds.
+    age: the sample's age in seconds; negative or NaN for the time of another clock.
     limit: the greatest allowed age in seconds.
     """
 
@@ -372,10 +372,11 @@ class StaleSampleError(SafetyStop, TimeoutError):
     cause = "stale sample"
 
     def __init__(self, device: str, age: float, limit: float) -> None:
-        super().__init__(
-            f"{device}: the newest sample is {age:.3f} s old, the limit is {limit:.3f} s. "
-            "Check that the device is connected"
-        )
+        if age >= 0:
+            text = f"is {age:.3f} s old, the limit is {limit:.3f} s. Check that the device is connected"
+        else:
+            text = f"has an age of {age:.3f} s. Let the driver take its time from the robot's clock"
+        super().__init__(f"{device}: the newest sample {text}")
         self.device, self.age, self.limit = device, age, limit
 
 

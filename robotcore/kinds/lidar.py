@@ -158,7 +158,8 @@ class Lidar(Sensor[Scan]):
     def measure_ahead(self, sample: Scan, mount: Mount, body: Body) -> float:
         """Return the distance from the front of the robot to the nearest echo on its way straight ahead.
 
-        Echoes inside the body's outline are those of parts of the robot, except near its front.
+        Echoes inside the body's outline are those of parts of the robot, except near its front. The distance is NaN if
+        one in the scan is.
         """
         angles = mount.yaw_rad + np.array(self.bearings)
         distances = np.minimum(sample.distances, self.max_range)
@@ -166,6 +167,8 @@ class Lidar(Sensor[Scan]):
         aside = np.abs(mount.y_m + distances * np.sin(angles)) - body.width_m / 2
         is_in_the_way = ((ahead >= 0) & (aside <= MARGIN_M)) | ((ahead >= -FRONT_DEPTH_M) & (aside <= 0))
         is_in_the_way &= np.isfinite(sample.distances)
+        if np.isnan(ahead).any():
+            return math.nan
         return max(0.0, float(ahead[is_in_the_way].min(initial=math.inf)))
 
     def format_sample(self, sample: Scan) -> str:

@@ -90,7 +90,7 @@ class _ClearanceAhead:
         self.is_straight = False
 
     def at(self, now: float, speed: float) -> float | None:
-        """Return the free distance ahead in metres, or None if the sensor looks aside.
+        """Return the free distance ahead in metres; 0 if it is not a number, and None if the sensor looks aside.
 
         Afterwards, ``is_straight`` is whether a servo had turned the sensor straight ahead.
         """
@@ -104,7 +104,8 @@ class _ClearanceAhead:
         if not self._sensor.looks_ahead(sample.time):
             return None
         self.is_straight = not self._sensor.is_fixed and self._sensor.looks_straight_ahead(sample.time)
-        return self._sensor.measure(sample) - self._fastest * max(0.0, now - sample.time)
+        distance = self._sensor.measure(sample) - self._fastest * max(0.0, now - sample.time)
+        return 0.0 if math.isnan(distance) else distance
 
 
 def compute_stopping_distance(speed: float, stop_distance: float, deceleration: float) -> float:

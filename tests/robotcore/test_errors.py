@@ -89,6 +89,7 @@ def test_texts_of_errors(check_text: CheckText) -> None:
     check_text(DescriptionError("r.toml", "body.mass_kg", "is missing", "Add the key"))
     check_text(DescriptionError("r.toml", "", "is not TOML", "Correct it"))
     check_text(StaleSampleError("nose", 1.25, 1.0))
+    check_text(StaleSampleError("nose", -1e9, 1.0))
 
 
 def test_unknown_name_has_a_kind_of_its_own() -> None:

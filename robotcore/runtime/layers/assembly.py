@@ -108,7 +108,7 @@ def assemble(
         ImperfectionLayer(conditions, seed, description.drive),
         *faults,
         *taps,
-        MaxAgeLayer(ticks, safety.max_age_s, latch),
+        MaxAgeLayer(ticks, safety.max_age_s, safety.watchdog_s, latch),
     )
     taps = [layer for layer in layers if isinstance(layer, Tap)]
     motors = {

@@ -16,23 +16,26 @@ from robotcore.safety.watchdog import ActivityMonitor, TimeLimit
 
 
 class MaxAgeLayer(Layer):
-    """Ends the run with StaleSampleError if a sample is older than ``limit`` seconds.
+    """Ends the run with StaleSampleError if a sample is older than ``limit`` seconds, or has the time of another clock.
 
     The sample of a monitored sensor, such as a battery, may be older.
+
+    longest_step: the longest duration of a step, in seconds. A sample may be newer than the begin of its tick.
     """
 
-    def __init__(self, clock: TickClock, limit: float, latch: Latch) -> None:
+    def __init__(self, clock: TickClock, limit: float, longest_step: float, latch: Latch) -> None:
         self._clock, self._limit, self._latch = clock, limit, latch
+        self._newest = -longest_step - limit
 
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
         if sensor.is_monitored:
             return read
-        clock, limit = self._clock, self._limit
+        clock, limit, newest = self._clock, self._limit, self._newest
 
         def read_checked() -> SampleT:
             sample = read()
             age = clock.now() - sample.time
-            if age > limit:
+            if not newest <= age <= limit:  # NaN too
                 self._latch.trip(StaleSampleError(sensor.name, age, limit))
             return sample
 

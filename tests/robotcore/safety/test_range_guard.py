@@ -111,6 +111,12 @@ class TestDistanceAhead:
         sensors = [look_ahead(NullRange(clock, distance=distance), clock) for distance in (math.inf, 0.3, 0.9)]
         assert DistanceAhead(clock, sensors, stand)(0.1) == 0.3
 
+    @pytest.mark.parametrize("distances", [(math.nan, math.inf), (math.inf, math.nan)])
+    def test_reading_that_is_no_number_leaves_no_distance(self, distances: tuple[float, float]) -> None:
+        clock = SteppedClock(20, lambda _: None)
+        sensors = [look_ahead(NullRange(clock, distance=distance), clock) for distance in distances]
+        assert DistanceAhead(clock, sensors, stand)(0.1) == 0.0
+
     def test_sensor_that_is_turned_aside_is_not_read(self) -> None:
         bench = ServoBench()
         assert bench.ahead(0.1) == 0.3

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import math
+
 import pytest
 
 from robotcore.errors import BackendError, DeviceError, RobotcoreError, StaleSampleError
@@ -15,7 +17,7 @@ from tests.texts import CheckText, Raises
 
 def test_sample_beyond_the_age_limit_ends_the_run_even_if_the_app_catches_the_error() -> None:
     clock, latch = TickClock(SteppedClock(20, lambda _: None)), Latch()
-    read = MaxAgeLayer(clock, 0.5, latch).sensor(NullRange(clock), lambda: Range(1.0, 0.0, 0))
+    read = MaxAgeLayer(clock, 0.5, 3.0, latch).sensor(NullRange(clock), lambda: Range(1.0, 0.0, 0))
     clock.sleep_until(0.5)
     read()
     latch.check()
@@ -25,6 +27,20 @@ def test_sample_beyond_the_age_limit_ends_the_run_even_if_the_app_catches_the_er
     assert [raised.value.age, raised.value.limit] == pytest.approx([0.55, 0.5])
     with pytest.raises(StaleSampleError):
         latch.check()
+
+
+@pytest.mark.parametrize("time", [math.nan, 1e9])
+def test_sample_with_the_time_of_another_clock_ends_the_run(time: float) -> None:
+    clock, latch = TickClock(SteppedClock(20, lambda _: None)), Latch()
+    read = MaxAgeLayer(clock, 0.5, 3.0, latch).sensor(NullRange(clock), lambda: Range(1.0, time, 0))
+    with pytest.raises(StaleSampleError):
+        read()
+
+
+def test_sample_may_be_newer_than_the_begin_of_a_long_step() -> None:
+    clock, latch = TickClock(SteppedClock(20, lambda _: None)), Latch()
+    MaxAgeLayer(clock, 0.5, 3.0, latch).sensor(NullRange(clock), lambda: Range(1.0, 3.0, 0))()
+    latch.check()
 
 
 def test_failed_read_is_repeated() -> None:
