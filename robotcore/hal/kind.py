@@ -16,8 +16,8 @@ from robotcore.errors import (
     UsageError,
     describe_exception,
 )
-from robotcore.hal.device import Actuator, Device, Sensor
-from robotcore.hal.sample_types import require_types
+from robotcore.hal.device import Actuator, Device, Sensor, list_values
+from robotcore.hal.sample_types import list_numbers, require_types
 from robotcore.hal.sampling import SampleCache
 from robotcore.plugins import KINDS, load_registered
 
@@ -80,6 +80,22 @@ class Kind:
                 f"the kind {name!r} has no dataclass of samples with the fields time and sequence. Give it one as the "
                 "argument sample",
                 kind="no-sample",
+            )
+        if known:
+            self._require_valid_sample()
+
+    def _require_valid_sample(self) -> None:
+        """Raise UsageError if an app could change a sample, or if a number of it has no unit."""
+        name = self.sample.__name__
+        if not self.sample.__dataclass_params__.frozen:
+            text = f"the samples {name} of the kind {self.name!r} can be changed. Write @dataclass(frozen=True)"
+            raise UsageError(text, kind="sample-not-frozen")
+        known = {"time", "sequence"} | {value.field for value in list_values(self.sample)}
+        if missing := [field for field in list_numbers(self.sample) if field not in known]:
+            raise UsageError(
+                f"the samples {name} of the kind {self.name!r} have no unit for {', '.join(missing)}. Write "
+                'Annotated[float, Unit("m")], or Unit("") for a number without a unit',
+                kind="no-unit",
             )
 
     @property

@@ -60,6 +60,12 @@ def require_types(device: str, sample: Any) -> None:
             raise DeviceError(device, text, kind="sample-types")
 
 
+def list_numbers(kind: Any) -> list[str]:
+    """Return the names of the fields of a class that are numbers, flags, or tuples of them."""
+    types = _list_types(kind)
+    return [name for name, expected in types.items() if NUMBERS.keys() & {expected, *get_args(expected)}]
+
+
 @cache
 def _list_types(kind: Any) -> Mapping[str, Any]:
     if not is_dataclass(kind):

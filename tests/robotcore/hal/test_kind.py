@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from importlib.metadata import EntryPoint
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import pytest
 
@@ -16,6 +16,7 @@ from robotcore import plugins as registry
 from robotcore.description import load_robot, load_world
 from robotcore.errors import BackendMissingError, DescriptionError, DeviceError, UsageError
 from robotcore.hal.backend import Setup
+from robotcore.hal.device import Unit
 from robotcore.hal.kind import Kind, _sensor_class, build_sensor, load_kind, simulate_device
 from robotcore.hal.simulation_state import SimulationState
 from robotcore.plugins import kind_names
@@ -93,6 +94,32 @@ def test_simulation_of_an_actuator_that_fails_is_an_error_of_the_device(
 def test_classes_of_different_kinds_are_refused(raises: Raises) -> None:
     with raises(UsageError, "kind-names-differ"):
         Kind("a gripper", TiltDescription, Gripper)
+
+
+@dataclass(frozen=True)
+class Colour:
+    """A sample whose number and tuple have no unit."""
+
+    rgb: tuple[float, ...]
+    clear: float
+    label: str
+    time: float
+    sequence: int
+
+
+@dataclass
+class Level:
+    """A sample that can be changed."""
+
+    level: Annotated[float, Unit("m")]
+    time: float
+    sequence: int
+
+
+@pytest.mark.parametrize("sample, kind", [(Colour, "no-unit"), (Level, "sample-not-frozen")])
+def test_kind_with_an_unsuitable_class_of_samples_is_refused(sample: type, kind: str, raises: Raises) -> None:
+    with raises(UsageError, kind):
+        Kind("a tilt sensor", TiltDescription, TiltSensor, sample)
 
 
 def test_kind_of_a_sensor_without_a_class_of_samples_is_refused(raises: Raises) -> None:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import pytest
 
 from robotcore.errors import UsageError
+from robotcore.hal.device import Unit
 from robotcore.hal.robot import Robot, Role
 from robotcore.kinds import Bumper
 from robotcore.kinds.bumper import BumperDescription
@@ -104,9 +105,9 @@ def test_actuator_of_any_kind_records_its_commands_within_its_limits() -> None:
 
 @dataclass(frozen=True)
 class Colour:
-    rgb: tuple[float, ...]
-    centre: tuple[float, float]
-    clear: float
+    rgb: Annotated[tuple[float, ...], Unit("")]
+    centre: Annotated[tuple[float, float], Unit("m")]
+    clear: Annotated[float, Unit("")]
     time: float
     sequence: int
 
