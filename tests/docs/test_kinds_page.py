@@ -26,8 +26,12 @@ else:
     import tomli as tomllib
 
 PAGE = (Path(__file__).parents[2] / "docs" / "kinds.md").read_text()
-SCANNER, ROAM, TURN, TELEOP, SCRIPT, REAL, *LISTINGS = list_listings(PAGE)
-"""The lidar and its app, an app with an IMU, and the app, the script and the driver for a gamepad; then the package."""
+SCANNER, ROAM, TURN, TELEOP, SCRIPT, REAL, SENSOR, GRIPPER, *LISTINGS = list_listings(PAGE)
+"""The lidar and its app, an app with an IMU, and the app, the script and the driver for a gamepad; then the package.
+
+The second listing of the package is another kind, a gripper.
+"""
+LISTINGS.insert(0, SENSOR)
 
 
 @pytest.fixture
@@ -47,6 +51,15 @@ def folder(tmp_path: Path) -> Path:
 @pytest.mark.parametrize("listing", LISTINGS, ids=lambda each: each.file)
 def test_listing_is_a_part_of_the_new_package(folder: Path, listing: Listing) -> None:
     assert listing.text.partition("\n")[2] in (folder / listing.file).read_text()
+
+
+def test_gripper_limits_commands_by_the_key_of_its_description() -> None:
+    names: dict[str, Any] = {"__name__": "gripper"}
+    exec(compile(GRIPPER.text, "gripper.py", "exec", dont_inherit=True), names)  # noqa: S102  of the page
+    kind = names["KIND"]
+    gripper = type("Hand", (kind.device,), {"_apply": lambda _self, _command: None})
+    hand = gripper("hand", **kind.description(kind="gripper", name="hand", max_opening_m=0.05).arguments())
+    assert hand.send(0.2) == 0.05
 
 
 def type_command(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:

@@ -7,8 +7,6 @@ import pytest
 from robotcore.description import RobotDescription, load_robot
 from robotcore.errors import BackendMissingError, DescriptionError
 from robotcore.hardware import bind_devices
-from robotcore.hardware.binding import _suggest_driver
-from tests.doubles.foreign_kinds import GripperDescription
 from tests.robotcore.hardware.device_drivers import EYE, NECK, PlugBoard, register, robot_file
 from tests.texts import CheckText, Raises
 
@@ -153,7 +151,3 @@ def test_a_driver_that_cannot_be_loaded_is_reported_and_never_suggested(
         bind_devices(described(post, NECK + EYE.replace('"plug"', '"broken"')), "plugboard")
     (mistake,) = mistakes_of(post, NECK)
     check_text(mistake)
-
-
-def test_driver_of_a_kind_without_drivers_may_be_in_a_package_to_install_again(check_text: CheckText) -> None:
-    check_text(_suggest_driver("jaws", (), GripperDescription(name="hand")))

@@ -5,6 +5,9 @@ from __future__ import annotations
 import pytest
 
 from robotcore.hardware import Shared
+from robotcore.hardware.binding import _suggest_driver
+from tests.doubles.foreign_kinds import GripperDescription
+from tests.texts import CheckText
 
 
 class Port:
@@ -44,3 +47,7 @@ def test_a_resource_that_could_not_be_opened_is_opened_by_the_next_take() -> Non
     with pytest.raises(FileNotFoundError):
         shared.take(Port, "usb0", refuse)
     assert shared.take(Port, "usb0", lambda: Port([]))
+
+
+def test_driver_of_a_kind_without_drivers_may_be_in_a_package_to_install_again(check_text: CheckText) -> None:
+    check_text(_suggest_driver("jaws", (), GripperDescription(name="hand")))
