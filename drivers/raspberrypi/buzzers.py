@@ -41,7 +41,7 @@ class PinBuzzer(Buzzer):
         self._opened.close()
 
 
-class TonePin(DeviceDriver):
+class PinBuzzerDriver(DeviceDriver):
     """Opens passive buzzers on a GPIO."""
 
     name = "buzzer"

@@ -68,7 +68,7 @@ SEARCH_S = 0.5
 """The time between two searches for a lost gamepad, in seconds."""
 
 
-class EventPad(DeviceDriver):
+class EventGamepadDriver(DeviceDriver):
     """Opens gamepads by the kernel's event devices."""
 
     name = "gamepad"
@@ -219,7 +219,7 @@ class EventGamepad(Gamepad):
     gamepad is lost, each read raises DeviceLostError, and searches for the gamepad once in a while.
     """
 
-    def __init__(self, name: str, settings: EventPad, clock: Clock) -> None:
+    def __init__(self, name: str, settings: EventGamepadDriver, clock: Clock) -> None:
         super().__init__(name)
         self._settings, self._clock, self._lock = settings, clock, Lock()
         self._pad: Any = None

@@ -1,4 +1,4 @@
-"""The drivers of lights on GPIOs: of one colour (`SingleLight`), and of red, green and blue (`ColourLight`)."""
+"""The drivers of lights on GPIOs: of one colour (`LedDriver`), and of red, green and blue (`RgbLedDriver`)."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ class LightDriver(DeviceDriver):
             return PinLight(description, lines, opened.pop_all())
 
 
-class SingleLight(LightDriver):
+class LedDriver(LightDriver):
     """Opens lights of one colour."""
 
     name = "led"
@@ -94,7 +94,7 @@ class SingleLight(LightDriver):
         return (gpio("gpio", self.gpio),)
 
 
-class ColourLight(LightDriver):
+class RgbLedDriver(LightDriver):
     """Opens lights of red, green and blue."""
 
     name = "rgb-led"

@@ -60,7 +60,7 @@ class PinLineSensor(LineSensor):
         self._opened.close()
 
 
-class DigitalSensors(DeviceDriver):
+class PinLineSensorDriver(DeviceDriver):
     """Opens rows of line sensors with a digital output each, such as modules with a TCRT5000 and a comparator."""
 
     name = "line-sensors"

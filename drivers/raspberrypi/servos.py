@@ -114,7 +114,7 @@ class PulseDriver(DeviceDriver):
             raise ValueError(f"min_pulse_s and max_pulse_s are both {self.min_pulse_s:g}; correct one of them")
 
 
-class PulseServo(PulseDriver):
+class PinServoDriver(PulseDriver):
     """Opens servos on a GPIO. An opened servo turns to its rest angle."""
 
     name = "servo"

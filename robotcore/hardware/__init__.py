@@ -6,7 +6,7 @@ from robotcore.hardware.binding import bind_devices, list_drivers
 from robotcore.hardware.driver import Connection, DeviceBinding, DeviceContext, DeviceDriver, Drivers, Shared
 from robotcore.hardware.opening import encoder_of, motor_of, open_devices, open_robot
 from robotcore.hardware.polled_samples import NewestSample, PolledRangeSensor
-from robotcore.hardware.real_inputs import SimulatorBackend
+from robotcore.hardware.simulator_backend import SimulatorBackend
 
 __all__ = [
     "Connection",

@@ -11,7 +11,7 @@ from pathlib import Path
 from drivers.raspberrypi.cameras.csi import import_picamera2
 from drivers.raspberrypi.chip import find_chip_number, find_holder, load
 from drivers.raspberrypi.doctor.system import read_model, read_text
-from drivers.raspberrypi.gamepads import EventPad
+from drivers.raspberrypi.gamepads import EventGamepadDriver
 from drivers.raspberrypi.header import HEADER_PORTS
 from drivers.raspberrypi.i2c import explain_switch_on
 from drivers.raspberrypi.i2c_device import I2CDevice, find_bus
@@ -229,7 +229,7 @@ def check_cameras(root: Path, bindings: Iterable[DeviceBinding]) -> Iterator[Fin
 def check_gamepads(bindings: Iterable[DeviceBinding]) -> Iterator[Finding]:
     """Check that each gamepad is connected, and that this process may read it."""
     for binding in bindings:
-        if isinstance(binding.driver, EventPad):
+        if isinstance(binding.driver, EventGamepadDriver):
             try:
                 pad = binding.driver.find(binding.name)
             except DeviceError as error:
@@ -237,7 +237,9 @@ def check_gamepads(bindings: Iterable[DeviceBinding]) -> Iterator[Finding]:
                 yield Finding.error("gamepad", problem, remedy, kind=error.kind)
             except ImportError as error:
                 message = f"a library is not installed ({error})"
-                yield Finding.error("gamepad", message, f"On the Pi: {EventPad.remedy}", kind="library-missing")
+                yield Finding.error(
+                    "gamepad", message, f"On the Pi: {EventGamepadDriver.remedy}", kind="library-missing"
+                )
             else:
                 pad.close()
                 yield Finding.ok("gamepad", f"{pad.path} ({pad.name}), for {binding.name}", kind="gamepad-found")

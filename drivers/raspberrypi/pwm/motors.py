@@ -30,7 +30,7 @@ NO_TIMEOUT_NOTE = (
 """The note that `robotcore wiring` prints for a motor."""
 
 
-class ChannelMotor(ChannelDriver):
+class ChannelMotorDriver(ChannelDriver):
     """The base class of the drivers of motors on channels. A subclass defines the channels and their duties."""
 
     described = MotorDescription
@@ -84,7 +84,7 @@ class ChannelOutput(Output):
     motor: the motor's name, for errors.
     """
 
-    def __init__(self, motor: str, driver: ChannelMotor, chip: PwmChip) -> None:
+    def __init__(self, motor: str, driver: ChannelMotorDriver, chip: PwmChip) -> None:
         self._motor, self._driver, self._chip = motor, driver, chip
         self._direction = 0
 
@@ -120,7 +120,7 @@ class ChannelOutput(Output):
         """Set the signal of the direction that is not on a channel, while the motor is off."""
 
 
-class ChannelHBridge(ChannelMotor):
+class HBridgeChannelDriver(ChannelMotorDriver):
     """Opens motors on an H-bridge whose inputs are on channels.
 
     If a wheel turns the wrong way, swap ``forward`` and ``backward``. The keys ``board`` and ``motor`` give the
@@ -174,7 +174,7 @@ class ChannelHBridge(ChannelMotor):
         return (terminal, *super().notes(description))
 
 
-class ChannelPhase(ChannelMotor):
+class PhaseChannelDriver(ChannelMotorDriver):
     """Opens motors on a board with a direction input on a GPIO, and a PWM input on a channel.
 
     If a wheel turns the wrong way, change ``forward_is_high``, or swap the motor's two wires.
@@ -216,9 +216,9 @@ class PhaseOutput(ChannelOutput):
     opened: the stack whose `close` frees the GPIO.
     """
 
-    _driver: ChannelPhase
+    _driver: PhaseChannelDriver
 
-    def __init__(self, motor: str, driver: ChannelPhase, chip: PwmChip, line: Any, opened: ExitStack) -> None:
+    def __init__(self, motor: str, driver: PhaseChannelDriver, chip: PwmChip, line: Any, opened: ExitStack) -> None:
         super().__init__(motor, driver, chip)
         self._line, self._opened = line, opened
 

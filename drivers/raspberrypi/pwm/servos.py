@@ -17,7 +17,7 @@ from robotcore.kinds.servo import Servo, ServoDescription
 class ChannelServo(Servo):
     """A servo on a channel. After closing it gets no pulses."""
 
-    def __init__(self, description: ServoDescription, driver: ServoOnChannel, chip: PwmChip) -> None:
+    def __init__(self, description: ServoDescription, driver: ChannelServoDriver, chip: PwmChip) -> None:
         super().__init__(description.name, **description.arguments())
         self._driver, self._chip = driver, chip
 
@@ -30,7 +30,7 @@ class ChannelServo(Servo):
             self._chip.set_duty(self._driver.channel, 0.0)
 
 
-class ServoOnChannel(ChannelDriver, PulseDriver):
+class ChannelServoDriver(ChannelDriver, PulseDriver):
     """Opens servos on a channel. An opened servo turns to its rest angle."""
 
     name = "pca9685-servo"

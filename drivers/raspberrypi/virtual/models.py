@@ -9,20 +9,20 @@ from typing import Any
 
 from gpiozero.pins.mock import MockFactory, MockPWMPin
 
-from drivers.raspberrypi.buzzers import TonePin
+from drivers.raspberrypi.buzzers import PinBuzzerDriver
 from drivers.raspberrypi.cameras.capture import CameraDriver
 from drivers.raspberrypi.contacts import ContactDriver
 from drivers.raspberrypi.encoders import EncoderDriver, Pulses, Quadrature
-from drivers.raspberrypi.gamepads import EventPad
+from drivers.raspberrypi.gamepads import EventGamepadDriver
 from drivers.raspberrypi.i2c import ChipDriver
 from drivers.raspberrypi.lights import LightDriver
-from drivers.raspberrypi.line_sensors import DigitalSensors
+from drivers.raspberrypi.line_sensors import PinLineSensorDriver
 from drivers.raspberrypi.motors.boards import HBridge, PhaseEnable
-from drivers.raspberrypi.pwm.motors import ChannelHBridge, ChannelPhase
-from drivers.raspberrypi.pwm.servos import ServoOnChannel
+from drivers.raspberrypi.pwm.motors import HBridgeChannelDriver, PhaseChannelDriver
+from drivers.raspberrypi.pwm.servos import ChannelServoDriver
 from drivers.raspberrypi.pwm.settings import ChannelDriver
 from drivers.raspberrypi.ranging.ultrasonic_driver import Ultrasonic, speed_of_sound
-from drivers.raspberrypi.servos import PulseServo
+from drivers.raspberrypi.servos import PinServoDriver
 from drivers.raspberrypi.virtual.pwm_chip import VirtualChannel, VirtualPwmChip
 from robotcore.description import DeviceDescription
 from robotcore.hal.clock import MIN_PHYSICS_RATE_HZ, Clock, SteppedClock
@@ -247,7 +247,7 @@ def read_phase_and_enable(phase: float, enable: float) -> float:
     return -enable if phase else enable
 
 
-def wire_servo(servo: Servo, driver: ServoOnChannel, chip: VirtualPwmChip) -> None:
+def wire_servo(servo: Servo, driver: ChannelServoDriver, chip: VirtualPwmChip) -> None:
     """Connect a servo to a channel. Without pulses it holds its angle."""
     channel = chip.channels[driver.channel]
 
@@ -264,14 +264,14 @@ def connect_channels(driver: ChannelDriver, actuator: Motor | Servo, pins: Virtu
     """Connect the simulator's motor or servo to the channels of its driver."""
     chip = pins.open_i2c(driver.bus, driver.address)
     match driver, actuator:
-        case ChannelHBridge() as on, Motor() as motor:
+        case HBridgeChannelDriver() as on, Motor() as motor:
             inputs = [chip.channels[number] for number in (on.forward, on.backward, on.pwm) if number is not None]
             wire_motor(motor, on.model, inputs, read_two_inputs)
-        case ChannelPhase() as on, Motor() as motor:
+        case PhaseChannelDriver() as on, Motor() as motor:
             inputs = [pins.pin(on.phase), chip.channels[on.pwm]]
             sign = -1 if on.forward_is_high else 1
             wire_motor(motor, on.model, inputs, lambda phase, pwm: sign * read_phase_and_enable(phase, pwm))
-        case ServoOnChannel() as on, Servo() as servo:
+        case ChannelServoDriver() as on, Servo() as servo:
             wire_servo(servo, on, chip)
 
 
@@ -290,12 +290,12 @@ MODELLED_DRIVERS = (
     Ultrasonic,
     ContactDriver,
     LightDriver,
-    TonePin,
-    DigitalSensors,
+    PinBuzzerDriver,
+    PinLineSensorDriver,
 )
 """The drivers of the devices that have a model."""
 
-SIMULATED_DRIVERS = (CameraDriver, ChipDriver, EventPad, PulseServo)
+SIMULATED_DRIVERS = (CameraDriver, ChipDriver, EventGamepadDriver, PinServoDriver)
 """The drivers of devices that are not on pins, and of servos, whose pulses virtual pins would round too much.
 
 The simulator's own devices replace these devices."""
@@ -327,11 +327,11 @@ def connect_pins(binding: DeviceBinding, simulated: Robot, pins: VirtualPins, is
         case ContactDriver() as on, _, Bumper() | Button() as contact:
             line = pin(on.gpio)
             clock.call_every(_step_of(clock), lambda: line.drive(not contact.read().is_pressed), "switch")
-        case DigitalSensors() as on, _, LineSensor() as row:
+        case PinLineSensorDriver() as on, _, LineSensor() as row:
             update = partial(drive_outputs, row, [pin(each) for each in on.gpios], on.active_high)
             update()
             clock.call_every(_step_of(clock), update, "line-sensors")
-        case LightDriver() | TonePin(), _, _:
+        case LightDriver() | PinBuzzerDriver(), _, _:
             pass  # nothing reacts to a light or a tone
         case _:
             return False

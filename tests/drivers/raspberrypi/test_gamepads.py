@@ -12,7 +12,7 @@ import pytest
 
 import robotcore
 from drivers.raspberrypi.doctor.devices import check_gamepads
-from drivers.raspberrypi.gamepads import MICROSOFT, EventPad
+from drivers.raspberrypi.gamepads import MICROSOFT, EventGamepadDriver
 from robotcore import Behaviour, Outcome, Robot, Role, RunRequest, Status
 from robotcore.description import load_robot
 from robotcore.errors import DescriptionError, DeviceClosedError, DeviceError, DeviceLostError
@@ -100,7 +100,7 @@ class Bench:
         return self.pads[path]
 
     def open(self, **settings: Any) -> Gamepad:
-        gamepad = EventPad(**settings).open(PAD, DeviceContext(load_robot("rover"), self.clock))
+        gamepad = EventGamepadDriver(**settings).open(PAD, DeviceContext(load_robot("rover"), self.clock))
         assert isinstance(gamepad, Gamepad)
         return gamepad
 
@@ -297,21 +297,23 @@ def test_missing_library_is_reported_with_its_remedy(
 ) -> None:
     monkeypatch.setitem(sys.modules, "evdev", None)
     with raises(DeviceError, "library-missing"):
-        DeviceBinding(PAD, EventPad()).open(DeviceContext(load_robot("rover"), bench.clock))
+        DeviceBinding(PAD, EventGamepadDriver()).open(DeviceContext(load_robot("rover"), bench.clock))
 
 
 def test_wiring_names_the_gamepad(check_text: CheckText) -> None:
-    check_text("\n".join(map(str, [*EventPad(device="Xbox").connections(), *EventPad().notes(PAD)])))
+    check_text(
+        "\n".join(map(str, [*EventGamepadDriver(device="Xbox").connections(), *EventGamepadDriver().notes(PAD)]))
+    )
 
 
 def test_doctor_reports_a_missing_library(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "evdev", None)
-    (found,) = check_gamepads([DeviceBinding(PAD, EventPad())])
+    (found,) = check_gamepads([DeviceBinding(PAD, EventGamepadDriver())])
     assert found.kind == "library-missing"
 
 
 def test_doctor_reports_the_gamepad(bench: Bench) -> None:
-    bindings = [DeviceBinding(PAD, EventPad())]
+    bindings = [DeviceBinding(PAD, EventGamepadDriver())]
     (missing,) = check_gamepads(bindings)
     assert missing.kind == "gamepad-missing"
     pad = bench.plug_in(FakePad(XBOX, "ACME Pad"))

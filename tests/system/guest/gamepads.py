@@ -10,7 +10,7 @@ import pytest
 from evdev import AbsInfo, UInput, ecodes
 
 import robotcore
-from drivers.raspberrypi.gamepads import EventPad
+from drivers.raspberrypi.gamepads import EventGamepadDriver
 from robotcore import Behaviour, Outcome, Robot, RunRequest, Status
 from robotcore.description import load_robot
 from robotcore.errors import DeviceError, DeviceLostError
@@ -42,7 +42,7 @@ def open_pad() -> Iterator[Open]:
     opened: list[Gamepad] = []
 
     def open_it(**settings: Any) -> Gamepad:
-        opened.append(EventPad(**settings).open(PAD, DeviceContext(load_robot("rover"), MonotonicClock())))
+        opened.append(EventGamepadDriver(**settings).open(PAD, DeviceContext(load_robot("rover"), MonotonicClock())))
         return opened[-1]
 
     yield open_it

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 import robotcore
-from drivers.raspberrypi.inertial import MPU6050
+from drivers.raspberrypi.mpu6050 import MPU6050
 from drivers.raspberrypi.polled_imu import Axis
 from robotcore import Outcome, RunRequest
 from robotcore.description import load_robot
