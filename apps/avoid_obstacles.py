@@ -25,7 +25,7 @@ class AvoidObstacles(Behaviour):
     speed_m_s: Positive = 0.2
     """The greatest velocity forward."""
     turn_rad_s: Positive = 1.5
-    """The greatest velocity of a turn."""
+    """The greatest turn rate."""
     near_m: Positive = 0.3
     """The distance of an obstacle ahead at which the robot stops to look around."""
     duration_s: Positive = 10.0

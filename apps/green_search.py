@@ -35,7 +35,7 @@ class GreenSearch(Behaviour):
     speed_m_s: Positive = 0.25
     """The greatest velocity forward."""
     turn_rad_s: Positive = 1.5
-    """The greatest velocity of a turn."""
+    """The greatest turn rate."""
     stop_distance_m: Positive = 0.28
     """The distance between the range sensor and the ball when the robot stops."""
     ball_radius_m: Positive = 0.10

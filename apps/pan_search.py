@@ -10,11 +10,16 @@ from robotcore.autonomy.navigation import BallTracker, Navigator, StopPoint
 from robotcore.kinds import Servo
 
 STANDING = Twist(0.0, 0.0)
-NEAR_M, CENTRED_RAD, BALL_RADIUS_M = 0.03, 0.1, 0.10
+ARRIVED_M, CENTRED_RAD = 0.03, 0.1
+"""The robot has arrived if its distance from the stopping point and its angle to the ball are less than these."""
+BALL_RADIUS_M = 0.10
+"""The radius of the ball."""
 AHEAD_RAD = 0.5
 """The greatest angle of a camera that drives forward, if the range sensor is on the same servo."""
-PATIENCE_S = 0.5
-"""A ball that no picture shows for this time is lost. The app succeeds after standing at the ball for this time."""
+LOST_AFTER_S = 0.5
+"""A ball that no picture shows for this time is lost."""
+STANDING_S = 0.5
+"""The app succeeds after standing at the ball for this time."""
 
 
 @dataclass
@@ -29,7 +34,7 @@ class PanSearch(Behaviour):
     speed_m_s: Positive = 0.25
     """The greatest velocity forward."""
     turn_rad_s: Positive = 1.5
-    """The greatest velocity of a turn."""
+    """The greatest turn rate."""
     pan_rad_s: Positive = 1.5
     """The rate at which the camera pans while it searches."""
     stop_distance_m: Positive = 0.28
@@ -57,14 +62,14 @@ class PanSearch(Behaviour):
         self._now += passed
         self._navigator.observe(robot, pose)
         self._ball.look(robot, pose)
-        if self._ball.lost_for > PATIENCE_S and self.state in ("approach", "arrived"):
+        if self._ball.lost_for > LOST_AFTER_S and self.state in ("approach", "arrived"):
             self._ball.forget()
         place = self._ball.place
         twist = (self._drive_to_ball(robot, pose, *place) if place else self._explore(pose)) or STANDING
         self._pan(robot, pose, passed, is_driving=twist.linear > 0)
         robot.drive.set_velocity(*twist)
         self._moved_at = self._moved_at if self.state == "arrived" else self._now
-        return Status.SUCCESS if self._now - self._moved_at > PATIENCE_S else Status.RUNNING
+        return Status.SUCCESS if self._now - self._moved_at > STANDING_S else Status.RUNNING
 
     def _pan(self, robot: Robot, pose: Pose, passed: float, *, is_driving: bool) -> None:
         """Turn the camera to the ball. Without a ball, turn it from one limit of the servo to the other and back."""
@@ -96,7 +101,7 @@ class PanSearch(Behaviour):
         if act and (twist := act(pose)):
             return twist
         if nav.is_straight(pose, target):
-            is_ahead = abs(target.gap(pose)) < NEAR_M and abs(target.bearing(pose)) < CENTRED_RAD
+            is_ahead = abs(target.gap(pose)) < ARRIVED_M and abs(target.bearing(pose)) < CENTRED_RAD
             is_there = is_ahead and not self._ball.lost_for
             self.state = "arrived" if is_there else "approach"
             return None if is_there else nav.drive_at(pose, target)

@@ -31,7 +31,7 @@ class WheelOutput(Protocol):
         """
 
 
-class Sides:
+class SideMotors:
     """The motors on the left and on the right. The motors of a side get the same velocity."""
 
     def __init__(self, left: Sequence[VelocityOutput], right: Sequence[VelocityOutput]) -> None:
@@ -54,17 +54,17 @@ class Sides:
         return Wheels(left, right)
 
 
-class SharedMotor:
+class AxleMotor:
     """One motor with a differential gear, which turns both wheels. Its velocity is the mean of theirs."""
 
     def __init__(self, motor: VelocityOutput) -> None:
         self.motors = (motor,)
         self.names = motor.name, motor.name
-        self._sides = Sides([motor], [])
+        self._output = SideMotors([motor], [])
 
     def set_wheels(self, wheels: Wheels) -> Wheels:
         mean = (wheels.left + wheels.right) / 2
-        accepted = self._sides.set_wheels(Wheels(mean, 0.0)).left
+        accepted = self._output.set_wheels(Wheels(mean, 0.0)).left
         return wheels if accepted == mean or not mean else Wheels(*(accepted / mean * each for each in wheels))
 
 

@@ -25,7 +25,7 @@ EXACT = {
     "hostile_recordings": "--kinds 1 --files 1",
     "hostile_robot": "--kinds 1",
     "lines": "--runs 1",
-    "new_kinds": "--runs 1",
+    "foreign_kinds": "--runs 1",
     "replay": "--runs 1 --backends kinematic",
     "servo_sweep": "--sweeps 1",
     "success": "--seeds 1 --worlds open --backends kinematic --twice 1 --jobs 1",

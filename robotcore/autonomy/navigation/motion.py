@@ -46,7 +46,7 @@ class Steering:
     """Converts bearings and distances to velocities.
 
     speed: the greatest velocity forward, in m/s.
-    turn: the greatest velocity of a turn, in rad/s.
+    turn: the greatest turn rate, in rad/s.
 
     >>> Steering(speed=0.2, turn=1.0).turn_to(-0.1)
     -0.25

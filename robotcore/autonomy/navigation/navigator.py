@@ -40,7 +40,7 @@ class Navigator:
     - `drive_at`: drive straight to a target.
 
     speed: the greatest velocity forward, in m/s.
-    turn: the greatest velocity of a turn, in rad/s.
+    turn: the greatest turn rate, in rad/s.
 
     >>> navigator = Navigator(speed=0.2, turn=1.0)
     >>> navigator.drive_at(Pose(0.0, 0.0, 0.0), StopPoint(x=2.0, y=0.0, distance=0.3))

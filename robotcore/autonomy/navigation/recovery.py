@@ -124,7 +124,7 @@ class Retreat:
         """Return the velocity for this tick, or None at the end of the retreat.
 
         pose: the robot's pose now, by odometry.
-        turn: the greatest velocity of a turn, in rad/s.
+        turn: the greatest turn rate, in rad/s.
         """
         if self._turn_back and abs(wrap_angle(pose.heading - self._start.heading)) < TURN_BACK_RAD:
             return Twist(0.0, self._turn_back * turn)

@@ -24,7 +24,7 @@ from robotcore.safety.range_guard import DistanceAhead, RangeGuard
 from robotcore.safety.sensor_ahead import SensorAhead
 from robotcore.safety.sensor_checks import StuckRangeCheck, WheelTrackingCheck
 from robotcore.safety.velocity_limits import AccelerationLimit, ArcAccelerationLimit, Rule, SteeringLimit, VelocityLimit
-from robotcore.safety.wheel_output import SharedMotor, Sides, SteeredWheels, WheelOutput
+from robotcore.safety.wheel_output import AxleMotor, SideMotors, SteeredWheels, WheelOutput
 
 
 class GuardedDrive(NamedTuple):
@@ -127,7 +127,7 @@ def build_output(drive: Drive, motors: Mapping[str, VelocityOutput], steer: Send
     steer: the function that sends the angle of the servo that steers, if there is one.
     """
     left, right = ([motors[name] for name in names] for names in (drive.left_motors, drive.right_motors))
-    output: WheelOutput = SharedMotor(left[0]) if left == right else Sides(left, right)
+    output: WheelOutput = AxleMotor(left[0]) if left == right else SideMotors(left, right)
     if steer and isinstance(drive, AckermannDrive):
         to_angle_rad = drive.to_angle_rad
         return SteeredWheels(output, lambda curvature: steer(to_angle_rad(curvature)), drive.track_m)

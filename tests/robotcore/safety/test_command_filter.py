@@ -12,7 +12,7 @@ from robotcore.geometry import Wheels
 from robotcore.hal.clock import SteppedClock, TickClock
 from robotcore.safety.command_filter import SafetyFilter
 from robotcore.safety.velocity_limits import AccelerationLimit, Rule, VelocityLimit
-from robotcore.safety.wheel_output import Sides
+from robotcore.safety.wheel_output import SideMotors
 from tests.robotcore.fakes import NullMotor
 from tests.texts import CheckText
 
@@ -26,7 +26,7 @@ class Bench:
         self.heard: list[tuple[Wheels, float]] = []
         self.filter = SafetyFilter(
             self.clock,
-            Sides([self.left], [self.right]),
+            SideMotors([self.left], [self.right]),
             rules,
             0.125,
             on_sent=lambda wheels, time: self.heard.append((wheels, time)),

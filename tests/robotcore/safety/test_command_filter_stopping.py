@@ -16,7 +16,7 @@ from robotcore.safety.command_filter import SafetyFilter
 from robotcore.safety.latch import Latch
 from robotcore.safety.motor_stop import StopGroup
 from robotcore.safety.thread_reserve import Reserve
-from robotcore.safety.wheel_output import Sides
+from robotcore.safety.wheel_output import SideMotors
 from tests.robotcore.fakes import NullMotor
 
 
@@ -43,7 +43,7 @@ class Bench:
     def __init__(self) -> None:
         self.latch, self.left, self.right, self.rule = Latch(), NullMotor("left"), NullMotor("right"), Meanwhile()
         clock = TickClock(SteppedClock(20, lambda _: None))
-        self.filter = SafetyFilter(clock, Sides([self.left], [self.right]), [self.rule], 0.125, self.latch)
+        self.filter = SafetyFilter(clock, SideMotors([self.left], [self.right]), [self.rule], 0.125, self.latch)
         self.filter.ask(Wheels(2.0, 2.0))
         self.filter.commit()
 
@@ -83,7 +83,7 @@ def test_deadman_stops_the_other_motor_if_one_hangs(clock: MonotonicClock) -> No
 
     def drive() -> None:
         filter_ = SafetyFilter(
-            clock, Sides([left], [right]), [], 0.1, motor_stops=StopGroup.create(left, right, reserve=reserve)
+            clock, SideMotors([left], [right]), [], 0.1, motor_stops=StopGroup.create(left, right, reserve=reserve)
         )
         filter_.ask(Wheels(2.0, 2.0))
         filter_.commit()

@@ -20,7 +20,7 @@ from robotcore.safety.deadman import Deadman
 from robotcore.safety.latch import Latch
 from robotcore.safety.motor_stop import StopGroup
 from robotcore.safety.thread_reserve import Reserve
-from robotcore.safety.wheel_output import Sides
+from robotcore.safety.wheel_output import SideMotors
 from robotcore.threads import is_out_of_memory
 from tests.robotcore.fakes import NullMotor
 
@@ -49,7 +49,12 @@ class Robot:
         self.motor_stops = StopGroup.create(*self.motors, reserve=self.reserve)
         self.latch.add_stop(self.motor_stops.apply_apart)
         self.filter = SafetyFilter(
-            ticks, Sides([left], [right]), [], LEASE_S, self.latch, motor_stops=self.motor_stops.select(left, right)
+            ticks,
+            SideMotors([left], [right]),
+            [],
+            LEASE_S,
+            self.latch,
+            motor_stops=self.motor_stops.select(left, right),
         )
         self.gripper = StandaloneGuard(
             MotorOutput.from_motor(gripper), 12.0, ticks, LEASE_S, self.latch, self.motor_stops.select(gripper)

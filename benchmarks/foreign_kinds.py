@@ -1,11 +1,11 @@
 """Record and replay runs with kinds of devices of other packages, on each backend and with each generic fault.
 
-    python -m benchmarks.new_kinds --runs 100 --seed 1
+    python -m benchmarks.foreign_kinds --runs 100 --seed 1
 
-Each kind is one file of `benchmarks/kinds`, in a package that `robotcore new --kind` creates. The script registers it
-as an installed package does. Each run is drawn from the seed: its kind, backend, world and fault. The app puts each
-sample into its state, so the digest of a replay has all samples. The script also runs the conformance kit with each
-kind in three simulators. The exit status is 1 if a replay or the kit fails.
+Each kind is one file of `benchmarks/kind_examples`, in a package that `robotcore new --kind` creates. The script
+registers it as an installed package does. Each run is drawn from the seed: its kind, backend, world and fault. The app
+puts each sample into its state, so the digest of a replay has all samples. The script also runs the conformance kit
+with each kind in three simulators. The exit status is 1 if a replay or the kit fails.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ def _create_package(folder: Path) -> None:
     """Create a package with a kind, and the metadata of an installed package."""
     make(KIND, folder)
     module = folder.name.replace("-", "_")
-    (folder / f"{module}.py").write_text((Path(__file__).parent / "kinds" / f"{module}.py").read_text())
+    (folder / f"{module}.py").write_text((Path(__file__).parent / "kind_examples" / f"{module}.py").read_text())
     (folder / "test_kit.py").write_text(SUITE)
     metadata = folder / f"{module}-0.1.dist-info"
     metadata.mkdir()
