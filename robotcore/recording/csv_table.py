@@ -10,12 +10,12 @@ from typing import Any, NamedTuple
 from robotcore.files import replace_file
 from robotcore.hal.device import Value, list_values
 from robotcore.hal.kind import load_kind
-from robotcore.recording.events import Read
+from robotcore.recording.events import ActuatorCommand, MotorCommand, Read, Tick
 from robotcore.recording.mcap_file import build_unwritable_error
 from robotcore.recording.recording import Recording
 from robotcore.text import escape_formula
 
-_NO_WHEELS, _NO_POSE = ("",) * 2, ("",) * 3
+_NO_WHEELS, _NO_POSE, _NO_COMMAND = ("",) * 2, ("",) * 3, (None,) * 2
 _POSE = ("x_m", "y_m", "heading_rad")
 _PICTURE = "sequence"
 
@@ -46,19 +46,23 @@ def _build_header(recording: Recording) -> list[str]:
     wheels = [f"{command}_{side}_rad_s" for command in ("asked", "sent") for side in ("left", "right")]
     true = [f"true_{name}" for name in _POSE] if recording.truth else []
     devices = [column for each in _list_sensors(recording) for column in (*each.columns, f"{each.name}_time_s")]
-    return ["tick", "time_s", "state", *wheels, *_POSE, *true, *devices, "interventions", "error"]
+    commands = [f"{name}_{command}" for name in _list_actuators(recording) for command in ("asked", "sent")]
+    return ["tick", "time_s", "state", *wheels, *_POSE, *true, *devices, *commands, "interventions", "error"]
 
 
 def _build_rows(recording: Recording) -> Iterator[list[Any]]:
     truth, sensors = {sample.tick: sample.pose for sample in recording.truth}, list(_list_sensors(recording))
+    actuators = list(_list_actuators(recording))
     for tick in recording.ticks:
         true = list(truth.get(tick.number) or _NO_POSE) if truth else []
         decided = [*(tick.asked or _NO_WHEELS), *(tick.sent or _NO_WHEELS), *(tick.pose or _NO_POSE)]
         reads = {read.device: read for read in tick.reads if not read.error}  # the last one of each device
         samples = [cell for each in sensors for cell in _build_sample_cells(recording, reads.get(each.name), each)]
+        last = {each.device: (each.asked, each.given) for each in _list_commands(tick)}
+        commands = [_format_command(each) for name in actuators for each in last.get(name, _NO_COMMAND)]
         causes = " ".join(each.cause for each in tick.interventions)
         state, causes, error = map(escape_formula, (tick.state, causes, tick.error.message if tick.error else ""))
-        yield [tick.number, tick.time, state, *decided, *true, *samples, causes, error]
+        yield [tick.number, tick.time, state, *decided, *true, *samples, *commands, causes, error]
 
 
 class _Sensor(NamedTuple):
@@ -82,6 +86,16 @@ def _list_sensors(recording: Recording) -> Iterator[_Sensor]:
             yield _Sensor(device.name, list_values(sample))
 
 
+def _list_actuators(recording: Recording) -> Iterator[str]:
+    """Yield the names of the actuators that the app commanded, other than the drive and displays."""
+    commanded = {each.device for tick in recording.ticks for each in _list_commands(tick)}
+    yield from (device.name for device in recording.metadata.description.devices if device.name in commanded)
+
+
+def _list_commands(tick: Tick) -> list[MotorCommand | ActuatorCommand]:
+    return [*tick.motor_asks, *tick.commands]
+
+
 def _build_sample_cells(recording: Recording, read: Read | None, sensor: _Sensor) -> list[Any]:
     if read is None:
         return [""] * (len(sensor.columns) + 1)
@@ -89,6 +103,15 @@ def _build_sample_cells(recording: Recording, read: Read | None, sensor: _Sensor
         return [read.sequence, read.time]
     sample = recording.samples.get(read.key) if read.key else None
     return [*(_format_cell(getattr(sample, each.field, "")) for each in sensor.values), read.time]
+
+
+def _format_command(command: Any) -> Any:
+    """Return a number as it is, a list of numbers with spaces between them, and any other command as a text."""
+    if command is None or isinstance(command, (float, int)):
+        return command
+    if isinstance(command, list) and all(isinstance(each, (float, int)) for each in command):
+        return _format_cell(tuple(command))
+    return escape_formula(str(command))
 
 
 def _format_cell(value: Any) -> Any:

@@ -13,6 +13,7 @@ import pytest
 from robotcore.errors import RecordingError, UnknownNameError
 from robotcore.recording import Read, RecordedError, Recording
 from robotcore.recording.csv_table import write_csv
+from robotcore.recording.events import ActuatorCommand, MotorCommand
 from robotcore.recording.summary import summarise_contents, summarise_devices
 from robotcore.view.video import write_video
 from tests.robotcore.recording.replay.memory import change_tick, record_run
@@ -64,6 +65,16 @@ def test_table_has_one_row_per_tick_with_every_digit(search: Recording, tmp_path
     assert float(row["nose_m"]) == search.samples[nose.key].distance  # type: ignore[attr-defined]  # it is a Range
     assert (float(row["nose_time_s"]), row["eye_sequence"]) == (nose.time, "7")
     assert {rows[9][name] for name in ("nose_m", "eye_sequence", "asked_left_rad_s", "sent_left_rad_s", "x_m")} == {""}
+
+
+def test_table_has_the_last_command_of_each_tick_to_an_actuator(search: Recording, tmp_path: Path) -> None:
+    commands = (ActuatorCommand("screen", 0.7, 0.5), ActuatorCommand("screen", [-1.0, 0.5], "=A1"))
+    changed = change_tick(search, 7, motor_asks=(MotorCommand("left_motor", 5.0, 4.0),), commands=commands)
+    with write_csv(changed, tmp_path, "run").open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    names = ("left_motor_asked", "left_motor_sent", "screen_asked", "screen_sent")
+    assert [rows[7][name] for name in names] == ["5.0", "4.0", "-1.0 0.5", "'=A1"]
+    assert {rows[6][name] for name in names} == {""}
 
 
 @pytest.mark.parametrize("pace, device", [(1, None), (2, "eye")])
