@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from robotcore.files import replace_file
 from robotcore.hal.device import Value, list_values
 from robotcore.hal.kind import load_kind
-from robotcore.recording.events import ActuatorCommand, MotorCommand, Read, Tick
+from robotcore.recording.events import Read
 from robotcore.recording.mcap_file import build_unwritable_error
 from robotcore.recording.recording import Recording
 from robotcore.text import escape_formula
@@ -58,7 +58,7 @@ def _build_rows(recording: Recording) -> Iterator[list[Any]]:
         decided = [*(tick.asked or _NO_WHEELS), *(tick.sent or _NO_WHEELS), *(tick.pose or _NO_POSE)]
         reads = {read.device: read for read in tick.reads if not read.error}  # the last one of each device
         samples = [cell for each in sensors for cell in _build_sample_cells(recording, reads.get(each.name), each)]
-        last = {each.device: (each.asked, each.given) for each in _list_commands(tick)}
+        last = {each.device: (each.asked, each.given) for each in tick.list_commands()}
         commands = [_format_command(each) for name in actuators for each in last.get(name, _NO_COMMAND)]
         causes = " ".join(each.cause for each in tick.interventions)
         state, causes, error = map(escape_formula, (tick.state, causes, tick.error.message if tick.error else ""))
@@ -88,12 +88,8 @@ def _list_sensors(recording: Recording) -> Iterator[_Sensor]:
 
 def _list_actuators(recording: Recording) -> Iterator[str]:
     """Yield the names of the actuators that the app commanded, other than the drive and displays."""
-    commanded = {each.device for tick in recording.ticks for each in _list_commands(tick)}
+    commanded = {each.device for tick in recording.ticks for each in tick.list_commands()}
     yield from (device.name for device in recording.metadata.description.devices if device.name in commanded)
-
-
-def _list_commands(tick: Tick) -> list[MotorCommand | ActuatorCommand]:
-    return [*tick.motor_asks, *tick.commands]
 
 
 def _build_sample_cells(recording: Recording, read: Read | None, sensor: _Sensor) -> list[Any]:

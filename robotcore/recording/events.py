@@ -179,6 +179,10 @@ class Tick:
     """The error that aborted the tick. It ended the run, unless the run waited for a lost device to return."""
     warnings: Events[str] = ()
 
+    def list_commands(self) -> list[MotorCommand | ActuatorCommand]:
+        """Return the commands to motors outside the drive, and then to actuators other than motors and displays."""
+        return [*self.motor_asks, *self.commands]
+
 
 @dataclass(frozen=True, slots=True)
 class GroundTruthSample:

@@ -114,7 +114,7 @@ _SHORTEST_S = 1e-6
 
 @dataclass(frozen=True)
 class DeviceContents:
-    """How many samples, reads and errors of a device a recording has."""
+    """How many samples, reads, commands and errors of a device a recording has."""
 
     name: str
     kind: str
@@ -122,8 +122,10 @@ class DeviceContents:
     """The number of samples. A sample that was read several times counts once."""
     reads: int
     """The number of reads that returned a sample."""
+    commands: int
+    """The number of commands of the app to the device that raised no error. Commands to the drive do not count."""
     errors: int
-    """The number of reads that raised an error."""
+    """The number of reads and commands that raised an error."""
     rate_hz: float | None
     """The number of samples per second; None without samples, or if the run took no time."""
 
@@ -146,13 +148,15 @@ def count_interventions(recording: Recording) -> dict[str, int]:
 
 
 def summarise_devices(recording: Recording) -> Iterator[DeviceContents]:
-    """Count the samples, reads and errors of each open device, in the order of the robot's description."""
+    """Count the samples, reads, commands and errors of each open device, in the order of the robot's description."""
     duration, opened = measure_duration(recording), set(recording.metadata.devices)
     sequences: defaultdict[str, set[int | None]] = defaultdict(set)
-    reads, shown, errors = Counter[str](), Counter[str](), Counter[str]()
+    reads, shown, commands, errors = Counter[str](), Counter[str](), Counter[str](), Counter[str]()
     for tick in recording.ticks:
         for each in tick.shown:
             (errors if each.error else shown)[each.device] += 1
+        for command in tick.list_commands():
+            (errors if command.error else commands)[command.device] += 1
         for read in tick.reads:
             if read.error:
                 errors[read.device] += 1
@@ -163,7 +167,8 @@ def summarise_devices(recording: Recording) -> Iterator[DeviceContents]:
         if (name := device.name) in opened:
             samples = len(sequences[name]) + shown[name]
             rate = (samples - 1) / duration if samples and duration > _SHORTEST_S else None
-            yield DeviceContents(name, device.kind, samples, reads[name], errors[name], rate)
+            sent = commands[name] + shown[name]
+            yield DeviceContents(name, device.kind, samples, reads[name], sent, errors[name], rate)
 
 
 def format_settings(recording: Recording) -> dict[str, str]:

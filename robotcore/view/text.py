@@ -170,14 +170,14 @@ def build_table() -> Table:
 
 def _build_device_table(recording: Recording) -> Table:
     table = build_table()
-    for title in ("device", "kind", "samples", "per second", "reads", "errors"):
+    for title in ("device", "kind", "samples", "per second", "reads", "commands", "errors"):
         is_name = title in ("device", "kind")
         table.add_column(title, style="cyan" if title == "device" else "", justify="left" if is_name else "right")
     for each in summarise_devices(recording):
         rate = "" if each.rate_hz is None else f"{each.rate_hz:.2f}"
-        counts = (str(each.samples), rate, str(each.reads), str(each.errors))
-        is_sensor = each.kind != "motor"
-        table.add_row(each.name, each.kind.replace("_", " "), *(counts if is_sensor else [""] * 4))
+        counts = (str(each.samples), rate, str(each.reads), str(each.commands), str(each.errors))
+        is_counted = each.kind != "motor" or each.commands or each.errors
+        table.add_row(each.name, each.kind.replace("_", " "), *(counts if is_counted else [""] * 5))
     return table
 
 

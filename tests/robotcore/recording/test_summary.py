@@ -38,6 +38,13 @@ def test_devices_are_counted_with_samples_reads_and_errors(search: Recording) ->
     assert (motor.samples, motor.rate_hz) == (0, None)
 
 
+def test_commands_to_an_actuator_are_counted(search: Recording) -> None:
+    failed = ActuatorCommand("screen", 0.7, error=RecordedError("DeviceError", "screen: gone"))
+    changed = change_tick(search, 7, motor_asks=(MotorCommand("left_motor", 5.0, 4.0),), commands=(failed,))
+    counts = {each.name: (each.commands, each.errors) for each in summarise_devices(changed)}
+    assert (counts["left_motor"], counts["screen"], counts["nose"]) == ((1, 0), (41, 1), (0, 0))
+
+
 def test_cut_recording_has_no_outcome(search: Recording) -> None:
     summary = summarise_contents(replace(search, result=None, is_cut=True, missing_inputs="2 sample(s) are missing"))
     assert (summary["whole"], summary["outcome"], summary["replayable"]) == (False, None, False)
