@@ -25,6 +25,7 @@ from robotcore.runtime.active_runs import register_run
 from robotcore.runtime.apps import app_name
 from robotcore.runtime.layers import AssembledRobot, assemble
 from robotcore.runtime.layers.base import Tap
+from robotcore.runtime.layers.devices import AppActuator
 from robotcore.runtime.layers.guardian import guard_motors
 from robotcore.runtime.loop import Loop
 from robotcore.runtime.observer import Observer, RunContext, notify_end
@@ -373,7 +374,12 @@ class RunSession:
             interventions=loop.trace.interventions,
             intervention_s=loop.intervention_timer.measure(),
             milestones=dict(loop.trace.milestones),
-            notes=[*self._notes, *loop.trace.warnings, *loop.losses.summarise(loop.time)],
+            notes=[
+                *self._notes,
+                *loop.trace.warnings,
+                *loop.losses.summarise(loop.time),
+                *_describe_limits(loop.robot),
+            ],
             batteries=dict(loop.trace.voltages),
             trace_sha256=loop.trace.sha256,
         )
@@ -389,6 +395,12 @@ class RunSession:
             f"{reason}. The range guard stops the robot {place}, measured by {sensors}. Let the app stop before that. "
             "An app that touches obstacles needs a robot without such a sensor"
         )
+
+
+def _describe_limits(robot: Robot) -> Iterator[str]:
+    yield from filter(
+        None, (each.describe_limits() for each in robot.devices.values() if isinstance(each, AppActuator))
+    )
 
 
 def _format_stacks() -> bytes:

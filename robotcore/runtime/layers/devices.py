@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from functools import cache
 from typing import Any, cast
@@ -14,6 +15,9 @@ from robotcore.hal.kind import load_kind
 from robotcore.kinds.motor import Motor
 from robotcore.runtime.layers.base import MotorOutput, Reader, Send
 from robotcore.safety.latch import Latch
+
+ROUNDING = 0.01
+"""The largest difference between a command and the rounded one that was sent."""
 
 
 class AppSensor(Sensor[SampleT]):
@@ -108,11 +112,25 @@ class AppActuator(Actuator[Any]):
         Device.__init__(self, inner.name)
         self._inner, self._send_layers, self._latch = inner, send, latch
         self.latest: Any = None
+        self._send_count = self._limited_count = 0
+        self._first_limited = ""
 
     def send(self, command: Any) -> Any:
         if self._latch:
             self._latch.check()
-        return self._send(command)
+        sent = self._send(command)
+        self._send_count += 1
+        if _is_limited(command, sent):
+            self._limited_count += 1
+            self._first_limited = self._first_limited or f"from {command} to {sent}"
+        return sent
+
+    def describe_limits(self) -> str:
+        """Return a note if most commands were outside the actuator's limits, or else ``""``."""
+        if self._limited_count <= self._send_count / 2:
+            return ""
+        counted = f"{self._limited_count} of {self._send_count} commands were limited, the first {self._first_limited}"
+        return f"{self.name}: {counted}. Check their unit"
 
     def stop(self) -> None:
         """Send the safe command through the layers, so that it is recorded and verified in a replay."""
@@ -141,6 +159,14 @@ class AppActuator(Actuator[Any]):
 
     def _release(self) -> None:
         self._inner.close()
+
+
+def _is_limited(command: Any, sent: Any) -> bool:
+    if isinstance(command, tuple) and isinstance(sent, tuple):
+        return any(map(_is_limited, command, sent))
+    if not (isinstance(command, (int, float)) and isinstance(sent, (int, float))):
+        return False  # such as a picture
+    return not math.isclose(command, sent, rel_tol=ROUNDING, abs_tol=ROUNDING)
 
 
 def wrap_actuator(actuator: Actuator[Any], send: Send, latch: Latch | None) -> Actuator[Any]:

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import pytest
 
+import robotcore
 from drivers.kinematic.simulation import Simulation
-from robotcore import Outcome
+from robotcore import Behaviour, Outcome, Robot, RunRequest, Status
 from robotcore.description import RobotDescription, load_robot, load_world
 from robotcore.errors import DescriptionError, DeviceClosedError, InvalidCommandError
 from robotcore.hal.backend import Setup, load_backend
@@ -22,7 +23,7 @@ from robotcore.recording.replay import replay
 from robotcore.testing import MockRobot
 from tests.robotcore.description.files import ROVER
 from tests.robotcore.recording.replay.memory import change_tick, record_run
-from tests.texts import Raises
+from tests.texts import CheckText, Raises
 
 PAN = """
 [[devices]]
@@ -90,6 +91,20 @@ def test_angle_that_is_no_finite_number_is_refused_and_turns_nothing(rad: float)
     with pytest.raises(InvalidCommandError):
         servo.set_angle(rad)
     assert (got, servo.angle) == ([0.5], 0.5)
+
+
+@pytest.mark.parametrize("angle", [45.0, 0.5])
+def test_result_has_a_note_if_most_commands_were_limited(angle: float, tmp_path: Path, check_text: CheckText) -> None:
+    class Look(Behaviour):
+        needs: ClassVar = {"pan"}
+
+        def step(self, robot: Robot) -> Status:
+            (pan,) = robot.all(Servo)
+            pan.set_angle(angle)
+            return Status.SUCCESS if robot.clock.now() > 0.2 else Status.RUNNING
+
+    result = robotcore.run(RunRequest(Look(), robot=write_robot(tmp_path), backend="kinematic", world="open"))
+    check_text("\n".join(result.notes))
 
 
 def test_stopped_and_closed_servo_gets_no_further_command() -> None:
