@@ -47,7 +47,7 @@ class Kind:
     rules: tuple[Callable[..., None], ...] = ()
     """The rules that the conformance kit checks for each driver. A rule is a function with ``assert``.
 
-    Its arguments are an open robot and its device. The text of the assertion says what to correct.
+    Its arguments are an open robot and its device. The text of the assertion names the correction.
     """
     default_reading: Callable[[Any], Any] | None = None
     """Returns the reading of a mock sensor without a script. Its argument is the device's description.

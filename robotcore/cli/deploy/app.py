@@ -32,7 +32,7 @@ OVERHEAD_BYTES = 1 << 20
 @robot_argument
 @as_json
 def status(host: RobotAddress, *, as_json: bool) -> int:
-    """Print which release HOST runs, since when, and what it is doing.
+    """Print the release on HOST, its state, and the time in this state.
 
     Exit status: 0 it runs or has ended with success, 1 it does not run, 3 the robot cannot be reached.
     """
