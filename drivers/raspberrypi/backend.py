@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from functools import partial
 from itertools import chain
 from typing import TYPE_CHECKING, ClassVar
@@ -60,7 +61,9 @@ class RaspberryPiBackend(HardwareBackend):
         return chain(examine(self, robot), findings_of(batteries))
 
     def wiring(self, robot: RobotDescription) -> Wiring:
-        return build_wiring(self.bind(robot))
+        bindings, left_out = self.bind_for_wiring(robot)
+        wiring = build_wiring(bindings)
+        return replace(wiring, notes=(*wiring.notes, *left_out))
 
     def open(self, setup: Setup) -> Robot:
         setup = self.configure(setup)

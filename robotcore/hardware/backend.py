@@ -8,14 +8,16 @@ from typing import Any, ClassVar
 from robotcore.description import RobotDescription
 from robotcore.hal.backend import Backend, Setup
 from robotcore.hal.cutoff import CutoffSpec
-from robotcore.hal.kind import list_monitored
+from robotcore.hal.kind import list_monitored, load_kind
 from robotcore.hal.robot import Robot
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.hal.wiring import Wire, Wiring
-from robotcore.hardware.binding import bind_devices
+from robotcore.hardware.binding import bind_devices, list_drivers
 from robotcore.hardware.driver import Connection, DeviceBinding, DeviceContext
 from robotcore.hardware.opening import open_robot
 from robotcore.text import pluralize
+
+NO_DRIVER = "No installed driver opens this device, so its wires are left out."
 
 
 class HardwareBackend(Backend):
@@ -60,12 +62,21 @@ class HardwareBackend(Backend):
     def wiring(self, robot: RobotDescription) -> Wiring:
         """Return the wires of the devices, for each device its signals and then its supply, and the notes."""
         wires: list[Wire] = []
-        bindings = self.bind(robot)
+        bindings, left_out = self.bind_for_wiring(robot)
         for binding in bindings:
             signals = [(wire.signal, str(wire)) for wire in binding.driver.connections()]
             supply = [("ground" if pad == "ground" else "supply", pad) for pad in binding.driver.supply]
             wires += [Wire(binding.name, binding.label, *ends) for ends in (*signals, *supply)]
-        return Wiring((), wires, [(binding.name, note) for binding in bindings for note in binding.notes])
+        notes = [(binding.name, note) for binding in bindings for note in binding.notes]
+        return Wiring((), wires, [*notes, *left_out])
+
+    def bind_for_wiring(self, robot: RobotDescription) -> tuple[tuple[DeviceBinding, ...], Sequence[tuple[str, str]]]:
+        """Return the devices with their drivers, and a note for each device that has neither a table nor a driver."""
+        tables = robot.backends.get(self.section, {})
+        devices = [each for each in robot.devices if each.name not in tables and not load_kind(each.kind).is_optional]
+        left_out = [each.name for each in devices if not list_drivers(type(each))]
+        bindings = self.bind(robot, [each.name for each in robot.devices if each.name not in left_out])
+        return bindings, [(name, NO_DRIVER) for name in left_out]
 
     def cutoffs(self, setup: Setup) -> Sequence[CutoffSpec]:
         setup = self.configure(setup)

@@ -10,8 +10,10 @@ from drivers.raspberrypi.backend import RaspberryPiBackend
 from drivers.raspberrypi.virtual.backend import VirtualPiBackend
 from robotcore.description import load_robot
 from robotcore.errors import DescriptionError
-from robotcore.hal.backend import Backend
+from robotcore.hal.backend import Backend, load_backend
 from robotcore.hardware import bind_devices
+from robotcore.hardware.backend import NO_DRIVER
+from tests.doubles import foreign_kinds
 from tests.drivers.raspberrypi import third_party_driver
 from tests.texts import Raises
 
@@ -73,3 +75,12 @@ def test_an_encoder_without_a_direction_needs_a_motor_that_reports_one(raises: R
     assert RaspberryPiBackend().check(third_party_driver.rover(**wheels))
     with raises(DescriptionError, "setting-conflict", key="raspberrypi.left_encoder"):
         RaspberryPiBackend().check(third_party_driver.rover(left_encoder=pulses, **wheels))
+
+
+@pytest.mark.parametrize("backend", ["raspberrypi", "serial"])
+def test_wiring_leaves_out_a_device_without_a_driver(backend: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    foreign_kinds.install(monkeypatch)
+    wiring = load_backend(backend).wiring(foreign_kinds.rover_with(foreign_kinds.TiltDescription(name="tilt")))
+    assert wiring
+    assert wiring.wires
+    assert ("tilt", NO_DRIVER) in wiring.notes
