@@ -96,19 +96,21 @@ class ChannelDriver(BusDriver):
         return Connection(signal, CHIP, f"channel {number} of {self.place}")
 
     def require_one_frequency(self, drivers: Drivers) -> None:
-        """Raise Mistake if another device on the same chip needs another frequency of the PWM."""
+        """Raise Mistake if this is the first device on its chip that needs another frequency of the PWM."""
+        earlier: dict[str, int] = {}
         for name, other in drivers.items():
             if other is self:
-                return
-            if not isinstance(other, ChannelDriver) or other.place != self.place:
-                continue
-            if other.wanted_hz != self.wanted_hz:
-                problem = (
-                    f"needs a PWM of {self.wanted_hz} Hz, but {name} on the same {CHIP} needs {other.wanted_hz} Hz, "
-                    "and all channels of a chip have one frequency"
-                )
-                remedy = "Set frequency_hz of its motors to one value, and to 50 if it has servos"
-                raise Mistake(problem, remedy, kind="frequency-conflict")
+                break
+            if isinstance(other, ChannelDriver) and other.place == self.place:
+                earlier[name] = other.wanted_hz
+        if len({*earlier.values()}) == 1 and self.wanted_hz not in earlier.values():
+            name, hz = next(iter(earlier.items()))
+            problem = (
+                f"needs a PWM of {self.wanted_hz} Hz, but {name} on the same {CHIP} needs {hz} Hz, "
+                "and all channels of a chip have one frequency"
+            )
+            remedy = "Set frequency_hz of its motors to one value, and to 50 if it has servos"
+            raise Mistake(problem, remedy, kind="frequency-conflict")
 
     def take_chip(self, device: str, context: DeviceContext) -> PwmChip:
         """Return the open chip, which devices share; raises DeviceError. Every channel of a new one is off."""

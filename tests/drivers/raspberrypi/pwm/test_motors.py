@@ -187,6 +187,13 @@ def test_closed_bus_and_driver_of_the_kernel_are_named(
         open_motor(LEFT)
 
 
+def test_one_wrong_frequency_is_one_mistake() -> None:
+    left, right = {**LEFT, "frequency_hz": 50}, {**RIGHT, "frequency_hz": 400}
+    with pytest.raises(DescriptionError) as caught:
+        bind_devices(build_robot(left_motor=left, right_motor=right, pan=PAN), "raspberrypi")
+    assert caught.value.others == ()
+
+
 def test_another_chip_at_the_address_is_refused_before_a_write(bus: Bus, raises: Raises) -> None:
     bus.chip.write_bytes(bytes([0x39] * 256))
     with raises(DeviceError, "wrong-chip"):
