@@ -11,6 +11,7 @@ from robotcore.errors import BackendMissingError, UnknownNameError, UsageError
 from robotcore.hal.backend import load_backend
 from robotcore.plugins import app_names, backend_names
 from robotcore.runtime.apps import app_name, load_app
+from tests.doubles.packages import forget_packages
 from tests.texts import Raises
 
 Register = Callable[..., None]
@@ -21,12 +22,8 @@ GROUPS = (registry.BACKENDS, registry.APPS, registry.FAULTS, registry.DEVICES, r
 def register(monkeypatch: pytest.MonkeyPatch) -> Iterator[Register]:
     """Return a function that replaces the installed entry points of all groups."""
 
-    def forget() -> None:
-        for cached in (registry._scan_packages, registry._list_points, registry._points, registry._find_rivals):
-            cached.cache_clear()
-
     def install(**values: str | list[str]) -> None:
-        forget()
+        forget_packages()
         listed = {name: [value] if isinstance(value, str) else value for name, value in values.items()}
         points = EntryPoints(
             EntryPoint(name.replace("_", "-"), value, group)
@@ -38,7 +35,7 @@ def register(monkeypatch: pytest.MonkeyPatch) -> Iterator[Register]:
 
     yield install
     monkeypatch.undo()
-    forget()
+    forget_packages()
 
 
 def test_everything_that_is_registered_can_be_loaded() -> None:

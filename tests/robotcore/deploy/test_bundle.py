@@ -12,7 +12,7 @@ import pytest
 from robotcore.deploy.bundle import Bundle, build_bundle, build_package
 from robotcore.deploy.project import DeployOptions, build_project
 from robotcore.errors import DeployError, UsageError
-from robotcore.plugins import _points
+from tests.doubles.packages import forget_packages
 from tests.robotcore.deploy.projects import TABLE, git, write, write_project
 from tests.texts import Raises
 
@@ -59,9 +59,9 @@ def driver(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     installed = {f"lidar_x-0.3.dist-info/{name}": text for name, text in metadata.items()}
     monkeypatch.syspath_prepend(write(tmp_path / "installed", installed))
     monkeypatch.syspath_prepend(source)
-    _points.cache_clear()
+    forget_packages()
     yield
-    _points.cache_clear()
+    forget_packages()
 
 
 @pytest.fixture
