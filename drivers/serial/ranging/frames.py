@@ -27,8 +27,6 @@ class FrameParser(ABC, Generic[FrameT]):
     """The number of bytes of a frame."""
 
     def __init__(self) -> None:
-        self.skipped = 0
-        """The number of bytes that were not part of a frame."""
         self._rest = b""
         self._is_in_step = False
 
@@ -61,5 +59,4 @@ class FrameParser(ABC, Generic[FrameT]):
         found = stream.find(self.header, at)
         if found < 0:
             found = max(at, len(stream) - stream.endswith(self.header[:1]))
-        self.skipped += found - (at - 1)
         return found

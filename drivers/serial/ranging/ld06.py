@@ -141,8 +141,7 @@ class LD06Protocol(Protocol):
         return b""
 
     def explain_silence(self, place: str, *, has_received: bool = False) -> str:
-        description = _NO_PACKETS if self._parser.skipped else _SILENT
-        return description.format(where=f"on {place} at {self.baud} baud", skipped=self._parser.skipped)
+        return (_NO_PACKETS if has_received else _SILENT).format(where=f"on {place} at {self.baud} baud")
 
     def _add(self, packet: Packet, time: float) -> None:
         for angle, millimetres in zip(packet.angles.tolist(), packet.distances, strict=True):
@@ -165,10 +164,7 @@ _MAX_AGE_S = 0.5
 _MAX_POINTS = 4000
 """The largest number of points that are stored for a revolution. A lidar sends 350 to 900 points in one."""
 
-_NO_PACKETS = (
-    "{skipped} bytes arrived {where}, but no packet of an LD06. Check that this is the lidar's port, and that baud is "
-    "230400"
-)
+_NO_PACKETS = "the data {where} has no packet of an LD06. Check that this is the lidar's port, and that baud is 230400"
 _SILENT = "nothing arrives {where}. Check that the lidar turns, and that its TX goes to the port's RX"
 
 _ANSWER_S = 3.0

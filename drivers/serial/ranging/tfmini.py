@@ -51,8 +51,7 @@ class TFminiProtocol(Protocol):
         return b""
 
     def explain_silence(self, place: str, *, has_received: bool = False) -> str:
-        description = _NO_FRAMES if self._parser.skipped else _SILENT
-        return description.format(where=f"on {place} at {self.baud} baud", skipped=self._parser.skipped)
+        return (_NO_FRAMES if has_received else _SILENT).format(where=f"on {place} at {self.baud} baud")
 
     def _add(self, readings: Sequence[Reading], now: float) -> None:
         *before, newest = readings
@@ -68,7 +67,7 @@ class TFminiProtocol(Protocol):
 
 
 _NO_FRAMES = (
-    "{skipped} bytes arrived {where}, but no frame of a TFmini. Check that this is the sensor's port, set baud to the "
+    "the data {where} has no frame of a TFmini. Check that this is the sensor's port, set baud to the "
     "sensor's baud rate (115200 from the factory), and set the sensor's output to 9 bytes in cm"
 )
 _SILENT = (
