@@ -24,6 +24,9 @@ Segment = tuple[tuple[float, float], tuple[float, float]]
 MAX_LINE_POINTS = 1000
 """The greatest number of points of all lines in a world, so that pictures and samples take little time."""
 
+MIN_LENGTH_M = 1e-6
+"""The least distance between neighbouring points of a line, in metres."""
+
 _ARC_STEPS = 12
 """The number of edges of the half circle at each end of a segment's outline."""
 
@@ -44,7 +47,7 @@ class Line(StrictModel):
     @model_validator(mode="after")
     def _require_distinct_points(self) -> Line:
         for number, (start, end) in enumerate(self.segments, start=1):
-            if start == end:
+            if math.dist(start, end) < MIN_LENGTH_M:
                 following = number % len(self.points_m) + 1
                 problem = f"the points {number} and {following} of points_m are at the same place"
                 raise Mistake(problem, "Remove one of them", kind="same-point")

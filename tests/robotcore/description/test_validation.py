@@ -95,7 +95,7 @@ WORLD_MISTAKES = [
     ),
     (
         "[walls]",
-        "[[lines]]\nwidth_m = 0.02\nclosed = true\npoints_m = [[0, 0], [1, 0], [0, 0]]\n[walls]",
+        "[[lines]]\nwidth_m = 0.02\nclosed = true\npoints_m = [[0, 0], [1, 0], [1e-9, 0]]\n[walls]",
         "lines[#1]",
         "same-point",
     ),
