@@ -42,6 +42,17 @@ def find_doubtful_values(robot: RobotDescription) -> Iterator[str]:
         if distance > reach:
             yield f"{key}: it is {distance:.2g} m from the middle of the body. {METRES}"
     yield from _find_wrong_units(robot)
+    yield from _find_unusable_sensors(robot)
+
+
+def _find_unusable_sensors(robot: RobotDescription) -> Iterator[str]:
+    for device in robot.devices:
+        rate_hz: float = getattr(device, "rate_hz", math.inf)
+        if rate_hz * robot.safety.max_age_s <= 1:
+            yield (
+                f"{device.name}.rate_hz: with {rate_hz:g} Hz, its samples are older than safety.max_age_s, "
+                f"{robot.safety.max_age_s:g} s, so each run stops. Raise one of them"
+            )
     for sensor in robot.sensors_ahead:
         max_range_m: float = getattr(sensor, "max_range_m", math.inf)
         if robot.safety.stop_distance_m > max_range_m:

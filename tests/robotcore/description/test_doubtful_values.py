@@ -4,8 +4,9 @@ from typing import Any
 
 import pytest
 
-from robotcore.description import load_robot, load_world, world_names
+from robotcore.description import Mount, load_robot, load_world, world_names
 from robotcore.description.doubtful_values import find_bodies_outside, find_doubtful_values
+from robotcore.kinds.lidar import LidarDescription
 from tests.texts import CheckText
 
 ROVER = load_robot("rover")
@@ -35,6 +36,13 @@ def test_a_stop_nearer_than_a_sensor_measures_is_a_warning(check_text: CheckText
     (nose,) = ROVER.all_of("range_sensor")
     robot = ROVER.model_copy(update={"devices": (nose.model_copy(update={"min_range_m": 0.2}),)})
     check_text("\n".join(find_doubtful_values(robot)))
+
+
+def test_a_sensor_slower_than_the_greatest_age_of_a_sample_is_a_warning(check_text: CheckText) -> None:
+    lidar = LidarDescription(
+        kind="lidar", name="scanner", mount=Mount(z_m=0.2), min_range_m=0.05, max_range_m=8.0, rate_hz=0.8
+    )
+    check_text("\n".join(find_doubtful_values(ROVER.model_copy(update={"devices": (lidar,)}))))
 
 
 def test_a_mount_far_from_the_body_is_a_warning(check_text: CheckText) -> None:
