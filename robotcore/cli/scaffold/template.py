@@ -68,6 +68,13 @@ class Template:
         stems = (each.name.partition(".")[0] for each in self.entries(self.root))
         return {stem for stem in stems if stem not in _spellings(self.own_name)}
 
+    def uses_class_name(self, name: str) -> bool:
+        """Return whether the class of a new project would have the name of another thing in the template's modules."""
+        own, new = _spellings(self.own_name)[-1], _spellings(name)[-1]
+        modules = (each.read_text(encoding="utf-8") for each in self.entries(self.root) if each.name.endswith(".py"))
+        words = {word for module in modules for word in re.findall(r"\w+", module)}
+        return own in words and (new in words or iskeyword(new))
+
 
 PROJECT = Template(
     "project",
@@ -149,6 +156,8 @@ def _describe_use(template: Template, name: str) -> str:
         return "a keyword of Python"
     if module in template.reserved_names:
         return "the name of a file in every new project"
+    if template.uses_class_name(name):
+        return f"a name whose class {_spellings(name)[-1]} would hide another one"
     if module in sys.stdlib_module_names or find_spec(module):
         return "the name of an installed Python module"
     from robotcore.plugins import kind_names

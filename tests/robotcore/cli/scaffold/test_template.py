@@ -55,6 +55,13 @@ def test_refuses_a_driver_with_the_name_of_a_backend_or_of_a_key(name: str, tmp_
     require_free(PROJECT, tmp_path / name)
 
 
+@pytest.mark.parametrize("name", ["kind", "none", "speed"])
+def test_refuses_a_kind_whose_class_hides_another_one(name: str, tmp_path: Path, raises: Raises) -> None:
+    with raises(UsageError, "project-name-in-use", name=name):
+        require_free(KIND, tmp_path / name)
+    require_free(PROJECT, tmp_path / name)
+
+
 @pytest.mark.parametrize("kind", ["folder", "file", "dangling link"])
 def test_refuses_a_folder_that_exists(kind: str, tmp_path: Path, raises: Raises) -> None:
     there = tmp_path / "my-robot"
