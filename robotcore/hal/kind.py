@@ -16,7 +16,7 @@ from robotcore.errors import (
     UsageError,
     describe_exception,
 )
-from robotcore.hal.device import Actuator, Device, Sensor, list_values
+from robotcore.hal.device import Actuator, Device, Sensor, build_driver_error, list_values
 from robotcore.hal.sample_types import list_numbers, require_types
 from robotcore.hal.sampling import SampleCache
 from robotcore.plugins import KINDS, load_registered
@@ -196,6 +196,10 @@ def _create(device_class: Callable[..., Device], description: DeviceDescription)
         model = type(description).__name__
         text = f"{error}. Let arguments() of {model} return the arguments of __init__, without the name"
         raise DeviceError(description.name, text, kind="wrong-arguments") from error
+    except RobotcoreError:
+        raise
+    except Exception as error:
+        raise build_driver_error(description.name, error) from error
 
 
 def simulate_device(description: DeviceDescription, state: SimulationState) -> Device:

@@ -7,7 +7,7 @@ from math import inf, isfinite
 from typing import Any
 
 from robotcore.errors import DeviceError
-from robotcore.hal.device import Sample, Sensor, list_values
+from robotcore.hal.device import Sample, Sensor, build_driver_error, list_values
 from robotcore.hal.robot import Robot
 from robotcore.runtime.trace import MonitoredValue
 
@@ -83,7 +83,10 @@ class Gauge:
 
     def _build_problem_warning(self, sample: Any) -> str:
         # At the start of a run the warning has no delay, because no motor lowers a voltage yet.
-        problem = self._sensor.find_problem(sample)
+        try:
+            problem = self._sensor.find_problem(sample)
+        except Exception as error:  # noqa: BLE001  the sensor may be of another package
+            return self._build_failure_warning(str(build_driver_error(self.name, error)))
         if not problem:
             self._good_at = sample.time
         elif not self._has_warned and sample.time - self._good_at >= PROBLEM_S:

@@ -6,7 +6,8 @@ import math
 from typing import Any
 
 from robotcore.description import RobotDescription
-from robotcore.hal.device import Sample, Sensor
+from robotcore.errors import RobotcoreError
+from robotcore.hal.device import Sample, Sensor, build_driver_error
 from robotcore.hal.joint import Joints
 
 STRAIGHT_RAD = math.pi / 6
@@ -37,8 +38,17 @@ class SensorAhead:
         return all(self._does_look_ahead(mount.face(mount.yaw_rad + each)) for each in (-STRAIGHT_RAD, STRAIGHT_RAD))
 
     def measure(self, sample: Sample) -> float:
-        """Return the free distance ahead in a sample, in metres. The sensor must have looked ahead at its time."""
+        """Return the free distance ahead in a sample, in metres. The sensor must have looked ahead at its time.
+
+        Raises DeviceError if the sensor's class fails.
+        """
         if sample is not self._sample:
             mount = self._mount if self.is_fixed else self._joints.locate(self._mount, sample.time)
-            self._sample, self._distance = sample, self.device.measure_ahead(sample, mount, self._body)
+            try:
+                self._distance = float(self.device.measure_ahead(sample, mount, self._body))
+            except RobotcoreError:
+                raise
+            except Exception as error:
+                raise build_driver_error(self.device.name, error) from error
+            self._sample = sample
         return self._distance

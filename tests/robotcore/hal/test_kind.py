@@ -70,6 +70,18 @@ def test_constructor_without_its_arguments_is_an_error_of_the_device(
         build_sensor(TiltDescription(name="tilt"), lambda: None)
 
 
+def test_constructor_that_fails_is_an_error_of_the_device(monkeypatch: pytest.MonkeyPatch, raises: Raises) -> None:
+    class BrokenTilt(TiltSensor):
+        def __init__(self, name: str) -> None:
+            raise LookupError(name)
+
+    kind = replace(KINDS["tilt_sensor"], device=BrokenTilt)
+    monkeypatch.setattr("robotcore.hal.kind.load_registered", lambda *_: kind)
+    monkeypatch.setattr("robotcore.hal.kind._sensor_class", _sensor_class.__wrapped__)  # without the cache
+    with raises(DeviceError, "driver-error", device="tilt"):
+        build_sensor(TiltDescription(name="tilt"), lambda: None)
+
+
 @pytest.mark.parametrize("values", [(0.1, 0.2, 0.5), ("steep", 0.2, 3)], ids=["no-whole-number", "a-text"])
 def test_simulated_sample_that_does_not_fit_its_types_is_an_error_of_the_device(
     values: Any, state: SimulationState, monkeypatch: pytest.MonkeyPatch, raises: Raises

@@ -88,6 +88,15 @@ def test_sensor_of_another_package_is_monitored_in_its_own_unit(monkeypatch: pyt
     assert trace.voltages == {}
 
 
+def test_sensor_whose_class_fails_causes_one_warning(monkeypatch: pytest.MonkeyPatch, check_text: CheckText) -> None:
+    foreign_kinds.install(monkeypatch)
+    engine = build_sensor(ThermometerDescription(name="engine"), lambda: Temperature("front", 90.0, 4.0, 1))
+    monkeypatch.setattr(engine, "find_problem", lambda _sample: 1 / 0)
+    monitor = SensorMonitor(Robot("rover", SteppedClock(20.0, lambda _steps: None), [engine]))
+    check_text("\n".join(monitor.read(0.0)))
+    assert monitor.read(5.0) == ()
+
+
 def test_monitored_sensor_whose_samples_have_no_number_has_no_value() -> None:
     assert find_number(Darkness((0.5, 0.5), 0.0, 0)) is None
 

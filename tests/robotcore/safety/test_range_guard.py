@@ -1,12 +1,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from robotcore.description import Mount, load_robot
+from robotcore.errors import DeviceError
 from robotcore.geometry import DifferentialGeometry, Twist, Wheels
 from robotcore.hal.clock import SteppedClock
 from robotcore.hal.joint import Joints
@@ -14,6 +16,7 @@ from robotcore.kinds.servo import ServoDescription
 from robotcore.safety.range_guard import DistanceAhead, RangeGuard, compute_stopping_distance
 from robotcore.safety.sensor_ahead import SensorAhead
 from tests.robotcore.fakes import NullRange, look_ahead
+from tests.texts import Raises
 
 GEOMETRY = DifferentialGeometry(wheel_radius=0.05, track=0.2)
 STOPPED = Wheels(0.0, 0.0)
@@ -116,6 +119,16 @@ class TestDistanceAhead:
         clock = SteppedClock(20, lambda _: None)
         sensors = [look_ahead(NullRange(clock, distance=distance), clock) for distance in distances]
         assert DistanceAhead(clock, sensors, stand)(0.1) == 0.0
+
+    @pytest.mark.parametrize("measure", [lambda *_: None, lambda *_: 1 / 0], ids=["none", "fails"])
+    def test_class_that_measures_no_distance_is_an_error_of_the_device(
+        self, measure: Callable[..., float], raises: Raises
+    ) -> None:
+        clock = SteppedClock(20, lambda _: None)
+        nose = NullRange(clock, distance=0.3)
+        nose.measure_ahead = measure  # type: ignore[method-assign]
+        with raises(DeviceError, "driver-error", device="nose"):
+            DistanceAhead(clock, [look_ahead(nose, clock)], stand)(0.1)
 
     def test_sensor_that_is_turned_aside_is_not_read(self) -> None:
         bench = ServoBench()
