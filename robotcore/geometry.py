@@ -14,13 +14,16 @@ class Twist(NamedTuple):
     """The velocity of a robot in the plane.
 
     >>> Twist(linear=0.2, angular=-0.5)
-    Twist(linear=0.2, angular=-0.5)
+    Twist(linear=0.2 m/s, angular=-0.5 rad/s)
     """
 
     linear: float
     """The forward velocity, in m/s."""
     angular: float
     """The turn rate, in rad/s, positive to the left."""
+
+    def __repr__(self) -> str:
+        return f"Twist(linear={_shorten(self.linear)} m/s, angular={_shorten(self.angular)} rad/s)"
 
 
 class Pose(NamedTuple):
@@ -38,6 +41,10 @@ class Pose(NamedTuple):
     """The y coordinate, in metres."""
     heading: float
     """The angle from the x axis, in radians, positive to the left."""
+
+    def __repr__(self) -> str:
+        x, y, heading = map(_shorten, self)
+        return f"Pose(x={x} m, y={y} m, heading={heading} rad)"
 
     def advance(self, distance: float, turn: float) -> Pose:
         """Return the pose after a motion along an arc of constant curvature.
@@ -118,6 +125,14 @@ class Wheels(NamedTuple):
     left: float
     right: float
 
+    def __repr__(self) -> str:
+        return f"Wheels(left={_shorten(self.left)}, right={_shorten(self.right)})"
+
+
+def _shorten(value: float) -> str:
+    """Return a number with at most four decimals. Adding 0.0 turns -0.0 into 0.0."""
+    return f"{round(value, 4) + 0.0:g}"
+
 
 @dataclass(frozen=True, slots=True)
 class DifferentialGeometry:
@@ -128,9 +143,9 @@ class DifferentialGeometry:
 
     >>> geometry = DifferentialGeometry(wheel_radius=0.05, track=0.2)
     >>> geometry.to_wheels(linear=0.1, angular=0.0)
-    Wheels(left=2.0, right=2.0)
+    Wheels(left=2, right=2)
     >>> geometry.to_twist(Wheels(left=-1.0, right=1.0))
-    Twist(linear=0.0, angular=0.5)
+    Twist(linear=0 m/s, angular=0.5 rad/s)
     """
 
     wheel_radius: float

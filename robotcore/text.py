@@ -6,6 +6,8 @@ import sys
 from collections.abc import Collection, Sequence
 from contextlib import suppress
 from difflib import get_close_matches
+from numbers import Integral, Real
+from typing import Any
 
 
 def pluralize(number: int, noun: str) -> str:
@@ -15,6 +17,17 @@ def pluralize(number: int, noun: str) -> str:
     ('1 warning', '0 warnings')
     """
     return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
+def format_number(value: Any) -> str:
+    """Return a number as text with two decimals. Return the text of a whole number, and of anything else, as it is.
+
+    >>> format_number(-0.001), format_number(0.125), format_number(3)
+    ('0.00', '0.12', '3')
+    """
+    if not isinstance(value, Real) or isinstance(value, Integral):
+        return str(value)
+    return f"{round(float(value), 2) + 0.0:.2f}"  # adding 0.0 turns -0.0 into 0.0
 
 
 def escape(text: str, *, keep: str = "") -> str:

@@ -7,6 +7,7 @@ and of all wheels with one that skids. In this frame, x points forward, y left a
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar, overload
@@ -33,7 +34,7 @@ from robotcore.description.types import (
     require_unique,
 )
 from robotcore.errors import Mistake, UsageError
-from robotcore.text import find_nearest
+from robotcore.text import find_nearest, pluralize
 
 GUARD_MARGIN_M = 0.03
 """The range guard stops the robot this far before an obstacle becomes too near for a sensor, in metres."""
@@ -138,6 +139,12 @@ class RobotDescription(StrictModel):
     backends: Annotated[dict[str, dict[str, Any]], BeforeValidator(freeze)] = Field(default_factory=dict)
     """The contents of the file's sections for backends, by the names of the backends."""
     _origin: _Origin = PrivateAttr(default_factory=_Origin)
+
+    def __repr__(self) -> str:
+        kinds = Counter(device.kind.replace("_", " ") for device in self.devices)
+        parts = [f"{self.drive.kind} drive"] if self.drive else []
+        parts += [pluralize(count, kind) for kind, count in kinds.items()]
+        return f"<RobotDescription {self.name}: {', '.join(parts) or 'no devices'}>"
 
     @model_validator(mode="after")
     def _set_origin(self, info: ValidationInfo) -> RobotDescription:

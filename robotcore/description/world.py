@@ -26,6 +26,7 @@ from robotcore.description.types import (
 )
 from robotcore.errors import Mistake
 from robotcore.geometry import Pose
+from robotcore.text import pluralize
 
 Distance = Annotated[float, Field(ge=0, le=1000)]
 Scale = Annotated[float, Field(ge=0.1, le=10)]
@@ -189,6 +190,12 @@ class WorldDescription(StrictModel):
     variation: Variation | None = None
     """The intervals from which a seed draws layouts. With None, a seed draws positions from the whole floor."""
     randomisation: Randomisation = Randomisation()
+
+    def __repr__(self) -> str:
+        contents = {"obstacle": self.obstacles, "target": self.targets, "line": self.lines}
+        parts = [f"{self.floor.length_m:g} x {self.floor.width_m:g} m"]
+        parts += [pluralize(len(things), name) for name, things in contents.items() if things]
+        return f"<WorldDescription {self.name}: {', '.join(parts)}>"
 
     @model_validator(mode="after")
     def _check_names(self) -> WorldDescription:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, Protocol, 
 
 from robotcore.errors import DeviceClosedError, DeviceError, InvalidCommandError, RobotcoreError
 from robotcore.geometry import Pose
+from robotcore.text import format_number
 
 if TYPE_CHECKING:
     from robotcore.description import Body, Mount
@@ -84,13 +85,6 @@ def list_values(sample: type[Any]) -> tuple[Value, ...]:
     return tuple(Value(name, unit.symbol) for name, unit in found if isinstance(unit, Unit))
 
 
-def _format_number(value: Any) -> str:
-    if isinstance(value, tuple):
-        return " ".join(map(_format_number, value))
-    # Adding 0.0 turns -0.0 into 0.0.
-    return f"{round(value, 2) + 0.0:.2f}" if isinstance(value, float) else str(value)
-
-
 SampleT = TypeVar("SampleT", bound=Sample)
 CommandT = TypeVar("CommandT")
 T = TypeVar("T")
@@ -121,7 +115,12 @@ class Device:
         self._locate = pose if callable(pose) else lambda: pose
 
     def __repr__(self) -> str:
-        return f"<{type(self).__name__} {self.name!r}{', closed' if self._is_closed else ''}>"
+        state = "closed" if self._is_closed else self._describe_state()
+        return f"<{type(self).__name__} {self.name}{': ' if state else ''}{state}>"
+
+    def _describe_state(self) -> str:
+        """Return the last sample or command as text, or ``""``. This uses no hardware."""
+        return ""
 
     def close(self) -> None:
         """Release the hardware. Then a second `close` does nothing, and other methods raise DeviceClosedError."""
@@ -174,11 +173,7 @@ class Sensor(Device, ABC, Generic[SampleT]):
 
     def format_sample(self, sample: SampleT) -> str:
         """Return the values of a sample with their units as a text, such as ``7.40 V``."""
-        values = ((getattr(sample, field), field, unit) for field, unit in list_values(type(sample)))
-        return ", ".join(
-            f"{_format_number(value)} {unit}" if unit else f"{field} {_format_number(value)}"
-            for value, field, unit in values
-        )
+        return str(sample)
 
     def list_rays(self, sample: SampleT) -> Rays:
         """Return the rays of a sample, for a sensor that has rays."""
@@ -225,6 +220,16 @@ class Actuator(Device, ABC, Generic[CommandT]):
 
     safe_command: ClassVar[Any] = None
     """The command of the safe state, such as a velocity of 0. None: the actuator holds its state at a stop."""
+
+    command_unit: ClassVar[str] = ""
+    """The unit of a command that is a number, such as ``rad``."""
+
+    def format_command(self, command: CommandT) -> str:
+        """Return a command with its unit as text, such as ``0.50 rad``; ``""`` for a command other than numbers."""
+        numbers = command if isinstance(command, tuple) else (command,)
+        if not all(isinstance(each, (int, float)) for each in numbers):
+            return ""
+        return f"{' '.join(map(format_number, numbers))} {self.command_unit}".rstrip()
 
     def send(self, command: CommandT) -> CommandT:
         """Send a command within the limits of the actuator, and return the command that was sent.

@@ -38,7 +38,7 @@ class DifferentialDrive:
     >>> import robotcore
     >>> robot = robotcore.testing.MockRobot(range=[0.84]).layered
     >>> robot.drive.set_velocity(0.1, 0.0)
-    Twist(linear=0.0975, angular=0.0)
+    Twist(linear=0.0975 m/s, angular=0 rad/s)
     """
 
     def __init__(

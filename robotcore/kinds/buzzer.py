@@ -48,6 +48,7 @@ class Buzzer(Actuator[float], ABC):
     """
 
     kind = "buzzer"
+    command_unit = "Hz"
     safe_command = SILENCE
 
     def __init__(self, name: str, *, max_frequency: float) -> None:

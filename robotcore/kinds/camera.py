@@ -38,13 +38,13 @@ class CameraDescription(DeviceDescription):
         return {"intrinsics": self.intrinsics}
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Frame:
     """A sample of a camera.
 
     >>> frame = Frame(np.zeros((120, 160, 3), np.uint8), time=1.25, sequence=25)
     >>> frame
-    <Frame 160x120, t=1.25 s, sequence 25>
+    <Frame 160x120 at 1.25 s>
     >>> frame.grey.shape
     (120, 160)
     """
@@ -57,8 +57,11 @@ class Frame:
     """The number of the frame. It grows with each new frame of a camera."""
 
     def __repr__(self) -> str:
+        return f"<Frame {self} at {self.time:.2f} s>"
+
+    def __str__(self) -> str:
         height, width = self.image.shape[:2]
-        return f"<Frame {width}x{height}, t={self.time:g} s, sequence {self.sequence}>"
+        return f"{width}x{height}"
 
     @cached_property
     def grey(self) -> Image:
@@ -80,7 +83,7 @@ class Camera(Sensor[Frame]):
         self.intrinsics = intrinsics
 
     def format_sample(self, sample: Frame) -> str:
-        return f"{sample.image.shape[1]} x {sample.image.shape[0]} pixels"
+        return f"{sample} pixels"
 
 
 class SimulatedCamera(Camera):

@@ -126,6 +126,12 @@ class GamepadSample:
     sequence: int
     """The number of the sample. It grows with each new sample of a device."""
 
+    def __str__(self) -> str:
+        """Return the axes that are not 0, and the names of the pressed buttons."""
+        values = {name: value for name, value in asdict(self).items() if value and name not in ("time", "sequence")}
+        texts = (name if value is True else f"{name} {value:.2f}" for name, value in values.items())
+        return ", ".join(texts) or "at rest"
+
 
 BUTTONS = tuple(each.name for each in fields(GamepadSample) if each.name not in (*AXES, *TRIGGERS, "time", "sequence"))
 
@@ -143,12 +149,6 @@ class Gamepad(Sensor[GamepadSample]):
     """
 
     kind = "gamepad"
-
-    def format_sample(self, sample: GamepadSample) -> str:
-        """Return the axes that are not 0, and the names of the pressed buttons."""
-        values = {name: value for name, value in asdict(sample).items() if value and name not in ("time", "sequence")}
-        texts = (name if value is True else f"{name} {value:.2f}" for name, value in values.items())
-        return ", ".join(texts) or "at rest"
 
 
 def simulate(gamepad: GamepadDescription, _state: SimulationState) -> Callable[[float, int], GamepadSample]:

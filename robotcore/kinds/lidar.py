@@ -119,6 +119,19 @@ class Scan:
     sequence: int
     """The number of the sample. It grows with each new sample of a device."""
 
+    def __str__(self) -> str:
+        return self.format_echoes()
+
+    def format_echoes(self, bearings: tuple[float, ...] = ()) -> str:
+        """Return the distance of the nearest echo, its bearing if ``bearings`` are given, and the number of echoes."""
+        echoes = sum(map(math.isfinite, self.distances))
+        counted = f"{echoes} of {len(self.distances)} rays with an echo"
+        if not echoes:
+            return counted
+        nearest = min(self.distances)
+        where = f" at {math.degrees(bearings[self.distances.index(nearest)]):.0f}°" if bearings else ""
+        return f"nearest {nearest:.2f} m{where}, {counted}"
+
 
 class Lidar(Sensor[Scan]):
     """A sensor that measures the distance to the nearest body in many directions.
@@ -172,13 +185,7 @@ class Lidar(Sensor[Scan]):
         return max(0.0, float(ahead[is_in_the_way].min(initial=math.inf)))
 
     def format_sample(self, sample: Scan) -> str:
-        echoes = sum(map(math.isfinite, sample.distances))
-        counted = f"{echoes} of {len(sample.distances)} rays with an echo"
-        nearest = min(sample.distances)
-        if not echoes:
-            return counted
-        bearing = self.bearings[sample.distances.index(nearest)]
-        return f"nearest {nearest:.2f} m at {math.degrees(bearing):.0f}°, {counted}"
+        return sample.format_echoes(self.bearings)
 
 
 class LidarSimulation:

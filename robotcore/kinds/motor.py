@@ -46,6 +46,7 @@ class Motor(Actuator[float], ABC):
     """
 
     kind = "motor"
+    command_unit = "rad/s"
     safe_command = 0.0
 
     def __init__(self, name: str, max_velocity: float) -> None:

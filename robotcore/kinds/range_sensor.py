@@ -15,6 +15,7 @@ from robotcore.errors import Mistake
 from robotcore.hal.clock import Clock
 from robotcore.hal.device import Rays, Sensor, Unit
 from robotcore.hal.kind import Kind
+from robotcore.hal.sample_text import format_values
 from robotcore.hal.sampling import SampleCache
 from robotcore.hal.simulation_state import SimulationState
 from robotcore.raycast import FAN_SETBACK_M, Fan
@@ -56,8 +57,8 @@ class RangeSensorDescription(DeviceDescription):
 class Range:
     """A sample of a range sensor.
 
-    >>> Range(distance=0.84, time=1.25, sequence=25).distance
-    0.84
+    >>> Range(distance=0.84, time=1.25, sequence=25)
+    Range 0.84 m at 1.25 s
     """
 
     distance: Annotated[float, Unit("m")]
@@ -68,6 +69,9 @@ class Range:
     """The number of the sample. It grows with each new sample of a device."""
     point: tuple[float, float, float] | None = None
     """The detected point in the sensor's frame, in metres. Only some simulators provide it."""
+
+    def __str__(self) -> str:
+        return "nothing in range" if self.distance == math.inf else format_values(self)
 
 
 class RangeSensor(Sensor[Range]):

@@ -65,6 +65,7 @@ class Servo(Actuator[float], ABC):
     """
 
     kind = "servo"
+    command_unit = "rad"
 
     def __init__(self, name: str, *, min_angle: float, max_angle: float, angle: float) -> None:
         super().__init__(name)

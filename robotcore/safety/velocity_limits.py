@@ -52,7 +52,7 @@ class VelocityLimit:
 
     >>> limit = VelocityLimit(10.0)
     >>> limit(Wheels(20.0, -5.0), STOPPED)
-    Wheels(left=10.0, right=-2.5)
+    Wheels(left=10, right=-2.5)
     """
 
     cause: ClassVar = "velocity limit"
@@ -77,9 +77,9 @@ class SteeringLimit:
 
     >>> limit = SteeringLimit(-0.25, 0.25)
     >>> limit(Wheels(2.0, 6.0), STOPPED), limit.cause
-    (Wheels(left=3.0, right=5.0), 'steering limit')
+    (Wheels(left=3, right=5), 'steering limit')
     >>> limit(Wheels(-2.0, 2.0), STOPPED), limit.cause
-    (Wheels(left=0.0, right=0.0), 'turn on the spot')
+    (Wheels(left=0, right=0), 'turn on the spot')
     """
 
     def __init__(self, least: float, greatest: float) -> None:
@@ -106,7 +106,7 @@ class AccelerationLimit:
     It multiplies both changes by the same factor.
 
     >>> AccelerationLimit(2.0)(Wheels(9.0, 4.0), last=Wheels(1.0, 2.0))
-    Wheels(left=3.0, right=2.5)
+    Wheels(left=3, right=2.5)
     """
 
     cause: ClassVar = "acceleration limit"

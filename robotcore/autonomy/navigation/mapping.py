@@ -25,7 +25,7 @@ class PoseHistory:
     >>> past.add(0.0, Pose(0.0, 0.0, 0.0))
     >>> past.add(0.1, Pose(0.2, 0.0, 0.4))
     >>> past.at(0.05)
-    Pose(x=0.1, y=0.0, heading=0.2)
+    Pose(x=0.1 m, y=0 m, heading=0.2 rad)
     """
 
     def __init__(self) -> None:

@@ -44,9 +44,9 @@ class Navigator:
 
     >>> navigator = Navigator(speed=0.2, turn=1.0)
     >>> navigator.drive_at(Pose(0.0, 0.0, 0.0), StopPoint(x=2.0, y=0.0, distance=0.3))
-    Twist(linear=0.2, angular=0.0)
+    Twist(linear=0.2 m/s, angular=0 rad/s)
     >>> navigator.turn_to(-0.2)
-    Twist(linear=0.0, angular=-0.5)
+    Twist(linear=0 m/s, angular=-0.5 rad/s)
     """
 
     def __init__(self, speed: float, turn: float) -> None:

@@ -53,7 +53,7 @@ class OccupancyGrid:
     >>> for _ in range(3):
     ...     grid.add_range(Pose(0.0, 0.0, 0.0), distance=1.0, max_range=2.0, cone=0.5)
     >>> grid
-    OccupancyGrid(size=4, cell=0.04, free=144, occupied=22)
+    <OccupancyGrid 4 x 4 m, cells of 0.04 m: 144 free, 22 occupied>
     >>> bool(grid.free[grid.cell_of(0.5, 0.0)]), bool(grid.occupied[grid.cell_of(1.0, 0.0)])
     (True, True)
     """
@@ -74,8 +74,9 @@ class OccupancyGrid:
         self._xs, self._ys = (middles + round(steer / cell) * cell for steer in centre)
 
     def __repr__(self) -> str:
-        counts = f"free={int(self.free.sum())}, occupied={int(self.occupied.sum())}"
-        return f"OccupancyGrid(size={self.count * self.cell:g}, cell={self.cell:g}, {counts})"
+        counts = f"{int(self.free.sum())} free, {int(self.occupied.sum())} occupied"
+        side = self.count * self.cell
+        return f"<OccupancyGrid {side:g} x {side:g} m, cells of {self.cell:g} m: {counts}>"
 
     @property
     def occupied(self) -> Mask:

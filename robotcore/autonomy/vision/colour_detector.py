@@ -86,7 +86,11 @@ def limit_tolerance(hue: str | float, tolerance: float) -> tuple[float, float]:
 
 @dataclass(frozen=True, slots=True)
 class Blob:
-    """A connected region of one colour in a picture, with its holes filled."""
+    """A connected region of one colour in a picture, with its holes filled.
+
+    >>> Blob(centroid=(20.0, 15.0), box=(18, 12, 5, 7), area=35, bearing=0.1, is_clipped=False)
+    <Blob of 35 pixels at (20, 15), bearing 0.10 rad>
+    """
 
     centroid: tuple[float, float]
     """The column and the row of the region's centroid, in pixels."""
@@ -98,6 +102,11 @@ class Blob:
     """The direction of the centroid from the camera's axis, in radians, positive to the left."""
     is_clipped: bool
     """Whether the region touches the picture's edge, so that a part of the body may be outside the picture."""
+
+    def __repr__(self) -> str:
+        column, row = self.centroid
+        clipped = ", clipped" if self.is_clipped else ""
+        return f"<Blob of {self.area} pixels at ({column:.0f}, {row:.0f}), bearing {self.bearing:.2f} rad{clipped}>"
 
     @property
     def radius(self) -> float:

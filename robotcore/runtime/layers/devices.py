@@ -52,6 +52,9 @@ class AppSensor(Sensor[SampleT]):
     def __dir__(self) -> list[str]:
         return sorted({*super().__dir__(), *(name for name in vars(self._inner) if not name.startswith("_"))})
 
+    def _describe_state(self) -> str:
+        return "" if self.latest is None else f"{self.format_sample(self.latest)} at {self.latest.time:.2f} s"
+
     def _newest(self) -> SampleT:
         return self.read()
 
@@ -111,7 +114,7 @@ class AppActuator(Actuator[Any]):
     def __init__(self, inner: Actuator[Any], send: Send, latch: Latch | None) -> None:
         Device.__init__(self, inner.name)
         self._inner, self._send_layers, self._latch = inner, send, latch
-        self.latest: Any = None
+        self.latest = self._last_sent = None
         self._send_count = self._limited_count = 0
         self._first_limited = ""
 
@@ -148,7 +151,11 @@ class AppActuator(Actuator[Any]):
         if self._is_closed:
             raise DeviceClosedError(self.name)
         self.latest = command
-        return self._attempt(self._send_layers, command)
+        self._last_sent = self._attempt(self._send_layers, command)
+        return self._last_sent
+
+    def _describe_state(self) -> str:
+        return "" if self._last_sent is None else self.format_command(self._last_sent)
 
     def __getattr__(self, name: str) -> Any:
         """Return an attribute of the driver's actuator, such as a servo's limits."""
@@ -182,5 +189,6 @@ def _app_actuator_class(kind: str) -> Callable[..., AppActuator]:
 
 def _get_inner(device: Device, inner: Device, name: str) -> Any:
     if name.startswith("_") or not hasattr(inner, name):
-        raise AttributeError(f"{device!r} has no attribute {name!r}", name=name, obj=device)
+        text = f"the {type(device).__name__} {device.name!r} has no attribute {name!r}"
+        raise AttributeError(text, name=name, obj=device)
     return getattr(inner, name)
