@@ -239,8 +239,8 @@ class Actuator(Device, ABC, Generic[CommandT]):
         """
         if self._is_closed:
             raise DeviceClosedError(self.name)
-        sent = self._limit(command)
         try:
+            sent = self._limit(command)
             self._apply(sent)
         except RobotcoreError:
             raise

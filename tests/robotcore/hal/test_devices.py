@@ -38,6 +38,14 @@ def test_other_exception_of_a_driver_becomes_a_device_error(
         assert raised.value.__cause__ is fault
 
 
+def test_exception_of_a_kind_that_limits_a_command_becomes_a_device_error(
+    motor: NullMotor, monkeypatch: pytest.MonkeyPatch, raises: Raises
+) -> None:
+    monkeypatch.setattr(motor, "_limit", lambda command: 1.0 / command)
+    with raises(DeviceError, "driver-error", device="left"):
+        motor.set_velocity(0.0)
+
+
 def test_error_of_the_framework_in_a_driver_is_raised_unchanged(
     motor: NullMotor, sensor: NullRange, monkeypatch: pytest.MonkeyPatch
 ) -> None:
