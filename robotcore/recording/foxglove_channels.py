@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import cv2
 
 from robotcore.geometry import Pose
-from robotcore.hal.device import Device, Sensor
+from robotcore.hal.device import Device, Sensor, build_driver_error
 from robotcore.hal.kind import load_kind
 from robotcore.kinds.camera import Camera, Frame
 from robotcore.kinds.display import Display
@@ -19,7 +19,7 @@ from robotcore.recording.events import GroundTruthSample, Tick
 from robotcore.recording.mcap_file import McapFile
 
 if TYPE_CHECKING:
-    from foxglove.messages import CompressedImage, FrameTransform, Quaternion, RawImage, Timestamp
+    from foxglove.messages import CompressedImage, FrameTransform, LaserScan, Quaternion, RawImage, Timestamp
     from foxglove.messages import Pose as FoxglovePose
 
 
@@ -124,10 +124,11 @@ def build_topic(device: str) -> str:
     return f"{topic}_device" if topic in RESERVED else topic
 
 
-def open_channel(file: McapFile, device: Device, *, is_jpeg: bool) -> Write | None:
+def open_channel(file: McapFile, device: Device, *, is_jpeg: bool, warn: Callable[[str], None]) -> Write | None:
     """Open the channels of a device, and return the function that writes its samples; None for a motor.
 
     is_jpeg: whether to write the pictures of a camera as JPEGs.
+    warn: is called with a sentence about samples that cannot be shown.
     """
     match device:
         case Camera():
@@ -137,7 +138,7 @@ def open_channel(file: McapFile, device: Device, *, is_jpeg: bool) -> Write | No
             shown = _open_images(file, device.name, device.name, is_jpeg=True)
             return lambda frame, at: shown(replace(frame, time=at), at)
         case Sensor():
-            return _open_rays(file, device) if device.has_rays else _open_numbers(file, device)
+            return _open_rays(file, device, warn) if device.has_rays else _open_numbers(file, device)
     return None
 
 
@@ -190,28 +191,42 @@ def _write_calibration(file: McapFile, camera: Camera) -> None:
     CameraCalibrationChannel(f"{build_topic(camera.name)}/calibration", context=file.context).log(message, log_time=0)
 
 
-def _open_rays(file: McapFile, sensor: Sensor[Any]) -> Write:
-    """Open the channels of the numbers and of scans."""
+def _open_rays(file: McapFile, sensor: Sensor[Any], warn: Callable[[str], None]) -> Write:
+    """Open the channels of the numbers and of scans. A kind whose rays cannot be listed gets no further scans."""
     from foxglove.channels import LaserScanChannel
-    from foxglove.messages import LaserScan
 
     write_number = _open_numbers(file, sensor)
     scans = LaserScanChannel(f"{build_topic(sensor.name)}/scan", context=file.context)
+    has_failed = False
 
     def write(sample: Any, at: float) -> None:
+        nonlocal has_failed
         write_number(sample, at)
-        rays = sensor.list_rays(sample)
-        scan = LaserScan(
-            timestamp=to_timestamp(sample.time),
-            frame_id=sensor.name,
-            pose=to_pose_message(Pose(0.0, 0.0, 0.0)),
-            start_angle=rays.start,
-            end_angle=rays.end,
-            ranges=list(rays.distances),
-        )
+        if has_failed:
+            return
+        try:
+            scan = _build_scan(sensor, sample)
+        except Exception as error:  # noqa: BLE001  the sensor may be of another package
+            has_failed = True
+            warn(f"the recording has no rays of {build_driver_error(sensor.name, error)}. Correct the kind's list_rays")
+            return
         scans.log(scan, log_time=to_nanoseconds(at))
 
     return write
+
+
+def _build_scan(sensor: Sensor[Any], sample: Any) -> LaserScan:
+    from foxglove.messages import LaserScan
+
+    rays = sensor.list_rays(sample)
+    return LaserScan(
+        timestamp=to_timestamp(sample.time),
+        frame_id=sensor.name,
+        pose=to_pose_message(Pose(0.0, 0.0, 0.0)),
+        start_angle=rays.start,
+        end_angle=rays.end,
+        ranges=list(rays.distances),
+    )
 
 
 def _open_numbers(file: McapFile, sensor: Sensor[Any]) -> Write:

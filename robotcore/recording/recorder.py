@@ -103,6 +103,7 @@ class Recorder:
         """The error that ended the recording; None if there is none."""
         self.ended_early = ""
         """Why the recording ended before its run; empty if it did not."""
+        self._notes: list[str] = []
         self.path, self._is_jpeg, self._limit = path, is_jpeg, limit
         self._queue: WriteQueue[Entry] = WriteQueue(room)
         self._is_stepped = False
@@ -131,8 +132,8 @@ class Recorder:
         return self.layer.dropped
 
     def complete(self, result: RunResult) -> RunResult:
-        """Return the result with the number of dropped pictures."""
-        return replace(result, dropped_pictures=self.dropped)
+        """Return the result with the number of dropped pictures, and notes about the content that the file lacks."""
+        return replace(result, dropped_pictures=self.dropped, notes=[*result.notes, *self._notes])
 
     def begin(self, run: RunContext) -> None:
         """Open the file, write the metadata, and start the writer thread."""
@@ -141,7 +142,7 @@ class Recorder:
         file = None
         try:
             file = McapFile(self.path)
-            writer = RecordingWriter(file, run, metadata, is_jpeg=self._is_jpeg)
+            writer = RecordingWriter(file, run, metadata, is_jpeg=self._is_jpeg, notes=self._notes)
         except Exception as error:  # noqa: BLE001  any error must end only the recording, not the run
             self._set_failure(error)
         else:
@@ -157,7 +158,7 @@ class Recorder:
 
     def end(self, result: RunResult) -> None:
         """Let the writer thread write the result, and wait for its end."""
-        self._result = self.complete(result)
+        self._result = result
         self._queue.end()
         if self._thread:
             self._thread.join(JOIN_S)
@@ -203,7 +204,7 @@ class Recorder:
                 file.flush()
                 due, unsaved = clock.now() + FLUSH_S, 0
         if self._result:
-            writer.end(self._result)
+            writer.end(self.complete(self._result))
             file.flush()
 
     def _end_early(self, writer: RecordingWriter, last: Entry) -> None:

@@ -59,16 +59,19 @@ class Entry(NamedTuple):
 
 
 class RecordingWriter:
-    """Writes one run to a file. It writes the metadata when it is created."""
+    """Writes one run to a file. It writes the metadata when it is created.
 
-    def __init__(self, file: McapFile, run: RunContext, metadata: Metadata, *, is_jpeg: bool) -> None:
+    notes: gets sentences about the content that the file lacks.
+    """
+
+    def __init__(self, file: McapFile, run: RunContext, metadata: Metadata, *, is_jpeg: bool, notes: list[str]) -> None:
         from foxglove.channels import FrameTransformsChannel, LogChannel, PoseInFrameChannel
 
-        self._file = file
+        self._file, self._notes = file, notes
         self._write = {
             name: write
             for name, device in run.robot.devices.items()
-            if (write := open_channel(file, device, is_jpeg=is_jpeg))
+            if (write := open_channel(file, device, is_jpeg=is_jpeg, warn=self._warn))
         }
         self._write_tick = file.open_json_channel(channels.TICKS, channels.TICK_SCHEMA)
         self._truth = file.open_json_channel(channels.TRUTH, channels.TRUTH_SCHEMA) if run.truth else None
@@ -135,6 +138,10 @@ class RecordingWriter:
             transforms.append(build_pose_transform(TRUE, TRUE_BODY, truth.pose, self._now))
         if transforms:
             self._moving.log(FrameTransforms(transforms=transforms), log_time=to_nanoseconds(self._now))
+
+    def _warn(self, text: str) -> None:
+        self._notes.append(text)
+        self._write_log([LogLine(Level.Warning, text)])
 
     def _write_log(self, lines: Iterable[LogLine]) -> None:
         from foxglove.messages import Log, LogLevel

@@ -17,6 +17,8 @@ from typing import Any, cast
 import pytest
 
 from robotcore.errors import BackendMissingError, DeviceError, Interrupted, RecordingError, UsageError
+from robotcore.hal.device import Rays
+from robotcore.kinds.range_sensor import RangeSensor
 from robotcore.recording import read
 from robotcore.recording.mcap_file import McapFile, require_recordable
 from robotcore.recording.recorder import Recorder, WriteQueue
@@ -27,7 +29,7 @@ from robotcore.runtime.trace import TickRecord
 from tests.doubles.foreign_kinds import Tilt
 from tests.robotcore.recording.conftest import IRREGULAR_APP, record
 from tests.robotcore.runs import CallOnce, Watcher
-from tests.texts import Raises
+from tests.texts import CheckText, Raises
 
 
 @pytest.mark.slow
@@ -139,6 +141,20 @@ def test_bug_of_the_writer_ends_the_recording_and_not_the_run(
     assert run(RunRequest(IRREGULAR_APP), [recorder], [recorder.layer]).ticks == 8
     assert recorder.failure
     assert recorder.failure.kind == "recorder-bug"
+
+
+@pytest.mark.parametrize("list_rays", [lambda *_: 1 / 0, lambda *_: None], ids=["fails", "none"])
+def test_rays_that_cannot_be_listed_are_a_note_of_a_whole_recording(
+    file: Path, monkeypatch: pytest.MonkeyPatch, list_rays: Callable[..., Rays], check_text: CheckText
+) -> None:
+    monkeypatch.setattr(RangeSensor, "list_rays", list_rays)
+    recorder = Recorder(file)
+    result = run(RunRequest(IRREGULAR_APP), [recorder], [recorder.layer])
+    recording = read(file)
+    assert (recorder.failure, recording.is_cut, len(recording.ticks)) == (None, False, result.ticks)
+    assert recording.result == recorder.complete(result)
+    (note,) = recorder.complete(result).notes
+    check_text(note)
 
 
 def test_simulated_time_waits_for_a_slow_disk(file: Path) -> None:
