@@ -7,11 +7,11 @@ import sys
 from collections.abc import Iterator, Sequence
 from importlib import resources
 from pathlib import Path
-from stat import S_ISDIR, S_ISREG
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from pydantic import ValidationError
 
+from robotcore.description.file_reading import read_limited
 from robotcore.description.generation.gaps import require_room
 from robotcore.description.robot import RobotDescription
 from robotcore.description.types import StrictModel, freeze
@@ -124,7 +124,7 @@ def read_table(file: str) -> Table:
 
     Raises UsageError for a file that cannot be read, and DescriptionError for a file that is not TOML.
     """
-    return _parse(file, _read_bytes(Path(file)))
+    return _parse(file, read_limited(Path(file), MAX_FILE_BYTES))
 
 
 def load_any(name_or_file: str) -> RobotDescription | WorldDescription:
@@ -197,7 +197,7 @@ def _read(name_or_file: str, *kinds: str) -> tuple[str, Table]:
     kinds: the kinds of shipped files among which a name is searched, such as ``robot``.
     """
     if is_own(name_or_file):
-        return name_or_file, _parse(name_or_file, _read_bytes(Path(name_or_file)))
+        return name_or_file, _parse(name_or_file, read_limited(Path(name_or_file), MAX_FILE_BYTES))
     shipped = {name: kind for kind in kinds for name in _list_shipped(kind)}
     if name_or_file not in shipped:
         if any(file.name == name_or_file and file.is_file() for file in Path().glob("*")):
@@ -218,32 +218,6 @@ def _suggest_file(name: str) -> str:
     nearest = find_nearest(name, files) if "." in name else None
     file = nearest or f"{name}.toml"
     return f"the file {file}" if file in files else ""
-
-
-def _read_bytes(path: Path) -> bytes:
-    try:
-        _require_readable(path)
-        return path.read_bytes()
-    except UsageError:
-        raise
-    except OSError as error:
-        raise UsageError(f"{path}: {error.strerror}. Name a file that can be read", kind="unreadable-file") from error
-    except ValueError as error:
-        text = f"{str(path)!r} is not a path: {error}. Name a file that can be read"
-        raise UsageError(text, kind="unreadable-file") from error
-
-
-def _require_readable(path: Path) -> None:
-    status = path.stat()
-    if not (S_ISREG(status.st_mode) or S_ISDIR(status.st_mode)):  # reading a folder raises OSError
-        raise UsageError(f"{path}: it is a device or a pipe. Name a file that can be read", kind="no-regular-file")
-    if S_ISREG(status.st_mode) and status.st_size > MAX_FILE_BYTES:
-        raise UsageError(
-            f"{path}: it has {status.st_size} bytes, and the limit is {MAX_FILE_BYTES}. Name a smaller file",
-            kind="file-too-large",
-            bytes=status.st_size,
-            limit=MAX_FILE_BYTES,
-        )
 
 
 def _parse(file: str, content: bytes) -> Table:
