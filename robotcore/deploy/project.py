@@ -11,7 +11,15 @@ from typing import Annotated, Any, TypeVar
 
 from pydantic import BeforeValidator, ConfigDict, Field, StringConstraints, ValidationError
 
-from robotcore.description import RobotDescription, StrictModel, is_own, load_robot, load_world, read_table
+from robotcore.description import (
+    RobotDescription,
+    StrictModel,
+    find_picture,
+    is_own,
+    load_robot,
+    load_world,
+    read_table,
+)
 from robotcore.description.validation import find_mistakes
 from robotcore.errors import DescriptionError, UnknownNameError, UsageError
 from robotcore.hal.backend import load_backend
@@ -195,12 +203,14 @@ class Project:
 
     @property
     def files(self) -> tuple[str, ...]:
-        """The files of the app, the robot and the world, relative to the project's folder.
+        """The files of the app, the robot and the world with its picture, relative to the project's folder.
 
-        Files of installed packages are left out.
+        Files of installed packages are left out. Raises the errors of `load_world`.
         """
         app = (self.app.partition(":")[0],) if is_app_file(self.app) else ()
-        return (*app, *(name for name in (self.robot, self.world) if name and is_own(name)))
+        names = [name for name in (self.robot, self.world) if name and is_own(name)]
+        picture = find_picture(self.resolve(self.world)) if self.world in names else None
+        return (*app, *names, *((os.path.relpath(picture, self.folder),) if picture else ()))
 
     def load_description(self) -> RobotDescription:
         """Return the robot's description. Raises the errors of `load_robot`."""

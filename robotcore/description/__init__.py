@@ -3,6 +3,7 @@
 from robotcore.description.conditions import Conditions, Light, Randomisation
 from robotcore.description.devices import DeviceDescription, Mount
 from robotcore.description.drive import AckermannDrive, Caster, Drive, DriveWheel, SkidDrive, TwoWheelDrive
+from robotcore.description.floor_image import FloorImage
 from robotcore.description.generation.domain_randomisation import (
     DrawnValues,
     RandomisedWorld,
@@ -16,6 +17,7 @@ from robotcore.description.generation.random_layout import draw_world
 from robotcore.description.generation.reachability import is_solvable
 from robotcore.description.lines import Line
 from robotcore.description.loading import (
+    find_picture,
     is_own,
     load_any,
     load_robot,
@@ -44,6 +46,7 @@ __all__ = [
     "Drive",
     "DriveWheel",
     "Floor",
+    "FloorImage",
     "Light",
     "Line",
     "Mount",
@@ -63,6 +66,7 @@ __all__ = [
     "describe_light",
     "describe_picture",
     "draw_world",
+    "find_picture",
     "first_mistake",
     "hue_degrees",
     "is_own",

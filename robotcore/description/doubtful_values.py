@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 from robotcore.description.drive import TwoWheelDrive
 from robotcore.description.robot import GUARD_MARGIN_M, RobotDescription
+from robotcore.description.types import MIN_METRES
 from robotcore.description.world import WorldDescription
 
 MAX_LENGTH_M = 3.0
@@ -84,11 +85,15 @@ def _find_wrong_units(robot: RobotDescription) -> Iterator[str]:
 
 
 def find_bodies_outside(world: WorldDescription) -> Iterator[str]:
-    """Yield a warning for each obstacle, target and line that is partly outside of the floor."""
+    """Yield a warning for the picture and each obstacle, target and line that is partly outside of the floor."""
     x_limit, y_limit = world.floor.length_m / 2, world.floor.width_m / 2
     for body in world.bodies:
         if any(abs(x) > x_limit or abs(y) > y_limit for x, y in body.outline):
             yield f"{body.name}: it is partly outside of the floor. Move it, or check its size. {METRES}"
+    if (image := world.floor.image) and any(
+        abs(side) > limit + MIN_METRES for side, limit in zip(image.limits, (x_limit, y_limit) * 2, strict=True)
+    ):
+        yield f"floor.image: it is partly outside of the floor. Move it, or check its size. {METRES}"
     for number, line in enumerate(world.lines, start=1):
         if any(abs(x) > x_limit or abs(y) > y_limit for x, y in line.points_m):
             yield f"lines[#{number}]: it is partly outside of the floor. Move it. {METRES}"

@@ -1,4 +1,4 @@
-"""The colour of the floor of a world at a point: of the floor, its texture and its lines, without the light."""
+"""The colour of the floor of a world at a point, with its texture, picture and lines, and without the light."""
 
 from __future__ import annotations
 
@@ -22,6 +22,8 @@ class FloorColours:
         self._colour = np.array(world.floor.colour, dtype=np.float64)
         self._wrap = floor_wrap(world.floor)
         self._tile = self._wrap.texture.tile / 255 if self._wrap else None
+        self._image = world.floor.image
+        self._picture = self._image.render(world.floor.colour) if self._image else None
         self._lines = [(LineDistances(line), line.width_m / 2, line.colour) for line in world.lines]
 
     def measure(self, points: Array) -> Array:
@@ -31,6 +33,9 @@ class FloorColours:
             texels = self._wrap.tiles(np.column_stack((points, np.zeros(len(points))))) * TILE_PX
             columns, rows = np.floor(texels).astype(np.intp).T & (TILE_PX - 1)
             colours *= self._tile[rows, columns][:, None]
+        if self._image and self._picture is not None:
+            is_inside, row, column = self._image.locate(points)
+            colours[is_inside] = self._picture[row, column]
         for distances, half_width, colour in self._lines:
             colours[distances.measure(points) <= half_width] = colour
         return colours

@@ -119,6 +119,17 @@ def load_world(name_or_file: str) -> WorldDescription:
     return _make_world(*_read(name_or_file, "world"))
 
 
+def find_picture(world: str) -> Path | None:
+    """Return the path of the picture on the floor of a user's world; None if there is none.
+
+    world: the world's file.
+
+    Raises the errors of `load_world`.
+    """
+    image = load_world(world).floor.image
+    return Path(world).parent / image.file if image else None
+
+
 def read_table(file: str) -> Table:
     """Return the content of a TOML file, with its lists as tuples.
 
@@ -153,7 +164,7 @@ def _make_robot(file: str, table: Table, own: str | None) -> RobotDescription:
 
 def _make_world(file: str, table: Table) -> WorldDescription:
     _require_kind("world", file, table)
-    world = _validate(WorldDescription, file, table)
+    world = _validate(WorldDescription, file, table, own=file)
     require_room(world, file)
     return world
 

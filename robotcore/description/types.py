@@ -93,7 +93,9 @@ def _require_name(value: str) -> str:
 
 
 Ordered = AfterValidator(_require_order)
-Metres = Annotated[float, Field(ge=0.001, le=100)]
+MIN_METRES, MAX_METRES = 0.001, 100.0
+
+Metres = Annotated[float, Field(ge=MIN_METRES, le=MAX_METRES)]
 """A length in metres, from a millimetre to a hundred metres."""
 
 SensorRange = Annotated[float, Field(ge=1e-4, le=1000)]

@@ -11,6 +11,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from robotcore.description.conditions import Brightness, Conditions, Elevation, Light, Randomisation
+from robotcore.description.floor_image import FloorImage
 from robotcore.description.lines import MAX_LINE_POINTS, Line
 from robotcore.description.texture import Texture
 from robotcore.description.types import (
@@ -55,6 +56,8 @@ class Floor(StrictModel):
     """The width of the floor along y, in metres."""
     colour: Colour = (190, 185, 175)
     texture: Texture | None = None
+    image: Annotated[FloorImage | None, Field(description='a table: { file = "course.png", length_m = 2.0 }')] = None
+    """The picture on the floor. It covers the texture, and the lines cover the picture."""
 
 
 class Walls(StrictModel):

@@ -11,7 +11,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from robotcore.description import is_own
+from robotcore.description import find_picture, is_own
 from robotcore.errors import UsageError
 from robotcore.hal.backend import load_backend
 from robotcore.runtime.apps import app_path, is_app_file, load_app
@@ -116,8 +116,8 @@ def _sha256(content: bytes) -> str:
 def read_own_files(sweep: Sweep) -> dict[Path, bytes]:
     """Return the contents of the user's files by their absolute paths, sorted.
 
-    These are the files of the app and the judge, all modules beside them, and the descriptions of the robot and the
-    worlds. Raises UsageError if a file cannot be read.
+    These are the files of the app and the judge, all modules beside them, the descriptions of the robot and the worlds,
+    and the pictures on the floors. Raises UsageError if a file cannot be read.
     """
     contents = {}
     for file in sorted(set(_list_own_files(sweep))):
@@ -136,7 +136,9 @@ def _list_own_files(sweep: Sweep) -> Iterator[Path]:
         yield app
         # A folder, and the lock file of an editor, .#app.py, cannot be imported.
         yield from (each for each in app.parent.glob("*.py") if each.is_file() and not each.name.startswith("."))
-    yield from (Path(name).absolute() for name in (sweep.request.robot, *sweep.worlds) if is_own(name))
+    worlds = [name for name in sweep.worlds if is_own(name)]
+    yield from (Path(name).absolute() for name in (sweep.request.robot, *worlds) if is_own(name))
+    yield from (picture.absolute() for picture in map(find_picture, worlds) if picture)
 
 
 def format_manifest(dependencies: Dependencies, seeds: str) -> str:

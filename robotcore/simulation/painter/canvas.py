@@ -28,6 +28,8 @@ class Palette(NamedTuple):
 
     sky: int
     ground: int
+    picture: PixelBuffer
+    """The picture on the floor. In place of a picture, one value for all of it, (1, 1)."""
     lines: Sequence[int]
     faces: Sequence[int]
     balls: Mapping[int, NDArray[np.uint32]]
@@ -65,8 +67,24 @@ def shade(colours: Array, cosines: Array, light: Light) -> PackedColours:
     colours: red, green and blue of each face, (n, 3).
     cosines: the cosine of the angle between each face's normal and the direction to the lamp, (n,).
     """
-    brightness = np.minimum(light.ambient + light.diffuse * np.maximum(cosines, 0.0), 1.0) * light.brightness
-    return pack_colours(colours * brightness[:, None])
+    return pack_colours(colours * _compute_brightness(cosines, light)[:, None])
+
+
+def shade_picture(picture: NDArray[np.uint8], cosine: float, light: Light) -> PixelBuffer:
+    """Return a picture on a surface under a light.
+
+    picture: red, green and blue, (height, width, 3).
+    cosine: the cosine of the angle between the surface's normal and the direction to the lamp.
+    """
+    (brightness,) = _compute_brightness(np.array([cosine]), light)
+    shades = np.rint(np.minimum(np.arange(SHADES) * brightness, 255.0)).astype(np.uint8)
+    pixels = np.zeros((*picture.shape[:2], 4), dtype=np.uint8)
+    pixels[:, :, :3] = shades[picture[:, :, ::-1]]
+    return pixels.view(np.uint32)[:, :, 0]
+
+
+def _compute_brightness(cosines: Array, light: Light) -> Array:
+    return np.asarray(np.minimum(light.ambient + light.diffuse * np.maximum(cosines, 0.0), 1.0) * light.brightness)
 
 
 def shade_in_steps(colours: Array, cosines: Array, light: Light) -> PackedColours:

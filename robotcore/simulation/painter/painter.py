@@ -1,4 +1,4 @@
-"""Paint the picture of a camera: sky, ground and lines, then the bodies of a world from the farthest to the nearest."""
+"""Paint the picture of a camera: sky, ground, picture and lines on it, then bodies from the farthest to the nearest."""
 
 from __future__ import annotations
 
@@ -10,14 +10,27 @@ from numpy.typing import NDArray
 
 from robotcore.description import WorldDescription
 from robotcore.optics import CameraView, Image
-from robotcore.simulation.painter.canvas import Mark, Palette, PixelBuffer, Stroke, pack_colours, shade, shade_ramp
+from robotcore.simulation.painter.canvas import (
+    Mark,
+    Palette,
+    PixelBuffer,
+    Stroke,
+    pack_colours,
+    shade,
+    shade_picture,
+    shade_ramp,
+)
 from robotcore.simulation.painter.faces import Block, Faces, Facet, split_into_blocks
 from robotcore.simulation.painter.floor_lines import FloorLines
+from robotcore.simulation.painter.floor_picture import FloorPicture
 from robotcore.simulation.painter.occlusion import OcclusionPlanes, find_disjoint_columns, sort_back_to_front
 from robotcore.simulation.painter.spheres import Sphere
 from robotcore.simulation.painter.texturing import Texturing
 
 Labels = NDArray[np.uint32]
+
+_BLANK = np.zeros((1, 1), dtype=np.uint32)
+"""The picture on the floor in a palette that does not distinguish it."""
 
 
 class Painter:
@@ -39,7 +52,7 @@ class Painter:
         self.things = tuple(thing.name for thing in (*world.prisms, *world.targets))
         blocks = split_into_blocks(world)
         self._faces = Faces(blocks)
-        self._lines = FloorLines(world.lines)
+        self._picture, self._lines = FloorPicture(world.floor.image), FloorLines(world.lines)
         self._balls = dict(enumerate(world.targets, start=len(blocks)))
         self._lamp = np.array(world.light.direction)
         discs = np.array([(ball.x_m, ball.y_m, ball.radius_m) for ball in world.targets]).reshape(-1, 3)
@@ -69,6 +82,7 @@ class Painter:
         return _paint_marks(view, self._iterate_back_to_front(view), self._labels)
 
     def _iterate_back_to_front(self, view: CameraView) -> Iterator[Mark]:
+        yield from self._picture.marks(view)
         yield from self._lines.marks(view)
         shown: dict[int, list[Stroke]] = defaultdict(list)
         for stroke in self._strokes(view):
@@ -85,10 +99,11 @@ class Painter:
             yield from Sphere.from_ball(ball, view, self._lamp, part).bands(view.intrinsics)
 
     def _create_colour_palette(self, world: WorldDescription) -> Palette:
-        light = world.light
+        light, floor = world.light, world.floor
         return Palette(
             sky=int(pack_colours(np.array([light.sky_colour]))[0]),
-            ground=int(shade(np.array([world.floor.colour]), self._lamp[2:], light)[0]),
+            ground=int(shade(np.array([floor.colour]), self._lamp[2:], light)[0]),
+            picture=shade_picture(floor.image.render(floor.colour), self._lamp[2], light) if floor.image else _BLANK,
             lines=shade(self._lines.colours, self._lamp[2:], light).tolist(),
             faces=self._faces.shade(light).tolist(),
             balls={part: shade_ramp(ball.colour, light) for part, ball in self._balls.items()},
@@ -99,6 +114,7 @@ class Painter:
         return Palette(
             sky=0,
             ground=0,
+            picture=_BLANK,
             lines=self._lines.zeros,
             faces=[blocks[number].prism_index + 1 for number in self._faces.block_numbers],
             balls={part: np.array([n], np.uint32) for n, part in enumerate(self._balls, start=first_ball)},
@@ -107,7 +123,7 @@ class Painter:
     def _create_surface_palette(self, numbers: Sequence[int]) -> Palette:
         ground, *faces = numbers
         balls = dict.fromkeys(self._balls, np.zeros(1, np.uint32))
-        return Palette(sky=0, ground=ground, lines=self._lines.zeros, faces=faces, balls=balls)
+        return Palette(sky=0, ground=ground, picture=_BLANK, lines=self._lines.zeros, faces=faces, balls=balls)
 
 
 def _paint_marks(view: CameraView, marks: Iterable[Mark], palette: Palette) -> PixelBuffer:

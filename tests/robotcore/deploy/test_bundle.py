@@ -11,9 +11,11 @@ import pytest
 
 from robotcore.deploy.bundle import Bundle, build_bundle, build_package
 from robotcore.deploy.project import DeployOptions, build_project
+from robotcore.description import load_world
 from robotcore.errors import DeployError, UsageError
 from tests.doubles.packages import forget_packages
 from tests.robotcore.deploy.projects import TABLE, git, write, write_project
+from tests.robotcore.description.courses import write_course
 from tests.texts import Raises
 
 BUILT = """
@@ -155,6 +157,37 @@ def test_project_that_names_an_ignored_file_is_refused(tmp_path: Path, bundle_fo
     git(tmp_path / "project", "init", "-q")
     write(tmp_path / "project", {".gitignore": "app.py\n"})
     with raises(UsageError, "file-not-sent", file="app.py"):
+        build_bundle(project, bundle_folder)
+
+
+@pytest.mark.usefixtures("without_code")
+def test_picture_on_the_floor_of_the_world_is_sent(tmp_path: Path, bundle_folder: Path) -> None:
+    (tmp_path / "project" / "rooms").mkdir(parents=True)
+    write_course(tmp_path / "project" / "rooms")
+    project = write_project(tmp_path / "project", TABLE.replace("robot =", 'world = "rooms/course.toml"\nrobot ='))
+    assert project.files == ("app.py", "rooms/course.toml", "rooms/course.png")
+    build_bundle(project, bundle_folder)
+    assert load_world(str(bundle_folder / "project" / "rooms" / "course.toml")).floor.image
+
+
+@pytest.mark.usefixtures("without_code")
+@pytest.mark.parametrize(
+    "ignored, kind", [("*.png", "file-not-sent"), (None, "link-leads-nowhere")], ids=["ignored", "link"]
+)
+def test_picture_that_is_not_sent_is_refused(
+    tmp_path: Path, bundle_folder: Path, ignored: str | None, kind: str, raises: Raises
+) -> None:
+    table = TABLE.replace("robot =", 'world = "course.toml"\nrobot =')
+    (tmp_path / "project").mkdir()
+    write_course(tmp_path / "project")
+    project = write_project(tmp_path / "project", table)
+    git(tmp_path / "project", "init", "-q")
+    if ignored:
+        write(tmp_path / "project", {".gitignore": ignored})
+    else:
+        picture = (tmp_path / "project" / "course.png").rename(tmp_path / "elsewhere.png")
+        (tmp_path / "project" / "course.png").symlink_to(picture)
+    with raises(UsageError, kind):
         build_bundle(project, bundle_folder)
 
 

@@ -10,10 +10,13 @@ import pytest
 from robotcore.errors import DeviceError, InvalidCommandError
 from robotcore.geometry import Wheels
 from robotcore.kinds.camera import Frame
+from robotcore.optics import Image
 from robotcore.recording import RecordedError, SampleKey, read
 from robotcore.recording.recorder import Recorder
+from robotcore.recording.replay import replay
 from robotcore.runtime.result import Outcome
 from robotcore.runtime.session import RunRequest, run
+from tests.robotcore.description.courses import QUADRANTS, load_course
 from tests.robotcore.recording.conftest import IRREGULAR_APP, RecordedRun, record
 from tests.robotcore.recording.replay.memory import Disturbance, press_emergency_stop
 from tests.robotcore.recording.test_codec import get_bits
@@ -46,6 +49,21 @@ def test_command_that_is_an_array_element_is_recorded(tmp_path: Path) -> None:
     run(RunRequest(str(app), timeout_s=0.2), [recorder], [recorder.layer])
     assert recorder.failure is None
     assert {tick.asked for tick in read(recorder.path).ticks} == {Wheels(0.5, 0.5)}
+
+
+@pytest.mark.parametrize(
+    "picture", [QUADRANTS, np.random.default_rng(1).integers(0, 256, (830, 830, 3), np.uint8)], ids=["small", "2 MB"]
+)
+def test_picture_on_the_floor_is_recorded_and_its_file_is_not_read_again(tmp_path: Path, picture: Image) -> None:
+    world = load_course(tmp_path, picture)
+    recorder = Recorder(tmp_path / "run.mcap")
+    request = RunRequest("mark-green", world=str(tmp_path / "course.toml"), timeout_s=0.3)
+    result = run(request, [recorder], [recorder.layer])
+    for name in ("course.png", "course.toml"):
+        (tmp_path / name).unlink()
+    recording = read(recorder.path)
+    assert recording.metadata.world == world
+    assert replay(recording).trace_sha256 == result.trace_sha256
 
 
 def test_recorded_samples_are_equal_and_each_read_has_one_or_an_error(recorded: RecordedRun) -> None:

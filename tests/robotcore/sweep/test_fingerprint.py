@@ -16,6 +16,7 @@ from apps.green_search import GreenSearch
 from robotcore.errors import UsageError
 from robotcore.sweep import Results, Sweep, fingerprint
 from robotcore.sweep.fingerprint import MANIFEST, read_own_files
+from tests.robotcore.description.courses import write_course
 from tests.robotcore.sweep.conftest import AppFile, make_sweep
 from tests.texts import CheckText, Raises
 
@@ -52,6 +53,14 @@ def test_each_source_file_of_a_package_counts(tmp_path: Path, monkeypatch: pytes
 )
 def test_a_module_counts_by_its_outermost_package_or_its_driver(module: str, package: str) -> None:
     assert fingerprint._find_package(module) == package
+
+
+def test_the_picture_on_the_floor_of_a_world_counts(tmp_path: Path) -> None:
+    sweep = make_sweep("green-search", worlds=(write_course(tmp_path),))
+    assert set(read_own_files(sweep)) == {tmp_path / "course.toml", tmp_path / "course.png"}
+    before = _digest(sweep)
+    write_course(tmp_path, np.zeros((4, 6, 3), np.uint8))
+    assert _digest(sweep) != before
 
 
 def test_a_judge_counts_with_the_modules_beside_it(app_file: AppFile, tmp_path: Path) -> None:

@@ -1,0 +1,72 @@
+"""Paint the picture on the floor of a world: compute for each pixel of a camera the pixel of it that its ray meets."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from robotcore.description import FloorImage
+from robotcore.optics import CameraView
+from robotcore.simulation.painter.canvas import Palette, PixelBuffer
+from robotcore.simulation.painter.planes import Array
+from robotcore.simulation.painter.projection import Polygon, PolygonSet
+from robotcore.simulation.painter.texturing import EDGE_ON
+
+
+@dataclass(frozen=True, eq=False)
+class PictureMark:
+    """The picture on the floor as the camera sees it.
+
+    ``polygon`` holds the corners in pixels of the camera. ``mapping`` maps a pixel (u, v, 1) of the camera to a point
+    of the picture in homogeneous coordinates, (3, 3). The picture reaches from 0 to 1 along both axes.
+    """
+
+    polygon: Polygon
+    mapping: Array
+
+    def paint(self, canvas: PixelBuffer, palette: Palette) -> None:
+        rows, columns = (
+            slice(max(math.ceil(min(axis)), 0), min(math.floor(max(axis)) + 1, size))
+            for axis, size in zip(reversed([*zip(*self.polygon, strict=True)]), canvas.shape, strict=True)
+        )
+        height, width = palette.picture.shape
+        u = np.arange(columns.start, columns.stop, dtype=np.float32)
+        v = np.arange(rows.start, rows.stop, dtype=np.float64)[:, None]
+        across, down, (_, along_v, rest) = self.mapping * ((width,), (height,), (1,))
+        slope = np.minimum(along_v * v + rest, EDGE_ON)  # a camera has no roll, so the slope is that of a whole row
+        column, row = (
+            (a / slope).astype(np.float32) * u + ((b * v + c) / slope).astype(np.float32) for a, b, c in (across, down)
+        )
+        is_inside = (column >= 0) & (column < width) & (row >= 0) & (row < height)
+        with np.errstate(invalid="ignore"):  # far outside of the picture, a number may exceed 32 bits
+            pixels = row.astype(np.int32) * width + column.astype(np.int32)
+        np.copyto(canvas[rows, columns], palette.picture.take(pixels, mode="clip"), where=is_inside)
+
+
+class FloorPicture:
+    """The place of the picture on the floor."""
+
+    def __init__(self, image: FloorImage | None) -> None:
+        self._polygons = PolygonSet([])
+        if image:
+            left, bottom, right, top = image.limits
+            # From above, the corners are clockwise in the picture.
+            corners = ((left, top, 0.0), (right, top, 0.0), (right, bottom, 0.0), (left, bottom, 0.0))
+            self._polygons = PolygonSet([np.array(corners)])
+            self._axes = np.array(((1 / image.length_m, 0.0, 0.0), (0.0, -1 / image.width_m, 0.0)))
+            self._shift = -self._axes @ (left, top, 0.0)
+
+    def marks(self, view: CameraView) -> Iterator[PictureMark]:
+        """Yield the picture if the camera sees it."""
+        for _, polygon in self._polygons.project(view, np.array([view.eye[2] > 0])):
+            yield PictureMark(polygon, self._compute_mapping(view))
+
+    def _compute_mapping(self, view: CameraView) -> Array:
+        """Return the mapping of a mark. `Texturing` has the derivation, for any plane."""
+        i = view.intrinsics
+        rays = view.rotation.T @ np.array(((1, 0, -i.cx), (0, 1, -i.cy), (0, 0, i.focal_length)))
+        place = self._axes @ view.eye + self._shift
+        return np.vstack((np.outer(place, rays[2]) - view.eye[2] * (self._axes @ rays), rays[2]))
