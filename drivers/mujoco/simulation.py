@@ -24,6 +24,7 @@ from robotcore.hal.truth import RELEASE_M
 from robotcore.kinds.camera import CameraDescription
 from robotcore.kinds.encoder import EncoderDescription, SimulatedEncoder
 from robotcore.kinds.motor import MotorDescription
+from robotcore.simulation.floor_sheet import has_viewer
 from robotcore.simulation.rigid_body import ContactCounter
 
 
@@ -40,7 +41,7 @@ class Simulation:
 
         self._robot, self._world, self._seed = setup.robot, world, setup.seed
         self.clock = SteppedClock(setup.rate_hz, self._advance)
-        self.model = compile_model(build(setup.robot, world, self.clock.step))
+        self.model = compile_model(build(setup.robot, world, self.clock.step, is_seen=has_viewer(setup)))
         self.data = MjData(self.model)
         self._finish_step, self._begin_step = mj_step2, mj_step1
         self._begin_step(self.model, self.data)

@@ -10,11 +10,20 @@ import cv2
 
 from drivers.pybullet.bullet import Bullet
 from robotcore.description import Ball, Floor, Texture, WorldDescription
-from robotcore.description.meshes import Mesh, ball_mesh, ground_mesh, prism_mesh
+from robotcore.description.meshes import Mesh, ball_mesh, ground_mesh, prism_mesh, sheet_mesh
 from robotcore.description.world import Prism
+from robotcore.optics import Image
+from robotcore.simulation.floor_sheet import FloorSheet, draw_floor_sheet
 
 GROUND_HALF_M = 200.0
 """Half the width of the drawn ground, in metres. Its edge appears less than a pixel below the horizon."""
+
+ORIGIN = (0.0, 0.0, 0.0)
+WHITE = (255, 255, 255)
+"""The colour of a body whose texture has the colours."""
+
+NO_SHAPE = -1
+"""Bullet's number for the collision shape of a body that collides with nothing."""
 
 HULL_MARGIN_M = 1e-6
 """The collision margin around a prism, in metres. Rays would miss a prism without margin. Bullet's default is 1 mm."""
@@ -33,7 +42,11 @@ class CollisionGroup(IntFlag):
 class BulletScene:
     """The floor, the things and the light of a world in Bullet."""
 
-    def __init__(self, bullet: Bullet, world: WorldDescription) -> None:
+    def __init__(self, bullet: Bullet, world: WorldDescription, *, is_seen: bool = True) -> None:
+        """Add the world to Bullet.
+
+        is_seen: whether to add the lines and the picture on the floor, which nothing but cameras and windows needs.
+        """
         self._bullet = bullet
         self._textures = Textures(bullet)
         self.light = world.light
@@ -42,16 +55,21 @@ class BulletScene:
         balls = {ball.name: self._add_ball(ball) for ball in world.targets}
         self.things = prisms | balls
         """Bullet's ids of the things by name, without the floor."""
-        self._add_floor(world.floor)
+        self._add_floor(world.floor, draw_floor_sheet(world) if is_seen else None)
 
-    def _add_floor(self, floor: Floor) -> None:
+    def _add_floor(self, floor: Floor, sheet: FloorSheet | None) -> None:
         """Add the floor as the last body. Bullet then does not draw the pixels of the floor that other bodies hide."""
         bullet = self._bullet
         plane = bullet.createCollisionShape(bullet.GEOM_PLANE)
-        body = self._add(plane, ground_mesh(GROUND_HALF_M, floor), floor.colour, (0.0, 0.0, 0.0))
+        ground = ground_mesh(GROUND_HALF_M, floor, sheet.hole if sheet else None)
+        body = self._add(plane, ground, floor.colour, ORIGIN)
         self._apply_texture(body, floor.texture)
         bullet.changeDynamics(body, -1, lateralFriction=1.0)
         bullet.setCollisionFilterGroupMask(body, -1, CollisionGroup.FLOOR, CollisionGroup.BODY | CollisionGroup.WHEEL)
+        if sheet:
+            drawn = self._add(NO_SHAPE, sheet_mesh(sheet.rectangle), WHITE, ORIGIN)
+            texture = _load_picture(bullet, sheet.pixels[::-1, :, ::-1])
+            bullet.changeVisualShape(drawn, -1, textureUniqueId=texture)
 
     def _add_prism(self, prism: Prism) -> int:
         bullet = self._bullet
@@ -111,13 +129,14 @@ class Textures:
     def find_or_load(self, texture: Texture) -> int:
         """Return Bullet's id of a texture. Loads the texture if Bullet does not have it."""
         if texture not in self._ids:
-            self._ids[texture] = self._load_texture(texture)
+            self._ids[texture] = _load_picture(self._bullet, texture.tile[::-1])
         return self._ids[texture]
 
-    def _load_texture(self, texture: Texture) -> int:
-        """Load the tile of a texture as a picture, whose top row is the highest on the surface. Return Bullet's id."""
-        with TemporaryDirectory() as folder:
-            file = Path(folder, "tile.png")
-            cv2.imwrite(str(file), cv2.cvtColor(texture.tile[::-1], cv2.COLOR_GRAY2BGR))
-            number: int = self._bullet.loadTexture(str(file))
-        return number
+
+def _load_picture(bullet: Bullet, picture: Image) -> int:
+    """Load a picture as a texture, and return Bullet's id. Its top row is the highest on the surface."""
+    with TemporaryDirectory() as folder:
+        file = Path(folder, "picture.png")
+        cv2.imwrite(str(file), picture)
+        number: int = bullet.loadTexture(str(file))
+    return number

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import partial
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -109,13 +110,35 @@ def prism_mesh(prism: Prism) -> Mesh:
     return _make_mesh([top, base[::-1], *sides], partial(face_wrap, here))
 
 
-def ground_mesh(half: float, floor: Floor) -> Mesh:
+Rectangle = tuple[float, float, float, float]
+"""The least x, the least y, the greatest x and the greatest y of a rectangle on the floor, in metres."""
+
+
+def ground_mesh(half: float, floor: Floor, hole: Rectangle | None = None) -> Mesh:
     """Return the mesh of the ground: a square around the origin with the floor's texture.
 
     half: half the length of the square's sides, in metres.
+    hole: a rectangle within the square that is left out.
     """
-    square = np.array(((half, half, 0.0), (-half, half, 0.0), (-half, -half, 0.0), (half, -half, 0.0)))
-    return _make_mesh([square], lambda _: floor_wrap(floor))
+    if hole is None:
+        parts = [(-half, -half, half, half)]
+    else:
+        left, bottom, right, top = hole
+        xs, ys = pairwise((-half, left, right, half)), [*pairwise((-half, bottom, top, half))]
+        parts = [(x[0], y[0], x[1], y[1]) for x in xs for y in ys if (x[0], y[0]) != (left, bottom)]
+    return _make_mesh([_list_corners(part) for part in parts], lambda _: floor_wrap(floor))
+
+
+def sheet_mesh(rectangle: Rectangle) -> Mesh:
+    """Return the mesh of a rectangle on the floor. Its texture coordinates are from 0 to 1 along x and y."""
+    corners = _list_corners(rectangle)
+    uvs = [[1.0, 1.0], [0.0, 1.0], [0.0, 0.0], [1.0, 0.0]]
+    return _make_mesh([corners], lambda _: None)._replace(uvs=uvs)
+
+
+def _list_corners(rectangle: Rectangle) -> Array:
+    left, bottom, right, top = rectangle
+    return np.array(((right, top, 0.0), (left, top, 0.0), (left, bottom, 0.0), (right, bottom, 0.0)))
 
 
 def ball_mesh(radius: float) -> Mesh:

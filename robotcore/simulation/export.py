@@ -48,6 +48,8 @@ def export_model(
 
 
 def _list_urdf_notes(world: WorldDescription | None) -> tuple[str, ...]:
-    surfaces = (world.floor, *world.prisms) if world else ()
-    is_patterned = any(surface.texture for surface in surfaces)
-    return ("URDF has no patterns: each surface has one colour",) if is_patterned else ()
+    if world is None:
+        return ()
+    surfaces = (world.floor, *world.prisms)
+    is_patterned = any(surface.texture for surface in surfaces) or world.floor.image or world.lines
+    return ("URDF has no patterns, lines or pictures: each surface has one colour",) if is_patterned else ()

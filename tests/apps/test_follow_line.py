@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import math
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, ClassVar
 from unittest.mock import create_autospec
 
+import cv2
+import numpy as np
 import pytest
 
 from apps.follow_line import FollowLine
 from robotcore import Behaviour, Outcome, Robot, Role, RunRequest, RunResult, Status, Truth, run
+from robotcore.runtime.observer import RunContext
+from robotcore.runtime.trace import TickRecord
 from robotcore.testing import MockRobot
 
 WHITE, LEFT, MIDDLE = (0, 0, 0, 0, 0), (1, 0, 0, 0, 0), (0, 0, 1, 0, 0)
@@ -50,6 +56,49 @@ def test_robot_follows_a_part_of_the_line() -> None:
     result = follow(distance_m=0.5)
     assert (result.outcome, result.verified) == (Outcome.SUCCESS, True)
     assert result.sim_time_s == pytest.approx(2.6, abs=0.2)
+
+
+COURSE = """
+name = "course"
+[floor]
+length_m = 2.4
+width_m = 2.4
+colour = "sand"
+image = { file = "course.png", length_m = 2.0, x_m = 0.1 }
+[start]
+x_m = 0.1
+y_m = -0.69
+"""
+RADIUS_M = 0.7
+
+
+class Distances:
+    """An observer that measures how far the robot is from the circle in the picture, in metres."""
+
+    def begin(self, run: RunContext) -> None:
+        assert run.truth
+        self._truth, self.distances = run.truth, [0.0]
+
+    def tick(self, record: TickRecord) -> None:
+        pose = self._truth.pose
+        self.distances.append(abs(math.hypot(pose.x - 0.1, pose.y) - RADIUS_M))
+
+    def end(self, result: RunResult) -> None: ...
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("backend", ["kinematic", "mujoco", "pybullet"])
+def test_robot_follows_a_line_in_a_picture_on_the_floor(tmp_path: Path, backend: str) -> None:
+    picture = np.full((500, 500, 3), 240, np.uint8)
+    cv2.circle(picture, (250, 250), round(RADIUS_M * 250), (20, 20, 20), 5)
+    cv2.imwrite(str(tmp_path / "course.png"), picture)
+    world = tmp_path / "course.toml"
+    world.write_text(COURSE)
+    observer = Distances()
+    result = run(RunRequest("follow-line", backend, "tracer", str(world), settings={"distance_m": 4.6}), [observer])
+    assert (result.outcome, result.verified) == (Outcome.SUCCESS, None)
+    assert list(result.milestones) == ["follow"]
+    assert max(observer.distances) < 0.02
 
 
 class Straight(Behaviour):

@@ -8,8 +8,10 @@ import numpy as np
 
 from drivers.mujoco.model.attributes import CollisionGroup, Colour, RenderGroup, rgba, rotation_about_z
 from robotcore.description import Ball, Box, Floor, Light, Texture, WorldDescription
-from robotcore.description.meshes import Mesh, ground_mesh, prism_mesh
+from robotcore.description.meshes import Mesh, ground_mesh, prism_mesh, sheet_mesh
+from robotcore.description.png import Pixels
 from robotcore.description.world import Prism
+from robotcore.simulation.floor_sheet import FloorSheet, draw_floor_sheet
 
 if TYPE_CHECKING:
     from mujoco import MjSpec
@@ -21,6 +23,12 @@ GROUND_HALF_M = 200.0
 GROUND = "Ground"
 """The name of the floor in the model. No thing has this name, because the names of things are in lower case."""
 
+SHEET = "Sheet"
+"""The name of the sheet with the lines and the picture on the floor, in the model."""
+
+WHITE = (255, 255, 255)
+"""The colour of a material whose texture has the colours."""
+
 BALL_SLICES, BALL_STACKS = 64, 32
 """The numbers of slices and stacks of a drawn sphere. The outline covers 99.8 % of a circle's area."""
 
@@ -30,12 +38,15 @@ def visual_name(thing: str) -> str:
     return f"{thing}.seen"
 
 
-def add_world(spec: MjSpec, world: WorldDescription) -> None:
-    """Add the light, the sky, the floor and all things of a world to the model."""
+def add_world(spec: MjSpec, world: WorldDescription, *, is_seen: bool) -> None:
+    """Add the light, the sky, the floor and all things of a world to the model.
+
+    is_seen: whether to add the lines and the picture on the floor, which nothing but cameras and windows needs.
+    """
     materials = Materials(spec)
     _add_light(spec, world.light)
     materials.add_sky(world.light.sky_colour)
-    _add_floor(spec, world.floor, materials)
+    _add_floor(spec, world.floor, draw_floor_sheet(world) if is_seen else None, materials)
     for prism in world.prisms:
         _add_prism(spec, prism, materials)
     for ball in world.targets:
@@ -59,7 +70,7 @@ def _add_light(spec: MjSpec, light: Light) -> None:
     )
 
 
-def _add_floor(spec: MjSpec, floor: Floor, materials: Materials) -> None:
+def _add_floor(spec: MjSpec, floor: Floor, sheet: FloorSheet | None, materials: Materials) -> None:
     import mujoco
 
     spec.worldbody.add_geom(
@@ -74,10 +85,13 @@ def _add_floor(spec: MjSpec, floor: Floor, materials: Materials) -> None:
     _add_visual_mesh(
         spec,
         GROUND,
-        ground_mesh(GROUND_HALF_M, floor),
+        ground_mesh(GROUND_HALF_M, floor, sheet.hole if sheet else None),
         materials.find_or_add(floor.colour, floor.texture),
         RenderGroup.FLOOR,
     )
+    if sheet:
+        material = materials.add_sheet(sheet.pixels)
+        _add_visual_mesh(spec, SHEET, sheet_mesh(sheet.rectangle), material, RenderGroup.FLOOR)
 
 
 def _add_prism(spec: MjSpec, prism: Prism, materials: Materials) -> None:
@@ -169,14 +183,17 @@ class Materials:
         key = (colour, texture)
         if key not in self._names:
             self._names[key] = name = f"look_{len(self._names)}"
-            material = self._spec.add_material(
-                name=name, rgba=rgba(colour), specular=0.0, shininess=0.0, reflectance=0.0
-            )
-            if texture:
-                import mujoco
-
-                material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = self._find_or_add_texture(texture)
+            self._add(name, colour, self._find_or_add_texture(texture) if texture else None)
         return self._names[key]
+
+    def add_sheet(self, pixels: Pixels) -> str:
+        """Add a material with the colours of a sheet, and return its name.
+
+        pixels: red, green and blue, (rows, columns, 3). The first row has the least texture coordinate.
+        """
+        self._add_texture(SHEET, pixels)
+        self._add(SHEET, WHITE, SHEET)
+        return SHEET
 
     def add_sky(self, colour: Colour) -> None:
         """Add a sky of one colour to the model."""
@@ -194,14 +211,23 @@ class Materials:
         )
 
     def _find_or_add_texture(self, texture: Texture) -> str:
-        import mujoco
-
         if texture not in self._textures:
             self._textures[texture] = name = f"texture_{len(self._textures)}"
-            tile = np.repeat(texture.tile[:, :, None], 3, axis=2)
-            height, width, channels = tile.shape
-            model_texture = self._spec.add_texture(
-                name=name, type=mujoco.mjtTexture.mjTEXTURE_2D, width=width, height=height, nchannel=channels
-            )
-            model_texture.data = tile.tobytes()
+            self._add_texture(name, np.repeat(texture.tile[:, :, None], 3, axis=2))
         return self._textures[texture]
+
+    def _add(self, name: str, colour: Colour, texture: str | None) -> None:
+        import mujoco
+
+        material = self._spec.add_material(name=name, rgba=rgba(colour), specular=0.0, shininess=0.0, reflectance=0.0)
+        if texture:
+            material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = texture
+
+    def _add_texture(self, name: str, pixels: Pixels) -> None:
+        import mujoco
+
+        height, width, channels = pixels.shape
+        texture = self._spec.add_texture(
+            name=name, type=mujoco.mjtTexture.mjTEXTURE_2D, width=width, height=height, nchannel=channels
+        )
+        texture.data = pixels.tobytes()

@@ -10,6 +10,7 @@ import pytest
 from robotcore.description import RobotDescription, Texture, WorldDescription, load_robot, load_world
 from robotcore.hal.backend import ModelExport
 from robotcore.simulation.export import export_model, prepare_world
+from tests.robotcore.description.courses import load_course
 
 mujoco = pytest.importorskip("mujoco")
 
@@ -98,6 +99,17 @@ def test_textures_are_the_same_picture_to_the_pixel(tmp_path: Path) -> None:
             pictures = [each.tex_data[cut][:tile] for each, cut in zip((written, built), cuts, strict=True)]
             np.testing.assert_array_equal(*pictures)
     assert written.mat_texid.tolist() == built.mat_texid.tolist()
+
+
+def test_sheet_with_the_picture_on_the_floor_is_exported(tmp_path: Path) -> None:
+    robot, world = load_robot("rover"), load_course(tmp_path)
+    model = export_model("mjcf", robot, world, "textures")
+    assert list(model.pictures) == ["textures/Sheet.png"]
+    written, built = load_model(model, tmp_path), build_simulated(robot, world)
+    begin = built.texture("Sheet").adr[0], written.texture("Sheet").adr[0]
+    size = 3 * built.texture("Sheet").width[0] * built.texture("Sheet").height[0]
+    np.testing.assert_array_equal(built.tex_data[begin[0] :][:size], written.tex_data[begin[1] :][:size])
+    assert written.geom("Sheet.seen").contype == written.geom("Sheet.seen").conaffinity == 0
 
 
 def test_without_a_folder_textures_are_left_out_with_a_note(tmp_path: Path) -> None:

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,7 +22,19 @@ from robotcore.geometry import Pose
 from robotcore.kinds.camera import CameraDescription
 from robotcore.optics import CameraView
 from robotcore.simulation.painter import Painter
-from tests.drivers.physics.worlds import LOOKOUT, ROVER, EngineTests, ball, box, get_camera, post, world
+from tests.drivers.physics.worlds import (
+    LOOKOUT,
+    ROVER,
+    EngineTests,
+    ball,
+    box,
+    drive,
+    get_camera,
+    get_truth,
+    post,
+    world,
+)
+from tests.robotcore.description.courses import COURSE, load_course
 
 EYE = Mount(x_m=0.14, z_m=0.10)
 
@@ -87,6 +100,16 @@ class Seeing(EngineTests):
 
 MIN_PIXELS = 150
 HERE = Pose(0.0, 0.0, 0.0)
+LINES = """
+[[lines]]
+width_m = 0.05
+points_m = [[-0.5, -0.4], [0.6, 0.0], [0.8, 0.6]]
+
+[[lines]]
+width_m = 0.02
+points_m = [[-0.4, 0.3], [1.6, 0.3]]
+colour = "red"
+"""
 
 Mask = np.ndarray
 
@@ -106,6 +129,35 @@ class Texturing(EngineTests):
         differences = np.abs(ours.astype(int) - theirs).max(axis=2)
         assert (differences[is_near] <= 2).mean() > 0.98
         assert (differences <= 2).mean() > 0.9
+
+    @pytest.mark.parametrize(
+        "texture", [None, Texture(pattern="checker", scale_m=0.8, contrast=0.5)], ids=["plain", "pattern"]
+    )
+    @pytest.mark.parametrize("pose", [Pose(-0.6, -0.3, 0.2), Pose(0.3, -0.3, 2.0)], ids=["beside", "on it"])
+    def test_picture_and_lines_on_the_floor_equal_those_of_the_built_in_simulator(
+        self, tmp_path: Path, texture: Texture | None, pose: Pose
+    ) -> None:
+        course = load_course(tmp_path, text=COURSE + LINES)
+        floor = course.floor.model_copy(update={"texture": texture})
+        lit = Light(ambient=0.3, diffuse=0.6, brightness=1.2)
+        things = (box(2.0, width=0.4),)
+        ground = course.model_copy(update={"floor": floor, "light": lit, "obstacles": things})
+        ours, theirs, _ = self.render_both(ground, pose)
+        is_near = np.arange(240) > 140
+        differences = np.abs(ours.astype(int) - theirs).max(axis=2)
+        assert (differences[is_near] <= 2).mean() > (0.98 if texture else 0.995)
+        assert len(np.unique(theirs[is_near].reshape(-1, 3), axis=0)) >= 3
+
+    def test_picture_and_lines_on_the_floor_change_no_motion(self, tmp_path: Path) -> None:
+        course = load_course(tmp_path, text=COURSE + LINES)
+        bare = course.model_copy(update={"lines": (), "floor": course.floor.model_copy(update={"image": None})})
+        poses = []
+        for described in (course, bare):
+            with self.open_in_world(described) as robot:
+                drive(robot, 8.0, 5.0, 2.0)
+                robot.range.read()
+                poses.append((get_truth(robot).pose(), robot.range.read().distance))
+        assert poses[0] == poses[1]
 
     def test_overexposed_texture_equals_that_of_the_built_in_simulator(self) -> None:
         texture = Texture(pattern="planks", scale_m=0.3, contrast=0.5)

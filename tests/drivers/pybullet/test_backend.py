@@ -48,7 +48,7 @@ def test_closing_the_robot_twice_ends_its_server_once(connections: list[Bullet])
 def test_a_connection_is_closed_if_opening_fails(
     connections: list[Bullet], monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:
-    def broken(*_: object) -> None:
+    def broken(*_: object, **_options: object) -> None:
         raise BackendError("no world today")
 
     monkeypatch.setattr(simulation, "BulletScene", broken)

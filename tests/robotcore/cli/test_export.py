@@ -74,11 +74,12 @@ def test_notes_go_to_stderr(cli: Cli, check_text: CheckText) -> None:
     check_text(answer.err)
 
 
-def test_notes_that_urdf_has_no_patterns(cli: Cli, tmp_path: Path, check_text: CheckText) -> None:
+def test_notes_that_urdf_has_no_patterns_and_lines(cli: Cli, tmp_path: Path, check_text: CheckText) -> None:
     (tmp_path / "hall.toml").write_text(TEXTURED)
     answer = cli("export", "rover", "--world", str(tmp_path / "hall.toml"))
     assert answer.status == 0
     check_text(answer.err)
+    assert cli("export", "rover", "--world", "track").err == answer.err
     assert cli("export", "rover", "--world", "arena").err == ""
 
 
