@@ -61,6 +61,17 @@ class Canvas:
         reach = round(radius * SUPERSAMPLING * 2**_SHIFT)
         cv2.circle(self._sheet, (int(x), int(y)), reach, colour[::-1], cv2.FILLED, cv2.LINE_AA, _SHIFT)
 
+    def draw_image(self, image: Image, top_left: Point, bottom_right: Point) -> None:
+        """Draw a BGR picture into a rectangle. The parts of the rectangle beyond the canvas are left out."""
+        corners = np.array((top_left, bottom_right)) * SUPERSAMPLING
+        size = corners[1] - corners[0]
+        shrunk = np.clip(np.rint(size), 1, image.shape[1::-1]).astype(int).tolist()
+        small = cv2.resize(image, shrunk, interpolation=cv2.INTER_AREA)
+        scales = size / shrunk
+        matrix = np.column_stack((np.diag(scales), corners[0] + (scales - 1) / 2))
+        whole = self._sheet.shape[1::-1]
+        cv2.warpAffine(small, matrix, whole, self._sheet, cv2.INTER_LINEAR, cv2.BORDER_TRANSPARENT)
+
     def draw_shadow(self, shapes: Iterable[Sequence[Point]], opacity: float, softness: float) -> None:
         """Darken the inside of polygons. Their edges are blurred by ``softness`` pixels."""
         mask = cv2.GaussianBlur(self._mask(shapes), (0, 0), softness * SUPERSAMPLING)

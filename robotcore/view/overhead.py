@@ -155,7 +155,7 @@ def draw_map(world: WorldDescription, paths: Sequence[MapPath], size: int) -> Im
 
 
 def _draw_world(canvas: Canvas, transform: MapTransform, world: WorldDescription) -> None:
-    """Draw the floor with its grid and lines, the obstacles with their shadows, and the targets."""
+    """Draw the floor with its grid, picture and lines, the obstacles with their shadows, and the targets."""
     _draw_floor(canvas, transform, world)
     shadows = [_compute_shadow_outline(prism, world) for prism in world.prisms]
     canvas.draw_shadow([transform.to_pixels(shadow) for shadow in shadows], 0.28, 0.015 * transform.scale)
@@ -217,6 +217,10 @@ def _draw_floor(canvas: Canvas, transform: MapTransform, world: WorldDescription
         canvas.draw_line(transform.to_pixels([(metre, -y), (metre, y)]), grid, 1)
     for metre in range(-int(y), int(y) + 1):
         canvas.draw_line(transform.to_pixels([(-x, metre), (x, metre)]), grid, 1)
+    if image := world.floor.image:
+        left, bottom, right, top = image.limits
+        corners = transform.to_pixel(left, top), transform.to_pixel(right, bottom)
+        canvas.draw_image(image.render(world.floor.colour)[:, :, ::-1], *corners)
     for line in world.lines:
         for outline in line.outlines:
             canvas.fill_polygon(transform.to_pixels(outline), line.colour)

@@ -105,6 +105,17 @@ def _draw_ground(chart: _Chart, world: WorldDescription) -> Iterator[Element]:
     columns = [line(chart.at(metre, y), chart.at(metre, -y)) for metre in range(-math.floor(x), math.floor(x) + 1)]
     rows = [line(chart.at(-x, metre), chart.at(x, metre)) for metre in range(-math.floor(y), math.floor(y) + 1)]
     yield group([*columns, *rows], class_="grid")
+    if image := world.floor.image:
+        left, bottom, right, top = image.limits
+        x, y = chart.at(left, top)
+        yield element(
+            "image",
+            x=x,
+            y=y,
+            width=(right - left) * CM,
+            height=(top - bottom) * CM,
+            href=f"data:image/png;base64,{image.content}",
+        )
     for each in world.lines:
         points = (*each.points_m, *each.points_m[: int(each.closed)])
         colour = f"rgb{each.colour}"

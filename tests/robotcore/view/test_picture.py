@@ -30,6 +30,7 @@ from robotcore.view.picture import (
     find_last_image,
 )
 from robotcore.view.text import list_interventions
+from tests.robotcore.description.courses import COURSE, QUADRANTS, load_course
 from tests.robotcore.recording.replay.memory import record_run
 from tests.texts import Raises
 
@@ -41,6 +42,18 @@ def list_colours_near(image: Image, x: float, y: float, reach: int = 2) -> list[
     column, row = round(x), round(y)
     patch = image[row - reach : row + reach + 1, column - reach : column + reach + 1, ::-1].reshape(-1, 3)
     return [(int(red), int(green), int(blue)) for red, green, blue in patch]
+
+
+@pytest.mark.parametrize("scale", [1, 60], ids=["enlarged", "shrunk"])
+def test_picture_on_the_floor_is_drawn(figure: RunFigure, tmp_path: Path, scale: int) -> None:
+    lines = "[[lines]]\nwidth_m = 0.1\npoints_m = [[0.0, -0.4], [1.0, -0.4]]\n"
+    world = load_course(tmp_path, np.kron(QUADRANTS, np.ones((scale, scale, 1), np.uint8)), COURSE + lines)
+    image = draw_figure(dataclasses.replace(figure, world=world))
+    figure = dataclasses.replace(figure, world=world)
+    colours = {(0.6, 0.1): (0, 255, 0), (1.2, -0.7): (255, 255, 255), (0.5, -0.4): (25, 25, 25)}
+    colours |= {(1.3, 0.1): (200, 190, 180), (1.2, 0.3): (200, 190, 180)}
+    for place, colour in colours.items():
+        assert set(list_colours_near(image, *find_pixel(figure, *place), reach=1)) == {colour}
 
 
 def find_pixel(figure: RunFigure, x: float, y: float) -> tuple[float, float]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import pytest
@@ -16,6 +17,7 @@ from robotcore.sweep.report.failures import MAX_ENDINGS, count_endings
 from robotcore.sweep.report.maps import draw_maps
 from robotcore.sweep.report.series import build_series, find_goal, list_milestones
 from robotcore.sweep.statistics import compare_backends, group_records
+from tests.robotcore.description.courses import load_course
 from tests.robotcore.sweep.report.samples import PATH, make_fail, make_many, make_pass
 
 ARENA = {"arena": load_world("arena")}
@@ -66,6 +68,18 @@ def test_obstacles_are_drawn_only_if_no_seed_moved_them(seed: int | None, obstac
     (chart,) = draw_maps(build_series([make_pass(seed=seed)]), ARENA)
     assert chart.drawing.count('class="obstacle"') == obstacles
     assert 'class="floor"' in chart.drawing
+
+
+def test_picture_on_the_floor_is_drawn_below_the_paths(tmp_path: Path) -> None:
+    world = load_course(tmp_path)
+    (chart,) = draw_maps(build_series([make_pass(world="course")]), {"course": world})
+    tags = [each.tag.rpartition("}")[2] for each in _parse(chart.drawing).iter()]
+    (picture,) = [each for each in _parse(chart.drawing).iter() if each.tag.endswith("image")]
+    size = {key: float(picture.attrib[key]) for key in ("x", "y", "width", "height")}
+    assert size == {"x": 200 - 25 + 12, "y": 200 - 25 + 12, "width": 150, "height": 100}
+    assert world.floor.image
+    assert picture.attrib["href"] == f"data:image/png;base64,{world.floor.image.content}"
+    assert tags.index("image") < tags.index("path")
 
 
 def test_a_path_off_the_floor_stays_in_the_drawing_and_one_with_nan_is_left_out() -> None:
