@@ -23,6 +23,9 @@ Point = tuple[float, float]
 SUPERSAMPLING = 2
 """Each side of the canvas has this many pixels per pixel of the final image."""
 
+MAX_IMAGE_SIDE = 8192
+"""The greatest number of pixels along a side of a picture that is drawn. OpenCV maps at most 32766."""
+
 _SHIFT = 4
 """OpenCV receives coordinates as integers with this many fractional bits. Their unit is 1/16 pixel."""
 
@@ -65,12 +68,13 @@ class Canvas:
         """Draw a BGR picture into a rectangle. The parts of the rectangle beyond the canvas are left out."""
         corners = np.array((top_left, bottom_right)) * SUPERSAMPLING
         size = corners[1] - corners[0]
-        shrunk = np.clip(np.rint(size), 1, image.shape[1::-1]).astype(int).tolist()
+        most = np.minimum(image.shape[1::-1], MAX_IMAGE_SIDE)
+        shrunk = np.clip(np.rint(size), 1, most).astype(int).tolist()
         small = cv2.resize(image, shrunk, interpolation=cv2.INTER_AREA)
         scales = size / shrunk
         matrix = np.column_stack((np.diag(scales), corners[0] + (scales - 1) / 2))
         whole = self._sheet.shape[1::-1]
-        cv2.warpAffine(small, matrix, whole, self._sheet, cv2.INTER_LINEAR, cv2.BORDER_TRANSPARENT)
+        cv2.warpAffine(small, matrix, whole, self._sheet, cv2.INTER_NEAREST, cv2.BORDER_TRANSPARENT)
 
     def draw_shadow(self, shapes: Iterable[Sequence[Point]], opacity: float, softness: float) -> None:
         """Darken the inside of polygons. Their edges are blurred by ``softness`` pixels."""

@@ -56,6 +56,14 @@ def test_picture_on_the_floor_is_drawn(figure: RunFigure, tmp_path: Path, scale:
         assert set(list_colours_near(image, *find_pixel(figure, *place), reach=1)) == {colour}
 
 
+def test_long_picture_far_beyond_the_canvas_is_drawn() -> None:
+    canvas = Canvas(64, 48, (1, 2, 3))
+    canvas.draw_image(np.full((1, 100_000, 3), (30, 20, 10), np.uint8), (-90_000.0, 10.0), (90_000.0, 20.0))
+    image = canvas.render()
+    assert (image[11:19] == (30, 20, 10)).all()
+    assert (image[21:] == (3, 2, 1)).all()
+
+
 def find_pixel(figure: RunFigure, x: float, y: float) -> tuple[float, float]:
     """Return the pixel of the picture that shows a point of the world."""
     assert figure.world
