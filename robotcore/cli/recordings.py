@@ -90,8 +90,9 @@ def compare(first: Path, second: Path, picture: Path | None, *, as_json: bool) -
     else:
         write(format_comparison(comparison))
     if picture:
+        from robotcore.canvas import encode_png
         from robotcore.view.comparison_view import draw_comparison
-        from robotcore.view.page import encode_png, save_png
+        from robotcore.view.page import save_png
 
         save_png(encode_png(draw_comparison(comparison)), picture)
         write_line(f"The picture: {picture}", is_error=as_json)

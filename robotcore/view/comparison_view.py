@@ -10,11 +10,11 @@ from typing import Any
 from rich.console import Group, RenderableType
 from rich.text import Text
 
+from robotcore.canvas import BAD, FADED, GOOD, INK, RULE, Canvas, Colour, measure_text, shorten_text
 from robotcore.geometry import wrap_angle
 from robotcore.optics import Image
 from robotcore.recording.run_comparison import Comparison, RunSummary
 from robotcore.text import escape, pluralize
-from robotcore.view.canvas import BAD, FADED, GOOD, INK, RULE, Canvas, Colour, measure_text, shorten_text
 from robotcore.view.overhead import MapPath, draw_map
 from robotcore.view.page import EDGE, MAP, SIDE, TOP, WIDTH, begin_page, finish_page, join_titles
 from robotcore.view.picture import build_figure, build_world

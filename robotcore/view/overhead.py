@@ -11,11 +11,11 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
+from robotcore.canvas import INK, PAPER, Canvas, Colour, Point, darken, lighten
 from robotcore.description import Ball, Light, RobotDescription, WorldDescription
 from robotcore.description.world import Prism
 from robotcore.geometry import Pose
 from robotcore.optics import Image
-from robotcore.view.canvas import INK, PAPER, Canvas, Colour, Point, darken, lighten
 
 
 class TrackPoint(NamedTuple):

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import cv2
-
+from robotcore.canvas import FADED, INK, PAPER, Canvas, Colour, shorten_text
 from robotcore.errors import UsageError
 from robotcore.files import replace_file, require_replaceable
 from robotcore.optics import Image
-from robotcore.view.canvas import FADED, INK, PAPER, Canvas, Colour, shorten_text
 
 WIDTH, HEIGHT = 1600, 1000
 EDGE, TOP = 44, 136
@@ -52,12 +50,6 @@ def finish_page(canvas: Canvas, world_map: Image, side_image: Image | None = Non
             height, width = part.shape[:2]
             page[TOP : TOP + height, left : left + width] = part
     return page
-
-
-def encode_png(image: Image) -> bytes:
-    """Return a picture as PNG."""
-    _, png = cv2.imencode(".png", image)
-    return png.tobytes()
 
 
 def save_png(content: bytes, file: Path) -> None:

@@ -9,6 +9,20 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from robotcore.canvas import (
+    BAD,
+    FADED,
+    FAIR,
+    GOOD,
+    INK,
+    RULE,
+    Canvas,
+    Colour,
+    choose_state_colours,
+    encode_png,
+    measure_text,
+    shorten_text,
+)
 from robotcore.description import Floor, RobotDescription, WorldDescription
 from robotcore.geometry import Pose
 from robotcore.hal.robot import Robot
@@ -21,21 +35,8 @@ from robotcore.runtime.layers.devices import AppActuator, AppSensor
 from robotcore.runtime.result import Outcome, RunResult
 from robotcore.runtime.session import RunContext
 from robotcore.runtime.trace import TickRecord
-from robotcore.view.canvas import (
-    BAD,
-    FADED,
-    FAIR,
-    GOOD,
-    INK,
-    RULE,
-    Canvas,
-    Colour,
-    choose_state_colours,
-    measure_text,
-    shorten_text,
-)
 from robotcore.view.overhead import MapPath, Track, TrackPoint, draw_map, draw_ring
-from robotcore.view.page import EDGE, HEIGHT, MAP, SIDE, SIDE_WIDTH, TOP, begin_page, encode_png, finish_page, save_png
+from robotcore.view.page import EDGE, HEIGHT, MAP, SIDE, SIDE_WIDTH, TOP, begin_page, finish_page, save_png
 from robotcore.view.text import format_evaluation_heading, format_heading, list_interventions, list_measures
 
 _SIDE_HEIGHT = 560

@@ -9,6 +9,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from robotcore.canvas import INK, PAPER, Canvas
 from robotcore.errors import RecordingError, UnknownNameError, UsageError
 from robotcore.files import replace_file
 from robotcore.kinds.camera import Frame
@@ -16,7 +17,6 @@ from robotcore.optics import Image
 from robotcore.recording import Recording, SampleKey
 from robotcore.recording.mcap_file import build_unwritable_error
 from robotcore.text import pluralize
-from robotcore.view.canvas import INK, PAPER, Canvas
 
 WIDTH = 640
 _MAX_HEIGHT = 1280

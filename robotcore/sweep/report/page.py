@@ -12,6 +12,7 @@ from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from robotcore.canvas import SERIES, Colour, lighten
 from robotcore.description import WorldDescription, load_world, world_names
 from robotcore.runtime.result import RunResult
 from robotcore.sweep.failure_analysis import explain, format_p
@@ -23,7 +24,6 @@ from robotcore.sweep.report.series import Series, build_series, find_goal, list_
 from robotcore.sweep.spec import format_seeds
 from robotcore.sweep.statistics import Group, Requirement, compare_backends, list_missed_requirements
 from robotcore.sweep.tables import COLUMNS, format_judge
-from robotcore.view.canvas import SERIES, Colour, lighten
 
 MAX_DIFFERING = 30
 """The maximum number of differing runs in the table of two backends."""

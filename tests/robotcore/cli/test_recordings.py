@@ -11,8 +11,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from robotcore.canvas import GOOD
 from robotcore.recording.chunks import ChunkedFile, ChunkLocation
-from robotcore.view.canvas import GOOD
 from tests.robotcore.cli.conftest import AppFile, Cli, RecordedRun
 from tests.texts import CheckText
 

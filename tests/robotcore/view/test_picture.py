@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from robotcore import RunRequest, run
+from robotcore.canvas import BAD, FAIR, GOOD, Canvas, choose_state_colours, measure_text
 from robotcore.errors import UsageError
 from robotcore.geometry import Pose
 from robotcore.kinds.camera import Frame
@@ -18,7 +19,6 @@ from robotcore.optics import Image
 from robotcore.runtime.layers.devices import AppActuator, AppSensor
 from robotcore.runtime.session import RunContext
 from robotcore.view import page
-from robotcore.view.canvas import BAD, FAIR, GOOD, Canvas, choose_state_colours, measure_text
 from robotcore.view.overhead import MapTransform, Track, TrackPoint
 from robotcore.view.page import EDGE, HEIGHT, MAP, SIDE, TOP, begin_page, join_titles, require_writable
 from robotcore.view.picture import (

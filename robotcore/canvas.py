@@ -1,4 +1,4 @@
-"""A canvas to draw on, and the colours of the pictures.
+"""A canvas to draw on, the colours of the pictures, and their PNG files.
 
 Coordinates are pixels, and colours are (red, green, blue). The canvas is drawn at twice its size and then scaled down,
 so that edges are smooth.
@@ -104,6 +104,12 @@ class Canvas:
         area = self._sheet[y : y + height, x : x + width]
         share = mask[y : y + height, x : x + width, None] * np.float32(opacity / 255)
         area[:] = area + (np.array(colour[::-1], np.float32) - area) * share
+
+
+def encode_png(image: Image) -> bytes:
+    """Return a picture as PNG."""
+    _, png = cv2.imencode(".png", image)
+    return png.tobytes()
 
 
 _FACE = cv2.FONT_HERSHEY_SIMPLEX
