@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from robotcore import testing as testing
     from robotcore.autonomy import navigation as navigation
     from robotcore.autonomy import vision as vision
+    from robotcore.autonomy.navigation import Navigator as Navigator
+    from robotcore.autonomy.navigation import OccupancyGrid as OccupancyGrid
     from robotcore.errors import DeviceError as DeviceError
     from robotcore.geometry import Pose as Pose
     from robotcore.geometry import Twist as Twist
@@ -41,6 +43,8 @@ _MODULES = {
     "DeviceError": "errors",
     "Image": "optics",
     "Interval": "runtime.settings",
+    "Navigator": "autonomy.navigation",
+    "OccupancyGrid": "autonomy.navigation",
     "Outcome": "runtime.result",
     "Pose": "geometry",
     "Positive": "runtime.settings",
@@ -68,6 +72,8 @@ __all__ = [
     "DeviceError",
     "Image",
     "Interval",
+    "Navigator",
+    "OccupancyGrid",
     "Outcome",
     "Pose",
     "Positive",

@@ -5,6 +5,7 @@
     │   ├── UnknownNameError (LookupError)   no backend, app, robot, world or key has that name
     │   ├── DescriptionError                 a robot's or a world's file is wrong
     │   ├── RecordingError                   a recording cannot be written, read or replayed
+    │   ├── MapError                         a map's file cannot be written or read
     │   └── UnmetNeedError                   the robot lacks a device that the app needs
     ├── BackendError (RuntimeError)          a backend cannot work: exit 3
     │   ├── BackendMissingError (ImportError)  a backend's library is not installed
@@ -207,6 +208,20 @@ class RecordingError(UsageError):
 
     def __init__(self, file: object, problem: str, remedy: str, *, kind: str = "", **fields: object) -> None:
         super().__init__(f"{file}: {problem}. {remedy}", kind=kind, file=str(file), **fields)
+
+
+class MapError(UsageError):
+    """The file of a map cannot be written or read.
+
+    file: the map's file.
+    problem: the file's defect, without a subject, such as ``does not exist``.
+    remedy: an instruction for the user, as a sentence without its full stop.
+    """
+
+    kind = "map"
+
+    def __init__(self, file: object, problem: str, remedy: str, *, kind: str = "") -> None:
+        super().__init__(f"{file}: {problem}. {remedy}", kind=kind, file=str(file))
 
 
 class UnmetNeedError(UsageError):

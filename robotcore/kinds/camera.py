@@ -59,6 +59,11 @@ class Frame:
     def __repr__(self) -> str:
         return f"<Frame {self} at {self.time:.2f} s>"
 
+    def _repr_png_(self) -> bytes:
+        from robotcore.canvas import encode_png
+
+        return encode_png(self.image)
+
     def __str__(self) -> str:
         height, width = self.image.shape[:2]
         return f"{width}x{height}"

@@ -37,6 +37,12 @@ FRONT_DEPTH_M = 0.05
 MAX_NOISE = 6
 """The largest noise of a distance, as a multiple of its standard deviation."""
 
+CHART_PX = 480
+"""The width of a scan's chart in a notebook, in pixels. Its height is a third of it."""
+
+CHART_TEXT_PX = 12
+"""The height of the text line in the chart, in pixels."""
+
 ROUNDING_S = 1e-6
 """Two times count as equal if they differ by less than this, in seconds."""
 
@@ -121,6 +127,22 @@ class Scan:
 
     def __str__(self) -> str:
         return self.format_echoes()
+
+    def _repr_png_(self) -> bytes:
+        """Return a chart: a column for each ray, from left to right, as high as the ray's distance."""
+        from robotcore.canvas import INK, PAPER, SERIES, Canvas, encode_png
+
+        farthest = max(filter(math.isfinite, self.distances), default=0.0)
+        canvas = Canvas(CHART_PX, CHART_PX // 3, PAPER)
+        width, height = canvas.width / len(self.distances), canvas.height - 2 * CHART_TEXT_PX
+        for column, distance in enumerate(reversed(self.distances)):
+            if math.isfinite(distance) and farthest > 0:
+                x, y = column * width, canvas.height - height * distance / farthest
+                corners = [(x, y), (x + width, y), (x + width, canvas.height), (x, canvas.height)]
+                canvas.fill_polygon(corners, SERIES[3])
+        words = f"from left to right, up to {farthest:.2f} m; {self}"
+        canvas.write_text((CHART_TEXT_PX / 2, CHART_TEXT_PX * 1.5), words, INK, CHART_TEXT_PX * 0.8)
+        return encode_png(canvas.render())
 
     def format_echoes(self, bearings: tuple[float, ...] = ()) -> str:
         """Return the distance of the nearest echo, its bearing if ``bearings`` are given, and the number of echoes."""

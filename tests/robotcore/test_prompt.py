@@ -1,4 +1,4 @@
-"""The values that a user holds at a prompt show themselves as one short line."""
+"""The values that a user holds at a prompt show themselves as one short line, and some as a picture in a notebook."""
 
 from __future__ import annotations
 
@@ -6,11 +6,15 @@ import math
 from dataclasses import dataclass
 from typing import Annotated, Any
 
+import cv2
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
-from robotcore import Pose, Twist
+from robotcore import Navigator, OccupancyGrid, Pose, Twist
+from robotcore.autonomy.navigation.grid_picture import UNKNOWN
 from robotcore.autonomy.vision import Blob
+from robotcore.canvas import BAD, INK, PAPER
 from robotcore.description import load_robot, load_world
 from robotcore.geometry import Wheels
 from robotcore.hal.device import Sensor, Unit
@@ -149,3 +153,66 @@ class TestDevices:
             "<RangeSensor nose: closed>",
             "<Motor left_motor: closed>",
         ]
+
+
+def decode(png: bytes) -> NDArray[Any]:
+    image = cv2.imdecode(np.frombuffer(png, np.uint8), cv2.IMREAD_COLOR)
+    assert image is not None
+    return image
+
+
+class TestNotebookPictures:
+    def test_frame_shows_its_own_pixels(self) -> None:
+        image = np.arange(4 * 6 * 3, dtype=np.uint8).reshape(4, 6, 3)
+        np.testing.assert_array_equal(decode(Frame(image, 0.0, 0)._repr_png_()), image)
+
+    def test_grey_frame_shows_its_own_pixels(self) -> None:
+        image = np.arange(24, dtype=np.uint8).reshape(4, 6)
+        np.testing.assert_array_equal(decode(Frame(image, 0.0, 0)._repr_png_())[..., 0], image)
+
+    def test_chart_of_a_scan_has_high_columns_for_far_rays_from_left_to_right(self) -> None:
+        chart = decode(Scan((4.0,) * 50 + (1.0,) * 50, 0.0, 0)._repr_png_())  # the first ray is the rightmost
+        heights = (chart[30:, :, 2] < 100).sum(axis=0)
+        assert heights[400] > 3 * heights[100] > 50
+
+    def test_chart_of_a_scan_leaves_rays_without_an_echo_empty(self) -> None:
+        chart = decode(Scan((1.0, math.inf, math.inf), 0.0, 0)._repr_png_())
+        assert (chart[100, [50, 200, 450], 2] < 100).tolist() == [False, False, True]
+
+    def test_scan_without_an_echo_has_a_chart(self) -> None:
+        assert decode(Scan((math.inf,) * 4, 0.0, 0)._repr_png_()).shape == (160, 480, 3)
+
+    def test_map_shows_free_occupied_and_unknown_cells_with_y_upward(self) -> None:
+        grid = OccupancyGrid(size=4.0, cell=0.04)
+        grid.evidence[:] = np.where(np.arange(100)[:, None] >= 50, 1.0, -1.0)  # occupied above the middle
+        grid.evidence[:, :50] = 0.0
+        picture = decode(grid._repr_png_())
+        height, width = picture.shape[:2]
+        right = width * 3 // 4
+        assert picture[height // 4, right].tolist() == list(INK[::-1])
+        assert picture[height * 3 // 4, right].tolist() == list(PAPER[::-1])
+        assert picture[height // 2, 2].tolist() == list(UNKNOWN[::-1])
+
+    def test_map_without_known_cells_has_a_picture(self) -> None:
+        assert set(decode(OccupancyGrid()._repr_png_()).ravel()) == set(UNKNOWN)
+
+    def test_map_shows_the_robot_and_a_path(self) -> None:
+        grid = OccupancyGrid()
+        plain, path = grid.draw(), grid.draw(path=[(0.0, 0.0), (0.5, 0.5)])
+        robot = grid.draw(Pose(0.0, 0.0, 1.0))
+        assert all((picture != UNKNOWN[::-1]).any() for picture in (path, robot))
+        assert not (plain != UNKNOWN[::-1]).any()
+
+    def test_map_grows_to_a_robot_beyond_the_known_cells(self) -> None:
+        grid = OccupancyGrid()
+        grid.add_free_disc(-4.0, -4.0, 0.2, 0.2)
+        assert (grid.draw(Pose(4.0, 4.0, 0.0)) == BAD[::-1]).all(axis=2).any()
+
+    def test_navigator_shows_its_map_pose_and_path(self) -> None:
+        navigator = Navigator(speed=0.2, turn=1.0)
+        assert repr(navigator) == (
+            "<Navigator: <OccupancyGrid 12 x 12 m, cells of 0.04 m: 0 free, 0 occupied>, path of 0 cells>"
+        )
+        robot = MockRobot(range=[math.inf]).layered
+        navigator.observe(robot, Pose(0.0, 0.0, 0.0))
+        assert (decode(navigator._repr_png_()) == BAD[::-1]).all(axis=2).any()

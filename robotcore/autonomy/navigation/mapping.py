@@ -201,10 +201,11 @@ class NavigationMap:
 
     pose: the robot's pose; its position becomes the middle of the map.
     reach: the radius in metres of the circle that the robot covers when it turns on the spot.
+    grid: the cells to begin with; None for a new map, of which all cells are unknown.
     """
 
-    def __init__(self, pose: Pose, reach: float) -> None:
-        self.grid = OccupancyGrid(centre=(pose.x, pose.y))
+    def __init__(self, pose: Pose, reach: float, grid: OccupancyGrid | None = None) -> None:
+        self.grid = OccupancyGrid(centre=(pose.x, pose.y)) if grid is None else grid
         self.coverage = Coverage(self.grid)
         self.ground = Traversability(self.grid, reach)
         self._memory = MapMemory(self.grid, self.coverage)

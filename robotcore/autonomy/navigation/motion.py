@@ -97,6 +97,11 @@ class Follower:
         """Begin to follow a path."""
         self._path, self._open = path
 
+    @property
+    def path(self) -> tuple[Cell, ...]:
+        """The cells of the path that the robot has not reached."""
+        return tuple(self._path)
+
     def follow(self, pose: Pose) -> Twist | None:
         """Return the velocity along the path, or None at its end. Plan the path again if it is blocked."""
         grid = self._ground.grid

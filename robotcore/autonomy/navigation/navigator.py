@@ -5,6 +5,7 @@ from __future__ import annotations
 from robotcore.autonomy.navigation.mapping import NavigationMap
 from robotcore.autonomy.navigation.motion import NO_SCAN, CameraLook, Follower, SensorSurvey, Steering
 from robotcore.autonomy.navigation.next_best_view import Viewpoint, best_viewpoint
+from robotcore.autonomy.navigation.occupancy_grid import OccupancyGrid
 from robotcore.autonomy.navigation.planner import (
     NO_PATH,
     NO_PATH_PLAN,
@@ -15,6 +16,7 @@ from robotcore.autonomy.navigation.planner import (
     plan_path,
 )
 from robotcore.autonomy.navigation.recovery import BlockageDetector, Retreat
+from robotcore.canvas import encode_png
 from robotcore.geometry import Pose, Twist
 from robotcore.hal.robot import Robot
 
@@ -41,6 +43,8 @@ class Navigator:
 
     speed: the greatest velocity forward, in m/s.
     turn: the greatest turn rate, in rad/s.
+    grid: the map to begin with, such as one from `OccupancyGrid.load`; None for a new map. The robot must start at the
+        pose at which it started when the map was made.
 
     >>> navigator = Navigator(speed=0.2, turn=1.0)
     >>> navigator.drive_at(Pose(0.0, 0.0, 0.0), StopPoint(x=2.0, y=0.0, distance=0.3))
@@ -49,11 +53,24 @@ class Navigator:
     Twist(linear=0 m/s, angular=-0.5 rad/s)
     """
 
-    def __init__(self, speed: float, turn: float) -> None:
+    def __init__(self, speed: float, turn: float, grid: OccupancyGrid | None = None) -> None:
         self._steering = Steering(speed, turn)
         self._view: Viewpoint | None = None
         self._blockage = BlockageDetector()
-        self._begin_map(Pose(0.0, 0.0, 0.0), reach=0.0)
+        self.pose: Pose | None = None
+        """The robot's pose in the last call of `observe`."""
+        self._begin_map(Pose(0.0, 0.0, 0.0), reach=0.0, grid=grid)
+
+    def __repr__(self) -> str:
+        return f"<Navigator: {self.map.grid!r}, path of {len(self.path)} cells>"
+
+    def _repr_png_(self) -> bytes:
+        return encode_png(self.map.grid.draw(self.pose, self.path))
+
+    @property
+    def path(self) -> list[tuple[float, float]]:
+        """The points of the planned path that the robot has not reached, in metres; empty without a path."""
+        return [self.map.grid.point_of(*cell) for cell in self._follower.path]
 
     def observe(self, robot: Robot, pose: Pose) -> None:
         """Update the map with the newest samples. Start a new map if the robot is near the border of the old one.
@@ -63,6 +80,7 @@ class Navigator:
         robot: the robot, with drive, range sensor and camera.
         pose: the robot's pose now, by odometry.
         """
+        self.pose = pose
         self.map.ground.reach = robot.drive.reach
         if self.map.is_near_border(pose):
             self.forget(pose)
@@ -186,8 +204,8 @@ class Navigator:
         """Return the velocity that turns the robot towards a bearing in radians."""
         return Twist(0.0, self._steering.turn_to(bearing))
 
-    def _begin_map(self, pose: Pose, reach: float) -> None:
-        self.map = NavigationMap(pose, reach)
+    def _begin_map(self, pose: Pose, reach: float, grid: OccupancyGrid | None = None) -> None:
+        self.map = NavigationMap(pose, reach, grid)
         self._follower = Follower(self.map.ground, self._steering)
         self._look = CameraLook(pose.heading)
         self._survey = NO_SCAN

@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from pathlib import Path
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from robotcore.autonomy.navigation.grid_file import LAYERS, read_arrays, write_arrays
 from robotcore.autonomy.navigation.grid_paths import SQUARE, Cell, Mask
+from robotcore.autonomy.navigation.grid_picture import CellPose, draw_cells
+from robotcore.canvas import encode_png
 from robotcore.geometry import Pose
+from robotcore.optics import Image
 
 FREE_EVIDENCE = -1.5
 """A reading adds this to the evidence of each cell in the cone that is nearer to the sensor than the echo."""
@@ -31,6 +37,9 @@ CLOSE_M = 0.6
 
 A farther echo marks a wider arc of cells, which may include a gap wide enough for a small robot.
 """
+
+PICTURE_PX = 480
+"""The width or the height of a map's picture in a notebook, in pixels."""
 
 Metres = NDArray[np.float32]
 Window = tuple[slice, slice]
@@ -59,7 +68,7 @@ class OccupancyGrid:
     """
 
     def __init__(self, size: float = 12.0, cell: float = 0.04, centre: tuple[float, float] = (0.0, 0.0)) -> None:
-        self.cell = cell
+        self.size, self.cell, self.centre = size, cell, centre
         self.count = round(size / cell)
         """The number of rows. The number of columns is the same."""
         self.evidence = np.zeros((self.count, self.count), dtype=np.float32)
@@ -77,6 +86,41 @@ class OccupancyGrid:
         counts = f"{int(self.free.sum())} free, {int(self.occupied.sum())} occupied"
         side = self.count * self.cell
         return f"<OccupancyGrid {side:g} x {side:g} m, cells of {self.cell:g} m: {counts}>"
+
+    def save(self, file: str | Path) -> None:
+        """Write the map into a file ``.npz`` of NumPy. Raises MapError if the file cannot be written."""
+        (x, y), travelled = self.centre, self.travelled
+        scalars = {"size_m": self.size, "cell_m": self.cell, "centre_x_m": x, "centre_y_m": y, "travelled": travelled}
+        layers = (self.evidence, self.nearest_echo, self.updated_at)
+        write_arrays(Path(file), scalars, dict(zip(LAYERS, layers, strict=True)))
+
+    @classmethod
+    def load(cls, file: str | Path) -> OccupancyGrid:
+        """Return the map in a file that `save` has written.
+
+        Raises MapError if the file does not exist, is damaged or is no map. The file's values cannot run code.
+        """
+        scalars, layers = read_arrays(Path(file))
+        grid = cls(scalars["size_m"], scalars["cell_m"], (scalars["centre_x_m"], scalars["centre_y_m"]))
+        grid.travelled = scalars["travelled"]
+        grid.evidence, grid.nearest_echo, grid.updated_at = (layers[name] for name in LAYERS)
+        return grid
+
+    def draw(self, pose: Pose | None = None, path: Sequence[tuple[float, float]] = (), size: int = PICTURE_PX) -> Image:
+        """Return a BGR picture of the known part of the map: free cells white, occupied dark, and unknown grey.
+
+        pose: the robot's pose, drawn as an arrow; None to draw no robot.
+        path: the points of a path in metres, drawn as a line.
+        size: the greatest width and height of the picture, in pixels.
+        """
+        robot = CellPose(*self._to_cells(pose.x, pose.y), pose.heading) if pose else None
+        return draw_cells(self.free, self.occupied, robot, [self._to_cells(x, y) for x, y in path], size)
+
+    def _repr_png_(self) -> bytes:
+        return encode_png(self.draw())
+
+    def _to_cells(self, x: float, y: float) -> tuple[float, float]:
+        return float(y - self._ys[0]) / self.cell, float(x - self._xs[0]) / self.cell
 
     @property
     def occupied(self) -> Mask:

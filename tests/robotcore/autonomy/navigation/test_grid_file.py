@@ -1,0 +1,167 @@
+from __future__ import annotations
+
+import os
+import pickle
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from robotcore.autonomy.navigation import OccupancyGrid
+from robotcore.errors import MapError
+from robotcore.geometry import Pose
+from tests.texts import Raises
+
+
+@pytest.fixture
+def grid() -> OccupancyGrid:
+    grid = OccupancyGrid(size=3.1, cell=0.07, centre=(1.0, -2.3))
+    grid.add_range(Pose(1.0, -2.0, 0.3), distance=0.8, max_range=2.0, cone=0.5)
+    grid.travelled = 0.1 + 0.2
+    return grid
+
+
+@pytest.fixture
+def file(grid: OccupancyGrid, tmp_path: Path) -> Path:
+    grid.save(tmp_path / "hall.npz")
+    return tmp_path / "hall.npz"
+
+
+def test_loaded_map_equals_the_saved_one_to_the_bit(grid: OccupancyGrid, file: Path) -> None:
+    loaded = OccupancyGrid.load(str(file))
+    assert vars(loaded).keys() == vars(grid).keys()
+    for name, value in vars(grid).items():
+        np.testing.assert_array_equal(getattr(loaded, name), value, strict=True)
+
+
+def test_loaded_map_takes_further_readings(grid: OccupancyGrid, file: Path) -> None:
+    loaded = OccupancyGrid.load(file)
+    for each in (grid, loaded):
+        each.add_range(Pose(1.0, -2.0, 0.5), distance=0.7, max_range=2.0, cone=0.5)
+    np.testing.assert_array_equal(loaded.evidence, grid.evidence)
+
+
+def test_map_is_readable_by_numpy(grid: OccupancyGrid, file: Path) -> None:
+    with np.load(file) as arrays:
+        assert arrays["cell_m"] == 0.07
+        np.testing.assert_array_equal(arrays["evidence"], grid.evidence)
+
+
+def change(file: Path, **arrays: Any) -> None:
+    with np.load(file) as old:
+        np.savez_compressed(file, **{**old, **arrays})
+
+
+def write_object(file: Path) -> None:
+    change(file, evidence=np.array([os.getcwd], dtype=object))
+
+
+def write_huge_header(file: Path) -> None:
+    """Write an array whose header promises more than any memory has."""
+    with np.load(file) as old:
+        arrays = dict(old)
+    del arrays["evidence"]
+    np.savez_compressed(file, **arrays)
+    header = str({"descr": "<f4", "fortran_order": False, "shape": (10**9, 10**9)}).encode()
+    with zipfile.ZipFile(file, "a") as archive:
+        archive.writestr("evidence.npy", b"\x93NUMPY\1\0" + len(header).to_bytes(2, "little") + header)
+
+
+def write_bomb(file: Path) -> None:
+    with np.load(file) as old:
+        arrays = dict(old)
+    del arrays["evidence"]
+    np.savez_compressed(file, **arrays)
+    with zipfile.ZipFile(file, "a", zipfile.ZIP_DEFLATED) as archive:
+        with np.load(file) as old:
+            shape = old["updated_at"].shape
+        header = str({"descr": "<f4", "fortran_order": False, "shape": shape}).encode()
+        content = b"\x93NUMPY\1\0" + len(header).to_bytes(2, "little") + header
+        archive.writestr("evidence.npy", content + bytes(10**8))
+
+
+def remove_layer(file: Path) -> None:
+    with np.load(file) as old:
+        np.savez(file, **{name: array for name, array in old.items() if name != "updated_at"})
+
+
+DAMAGES: dict[str, Callable[[Path], object]] = {
+    "text": lambda file: file.write_text("free free occupied"),
+    "empty": lambda file: file.write_bytes(b""),
+    "pickle": lambda file: file.write_bytes(pickle.dumps([1])),
+    "picture": lambda file: file.write_bytes(b"\x89PNG\r\n\x1a\n" + bytes(50)),
+    "truncated": lambda file: file.write_bytes(file.read_bytes()[:-40]),
+    "flipped": lambda file: file.write_bytes(file.read_bytes()[:900] + b"x" * 60 + file.read_bytes()[960:]),
+    "other archive": lambda file: np.savez(file, a=np.zeros(3)),
+    "missing layer": remove_layer,
+    "object array": write_object,
+    "huge header": write_huge_header,
+    "bomb": write_bomb,
+    "double precision": lambda file: change(file, evidence=np.zeros((44, 44))),
+    "other shape": lambda file: change(file, evidence=np.zeros((3, 3), np.float32)),
+    "nan in a layer": lambda file: change(file, evidence=np.full((44, 44), np.nan, np.float32)),
+    "nan": lambda file: change(file, size_m=np.nan),
+    "infinite": lambda file: change(file, centre_x_m=np.inf),
+    "no cell": lambda file: change(file, cell_m=0.0),
+    "negative": lambda file: change(file, cell_m=-0.07, size_m=-3.1),
+    "enormous": lambda file: change(file, size_m=1e5, cell_m=0.001),
+    "less than a cell": lambda file: change(file, size_m=0.01),
+    "future": lambda file: change(file, travelled=-1.0),
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_damaged_map_is_refused(damage: str, file: Path) -> None:
+    DAMAGES[damage](file)
+    with pytest.raises(MapError) as raised:
+        OccupancyGrid.load(file)
+    assert raised.value.kind == "map-damaged"
+    assert raised.value.fields["file"] == str(file)
+
+
+def test_each_cut_of_a_map_is_refused(file: Path) -> None:
+    content = file.read_bytes()
+    for length in range(0, len(content), 37):
+        file.write_bytes(content[:length])
+        with pytest.raises(MapError):
+            OccupancyGrid.load(file)
+
+
+def test_missing_map_is_refused(tmp_path: Path, raises: Raises) -> None:
+    with raises(MapError, "no-map-file", file=str(tmp_path / "hall.npz")):
+        OccupancyGrid.load(tmp_path / "hall.npz")
+
+
+def test_folder_and_pipe_are_no_maps(tmp_path: Path, raises: Raises) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    for file in (tmp_path, tmp_path / "pipe"):
+        with raises(MapError, "no-map-file"):
+            OccupancyGrid.load(file)
+
+
+def test_map_without_a_folder_is_not_written(grid: OccupancyGrid, tmp_path: Path, raises: Raises) -> None:
+    with raises(MapError, "map-not-writable"):
+        grid.save(tmp_path / "no" / "hall.npz")
+
+
+def test_failed_save_keeps_the_old_map(grid: OccupancyGrid, file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    old = file.read_bytes()
+    grid.forget(grid.free)
+
+    def fail(*_: object, **__: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(np, "savez_compressed", fail)
+    with pytest.raises(MapError, match="No space left"):
+        grid.save(file)
+    assert file.read_bytes() == old
+    assert [each.name for each in file.parent.iterdir()] == ["hall.npz"]
+
+
+def test_message_names_the_file_and_the_remedy(file: Path, raises: Raises) -> None:
+    change(file, cell_m=-1.0)
+    with raises(MapError, "map-damaged"):
+        OccupancyGrid.load(file)
