@@ -237,7 +237,7 @@ def _set_properties(devices: Mapping[str, Device], description: RobotDescription
     mounts = description.mounts
     for each in description.devices:
         if device := devices.get(each.name):
-            each.configure(device)
+            device._attempt(each.configure, device)  # noqa: SLF001  the kind may be of another package
             if (mount := mounts.get(each.name)) and mount.on:
                 device.mount = partial(_locate_pose, joints, mount)
 

@@ -16,6 +16,7 @@ from robotcore.geometry import Wheels
 from robotcore.hal.device import Actuator, Device, SampleT, Sensor
 from robotcore.hal.robot import Robot, Role
 from robotcore.kinds import Motor
+from robotcore.kinds.camera import CameraDescription
 from robotcore.runtime.layers import assemble
 from robotcore.runtime.layers.base import MotorOutput, Reader, Send, Tap
 from robotcore.runtime.needs import needed_devices
@@ -164,6 +165,14 @@ def test_exception_of_a_layer_is_a_device_error_and_stops_the_wheels(raises: Rai
     with raises(DeviceError, "driver-error", device="left_motor"):
         assembled.command_filter.commit()
     assert rig.wheels == (0.0, 0.0)
+
+
+def test_exception_of_a_kind_that_configures_a_device_is_a_device_error(
+    monkeypatch: pytest.MonkeyPatch, raises: Raises
+) -> None:
+    monkeypatch.setattr(CameraDescription, "configure", lambda *_: 1 / 0)
+    with raises(DeviceError, "driver-error", device="eye"):
+        assemble(Rig().raw, ROVER, 20)
 
 
 def test_app_sensor_shows_the_attributes_of_its_kind() -> None:
