@@ -171,6 +171,13 @@ class Sensor(Device, ABC, Generic[SampleT]):
         """
         return ""
 
+    def limit_sample(self, sample: SampleT) -> SampleT:
+        """Return a sample with its values within the limits of the hardware, such as the range of a range sensor.
+
+        A fault that changes values calls it, and a mock sensor with a scripted reading.
+        """
+        return sample
+
     def format_sample(self, sample: SampleT) -> str:
         """Return the values of a sample with their units as a text, such as ``7.40 V``."""
         return str(sample)

@@ -60,11 +60,11 @@ class Kind:
     The reading is the value of a sample, or a mapping of field to value. With None, numbers are 0 and booleans False.
     """
     validate_sample: Callable[[Any, Any], Any] | None = None
-    """Returns a sample with a scripted reading as a mock sensor returns it, such as limited to the sensor's range.
+    """Returns a sample with a scripted reading as a mock sensor returns it, such as with a copy of its picture.
 
     Its arguments are the device's description and the sample. Numbers may be infinite or NaN. It raises ValueError for
     a reading that the sensor cannot have; the text is the valid form, such as ``a distance in metres``. With None, all
-    finite numbers are valid.
+    finite numbers are valid. Then `Sensor.limit_sample` limits the sample.
     """
     is_optional: bool = False
     """Whether a robot runs without the device if its backend has no table for it."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Literal
 
 from pydantic import Field
@@ -46,6 +46,9 @@ class Battery(Sensor[Voltage]):
     kind = "battery"
     is_monitored = True
     warn_below: float | None = None
+
+    def limit_sample(self, sample: Voltage) -> Voltage:
+        return replace(sample, voltage=max(sample.voltage, 0.0))
 
     def find_problem(self, sample: Voltage) -> str:
         limit = self.warn_below

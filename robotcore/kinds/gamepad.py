@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Callable, Iterable
-from dataclasses import asdict, dataclass, fields
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, fields, replace
 from itertools import pairwise
 from typing import Annotated, Any, Literal
 
@@ -23,6 +23,9 @@ AXES = ("left_x", "left_y", "right_x", "right_y")
 
 TRIGGERS = ("left_trigger", "right_trigger")
 """The triggers, from 0 to 1."""
+
+LEAST = dict.fromkeys(AXES, -1.0) | dict.fromkeys(TRIGGERS, 0.0)
+"""The least value of each axis and trigger. The greatest is 1."""
 
 Axis = Annotated[float, Field(ge=-1, le=1)]
 Trigger = Annotated[float, Field(ge=0, le=1)]
@@ -150,6 +153,10 @@ class Gamepad(Sensor[GamepadSample]):
 
     kind = "gamepad"
 
+    def limit_sample(self, sample: GamepadSample) -> GamepadSample:
+        limited = {name: max(least, min(getattr(sample, name), 1.0)) for name, least in LEAST.items()}
+        return replace(sample, **limited)
+
 
 def simulate(gamepad: GamepadDescription, _state: SimulationState) -> Callable[[float, int], GamepadSample]:
     """Return a function that takes a sample: the entry of the script for the present time."""
@@ -164,8 +171,7 @@ def _list_values(entry: ScriptedInput) -> dict[str, Any]:
 
 def _find_invalid_axis(sample: GamepadSample) -> str:
     """Return the name of the first axis or trigger out of its limits; ``""`` if there is none."""
-    limits: Iterable[tuple[str, float]] = [*((name, -1.0) for name in AXES), *((name, 0.0) for name in TRIGGERS)]
-    return next((name for name, least in limits if not least <= getattr(sample, name) <= 1.0), "")
+    return next((name for name, least in LEAST.items() if not least <= getattr(sample, name) <= 1.0), "")
 
 
 def validate_sample(_gamepad: GamepadDescription, sample: GamepadSample) -> GamepadSample:

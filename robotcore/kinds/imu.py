@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Literal
 
 from pydantic import Field
@@ -55,6 +55,9 @@ class Imu(Sensor[ImuSample]):
     """A sensor that measures the turn rate, the acceleration and the heading."""
 
     kind = "imu"
+
+    def limit_sample(self, sample: ImuSample) -> ImuSample:
+        return replace(sample, heading=wrap_angle(sample.heading))
 
 
 class ImuSimulation:

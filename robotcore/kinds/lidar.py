@@ -186,9 +186,13 @@ class Lidar(Sensor[Scan]):
         return Rays(self.bearings[0], self.bearings[-1], sample.distances)
 
     def change_distances(self, sample: Scan, change: Callable[[float, int], float]) -> Scan:
-        changed = (change(distance, ray) for ray, distance in enumerate(sample.distances))
-        distances = (each if self.min_range <= each <= self.max_range else math.inf for each in changed)
-        return replace(sample, distances=tuple(distances))
+        changed = tuple(change(distance, ray) for ray, distance in enumerate(sample.distances))
+        return self.limit_sample(replace(sample, distances=changed))
+
+    def limit_sample(self, sample: Scan) -> Scan:
+        """Return a scan that has ``inf`` in place of each distance that is out of the lidar's range."""
+        distances = limit_distances(np.array(sample.distances), self.min_range, self.max_range)
+        return replace(sample, distances=distances)
 
     def measure_ahead(self, sample: Scan, mount: Mount, body: Body) -> float:
         """Return the distance from the front of the robot to the nearest echo on its way straight ahead.
@@ -208,6 +212,11 @@ class Lidar(Sensor[Scan]):
 
     def format_sample(self, sample: Scan) -> str:
         return sample.format_echoes(self.bearings)
+
+
+def limit_distances(distances: Array, min_range: float, max_range: float) -> tuple[float, ...]:
+    """Return distances in metres, with ``inf`` in place of each one that is out of a range."""
+    return tuple(np.where((distances >= min_range) & (distances <= max_range), distances, math.inf).tolist())
 
 
 class LidarSimulation:
@@ -234,9 +243,7 @@ class LidarSimulation:
         reach_m = lidar.max_range_m + MAX_NOISE * lidar.noise_m
         distances = self._state.cast(np.array((mount.x_m, mount.y_m, mount.z_m)), rays, reach_m)
         distances += self._state.draw_noises(lidar.name, lidar.noise_m, time, len(distances))
-        distances = distances.round(DISTANCE_DECIMALS)
-        is_echo = (distances >= lidar.min_range_m) & (distances <= lidar.max_range_m)
-        return tuple(np.where(is_echo, distances, math.inf).tolist())
+        return limit_distances(distances.round(DISTANCE_DECIMALS), lidar.min_range_m, lidar.max_range_m)
 
 
 def simulate(lidar: LidarDescription, state: SimulationState) -> Callable[[float, int], Scan]:
@@ -252,8 +259,7 @@ def validate_sample(lidar: LidarDescription, sample: Scan) -> Scan:
         raise ValueError(form)
     if not all(isinstance(value, (int, float)) and value >= 0 for value in values):
         raise ValueError(form)
-    limits = lidar.min_range_m, lidar.max_range_m
-    return replace(sample, distances=tuple(float(d) if limits[0] <= d <= limits[1] else math.inf for d in values))
+    return replace(sample, distances=tuple(map(float, values)))
 
 
 def check_distances(_robot: Robot, lidar: Lidar) -> None:

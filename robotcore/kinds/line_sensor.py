@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, Literal
 
@@ -69,6 +69,9 @@ class LineSensor(Sensor[Darkness]):
         super().__init__(name)
         self.count, self.spacing = count, spacing
 
+    def limit_sample(self, sample: Darkness) -> Darkness:
+        return replace(sample, values=limit_darkness(sample.values))
+
     def read_position(self, threshold: float = THRESHOLD) -> float | None:
         """Return the position of the line in the newest sample in metres, positive to the left of the row's middle.
 
@@ -89,6 +92,11 @@ def compute_offsets(count: int, spacing: float) -> list[float]:
     return [((count - 1) / 2 - index) * spacing for index in range(count)]
 
 
+def limit_darkness(values: Iterable[float]) -> tuple[float, ...]:
+    """Return the values of darkness, each limited to 0 for white and 1 for black."""
+    return tuple(max(0.0, min(value, 1.0)) for value in values)
+
+
 def simulate(sensor: LineSensorDescription, state: SimulationState) -> Callable[[float, int], Darkness]:
     """Return a function that takes a sample: the darkness of one point of the floor under each sensor."""
     offsets = compute_offsets(sensor.count, sensor.spacing_m)
@@ -98,7 +106,7 @@ def simulate(sensor: LineSensorDescription, state: SimulationState) -> Callable[
         points = [middle.to_world(0.0, offset) for offset in offsets]
         darkness = 1.0 - state.measure_floor_colours(points) @ LUMINANCE
         darkness += state.draw_noises(sensor.name, sensor.noise, time, sensor.count)
-        return Darkness(tuple(np.clip(darkness, 0.0, 1.0).tolist()), time, sequence)
+        return Darkness(limit_darkness(darkness.tolist()), time, sequence)
 
     return take
 
@@ -106,10 +114,11 @@ def simulate(sensor: LineSensorDescription, state: SimulationState) -> Callable[
 def validate_sample(sensor: LineSensorDescription, sample: Darkness) -> Darkness:
     """Return a scripted sample. Raises ValueError unless it has a number from 0 to 1 for each sensor."""
     values: Any = sample.values
+    form = f"a list of tuples of {sensor.count} numbers from 0 to 1"
     if not isinstance(values, (tuple, list)) or len(values) != sensor.count:
-        raise ValueError(f"a list of tuples of {sensor.count} numbers from 0 to 1")
-    if not all(isinstance(value, (int, float)) and 0 <= value <= 1 for value in values):
-        raise ValueError(f"a list of tuples of {sensor.count} numbers from 0 to 1")
+        raise ValueError(form)
+    if not all(isinstance(value, (int, float)) for value in values) or limit_darkness(values) != tuple(values):
+        raise ValueError(form)
     return replace(sample, values=tuple(map(float, values)))
 
 

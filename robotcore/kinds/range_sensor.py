@@ -96,28 +96,26 @@ class RangeSensor(Sensor[Range]):
         return Rays(-self.cone / 2, self.cone / 2, (float(sample.distance),) * RAYS)
 
     def change_distances(self, sample: Range, change: Callable[[float, int], float]) -> Range:
-        return limit_sample(self, sample, change(sample.distance, 0))
+        return self.limit_sample(replace(sample, distance=change(sample.distance, 0)))
+
+    def limit_sample(self, sample: Range) -> Range:
+        """Return a sample within the sensor's range.
+
+        A distance below the range becomes the sensor's minimum. A distance beyond the range becomes ``inf``.
+        """
+        if sample.distance > self.max_range:
+            return replace(sample, distance=math.inf, point=None)
+        return replace(sample, distance=max(sample.distance, self.min_range))
 
     def measure_ahead(self, sample: Range, mount: Mount, body: Body) -> float:
         return sample.distance
 
 
-def validate_sample(sensor: RangeSensorDescription, sample: Range) -> Range:
-    """Return a scripted sample, limited to the sensor's range. Raises ValueError if it is NaN or negative."""
+def validate_sample(_sensor: RangeSensorDescription, sample: Range) -> Range:
+    """Return a scripted sample. Raises ValueError if its distance is NaN or negative."""
     if not sample.distance >= 0:
         raise ValueError("a distance in metres, inf")
-    is_in_range = sample.distance <= sensor.max_range_m
-    return replace(sample, distance=max(sample.distance, sensor.min_range_m) if is_in_range else math.inf)
-
-
-def limit_sample(sensor: RangeSensor, sample: Range, distance: float) -> Range:
-    """Return a copy of a sample with another distance in metres, limited to the sensor's range.
-
-    A distance below the range becomes the sensor's minimum. A distance beyond the range becomes ``inf``.
-    """
-    if distance > sensor.max_range:
-        return replace(sample, distance=math.inf, point=None)
-    return replace(sample, distance=max(distance, sensor.min_range))
+    return sample
 
 
 class Echo(NamedTuple):

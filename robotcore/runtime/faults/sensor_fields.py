@@ -1,6 +1,7 @@
 """Faults in one field of the samples of any sensor: noise, bias, a stuck value, spikes. The times do not change.
 
 The fields are those that are annotated with a unit. Their values keep their type. In a tuple, each number is changed.
+`Sensor.limit_sample` limits the changed values.
 """
 
 from __future__ import annotations
@@ -91,7 +92,7 @@ class FieldFault(SensorFault):
                 changed: Any = tuple(map(change, names, value, repeat(sample.time)))
             else:
                 changed = change(sensor.name, value, sample.time)
-            return replace(sample, **{field: changed})
+            return sensor.limit_sample(replace(sample, **{field: changed}))
 
         return read_distorted
 

@@ -11,7 +11,7 @@ from pydantic import Field
 from robotcore.hal.device import Sensor
 from robotcore.kinds.camera import Camera
 from robotcore.kinds.encoder import Angle, Encoder
-from robotcore.kinds.range_sensor import Range, RangeSensor, limit_sample
+from robotcore.kinds.range_sensor import Range, RangeSensor
 from robotcore.optics import Image
 from robotcore.runtime.faults.base import FaultContext, Probability, SensorFault
 from robotcore.runtime.layers.base import Reader
@@ -31,12 +31,14 @@ class RangeFault(SensorFault):
 
     @abstractmethod
     def distort(self, context: FaultContext, sensor: RangeSensor, reading: Range) -> Range:
-        """Return the changed reading."""
+        """Return the changed reading. It is then limited to the sensor's range."""
 
     def change(self, context: FaultContext, sensor: Any, read: Reader[Any]) -> Reader[Any]:
-        def read_distorted() -> Range:
+        def read_distorted() -> Any:
             reading: Range = read()
-            return self.distort(context, sensor, reading) if self.is_active(reading.time) else reading
+            if not self.is_active(reading.time):
+                return reading
+            return sensor.limit_sample(self.distort(context, sensor, reading))
 
         return read_distorted
 
@@ -50,7 +52,7 @@ class RangeNoise(RangeFault):
 
     def distort(self, context: FaultContext, sensor: RangeSensor, reading: Range) -> Range:
         error = context.noise(sensor.name, self.value).draw_number(reading.time)
-        return limit_sample(sensor, reading, reading.distance + error)
+        return replace(reading, distance=reading.distance + error)
 
 
 class RangeBias(RangeFault):
@@ -61,7 +63,7 @@ class RangeBias(RangeFault):
     value: Offset
 
     def distort(self, context: FaultContext, sensor: RangeSensor, reading: Range) -> Range:
-        return limit_sample(sensor, reading, reading.distance + self.value)
+        return replace(reading, distance=reading.distance + self.value)
 
 
 class StuckRange(RangeFault):
@@ -75,7 +77,7 @@ class StuckRange(RangeFault):
     value: Distance
 
     def distort(self, context: FaultContext, sensor: RangeSensor, reading: Range) -> Range:
-        return limit_sample(sensor, replace(reading, point=None), self.value)
+        return replace(reading, distance=self.value, point=None)
 
 
 class RangeSpikes(RangeFault):
@@ -89,8 +91,7 @@ class RangeSpikes(RangeFault):
         random = context.random_at(sensor.name, reading.time)
         if random.random() >= self.value:
             return reading
-        distance = random.uniform(sensor.min_range, sensor.max_range)
-        return limit_sample(sensor, replace(reading, point=None), distance)
+        return replace(reading, distance=random.uniform(sensor.min_range, sensor.max_range), point=None)
 
 
 class CameraNoise(SensorFault):

@@ -45,6 +45,7 @@ class Readings:
 
     def __init__(self, description: DeviceDescription) -> None:
         self._description, self._kind = description, load_kind(description.kind)
+        self._sensor = build_sensor(description, lambda: None)
         hints = get_type_hints(self._kind.sample)
         values = [each for each in fields(self._kind.sample) if each.name not in ("time", "sequence")]
         self._types = {each.name: hints[each.name] for each in values}
@@ -64,7 +65,9 @@ class Readings:
         try:
             values = {name: self._convert_value(name, value) for name, value in self._name_values(reading).items()}
             sample = self._kind.sample(**values, time=time, sequence=sequence)
-            return self._kind.validate_sample(self._description, sample) if self._kind.validate_sample else sample
+            if self._kind.validate_sample:
+                sample = self._kind.validate_sample(self._description, sample)
+            return self._sensor.limit_sample(sample)
         except UsageError:
             raise
         except ValueError as error:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal
@@ -10,13 +11,17 @@ import numpy as np
 import pytest
 
 from robotcore import plugins
-from robotcore.description import DeviceDescription
+from robotcore.description import DeviceDescription, Mount
 from robotcore.errors import UsageError
 from robotcore.hal.clock import SteppedClock
 from robotcore.hal.device import Sensor, Unit
 from robotcore.hal.kind import Kind, build_sensor
 from robotcore.kinds.battery import BatteryDescription, Voltage
 from robotcore.kinds.bumper import BumperDescription, Touch
+from robotcore.kinds.gamepad import AXES, BUTTONS, TRIGGERS, GamepadDescription, GamepadSample
+from robotcore.kinds.imu import ImuDescription, ImuSample
+from robotcore.kinds.lidar import LidarDescription, Scan
+from robotcore.kinds.line_sensor import Darkness, LineSensorDescription
 from robotcore.runtime.faults import plan_faults
 from tests.robotcore.runtime.faults.conftest import Register
 from tests.robotcore.runtime.faults.rigs import TICK_S, build_rover
@@ -166,3 +171,33 @@ class TestSeveralFields:
 def test_wrong_field_or_value_is_refused_with_the_fields(spec: str, raises: Raises) -> None:
     with raises(UsageError, "fault-parameter"):
         plan_faults([spec], build_rover(STATION), ["roof"])
+
+
+LIDAR = LidarDescription(kind="lidar", name="scan", mount=Mount(z_m=0.1), min_range_m=0.1, max_range_m=2.0, count=3)
+ROW = LineSensorDescription(kind="line_sensor", name="row", mount=Mount(z_m=0.01), count=3, spacing_m=0.01)
+IMU = ImuDescription(kind="imu", name="imu")
+PAD = GamepadDescription(kind="gamepad", name="pad")
+AT_REST: Any = dict.fromkeys((*AXES, *TRIGGERS), 0.0) | dict.fromkeys(BUTTONS, False)
+
+
+@pytest.mark.parametrize(
+    "spec, device, sample, limited",
+    [
+        ("cells bias=-9", BATTERY, Voltage(7.0, 0.0, 0), {"voltage": 0.0}),
+        ("scan bias=1", LIDAR, Scan((0.5, 1.5, math.inf), 0.0, 0), {"distances": (1.5, math.inf, math.inf)}),
+        ("scan bias=-0.5", LIDAR, Scan((0.5, 1.5, math.inf), 0.0, 0), {"distances": (math.inf, 1.0, math.inf)}),
+        ("row bias=0.6", ROW, Darkness((0.0, 0.5, 1.0), 0.0, 0), {"values": (0.6, 1.0, 1.0)}),
+        ("row bias=-0.6", ROW, Darkness((0.0, 0.5, 1.0), 0.0, 0), {"values": (0.0, 0.0, 0.4)}),
+        ("imu bias=1 field=heading", IMU, ImuSample(0.0, 0.0, 0.0, 3.0, 0.0, 0), {"heading": 4.0 - math.tau}),
+        ("pad bias=2 field=left_x", PAD, GamepadSample(**AT_REST, time=0.0, sequence=0), {"left_x": 1.0}),
+        ("pad bias=-2 field=left_x", PAD, GamepadSample(**AT_REST, time=0.0, sequence=0), {"left_x": -1.0}),
+        ("pad bias=-2 field=left_trigger", PAD, GamepadSample(**AT_REST, time=0.0, sequence=0), {"left_trigger": 0.0}),
+    ],
+)
+def test_changed_values_stay_within_the_limits_of_the_hardware(
+    spec: str, device: DeviceDescription, sample: Any, limited: dict[str, Any]
+) -> None:
+    (changed,) = read(spec, device, lambda *_: sample, 1)
+    assert {field: getattr(changed, field) for field in limited} == {
+        field: pytest.approx(value) for field, value in limited.items()
+    }
