@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from robotcore import errors as errors
+    from robotcore import kinds as kinds
     from robotcore import testing as testing
     from robotcore.autonomy import navigation as navigation
     from robotcore.autonomy import vision as vision
@@ -62,6 +63,7 @@ _MODULES = {
 
 _PACKAGES = {
     "errors": "errors",
+    "kinds": "kinds",
     "navigation": "autonomy.navigation",
     "testing": "testing",
     "vision": "autonomy.vision",
@@ -86,6 +88,7 @@ __all__ = [
     "Truth",
     "Twist",
     "errors",
+    "kinds",
     "navigation",
     "run",
     "testing",

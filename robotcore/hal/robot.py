@@ -135,6 +135,10 @@ class Robot:
             raise UnknownNameError("device", name, list(self.devices), hint=hint)
         return self.devices[name]
 
+    def _ipython_key_completions_(self) -> list[str]:
+        """Return the names that IPython and notebooks complete after ``robot["``."""
+        return list(self.devices)
+
     def stop(self) -> None:
         """Stop every motor, even if a stop fails. Raises all failures as one DeviceGroupError."""
         if failures := _call_all(motor.stop for motor in self.motors.values()):

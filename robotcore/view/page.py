@@ -52,25 +52,31 @@ def finish_page(canvas: Canvas, world_map: Image, side_image: Image | None = Non
     return page
 
 
-def save_png(content: bytes, file: Path) -> None:
-    """Replace a file by a PNG. If the PNG cannot be written, keep the old file and raise UsageError."""
+OPTION = "--picture"
+
+
+def save_png(content: bytes, file: Path, option: str = OPTION) -> None:
+    """Replace a file by a PNG. If the PNG cannot be written, keep the old file and raise UsageError.
+
+    option: the option of the command line that names the file; ``""`` if a call names it.
+    """
     try:
         with replace_file(file) as part:
             part.write_bytes(content)
     except OSError as error:
-        raise _build_unwritable_error(file, error) from error
+        raise _build_unwritable_error(file, error, option) from error
 
 
 def require_writable(file: Path) -> None:
     """Raise UsageError if a file's suffix is not .png or it cannot be replaced. The check does not change the file."""
     if file.suffix.lower() != ".png":
-        raise UsageError(f"--picture {file}: not a .png file. Name a .png file", kind="file-ending")
+        raise UsageError(f"{OPTION} {file}: not a .png file. Name a .png file", kind="file-ending")
     try:
         require_replaceable(file)
     except OSError as error:
         raise _build_unwritable_error(file, error) from error
 
 
-def _build_unwritable_error(file: Path, error: OSError) -> UsageError:
-    text = f"--picture {file}: {error.strerror}. Name a file that you can write, on a disk with free space"
-    return UsageError(text, kind="file-not-writable", file=str(file))
+def _build_unwritable_error(file: Path, error: OSError, option: str = OPTION) -> UsageError:
+    text = f"{option} {file}: {error.strerror}. Name a file that you can write, on a disk with free space"
+    return UsageError(text.lstrip(), kind="file-not-writable", file=str(file))

@@ -67,7 +67,7 @@ class RunFigure:
 def draw_figure(figure: RunFigure) -> Image:
     """Return the picture of a run as a BGR image, 1600 pixels wide and 1000 high."""
     colours = choose_state_colours(figure.track.states)
-    side_image = _draw_side_image(figure.last_image)
+    side_image = draw_side_image(figure.last_image)
     canvas = begin_page(*_format_title(figure))
     _draw_legend(canvas, TOP + len(side_image), figure, colours)
     return finish_page(canvas, _draw_map(figure, colours), side_image)
@@ -88,9 +88,10 @@ def _draw_map(figure: RunFigure, colours: dict[str, Colour]) -> Image:
     return draw_map(figure.world, [MapPath(figure.robot, figure.track, figure.result.milestones, colours)], MAP)
 
 
-def _draw_side_image(image: Image | None) -> Image:
+def draw_side_image(image: Image | None, missing: str = "the app read no camera") -> Image:
+    """Return an image in the size of the column beside the map; without an image, the words ``missing`` on grey."""
     if image is None:
-        return _draw_blank(SIDE_WIDTH, SIDE_WIDTH * 3 // 4, "the app read no camera")
+        return _draw_blank(SIDE_WIDTH, SIDE_WIDTH * 3 // 4, missing)
     height, width = image.shape[:2]
     scale = min(SIDE_WIDTH / width, _SIDE_HEIGHT / height)
     size = (max(1, round(width * scale)), max(1, round(height * scale)))
@@ -129,10 +130,10 @@ def _draw_legend(canvas: Canvas, top: int, figure: RunFigure, colours: dict[str,
 ORIGIN = Pose(0.0, 0.0, 0.0)
 
 _PATH_MARGIN_M = 0.5
-"""The margin around the path on a floor that `build_world` creates, in metres."""
+"""The margin around the path on a floor that `build_floor` creates, in metres."""
 
 _LARGEST_FLOOR_M = 100.0
-"""The longest side of a floor that `build_world` creates, in metres. A longer path leaves this floor."""
+"""The longest side of a floor that `build_floor` creates, in metres. A longer path leaves this floor."""
 
 
 def build_figure(
@@ -176,9 +177,12 @@ def find_last_recorded_image(recording: Recording, ticks: Sequence[Tick]) -> Ima
 
 def build_world(recording: Recording, points: Sequence[TrackPoint]) -> WorldDescription:
     """Return the recorded world. If there is none, return a world whose floor is large enough for the points."""
-    if world := recording.metadata.world:
-        return world
-    reach = max((max(abs(step.pose.x), abs(step.pose.y)) for step in points), default=0.0)
+    return recording.metadata.world or build_floor([step.pose for step in points])
+
+
+def build_floor(poses: Sequence[Pose]) -> WorldDescription:
+    """Return a world with nothing but a floor that is large enough for the poses."""
+    reach = max((max(abs(pose.x), abs(pose.y)) for pose in poses), default=0.0)
     side = min(2 * (reach + _PATH_MARGIN_M), _LARGEST_FLOOR_M)
     return WorldDescription(name="floor", floor=Floor(length_m=side, width_m=side))
 

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+import robotcore
 from robotcore import Navigator, OccupancyGrid, Pose, Twist
 from robotcore.autonomy.navigation.grid_picture import UNKNOWN
 from robotcore.autonomy.vision import Blob
@@ -29,6 +30,7 @@ from robotcore.kinds.led import LedDescription
 from robotcore.kinds.lidar import Scan
 from robotcore.kinds.line_sensor import Darkness
 from robotcore.kinds.range_sensor import Range
+from robotcore.kinds.servo import ServoDescription
 from robotcore.testing import MockRobot
 
 AT_REST: dict[str, Any] = {**dict.fromkeys((*AXES, *TRIGGERS), 0.0), **dict.fromkeys(BUTTONS, False)}
@@ -216,3 +218,24 @@ class TestNotebookPictures:
         robot = MockRobot(range=[math.inf]).layered
         navigator.observe(robot, Pose(0.0, 0.0, 0.0))
         assert (decode(navigator._repr_png_()) == BAD[::-1]).all(axis=2).any()
+
+
+class TestCompletion:
+    def test_package_completes_each_of_its_names(self) -> None:
+        assert dir(robotcore) == robotcore.__all__
+        for name in dir(robotcore):
+            assert getattr(robotcore, name) is not None
+
+    def test_robot_completes_its_devices_in_brackets(self) -> None:
+        robot = MockRobot().layered
+        assert robot._ipython_key_completions_() == list(robot.devices)
+
+    def test_device_completes_the_attributes_of_its_driver(self) -> None:
+        limits: dict[str, Any] = {"min_angle_rad": -1.0, "max_angle_rad": 1.0, "max_velocity_rad_s": 5.0}
+        pan = ServoDescription(kind="servo", name="pan", **limits)
+        rover = load_robot("rover")
+        robot = MockRobot(rover.model_copy(update={"devices": (*rover.devices, pan)})).layered
+        assert {"set_angle", "min_angle", "max_angle", "angle"} <= set(dir(robot["pan"]))
+        assert {"read", "intrinsics", "mount"} <= set(dir(robot.camera))
+        for name in dir(robot["pan"]):
+            getattr(robot["pan"], name)

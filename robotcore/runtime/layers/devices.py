@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import cache
 from typing import Any, cast
 
@@ -50,7 +50,7 @@ class AppSensor(Sensor[SampleT]):
         return _get_inner(self, self._inner, name)
 
     def __dir__(self) -> list[str]:
-        return sorted({*super().__dir__(), *(name for name in vars(self._inner) if not name.startswith("_"))})
+        return _list_names(super().__dir__(), self._inner)
 
     def _describe_state(self) -> str:
         return "" if self.latest is None else f"{self.format_sample(self.latest)} at {self.latest.time:.2f} s"
@@ -161,6 +161,9 @@ class AppActuator(Actuator[Any]):
         """Return an attribute of the driver's actuator, such as a servo's limits."""
         return _get_inner(self, self._inner, name)
 
+    def __dir__(self) -> list[str]:
+        return _list_names(super().__dir__(), self._inner)
+
     def _apply(self, command: Any) -> None:
         self.send(command)
 
@@ -185,6 +188,10 @@ def wrap_actuator(actuator: Actuator[Any], send: Send, latch: Latch | None) -> A
 def _app_actuator_class(kind: str) -> Callable[..., AppActuator]:
     device: Any = load_kind(kind).device
     return type(device.__name__, (AppActuator, device), {})
+
+
+def _list_names(names: Iterable[str], inner: Device) -> list[str]:
+    return sorted({*names, *(name for name in vars(inner) if not name.startswith("_"))})
 
 
 def _get_inner(device: Device, inner: Device, name: str) -> Any:
