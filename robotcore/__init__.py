@@ -22,6 +22,16 @@ if TYPE_CHECKING:
     from robotcore.autonomy import vision as vision
     from robotcore.autonomy.navigation import Navigator as Navigator
     from robotcore.autonomy.navigation import OccupancyGrid as OccupancyGrid
+    from robotcore.autonomy.routines import Routine as Routine
+    from robotcore.autonomy.routines import on_stop as on_stop
+    from robotcore.autonomy.routines import parallel as parallel
+    from robotcore.autonomy.routines import race as race
+    from robotcore.autonomy.routines import repeat as repeat
+    from robotcore.autonomy.routines import sequence as sequence
+    from robotcore.autonomy.routines import until as until
+    from robotcore.autonomy.routines import wait as wait
+    from robotcore.autonomy.routines import wait_until as wait_until
+    from robotcore.autonomy.routines import with_timeout as with_timeout
     from robotcore.errors import DeviceError as DeviceError
     from robotcore.geometry import Pose as Pose
     from robotcore.geometry import Twist as Twist
@@ -51,13 +61,23 @@ _MODULES = {
     "Positive": "runtime.settings",
     "Robot": "hal.robot",
     "Role": "hal.robot",
+    "Routine": "autonomy.routines",
     "RunRequest": "runtime.plan",
     "RunResult": "runtime.result",
     "Status": "runtime.behaviour",
     "Stopping": "runtime.behaviour",
     "Truth": "hal.truth",
     "Twist": "geometry",
+    "on_stop": "autonomy.routines",
+    "parallel": "autonomy.routines",
+    "race": "autonomy.routines",
+    "repeat": "autonomy.routines",
     "run": "runtime.session",
+    "sequence": "autonomy.routines",
+    "until": "autonomy.routines",
+    "wait": "autonomy.routines",
+    "wait_until": "autonomy.routines",
+    "with_timeout": "autonomy.routines",
 }
 """A mapping from each public name to the module that defines it."""
 
@@ -81,6 +101,7 @@ __all__ = [
     "Positive",
     "Robot",
     "Role",
+    "Routine",
     "RunRequest",
     "RunResult",
     "Status",
@@ -90,9 +111,18 @@ __all__ = [
     "errors",
     "kinds",
     "navigation",
+    "on_stop",
+    "parallel",
+    "race",
+    "repeat",
     "run",
+    "sequence",
     "testing",
+    "until",
     "vision",
+    "wait",
+    "wait_until",
+    "with_timeout",
 ]
 
 

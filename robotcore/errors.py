@@ -28,6 +28,9 @@
     │   ├── EmergencyStopError               the emergency stop was pressed
     │   ├── WheelFaultError                  a wheel does not follow its command
     │   └── RangeFaultError                  a range sensor repeats one distance while the robot moves
+    ├── RoutineTimeoutError (TimeoutError)   a routine took longer than its `with_timeout`: exit 1
+    ├── RoutineError                         a routine of the app did not reach its end: exit 1
+    │   └── RoutineTimeoutError (TimeoutError)  it took longer than its `with_timeout`
     └── BehaviourError                       the app raised an exception: exit 5
     Interrupted (BaseException)              a signal ended the run: exit 128 + its number
     Mistake (ValueError)                     a value in a file is wrong: a DescriptionError reports it
@@ -445,6 +448,21 @@ class RangeFaultError(SafetyStop):
             f"{', '.join(problems)}. The sensor may be frozen or measure the robot itself, or the wheels may slip. "
             "The distance limit is safety.stuck_m in the robot's description"
         )
+
+
+class RoutineError(RobotcoreError):
+    """A routine of the app, such as a manoeuvre, did not reach its end. An app can catch it and try another way.
+
+    A run that it ends is a failure, as if the app had returned `Status.FAILURE`.
+    """
+
+    kind = "routine"
+
+
+class RoutineTimeoutError(RoutineError, TimeoutError):
+    """A routine took longer than its `with_timeout`."""
+
+    kind = "routine-timeout"
 
 
 class BehaviourError(RobotcoreError):

@@ -1,15 +1,17 @@
-"""The base class of apps. An app is a class that inherits Behaviour. Its step runs once in each tick."""
+"""The base class of apps. An app is a class that inherits Behaviour, and defines ``step`` or ``run``."""
 
 from __future__ import annotations
 
 import atexit
+import reprlib
 import sys
-from abc import ABC, abstractmethod
+from collections.abc import Generator
 from collections.abc import Set as AbstractSet
 from enum import Enum
-from inspect import signature
+from inspect import GEN_CLOSED, getgeneratorstate, signature
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple
 
+from robotcore.autonomy.routines import Routine, require_plain_yield
 from robotcore.errors import BehaviourError
 from robotcore.hal.robot import Robot
 from robotcore.hal.truth import Truth
@@ -36,8 +38,12 @@ class Stopping(NamedTuple):
     """The speed at which the app approaches an obstacle, in m/s."""
 
 
-class Behaviour(ABC):
-    """The base class of apps. The method ``step`` runs once in each tick and commands the robot.
+class Behaviour:
+    """The base class of apps. An app defines one of two methods, which command the robot.
+
+    ``step`` runs once in each tick, and returns a status. ``run`` is a generator for a sequence of actions: one
+    ``yield`` ends a tick, and the generator returns ``Status.SUCCESS`` or ``Status.FAILURE``. Each is defined by the
+    other, so that ``yield from Other().run(robot)`` composes both forms.
 
     An app must not sleep, read the wall clock, read files or use a network. Make it a dataclass. The fields are then
     the app's settings (``--set speed_m_s=0.2``), and robotcore checks their types.
@@ -67,9 +73,45 @@ class Behaviour(ABC):
         atexit.unregister(_advise_to_run)
         return super().__new__(cls)
 
-    @abstractmethod
+    __routine: Routine[Status] | None = None
+    """The generator of ``run``. None before the first tick and after the last one."""
+
     def step(self, robot: Robot) -> Status:
-        """Read sensors, command the drive, and return the status of the app. The loop calls this once in each tick."""
+        """Read sensors, command the drive, and return the status of the app. The loop calls this once in each tick.
+
+        An app that defines ``run`` inherits this method, which runs the generator until its next ``yield``.
+        """
+        if self.__routine is None or self.has_failed_routine:
+            require_callable(self, "run")
+            self.__routine = _require_generator(self, self.run(robot))
+        try:
+            yielded: object = next(self.__routine)
+        except StopIteration as end:
+            self.__routine = None
+            return _require_end(self, end.value)
+        require_plain_yield(self.__routine, yielded)
+        return Status.RUNNING
+
+    def run(self, robot: Robot) -> Routine[Status]:
+        """Command the robot in a sequence of actions. One ``yield`` ends a tick. Return ``SUCCESS`` or ``FAILURE``.
+
+        An app that defines ``step`` inherits this method, so that the ``run`` of another app can contain it.
+        """
+        require_callable(self, "step")
+        while (status := self.step(robot)) is Status.RUNNING:
+            yield
+        return status
+
+    @property
+    def has_failed_routine(self) -> bool:
+        """Whether the generator of ``run`` has ended with an exception, so that it cannot continue."""
+        return self.__routine is not None and getgeneratorstate(self.__routine) == GEN_CLOSED
+
+    def close_routine(self) -> None:
+        """Close the generator of ``run``, so that its clean-up runs. The loop calls this at the end of the run."""
+        if routine := self.__routine:
+            self.__routine = None
+            routine.close()
 
     @property
     def stopping(self) -> Stopping | None:
@@ -88,8 +130,18 @@ class Behaviour(ABC):
 
 
 def require_declarations(app: Behaviour) -> None:
-    """Raise BehaviourError if an app's milestones are not texts, or if its ``stopping`` is not a Stopping."""
+    """Raise BehaviourError if a declaration of an app is wrong.
+
+    It must define either ``step`` or ``run``. Its milestones must be texts, and its ``stopping`` a Stopping.
+    """
     name = type(app).__name__
+    defines_step, defines_run = type(app).step is not Behaviour.step, type(app).run is not Behaviour.run
+    if defines_step and defines_run:
+        text = f"{name} defines step and run. Define one of them: step for one tick, run for a sequence of actions"
+        raise BehaviourError(text, kind="step-and-run")
+    if not defines_step and not defines_run:
+        text = f"{name} has no method step. Define step or run in the class, indented below the class line"
+        raise BehaviourError(text, kind="method-missing", method="step")
     milestones: object = app.milestones
     if not isinstance(milestones, (tuple, list)) or not all(isinstance(each, str) for each in milestones):
         remedy = 'Write a tuple of texts, with a comma after each: milestones = ("go",)'
@@ -104,7 +156,12 @@ def require_declarations(app: Behaviour) -> None:
         raise BehaviourError(f"{name}.stopping is {problem}", kind="not-a-stopping")
 
 
-def require_callable(app: Behaviour, name: Literal["step", "verify"]) -> None:
+def find_entry(app: Behaviour) -> Literal["step", "run"]:
+    """Return the name of the method that the app defines."""
+    return "step" if type(app).step is not Behaviour.step else "run"
+
+
+def require_callable(app: Behaviour, name: Literal["step", "run", "verify"]) -> None:
     """Raise BehaviourError if an attribute hides a method of an app, or if the method does not take its argument."""
     method: object = getattr(app, name)
     label = f"{type(app).__name__}.{name}"
@@ -114,9 +171,23 @@ def require_callable(app: Behaviour, name: Literal["step", "verify"]) -> None:
     try:
         signature(method).bind(None)
     except TypeError:
-        argument = "robot" if name == "step" else "truth"
+        argument = "truth" if name == "verify" else "robot"
         text = f"{label} does not take the argument {argument}. Write def {name}(self, {argument})"
         raise BehaviourError(text, kind="wrong-parameters", method=name) from None
+
+
+def _require_generator(app: Behaviour, routine: object) -> Routine[Status]:
+    if isinstance(routine, Generator):
+        return routine
+    text = f"{type(app).__name__}.run returned {reprlib.repr(routine)} and contains no yield. Write yield to end a tick"
+    raise BehaviourError(f"{text}, or define step in place of run", kind="not-a-generator")
+
+
+def _require_end(app: Behaviour, status: object) -> Status:
+    if status is Status.SUCCESS or status is Status.FAILURE:
+        return status
+    text = f"{type(app).__name__}.run returned {reprlib.repr(status)}. Return Status.SUCCESS or Status.FAILURE"
+    raise BehaviourError(text, kind="not-a-status")
 
 
 def _advise_to_run(app: str, file: str) -> None:

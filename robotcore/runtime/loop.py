@@ -9,17 +9,18 @@ import os
 import reprlib
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Literal
+from typing import Any, Literal
 
 from robotcore.errors import BehaviourError, DeviceError, DeviceLostError, Interrupted, RobotcoreError, UsageError
 from robotcore.hal.device import Sensor
 from robotcore.hal.drive import DifferentialDrive
 from robotcore.kinds.motor import Motor
-from robotcore.runtime.behaviour import Behaviour, Status, require_callable
+from robotcore.runtime.behaviour import Behaviour, Status, find_entry, require_callable
 from robotcore.runtime.device_losses import DeviceLossTracker
 from robotcore.runtime.forks import end_fork
 from robotcore.runtime.intervention_timer import InterventionTimer
 from robotcore.runtime.layers import AssembledRobot
+from robotcore.runtime.layers.devices import AppSensor
 from robotcore.runtime.result import Outcome
 from robotcore.runtime.sensor_monitor import SensorMonitor
 from robotcore.runtime.signals import WatchdogInterrupt
@@ -80,6 +81,10 @@ class Loop:
         self._warnings: tuple[str, ...] = ()
         self._is_latch_recorded = False
         self._last_tick = -1
+        self._waits_for_devices = outage > 0 and find_entry(behaviour) == "run"
+        self._sensors = [device for device in assembled.robot.devices.values() if isinstance(device, AppSensor)]
+        self._routine_sensors: Sequence[Sensor[Any]] = ()
+        """The sensors that were read in the last tick of a routine that waits for lost devices."""
 
     @property
     def time(self) -> float:
@@ -99,7 +104,8 @@ class Loop:
         """
         try:
             return self._run()
-        except BaseException:
+        except BaseException as error:
+            self._close_routine_after(error)
             if self._latch.error and not self._is_latch_recorded:
                 self._record(_IDLE)
             self._latch.check()
@@ -108,6 +114,7 @@ class Loop:
     def _run(self) -> Outcome:
         while (status := self._tick_or_wait()) is Status.RUNNING and self._clock.now() < self._timeout:
             self._let_time_pass()
+        self._close_routine()
         self.end()
         return Outcome.TIMEOUT if status is Status.RUNNING else Outcome(status.value)
 
@@ -117,11 +124,28 @@ class Loop:
             self._filter.stop()
         self.reason = self._read_text("reason")
 
+    def _close_routine(self) -> None:
+        """Let the clean-up of the app's ``run`` command the robot. Raises BehaviourError if it fails."""
+        self._activity.begin(self._step_limit)
+        try:
+            self.behaviour.close_routine()
+        except (RobotcoreError, Interrupted, WatchdogInterrupt):
+            raise
+        except BaseException as error:
+            raise BehaviourError.from_exception(type(self.behaviour), error) from error
+
+    def _close_routine_after(self, error: BaseException) -> None:
+        try:
+            self._close_routine()
+        except RobotcoreError as failure:
+            if failure is not self._latch.error and not isinstance(error, Interrupted):
+                self.trace.warnings.append(f"the clean-up of the app failed too: {failure}")
+
     def _tick_or_wait(self) -> Status:
         try:
             status = self.tick()
         except DeviceLostError as lost:
-            if not self.losses.tolerate(lost, self._clock.now()):
+            if self.behaviour.has_failed_routine or not self.losses.tolerate(lost, self._clock.now()):
                 raise
             self._stop_and_wait()
             return Status.RUNNING
@@ -138,7 +162,10 @@ class Loop:
         commit, lost = _IDLE, None
         try:
             self._probe_lost_devices()
+            self._read_for_routine()
             status = self._decide()
+            if self._waits_for_devices:
+                self._routine_sensors = [sensor for sensor in self._sensors if sensor.is_read]
             self._latch.check()
             if self._filter:
                 commit = self._filter.commit()
@@ -160,6 +187,14 @@ class Loop:
                     sensor.read()
                 case Motor() as motor:
                     motor.stop()
+
+    def _read_for_routine(self) -> None:
+        """Read what a routine will probably read. Raises DeviceLostError before the routine gets it.
+
+        A generator cannot continue after an exception. So it is not called while one of these devices is lost.
+        """
+        for sensor in self._routine_sensors:
+            sensor.read()
 
     @staticmethod
     def _update_odometry(drive: DifferentialDrive) -> None:
@@ -217,7 +252,7 @@ class Loop:
         except BaseException as error:
             self._reserve.release_memory()
             self._latch.check()
-            require_callable(self.behaviour, "step")
+            require_callable(self.behaviour, find_entry(self.behaviour))
             raise BehaviourError.from_exception(app, error) from error
         if not isinstance(status, Status):
             raise BehaviourError(

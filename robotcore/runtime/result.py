@@ -6,7 +6,7 @@ import json
 from dataclasses import dataclass, field, fields
 from enum import Enum
 
-from robotcore.errors import Interrupted, RobotcoreError, SafetyStop
+from robotcore.errors import Interrupted, RobotcoreError, RoutineError, SafetyStop
 from robotcore.text import pluralize
 
 
@@ -16,7 +16,7 @@ class Outcome(str, Enum):
     SUCCESS = "success"
     """The app returned `Status.SUCCESS`."""
     FAILURE = "failure"
-    """The app returned `Status.FAILURE`."""
+    """The app returned `Status.FAILURE`, or one of its routines did not reach its end."""
     TIMEOUT = "timeout"
     """The app did not end within the run's time limit."""
     STOPPED = "stopped"
@@ -135,4 +135,6 @@ def get_outcome(error: RobotcoreError | Interrupted) -> Outcome:
     """Return the outcome of a run that ended with an error."""
     if isinstance(error, Interrupted):
         return Outcome.INTERRUPTED
+    if isinstance(error, RoutineError):
+        return Outcome.FAILURE
     return Outcome.STOPPED if isinstance(error, SafetyStop) else Outcome.ERROR

@@ -68,14 +68,8 @@ def configure(app: type[Behaviour], values: Mapping[str, Any]) -> Behaviour:
     values: the settings by name. A text is converted to the type of its setting.
 
     Raises UsageError if a setting is unknown, missing or of another type. Raises BehaviourError if the app's code
-    raises, or if the app has no method ``step``.
+    raises.
     """
-    if missing := sorted(getattr(app, "__abstractmethods__", ())):
-        raise BehaviourError(
-            f"{app.__name__} has no method {missing[0]}. Define it in the class, indented below the class line",
-            kind="method-missing",
-            method=missing[0],
-        )
     known = list_settings(app)
     checked: dict[str, Any] = {}
     for name, value in values.items():

@@ -6,7 +6,7 @@ from pathlib import Path
 from types import FrameType
 
 from robotcore.errors import BackendError, RobotcoreError, WatchdogError
-from robotcore.runtime.behaviour import Behaviour
+from robotcore.runtime.behaviour import Behaviour, find_entry
 from robotcore.safety.watchdog import TimeLimit
 
 GRACE_S = 1.0
@@ -25,6 +25,13 @@ In a run with a window it multiplies every time limit, because a simulator stops
 """
 
 
+_STALLS = {
+    "step": ("return", "Do not wait in step: return Status.RUNNING, and continue in the next tick"),
+    "run": ("yield", "Do not wait in run: yield in each round of a loop, or write yield from wait(robot, seconds)"),
+}
+"""What an app that hangs has not done, and the remedy, by the method that it defines."""
+
+
 def build_open_limit(backend: str) -> TimeLimit:
     """Return the time limit for opening a robot."""
     advice = "Check that the simulator or board that it connects to answers"
@@ -40,13 +47,14 @@ def build_open_limit(backend: str) -> TimeLimit:
 
 
 def build_step_limit(app: Behaviour, limit_s: float) -> TimeLimit:
-    """Return the time limit for an app's step."""
+    """Return the time limit for one tick of an app."""
 
     def build_error(seconds: float, frame: FrameType | None) -> WatchdogError:
-        kind, state = type(app), str(app.state)
+        kind, state, entry = type(app), str(app.state), find_entry(app)
+        verb, remedy = _STALLS[entry]
         return WatchdogError(
-            f"{kind.__name__}.step did not return within {seconds:.1f} s, in state {state!r}{_line(kind, frame)}. "
-            "Do not wait in step: return Status.RUNNING, and continue in the next tick",
+            f"{kind.__name__}.{entry} did not {verb} within {seconds:.1f} s, in state {state!r}{_line(kind, frame)}. "
+            f"{remedy}",
             kind="step-timeout",
             seconds=seconds,
             state=state,

@@ -45,6 +45,11 @@ class AppSensor(Sensor[SampleT]):
             self._tick = self._clock.tick
         return self.latest
 
+    @property
+    def is_read(self) -> bool:
+        """Whether the sensor was read in the present tick."""
+        return self._tick == self._clock.tick
+
     def __getattr__(self, name: str) -> Any:
         """Return an attribute of the driver's sensor, such as a camera's intrinsics."""
         return _get_inner(self, self._inner, name)

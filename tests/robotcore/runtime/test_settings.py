@@ -111,14 +111,6 @@ def test_other_attributes_cannot_be_set(raises: Raises) -> None:
         configure(PlainApp, {"state": "end"})
 
 
-def test_app_without_a_step_is_refused(raises: Raises) -> None:
-    class Outdented(Behaviour):
-        pass
-
-    with raises(BehaviourError, "method-missing", method="step"):
-        configure(Outdented, {})  # type: ignore[type-abstract]
-
-
 def test_attribute_without_a_type_is_no_setting(raises: Raises) -> None:
     class Square(PlainApp):
         side = 0.5

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
+from robotcore.autonomy.routines import Routine, on_stop, parallel, race, wait, wait_until
 from robotcore.errors import DeviceError, SafetyStop
 from robotcore.geometry import Wheels
 from robotcore.hal.robot import Robot, Role
@@ -185,3 +186,26 @@ class Weave(Behaviour):
         else:
             robot.drive.stop()
         return Status.SUCCESS if now > 2.8 else Status.RUNNING
+
+
+class RoutineApp(Behaviour):
+    """Turns to the left while its range sensor measures, and drives for two seconds. It commands zero at its end."""
+
+    needs = frozenset({Role.DRIVE, Role.RANGE})
+
+    def run(self, robot: Robot) -> Routine[Status]:
+        yield from on_stop(self._drive(robot), lambda: robot.drive.set_velocity(0.0, 0.0))
+        return Status.SUCCESS
+
+    def _drive(self, robot: Robot) -> Routine[None]:
+        for number in range(4):
+            self.state = f"round {number}"
+            near = wait_until(lambda: robot.range.read().distance < 0.5)
+            yield from race(self._keep_velocity(robot, 0.0, 0.5), wait(robot, 0.5), near)
+            echo = wait_until(lambda: robot.range.read().distance > 0.1)
+            yield from race(self._keep_velocity(robot, 0.2, 0.0), parallel(wait(robot, 0.5), echo))
+
+    def _keep_velocity(self, robot: Robot, linear: float, angular: float) -> Routine[None]:
+        while True:
+            robot.drive.set_velocity(linear, angular)
+            yield

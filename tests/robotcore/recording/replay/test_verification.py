@@ -58,6 +58,13 @@ def test_run_with_any_end_is_replayed_bit_equal(action: str) -> None:
     require_equal(record_final_action(action))
 
 
+@pytest.mark.parametrize(
+    "faults", [(), ("range noise=0.2", "range drop=0.3", "encoders slip=0.3"), ("range lost=0.5 after=1",)]
+)
+def test_routine_is_replayed_bit_equal(faults: tuple[str, ...]) -> None:
+    require_equal(record_run(f"{APPS}:RoutineApp", seed=3, timeout_s=6.0, faults=faults))
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("backend", ["kinematic", "pybullet"])
 @pytest.mark.parametrize(

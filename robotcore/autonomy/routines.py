@@ -1,0 +1,261 @@
+"""Routines, and the functions that compose them. A routine is a generator that yields once per tick."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Generator, Sequence
+from contextlib import ExitStack
+from inspect import GEN_CLOSED, getgeneratorstate
+from math import isfinite
+from typing import Any, NamedTuple, TypeAlias, TypeVar
+
+from robotcore.errors import RoutineTimeoutError, UsageError
+from robotcore.hal.robot import Robot
+
+T = TypeVar("T")
+
+Routine: TypeAlias = Generator[None, None, T]
+"""A generator whose ``yield`` ends a tick, and that returns a result. ``yield from`` runs it in an app's ``run``."""
+
+TIME_TOLERANCE_S = 1e-9
+"""A deadline is reached if less than this time is left, because ticks add rounding errors."""
+
+
+class RaceResult(NamedTuple):
+    """The result of `race`."""
+
+    winner: int
+    """The position of the routine that ended first, from 0."""
+    result: Any
+    """The result of that routine."""
+
+
+def wait(robot: Robot, seconds: float) -> Routine[None]:
+    """Wait for a time. The robot stops if nothing else drives it, because a velocity is in force for a few ticks only.
+
+    seconds: the time, in seconds.
+    """
+    _require_time("wait", seconds)
+
+    def run() -> Routine[None]:
+        deadline = robot.clock.now() + seconds - TIME_TOLERANCE_S
+        while robot.clock.now() < deadline:
+            yield
+
+    return run()
+
+
+def wait_until(condition: Callable[[], object]) -> Routine[None]:
+    """Wait until ``condition()`` is true. It is called once per tick. The robot stops as in `wait`."""
+    _require_condition("wait_until", condition)
+
+    def run() -> Routine[None]:
+        while not condition():
+            yield
+
+    return run()
+
+
+def sequence(*routines: Routine[Any]) -> Routine[tuple[Any, ...]]:
+    """Run routines one after another. Return their results."""
+    _require_routines("sequence", routines)
+
+    def run() -> Routine[tuple[Any, ...]]:
+        results = []
+        with _closing(routines):
+            for routine in routines:
+                results.append((yield from routine))  # noqa: PERF401  a comprehension cannot contain `yield from`
+        return tuple(results)
+
+    return run()
+
+
+def parallel(*routines: Routine[Any]) -> Routine[tuple[Any, ...]]:
+    """Run routines at the same time, until all have ended. Return their results.
+
+    Each tick advances them in their order. Of two commands to one device, the last one holds.
+    """
+    _require_routines("parallel", routines)
+
+    def run() -> Routine[tuple[Any, ...]]:
+        results: dict[int, Any] = {}
+        with _closing(routines):
+            while True:
+                for index, routine in enumerate(routines):
+                    if index not in results:
+                        has_ended, result = _advance(routine)
+                        if has_ended:
+                            results[index] = result
+                if len(results) == len(routines):
+                    return tuple(results[index] for index in range(len(routines)))
+                yield
+
+    return run()
+
+
+def race(*routines: Routine[Any]) -> Routine[RaceResult]:
+    """Run routines at the same time, until the first has ended. Close the others, and return the winner.
+
+    Each tick advances them in their order. If two end in the same tick, the first in this order wins.
+    """
+    _require_routines("race", routines, least=1)
+
+    def run() -> Routine[RaceResult]:
+        with _closing(routines):
+            while True:
+                for index, routine in enumerate(routines):
+                    has_ended, result = _advance(routine)
+                    if has_ended:
+                        return RaceResult(index, result)
+                yield
+
+    return run()
+
+
+def repeat(build: Callable[[], Routine[Any]], times: int | None = None) -> Routine[None]:
+    """Run a routine again and again. Each repetition takes at least one tick.
+
+    build: a function that returns a new routine, because a generator runs once.
+    times: the number of repetitions. None repeats until the run ends.
+    """
+    if not callable(build):
+        text = f"repeat needs a function that builds a routine, not {_format(build)}"
+        text += ". Write repeat(lambda: straight(robot, 1.0), 4)"
+        raise UsageError(text, kind="not-a-function")
+    if times is not None and (not isinstance(times, int) or times < 0):
+        text = f"times is {times!r:.100}; it must be a whole number, or None"
+        raise UsageError(text, kind="wrong-times", times=times)
+
+    def run() -> Routine[None]:
+        for _ in itertools.count() if times is None else range(times):
+            routine = build()
+            _require_routines("repeat", [routine])
+            with _closing([routine]):
+                while not _advance(routine)[0]:
+                    yield
+            yield
+
+    return run()
+
+
+def with_timeout(robot: Robot, seconds: float, routine: Routine[T]) -> Routine[T]:
+    """Run a routine, and return its result. Close it if it takes longer than a time.
+
+    seconds: the greatest time, in seconds.
+
+    Raises RoutineTimeoutError, a TimeoutError, if the time is over.
+    """
+    _require_time("with_timeout", seconds)
+    _require_routines("with_timeout", [routine])
+
+    def run() -> Routine[T]:
+        deadline = robot.clock.now() + seconds - TIME_TOLERANCE_S
+        with _closing([routine]):
+            while robot.clock.now() < deadline:
+                has_ended, result = _advance(routine)
+                if has_ended:
+                    return result  # type: ignore[no-any-return]
+                yield
+            text = f"{_name(routine)} took longer than {seconds:g} s"
+            raise RoutineTimeoutError(text, seconds=seconds)
+
+    return run()
+
+
+def until(condition: Callable[[], object], routine: Routine[Any]) -> Routine[bool]:
+    """Run a routine until ``condition()`` is true, and close it then. Return whether the condition was true.
+
+    The condition is called in each tick before the routine. The result is False if the routine ended by itself.
+    """
+    _require_condition("until", condition)
+    _require_routines("until", [routine])
+
+    def run() -> Routine[bool]:
+        with _closing([routine]):
+            while not condition():
+                if _advance(routine)[0]:
+                    return False
+                yield
+        return True
+
+    return run()
+
+
+def on_stop(routine: Routine[T], clean_up: Callable[[], object]) -> Routine[T]:
+    """Run a routine, and return its result. Call ``clean_up`` when it ends, fails or is closed.
+
+    A run closes its routine when its time is over, and after an error or a signal. It does not if the app hangs.
+    """
+    _require_routines("on_stop", [routine])
+    _require_condition("on_stop", clean_up)
+
+    def run() -> Routine[T]:
+        try:
+            with _closing([routine]):
+                return (yield from routine)
+        finally:
+            clean_up()
+
+    return run()
+
+
+def _advance(routine: Routine[Any]) -> tuple[bool, Any]:
+    """Run a routine until the end of its tick. Return whether it has ended, and its result."""
+    try:
+        yielded: object = next(routine)
+    except StopIteration as end:
+        return True, end.value
+    require_plain_yield(routine, yielded)
+    return False, None
+
+
+def require_plain_yield(routine: Routine[Any], yielded: object) -> None:
+    """Raise UsageError if a routine has yielded a value."""
+    if yielded is not None:
+        remedy = "Write yield from in front of it" if isinstance(yielded, Generator) else "Write yield alone"
+        text = f"{_name(routine)} yields {_format(yielded)}. {remedy}: one yield ends a tick"
+        raise UsageError(text, kind="yields-a-value")
+
+
+def _closing(routines: Sequence[Routine[Any]]) -> ExitStack:
+    """Return a context that closes routines at its end, in reverse order, so that their clean-up runs."""
+    stack = ExitStack()
+    for routine in routines:
+        stack.callback(routine.close)
+    return stack
+
+
+def _name(routine: Routine[Any]) -> str:
+    # A function here and a manoeuvre contain their generator, so that they check their arguments at once.
+    return getattr(routine, "__qualname__", type(routine).__name__).partition(".<locals>")[0]
+
+
+def _format(value: object) -> str:
+    return f"the routine {_name(value)}" if isinstance(value, Generator) else f"{value!r:.100}"
+
+
+def _require_routines(function: str, routines: Sequence[object], least: int = 0) -> None:
+    if len(routines) < least:
+        raise UsageError(f"{function} needs a routine, such as straight(robot, 1.0)", kind="no-routine")
+    for routine in routines:
+        if not isinstance(routine, Generator):
+            text = f"{function} needs routines, such as straight(robot, 1.0), not {routine!r:.100}"
+            hint = ". Call it, or call its run(robot)" if callable(getattr(routine, "run", routine)) else ""
+            raise UsageError(text + hint, kind="not-a-routine")
+        if getgeneratorstate(routine) == GEN_CLOSED:
+            text = f"the routine {_name(routine)} has ended before. Build a new one for {function}"
+            raise UsageError(text, kind="routine-ended")
+    if len({id(routine) for routine in routines}) < len(routines):
+        raise UsageError(f"{function} has a routine twice. Build a new one for each place", kind="routine-twice")
+
+
+def _require_condition(function: str, condition: object) -> None:
+    if not callable(condition):
+        text = f"{function} needs a function, such as a lambda, not {condition!r:.100}"
+        raise UsageError(text, kind="not-a-function")
+
+
+def _require_time(function: str, seconds: object) -> None:
+    if not isinstance(seconds, (int, float)) or not isfinite(seconds) or seconds < 0:
+        text = f"{function} needs a time in seconds, not {seconds!r:.100}. Give a finite number, 0 or more"
+        raise UsageError(text, kind="wrong-time", seconds=seconds)
