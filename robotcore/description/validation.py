@@ -167,7 +167,7 @@ def _make_mistake(
 ) -> Mistake:
     cause, path, key = found["type"], found["loc"], dotted_key(found["loc"], data)
     if form := _find_form(model, found):
-        problem = f"should be {form}, got {_format_value(found['input'])}"
+        problem = f"should be {form}, got {format_value(found['input'])}"
         return Mistake(problem, kind="wrong-form", key=dotted_key(_find_path(found), data))
     if cause == "value_error":
         return Mistake.from_error(found["ctx"]["error"], key, "invalid-value")
@@ -209,12 +209,16 @@ def _lacks_item(found: ErrorDetails) -> bool:
 
 def _make_tag_mistake(key: str, found: ErrorDetails, model: type[BaseModel]) -> Mistake:
     # The tag is the key that selects the model of an item, such as `kind`.
-    key += "." + str(found["ctx"]["discriminator"]).strip("'")
+    name = str(found["ctx"]["discriminator"]).strip("'")
+    key += f".{name}"
     if found["type"] == "union_tag_not_found":
         *outer, index = found["loc"]
         tags = _find_child(_find_schema(model, outer), index).get("discriminator", {}).get("mapping", {})
         return Mistake("is missing", f"Add it: {' or '.join(map(json.dumps, tags))}", kind="missing-tag", key=key)
     tag, known = str(found["ctx"]["tag"])[:MAX_SHOWN_CHARACTERS], re.findall(r"'(\w+)'", found["ctx"]["expected_tags"])
+    if not isinstance(given := found["input"].get(name), str):
+        problem = f"{_MESSAGES['string_type']}, got {format_value(given)}"
+        return Mistake(problem, f"Name one: {', '.join(sorted(known))}", kind="wrong-value", key=key)
     problem, remedy = f"{tag!r} is unknown", suggestion(tag, known)
     if key.startswith("devices["):
         problem, remedy = _explain_unknown_kind(tag, problem, remedy)
@@ -284,7 +288,7 @@ def _format_message(found: ErrorDetails) -> str:
         message = message.replace(formal, plain, 1)
     if found["type"] in _BOUNDS:
         message += _format_unit(found["loc"])
-    return f"{message}, got {_format_value(found['input'])}"
+    return f"{message}, got {format_value(found['input'])}"
 
 
 def _format_unit(loc: Sequence[str | int]) -> str:
@@ -293,7 +297,12 @@ def _format_unit(loc: Sequence[str | int]) -> str:
     return f" {_UNITS[max(ends, key=len)]}" if ends else ""
 
 
-def _format_value(value: Any) -> str:
+def format_value(value: Any) -> str:
+    """Return a short text of a value in a file, for messages.
+
+    >>> format_value(["imu"]), format_value("imu")
+    ('a list of 1', "'imu'")
+    """
     if value is None:
         return "nothing"
     if isinstance(value, dict):

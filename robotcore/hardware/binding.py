@@ -9,7 +9,7 @@ from typing import Any
 
 from robotcore.description import DeviceDescription, RobotDescription
 from robotcore.description.sections import read_each, validate_table
-from robotcore.description.validation import MAX_SHOWN_CHARACTERS
+from robotcore.description.validation import MAX_SHOWN_CHARACTERS, format_value
 from robotcore.errors import BackendMissingError, DescriptionError, Mistake, UnknownNameError
 from robotcore.hal.kind import load_kind
 from robotcore.hardware.driver import Connection, DeviceBinding, DeviceDriver
@@ -64,13 +64,14 @@ def _bind(lacks: Collection[str], description: DeviceDescription, table: Any) ->
 
 def _driver(lacks: Collection[str], description: DeviceDescription, table: Any) -> type[DeviceDriver]:
     if not isinstance(table, Mapping):
-        raise Mistake(f"should be a table, got {table!r}", f"Name its driver: {_list_drivers(lacks, description)}")
+        raise Mistake(
+            f"should be a table, got {format_value(table)}", f"Name its driver: {_list_drivers(lacks, description)}"
+        )
     if "driver" not in table:
         raise Mistake("is missing", f"Add it: {_list_drivers(lacks, description)}", key="driver")
     if not isinstance(name := table["driver"], str):
-        raise Mistake(
-            f"should be a name in quotes, got {name!r}", f"Name one: {_list_drivers(lacks, description)}", key="driver"
-        )
+        problem = f"should be a name in quotes, got {format_value(name)}"
+        raise Mistake(problem, f"Name one: {_list_drivers(lacks, description)}", key="driver")
     try:
         driver: type[DeviceDriver] = load_registered("device driver", DEVICES, name)
     except UnknownNameError as unknown:

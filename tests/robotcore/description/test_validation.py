@@ -27,6 +27,8 @@ ROBOT_MISTAKES = [
     ("[60, 65, 75]", "[60, 65, 7.5]", "body.colour[#3]", "wrong-value"),
     ('name = "rover"', "name = 3", "name", "wrong-value"),
     ('kind = "range_sensor"', 'kind = "range-sensor"', "devices[nose].kind", "unknown-tag"),
+    ('kind = "range_sensor"', 'kind = ["range_sensor"]', "devices[nose].kind", "wrong-value"),
+    ('kind = "range_sensor"', "kind = 3", "devices[nose].kind", "wrong-value"),
     ('kind = "range_sensor"\n', "", "devices[nose].kind", "missing-tag"),
     ('"right_motor"\nmax', '"left_motor"\nmax', "", "same-name"),
     ('name = "rover"', 'name = "My rover"', "name", "no-name"),

@@ -101,6 +101,7 @@ def test_a_display_alone_needs_no_section(post: Path) -> None:
         pytest.param('"plug"', '"a"', "eye.driver", id="a-letter"),
         pytest.param('"plug"', '"motor-plgu"', "eye.driver", id="near-another-kind"),
         pytest.param('"plug"', "4", "eye.driver", id="driver-a-number"),
+        pytest.param('"plug"', '["plug"]', "eye.driver", id="driver-a-list"),
         pytest.param('"plug"', '"motor-plug"', "eye.driver", id="another-kind"),
         pytest.param("pin = 2", "", "eye.pin", id="no-pin"),
         pytest.param("pin", "pni", "eye.pni", id="unknown-key"),
