@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     from robotcore import testing as testing
     from robotcore.autonomy import navigation as navigation
     from robotcore.autonomy import vision as vision
+    from robotcore.autonomy.manoeuvres import arc as arc
+    from robotcore.autonomy.manoeuvres import straight as straight
+    from robotcore.autonomy.manoeuvres import turn as turn
     from robotcore.autonomy.navigation import Navigator as Navigator
     from robotcore.autonomy.navigation import OccupancyGrid as OccupancyGrid
     from robotcore.autonomy.routines import Routine as Routine
@@ -32,6 +35,7 @@ if TYPE_CHECKING:
     from robotcore.autonomy.routines import wait as wait
     from robotcore.autonomy.routines import wait_until as wait_until
     from robotcore.autonomy.routines import with_timeout as with_timeout
+    from robotcore.errors import BlockedError as BlockedError
     from robotcore.errors import DeviceError as DeviceError
     from robotcore.geometry import Pose as Pose
     from robotcore.geometry import Twist as Twist
@@ -51,6 +55,7 @@ if TYPE_CHECKING:
 
 _MODULES = {
     "Behaviour": "runtime.behaviour",
+    "BlockedError": "errors",
     "DeviceError": "errors",
     "Image": "optics",
     "Interval": "runtime.settings",
@@ -68,12 +73,15 @@ _MODULES = {
     "Stopping": "runtime.behaviour",
     "Truth": "hal.truth",
     "Twist": "geometry",
+    "arc": "autonomy.manoeuvres",
     "on_stop": "autonomy.routines",
     "parallel": "autonomy.routines",
     "race": "autonomy.routines",
     "repeat": "autonomy.routines",
     "run": "runtime.session",
     "sequence": "autonomy.routines",
+    "straight": "autonomy.manoeuvres",
+    "turn": "autonomy.manoeuvres",
     "until": "autonomy.routines",
     "wait": "autonomy.routines",
     "wait_until": "autonomy.routines",
@@ -91,6 +99,7 @@ _PACKAGES = {
 
 __all__ = [
     "Behaviour",
+    "BlockedError",
     "DeviceError",
     "Image",
     "Interval",
@@ -108,6 +117,7 @@ __all__ = [
     "Stopping",
     "Truth",
     "Twist",
+    "arc",
     "errors",
     "kinds",
     "navigation",
@@ -117,7 +127,9 @@ __all__ = [
     "repeat",
     "run",
     "sequence",
+    "straight",
     "testing",
+    "turn",
     "until",
     "vision",
     "wait",

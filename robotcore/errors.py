@@ -28,8 +28,8 @@
     │   ├── EmergencyStopError               the emergency stop was pressed
     │   ├── WheelFaultError                  a wheel does not follow its command
     │   └── RangeFaultError                  a range sensor repeats one distance while the robot moves
-    ├── RoutineTimeoutError (TimeoutError)   a routine took longer than its `with_timeout`: exit 1
     ├── RoutineError                         a routine of the app did not reach its end: exit 1
+    │   ├── BlockedError                     something blocks the robot during a manoeuvre
     │   └── RoutineTimeoutError (TimeoutError)  it took longer than its `with_timeout`
     └── BehaviourError                       the app raised an exception: exit 5
     Interrupted (BaseException)              a signal ended the run: exit 128 + its number
@@ -42,6 +42,7 @@ from __future__ import annotations
 
 import signal
 from collections.abc import Mapping, Sequence
+from math import degrees
 from traceback import extract_tb, format_exception
 from types import MappingProxyType, TracebackType
 from typing import Any, ClassVar
@@ -59,6 +60,14 @@ MAX_EXCEPTION_TEXT = 2000
 
 A longer text would flood the tables and files of sweeps.
 """
+
+
+_BLOCKAGES = {
+    "range-guard": "the range guard stops the robot in front of an obstacle. Remove the obstacle, or drive another way",
+    "contact": "a bumper is pressed. Remove the obstacle, or drive another way",
+    "wheels": "the wheels do not turn as commanded. Look for an obstacle, and check the motors and encoders",
+}
+"""The sentences about each cause of a BlockedError."""
 
 
 class _Portable(BaseException):
@@ -463,6 +472,33 @@ class RoutineTimeoutError(RoutineError, TimeoutError):
     """A routine took longer than its `with_timeout`."""
 
     kind = "routine-timeout"
+
+
+class BlockedError(RoutineError):
+    """Something blocks the robot during a manoeuvre of an app. An app may catch it, and drive another way.
+
+    manoeuvre: the call of the manoeuvre, such as ``straight(0.5)``.
+    cause: ``range-guard``, ``contact`` or ``wheels``.
+    remaining_m: the way that remains, in metres; 0 for a turn on the spot.
+    remaining_rad: the angle that remains in a turn on the spot, in radians; None for another manoeuvre.
+    """
+
+    kind = "blocked"
+
+    def __init__(
+        self, manoeuvre: str, cause: str, remaining_m: float = 0.0, remaining_rad: float | None = None
+    ) -> None:
+        way = f"{remaining_m:.2f} m" if remaining_rad is None else f"{degrees(remaining_rad):.0f}°"
+        remaining: dict[str, Any]
+        remaining = {"remaining_m": remaining_m} if remaining_rad is None else {"remaining_rad": remaining_rad}
+        super().__init__(
+            f"{manoeuvre} is blocked {way} before its end: {_BLOCKAGES[cause]}",
+            manoeuvre=manoeuvre,
+            cause=cause,
+            **remaining,
+        )
+        self.manoeuvre, self.cause = manoeuvre, cause
+        self.remaining_m, self.remaining_rad = remaining_m, remaining_rad
 
 
 class BehaviourError(RobotcoreError):

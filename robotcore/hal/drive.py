@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Callable
 from typing import Protocol
@@ -33,7 +34,8 @@ class DifferentialDrive:
     wheel radius and the track. ``max_linear`` in m/s and ``max_angular`` in rad/s are the greatest velocities.
     ``reach`` is the radius, in metres, of the circle that the robot needs to turn on the spot, and ``inner_reach`` that
     of the circle between its wheels, where nothing else can be. ``min_turn_radius`` is the radius of the sharpest turn,
-    in metres; 0 for a robot that can turn on the spot.
+    in metres; 0 for a robot that can turn on the spot. ``max_acceleration`` is the greatest acceleration that a run
+    commands to a wheel, in m/s², infinite without a limit. ``deceleration`` is how fast the robot brakes, in m/s².
 
     >>> import robotcore
     >>> robot = robotcore.testing.MockRobot(range=[0.84]).layered
@@ -50,11 +52,14 @@ class DifferentialDrive:
         reach: float = 0.0,
         min_turn_radius: float = 0.0,
         inner_reach: float | None = None,
+        max_acceleration: float = math.inf,
+        deceleration: float = 0.5,
     ) -> None:
         self.geometry = geometry
         self.reach = reach
         self.min_turn_radius = min_turn_radius
         self.inner_reach = geometry.track / 2 if inner_reach is None else inner_reach
+        self.max_acceleration, self.deceleration = max_acceleration, deceleration
         self.max_linear = max_wheel_velocity * geometry.wheel_radius
         self.max_angular = 2 * self.max_linear / (geometry.track + 2 * min_turn_radius)
         self._stage = stage

@@ -25,6 +25,7 @@ EXACT = {
     "hostile_recordings": "--kinds 1 --files 1",
     "hostile_robot": "--kinds 1",
     "lines": "--runs 1",
+    "manoeuvres": "--runs 1 --squares 1",
     "foreign_kinds": "--runs 1",
     "replay": "--runs 1 --backends kinematic",
     "servo_sweep": "--sweeps 1",

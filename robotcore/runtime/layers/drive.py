@@ -116,6 +116,8 @@ def build_drive(
         description.body.reach_m,
         description.min_turn_radius_m,
         drive.track_m / 2,
+        (drive.max_acceleration_rad_s2 or math.inf) * drive.wheel_radius_m,
+        safety.deceleration_m_s2,
     )
     return GuardedDrive(guarded, command_filter, safety_filter.suspend)
 

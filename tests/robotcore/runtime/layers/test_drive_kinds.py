@@ -167,6 +167,14 @@ def test_app_reads_the_radius_of_the_sharpest_turn() -> None:
         assert angular == pytest.approx(linear / (radius + track / 2))
 
 
+def test_app_reads_the_acceleration_and_the_deceleration() -> None:
+    drive = MockRobot(CAR, range=2.0).layered.drive
+    assert drive.max_acceleration == pytest.approx(60.0 * drive.geometry.wheel_radius)
+    assert drive.deceleration == CAR.safety.deceleration_m_s2 == 0.5
+    unlimited = CAR.model_copy(update={"drive": CAR.drive.model_copy(update={"max_acceleration_rad_s2": None})})  # type: ignore[union-attr]
+    assert MockRobot(unlimited, range=2.0).layered.drive.max_acceleration == math.inf
+
+
 def test_circle_between_wheels_that_skid_is_narrower_than_the_effective_track() -> None:
     drive = MockRobot(SKID, range=2.0).layered.drive
     assert drive.inner_reach == 0.135 / 2

@@ -1,0 +1,5 @@
+"""Manoeuvres: routines that drive a robot by a distance, an angle or to a place, and end when it stands there."""
+
+from robotcore.autonomy.manoeuvres.relative import arc, straight, turn
+
+__all__ = ["arc", "straight", "turn"]

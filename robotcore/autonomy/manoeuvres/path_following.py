@@ -1,0 +1,84 @@
+"""Drives a robot along a path."""
+
+from __future__ import annotations
+
+import math
+
+from robotcore.autonomy.manoeuvres.motion import STOPPED, Motion
+from robotcore.autonomy.manoeuvres.path import Path, Place
+from robotcore.autonomy.manoeuvres.speed_profile import SpeedProfile
+from robotcore.autonomy.routines import Routine
+from robotcore.geometry import Twist, wrap_angle
+
+TURN_GAIN = 4.0
+"""The turn rate that corrects the heading, in rad/s for each radian of its error."""
+
+DRIFT_GAIN = 25.0
+"""The change of the curvature that compensates wheels of unequal speed, in 1/m for each metre and radian."""
+
+AIM_S, MIN_AIM_M = 0.5, 0.1
+"""The robot steers to the point of the path that it reaches after this time, but that is at least so far ahead."""
+
+TOLERANCE_M, TOLERANCE_RAD = 0.0005, 0.002
+"""The errors at which a correction ends, in metres and in radians."""
+
+STANDING_FACTOR = 2.0
+"""The tolerance for a robot that stands at the end, divided by that for a moving one. So noise does not move it."""
+
+NEAR_M = 0.01
+"""The robot is nearly at the end of a path at this distance, in metres."""
+
+
+def follow(motion: Motion, path: Path, profile: SpeedProfile) -> Routine[None]:
+    """Drive along a path until the robot stands at its end."""
+    follower, direction = PathFollower(motion, path, profile), math.copysign(1.0, path.length)
+    while not (follower.is_at_end and motion.is_settled):
+        yield from motion.send(follower.steer(), direction)
+
+
+class PathFollower:
+    """Computes the command for each tick along a path."""
+
+    def __init__(self, motion: Motion, path: Path, profile: SpeedProfile) -> None:
+        self._motion, self._path, self._profile = motion, path, profile
+        self._turn_profile = profile.divide(motion.half_track)
+        self._progress = self._drift = 0.0
+        self.is_at_end = False
+        """Whether the robot was at the end of the path in the last tick."""
+
+    def steer(self) -> Twist:
+        """Return the command for the next tick."""
+        motion = self._motion
+        place = self._path.locate(motion.pose, self._progress)
+        self._progress = place.progress
+        remaining = self._path.length - place.progress
+        motion.remaining = {"remaining_m": abs(remaining)}
+        remaining -= motion.coasting.linear
+        motion.update_end(remaining, NEAR_M)
+        last_step = abs(motion.sent.linear) * motion.period
+        if motion.must_end or max(abs(remaining), last_step) < TOLERANCE_M * self._tolerance_factor:
+            return self._correct_heading()
+        self.is_at_end = False
+        return self._steer_to(place, remaining)
+
+    def _correct_heading(self) -> Twist:
+        motion = self._motion
+        error = wrap_angle(motion.pose.heading + motion.coasting.angular - self._path.end.heading)
+        is_right = not motion.can_turn_on_spot or abs(error) < TOLERANCE_RAD * self._tolerance_factor
+        self.is_at_end = motion.must_end or is_right
+        return STOPPED if self.is_at_end else Twist(0.0, self._turn_profile.compute_speed(-error, 0.0, motion.period))
+
+    @property
+    def _tolerance_factor(self) -> float:
+        return STANDING_FACTOR if self.is_at_end else 1.0
+
+    def _steer_to(self, place: Place, remaining: float) -> Twist:
+        motion, coasting = self._motion, self._motion.coasting
+        linear = self._profile.compute_speed(remaining, motion.sent.linear, motion.period)
+        look = max(MIN_AIM_M, AIM_S * abs(linear))
+        # Near the end, the heading is more important than the distance from the path.
+        share = min(1.0, abs(remaining) / look)
+        aim = -math.copysign(share, self._path.length) * math.atan2(place.side, look)
+        error = aim - place.heading - coasting.angular + place.curvature * coasting.linear
+        self._drift += DRIFT_GAIN * error * linear * motion.period
+        return Twist(linear, (place.curvature + self._drift) * linear + TURN_GAIN * error)

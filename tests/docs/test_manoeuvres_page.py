@@ -1,0 +1,39 @@
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+
+import pytest
+
+from robotcore.autonomy.manoeuvres import blockage, limits, motion
+from robotcore.cli.main import execute
+from robotcore.errors import _BLOCKAGES
+from tests.docs.listings import ConsoleCommand, find_code, list_commands, list_listings, read_rows
+
+PAGE = (Path(__file__).parents[2] / "docs" / "manoeuvres.md").read_text()
+LISTINGS = list_listings(PAGE)
+COMMANDS = [each for listing in LISTINGS if listing.language == "console" for each in list_commands(listing.text)]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("command", COMMANDS, ids=lambda each: each.command)
+def test_command_output_equals_the_page(
+    command: ConsoleCommand, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    for listing in LISTINGS:
+        if listing.language == "python":
+            (tmp_path / listing.file).write_text(listing.text)
+    monkeypatch.chdir(tmp_path)
+    assert execute(shlex.split(command.command)[1:]) == 0
+    answer = capfd.readouterr().out
+    assert command.matches(answer), answer
+
+
+def test_the_page_names_each_cause_of_a_blockage() -> None:
+    assert {find_code(row[0])[0] for row in read_rows(PAGE, "What blocks a robot")} == set(_BLOCKAGES)
+
+
+def test_the_numbers_on_the_page_are_those_of_the_code() -> None:
+    assert (blockage.GUARDED_S, blockage.STALLED_S, blockage.STALLED_SHARE) == (0.5, 0.8, 0.25)
+    assert (motion.SETTLE_S, motion.CORRECTION_S) == (0.2, 2.0)
+    assert (limits.SPEED_SHARE, limits.TURN_SHARE, limits.ACCELERATION_SHARE, limits.MAX_M) == (0.5, 0.3, 0.8, 100.0)
