@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
 from robotcore.description import RobotDescription
@@ -11,6 +11,7 @@ from robotcore.hal.backend import Backend
 from robotcore.hal.device import Device
 from robotcore.hal.kind import list_monitored, load_kind
 from robotcore.hal.robot import Role
+from robotcore.plugins import kind_names
 from robotcore.text import suggestion
 
 Need = Role | str | type[Device]
@@ -28,10 +29,11 @@ def needed_devices(description: RobotDescription, needs: Iterable[Need], wants: 
 
     Raises UnmetNeedError if the robot lacks something that the app requires, and UsageError for a wrong need.
     """
-    for attribute, value in (("needs", needs), ("wants", wants)):
-        if isinstance(value, (str, type)):
-            written = format_need(value)
-            text = f"{attribute} is {written}. Write a set: {attribute} = {{{written}}}"
+    declared: dict[str, Any] = {"needs": needs, "wants": wants}
+    for attribute, value in declared.items():
+        if isinstance(value, (str, type)) or not isinstance(value, Collection):
+            example = format_need(value if isinstance(value, (str, type)) else Role.DRIVE)
+            text = f"{attribute} is {format_need(value)}. Write a set: {attribute} = {{{example}}}"
             raise UsageError(text, kind="needs-not-a-set")
     names: set[str] = set()
     for need in sorted(needs, key=format_need):
@@ -90,8 +92,11 @@ def find_devices(description: RobotDescription, need: Need) -> frozenset[str]:
         need = Role(need)
     if not isinstance(need, Role):
         written = format_need(need)
-        text = f"the need {written} is neither a role, nor the name of a device, nor the class of a kind. Correct it"
-        raise UsageError(text, kind="wrong-need")
+        raise UsageError(
+            f"the need {written} is neither a role, nor the name of a device, nor the class of a kind. Write one, such "
+            f"as {format_need(Role.CAMERA)}, 'lamp' or Bumper",
+            kind="wrong-need",
+        )
     if need is not Role.DRIVE:
         return frozenset(device.name for device in description.all_of(need.kind)[:1])
     if (drive := description.drive) is None:
@@ -126,13 +131,26 @@ def format_need(need: Need) -> str:
 
 
 def _build_unmet_error(description: RobotDescription, need: Need) -> UnmetNeedError:
+    other = "Choose another robot with --robot, or add"
+    if need in [role.value for role in Role]:
+        need = Role(need)
     if isinstance(need, Role):
         table = f'[[devices]] with kind = "{need.kind}"' if need.kind else "[drive]"
-        lacking, remedy = need.value, f"Choose another robot with --robot, or add {table}"
+        lacking, remedy = need.value, f"{other} {table}"
     elif isinstance(need, type):
-        kind = need.kind.replace("_", " ")
-        lacking, remedy = kind, f'Choose another robot with --robot, or add [[devices]] with kind = "{need.kind}"'
+        kinds = ", ".join(sorted({device.kind for device in description.devices}))
+        lacking = need.kind.replace("_", " ")
+        remedy = f'Its kinds of device are: {kinds}. {other} [[devices]] with kind = "{need.kind}"'
     else:
-        names = [*(device.name for device in description.devices), *(role.value for role in Role)]
-        lacking, remedy = f"device {need!r}", suggestion(str(need), names)
+        roles = (role.value for role in Role if find_devices(description, role))
+        found = _suggest_class(need) or suggestion(need, [*(device.name for device in description.devices), *roles])
+        lacking, remedy = f"device {need!r}", f'{found} {other} [[devices]] with name = "{need}"'
     return UnmetNeedError(f"the robot {description.name!r} has no {lacking}, which the app needs. {remedy}")
+
+
+def _suggest_class(name: str) -> str:
+    """Return the need for each device of a kind, if the name is that of a kind; else ``""``."""
+    if (kind := name.lower()) not in kind_names():
+        return ""
+    device = load_kind(kind).device
+    return f"For each device of the kind {kind!r}, write {device.__name__} of {device.__module__}."

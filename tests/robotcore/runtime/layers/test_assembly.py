@@ -10,19 +10,15 @@ from robotcore.description import Conditions, load_robot
 from robotcore.errors import (
     DeviceError,
     UnmetNeedError,
-    UsageError,
 )
 from robotcore.geometry import Wheels
-from robotcore.hal.device import Actuator, Device, SampleT, Sensor
+from robotcore.hal.device import Actuator, SampleT, Sensor
 from robotcore.hal.robot import Robot, Role
-from robotcore.kinds import Motor
 from robotcore.kinds.camera import CameraDescription
 from robotcore.runtime.layers import assemble
 from robotcore.runtime.layers.base import MotorOutput, Reader, Send, Tap
 from robotcore.runtime.needs import needed_devices
 from robotcore.safety.command_filter import CommandFilter
-from tests.doubles import foreign_kinds
-from tests.doubles.foreign_kinds import ToolMotorDescription, rover_with
 from tests.robotcore.fakes import ROVER, UNHURRIED, NullEncoder, Rig
 from tests.robotcore.runtime.faults.rigs import layers
 from tests.texts import Raises
@@ -183,26 +179,3 @@ def test_app_sensor_shows_the_attributes_of_its_kind() -> None:
     assert type(sensor).__name__ == "RangeSensor"
     with pytest.raises(AttributeError):
         _ = sensor.value  # type: ignore[attr-defined]
-
-
-@pytest.mark.parametrize("needs, wants", [(Role.RANGE, set()), (set(), Role.RANGE)], ids=["needs", "wants"])
-def test_needs_and_wants_without_a_set_are_refused(needs: Any, wants: Any, raises: Raises) -> None:
-    with raises(UsageError, "needs-not-a-set"):
-        needed_devices(ROVER, needs, wants)
-
-
-@pytest.mark.parametrize("base", [Sensor, Device])
-def test_need_of_a_class_of_several_kinds_is_refused(base: Any, raises: Raises) -> None:
-    with raises(UsageError, "wrong-need"):
-        needed_devices(ROVER, {base})
-
-
-def test_need_of_a_kind_includes_kinds_that_inherit_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    foreign_kinds.install(monkeypatch)
-    robot = rover_with(ToolMotorDescription(name="mower"))
-    assert needed_devices(robot, {Motor}) == {"left_motor", "right_motor", "mower"}
-
-
-def test_a_role_is_not_a_set_of_letters() -> None:
-    with pytest.raises(TypeError, match=r"Write \{Role.DRIVE\}"):
-        frozenset(Role.DRIVE)
