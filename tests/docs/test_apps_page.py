@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import io
 import json
+import re
 import shlex
 import subprocess
 import sys
@@ -88,12 +89,23 @@ def test_each_listed_part_of_a_robot_exists() -> None:
         exec(compile(code, f"the page's code {code}", "exec"), dict(parts))  # noqa: S102  the page's own words
 
 
+@pytest.mark.parametrize("row", read_rows(PAGE, "At a prompt and in a notebook"), ids=lambda row: row[0])
+def test_value_shows_itself_as_the_page_says(row: list[str]) -> None:
+    mock = MockRobot(range=1.24)
+    mock.advance(63)
+    mock.layered.range.read()
+    shown = repr(eval(find_code(row[0])[0], {"robot": mock.layered}))  # noqa: S307  the page's own code
+    without_numbers = [re.sub(r"-?\d+(\.\d+)?", "0", text) for text in (shown, find_code(row[1])[0])]
+    assert without_numbers[0] == without_numbers[1]
+
+
 FOR_DRIVERS = {
     "close",
     "kind",
     "is_monitored",
     "find_problem",
     "format_sample",
+    "limit_sample",
     "change_distances",
     "has_rays",
     "list_rays",

@@ -1,0 +1,75 @@
+from __future__ import annotations
+
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from robotcore import Navigator, OccupancyGrid
+from robotcore.autonomy.navigation.grid_file import LAYERS, SCALARS
+from robotcore.cli.main import execute
+from tests.docs.listings import ConsoleCommand, find_code, list_commands, list_listings, read_rows
+
+PAGE = (Path(__file__).parents[2] / "docs" / "navigation.md").read_text()
+LISTINGS = list_listings(PAGE)
+COMMANDS = [each for listing in LISTINGS if listing.language == "console" for each in list_commands(listing.text)]
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Write the files of the page into a folder, and make it the current folder."""
+    for listing in LISTINGS:
+        if listing.language == "python":
+            (tmp_path / listing.file).write_text(listing.text)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("command", COMMANDS, ids=lambda each: each.command)
+def test_command_output_equals_the_page(
+    command: ConsoleCommand, folder: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    program, *arguments = shlex.split(command.command)
+    if program == "robotcore":
+        execute(arguments)
+    else:
+        subprocess.run([sys.executable, *arguments], check=False)
+    answer = "".join(capfd.readouterr())
+    assert command.matches(answer), answer
+
+
+FOR_THE_NAVIGATOR = {
+    "add_free_disc",
+    "add_range",
+    "clear_echo",
+    "contradicts_echo",
+    "evidence",
+    "forget",
+    "nearest_echo",
+    "travelled",
+    "updated_at",
+}
+
+
+@pytest.mark.parametrize(
+    "value", [Navigator(speed=0.2, turn=1.0), OccupancyGrid()], ids=lambda each: type(each).__name__
+)
+def test_page_names_every_attribute(value: object) -> None:
+    named = {word for code in find_code(PAGE) for word in code.replace("(", ".").split(".")}
+    has = {name for name in dir(value) if not name.startswith("_")}
+    assert has - FOR_THE_NAVIGATOR - named == set()
+
+
+def test_each_listed_array_is_in_the_file(tmp_path: Path) -> None:
+    OccupancyGrid().save(tmp_path / "room.npz")
+    rows = read_rows(PAGE, "The file of a map")
+    listed = {name: row[1] for row in rows for name in find_code(row[0])}
+    assert listed.keys() == {*SCALARS, *LAYERS}
+    with np.load(tmp_path / "room.npz") as arrays:
+        assert listed == {
+            name: f"{array.dtype}, {'(rows, rows)' if array.ndim else '()'}" for name, array in arrays.items()
+        }
