@@ -1,4 +1,4 @@
-"""The channels of motors on known boards with a PCA9685."""
+"""The channels of motors and servos on known boards with a PCA9685."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ TWO_INPUTS, TWO_INPUTS_AND_PWM = ("forward", "backward"), ("forward", "backward"
 
 @dataclass(frozen=True)
 class Board:
-    """A board with motors."""
+    """A board with motors, which plugs on the header."""
 
     title: str
     address: int
@@ -23,6 +23,16 @@ class Board:
     """The keys of a motor's channels."""
     motors: Mapping[str, tuple[int, ...]]
     """The channels of each motor, by its place on the board."""
+    servos: range = range(0)
+    """The channels of the connectors for servos."""
+
+    @property
+    def note(self) -> str:
+        """The note that `robotcore wiring` prints for a device on the board."""
+        return (
+            f"The {self.title} plugs on the header, so the Pi needs no further wires to it. Connect the battery of the "
+            "motors to the board."
+        )
 
 
 BOARDS = {
@@ -38,29 +48,44 @@ BOARDS = {
     "waveshare-motor-driver-hat": Board(
         "Waveshare Motor Driver HAT", 0x40, 1500, TWO_INPUTS_AND_PWM, {"MA": (2, 1, 0), "MB": (4, 3, 5)}
     ),
-    # Source: https://github.com/Freenove/Freenove_4WD_Smart_Car_Kit_for_Raspberry_Pi, Code/Server/Motor.py. Its servos
-    # are on channels 8 to 15 of the same chip.
+    # Source: https://github.com/Freenove/Freenove_4WD_Smart_Car_Kit_for_Raspberry_Pi, Code/Server/Motor.py and
+    # servo.py.
     "freenove-4wd": Board(
         "board of the Freenove 4WD Smart Car",
         0x40,
         50,
         TWO_INPUTS,
         {"front-left": (0, 1), "rear-left": (3, 2), "front-right": (6, 7), "rear-right": (4, 5)},
+        range(8, 16),
     ),
 }
 """The boards by their names in a robot's file."""
 
 
+def build_servo_settings(board: Any, channel: Any) -> dict[str, int]:
+    """Return the settings of a servo on a board; raises Mistake for an unknown board, or a board without this servo."""
+    known = _find_board(board)
+    if channel not in known.servos:
+        problem = f"channel is {channel!r}, and not one of a servo on the {known.title}"
+        channels = f"Use {known.servos[0]} to {known.servos[-1]}" if known.servos else "Remove board"
+        raise Mistake(problem, channels, kind="unknown-servo")
+    return {"address": known.address}
+
+
 def build_motor_settings(board: Any, motor: Any) -> dict[str, int]:
     """Return the settings of a motor on a board; raises Mistake for an unknown board or motor."""
-    if not isinstance(board, str) or board not in BOARDS:
-        raise Mistake(f"board is {board!r}, and not the name of a board", f"Use {_list(BOARDS)}", kind="unknown-board")
-    known = BOARDS[board]
+    known = _find_board(board)
     if not isinstance(motor, str) or motor not in known.motors:
         problem = f"motor is {motor!r}, and not a motor of the {known.title}"
         raise Mistake(problem, f"Use {_list(known.motors)}", kind="unknown-motor")
     channels = dict(zip(known.signals, known.motors[motor], strict=True))
     return {"address": known.address, "frequency_hz": known.frequency_hz, **channels}
+
+
+def _find_board(board: Any) -> Board:
+    if not isinstance(board, str) or board not in BOARDS:
+        raise Mistake(f"board is {board!r}, and not the name of a board", f"Use {_list(BOARDS)}", kind="unknown-board")
+    return BOARDS[board]
 
 
 def _list(names: Mapping[str, Any]) -> str:

@@ -170,8 +170,8 @@ class HBridgeChannelDriver(ChannelMotorDriver):
     def notes(self, description: MotorDescription) -> Sequence[str]:
         if self.board is None:
             return super().notes(description)
-        terminal = f"Connect the motor to {self.motor} of the {BOARDS[self.board].title}."
-        return (terminal, *super().notes(description))
+        board = BOARDS[self.board]
+        return f"Connect the motor to {self.motor} of the {board.title}.", board.note, NO_TIMEOUT_NOTE
 
 
 class PhaseChannelDriver(ChannelMotorDriver):

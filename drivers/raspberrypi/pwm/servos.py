@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from typing import Any
 
+from pydantic import model_validator
+
+from drivers.raspberrypi.pwm.boards import BOARDS, build_servo_settings
 from drivers.raspberrypi.pwm.chip import PwmChip
 from drivers.raspberrypi.pwm.settings import SUPPLY, Channel, ChannelDriver
 from drivers.raspberrypi.servos import FRAME_HZ, PulseDriver, find_width
@@ -37,7 +41,17 @@ class ChannelServoDriver(ChannelDriver, PulseDriver):
     summary = "a servo on a channel of a PCA9685"
     aliases = ("servokit",)
 
+    board: str | None = None
+    """The name of a board with connectors for servos, such as ``freenove-4wd``. It gives the address."""
+
     channel: Channel
+
+    @model_validator(mode="before")
+    @classmethod
+    def _insert_board(cls, table: Any) -> Any:
+        if not isinstance(table, Mapping) or "board" not in table:
+            return table
+        return {**build_servo_settings(table["board"], table.get("channel")), **table}
 
     @property
     def wanted_hz(self) -> int:
@@ -47,7 +61,10 @@ class ChannelServoDriver(ChannelDriver, PulseDriver):
         return (*super().connections(), self.connect("channel", self.channel))
 
     def notes(self, description: ServoDescription) -> Sequence[str]:
-        return (SUPPLY, *super().notes(description))
+        if self.board is None:
+            return (SUPPLY, *super().notes(description))
+        board = BOARDS[self.board]
+        return f"Connect the servo to the connector of channel {self.channel} on the {board.title}.", board.note
 
     def check(self, description: ServoDescription, robot: RobotDescription, drivers: Drivers) -> None:
         super().check(description, robot, drivers)

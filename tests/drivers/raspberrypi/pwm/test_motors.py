@@ -289,7 +289,8 @@ def test_servos_and_motors_with_their_frequency_share_a_chip() -> None:
     assert len(bind_devices(build_robot(**other_chip), "raspberrypi")) == 2
 
 
-def test_notes_name_the_terminal_and_the_dangers(check_text: CheckText) -> None:
-    (binding,) = bind_devices(build_robot(left_motor=LEFT), "raspberrypi")
+@pytest.mark.parametrize("table", [LEFT, TWO_CHANNELS], ids=["board", "chip"])
+def test_notes_name_the_terminal_and_the_dangers(table: dict[str, Any], check_text: CheckText) -> None:
+    (binding,) = bind_devices(build_robot(left_motor=table), "raspberrypi")
     check_text("\n".join(binding.notes))
     check_text("\n".join(f"{wire.signal}: {wire}" for wire in binding.driver.connections()))

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
+from drivers.raspberrypi.pwm.servos import ChannelServoDriver
 from robotcore.errors import DescriptionError, DeviceError
 from robotcore.hardware import bind_devices
 from robotcore.kinds import Servo
@@ -12,6 +15,7 @@ from tests.drivers.raspberrypi.pwm.robots import PAN, build_context, build_robot
 from tests.texts import CheckText, Raises
 
 COUNT_S = 122 / 25e6
+ON_BOARD = {"driver": "pca9685-servo", "board": "freenove-4wd", "channel": 8}
 
 
 def open_servo(**settings: float) -> Servo:
@@ -54,6 +58,28 @@ def test_equal_widths_are_refused(raises: Raises) -> None:
         bind_devices(build_robot(pan={**PAN, "min_pulse_s": 0.002}), "raspberrypi")
 
 
-def test_notes_name_the_supplies(check_text: CheckText) -> None:
-    (binding,) = bind_devices(build_robot(pan=PAN), "raspberrypi")
+def test_board_gives_the_address_unless_the_table_has_one() -> None:
+    for table, address in ((ON_BOARD, 0x40), ({**ON_BOARD, "address": 0x41}, 0x41)):
+        (binding,) = bind_devices(build_robot(pan=table), "raspberrypi")
+        assert isinstance(binding.driver, ChannelServoDriver)
+        assert binding.driver.address == address
+
+
+@pytest.mark.parametrize(
+    "table, kind",
+    [
+        ({**ON_BOARD, "board": ["freenove-4wd"]}, "unknown-board"),
+        ({**ON_BOARD, "channel": 7}, "unknown-servo"),
+        ({**ON_BOARD, "board": "adafruit-motor-hat"}, "unknown-servo"),
+    ],
+    ids=["list", "channel", "board without servos"],
+)
+def test_servo_that_a_board_lacks_is_refused(table: dict[str, Any], kind: str, raises: Raises) -> None:
+    with raises(DescriptionError, kind):
+        bind_devices(build_robot(pan=table), "raspberrypi")
+
+
+@pytest.mark.parametrize("table", [PAN, ON_BOARD], ids=["chip", "board"])
+def test_notes_name_the_supplies(table: dict[str, Any], check_text: CheckText) -> None:
+    (binding,) = bind_devices(build_robot(pan=table), "raspberrypi")
     check_text("\n".join(binding.notes))
