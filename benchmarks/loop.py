@@ -72,9 +72,9 @@ def main() -> int:
     robot = load_robot("rover")
     world = draw_world(load_world("clutter"), robot, SEED)
     pybullet, mujoco = (
-        _make_timer(_make_framework_block(backend, robot, world), options.ticks) for backend in ("pybullet", "mujoco")
+        make_timer(make_framework_block(backend, robot, world), options.ticks) for backend in ("pybullet", "mujoco")
     )
-    by_hand = _make_timer(_build_loop_by_hand(robot, world), options.ticks)
+    by_hand = make_timer(_build_loop_by_hand(robot, world), options.ticks)
     slow, fast = (_make_search_timer(backend, options.search) for backend in ("pybullet", "kinematic"))
     cases = (
         ("a loop on PyBullet, against the same by hand", by_hand, pybullet, RAW_BOUND),
@@ -90,7 +90,7 @@ def main() -> int:
     return int(not is_met)
 
 
-def _make_timer(block: Block, ticks: int) -> Timer:
+def make_timer(block: Block, ticks: int) -> Timer:
     def timed() -> float:
         start = perf_counter()
         block(ticks)
@@ -109,7 +109,7 @@ def _make_search_timer(backend: str, search_s: float) -> Timer:
     return search
 
 
-def _make_framework_block(backend: str, robot: RobotDescription, world: WorldDescription) -> Block:
+def make_framework_block(backend: str, robot: RobotDescription, world: WorldDescription) -> Block:
     behaviour = LookRound()
     raw = load_backend(backend).open(Setup(robot, world, needed_devices(robot, behaviour.needs), RATE_HZ))
     loop = Loop(assemble(raw, robot, RATE_HZ), behaviour, RATE_HZ, timeout=math.inf)

@@ -35,6 +35,7 @@ EXACT = {
 
 BOUNDED = {
     "detector": "--frames 4",
+    "floor_pictures": "--pairs 1 --ticks 1",
     "guardian": "--trials 1",
     "loop": "--pairs 1 --ticks 1 --search 0.5",
     "recording": "--pairs 1 --kills 1 --seconds 0.5 --search 1",

@@ -6,25 +6,27 @@ import os
 import struct
 import zlib
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from robotcore.description import FloorImage, WorldDescription, find_picture, load_world
 from robotcore.description.doubtful_values import find_bodies_outside
 from robotcore.description.floor_colours import FloorColours
 from robotcore.description.floor_image import MAX_IMAGE_BYTES
-from robotcore.description.png import MAX_PIXELS
-from robotcore.errors import DescriptionError
+from robotcore.description.png import MAX_PIXELS, decode_png
+from robotcore.errors import DescriptionError, Mistake
 from tests.robotcore.description.courses import COURSE, QUADRANTS, encode_png, load_course, write_course
 from tests.texts import CheckText, Raises
 
 RED, GREEN, BLUE, WHITE, PLAIN = (255, 0, 0), (0, 255, 0), (0, 0, 255), (255, 255, 255), (200, 190, 180)
 LINE = "[[lines]]\nwidth_m = 0.1\npoints_m = [[-1.0, 0.0], [1.0, 0.0]]\ncolour = [1, 2, 3]\n"
-NOISE = np.random.default_rng(1).integers(0, 256, (1000, 1000, 3), np.uint8)
 
 
 def measure(world: WorldDescription, *points: tuple[float, float]) -> list[tuple[int, ...]]:
@@ -171,6 +173,32 @@ def test_file_that_is_no_small_png_is_refused(
 def test_damaged_pixels_are_refused(tmp_path: Path, raises: Raises) -> None:
     with raises(DescriptionError, "damaged-png", hide=[tmp_path]):
         load_course(tmp_path, state_size(40, 40))
+
+
+@given(
+    cuts=st.lists(st.tuples(st.integers(0, len(PNG)), st.integers(0, 20), st.binary(max_size=20)), max_size=4),
+    is_summed=st.booleans(),
+)
+def test_changed_png_is_a_picture_or_a_mistake(cuts: list[tuple[int, int, bytes]], *, is_summed: bool) -> None:
+    content = PNG
+    for at, length, text in cuts:
+        content = content[:at] + text + content[at + length :]
+    with suppress(Mistake):
+        picture = decode_png(_sum_chunks(content) if is_summed else content)
+        assert picture.ndim == 3
+        assert picture.shape[2] == 4
+        assert picture.shape[0] * picture.shape[1] <= MAX_PIXELS
+
+
+def _sum_chunks(content: bytes) -> bytes:
+    """Correct the checksums of the chunks of a PNG, as far as it has chunks."""
+    at, parts = 8, [content[:8]]
+    while at + 12 <= len(content):
+        (length,) = struct.unpack_from(">I", content, at)
+        chunk = content[at + 4 : at + 8 + length]
+        parts.append(content[at : at + 4] + chunk + struct.pack(">I", zlib.crc32(chunk)))
+        at += 12 + length
+    return b"".join(parts)
 
 
 def make_pipe(path: Path) -> None:

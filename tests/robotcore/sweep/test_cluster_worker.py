@@ -10,7 +10,10 @@ from unittest.mock import Mock
 
 import pytest
 
+from robotcore.description import load_world
+from robotcore.runtime.request import RunRequest
 from robotcore.sweep.cluster_worker import JobBundle
+from tests.robotcore.description.courses import write_course
 from tests.robotcore.sweep.conftest import AppFile, make_sweep
 from tests.texts import CheckText
 
@@ -44,3 +47,13 @@ def test_a_bundle_is_unpacked_completely_or_not_at_all(
     assert not list(root.parent.iterdir())
     bundle.unpack(root)
     assert sorted(file.name for file in root.glob("*/*")) == ["helper.py", "odd.py"]
+
+
+def test_a_picture_on_the_floor_is_unpacked_beside_its_world(tmp_path: Path) -> None:
+    world = write_course(tmp_path)
+    bundle = JobBundle.from_sweep(make_sweep("green-search", worlds=(world,)))
+    (tmp_path / "course.png").unlink()
+    bundle.unpack(tmp_path / "unpacked")
+    local = bundle.localize(RunRequest("green-search", world=world), tmp_path / "unpacked").world
+    assert local
+    assert load_world(local).floor.image
