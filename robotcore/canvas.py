@@ -24,7 +24,7 @@ SUPERSAMPLING = 2
 """Each side of the canvas has this many pixels per pixel of the final image."""
 
 MAX_IMAGE_SIDE = 8192
-"""The greatest number of pixels along a side of a picture that is drawn. OpenCV maps at most 32766."""
+"""The greatest number of pixels along a side of a picture that is drawn. OpenCV 4 maps at most 32766."""
 
 _SHIFT = 4
 """OpenCV receives coordinates as integers with this many fractional bits. Their unit is 1/16 pixel."""

@@ -34,7 +34,7 @@ class FloorImage(StrictModel):
     y_m: Coordinate = 0.0
     """The y coordinate of the picture's middle in the world's frame, in metres."""
     content: Annotated[SkipJsonSchema[str], Field(repr=False)]
-    """The bytes of the file in Base64. A description that is loaded from a file reads it, so the file has no key."""
+    """The bytes of the file in Base64. A world's file has no such key: loading it reads the picture."""
 
     @model_validator(mode="before")
     @classmethod
@@ -50,7 +50,7 @@ class FloorImage(StrictModel):
 
     @model_validator(mode="after")
     def _check_picture(self) -> FloorImage:
-        _decode(self.content)
+        # To compute the width, the picture is decoded.
         if not MIN_METRES <= self.width_m <= MAX_METRES:
             problem = f"the picture has a width of {self.width_m:g} m, outside of {MIN_METRES:g} to {MAX_METRES:g} m"
             raise Mistake(problem, "Change length_m, or cut the picture", kind="out-of-bounds")

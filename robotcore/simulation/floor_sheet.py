@@ -39,7 +39,7 @@ class FloorSheet(NamedTuple):
 
 
 def has_viewer(setup: Setup) -> bool:
-    """Return whether a camera or a window of a simulation shows the world. Drawing a sheet takes up to 0.5 s."""
+    """Return whether a camera or a window of a simulation shows the world. Drawing a sheet takes up to 1 s."""
     return setup.gui or any(camera.name in setup.devices for camera in setup.robot.all_of("camera"))
 
 

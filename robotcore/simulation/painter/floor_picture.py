@@ -41,8 +41,7 @@ class PictureMark:
             (a / slope).astype(np.float32) * u + ((b * v + c) / slope).astype(np.float32) for a, b, c in (across, down)
         )
         is_inside = (column >= 0) & (column < width) & (row >= 0) & (row < height)
-        with np.errstate(invalid="ignore"):  # far outside of the picture, a number may exceed 32 bits
-            pixels = row.astype(np.int32) * width + column.astype(np.int32)
+        pixels = row.astype(np.int32) * width + column.astype(np.int32)
         np.copyto(canvas[rows, columns], palette.picture.take(pixels, mode="clip"), where=is_inside)
 
 

@@ -58,7 +58,7 @@ def test_line_covers_the_picture_and_the_picture_covers_the_pattern(tmp_path: Pa
         ((255, 0, 0, 0), PLAIN),
         ((255, 0, 0, 51), (211, 152, 144)),
         (77, (77, 77, 77)),
-        (np.uint16(0x4D00), (77, 77, 77)),
+        (np.uint16(0xFF80), WHITE),
     ],
     ids=["opaque", "transparent", "in between", "grey", "16 bits"],
 )

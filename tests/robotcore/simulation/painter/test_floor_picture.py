@@ -68,7 +68,8 @@ def test_obstacle_hides_the_picture_and_the_picture_has_no_label(tmp_path: Path)
     assert not Painter(world).labels(view).any()
 
 
-def test_camera_that_looks_up_sees_no_picture(tmp_path: Path) -> None:
+@pytest.mark.parametrize("z, pitch", [(0.1, -1.0), (0.0, 1.0)], ids=["looks up", "at floor"])
+def test_camera_that_looks_up_or_lies_on_the_floor_sees_no_picture(tmp_path: Path, z: float, pitch: float) -> None:
     world = load_course(tmp_path, NOISE)
-    view = CameraView.of(LENS, Mount(z_m=0.1, pitch_rad=-1.0), Pose(0.5, -0.2, 0.0))
+    view = CameraView.of(LENS, Mount(z_m=z, pitch_rad=pitch), Pose(0.5, -0.2, 0.0))
     assert len(np.unique(Painter(world).picture(view).reshape(-1, 3), axis=0)) == 1
