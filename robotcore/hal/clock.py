@@ -56,6 +56,9 @@ class Clock(ABC):
     is_lockstep: bool = True
     """Whether time passes only within `sleep_until`."""
 
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} at {self.now():.2f} s>"
+
     @abstractmethod
     def now(self) -> float:
         """Return the time in seconds since the robot was opened."""

@@ -121,6 +121,12 @@ def test_sample_of_a_foreign_kind_keeps_its_own_texts() -> None:
     assert [repr(Note(440.0, 1.0, 0)), repr(Chord(440.0, 1.0, 0))] == ["Note a tone at 1.00 s", "<Chord>"]
 
 
+def test_clock_shows_its_time() -> None:
+    mock = MockRobot(range=[0.84])
+    mock.advance(3)
+    assert repr(mock.layered.clock) == "<AppClock at 0.15 s>"
+
+
 class TestDevices:
     def test_sensor_shows_its_last_sample_and_reads_no_hardware(self) -> None:
         mock = MockRobot(range=[0.84, 0.5])
@@ -212,9 +218,7 @@ class TestNotebookPictures:
 
     def test_navigator_shows_its_map_pose_and_path(self) -> None:
         navigator = Navigator(speed=0.2, turn=1.0)
-        assert repr(navigator) == (
-            "<Navigator: <OccupancyGrid 12 x 12 m, cells of 0.04 m: 0 free, 0 occupied>, path of 0 cells>"
-        )
+        assert repr(navigator) == "<Navigator: map of 0 free and 0 occupied cells, path of 0 cells>"
         robot = MockRobot(range=[math.inf]).layered
         navigator.observe(robot, Pose(0.0, 0.0, 0.0))
         assert (decode(navigator._repr_png_()) == BAD[::-1]).all(axis=2).any()

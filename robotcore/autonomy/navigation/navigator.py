@@ -62,7 +62,8 @@ class Navigator:
         self._begin_map(Pose(0.0, 0.0, 0.0), reach=0.0, grid=grid)
 
     def __repr__(self) -> str:
-        return f"<Navigator: {self.map.grid!r}, path of {len(self.path)} cells>"
+        free, occupied = int(self.map.grid.free.sum()), int(self.map.grid.occupied.sum())
+        return f"<Navigator: map of {free} free and {occupied} occupied cells, path of {len(self.path)} cells>"
 
     def _repr_png_(self) -> bytes:
         return encode_png(self.map.grid.draw(self.pose, self.path))
