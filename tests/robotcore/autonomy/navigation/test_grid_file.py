@@ -122,6 +122,13 @@ def test_damaged_map_is_refused(damage: str, file: Path) -> None:
     assert raised.value.fields["file"] == str(file)
 
 
+@pytest.mark.parametrize("damage", ["huge header", "other shape", "enormous"])
+def test_size_is_refused_before_a_layer_is_read(damage: str, file: Path, raises: Raises) -> None:
+    DAMAGES[damage](file)
+    with raises(MapError, "map-damaged"):
+        OccupancyGrid.load(file)
+
+
 def test_each_cut_of_a_map_is_refused(file: Path) -> None:
     content = file.read_bytes()
     for length in range(0, len(content), 37):
