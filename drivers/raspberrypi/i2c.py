@@ -30,6 +30,25 @@ def explain_switch_on(bus: int) -> str:
     return HEADER_BUS_REMEDY if bus == HEADER_BUS else OTHER_BUS_REMEDY.format(bus=bus)
 
 
+def format_place(bus: int, address: int) -> str:
+    """Return the place of a chip, such as ``0x40 on bus 1``."""
+    return f"0x{address:02x} on bus {bus}"
+
+
+def build_no_bus_error(device: str, bus: int) -> DeviceError:
+    """Return the error for a bus that is switched off. The caller raises it from the exception."""
+    return DeviceError(device, f"there is no {find_bus(bus)}. {explain_switch_on(bus)}", kind="i2c-off")
+
+
+def build_no_answer_error(device: str, bus: int, address: int, cause: object) -> DeviceError:
+    """Return the error for a chip that does not answer. The caller raises it from the exception."""
+    message = (
+        f"no answer at I2C {format_place(bus, address)} ({cause}). i2cdetect -y {bus} lists the chips that answer. "
+        "Check SDA, SCL, 3.3 V, ground, address and driver"
+    )
+    return DeviceError(device, message, kind="chip-unanswered")
+
+
 class TransactionLimit:
     """An I2C bus that raises TimeoutError after ``left`` transactions.
 
@@ -65,7 +84,7 @@ class BusDriver(DeviceDriver):
 
     @property
     def place(self) -> str:
-        return f"0x{self.address:02x} on bus {self.bus}"
+        return format_place(self.bus, self.address)
 
     def connections(self) -> Sequence[Connection]:
         if self.bus == HEADER_BUS:  # Source: https://pinout.xyz/pinout/i2c
@@ -104,14 +123,9 @@ class ChipDriver(BusDriver):
             message = f"its library is not installed ({error}); pip install 'robotcore[{self.extra}]'"
             raise DeviceError(device, message, kind="library-missing") from error
         except FileNotFoundError as error:
-            message = f"there is no {find_bus(self.bus)}. {explain_switch_on(self.bus)}"
-            raise DeviceError(device, message, kind="i2c-off") from error
+            raise build_no_bus_error(device, self.bus) from error
         except Exception as error:
             if isinstance(error, RuntimeError) and not str(error).startswith("Timeout"):  # a wrong identity
                 message = f"the chip at I2C {self.place} is no {self.name.upper()} ({error}). Correct address or driver"
                 raise DeviceError(device, message, kind="wrong-chip") from error
-            message = (
-                f"no answer at I2C {self.place} ({error}). i2cdetect -y {self.bus} lists the chips that answer. Check "
-                "SDA, SCL, 3.3 V, ground, address and driver"
-            )
-            raise DeviceError(device, message, kind="chip-unanswered") from error
+            raise build_no_answer_error(device, self.bus, self.address, error) from error

@@ -9,7 +9,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from drivers.raspberrypi.i2c import Address, BusDriver, explain_switch_on
+from drivers.raspberrypi.i2c import Address, BusDriver, build_no_answer_error, build_no_bus_error, format_place
 from drivers.raspberrypi.i2c_device import I2CDevice, ReservedChipError, find_bus
 from drivers.raspberrypi.pwm.chip import ExternalClockError, PwmChip, Registers, ResetError, WrongChipError
 from robotcore.errors import DeviceError, Mistake
@@ -30,14 +30,13 @@ OVERLAY_REMEDY = "Remove its overlay, such as i2c-pwm-pca9685a, from /boot/firmw
 @contextmanager
 def translate_chip_errors(device: str, bus: int, address: int) -> Iterator[None]:
     """Translate an OSError in the block to a DeviceError with a remedy."""
-    where = f"I2C 0x{address:02x} on bus {bus}"
-    listed = f"i2cdetect -y {bus} lists the chips that answer"
+    where = f"I2C {format_place(bus, address)}"
     try:
         yield
     except DeviceError:
         raise
     except FileNotFoundError as error:
-        raise DeviceError(device, f"there is no {find_bus(bus)}. {explain_switch_on(bus)}", kind="i2c-off") from error
+        raise build_no_bus_error(device, bus) from error
     except ReservedChipError as error:
         message = f"another run uses the {CHIP} at {where}. End it first: robotcore stop"
         raise DeviceError(device, message, kind="chip-held") from error
@@ -51,15 +50,14 @@ def translate_chip_errors(device: str, bus: int, address: int) -> Iterator[None]
         message = f"a program has set the {CHIP} at {where} to an external clock. Switch its 3.3 V off and on"
         raise DeviceError(device, message, kind="external-clock") from error
     except WrongChipError as error:
+        listed = f"i2cdetect -y {bus} lists the chips that answer"
         message = f"the chip at {where} is no {CHIP}: {error}. Correct address or bus: {listed}"
         raise DeviceError(device, message, kind="wrong-chip") from error
     except OSError as error:
         if error.errno == errno.EBUSY:
             message = f"a driver of the kernel uses {where}. {OVERLAY_REMEDY}"
             raise DeviceError(device, message, kind="chip-in-kernel") from error
-        remedy = f"{listed}. Check SDA, SCL, 3.3 V, ground and the address"
-        message = f"no answer at {where} ({error.strerror or error}). {remedy}"
-        raise DeviceError(device, message, kind="chip-unanswered") from error
+        raise build_no_answer_error(device, bus, address, error.strerror or error) from error
 
 
 class SharedChip(PwmChip):
