@@ -6,6 +6,12 @@ import errno
 from abc import ABC, abstractmethod
 from collections import Counter
 
+import pytest
+
+from robotcore.description import load_robot
+from robotcore.hal.clock import SteppedClock
+from robotcore.hardware import DeviceContext
+
 
 class FakeChip(ABC):
     """The registers of a chip."""
@@ -87,3 +93,17 @@ class FakeBus:
     def _require(self, address: int) -> None:
         if address != self.chip.address or not self.chip.is_plugged_in or not self.is_open:
             raise OSError(errno.EREMOTEIO, "Remote I/O error")
+
+
+class ChipBench:
+    """A chip on a bus, which Adafruit's libraries open, and a clock with steps of 1 ms."""
+
+    def __init__(self, chip: FakeChip, patch: pytest.MonkeyPatch) -> None:
+        self.bus = FakeBus(chip)
+        self.clock = SteppedClock(1000, lambda _steps: None)
+        patch.setattr("adafruit_extended_bus.ExtendedI2C", self.bus.open)
+
+    @property
+    def context(self) -> DeviceContext:
+        """A new context to open the chip's driver with."""
+        return DeviceContext(load_robot("rover"), self.clock)

@@ -18,7 +18,7 @@ from robotcore.hal.clock import SteppedClock
 from robotcore.hardware import DeviceContext
 from robotcore.kinds import Imu
 from robotcore.kinds.imu import ImuDescription
-from tests.drivers.raspberrypi.i2c_bus import FakeBus, FakeChip
+from tests.drivers.raspberrypi.i2c_bus import ChipBench, FakeChip
 from tests.texts import CheckText, Raises
 
 extended_bus = pytest.importorskip("adafruit_extended_bus", reason="needs pip install 'robotcore[imu]'")
@@ -91,18 +91,16 @@ class FakeBNO055(FakeChip):
         return [sign * values[source] for sign, source in zip(signs, sources, strict=True)]
 
 
-class Bench:
-    """A chip on a bus, and a clock with steps of 1 ms."""
+class Bench(ChipBench):
+    """A chip on a bus."""
 
     def __init__(self, patch: pytest.MonkeyPatch) -> None:
         self.chip = FakeBNO055()
-        self.bus = FakeBus(self.chip)
-        self.clock = SteppedClock(1000, lambda _steps: None)
-        patch.setattr(extended_bus, "ExtendedI2C", self.bus.open)
+        super().__init__(self.chip, patch)
         patch.setattr("adafruit_bno055.time", SimpleNamespace(sleep=lambda _seconds: None))
 
     def open(self, **settings: Any) -> Imu:
-        return BNO055(**settings).open(IMU, DeviceContext(load_robot("rover"), self.clock))
+        return BNO055(**settings).open(IMU, self.context)
 
     def turn(self, rate: float, seconds: float) -> None:
         """Turn the chip to the left, at a rate in rad/s."""

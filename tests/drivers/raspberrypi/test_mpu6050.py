@@ -14,18 +14,15 @@ import robotcore
 from drivers.raspberrypi.mpu6050 import MPU6050
 from drivers.raspberrypi.polled_imu import Axis
 from robotcore import Outcome, RunRequest
-from robotcore.description import load_robot
 from robotcore.errors import DeviceClosedError, DeviceError
-from robotcore.hal.clock import SteppedClock
-from robotcore.hardware import DeviceContext
 from robotcore.kinds import Imu
 from robotcore.kinds.imu import ImuDescription
-from tests.drivers.raspberrypi.i2c_bus import FakeBus, FakeChip
+from tests.drivers.raspberrypi.i2c_bus import ChipBench, FakeChip
 from tests.robotcore.description.files import ROVER
 from tests.robotcore.kinds.test_imu import Circle
 from tests.texts import CheckText, Raises
 
-extended_bus = pytest.importorskip("adafruit_extended_bus", reason="needs pip install 'robotcore[imu]'")
+pytest.importorskip("adafruit_extended_bus", reason="needs pip install 'robotcore[imu]'")
 pytest.importorskip("adafruit_mpu6050", reason="needs pip install 'robotcore[imu]'")
 
 IMU = ImuDescription(kind="imu", name="imu")
@@ -71,18 +68,16 @@ class FakeMPU6050(FakeChip):
         return struct.pack(">7h", *forces, 0, *rates)
 
 
-class Bench:
-    """A chip on a bus, and a clock with steps of 1 ms."""
+class Bench(ChipBench):
+    """A chip on a bus."""
 
     def __init__(self, patch: pytest.MonkeyPatch) -> None:
         self.chip = FakeMPU6050()
-        self.bus = FakeBus(self.chip)
-        self.clock = SteppedClock(1000, lambda _steps: None)
-        patch.setattr(extended_bus, "ExtendedI2C", self.bus.open)
+        super().__init__(self.chip, patch)
         patch.setattr("adafruit_mpu6050.sleep", lambda _seconds: None)
 
     def open(self, **settings: Any) -> Imu:
-        return MPU6050(**{"bias_s": 0.03, **settings}).open(IMU, DeviceContext(load_robot("rover"), self.clock))
+        return MPU6050(**{"bias_s": 0.03, **settings}).open(IMU, self.context)
 
     def turn(self, rate: float, seconds: float) -> None:
         self.chip.rates = (0.0, 0.0, rate)

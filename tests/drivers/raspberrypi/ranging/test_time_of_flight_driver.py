@@ -9,15 +9,14 @@ import pytest
 from drivers.raspberrypi.ranging.time_of_flight_driver import VL53L0X, VL53L1X, TimeOfFlight
 from robotcore.description import load_robot
 from robotcore.errors import DescriptionError, DeviceClosedError, DeviceError
-from robotcore.hal.clock import SteppedClock
 from robotcore.hardware import DeviceContext, bind_devices
 from robotcore.kinds.range_sensor import RangeSensor
-from tests.drivers.raspberrypi.i2c_bus import FakeBus
+from tests.drivers.raspberrypi.i2c_bus import ChipBench
 from tests.drivers.raspberrypi.ranging.lightbus import FakeLaser, FakeVL53L0X, FakeVL53L1X
 from tests.drivers.raspberrypi.ranging.modules import NOSE
 from tests.texts import Raises
 
-extended_bus = pytest.importorskip("adafruit_extended_bus", reason="needs pip install 'robotcore[tof]'")
+pytest.importorskip("adafruit_extended_bus", reason="needs pip install 'robotcore[tof]'")
 
 DESCRIPTION = NOSE.model_copy(update={"max_range_m": 1.2})
 
@@ -42,19 +41,16 @@ KINDS = [
 BROKEN = 2
 
 
-class Bench:
+class Bench(ChipBench):
     """A double of a chip on a bus, and the driver that reads it by the real library."""
 
     def __init__(self, kind: ChipCase, patch: pytest.MonkeyPatch) -> None:
         self.kind = kind
         self.chip = kind.chip(kind.target, 500)
-        self.bus = FakeBus(self.chip)
-        self.clock = SteppedClock(1000, lambda _steps: None)
-        patch.setattr(extended_bus, "ExtendedI2C", self.bus.open)
+        super().__init__(self.chip, patch)
 
     def open(self, **settings: Any) -> RangeSensor:
-        host = DeviceContext(load_robot("rover"), self.clock)
-        return self.kind.driver(**settings).open(DESCRIPTION, host)
+        return self.kind.driver(**settings).open(DESCRIPTION, self.context)
 
     def set_measurement(self, status: int, millimetres: int = 500, cycles: int = 1) -> None:
         self.chip.status, self.chip.millimetres = status, millimetres
