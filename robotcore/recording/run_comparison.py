@@ -22,7 +22,7 @@ from robotcore.recording.summary import (
 from robotcore.runtime.result import RunResult
 
 Room = tuple[Sequence[object], ...]
-"""The floor's length and width, and the outline of each object, in metres."""
+"""The floor's length and width, its picture and its lines, and the outline of each object, in metres."""
 
 _DIGITS = 4
 """The number of decimals in JSON, so that lengths are rounded to 0.1 mm."""
@@ -59,11 +59,13 @@ class RunSummary:
 
     @property
     def room(self) -> Room | None:
-        """The floor and the objects of the world, seen from above; None without a world."""
+        """The floor, its picture, its lines and the objects of the world, seen from above; None without a world."""
         world = self.recording.metadata.world
         if world is None:
             return None
-        return ((world.floor.length_m, world.floor.width_m), *(thing.outline for thing in world.bodies))
+        floor, image = world.floor, world.floor.image
+        picture = (image.limits, image.content) if image else ()
+        return ((floor.length_m, floor.width_m), picture, world.lines, *(thing.outline for thing in world.bodies))
 
     @property
     def drift(self) -> float | None:
@@ -153,7 +155,7 @@ class Comparison:
 
     @property
     def has_other_room(self) -> bool:
-        """Whether the worlds of the runs differ in the floor or an object; False if a world is unknown."""
+        """Whether the worlds of the runs differ in the floor, a line or an object; False if a world is unknown."""
         rooms = self.first.room, self.second.room
         return None not in rooms and rooms[0] != rooms[1]
 

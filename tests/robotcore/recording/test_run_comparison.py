@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+from base64 import b64encode
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from rich.console import Console
 
+from robotcore.description import Line, WorldDescription
 from robotcore.geometry import Pose
 from robotcore.recording import GroundTruthSample, Recording
 from robotcore.recording.run_comparison import Comparison, RunSummary, StateDifference
 from robotcore.recording.summary import measure_path
 from robotcore.runtime.result import Outcome
 from robotcore.view.comparison_view import FIRST, SECOND, build_rows, draw_comparison, format_comparison
+from tests.robotcore.description.courses import encode_png, load_course
 from tests.robotcore.recording.replay.memory import change_tick, record_run
 from tests.texts import CheckText
 
@@ -38,6 +43,10 @@ def format_heading(comparison: Comparison) -> str:
     with console.capture() as capture:
         console.print(format_comparison(comparison))
     return capture.get().partition("\n\n")[0]
+
+
+def with_world(recording: Recording, world: WorldDescription | None) -> Recording:
+    return replace(recording, metadata=replace(recording.metadata, world=world))
 
 
 def with_milestones(recording: Recording, **milestones: float) -> Recording:
@@ -78,13 +87,42 @@ def test_rooms_that_differ_are_reported_and_drawn(run: Recording, other: Recordi
     assert world
     dark = world.model_copy(update={"name": "dark", "light": world.light.model_copy(update={"ambient": 0.1})})
     for same in (world, dark, None):
-        room = replace(run, metadata=replace(run.metadata, world=same))
-        assert compare(run, room).to_dict()["rooms_differ"] is False
+        assert compare(run, with_world(run, same)).to_dict()["rooms_differ"] is False
     two = compare(run, other)
     assert two.to_dict()["rooms_differ"] is True
     check_text(format_heading(two))
-    same_paths = compare(run, replace(run, metadata=replace(run.metadata, world=other.metadata.world)))
+    same_paths = compare(run, with_world(run, other.metadata.world))
     assert (draw_comparison(same_paths)[:136] != draw_comparison(compare(run, run))[:136]).any()
+
+
+LINE = Line(width_m=0.02, points_m=((0.0, 0.0), (1.0, 0.0)))
+
+
+@pytest.mark.parametrize(
+    "change, differs",
+    [
+        ({"file": "renamed.png"}, False),
+        ({"content": b64encode(encode_png(np.zeros((4, 6, 3), np.uint8))).decode()}, True),
+        ({"x_m": 0.6}, True),
+        (None, True),
+    ],
+    ids=["other name", "other pixels", "moved", "none"],
+)
+def test_rooms_with_another_picture_on_the_floor_differ(
+    run: Recording, tmp_path: Path, change: dict[str, Any] | None, *, differs: bool
+) -> None:
+    course = load_course(tmp_path)
+    assert course.floor.image
+    image = None if change is None else course.floor.image.model_copy(update=change)
+    other = course.model_copy(update={"floor": course.floor.model_copy(update={"image": image})})
+    assert compare(with_world(run, course), with_world(run, other)).has_other_room is differs
+
+
+def test_rooms_with_another_line_differ(run: Recording) -> None:
+    world = run.metadata.world
+    assert world
+    lined = world.model_copy(update={"lines": (LINE,)})
+    assert compare(run, with_world(run, lined)).has_other_room is True
 
 
 def test_settings_and_faults_of_the_runs_are_rows(run: Recording) -> None:
