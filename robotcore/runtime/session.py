@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import faulthandler
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import replace
 from functools import partial
+from typing import TypeVar
 
 from robotcore.errors import (
     BackendError,
@@ -65,6 +66,12 @@ watchdog, one about steps that wait, and the lines of all threads.
 """
 
 
+T = TypeVar("T")
+
+_Stages = Generator[Loop, Outcome, T]
+"""A run that yields its loop when the robot is open, and continues with the outcome of the loop."""
+
+
 class _CloseTimeoutError(Exception):
     pass
 
@@ -106,18 +113,58 @@ class RunSession:
         self._is_hung = False
         """Whether a call of the backend or of a device hangs."""
 
+        self._stages = self._run_to_end()
+        self.result: RunResult | None = None
+        """The result. None until the run has ended."""
+
     def run(self) -> RunResult:
         """Execute the run, notify the observers of its end, and return the result."""
+        if loop := self.open():
+            try:
+                outcome = loop.run()
+            except BaseException as error:  # noqa: BLE001  `close` returns or raises it
+                return self.close(error)
+            return self.close(outcome)
+        assert self.result
+        return self.result
+
+    def open(self) -> Loop | None:
+        """Open the robot, and call the observers' ``begin``. Return the loop; None if this failed, and the run ended.
+
+        The caller runs the loop, and then calls `close` with its outcome or exception.
+        """
+        return self._continue(partial(next, self._stages))
+
+    def close(self, end: Outcome | BaseException) -> RunResult:
+        """Stop the motors, close the robot, call the observers' ``end``, and return the result.
+
+        end: the outcome of the loop, or the exception that ended it.
+
+        Raises the exception if it is neither an error of robotcore nor a signal.
+        """
+        throw, send = self._stages.throw, self._stages.send
+        self._continue(partial(throw, end) if isinstance(end, BaseException) else partial(send, end))
+        assert self.result
+        return self.result
+
+    def _continue(self, enter: Callable[[], Loop]) -> Loop | None:
         try:
-            return self._run_to_end()
+            return enter()
+        except StopIteration as end:
+            self.result = end.value
+            return None
+
+    def _run_to_end(self) -> _Stages[RunResult]:
+        try:
+            return (yield from self._run_and_notify())
         finally:
             with suppress(MemoryError):
                 self._reserve.close()
 
-    def _run_to_end(self) -> RunResult:
+    def _run_and_notify(self) -> _Stages[RunResult]:
         error: RobotcoreError | Interrupted | None = None
         try:
-            outcome = self._run_under_watchdog()
+            outcome = yield from self._run_under_watchdog()
         except (RobotcoreError, Interrupted) as caught:
             error, outcome = caught, get_outcome(caught)
         except MemoryError as short:
@@ -137,15 +184,15 @@ class RunSession:
             raise failures[0]
         return result
 
-    def _run_under_watchdog(self) -> Outcome:
+    def _run_under_watchdog(self) -> _Stages[Outcome]:
         self._reserve.hold(SHUTDOWN_THREADS)
         self._watchdog.start()
         try:
-            return self._run_and_close()
+            return (yield from self._run_and_close())
         finally:
             self._watchdog.close()
 
-    def _run_and_close(self) -> Outcome:
+    def _run_and_close(self) -> _Stages[Outcome]:
         plan = self._plan
         self._activity.begin(build_open_limit(plan.backend.name))
         raw = robot = plan.backend.open(plan.setup)
@@ -156,7 +203,7 @@ class RunSession:
             self._truth = self._build_truth(raw)
             self._assembled = assembled = self._assemble(raw)
             robot = assembled.robot
-            outcome = self._run_loop(assembled, self._truth)
+            outcome = yield self._begin(assembled, self._truth)
         finally:
             self._reserve.release_memory()
             try:
@@ -168,7 +215,8 @@ class RunSession:
                 self._close(robot)
         return outcome
 
-    def _run_loop(self, assembled: AssembledRobot, truth: Truth | None) -> Outcome:
+    def _begin(self, assembled: AssembledRobot, truth: Truth | None) -> Loop:
+        """Build the loop, and call the observers' ``begin``."""
         plan, safety = self._plan, self._plan.description.safety
         stop = EmergencyStop(assembled.latch)
         self._loop = Loop(
@@ -192,7 +240,7 @@ class RunSession:
         with self._signals.defer():
             for observer in self._observers:
                 observer.begin(run)
-        return self._loop.run()
+        return self._loop
 
     def _list_listeners(self, truth: Truth | None) -> Iterator[Callable[[TickRecord], None]]:
         if truth and truth.line:
