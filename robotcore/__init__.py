@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from robotcore.autonomy import navigation as navigation
     from robotcore.autonomy import vision as vision
     from robotcore.autonomy.manoeuvres import arc as arc
+    from robotcore.autonomy.manoeuvres import move as move
     from robotcore.autonomy.manoeuvres import straight as straight
     from robotcore.autonomy.manoeuvres import turn as turn
     from robotcore.autonomy.navigation import Navigator as Navigator
@@ -42,6 +43,8 @@ if TYPE_CHECKING:
     from robotcore.hal.robot import Robot as Robot
     from robotcore.hal.robot import Role as Role
     from robotcore.hal.truth import Truth as Truth
+    from robotcore.interactive.live_robot import LiveRobot as LiveRobot
+    from robotcore.interactive.opening import open as open  # noqa: A004
     from robotcore.optics import Image as Image
     from robotcore.runtime.behaviour import Behaviour as Behaviour
     from robotcore.runtime.behaviour import Status as Status
@@ -58,6 +61,7 @@ _MODULES = {
     "BlockedError": "errors",
     "DeviceError": "errors",
     "Image": "optics",
+    "LiveRobot": "interactive.live_robot",
     "Interval": "runtime.settings",
     "Navigator": "autonomy.navigation",
     "OccupancyGrid": "autonomy.navigation",
@@ -74,7 +78,9 @@ _MODULES = {
     "Truth": "hal.truth",
     "Twist": "geometry",
     "arc": "autonomy.manoeuvres",
+    "move": "autonomy.manoeuvres",
     "on_stop": "autonomy.routines",
+    "open": "interactive.opening",
     "parallel": "autonomy.routines",
     "race": "autonomy.routines",
     "repeat": "autonomy.routines",
@@ -103,6 +109,7 @@ __all__ = [
     "DeviceError",
     "Image",
     "Interval",
+    "LiveRobot",
     "Navigator",
     "OccupancyGrid",
     "Outcome",
@@ -120,8 +127,10 @@ __all__ = [
     "arc",
     "errors",
     "kinds",
+    "move",
     "navigation",
     "on_stop",
+    "open",
     "parallel",
     "race",
     "repeat",

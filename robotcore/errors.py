@@ -547,6 +547,7 @@ class Interrupted(_Portable):
 
     def __init__(self, signal_number: int) -> None:
         super().__init__(f"interrupted by {signal.Signals(signal_number).name}")
+        self.signal_number = signal_number
         self.exit_status = 128 + signal_number
 
 

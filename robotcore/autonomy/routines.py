@@ -58,7 +58,7 @@ def wait_until(condition: Callable[[], object]) -> Routine[None]:
 
 def sequence(*routines: Routine[Any]) -> Routine[tuple[Any, ...]]:
     """Run routines one after another. Return their results."""
-    _require_routines("sequence", routines)
+    require_routines("sequence", routines)
 
     def run() -> Routine[tuple[Any, ...]]:
         results = []
@@ -75,7 +75,7 @@ def parallel(*routines: Routine[Any]) -> Routine[tuple[Any, ...]]:
 
     Each tick advances them in their order. Of two commands to one device, the last one holds.
     """
-    _require_routines("parallel", routines)
+    require_routines("parallel", routines)
 
     def run() -> Routine[tuple[Any, ...]]:
         results: dict[int, Any] = {}
@@ -98,7 +98,7 @@ def race(*routines: Routine[Any]) -> Routine[RaceResult]:
 
     Each tick advances them in their order. If two end in the same tick, the first in this order wins.
     """
-    _require_routines("race", routines, least=1)
+    require_routines("race", routines, least=1)
 
     def run() -> Routine[RaceResult]:
         with _closing(routines):
@@ -129,7 +129,7 @@ def repeat(build: Callable[[], Routine[Any]], times: int | None = None) -> Routi
     def run() -> Routine[None]:
         for _ in itertools.count() if times is None else range(times):
             routine = build()
-            _require_routines("repeat", [routine])
+            require_routines("repeat", [routine])
             with _closing([routine]):
                 while not _advance(routine)[0]:
                     yield
@@ -146,7 +146,7 @@ def with_timeout(robot: Robot, seconds: float, routine: Routine[T]) -> Routine[T
     Raises RoutineTimeoutError, a TimeoutError, if the time is over.
     """
     _require_time("with_timeout", seconds)
-    _require_routines("with_timeout", [routine])
+    require_routines("with_timeout", [routine])
 
     def run() -> Routine[T]:
         deadline = robot.clock.now() + seconds - TIME_TOLERANCE_S
@@ -156,7 +156,7 @@ def with_timeout(robot: Robot, seconds: float, routine: Routine[T]) -> Routine[T
                 if has_ended:
                     return result  # type: ignore[no-any-return]
                 yield
-            text = f"{_name(routine)} took longer than {seconds:g} s"
+            text = f"{name_routine(routine)} took longer than {seconds:g} s"
             raise RoutineTimeoutError(text, seconds=seconds)
 
     return run()
@@ -168,7 +168,7 @@ def until(condition: Callable[[], object], routine: Routine[Any]) -> Routine[boo
     The condition is called in each tick before the routine. The result is False if the routine ended by itself.
     """
     _require_condition("until", condition)
-    _require_routines("until", [routine])
+    require_routines("until", [routine])
 
     def run() -> Routine[bool]:
         with _closing([routine]):
@@ -186,7 +186,7 @@ def on_stop(routine: Routine[T], clean_up: Callable[[], object]) -> Routine[T]:
 
     A run closes its routine when its time is over, and after an error or a signal. It does not if the app hangs.
     """
-    _require_routines("on_stop", [routine])
+    require_routines("on_stop", [routine])
     _require_condition("on_stop", clean_up)
 
     def run() -> Routine[T]:
@@ -213,7 +213,7 @@ def require_plain_yield(routine: Routine[Any], yielded: object) -> None:
     """Raise UsageError if a routine has yielded a value."""
     if yielded is not None:
         remedy = "Write yield from in front of it" if isinstance(yielded, Generator) else "Write yield alone"
-        text = f"{_name(routine)} yields {_format(yielded)}. {remedy}: one yield ends a tick"
+        text = f"{name_routine(routine)} yields {_format(yielded)}. {remedy}: one yield ends a tick"
         raise UsageError(text, kind="yields-a-value")
 
 
@@ -225,16 +225,24 @@ def _closing(routines: Sequence[Routine[Any]]) -> ExitStack:
     return stack
 
 
-def _name(routine: Routine[Any]) -> str:
-    # A function here and a manoeuvre contain their generator, so that they check their arguments at once.
+def name_routine(routine: Routine[Any]) -> str:
+    """Return the name of the function that built a routine.
+
+    A function here and a manoeuvre contain their generator, so that they check their arguments at once.
+    """
     return getattr(routine, "__qualname__", type(routine).__name__).partition(".<locals>")[0]
 
 
 def _format(value: object) -> str:
-    return f"the routine {_name(value)}" if isinstance(value, Generator) else f"{value!r:.100}"
+    return f"the routine {name_routine(value)}" if isinstance(value, Generator) else f"{value!r:.100}"
 
 
-def _require_routines(function: str, routines: Sequence[object], least: int = 0) -> None:
+def require_routines(function: str, routines: Sequence[object], least: int = 0) -> None:
+    """Raise UsageError if a value is no routine, or a routine that has ended.
+
+    function: the name of the function that gets the routines.
+    least: the least number of routines.
+    """
     if len(routines) < least:
         raise UsageError(f"{function} needs a routine, such as straight(robot, 1.0)", kind="no-routine")
     for routine in routines:
@@ -243,7 +251,7 @@ def _require_routines(function: str, routines: Sequence[object], least: int = 0)
             hint = ". Call it, or call its run(robot)" if callable(getattr(routine, "run", routine)) else ""
             raise UsageError(text + hint, kind="not-a-routine")
         if getgeneratorstate(routine) == GEN_CLOSED:
-            text = f"the routine {_name(routine)} has ended before. Build a new one for {function}"
+            text = f"the routine {name_routine(routine)} has ended before. Build a new one for {function}"
             raise UsageError(text, kind="routine-ended")
     if len({id(routine) for routine in routines}) < len(routines):
         raise UsageError(f"{function} has a routine twice. Build a new one for each place", kind="routine-twice")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from robotcore.cli.options import refuse_without
 from robotcore.cli.output import write_failure
-from robotcore.errors import RecordingError, UsageError
+from robotcore.errors import UsageError
 
 if TYPE_CHECKING:
     from robotcore.recording.recorder import Recorder
@@ -79,11 +79,7 @@ def build_recorder(
     from robotcore.recording.mcap_file import require_recordable
     from robotcore.recording.recorder import Recorder
 
-    require_recordable(file)
-    if not is_forced and file.exists() and file.stat().st_size:
-        raise RecordingError(
-            file, "the file exists", "Name another file, or overwrite it with --force", kind="recording-exists"
-        )
+    require_recordable(file, is_forced=is_forced)
     return Recorder(file, is_jpeg=is_jpeg, limit=limit)
 
 

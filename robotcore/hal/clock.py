@@ -207,6 +207,8 @@ class TickClock(ClockWrapper):
         super().__init__(source)
         self._now = source.now()
         self.tick = 0
+        self.renewal_age: float | None = None
+        """The age of a tick in seconds at which `renew` begins a new one. None while the loop runs."""
 
     def now(self) -> float:
         return self._now
@@ -214,6 +216,15 @@ class TickClock(ClockWrapper):
     def tick_age(self) -> float:
         """Return the time that has passed since the beginning of the present tick, in seconds."""
         return self._source.now() - self._now
+
+    def begin_tick(self) -> None:
+        """Begin a new tick at the present time."""
+        self.sleep_until(self._source.now())
+
+    def renew(self) -> None:
+        """Begin a new tick if the loop is paused and the present tick is old. A sensor's read calls this."""
+        if self.renewal_age is not None and self.tick_age() > self.renewal_age:
+            self.begin_tick()
 
     def sleep_until(self, deadline: float) -> bool:
         is_ahead = self._source.sleep_until(deadline)

@@ -125,8 +125,11 @@ class _Sink:
         self._file.close()
 
 
-def require_recordable(path: Path) -> None:
-    """Raise RecordingError if a recording cannot be written to this file. The file itself does not change."""
+def require_recordable(path: Path, *, is_forced: bool = False) -> None:
+    """Raise RecordingError if a recording cannot be written to this file. The file itself does not change.
+
+    is_forced: whether an existing recording may be overwritten.
+    """
     require_extra()
     if path.suffix.lower() != ".mcap":
         raise RecordingError(path, "the name of a recording must end in .mcap", "Name another file", kind="file-ending")
@@ -134,6 +137,10 @@ def require_recordable(path: Path) -> None:
         require_replaceable(path)
     except OSError as error:
         raise build_unwritable_error(path, error) from error
+    if not is_forced and path.exists() and path.stat().st_size:
+        raise RecordingError(
+            path, "the file exists", "Name another file, or overwrite it with --force", kind="recording-exists"
+        )
 
 
 def build_unwritable_error(path: Path, error: OSError) -> RecordingError:

@@ -8,7 +8,6 @@ from __future__ import annotations
 import os
 import reprlib
 from collections.abc import Callable, Sequence
-from functools import partial
 from typing import Any, Literal
 
 from robotcore.errors import BehaviourError, DeviceError, DeviceLostError, Interrupted, RobotcoreError, UsageError
@@ -62,7 +61,7 @@ class Loop:
         self._latch, self._filter, self._activity = assembled.latch, assembled.command_filter, assembled.activity
         self._reserve = assembled.motor_stops.reserve
         self._step_limit, self._observer_limit = build_step_limit, observer_limit
-        self._stop_and_wait = partial(assembled.suspend, LOST)
+        self._stop = assembled.suspend
         self.losses = DeviceLossTracker(outage)
         self._drive = assembled.robot.drive if assembled.command_filter else None
         self.behaviour = behaviour
@@ -92,6 +91,11 @@ class Loop:
         return self._clock.now()
 
     @property
+    def latched_error(self) -> RobotcoreError | None:
+        """The error that has tripped the latch. None if it has not tripped."""
+        return self._latch.error
+
+    @property
     def unreported_interventions(self) -> Sequence[Intervention]:
         """The interventions of a tripped latch that no tick has recorded."""
         is_reported = self._latch.error is None or self._is_latch_recorded
@@ -117,6 +121,18 @@ class Loop:
         self._close_routine()
         self.end()
         return Outcome.TIMEOUT if status is Status.RUNNING else Outcome(status.value)
+
+    def pause(self) -> None:
+        """Stop all motors between two ticks. No limit of time holds until `resume`. Sensors may be read meanwhile."""
+        self._stop("pause")
+        self._activity.begin(None)
+        self._clock.renewal_age = self._period
+
+    def resume(self) -> None:
+        """Begin a new tick at the present time."""
+        self._clock.renewal_age = None
+        self._clock.begin_tick()
+        self._deadline = self._clock.now()
 
     def end(self) -> None:
         """Stop the wheels, and read the app's reason."""
@@ -147,7 +163,7 @@ class Loop:
         except DeviceLostError as lost:
             if self.behaviour.has_failed_routine or not self.losses.tolerate(lost, self._clock.now()):
                 raise
-            self._stop_and_wait()
+            self._stop(LOST)
             return Status.RUNNING
         self.losses.end(self._clock.now())
         return status
@@ -282,7 +298,7 @@ class Loop:
             except DeviceLostError:  # noqa: PERF203  the deadman raises it for each lost motor that does not stop
                 if not self.losses.is_enabled:
                     raise
-                self._stop_and_wait()
+                self._stop(LOST)
         if is_late:
             self.overruns += 1
             self._deadline = self._clock.now()

@@ -81,6 +81,10 @@ class SignalGuard:
         self._is_masked, self._is_last_masked = True, not but_last
         self.is_suspension_deferred = False
 
+    def reset(self) -> None:
+        """Forget the signals so far, so that the program continues after them."""
+        self.raised, self.count, self._suspension = None, 0, 0
+
     @contextmanager
     def defer(self) -> Iterator[None]:
         """Return a context in which no signal raises an exception.

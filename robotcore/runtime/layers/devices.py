@@ -35,6 +35,7 @@ class AppSensor(Sensor[SampleT]):
     def read(self) -> SampleT:
         if self._is_closed:
             raise DeviceClosedError(self.name)
+        self._clock.renew()
         if self.latest is None or self._tick != self._clock.tick:
             try:  # as in `_attempt`, without its call
                 self.latest = self._read_layers()

@@ -1,0 +1,1 @@
+"""A robot at a prompt or in a notebook: `open` returns it, and its calls let time pass."""

@@ -1,0 +1,87 @@
+"""The drive of a live robot. Its manoeuvres return when the robot has arrived."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from robotcore.autonomy.manoeuvres import arc, move, straight, turn
+from robotcore.autonomy.routines import Routine
+from robotcore.errors import UsageError
+from robotcore.geometry import Pose, Twist, Wheels
+from robotcore.hal.drive import DifferentialDrive
+from robotcore.hal.robot import Robot
+
+
+class LiveDrive(DifferentialDrive):
+    """Drives a live robot. Each manoeuvre lets time pass, and returns the pose by odometry, where the robot stands.
+
+    A manoeuvre raises BlockedError if something blocks the robot, and UsageError for a wrong argument.
+
+    >>> import robotcore
+    >>> with robotcore.open("rover", world="open") as robot:
+    ...     pose = robot.drive.straight(0.5)
+    ...     print(f"{pose.x:.2f} m")
+    0.50 m
+
+    drive: the drive of the app's robot.
+    robot: the live robot.
+    run: runs a routine to its end, and returns its result.
+    is_running: returns whether a routine runs.
+    """
+
+    def __init__(
+        self,
+        drive: DifferentialDrive,
+        robot: Robot,
+        run: Callable[[Routine[Any]], Any],
+        is_running: Callable[[], bool],
+    ) -> None:
+        vars(self).update(vars(drive))
+        self._robot, self._run, self._is_running = robot, run, is_running
+
+    def straight(self, distance: float, *, speed: float | None = None) -> Pose:
+        """Drive straight by a distance in metres; negative to drive backward. See `robotcore.straight`."""
+        pose: Pose = self._run(straight(self._robot, distance, speed=speed))
+        return pose
+
+    def turn(self, angle: float, *, turn_rate: float | None = None) -> Pose:
+        """Turn on the spot by an angle in radians, positive to the left. See `robotcore.turn`."""
+        pose: Pose = self._run(turn(self._robot, angle, turn_rate=turn_rate))
+        return pose
+
+    def arc(self, radius: float, angle: float, *, speed: float | None = None) -> Pose:
+        """Drive along an arc. See `robotcore.arc`.
+
+        radius: the radius in metres.
+        angle: the angle in radians, positive to the left.
+        """
+        pose: Pose = self._run(arc(self._robot, radius, angle, speed=speed))
+        return pose
+
+    def move(self, linear: float, angular: float = 0.0, *, seconds: float) -> None:
+        """Drive at a velocity for a time. See `robotcore.move`.
+
+        linear: the velocity in m/s.
+        angular: the turn rate in rad/s, positive to the left.
+        seconds: the time in seconds.
+        """
+        self._run(move(self._robot, linear, angular, seconds=seconds))
+
+    def set_velocity(self, linear: float, angular: float) -> Twist:
+        """Set the velocity for this tick, within a routine. Raises UsageError between two calls."""
+        self._require_routine("move(linear, angular, seconds=1.0)")
+        return super().set_velocity(linear, angular)
+
+    def set_wheels(self, left: float, right: float) -> Wheels:
+        """Set the velocities of the wheels for this tick, within a routine. Raises UsageError between two calls."""
+        self._require_routine("move(linear, angular, seconds=1.0)")
+        return super().set_wheels(left, right)
+
+    def _require_routine(self, remedy: str) -> None:
+        if not self._is_running():
+            raise UsageError(
+                "no time passes between two calls of a live robot, so a velocity has no effect. "
+                f"Write robot.drive.{remedy}, or set the velocity in a generator: robot.run(my_routine(robot))",
+                kind="velocity-without-time",
+            )

@@ -1,0 +1,189 @@
+"""A robot whose calls let time pass: at a prompt, in a notebook, or in a script."""
+
+from __future__ import annotations
+
+import atexit
+import signal
+from collections.abc import Callable
+from threading import get_ident
+from types import TracebackType
+from typing import Any
+
+from robotcore.autonomy.navigation import OccupancyGrid
+from robotcore.autonomy.routines import Routine, require_routines, wait, wait_until, with_timeout
+from robotcore.errors import BehaviourError, DeviceClosedError, Interrupted, RobotcoreError, UsageError
+from robotcore.hal.robot import Robot, Role
+from robotcore.hal.truth import Truth
+from robotcore.interactive.live_drive import LiveDrive
+from robotcore.interactive.session import Session
+from robotcore.runtime.behaviour import Behaviour
+from robotcore.runtime.loop import Loop
+from robotcore.runtime.observer import RunContext
+from robotcore.runtime.result import Outcome, RunResult
+from robotcore.runtime.session import RunSession
+from robotcore.runtime.signals import SignalGuard
+from robotcore.view.robot_picture import RobotPicture, draw_robot
+
+
+class LiveRobot(Robot):
+    """An open robot for a prompt or a notebook. `robotcore.open` returns it.
+
+    A call that drives or waits lets time pass, and returns when it is done. Between two calls the wheels stand, and a
+    simulation stands still. A sensor then returns its newest sample. Ctrl-C stops the wheels and ends the call, and
+    the robot stays open. After an error of the safety stage, the robot must be opened again.
+
+    `close`, the end of a ``with`` block and the end of the program stop the motors and close the robot.
+
+    >>> import robotcore
+    >>> with robotcore.open("rover", world="open") as robot:
+    ...     robot.wait(1.0)
+    ...     robot.clock.now()
+    1.0
+    """
+
+    def __init__(
+        self, session: RunSession, loop: Loop, run: RunContext, signals: SignalGuard, finish: Callable[[], None]
+    ) -> None:
+        opened = loop.robot
+        drive = None
+        if opened.has(Role.DRIVE):
+            drive = LiveDrive(opened.drive, self, self.run, lambda: self.is_running)
+        super().__init__(opened.name, opened.clock, opened.devices.values(), drive=drive)
+        assert isinstance(run.behaviour, Session)
+        self._app, self._run, self._signals, self._finish = run.behaviour, run, signals, finish
+        self._loop: Loop | None = loop
+        self._session, self._thread = session, get_ident()
+        self._reported: BaseException | None = None
+        self.is_running = False
+        """Whether a routine runs, so that time passes."""
+        self.result: RunResult | None = None
+        """The result of the session. None while the robot is open."""
+        atexit.register(self.close)
+        self.wait(0.0)
+
+    @property
+    def drive(self) -> LiveDrive:
+        """The drive. Raises UnmetNeedError if no drive is open."""
+        drive: LiveDrive = super().drive  # type: ignore[assignment]
+        return drive
+
+    @property
+    def ground_truth(self) -> Truth | None:
+        """The true state of the simulator. None on a real robot."""
+        return self._run.truth
+
+    @property
+    def map(self) -> OccupancyGrid | None:
+        """The map that the robot has made with its first range sensor, by odometry. None without such a sensor."""
+        return self._app.grid
+
+    def run(self, routine: Routine[Any] | Behaviour) -> Any:
+        """Run a routine or an app to its end, and return its result. The wheels stand afterwards.
+
+        routine: a generator, such as ``straight(robot, 0.5)``, or an app, such as ``GreenSearch()``.
+
+        Raises the exception of the routine, and the errors that end a run: SafetyStop, DeviceError and BackendError.
+        """
+        if isinstance(routine, type):
+            raise UsageError(
+                f"run needs an instance of the app. Write run({routine.__name__}())", kind="not-an-instance"
+            )
+        loop = self._require_ready()
+        if isinstance(routine, Behaviour):
+            routine = routine.run(self)
+        require_routines("run", [routine])
+        self._app.begin(routine)
+        self.is_running = True
+        try:
+            with self._signals, self._signals.defer():
+                loop.resume()
+                loop.run()
+        except Interrupted as interrupt:
+            self._stop_after_signal(interrupt)
+        except RobotcoreError as error:
+            self._reported = error
+            cause = error.__cause__ if isinstance(error, BehaviourError) else None
+            raise cause or error.with_traceback(None) from None
+        finally:
+            self.is_running = False
+            if self._loop:
+                loop.pause()
+        return self._app.result
+
+    def wait(self, seconds: float) -> None:
+        """Let a time in seconds pass. The wheels stand."""
+        self.run(wait(self, seconds))
+
+    def wait_until(self, condition: Callable[[], object], *, timeout_s: float | None = None) -> None:
+        """Let time pass until ``condition()`` is true. It is called once per tick.
+
+        timeout_s: the longest time in seconds; None for no limit.
+
+        Raises RoutineTimeoutError, a TimeoutError, if the time is over.
+        """
+        routine = wait_until(condition)
+        self.run(routine if timeout_s is None else with_timeout(self, timeout_s, routine))
+
+    def show(self) -> RobotPicture:
+        """Return a picture of the robot: its camera, the world from above, and its last readings.
+
+        A notebook shows the picture. ``robot.show().save("robot.png")`` writes it. A real robot is drawn on its map.
+        """
+        self._require_ready()
+        if self.has(Role.CAMERA):
+            self.camera.read()
+        world = self._run.world if self._run.truth else None
+        return draw_robot(self, self._run.description, self._app.path, world=world, grid=None if world else self.map)
+
+    def close(self) -> None:
+        """Stop the motors, and close the robot and its recording. A second call does nothing.
+
+        Raises an error of the session that no call has raised yet.
+        """
+        self._end(Outcome.SUCCESS)
+
+    def __enter__(self) -> LiveRobot:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self._end(Outcome.FAILURE if error else Outcome.SUCCESS)
+
+    def _end(self, outcome: Outcome | BaseException) -> None:
+        if not (loop := self._loop):
+            return
+        if self.is_running:
+            raise UsageError("a routine cannot close its robot. End the routine first", kind="closed-in-routine")
+        self._loop = None
+        atexit.unregister(self.close)
+        with self._signals:
+            self.result = self._session.close(loop.latched_error or outcome)
+            self._finish()
+        error = self.result.error
+        if error and error is not self._reported and error is not outcome:
+            raise error
+
+    def _stop_after_signal(self, interrupt: Interrupted) -> None:
+        """Raise KeyboardInterrupt after SIGINT. Close the robot after another signal, and let it end the program."""
+        self._signals.reset()
+        if interrupt.signal_number == signal.SIGINT:
+            raise KeyboardInterrupt from None
+        self.is_running = False
+        self._end(interrupt)
+        signal.raise_signal(interrupt.signal_number)
+        raise interrupt
+
+    def _require_ready(self) -> Loop:
+        if self._loop is None:
+            raise DeviceClosedError(self.name)
+        if self.is_running:
+            text = "a call that lets time pass was made within a routine. Write yield from, as in"
+            raise UsageError(f"{text} yield from straight(robot, 0.5)", kind="call-in-routine")
+        if get_ident() != self._thread:
+            text = f"{self.name} was opened in another thread. Make all calls in the thread that opened it"
+            raise UsageError(text, kind="wrong-thread")
+        return self._loop
+
+    def __repr__(self) -> str:
+        return super().__repr__() if self._loop else f"<Robot {self.name}: closed>"

@@ -1,0 +1,128 @@
+"""Open a robot for a prompt, a notebook or a script."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from collections.abc import Set as AbstractSet
+from pathlib import Path
+from typing import Any
+
+from robotcore.errors import Interrupted
+from robotcore.hal.backend import load_backend
+from robotcore.hal.robot import Role
+from robotcore.interactive.live_robot import LiveRobot
+from robotcore.interactive.session import Session
+from robotcore.recording.mcap_file import require_recordable
+from robotcore.recording.recorder import Recorder
+from robotcore.runtime.needs import Need
+from robotcore.runtime.observer import Observer, RunContext
+from robotcore.runtime.plan import Plan, RunRequest
+from robotcore.runtime.result import RunResult
+from robotcore.runtime.session import RunSession, print_reason
+from robotcore.runtime.signals import SignalGuard
+from robotcore.runtime.trace import TickRecord
+
+LONGEST_S = 1e9
+"""The time limit of a session in seconds. A user ends it."""
+
+
+class _ContextKeeper:
+    """An observer that keeps the description of the run."""
+
+    context: RunContext
+
+    def begin(self, run: RunContext) -> None:
+        self.context = run
+
+    def tick(self, record: TickRecord) -> None:
+        pass
+
+    def end(self, result: RunResult) -> None:
+        pass
+
+
+def open(  # noqa: A001  users write robotcore.open
+    robot: str = "rover",
+    backend: str = "kinematic",
+    *,
+    world: str | None = None,
+    seed: int | None = None,
+    record: str | Path | None = None,
+    faults: str | Collection[str] = (),
+    realtime: bool = False,
+    gui: bool = False,
+    randomise: bool = False,
+    rate_hz: float = 20.0,
+    options: Mapping[str, Any] | None = None,
+    needs: AbstractSet[Need] | None = None,
+) -> LiveRobot:
+    """Open a robot whose calls let time pass, with the layers and the safety stage of a run.
+
+    robot: the name of a robot's description, or its file.
+    backend: the simulator or the robot, such as ``"raspberrypi"``.
+    world: the name of a world, or its file; None for the default world of a simulator.
+    seed: the seed from which the layout of the world is drawn.
+    record: the ``.mcap`` file of a recording. It must not exist.
+    faults: the specifications of faults to inject, such as ``"range drop=0.2"``.
+    realtime: whether simulated time passes at the pace of real time.
+    gui: whether the simulator opens its window.
+    randomise: whether the seed also draws the light, the noise and the wheel errors.
+    rate_hz: the number of ticks in a second.
+    options: the options of the backend, by name.
+    needs: the devices to open: roles, names and kinds. None for all devices of the robot.
+
+    Raises the errors of `robotcore.run` for a request that cannot be planned, and the error of a robot that cannot be
+    opened.
+
+    >>> import robotcore
+    >>> with robotcore.open("rover", world="arena") as robot:
+    ...     print(robot.range.read())
+    0.46 m
+    """
+    app = _build_app(robot, backend, options or {}, needs)
+    specifications = (faults,) if isinstance(faults, str) else tuple(faults)
+    request = RunRequest(
+        app,
+        backend,
+        robot,
+        world,
+        seed,
+        rate_hz,
+        LONGEST_S,
+        options=options or {},
+        gui=gui,
+        realtime=realtime,
+        randomise=randomise,
+        faults=specifications,
+    )
+    plan = Plan.resolve(request)
+    recorder = None
+    if record is not None:
+        require_recordable(Path(record))
+        recorder = Recorder(Path(record))
+    keeper, signals = _ContextKeeper(), SignalGuard()
+    observers: list[Observer] = [keeper, recorder] if recorder else [keeper]
+    taps = [recorder.layer] if recorder else []
+    with signals:
+        session = RunSession(plan, observers, taps, signals, print_reason, 1.0)
+        loop = session.open()
+    if loop is None:
+        assert session.result
+        assert session.result.error
+        error = session.result.error
+        raise KeyboardInterrupt if isinstance(error, Interrupted) else error
+    app.truth = keeper.context.truth
+
+    def finish() -> None:
+        if recorder and recorder.failure:
+            raise recorder.failure
+
+    return LiveRobot(session, loop, keeper.context, signals, finish)
+
+
+def _build_app(robot: str, backend: str, options: Mapping[str, Any], needs: AbstractSet[Need] | None) -> Session:
+    if needs is not None:
+        return Session(needs, frozenset())
+    description = load_backend(backend).load_robot(robot, options)
+    names = {device.name for device in description.devices}
+    return Session(frozenset(), frozenset({*names, Role.DRIVE}))
