@@ -16,6 +16,7 @@ from robotcore.geometry import Pose
 from robotcore.hal.robot import Robot
 from robotcore.kinds.camera import Frame
 from robotcore.optics import Image
+from robotcore.recording.summary import is_place
 from robotcore.runtime.layers.devices import AppActuator, AppSensor
 from robotcore.view.overhead import MapPath, Track, TrackPoint, draw_map
 from robotcore.view.page import EDGE, HEIGHT, MAP, SIDE, SIDE_WIDTH, TOP, begin_page, finish_page, save_png
@@ -71,6 +72,7 @@ def draw_robot(
     >>> draw_robot(mock.layered, mock.description, [Pose(0.0, 0.0, 0.0)])
     <RobotPicture of rover at 0.00 s>
     """
+    path = [pose for pose in path if is_place(pose)]
     title = f"{robot.name} at {robot.clock.now():.2f} s"
     side_image = draw_side_image(_find_last_frame(robot), "no picture has been read")
     canvas = begin_page(robot.name, title.removeprefix(f"{robot.name} "), INK, _format_pose(path))

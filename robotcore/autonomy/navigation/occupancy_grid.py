@@ -109,12 +109,14 @@ class OccupancyGrid:
     def draw(self, pose: Pose | None = None, path: Sequence[tuple[float, float]] = (), size: int = PICTURE_PX) -> Image:
         """Return a BGR picture of the known part of the map: free cells white, occupied dark, and unknown grey.
 
-        pose: the robot's pose, drawn as an arrow; None to draw no robot.
-        path: the points of a path in metres, drawn as a line.
+        pose: the robot's pose, drawn as an arrow; None to draw no robot. A pose outside the map is not drawn.
+        path: the points of a path in metres, drawn as a line. Points outside the map are left out.
         size: the greatest width and height of the picture, in pixels.
         """
-        robot = CellPose(*self._to_cells(pose.x, pose.y), pose.heading) if pose else None
-        return draw_cells(self.free, self.occupied, robot, [self._to_cells(x, y) for x, y in path], size)
+        is_drawn = pose and math.isfinite(pose.heading) and self.is_within(pose.x, pose.y, 0.0)
+        robot = CellPose(*self._to_cells(pose.x, pose.y), pose.heading) if pose and is_drawn else None
+        points = [self._to_cells(x, y) for x, y in path if self.is_within(x, y, 0.0)]
+        return draw_cells(self.free, self.occupied, robot, points, size)
 
     def _repr_png_(self) -> bytes:
         return encode_png(self.draw())

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -77,6 +78,18 @@ def test_map_takes_the_place_of_the_world(mock: MockRobot) -> None:
     drawn = crop_map(draw_robot(mock.layered, mock.description, PATH, world=load_world("arena"), grid=grid).image)
     assert count_colour(drawn, INK) > 5000
     assert min(count_colour(drawn, SERIES[0]), count_colour(drawn, BAD)) > 100
+
+
+@pytest.mark.parametrize("grid", [None, OccupancyGrid()], ids=["floor", "map"])
+@pytest.mark.parametrize("lost", [Pose(math.nan, 0.0, 0.0), Pose(0.0, math.inf, 0.0), Pose(0.0, 0.0, math.nan)])
+def test_pose_of_an_invalid_encoder_value_is_left_out(mock: MockRobot, lost: Pose, grid: OccupancyGrid | None) -> None:
+    drawn = draw_robot(mock.layered, mock.description, [*PATH, lost], grid=grid).image
+    np.testing.assert_array_equal(drawn, draw_robot(mock.layered, mock.description, PATH, grid=grid).image)
+
+
+def test_robot_far_outside_of_the_map_is_not_drawn() -> None:
+    grid = OccupancyGrid()
+    np.testing.assert_array_equal(grid.draw(Pose(1e9, 0.0, 0.0), [(-1e9, 0.0), (math.nan, 0.0)]), grid.draw())
 
 
 def test_picture_is_saved_and_shown_as_png(mock: MockRobot, tmp_path: Path) -> None:
