@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     from robotcore.autonomy import navigation as navigation
     from robotcore.autonomy import vision as vision
     from robotcore.autonomy.manoeuvres import arc as arc
+    from robotcore.autonomy.manoeuvres import face as face
+    from robotcore.autonomy.manoeuvres import follow_path as follow_path
+    from robotcore.autonomy.manoeuvres import go_to as go_to
     from robotcore.autonomy.manoeuvres import move as move
     from robotcore.autonomy.manoeuvres import straight as straight
     from robotcore.autonomy.manoeuvres import turn as turn
@@ -78,6 +81,9 @@ _MODULES = {
     "Truth": "hal.truth",
     "Twist": "geometry",
     "arc": "autonomy.manoeuvres",
+    "face": "autonomy.manoeuvres",
+    "follow_path": "autonomy.manoeuvres",
+    "go_to": "autonomy.manoeuvres",
     "move": "autonomy.manoeuvres",
     "on_stop": "autonomy.routines",
     "open": "interactive.opening",
@@ -126,6 +132,9 @@ __all__ = [
     "Twist",
     "arc",
     "errors",
+    "face",
+    "follow_path",
+    "go_to",
     "kinds",
     "move",
     "navigation",

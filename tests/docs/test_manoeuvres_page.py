@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from robotcore.autonomy.manoeuvres import blockage, limits, motion
+from robotcore.autonomy.manoeuvres import blockage, limits, motion, path_planning
 from robotcore.cli.main import execute
 from robotcore.errors import _BLOCKAGES
 from tests.docs.listings import ConsoleCommand, find_code, list_commands, list_listings, read_rows
@@ -37,3 +37,4 @@ def test_the_numbers_on_the_page_are_those_of_the_code() -> None:
     assert (blockage.GUARDED_S, blockage.STALLED_S, blockage.STALLED_SHARE) == (0.5, 0.8, 0.25)
     assert (motion.SETTLE_S, motion.CORRECTION_S) == (0.2, 2.0)
     assert (limits.SPEED_SHARE, limits.TURN_SHARE, limits.ACCELERATION_SHARE, limits.MAX_M) == (0.5, 0.3, 0.8, 100.0)
+    assert (path_planning.CUT_M, path_planning.RADIUS_FACTOR) == (0.01, 1.1)

@@ -40,7 +40,7 @@ class Place(NamedTuple):
     heading: float
     """The angle from the path's direction to the robot's heading, in radians."""
     curvature: float
-    """The curvature of the path, in 1/m."""
+    """The curvature of the path a little ahead, in 1/m."""
 
 
 class Path:
@@ -55,18 +55,25 @@ class Path:
         """The pose of the robot at the end."""
         return self.pieces[-1].end
 
-    def locate(self, pose: Pose, progress: float) -> Place:
+    @property
+    def curvature(self) -> float:
+        """The curvature of the sharpest piece, in 1/m, not negative."""
+        return max(abs(piece.curvature) for piece in self.pieces)
+
+    def locate(self, pose: Pose, progress: float, preview: float = 0.0) -> Place:
         """Return the place of a robot.
 
         pose: the pose of the robot.
         progress: the last progress, from which the search begins.
+        preview: the curvature is that of the place so far ahead, in metres.
         """
         for _ in range(3):  # Newton's method
             piece, begin = self._find_piece(progress)
             there = piece.locate(progress - begin)
             ahead, side = there.to_local(pose.x, pose.y)
             progress += ahead / max(0.5, 1 - piece.curvature * side)
-        return Place(progress, side, wrap_angle(pose.heading - there.heading), piece.curvature)
+        ahead_piece, _ = self._find_piece(progress + preview)
+        return Place(progress, side, wrap_angle(pose.heading - there.heading), ahead_piece.curvature)
 
     def _find_piece(self, progress: float) -> tuple[Piece, float]:
         begin = 0.0

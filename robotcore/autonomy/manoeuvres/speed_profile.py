@@ -34,6 +34,15 @@ class SpeedProfile:
         """Return a profile whose values are those of this one divided by a number."""
         return SpeedProfile(self.top / divisor, self.acceleration / divisor, self.slowest / divisor)
 
+    def limit_to(self, ratio: float, greatest: float) -> SpeedProfile:
+        """Return the profile for a path with bends.
+
+        ratio: half of the distance between the wheels, divided by the radius of the sharpest bend.
+        greatest: the greatest speed of a wheel, in m/s.
+        """
+        outer = 1 + ratio
+        return SpeedProfile(min(self.top, greatest / outer), self.acceleration / outer, self.slowest / outer)
+
     def compute_speed(self, remaining: float, last: float, period: float) -> float:
         """Return the speed for the next tick. It has the sign of ``remaining``.
 

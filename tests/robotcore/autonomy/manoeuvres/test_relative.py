@@ -70,17 +70,34 @@ def test_straight_and_arc_end_right_in_physics(robot: str, backend: str) -> None
     assert is_at(done.end, START.advance(0.5, -1.0), 0.005, math.radians(0.5))
 
 
-def test_unequal_wheels_are_corrected_by_the_encoders(tmp_path: Path) -> None:
+@pytest.fixture
+def uneven(tmp_path: Path) -> str:
+    """Return a world in which the wheels of a robot turn at unequal speeds."""
     world = tmp_path / "field.toml"
     floor = "[floor]\nlength_m = 9.0\nwidth_m = 9.0\n"
     world.write_text(f'name = "field"\n{floor}[conditions]\nwheel_gain_left = 1.05\nwheel_gain_right = 0.95\n')
+    return str(world)
 
+
+def test_unequal_wheels_are_corrected_by_the_encoders(uneven: str) -> None:
     def square(robot: Robot) -> Routine[None]:
         for _ in range(4):
             yield from straight(robot, 1.0)
             yield from turn(robot, math.pi / 2)
 
-    assert is_at(drive(square, world=str(world)).end, START, 0.02, math.radians(1.0))
+    assert is_at(drive(square, world=uneven).end, START, 0.02, math.radians(1.0))
+
+
+def test_a_turn_with_unequal_wheels_holds_its_place(uneven: str) -> None:
+    assert is_at(drive(lambda robot: turn(robot, math.pi / 2), world=uneven).end, Pose(0.0, 0.0, math.pi / 2), 0.004)
+
+
+def test_a_robot_that_steers_turns_its_front_wheels_before_it_drives() -> None:
+    done = drive(lambda robot: arc(robot, 0.5, -1.0), robot="picar")
+    speeds = [(sent.left + sent.right) / 2 * 0.0325 for sent in done.sent]
+    assert speeds[1:7] == pytest.approx([0.001] * 6)
+    assert done.sent[1].left > done.sent[1].right
+    assert max(speeds) > 0.2
 
 
 def test_an_imu_corrects_the_heading_of_slipping_wheels(tmp_path: Path) -> None:
