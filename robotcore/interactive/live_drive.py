@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
-from robotcore.autonomy.manoeuvres import arc, move, straight, turn
+from robotcore.autonomy.manoeuvres import arc, face, follow_path, go_to, move, straight, turn
 from robotcore.autonomy.routines import Routine
 from robotcore.errors import UsageError
 from robotcore.geometry import Pose, Twist, Wheels
@@ -57,6 +57,23 @@ class LiveDrive(DifferentialDrive):
         angle: the angle in radians, positive to the left.
         """
         pose: Pose = self._run(arc(self._robot, radius, angle, speed=speed))
+        return pose
+
+    def go_to(self, x: float, y: float, *, speed: float | None = None, turn_rate: float | None = None) -> Pose:
+        """Drive to a point in metres, in the frame of the odometry. See `robotcore.go_to`."""
+        pose: Pose = self._run(go_to(self._robot, x, y, speed=speed, turn_rate=turn_rate))
+        return pose
+
+    def follow_path(
+        self, points: Sequence[tuple[float, float]], *, speed: float | None = None, turn_rate: float | None = None
+    ) -> Pose:
+        """Drive through points, each x and y in metres, in the frame of the odometry. See `robotcore.follow_path`."""
+        pose: Pose = self._run(follow_path(self._robot, points, speed=speed, turn_rate=turn_rate))
+        return pose
+
+    def face(self, heading: float, *, turn_rate: float | None = None) -> Pose:
+        """Turn on the spot to a heading in radians, in the frame of the odometry. See `robotcore.face`."""
+        pose: Pose = self._run(face(self._robot, heading, turn_rate=turn_rate))
         return pose
 
     def move(self, linear: float, angular: float = 0.0, *, seconds: float) -> None:

@@ -42,6 +42,12 @@ def test_first_session_of_the_readme(robot: LiveRobot) -> None:
     assert robot.range.read().time == robot.camera.read().time == robot.clock.now()
 
 
+def test_drive_goes_to_places(robot: LiveRobot) -> None:
+    assert robot.drive.go_to(0.3, 0.1)[:2] == pytest.approx((0.3, 0.1), abs=0.005)
+    assert robot.drive.follow_path([(0.5, 0.2), (0.4, 0.4)])[:2] == pytest.approx((0.4, 0.4), abs=0.005)
+    assert robot.drive.face(1.0).heading == pytest.approx(1.0, abs=0.005)
+
+
 def test_simulation_stands_still_between_two_calls(robot: LiveRobot) -> None:
     robot.wait(1.0)
     assert robot.clock.now() == 1.0
