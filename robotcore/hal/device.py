@@ -180,7 +180,8 @@ class Sensor(Device, ABC, Generic[SampleT]):
 
     def format_sample(self, sample: SampleT) -> str:
         """Return the values of a sample with their units as a text, such as ``7.40 V``."""
-        return str(sample)
+        formatted: Any = sample
+        return str(formatted.format_values())
 
     def list_rays(self, sample: SampleT) -> Rays:
         """Return the rays of a sample, for a sensor that has rays."""

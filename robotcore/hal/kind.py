@@ -17,7 +17,7 @@ from robotcore.errors import (
     describe_exception,
 )
 from robotcore.hal.device import Actuator, Device, Sensor, build_driver_error, list_values
-from robotcore.hal.sample_text import describe_sample, format_values
+from robotcore.hal.sample_text import describe_sample, format_fields
 from robotcore.hal.sample_types import list_numbers, require_types
 from robotcore.hal.sampling import SampleCache
 from robotcore.plugins import KINDS, load_registered
@@ -39,8 +39,8 @@ class Kind:
     sample: Any = None
     """The class of a sensor's samples: a dataclass with the fields ``time`` and ``sequence`` at the end.
 
-    The kind gives it a short ``repr``, such as ``Range 1.24 m at 3.15 s``, and, unless the class defines ``__str__``, a
-    text of its values and their units. With ``@dataclass(repr=False)`` the class keeps its own ``__repr__``.
+    The kind gives it a short ``repr``, such as ``Range 1.24 m at 3.15 s``, and, unless the class defines it, the method
+    ``format_values``, which returns ``1.24 m``. With ``@dataclass(repr=False)`` the class keeps its own ``__repr__``.
     """
     simulate: Callable[[Any, SimulationState], Callable[..., Any]] | None = None
     """Simulates a device in every simulator. Its arguments are the device's description and the simulation's state.
@@ -105,8 +105,8 @@ class Kind:
             )
 
     def _show_samples(self) -> None:
-        if self.sample.__str__ is object.__str__:
-            self.sample.__str__ = format_values
+        if not hasattr(self.sample, "format_values"):
+            self.sample.format_values = format_fields
         if self.sample.__dataclass_params__.repr:
             self.sample.__repr__ = describe_sample
 

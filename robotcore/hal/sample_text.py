@@ -14,8 +14,8 @@ MAX_LISTED_VALUES = 8
 """The text of a tuple with more numbers has only their count, the least and the greatest of them."""
 
 
-def format_values(sample: Any) -> str:
-    """Return the values of a sample with their units as text, such as ``7.40 V`` or ``not pressed``.
+def format_fields(sample: Any) -> str:
+    """Return the fields of a sample with their units as text, such as ``7.40 V`` or ``not pressed``.
 
     Each of several values, and a number without a unit, follows the name of its field.
     """
@@ -54,4 +54,4 @@ def _format_numbers(value: Any) -> str:
 
 def describe_sample(sample: Any) -> str:
     """Return the class, the values and the time of a sample as text, such as ``Range 1.24 m at 3.15 s``."""
-    return " ".join(filter(None, (type(sample).__name__, str(sample), f"at {sample.time:.2f} s")))
+    return " ".join(filter(None, (type(sample).__name__, sample.format_values(), f"at {sample.time:.2f} s")))

@@ -77,7 +77,7 @@ def open(  # noqa: A001  users write robotcore.open
     >>> import robotcore
     >>> with robotcore.open("rover", world="arena") as robot:
     ...     print(robot.range.read())
-    0.46 m
+    Range 0.46 m at 0.00 s
     """
     app = _build_app(robot, backend, options or {}, needs)
     specifications = (faults,) if isinstance(faults, str) else tuple(faults)

@@ -57,14 +57,14 @@ class Frame:
     """The number of the frame. It grows with each new frame of a camera."""
 
     def __repr__(self) -> str:
-        return f"<Frame {self} at {self.time:.2f} s>"
+        return f"<Frame {self.format_values()} at {self.time:.2f} s>"
 
     def _repr_png_(self) -> bytes:
         from robotcore.canvas import encode_png
 
         return encode_png(self.image)
 
-    def __str__(self) -> str:
+    def format_values(self) -> str:
         height, width = self.image.shape[:2]
         return f"{width}x{height}"
 
@@ -88,7 +88,7 @@ class Camera(Sensor[Frame]):
         self.intrinsics = intrinsics
 
     def format_sample(self, sample: Frame) -> str:
-        return f"{sample} pixels"
+        return f"{sample.format_values()} pixels"
 
 
 class SimulatedCamera(Camera):

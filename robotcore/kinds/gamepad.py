@@ -129,7 +129,7 @@ class GamepadSample:
     sequence: int
     """The number of the sample. It grows with each new sample of a device."""
 
-    def __str__(self) -> str:
+    def format_values(self) -> str:
         """Return the axes that are not 0, and the names of the pressed buttons."""
         values = {name: value for name, value in asdict(self).items() if value and name not in ("time", "sequence")}
         texts = (name if value is True else f"{name} {value:.2f}" for name, value in values.items())

@@ -125,7 +125,7 @@ class Scan:
     sequence: int
     """The number of the sample. It grows with each new sample of a device."""
 
-    def __str__(self) -> str:
+    def format_values(self) -> str:
         return self.format_echoes()
 
     def _repr_png_(self) -> bytes:

@@ -15,7 +15,7 @@ from robotcore.errors import Mistake
 from robotcore.hal.clock import Clock
 from robotcore.hal.device import Rays, Sensor, Unit
 from robotcore.hal.kind import Kind
-from robotcore.hal.sample_text import format_values
+from robotcore.hal.sample_text import format_fields
 from robotcore.hal.sampling import SampleCache
 from robotcore.hal.simulation_state import SimulationState
 from robotcore.raycast import FAN_SETBACK_M, Fan
@@ -70,8 +70,8 @@ class Range:
     point: tuple[float, float, float] | None = None
     """The detected point in the sensor's frame, in metres. Only some simulators provide it."""
 
-    def __str__(self) -> str:
-        return "nothing in range" if self.distance == math.inf else format_values(self)
+    def format_values(self) -> str:
+        return "nothing in range" if self.distance == math.inf else format_fields(self)
 
 
 class RangeSensor(Sensor[Range]):

@@ -58,8 +58,15 @@ def list_changes(app: Behaviour) -> dict[str, Any]:
         return {
             field.name: value
             for field in dataclasses.fields(app)
-            if field.init and repr(value := getattr(app, field.name, None)) != repr(_make_default(field))
+            if field.init and _differs(value := getattr(app, field.name, None), _make_default(field))
         }
+
+
+def _differs(value: object, default: object) -> bool:
+    try:
+        return type(value) is not type(default) or bool(value != default)
+    except ValueError:  # arrays
+        return repr(value) != repr(default)
 
 
 def configure(app: type[Behaviour], values: Mapping[str, Any]) -> Behaviour:

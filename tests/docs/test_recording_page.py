@@ -19,7 +19,7 @@ def test_the_listing_records_a_run_and_reads_it(
     exec(compile(listing, "recording.md", "exec"), {})  # noqa: S102  the page's own
     answer = capsys.readouterr().out.splitlines()
     assert answer[0].startswith("2.0 ")
-    assert any(re.fullmatch(r"nose (\d\.\d\d m|nothing in range)", line) for line in answer[1:])
+    assert any(re.fullmatch(r"nose Range (\d\.\d\d m|nothing in range) at 2.00 s", line) for line in answer[1:])
 
 
 def test_the_table_names_every_channel_and_its_schema() -> None:

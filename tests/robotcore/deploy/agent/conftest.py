@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
@@ -19,7 +20,15 @@ def layout(tmp_path: Path) -> Layout:
 
 @pytest.fixture
 def lingering(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The folder of lingering users of a robot with lingering on. The agent's sources are set, as in a call."""
+    """The folder of lingering users of a robot with rsync and lingering on. The agent's sources are set, as in a call.
+
+    A program without effect replaces rsync.
+    """
+    programs = tmp_path / "programs"
+    programs.mkdir()
+    (programs / "rsync").write_text("#!/bin/sh\n")
+    (programs / "rsync").chmod(0o755)
+    monkeypatch.setenv("PATH", f"{programs}:{os.environ['PATH']}")
     folder = tmp_path / "linger"
     folder.mkdir()
     folder.joinpath(robot_facts.read_user()).touch()
