@@ -14,8 +14,8 @@ from robotcore.hal.drive import DifferentialDrive
 Point: TypeAlias = tuple[float, float]
 """The x and y of a point in metres."""
 
-SAME_M = 0.001
-"""Points that are nearer to each other than this are the same, in metres."""
+SAME_M = 0.003
+"""Points that are nearer to each other than this are the same, in metres. Robots do not stand more exactly."""
 
 CUT_M = 0.01
 """How far the path of a robot that can turn on the spot may pass from a corner that it rounds, in metres."""
