@@ -1,0 +1,45 @@
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from tests.docs.notebooks import FOLDER, read_notebook, run_notebook
+from tests.kernels import kernel_folder as kernel_folder  # noqa: PLC0414  a fixture
+
+NAMES = sorted(file.stem for file in FOLDER.glob("*.ipynb"))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_notebook_in_git_has_no_outputs(name: str) -> None:
+    for cell in read_notebook(name).cells:
+        assert cell.cell_type == "markdown" or (cell.outputs, cell.execution_count) == ([], None), cell.id
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_links_of_a_notebook_exist(name: str) -> None:
+    text = "\n".join(cell.source for cell in read_notebook(name).cells if cell.cell_type == "markdown")
+    links = re.findall(r"\]\(([^)#]*)(?:#[^)]*)?\)", text)
+    assert links
+    for link in links:
+        assert (FOLDER / link).exists(), link
+
+
+@pytest.mark.slow
+def test_first_drive(kernel_folder: Path) -> None:
+    cells = run_notebook("first-drive", kernel_folder)
+    assert [each for each in cells if cells[each].has_picture] == ["show", "show-path", "frame", "arena", "show-arena"]
+    assert [each for each in cells if cells[each].errors] == ["blocked", "interrupt"]
+    assert cells["straight"].number == pytest.approx(0.5, abs=0.01)
+    assert "heading=1.57" in cells["turn"].text
+    assert 0 <= cells["closing-error"].number < 10
+    assert "contacts=0" in cells["truth"].text
+    assert cells["wait"].number == pytest.approx(cells["clock"].number + 2.0)
+    assert "closed" in cells["close"].text
+    assert cells["blocked"].errors == ["BlockedError"]
+    assert "Turn round" in cells["catch"].text
+    assert cells["interrupt"].errors == ["KeyboardInterrupt"]
+    assert 0 < cells["stopped"].number < 1.5
+    assert cells["drive-on"].number == pytest.approx(cells["stopped"].number + 0.1, abs=0.05)
+    assert cells["script"].number == pytest.approx(0.2, abs=0.01)
