@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 from pathlib import Path
 
 import pytest
@@ -26,9 +27,17 @@ def test_links_of_a_notebook_exist(name: str) -> None:
         assert (FOLDER / link).exists(), link
 
 
+@pytest.fixture
+def folder(kernel_folder: Path) -> Path:
+    """Copy the files beside the notebooks into the kernel's folder."""
+    for file in FOLDER.glob("*.py"):
+        shutil.copy(file, kernel_folder)
+    return kernel_folder
+
+
 @pytest.mark.slow
-def test_first_drive(kernel_folder: Path) -> None:
-    cells = run_notebook("first-drive", kernel_folder)
+def test_first_drive(folder: Path) -> None:
+    cells = run_notebook("first-drive", folder)
     assert [each for each in cells if cells[each].has_picture] == ["show", "show-path", "frame", "arena", "show-arena"]
     assert [each for each in cells if cells[each].errors] == ["blocked", "interrupt"]
     assert cells["straight"].number == pytest.approx(0.5, abs=0.01)
@@ -43,3 +52,23 @@ def test_first_drive(kernel_folder: Path) -> None:
     assert 0 < cells["stopped"].number < 1.5
     assert cells["drive-on"].number == pytest.approx(cells["stopped"].number + 0.1, abs=0.05)
     assert cells["script"].number == pytest.approx(0.2, abs=0.01)
+
+
+@pytest.mark.slow
+def test_find_the_ball(folder: Path) -> None:
+    cells = run_notebook("find-the-ball", folder)
+    assert [each for each in cells if cells[each].has_picture] == ["open", "marked", "show-end"]
+    assert cells["detector"].text == "[]"
+    assert cells["search"].text == "True"
+    assert cells["bearing"].number > 0.3
+    assert abs(cells["faced"].number) < 0.1
+    assert 0.2 < cells["approach"].number < 0.3
+    assert 0.2 < cells["truth"].number < 0.35
+    assert "0 contacts" in cells["truth"].text
+    assert "class FindBall" in cells["file"].text
+    assert "SUCCESS" in cells["run-live"].text
+    assert cells["verified"].text == "True"
+    assert re.fullmatch(r"\{'seen': [\d.]+, 'near': [\d.]+\}", cells["milestones"].text)
+    for each in ("run", "seed", "setting"):
+        assert "on kinematic: success" in cells[each].text
+    assert "8/8" in cells["sweep"].text
