@@ -1,6 +1,7 @@
 """Check that recorded runs are replayed bit for bit, on each backend and with each kind of ending.
 
     python -m benchmarks.replay --runs 100 --seed 1
+    python -m benchmarks.replay --runs 100 --seed 1 --apps manoeuvring   # an app of composed generators
 
 Each run is drawn from the seed: its app, backend, world, faults and disturbance. It is recorded to a file, read back,
 and replayed. The benchmark prints each deviation with its run. The exit status is 1 if a replay differs.
@@ -27,7 +28,15 @@ from robotcore.runtime.plan import RunRequest
 from robotcore.runtime.session import run
 from tests.robotcore.recording.replay.memory import Disturbance, press_emergency_stop, send_signal
 
-CLUMSY = str(Path(__file__).with_name("clumsy_search.py"))
+CLUMSY, MANOEUVRING = (str(Path(__file__).with_name(name)) for name in ("clumsy_search.py", "manoeuvring.py"))
+APPS = {
+    "green-search": "green-search",
+    "avoid-obstacles": "avoid-obstacles",
+    "mark-green": "mark-green",
+    "clumsy": CLUMSY,
+    "manoeuvring": MANOEUVRING,
+}
+"""The apps to record, by their names in ``--apps``."""
 FAULTS = (
     "camera drop=0.3",
     "camera delay=0.2",
@@ -75,11 +84,14 @@ class Case:
 
 def main() -> int:
     """Record and replay every run, and print the number of equal replays."""
-    options = parse_options(__doc__, runs=100, seed=1, backends="kinematic,pybullet")
+    options = parse_options(__doc__, runs=100, seed=1, backends="kinematic,pybullet", apps=",".join(APPS))
     draw = random.Random(options.seed)
     with TemporaryDirectory() as folder:
         file = Path(folder) / "run.mcap"
-        cases = [_run_case(*_draw_run(draw, options.backends.split(",")), file) for _ in range(options.runs)]
+        cases = [
+            _run_case(*_draw_run(draw, options.backends.split(","), options.apps.split(",")), file)
+            for _ in range(options.runs)
+        ]
     print_table(("backend", "ended by", "runs", "faults", "interventions", "ticks", "bit-equal"), _build_rows(cases))
     equal = sum(case.is_bit_equal for case in cases)
     pace = sum(case.recording_s for case in cases) / sum(case.replay_s for case in cases)
@@ -90,13 +102,18 @@ def main() -> int:
     return int(equal != len(cases))
 
 
-def _draw_run(draw: random.Random, backends: list[str]) -> tuple[RunRequest, Disturbance | None]:
-    app = draw.choice(("green-search", "green-search", "avoid-obstacles", "mark-green", CLUMSY))
+def _draw_run(draw: random.Random, backends: list[str], apps: list[str]) -> tuple[RunRequest, Disturbance | None]:
+    app = APPS[draw.choice(apps)]
     backend, seed, timeout_s = draw.choice(backends), draw.randrange(1000), draw.uniform(4, 12)
     if app == "mark-green":
         return RunRequest(app, backend, "lookout", "open", seed, timeout_s=timeout_s), None
-    settings = {"by": draw.choice(("raise", "nan")), "at": draw.randrange(10, 80)} if app == CLUMSY else {}
-    possible = [fault for fault in FAULTS if app != "avoid-obstacles" or not fault.startswith("camera")]
+    settings: dict[str, object] = {}
+    if app == CLUMSY:
+        settings = {"by": draw.choice(("raise", "nan")), "at": draw.randrange(10, 80)}
+    elif app == MANOEUVRING:
+        settings = {"seed": draw.randrange(1000)}
+    has_camera = app not in ("avoid-obstacles", MANOEUVRING)
+    possible = [fault for fault in FAULTS if has_camera or not fault.startswith("camera")]
     faults = tuple(draw.sample(possible, draw.randrange(3)))
     disturbance = draw.choice(DISTURBANCES)(draw.randrange(5, 80)) if draw.random() < 0.3 else None
     world = draw.choice(("arena", "clutter", "occluded"))

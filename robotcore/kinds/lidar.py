@@ -140,7 +140,7 @@ class Scan:
                 x, y = column * width, canvas.height - height * distance / farthest
                 corners = [(x, y), (x + width, y), (x + width, canvas.height), (x, canvas.height)]
                 canvas.fill_polygon(corners, SERIES[3])
-        words = f"from left to right, up to {farthest:.2f} m; {self}"
+        words = f"from left to right, up to {farthest:.2f} m; {self.format_values()}"
         canvas.write_text((CHART_TEXT_PX / 2, CHART_TEXT_PX * 1.5), words, INK, CHART_TEXT_PX * 0.8)
         return encode_png(canvas.render())
 

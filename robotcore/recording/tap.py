@@ -64,6 +64,7 @@ class RecordingTap(Tap):
         self._latch = Latch()
         self._kept = Counter[str]()
         self._reader: str | None = None
+        self._has_ended = False
 
     def take(self) -> TickEvents:
         """Return the events of the tick, and begin a new one."""
@@ -84,10 +85,22 @@ class RecordingTap(Tap):
         try:
             result = call()
         except RobotcoreError as error:
-            getattr(self.events, kind).append(build(None, RecordedError.from_error(error)))
+            if not self._has_ended:
+                getattr(self.events, kind).append(build(None, RecordedError.from_error(error)))
             raise
-        getattr(self.events, kind).append(build(result, None))
+        except BaseException:  # a signal
+            self.end_ticks()
+            raise
+        if not self._has_ended:
+            getattr(self.events, kind).append(build(result, None))
         return result
+
+    def end_ticks(self) -> None:
+        """End the recording of calls. A replay does not make those of the app's clean-up."""
+        self._has_ended = True
+
+    def resume_ticks(self) -> None:
+        self._has_ended = False
 
     @contextmanager
     def set_reader(self, reader: str) -> Iterator[None]:

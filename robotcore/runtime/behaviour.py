@@ -107,6 +107,11 @@ class Behaviour:
         """Whether the generator of ``run`` has ended with an exception, so that it cannot continue."""
         return self.__routine is not None and getgeneratorstate(self.__routine) == GEN_CLOSED
 
+    @property
+    def has_open_routine(self) -> bool:
+        """Whether the generator of ``run`` has begun and not ended."""
+        return self.__routine is not None and not self.has_failed_routine
+
     def close_routine(self) -> None:
         """Close the generator of ``run``, so that its clean-up runs. The loop calls this at the end of the run."""
         if routine := self.__routine:

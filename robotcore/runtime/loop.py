@@ -61,7 +61,7 @@ class Loop:
         self._latch, self._filter, self._activity = assembled.latch, assembled.command_filter, assembled.activity
         self._reserve = assembled.motor_stops.reserve
         self._step_limit, self._observer_limit = build_step_limit, observer_limit
-        self._stop = assembled.suspend
+        self._stop, self._taps = assembled.suspend, assembled.taps
         self.losses = DeviceLossTracker(outage)
         self._drive = assembled.robot.drive if assembled.command_filter else None
         self.behaviour = behaviour
@@ -118,7 +118,6 @@ class Loop:
     def _run(self) -> Outcome:
         while (status := self._tick_or_wait()) is Status.RUNNING and self._clock.now() < self._timeout:
             self._let_time_pass()
-        self._close_routine()
         self.end()
         return Outcome.TIMEOUT if status is Status.RUNNING else Outcome(status.value)
 
@@ -130,6 +129,8 @@ class Loop:
 
     def resume(self) -> None:
         """Begin a new tick at the present time."""
+        for tap in self._taps:
+            tap.resume_ticks()
         self._clock.renewal_age = None
         self._clock.begin_tick()
         self._deadline = self._clock.now()
@@ -151,6 +152,10 @@ class Loop:
             raise BehaviourError.from_exception(type(self.behaviour), error) from error
 
     def _close_routine_after(self, error: BaseException) -> None:
+        if not self.behaviour.has_open_routine:
+            return
+        for tap in self._taps:
+            tap.end_ticks()
         try:
             self._close_routine()
         except RobotcoreError as failure:
@@ -180,6 +185,8 @@ class Loop:
             self._probe_lost_devices()
             self._read_for_routine()
             status = self._decide()
+            if status is not Status.RUNNING or self._clock.now() >= self._timeout:
+                self._close_routine()  # its clean-up is a part of the last tick
             if self._waits_for_devices:
                 self._routine_sensors = [sensor for sensor in self._sensors if sensor.is_read]
             self._latch.check()

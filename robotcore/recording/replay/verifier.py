@@ -114,6 +114,10 @@ class Verifier(ReplayTap):
     def latch(self, latch: Latch) -> None:
         self._latch = latch
 
+    def end_ticks(self) -> None:
+        """End the replay, so that each call of the app's clean-up fails."""
+        self._ended_by = self._ended_by or RecordingEndedError(self.trace.ticks, self.current.tick.time)
+
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
         """Return a reader that reports a difference if the recorded run did not read the sensor in this tick.
 

@@ -51,6 +51,8 @@ class AssembledRobot:
     """The activity of the loop's thread, for the watchdog."""
     suspend_functions: tuple[Callable[[str], None], ...] = ()
     """The functions that stop the drive and each other motor between two ticks. Their argument is the cause."""
+    taps: tuple[Tap, ...] = ()
+    """The taps, which record or compare the calls of the app."""
 
     def suspend(self, cause: str) -> None:
         """Stop every motor between two ticks, for example before the program is suspended.
@@ -154,7 +156,9 @@ def assemble(
         raw.name, AppClock(ticks), devices.values(), drive=guarded.drive if guarded else None, release=raw.close
     )
     command_filter = guarded.command_filter if guarded else None
-    return AssembledRobot(robot, ticks, latch, command_filter, motor_stops, activity, tuple(suspend_functions))
+    return AssembledRobot(
+        robot, ticks, latch, command_filter, motor_stops, activity, tuple(suspend_functions), tuple(taps)
+    )
 
 
 def _wrap_device(device: Device, clock: TickClock, layers: Sequence[Layer], joints: Joints, latch: Latch) -> Device:

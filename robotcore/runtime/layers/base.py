@@ -81,3 +81,9 @@ class Tap(Layer):
 
     def latch(self, latch: Latch) -> None:
         """Receive the latch of the run. A run calls this once, before it reads the first sensor."""
+
+    def end_ticks(self) -> None:
+        """Receive the end of the last tick, after an error or a signal. Calls of the app's clean-up may follow."""
+
+    def resume_ticks(self) -> None:
+        """Receive that a live robot continues after `end_ticks`."""

@@ -143,6 +143,15 @@ def test_session_is_recorded(tmp_path: Path) -> None:
     assert {"drive", "wait"} == {tick.state for tick in recording.ticks}
 
 
+def test_session_is_recorded_after_an_error(tmp_path: Path) -> None:
+    file = tmp_path / "session.mcap"
+    with robotcore.open(world="open", record=file) as robot:
+        with pytest.raises(ZeroDivisionError):
+            robot.wait_until(lambda: 1 / 0)
+        robot.drive.move(0.1, seconds=0.1)
+    assert [tick for tick in read(file).ticks if tick.state == "move"][-2].asked
+
+
 def interrupt(after_s: float, number: int = signal.SIGINT) -> None:
     threading.Timer(after_s, os.kill, (os.getpid(), number)).start()
 

@@ -72,7 +72,7 @@ class FailingDevices(Tap):
 
 
 class Disturbance(Tap):
-    """A tap and observer that calls a function before tick ``at``, or at each read of a sensor in this tick."""
+    """A tap and observer that calls a function before tick ``at``, or at the first read of a sensor in this tick."""
 
     def __init__(self, at: int, disturb: Callable[[RunContext], object], *, is_in_tick: bool = False) -> None:
         self._at, self._disturb, self._is_in_tick = at, disturb, is_in_tick
@@ -92,6 +92,7 @@ class Disturbance(Tap):
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
         def reader() -> SampleT:
             if self._now == self._at and self._is_in_tick:
+                self._is_in_tick = False
                 self._disturb(self._run)
             return read()
 
