@@ -2,12 +2,16 @@ from __future__ import annotations
 
 import re
 import shutil
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 
 from tests.docs.notebooks import FOLDER, read_notebook, run_notebook
 from tests.kernels import kernel_folder as kernel_folder  # noqa: PLC0414  a fixture
+
+pytestmark = pytest.mark.timeout(300)
+"""A busy machine takes several times as long."""
 
 NAMES = sorted(file.stem for file in FOLDER.glob("*.ipynb"))
 
@@ -72,3 +76,21 @@ def test_find_the_ball(folder: Path) -> None:
     for each in ("run", "seed", "setting"):
         assert "on kinematic: success" in cells[each].text
     assert "8/8" in cells["sweep"].text
+
+
+@pytest.mark.slow
+def test_from_simulation_to_robot(folder: Path) -> None:
+    cells = run_notebook("from-simulation-to-robot", folder)
+    assert "on kinematic: success" in cells["import"].text
+    installed = ["kinematic", *(each for each in ("mujoco", "pybullet") if find_spec(each))]
+    simulators = re.findall(r"(?m)^(\w+): success, 0.2\d m from the ball$", cells["simulators"].text)
+    assert simulators == installed
+    assert "success, verified: True" in cells["faults"].text
+    assert "stopped\neye: the newest sample is" in cells["frozen"].text
+    assert "verified by the simulator" in cells["record"].text
+    assert [each for each in cells if cells[each].has_picture] == ["picture"]
+    assert cells["replay"].text.startswith("bit-equal")
+    assert "[raspberrypi] OK" in cells["check"].text
+    assert "GPIO 17" in cells["wiring"].text
+    assert "success, 0.2" in cells["virtualpi"].text
+    assert cells["prompt"].number == pytest.approx(0.5, abs=0.01)
