@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import atexit
 import signal
 from collections.abc import Callable
+from functools import partial
 from threading import get_ident
 from types import TracebackType
 from typing import Any
@@ -14,6 +14,7 @@ from robotcore.autonomy.routines import Routine, require_routines, wait, wait_un
 from robotcore.errors import BehaviourError, DeviceClosedError, Interrupted, RobotcoreError, UsageError
 from robotcore.hal.robot import Robot, Role
 from robotcore.hal.truth import Truth
+from robotcore.interactive import open_robots
 from robotcore.interactive.live_drive import LiveDrive
 from robotcore.interactive.session import Session
 from robotcore.runtime.behaviour import Behaviour
@@ -58,7 +59,7 @@ class LiveRobot(Robot):
         """Whether a routine runs, so that time passes."""
         self.result: RunResult | None = None
         """The result of the session. None while the robot is open."""
-        atexit.register(self.close)
+        open_robots.register(self, partial(_close_session, session, loop, signals, finish))
         self.wait(0.0)
 
     @property
@@ -156,7 +157,7 @@ class LiveRobot(Robot):
         if self.is_running:
             raise UsageError("a routine cannot close its robot. End the routine first", kind="closed-in-routine")
         self._loop = None
-        atexit.unregister(self.close)
+        open_robots.unregister(self)
         with self._signals:
             self.result = self._session.close(loop.latched_error or outcome)
             self._finish()
@@ -187,3 +188,9 @@ class LiveRobot(Robot):
 
     def __repr__(self) -> str:
         return super().__repr__() if self._loop else f"<Robot {self.name}: closed>"
+
+
+def _close_session(session: RunSession, loop: Loop, signals: SignalGuard, finish: Callable[[], None]) -> None:
+    with signals:
+        session.close(loop.latched_error or Outcome.SUCCESS)
+        finish()

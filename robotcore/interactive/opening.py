@@ -10,6 +10,7 @@ from typing import Any
 from robotcore.errors import Interrupted
 from robotcore.hal.backend import load_backend
 from robotcore.hal.robot import Role
+from robotcore.interactive import open_robots
 from robotcore.interactive.live_robot import LiveRobot
 from robotcore.interactive.session import Session
 from robotcore.recording.mcap_file import require_recordable
@@ -79,6 +80,7 @@ def open(  # noqa: A001  users write robotcore.open
     ...     print(robot.range.read())
     Range 0.46 m at 0.00 s
     """
+    open_robots.close_lost()
     app = _build_app(robot, backend, options or {}, needs)
     specifications = (faults,) if isinstance(faults, str) else tuple(faults)
     request = RunRequest(

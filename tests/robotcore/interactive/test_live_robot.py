@@ -15,6 +15,7 @@ import pytest
 import robotcore
 from robotcore import Behaviour, LiveRobot, Outcome, Robot, Role, Routine, Status
 from robotcore.errors import (
+    BlockedError,
     DeviceClosedError,
     DeviceError,
     InvalidCommandError,
@@ -27,6 +28,7 @@ from robotcore.errors import (
 from robotcore.hal.clock import SteppedClock
 from robotcore.kinds.camera import Camera
 from robotcore.recording import read
+from robotcore.runtime.session import RunSession
 from tests.texts import Raises
 
 
@@ -119,6 +121,30 @@ def test_two_sessions_at_once() -> None:
         second.drive.straight(-0.1)
         assert first.drive.pose.x > 0.19
         assert second.drive.pose.x < -0.09
+
+
+def test_next_open_closes_a_robot_that_the_program_has_lost() -> None:
+    def open_and_lose() -> RunSession:
+        robot = robotcore.open(world="open")
+        robot.drive.straight(0.1)
+        with pytest.raises(BlockedError):
+            robotcore.open(world="arena").drive.straight(1.0)
+        return robot._session
+
+    lost = open_and_lose()
+    assert lost.result is None
+    with robotcore.open(world="open"):
+        assert lost.result
+        assert lost.result.outcome is Outcome.SUCCESS
+
+
+def test_next_open_leaves_a_robot_that_another_name_has() -> None:
+    robot = robotcore.open(world="open")
+    first = robot
+    robot = robotcore.open(world="open")
+    first.drive.straight(0.1)
+    first.close()
+    robot.close()
 
 
 def test_same_calls_give_the_same_trace() -> None:

@@ -1,0 +1,54 @@
+"""The open robots of the program. The end of the program closes them."""
+
+from __future__ import annotations
+
+import atexit
+import gc
+from collections.abc import Callable
+from threading import get_ident
+from typing import Any, NamedTuple
+from weakref import ref
+
+
+class _OpenRobot(NamedTuple):
+    robot: ref[Any]
+    close: Callable[[], object]
+    """Closes the robot after the program has lost it."""
+    thread: int
+
+
+_OPEN: list[_OpenRobot] = []
+
+
+def register(robot: object, close: Callable[[], object]) -> None:
+    """Add an open robot.
+
+    robot: the robot. Its method ``close`` closes it.
+    close: a function that closes the robot after the program has lost it. It holds no reference to the robot.
+    """
+    _OPEN.append(_OpenRobot(ref(robot), close, get_ident()))
+
+
+def unregister(robot: object) -> None:
+    """Remove a robot that is closed."""
+    _OPEN[:] = [each for each in _OPEN if each.robot() is not robot]
+
+
+def close_lost() -> None:
+    """Close the robots of this thread to which the program has no reference any more.
+
+    A notebook loses a robot if a cell with ``robot = robotcore.open(...)`` runs twice.
+    """
+    if _OPEN:
+        gc.collect()
+    for each in [each for each in _OPEN if each.robot() is None and each.thread == get_ident()]:
+        _OPEN.remove(each)
+        each.close()
+
+
+@atexit.register
+def _close_all() -> None:
+    while _OPEN:
+        last = _OPEN.pop()
+        robot = last.robot()
+        (robot or last).close()
