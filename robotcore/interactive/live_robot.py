@@ -104,7 +104,9 @@ class LiveRobot(Robot):
         except RobotcoreError as error:
             self._reported = error
             cause = error.__cause__ if isinstance(error, BehaviourError) else None
-            raise cause or error.with_traceback(None) from None
+            if cause is None:
+                raise error.with_traceback(None) from None
+            raise cause.with_traceback(_skip_own_frames(cause.__traceback__)) from cause.__cause__
         finally:
             self.is_running = False
             if self._loop:
@@ -194,3 +196,10 @@ def _close_session(session: RunSession, loop: Loop, signals: SignalGuard, finish
     with signals:
         session.close(loop.latched_error or Outcome.SUCCESS)
         finish()
+
+
+def _skip_own_frames(traceback: TracebackType | None) -> TracebackType | None:
+    """Return the part of a traceback that begins in the user's code."""
+    while traceback and traceback.tb_frame.f_globals.get("__name__", "").startswith("robotcore."):
+        traceback = traceback.tb_next
+    return traceback

@@ -7,7 +7,7 @@ from collections.abc import Set as AbstractSet
 from pathlib import Path
 from typing import Any
 
-from robotcore.errors import Interrupted
+from robotcore.errors import Interrupted, RobotcoreError
 from robotcore.hal.backend import load_backend
 from robotcore.hal.robot import Role
 from robotcore.interactive import open_robots
@@ -80,28 +80,34 @@ def open(  # noqa: A001  users write robotcore.open
     ...     print(robot.range.read())
     Range 0.46 m at 0.00 s
     """
-    open_robots.close_lost()
-    app = _build_app(robot, backend, options or {}, needs)
     specifications = (faults,) if isinstance(faults, str) else tuple(faults)
-    request = RunRequest(
-        app,
-        backend,
-        robot,
-        world,
-        seed,
-        rate_hz,
-        LONGEST_S,
-        options=options or {},
-        gui=gui,
-        realtime=realtime,
-        randomise=randomise,
-        faults=specifications,
-    )
+    try:
+        open_robots.close_lost()
+        request = RunRequest(
+            _build_app(robot, backend, options or {}, needs),
+            backend,
+            robot,
+            world,
+            seed,
+            rate_hz,
+            LONGEST_S,
+            options=options or {},
+            gui=gui,
+            realtime=realtime,
+            randomise=randomise,
+            faults=specifications,
+        )
+        return _open(request, None if record is None else Path(record))
+    except RobotcoreError as error:
+        raise error.with_traceback(None) from None
+
+
+def _open(request: RunRequest, record: Path | None) -> LiveRobot:
     plan = Plan.resolve(request)
     recorder = None
     if record is not None:
-        require_recordable(Path(record))
-        recorder = Recorder(Path(record))
+        require_recordable(record)
+        recorder = Recorder(record)
     keeper, signals = _ContextKeeper(), SignalGuard()
     observers: list[Observer] = [keeper, recorder] if recorder else [keeper]
     taps = [recorder.layer] if recorder else []
@@ -113,7 +119,8 @@ def open(  # noqa: A001  users write robotcore.open
         assert session.result.error
         error = session.result.error
         raise KeyboardInterrupt if isinstance(error, Interrupted) else error
-    app.truth = keeper.context.truth
+    assert isinstance(request.app, Session)
+    request.app.truth = keeper.context.truth
 
     def finish() -> None:
         if recorder and recorder.failure:

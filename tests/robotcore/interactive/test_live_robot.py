@@ -8,6 +8,7 @@ import signal
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from traceback import extract_tb
 from typing import Any
 
 import pytest
@@ -222,6 +223,34 @@ def test_exception_of_a_routine_reaches_the_caller(robot: LiveRobot) -> None:
     robot.wait(0.1)
     assert robot.ground_truth
     assert robot.ground_truth.is_at_rest
+
+
+def fail_because_of_a_key(robot: Robot) -> Routine[None]:
+    yield
+    try:
+        {"cube": 1}["ball"]
+    except KeyError as error:
+        raise ValueError("broken") from error
+
+
+def list_functions(error: BaseException) -> list[str]:
+    return [frame.name for frame in extract_tb(error.__traceback__)][1:]
+
+
+def test_traceback_of_a_routine_begins_in_the_routine(robot: LiveRobot) -> None:
+    with pytest.raises(ValueError, match="broken") as caught:
+        robot.run(fail_because_of_a_key(robot))
+    assert list_functions(caught.value) == ["run", "fail_because_of_a_key"]
+    assert isinstance(caught.value.__cause__, KeyError)
+
+
+def test_traceback_of_an_error_of_robotcore_ends_at_the_call(robot: LiveRobot) -> None:
+    with pytest.raises(BlockedError) as blocked, robotcore.open(world="arena") as other:
+        other.drive.straight(3.0)
+    assert list_functions(blocked.value) == ["straight", "run"]
+    with pytest.raises(UnknownNameError) as unknown:
+        robotcore.open(world="nowhere")
+    assert list_functions(unknown.value) == ["open"]
 
 
 def test_lost_sensor_is_an_error_and_the_robot_stays_open() -> None:
