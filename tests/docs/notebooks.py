@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import re
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,41 +10,12 @@ import nbformat
 from jupyter_client.manager import AsyncKernelManager
 from nbclient import NotebookClient
 
+from tests.kernels import CellOutputs
+
 FOLDER = Path(__file__).parents[2] / "docs" / "notebooks"
 INTERRUPTED = "interrupt"
 """The id of the cell that the reader interrupts."""
 INTERRUPT_S = 1.0
-COLOUR = re.compile(r"\x1b\[[0-9;]*m")
-
-
-@dataclass(frozen=True)
-class CellOutputs:
-    """The outputs of a cell."""
-
-    outputs: list[Any]
-
-    @property
-    def text(self) -> str:
-        """The printed text, and the text of the result, without colours."""
-        texts = (each.get("text") or each.get("data", {}).get("text/plain", "") for each in self.outputs)
-        return COLOUR.sub("", "".join(texts))
-
-    @property
-    def number(self) -> float:
-        """The first decimal number of the text."""
-        found = re.search(r"-?\d+\.\d+", self.text)
-        assert found, self.text
-        return float(found[0])
-
-    @property
-    def has_picture(self) -> bool:
-        """Whether the cell shows a picture."""
-        return any("image/png" in each.get("data", {}) for each in self.outputs)
-
-    @property
-    def errors(self) -> list[str]:
-        """The names of the errors that ended the cell."""
-        return [each["ename"] for each in self.outputs if each["output_type"] == "error"]
 
 
 def read_notebook(name: str) -> Any:
