@@ -17,7 +17,7 @@ from robotcore.autonomy.manoeuvres.motion import Motion
 from robotcore.autonomy.manoeuvres.path_following import follow
 from robotcore.autonomy.manoeuvres.path_planning import Point, plan_path, split_at_turns
 from robotcore.autonomy.manoeuvres.speed_profile import SpeedProfile
-from robotcore.autonomy.manoeuvres.turning import rotate
+from robotcore.autonomy.manoeuvres.spot_turn import turn_on_spot
 from robotcore.autonomy.routines import Routine
 from robotcore.errors import UsageError
 from robotcore.geometry import Pose, wrap_angle
@@ -41,7 +41,7 @@ def go_to(
     blocks the robot, and UsageError if the robot has moved since the call, so that the point is too near now.
     """
     point = (require_number("go_to", "x", x, "metres", MAX_M), require_number("go_to", "y", y, "metres", MAX_M))
-    return _build_drive(robot, "go_to", f"go_to({point[0]:g}, {point[1]:g})", [point], speed, turn_rate)
+    return _build_routine(robot, "go_to", f"go_to({point[0]:g}, {point[1]:g})", [point], speed, turn_rate)
 
 
 def follow_path(
@@ -62,7 +62,7 @@ def follow_path(
     """
     places = _require_points(points)
     name = f"follow_path through {pluralize(len(places), 'point')}"
-    return _build_drive(robot, "follow_path", name, places, speed, turn_rate)
+    return _build_routine(robot, "follow_path", name, places, speed, turn_rate)
 
 
 def face(robot: Robot, heading: float, *, turn_rate: float | None = None) -> Routine[Pose]:
@@ -80,7 +80,7 @@ def face(robot: Robot, heading: float, *, turn_rate: float | None = None) -> Rou
     return _face(robot, f"face({heading:g})", heading, build_turn_profile("face", robot.drive, turn_rate))
 
 
-def _build_drive(
+def _build_routine(
     robot: Robot, manoeuvre: str, name: str, points: Sequence[Point], speed: float | None, turn_rate: float | None
 ) -> Routine[Pose]:
     drive = robot.drive
@@ -99,7 +99,7 @@ def _drive_through(
     for index, group in enumerate(groups):
         yield from motion.prepare()
         if turn_profile:
-            yield from rotate(motion, motion.pose.heading + motion.pose.bearing_to(*group[0]), turn_profile)
+            yield from turn_on_spot(motion, motion.pose.heading + motion.pose.bearing_to(*group[0]), turn_profile)
             motion = Motion(robot, name)
         path = plan_path(motion.pose, group, robot.drive)
         limited = profile.limit_to(path.curvature * motion.half_track, robot.drive.max_linear)
@@ -112,7 +112,7 @@ def _drive_through(
 def _face(robot: Robot, name: str, heading: float, profile: SpeedProfile) -> Routine[Pose]:
     motion = Motion(robot, name)
     yield from motion.prepare()
-    yield from rotate(motion, motion.pose.heading + wrap_angle(heading - motion.pose.heading), profile)
+    yield from turn_on_spot(motion, motion.pose.heading + wrap_angle(heading - motion.pose.heading), profile)
     return motion.pose
 
 

@@ -27,7 +27,7 @@ STALLED_SHARE = 0.25
 
 
 class _Step(NamedTuple):
-    """The state at the begin of a tick."""
+    """The state at the start of a tick."""
 
     time: float
     pose: Pose
@@ -35,7 +35,7 @@ class _Step(NamedTuple):
     """The pose that the commands since the start would have reached."""
 
 
-class BlockageDetector:
+class BlockageMonitor:
     """Finds the cause that blocks a robot. A manoeuvre calls the methods in each tick."""
 
     def __init__(self, robot: Robot) -> None:
@@ -48,7 +48,7 @@ class BlockageDetector:
     def has_contact(self, direction: float | None) -> bool:
         """Return whether a bumper is pressed.
 
-        direction: 1 to ask only the bumpers that look forward, -1 for those that look backward, None for all.
+        direction: 1 for the bumpers at the front, -1 for those at the rear, None for all.
         """
         return any(
             each.read().is_pressed
@@ -56,15 +56,15 @@ class BlockageDetector:
             if direction is None or math.cos(each.direction) * direction > 0
         )
 
-    def find_cause(self, pose: Pose, asked: Twist, sent: Twist, period: float) -> str:
-        """Return the cause that blocks the robot, or an empty text.
+    def find_cause(self, pose: Pose, command: Twist, sent: Twist, period: float) -> str:
+        """Return the cause of a blockage, ``range-guard``, ``contact`` or ``wheels``; ``""`` without a blockage.
 
-        pose: the pose before the command.
-        asked: the command of the manoeuvre.
+        pose: the pose of the robot before the command.
+        command: the command of the manoeuvre.
         sent: the command after the safety rules.
         period: the duration of a tick in seconds.
         """
-        is_held = asked.linear > 0 and sent.linear < HELD_SHARE * asked.linear
+        is_held = command.linear > 0 and sent.linear < HELD_SHARE * command.linear
         self._guarded_s = max(0.0, self._guarded_s + (period if is_held else -period))
         if self._guarded_s >= GUARDED_S:
             return "range-guard"

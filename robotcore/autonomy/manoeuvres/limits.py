@@ -10,7 +10,7 @@ from robotcore.geometry import to_float
 from robotcore.hal.drive import DifferentialDrive
 
 MAX_M = 100.0
-"""The greatest distance, radius and coordinate of a manoeuvre, in metres. A greater one is not in metres."""
+"""The greatest distance, radius and coordinate of a manoeuvre, in metres. A greater value is probably not in metres."""
 
 MAX_RAD = 100 * math.tau
 """The greatest angle of a manoeuvre, in radians: 100 turns."""
@@ -95,7 +95,7 @@ def build_path_profile(
     top = SPEED_SHARE * drive.max_linear / outer
     if speed is not None:
         top = require_positive(manoeuvre, "speed", speed, "m/s", drive.max_linear / outer)
-    return SpeedProfile(top, _acceleration(drive) / outer, SLOWEST_M_S / outer)
+    return SpeedProfile(top, _compute_acceleration(drive) / outer, SLOWEST_M_S / outer)
 
 
 def build_turn_profile(manoeuvre: str, drive: DifferentialDrive, turn_rate: float | None) -> SpeedProfile:
@@ -118,8 +118,9 @@ def build_turn_profile(manoeuvre: str, drive: DifferentialDrive, turn_rate: floa
     if turn_rate is not None:
         top = require_positive(manoeuvre, "turn_rate", turn_rate, "rad/s", drive.max_angular)
     half_track = drive.geometry.track / 2
-    return SpeedProfile(top, TURN_ACCELERATION_SHARE * _acceleration(drive) / half_track, SLOWEST_M_S / half_track)
+    acceleration = TURN_ACCELERATION_SHARE * _compute_acceleration(drive)
+    return SpeedProfile(top, acceleration / half_track, SLOWEST_M_S / half_track)
 
 
-def _acceleration(drive: DifferentialDrive) -> float:
+def _compute_acceleration(drive: DifferentialDrive) -> float:
     return min(drive.deceleration, ACCELERATION_SHARE * drive.max_acceleration)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from contextlib import suppress
 
-from robotcore.autonomy.manoeuvres.blockage import BlockageDetector
+from robotcore.autonomy.manoeuvres.blockage import BlockageMonitor
 from robotcore.autonomy.manoeuvres.pose_tracker import find_tracker
 from robotcore.autonomy.manoeuvres.speed_profile import LAG_S, CoastingEstimator
 from robotcore.autonomy.routines import Routine
@@ -20,7 +20,7 @@ SETTLE_S = 0.2
 """A manoeuvre ends after the robot has stood for this time, in seconds."""
 
 STANDING_M = 0.0005
-"""The longest way of a wheel of a robot that stands, in metres. The counts of an encoder may alternate."""
+"""The longest way of a wheel while the robot stands, in metres. The counts of an encoder may alternate."""
 
 CORRECTION_S = 2.0
 """The longest time for corrections at the end, in seconds. Coarse encoders prevent more accuracy."""
@@ -35,7 +35,7 @@ class Motion:
     def __init__(self, robot: Robot, name: str) -> None:
         self._robot, self._name = robot, name
         self._tracker = find_tracker(robot)
-        self._blockage = BlockageDetector(robot)
+        self._blockage = BlockageMonitor(robot)
         is_way_measured = bool(robot.all(Encoder))
         self._linear = CoastingEstimator(LAG_S if is_way_measured else 0.0)
         self._angular = CoastingEstimator(LAG_S if is_way_measured or robot.all(Imu) else 0.0)
@@ -47,8 +47,8 @@ class Motion:
         """The last command that was sent."""
         self.remaining: dict[str, float] = {}
         """The way that remains, as ``remaining_m`` or ``remaining_rad``, for a BlockedError."""
-        self.must_end = False
-        """Whether the corrections at the end of the manoeuvre must end."""
+        self.is_correction_over = False
+        """Whether no correction may follow, because `CORRECTION_S` is over, or the wheels stall near the end."""
         self._is_near = False
         self._direction = self._stood_s = self._correction_s = 0.0
         self._standing_at = self.pose
@@ -73,8 +73,8 @@ class Motion:
         while not self.period or not self._tracker.is_calibrated:
             yield from self.send(STOPPED)
 
-    def update_end(self, remaining: float, near: float) -> None:
-        """Update ``must_end``. Call it once in each tick.
+    def update_correction(self, remaining: float, near: float) -> None:
+        """Add a tick to the time of the corrections. Call it once in each tick.
 
         remaining: the way that remains, in m or rad.
         near: the way at which the robot is nearly at its end. Wheels that do not turn there any more are no blockage.
@@ -83,21 +83,21 @@ class Motion:
         self._is_near = abs(remaining) < near
         if self._correction_s or remaining * self._direction <= 0:
             self._correction_s += self.period
-        self.must_end |= self._correction_s > CORRECTION_S
+        self.is_correction_over |= self._correction_s > CORRECTION_S
 
     def send(self, command: Twist, direction: float | None = None) -> Routine[None]:
         """Send a command, let a tick pass, and measure the pose.
 
         direction: 1 forward, -1 backward; None on the spot.
 
-        Raises BlockedError if the robot is blocked. The robot is stopped before.
+        Raises BlockedError if the robot is blocked, after it has stopped the wheels.
         """
         if direction is not None and command != STOPPED and self._blockage.has_contact(direction):
             self._raise_blocked("contact")
         self.sent = self._robot.drive.set_velocity(*command)
         cause = self._blockage.find_cause(self.pose, command, self.sent, self.period)
         if cause == "wheels" and self._is_near:
-            self.must_end = True
+            self.is_correction_over = True
         elif cause:
             self._raise_blocked(cause)
         try:

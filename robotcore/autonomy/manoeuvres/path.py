@@ -14,20 +14,20 @@ class Piece:
     """A straight line or an arc."""
 
     start: Pose
-    """The pose of the robot at the begin."""
+    """The pose of the robot at the start."""
     length: float
     """The length in metres."""
     curvature: float = 0.0
     """The curvature in 1/m, positive to the left; 0 for a straight line."""
 
-    def locate(self, progress: float) -> Pose:
+    def compute_pose(self, progress: float) -> Pose:
         """Return the pose on the piece, ``progress`` metres from its start."""
         return self.start.advance(progress, self.curvature * progress)
 
     @property
     def end(self) -> Pose:
         """The pose of the robot at the end."""
-        return self.locate(self.length)
+        return self.compute_pose(self.length)
 
 
 class Place(NamedTuple):
@@ -35,9 +35,9 @@ class Place(NamedTuple):
 
     progress: float
     """The distance along the path from its start, in metres."""
-    side: float
+    cross_track: float
     """The distance from the path, in metres, positive if the robot is on the left of it."""
-    heading: float
+    heading_error: float
     """The angle from the path's direction to the robot's heading, in radians."""
     curvature: float
     """The curvature of the path a little ahead, in 1/m."""
@@ -65,11 +65,11 @@ class Path:
 
         pose: the pose of the robot.
         progress: the last progress, from which the search begins.
-        preview: the curvature is that of the place so far ahead, in metres.
+        preview: the distance ahead at which the curvature is returned, in metres.
         """
         for _ in range(3):  # Newton's method
             piece, begin = self._find_piece(progress)
-            there = piece.locate(progress - begin)
+            there = piece.compute_pose(progress - begin)
             ahead, side = there.to_local(pose.x, pose.y)
             progress += ahead / max(0.5, 1 - piece.curvature * side)
         ahead_piece, _ = self._find_piece(progress + preview)

@@ -19,11 +19,11 @@ STEERING_GAIN = 5.0
 DRIFT_GAIN = 25.0
 """The change of the curvature that compensates wheels of unequal speed, in 1/m for each metre and radian."""
 
-AIM_S, MIN_AIM_M = 0.5, 0.1
-"""The robot steers to the point of the path that it reaches after this time, but that is at least so far ahead."""
+LOOKAHEAD_S, MIN_LOOKAHEAD_M = 0.5, 0.1
+"""The look-ahead in seconds, and its least distance in metres: the robot steers to the point so far ahead."""
 
-STEERING_AIM_M = 0.6
-"""The same distance for a robot that steers. It fits `STEERING_GAIN`, so that the robot does not swing."""
+STEERING_LOOKAHEAD_M = 0.6
+"""The least look-ahead of a robot that steers, in metres. It fits `STEERING_GAIN`, so that the robot does not swing."""
 
 PREVIEW_S = 0.1
 """The wheels follow a new curvature after about this time, in seconds."""
@@ -77,9 +77,9 @@ class PathFollower:
         remaining = self._path.length - place.progress
         motion.remaining = {"remaining_m": abs(remaining) + self._way_after}
         remaining -= motion.coasting.linear
-        motion.update_end(remaining, NEAR_M)
+        motion.update_correction(remaining, NEAR_M)
         last_step = abs(motion.sent.linear) * motion.period
-        if motion.must_end or max(abs(remaining), last_step) < TOLERANCE_M * self._tolerance_factor:
+        if motion.is_correction_over or max(abs(remaining), last_step) < TOLERANCE_M * self._tolerance_factor:
             return self._correct_heading()
         self.is_at_end = False
         return self._steer_to(place, remaining)
@@ -87,8 +87,8 @@ class PathFollower:
     def _correct_heading(self) -> Twist:
         motion = self._motion
         error = wrap_angle(motion.pose.heading + motion.coasting.angular - self._path.end.heading)
-        is_right = not motion.can_turn_on_spot or abs(error) < TOLERANCE_RAD * self._tolerance_factor
-        self.is_at_end = motion.must_end or is_right
+        is_aligned = not motion.can_turn_on_spot or abs(error) < TOLERANCE_RAD * self._tolerance_factor
+        self.is_at_end = motion.is_correction_over or is_aligned
         return STOPPED if self.is_at_end else Twist(0.0, self._turn_profile.compute_speed(-error, 0.0, motion.period))
 
     @property
@@ -98,11 +98,11 @@ class PathFollower:
     def _steer_to(self, place: Place, remaining: float) -> Twist:
         motion, coasting = self._motion, self._motion.coasting
         linear = self._profile.compute_speed(remaining, motion.sent.linear, motion.period)
-        look = max(MIN_AIM_M if motion.can_turn_on_spot else STEERING_AIM_M, AIM_S * abs(linear))
+        lookahead = max(MIN_LOOKAHEAD_M if motion.can_turn_on_spot else STEERING_LOOKAHEAD_M, LOOKAHEAD_S * abs(linear))
         # Near the end, the heading is more important than the distance from the path.
-        share = min(1.0, abs(remaining) / look)
-        aim = -math.copysign(share, self._path.length) * math.atan2(place.side, look)
-        error = aim - place.heading - coasting.angular + place.curvature * coasting.linear
+        share = min(1.0, abs(remaining) / lookahead)
+        aim = -math.copysign(share, self._path.length) * math.atan2(place.cross_track, lookahead)
+        error = aim - place.heading_error - coasting.angular + place.curvature * coasting.linear
         self._drift += DRIFT_GAIN * error * linear * motion.period
         gain = TURN_GAIN if motion.can_turn_on_spot else min(TURN_GAIN, STEERING_GAIN * abs(linear))
         return Twist(linear, (place.curvature + self._drift) * linear + gain * error)

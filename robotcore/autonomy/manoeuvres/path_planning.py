@@ -106,7 +106,7 @@ def _bend_to(start: Pose, point: Point, radius: float) -> Piece:
     side = math.copysign(1.0, left)
     distance = math.hypot(ahead, abs(left) - radius)
     if distance < radius:
-        raise _build_too_near(start, point, radius)
+        raise _build_too_near_error(start, point, radius)
     direction = math.atan2(abs(left) - radius, ahead)
     turned = (direction + math.atan2(radius, math.sqrt(distance**2 - radius**2))) % math.tau
     is_straight = min(turned, math.tau - turned) < 1e-6
@@ -135,7 +135,7 @@ def _require_room(corner: Point, largest: float, drive: DifferentialDrive) -> fl
     return radius
 
 
-def _build_too_near(start: Pose, point: Point, radius: float) -> UsageError:
+def _build_too_near_error(start: Pose, point: Point, radius: float) -> UsageError:
     return UsageError(
         f"the robot steers, and cannot reach the point ({point[0]:g}, {point[1]:g}) from ({start.x:.2f}, "
         f"{start.y:.2f}): it lies inside of its turning circle of {radius:.2f} m radius. Drive away from it first, "

@@ -10,7 +10,7 @@ from robotcore.hal.robot import Robot
 from robotcore.kinds.imu import Imu
 
 MAX_GAP_S = 0.5
-"""After a longer time without an update, the turn since the last one is that of the odometry, in seconds."""
+"""The longest time between two updates for which the IMU measures the turn, in seconds. Else the odometry does."""
 
 CALIBRATION_S = 1.0
 """The time in seconds for which the robot stands, so that the bias of its IMU is known."""
@@ -36,10 +36,10 @@ class PoseTracker:
     def update(self, robot: Robot) -> Pose:
         """Return the pose in this tick."""
         now, odometry = robot.clock.now(), robot.drive.pose
-        passed, self._time = now - self._time, now
-        is_gap = passed > MAX_GAP_S
-        if passed and not (is_gap and self.period):
-            self.period = passed
+        elapsed, self._time = now - self._time, now
+        is_gap = elapsed > MAX_GAP_S
+        if elapsed and not (is_gap and self.period):
+            self.period = elapsed
         if odometry != self._odometry or is_gap:
             self._moved_at = now
         self.pose = self._correct(self._imu, odometry, is_gap=is_gap) if self._imu else odometry

@@ -17,7 +17,7 @@ from robotcore.autonomy.manoeuvres.motion import Motion
 from robotcore.autonomy.manoeuvres.path import Path, Piece
 from robotcore.autonomy.manoeuvres.path_following import follow
 from robotcore.autonomy.manoeuvres.speed_profile import SpeedProfile
-from robotcore.autonomy.manoeuvres.turning import rotate
+from robotcore.autonomy.manoeuvres.spot_turn import turn_on_spot
 from robotcore.autonomy.routines import Routine
 from robotcore.geometry import Pose
 from robotcore.hal.robot import Robot
@@ -92,5 +92,5 @@ def _turn(robot: Robot, name: str, angle: float, profile: SpeedProfile) -> Routi
     motion = Motion(robot, name)
     if angle:
         yield from motion.prepare()
-        yield from rotate(motion, motion.pose.heading + angle, profile)
+        yield from turn_on_spot(motion, motion.pose.heading + angle, profile)
     return motion.pose

@@ -32,7 +32,7 @@ class RoutineApp(Behaviour):
 
 
 class TrueWay:
-    """An observer that stores the true pose at the begin and in each tick, and the commands."""
+    """An observer that stores the true pose at the start and in each tick, and the commands."""
 
     def __init__(self) -> None:
         self.poses: list[Pose] = []
@@ -65,7 +65,7 @@ class Drive(NamedTuple):
 
     @property
     def end(self) -> Pose:
-        """The true pose at the end, in the frame of the begin."""
+        """The true pose at the end, in the frame of the start."""
         first, last = self.way.poses[0], self.way.poses[-1]
         return Pose(*first.to_local(last.x, last.y), wrap_angle(last.heading - first.heading))
 
@@ -77,6 +77,6 @@ def drive(build: Route, **request: Any) -> Drive:
     return Drive(result, app.result, way)
 
 
-def is_at(pose: Pose, wish: Pose, distance: float = 0.003, angle: float = math.radians(0.3)) -> bool:
-    """Return whether a pose is near a wished one."""
-    return pose.distance_to(wish.x, wish.y) < distance and abs(wrap_angle(pose.heading - wish.heading)) < angle
+def is_at(pose: Pose, goal: Pose, distance: float = 0.003, angle: float = math.radians(0.3)) -> bool:
+    """Return whether a pose is near a goal."""
+    return pose.distance_to(goal.x, goal.y) < distance and abs(wrap_angle(pose.heading - goal.heading)) < angle

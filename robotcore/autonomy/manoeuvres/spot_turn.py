@@ -12,13 +12,13 @@ NEAR_RAD = 0.05
 """The robot is nearly at the end of a turn at this angle, in radians."""
 
 HOLD_GAIN = 2.0
-"""The speed back to the place of a turn, in m/s for each metre."""
+"""The speed back to the place at which a turn began, in m/s for each metre of distance."""
 
 HOLD_M = 0.001
-"""The distance from the place of a turn, in metres, that is not corrected."""
+"""The greatest distance from this place that is not corrected, in metres."""
 
 
-def rotate(motion: Motion, heading: float, profile: SpeedProfile) -> Routine[None]:
+def turn_on_spot(motion: Motion, heading: float, profile: SpeedProfile) -> Routine[None]:
     """Turn on the spot until the robot stands at a heading.
 
     heading: the heading at the end, in radians. It counts whole turns.
@@ -28,10 +28,10 @@ def rotate(motion: Motion, heading: float, profile: SpeedProfile) -> Routine[Non
         remaining = heading - motion.pose.heading
         motion.remaining = {"remaining_rad": abs(remaining)}
         remaining -= motion.coasting.angular
-        motion.update_end(remaining, NEAR_RAD)
+        motion.update_correction(remaining, NEAR_RAD)
         last_step = abs(motion.sent.angular) * motion.period
         tolerance = TOLERANCE_RAD * (STANDING_FACTOR if is_at_end else 1.0)
-        is_at_end = motion.must_end or max(abs(remaining), last_step) < tolerance
+        is_at_end = motion.is_correction_over or max(abs(remaining), last_step) < tolerance
         yield from motion.send(STOPPED if is_at_end else _turn_to(motion, place, remaining, profile))
 
 
