@@ -31,7 +31,7 @@ SCALARS = ("size_m", "cell_m", "centre_x_m", "centre_y_m", "travelled")
 LAYERS = ("evidence", "nearest_echo_m", "updated_at")
 """The layers in the file, each an array of the shape (rows, rows) with the type float32."""
 
-_DAMAGED = (zipfile.BadZipFile, zlib.error, KeyError, ValueError, EOFError, RuntimeError, MemoryError)
+_DAMAGE_ERRORS = (zipfile.BadZipFile, zlib.error, KeyError, ValueError, EOFError, RuntimeError, MemoryError)
 """The exceptions of a file that is no archive, is damaged, is encrypted, or has arrays of another form."""
 
 Layer = NDArray[np.float32]
@@ -55,7 +55,7 @@ def read_arrays(file: Path) -> tuple[dict[str, float], dict[str, Layer]]:
         _require_file(file)
         with zipfile.ZipFile(file) as archive:
             scalars = {name: float(_read(archive, name, np.dtype(np.float64), ())) for name in SCALARS}
-            count = _require_size(scalars)
+            count = _compute_count(scalars)
             shape = (count, count)
             layers = {name: _read(archive, name, np.dtype(np.float32), shape) for name in LAYERS}
     except OSError as error:
@@ -63,7 +63,7 @@ def read_arrays(file: Path) -> tuple[dict[str, float], dict[str, Layer]]:
         raise MapError(file, f"cannot be read: {error.strerror or error}", remedy, kind="map-not-readable") from error
     except MapError:
         raise
-    except _DAMAGED as error:
+    except _DAMAGE_ERRORS as error:
         remedy = "Save the map again with OccupancyGrid.save"
         raise MapError(file, f"is not a map, or is damaged: {error}", remedy, kind="map-damaged") from error
     return scalars, layers
@@ -75,7 +75,7 @@ def _require_file(file: Path) -> None:
         raise MapError(file, problem, "Name a file that OccupancyGrid.save has written", kind="no-map-file")
 
 
-def _require_size(scalars: Mapping[str, float]) -> int:
+def _compute_count(scalars: Mapping[str, float]) -> int:
     """Return the number of rows. Raises ValueError if a number is impossible."""
     size, cell = scalars["size_m"], scalars["cell_m"]
     for name, value in scalars.items():
@@ -84,7 +84,7 @@ def _require_size(scalars: Mapping[str, float]) -> int:
     if not (cell > 0 and size > 0 and scalars["travelled"] >= 0):
         raise ValueError(f"size_m is {size}, cell_m is {cell}, and travelled is {scalars['travelled']}")
     if not 1 <= size / cell <= MAX_COUNT:
-        raise ValueError(f"a side of {size / cell:g} cells. Maps have 1 to {MAX_COUNT} cells a side")
+        raise ValueError(f"its side has {size / cell:g} cells, and 1 to {MAX_COUNT} are possible")
     return round(size / cell)
 
 

@@ -14,7 +14,7 @@ from robotcore.canvas import BAD, INK, PAPER, SERIES, Colour
 from robotcore.optics import Image
 
 UNKNOWN: Colour = (200, 203, 209)
-"""The colour of unknown cells. Free cells have that of paper, and occupied cells that of ink."""
+"""The colour of unknown cells. Free cells have the colour PAPER, and occupied cells INK."""
 
 MARGIN_CELLS = 8
 """The width of the margin around the drawn cells."""
