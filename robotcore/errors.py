@@ -30,7 +30,7 @@
     │   └── RangeFaultError                  a range sensor repeats one distance while the robot moves
     ├── RoutineError                         a routine of the app did not reach its end: exit 1
     │   ├── BlockedError                     something blocks the robot during a manoeuvre
-    │   └── RoutineTimeoutError (TimeoutError)  it took longer than its `with_timeout`
+    │   └── RoutineTimeoutError (TimeoutError)  a routine took longer than its time
     └── BehaviourError                       the app raised an exception: exit 5
     Interrupted (BaseException)              a signal ended the run: exit 128 + its number
     Mistake (ValueError)                     a value in a file is wrong: a DescriptionError reports it
@@ -479,7 +479,7 @@ class BlockedError(RoutineError):
 
     manoeuvre: the call of the manoeuvre, such as ``straight(0.5)``.
     cause: ``range-guard``, ``contact`` or ``wheels``.
-    remaining_m: the way that remains, in metres; 0 for a turn on the spot.
+    remaining_m: the distance that remains, in metres; 0 for a turn on the spot.
     remaining_rad: the angle that remains in a turn on the spot, in radians; None for another manoeuvre.
     """
 

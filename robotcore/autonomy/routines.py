@@ -228,7 +228,7 @@ def _closing(routines: Sequence[Routine[Any]]) -> ExitStack:
 def name_routine(routine: Routine[Any]) -> str:
     """Return the name of the function that built a routine.
 
-    A function here and a manoeuvre contain their generator, so that they check their arguments at once.
+    A function such as `sequence` checks its arguments, and returns an inner generator. The name is the function's.
     """
     return getattr(routine, "__qualname__", type(routine).__name__).partition(".<locals>")[0]
 
