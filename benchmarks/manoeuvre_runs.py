@@ -28,8 +28,8 @@ class Manoeuvre(NamedTuple):
     name: str
     values: tuple[float, ...]
 
-    def start(self, robot: Robot) -> Iterator[None]:
-        """Return the routine."""
+    def build_routine(self, robot: Robot) -> Iterator[None]:
+        """Return the routine that drives the manoeuvre."""
         match self.name, self.values:
             case "straight", (distance,):
                 return straight(robot, distance)
@@ -38,7 +38,7 @@ class Manoeuvre(NamedTuple):
         return arc(robot, *self.values)
 
     def locate_end(self, start: Pose) -> Pose:
-        """Return the wished pose at the end."""
+        """Return the commanded pose at the end."""
         match self.name, self.values:
             case "straight", (distance,):
                 return start.advance(distance, 0.0)
@@ -52,13 +52,13 @@ class Errors(NamedTuple):
     """The errors of a manoeuvre."""
 
     distance: float
-    """The distance from the wished end, in metres."""
+    """The distance from the commanded end, in metres."""
     angle: float
     """The error of the heading, in rad."""
     overshoot: float
     """How far the robot was beyond the end, divided by the way."""
     seconds: float
-    """The duration."""
+    """The duration in seconds."""
 
 
 class Run(NamedTuple):
@@ -66,12 +66,12 @@ class Run(NamedTuple):
 
     errors: list[Errors]
     closing: float
-    """The distance from the begin to the end of the run, in metres."""
+    """The distance from the start to the end of the run, in metres."""
     excesses: int
     """The number of commands that exceed the limits of the drive."""
 
 
-class Sequence(Behaviour):
+class MeasuredManoeuvres(Behaviour):
     """Drives manoeuvres one after the other, and measures their errors."""
 
     needs: ClassVar = {Role.DRIVE}
@@ -95,7 +95,7 @@ class Sequence(Behaviour):
     def _drive(self, robot: Robot) -> Iterator[None]:
         for manoeuvre in self._manoeuvres:
             self._way, began = [self._truth.pose()], robot.clock.now()
-            yield from manoeuvre.start(robot)
+            yield from manoeuvre.build_routine(robot)
             self.errors.append(compute_errors(manoeuvre, self._way, robot.clock.now() - began))
 
 
@@ -129,7 +129,7 @@ def measure_run(
     """Drive manoeuvres one after the other. ``gains`` are those of the left and the right wheel."""
     raw = load_backend(backend).open(Setup(robot, FIELD, needed_devices(robot, [Role.DRIVE]), rate_hz))
     assert raw.truth, f"{backend} does not provide the true pose"
-    app, check = Sequence(manoeuvres, raw.truth), LimitCheck(robot, rate_hz)
+    app, check = MeasuredManoeuvres(manoeuvres, raw.truth), LimitCheck(robot, rate_hz)
     conditions = Conditions(wheel_gain_left=gains[0], wheel_gain_right=gains[1])
     try:
         Loop(assemble(raw, robot, rate_hz, conditions=conditions), app, rate_hz, math.inf, [check]).run()
@@ -140,13 +140,13 @@ def measure_run(
 
 def compute_errors(manoeuvre: Manoeuvre, way: list[Pose], seconds: float) -> Errors:
     """Return the errors of a manoeuvre whose true poses are ``way``."""
-    end, last, wish = manoeuvre.locate_end(way[0]), way[-1], manoeuvre.values[-1]
+    end, last, commanded = manoeuvre.locate_end(way[0]), way[-1], manoeuvre.values[-1]
     moved = [0.0]
     for before, after in pairwise(way):
         if manoeuvre.name == "straight":
             moved.append(way[0].to_local(after.x, after.y)[0])
         else:
             moved.append(moved[-1] + wrap_angle(after.heading - before.heading))
-    beyond = max(math.copysign(1.0, wish) * each for each in moved) - abs(wish)
+    beyond = max(math.copysign(1.0, commanded) * each for each in moved) - abs(commanded)
     angle = abs(wrap_angle(last.heading - end.heading))
-    return Errors(end.distance_to(last.x, last.y), angle, max(0.0, beyond / abs(wish)), seconds)
+    return Errors(end.distance_to(last.x, last.y), angle, max(0.0, beyond / abs(commanded)), seconds)

@@ -7,7 +7,7 @@ Each kind of manoeuvre has ``--runs`` random values. A robot that cannot turn on
 square is four sides of 1 m and four turns, and ends where it began. In half of the squares of a robot with encoders,
 each wheel turns up to 5 % more or less than commanded.
 
-The table has the greatest distance from the wished end, the greatest error of the heading there, and the greatest
+The table has the greatest distance from the commanded end, the greatest error of the heading there, and the greatest
 overshoot: how far the robot was beyond the end, divided by the way. The exit status is 1 if a goal is missed: 5 mm,
 0.5° and 2 %; 1 cm for squares, 2 cm with gains; and no command that exceeds the limits of the drive.
 """

@@ -1,7 +1,7 @@
 """Check that recorded runs are replayed bit for bit, on each backend and with each kind of ending.
 
     python -m benchmarks.replay --runs 100 --seed 1
-    python -m benchmarks.replay --runs 100 --seed 1 --apps manoeuvring   # an app of composed generators
+    python -m benchmarks.replay --runs 100 --seed 1 --apps random-manoeuvres   # an app of composed generators
 
 Each run is drawn from the seed: its app, backend, world, faults and disturbance. It is recorded to a file, read back,
 and replayed. The benchmark prints each deviation with its run. The exit status is 1 if a replay differs.
@@ -28,13 +28,14 @@ from robotcore.runtime.plan import RunRequest
 from robotcore.runtime.session import run
 from tests.robotcore.recording.replay.memory import Disturbance, press_emergency_stop, send_signal
 
-CLUMSY, MANOEUVRING = (str(Path(__file__).with_name(name)) for name in ("clumsy_search.py", "manoeuvring.py"))
+CLUMSY = str(Path(__file__).with_name("clumsy_search.py"))
+RANDOM_MANOEUVRES = str(Path(__file__).with_name("random_manoeuvres.py"))
 APPS = {
     "green-search": "green-search",
     "avoid-obstacles": "avoid-obstacles",
     "mark-green": "mark-green",
     "clumsy": CLUMSY,
-    "manoeuvring": MANOEUVRING,
+    "random-manoeuvres": RANDOM_MANOEUVRES,
 }
 """The apps to record, by their names in ``--apps``."""
 FAULTS = (
@@ -110,9 +111,9 @@ def _draw_run(draw: random.Random, backends: list[str], apps: list[str]) -> tupl
     settings: dict[str, object] = {}
     if app == CLUMSY:
         settings = {"by": draw.choice(("raise", "nan")), "at": draw.randrange(10, 80)}
-    elif app == MANOEUVRING:
+    elif app == RANDOM_MANOEUVRES:
         settings = {"seed": draw.randrange(1000)}
-    has_camera = app not in ("avoid-obstacles", MANOEUVRING)
+    has_camera = app not in ("avoid-obstacles", RANDOM_MANOEUVRES)
     possible = [fault for fault in FAULTS if has_camera or not fault.startswith("camera")]
     faults = tuple(draw.sample(possible, draw.randrange(3)))
     disturbance = draw.choice(DISTURBANCES)(draw.randrange(5, 80)) if draw.random() < 0.3 else None

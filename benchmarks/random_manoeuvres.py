@@ -1,4 +1,4 @@
-"""An app of composed routines and manoeuvres, which the benchmark of replays records."""
+"""An app that drives random manoeuvres, composed in several ways. The benchmark of replays records it."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ from robotcore import (
 
 
 @dataclass
-class Manoeuvring(Behaviour):
-    """Drives manoeuvres that ``seed`` draws, for ever. It drives back from what blocks it."""
+class RandomManoeuvres(Behaviour):
+    """Drives manoeuvres that ``seed`` draws, until the run ends. After a BlockedError it drives back."""
 
     seed: int = 1
 
