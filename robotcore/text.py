@@ -20,7 +20,7 @@ def pluralize(number: int, noun: str) -> str:
 
 
 def format_number(value: Any) -> str:
-    """Return a number as text with two decimals. Return the text of a whole number, and of anything else, as it is.
+    """Return a number as text with two decimals, and a whole number or another value without a change.
 
     >>> format_number(-0.001), format_number(0.125), format_number(3)
     ('0.00', '0.12', '3')

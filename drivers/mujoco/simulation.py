@@ -41,7 +41,7 @@ class Simulation:
 
         self._robot, self._world, self._seed = setup.robot, world, setup.seed
         self.clock = SteppedClock(setup.rate_hz, self._advance)
-        self.model = compile_model(build(setup.robot, world, self.clock.step, is_seen=has_viewer(setup)))
+        self.model = compile_model(build(setup.robot, world, self.clock.step, has_sheet=has_viewer(setup)))
         self.data = MjData(self.model)
         self._finish_step, self._begin_step = mj_step2, mj_step1
         self._begin_step(self.model, self.data)

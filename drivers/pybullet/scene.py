@@ -42,10 +42,10 @@ class CollisionGroup(IntFlag):
 class BulletScene:
     """The floor, the things and the light of a world in Bullet."""
 
-    def __init__(self, bullet: Bullet, world: WorldDescription, *, is_seen: bool = True) -> None:
+    def __init__(self, bullet: Bullet, world: WorldDescription, *, has_sheet: bool = True) -> None:
         """Add the world to Bullet.
 
-        is_seen: whether to add the lines and the picture on the floor, which nothing but cameras and windows needs.
+        has_sheet: whether to add the lines and the picture on the floor. Only cameras and windows need them.
         """
         self._bullet = bullet
         self._textures = Textures(bullet)
@@ -55,7 +55,7 @@ class BulletScene:
         balls = {ball.name: self._add_ball(ball) for ball in world.targets}
         self.things = prisms | balls
         """Bullet's ids of the things by name, without the floor."""
-        self._add_floor(world.floor, draw_floor_sheet(world) if is_seen else None)
+        self._add_floor(world.floor, draw_floor_sheet(world) if has_sheet else None)
 
     def _add_floor(self, floor: Floor, sheet: FloorSheet | None) -> None:
         """Add the floor as the last body. Bullet then does not draw the pixels of the floor that other bodies hide."""

@@ -39,7 +39,7 @@ class Simulation:
     def __init__(self, bullet: Bullet, setup: Setup, world: WorldDescription, solver_iterations: int) -> None:
         self._robot, self._world, self._seed = setup.robot, world, setup.seed
         self._bullet = bullet
-        self._scene = BulletScene(bullet, world, is_seen=has_viewer(setup))
+        self._scene = BulletScene(bullet, world, has_sheet=has_viewer(setup))
         self._body = Body(bullet, setup.robot, world.start.pose)
         if setup.gui:
             bullet.set_window_view(width_m=max(world.floor.length_m, world.floor.width_m))

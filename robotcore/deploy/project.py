@@ -14,7 +14,7 @@ from pydantic import BeforeValidator, ConfigDict, Field, StringConstraints, Vali
 from robotcore.description import (
     RobotDescription,
     StrictModel,
-    find_picture,
+    find_floor_image,
     is_own,
     load_robot,
     load_world,
@@ -209,7 +209,7 @@ class Project:
         """
         app = (self.app.partition(":")[0],) if is_app_file(self.app) else ()
         names = [name for name in (self.robot, self.world) if name and is_own(name)]
-        picture = find_picture(self.resolve(self.world)) if self.world in names else None
+        picture = find_floor_image(self.resolve(self.world)) if self.world in names else None
         return (*app, *names, *((os.path.relpath(picture, self.folder),) if picture else ()))
 
     def load_description(self) -> RobotDescription:

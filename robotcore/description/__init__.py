@@ -17,7 +17,7 @@ from robotcore.description.generation.random_layout import draw_world
 from robotcore.description.generation.reachability import is_solvable
 from robotcore.description.lines import Line
 from robotcore.description.loading import (
-    find_picture,
+    find_floor_image,
     is_own,
     load_any,
     load_robot,
@@ -66,7 +66,7 @@ __all__ = [
     "describe_light",
     "describe_picture",
     "draw_world",
-    "find_picture",
+    "find_floor_image",
     "first_mistake",
     "hue_degrees",
     "is_own",

@@ -119,7 +119,7 @@ def load_world(name_or_file: str) -> WorldDescription:
     return _make_world(*_read(name_or_file, "world"))
 
 
-def find_picture(world: str) -> Path | None:
+def find_floor_image(world: str) -> Path | None:
     """Return the path of the picture on the floor of a user's world; None if there is none.
 
     world: the world's file.

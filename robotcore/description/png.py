@@ -1,4 +1,4 @@
-"""Decode PNG pictures that anybody may have made.
+"""Decode PNG pictures from untrusted sources.
 
 Source: Portable Network Graphics, third edition, https://www.w3.org/TR/png-3/.
 """
@@ -36,7 +36,7 @@ def decode_png(content: bytes) -> Pixels:
         raise Mistake(problem, "Scale the picture down", kind="too-many-pixels")
     picture = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED)
     if picture is None or picture.shape[:2] != (height, width):
-        raise _build_damage()
+        raise _build_damage_mistake()
     if picture.dtype == np.uint16:
         picture = (picture // 256).astype(np.uint8)
     conversions = {1: cv2.COLOR_GRAY2BGRA, 3: cv2.COLOR_BGR2BGRA}
@@ -55,16 +55,16 @@ def _require_intact(content: bytes) -> None:
     while kind != b"IEND":
         is_first = not kind
         if at + _CHUNK.size > len(content):
-            raise _build_damage()
+            raise _build_damage_mistake()
         length, kind = _CHUNK.unpack_from(content, at)
         end = at + _CHUNK.size + length
         if end + _CHECKSUM.size > len(content) or (is_first and (kind != b"IHDR" or length < _SIZE.size)):
-            raise _build_damage()
+            raise _build_damage_mistake()
         (checksum,) = _CHECKSUM.unpack_from(content, end)
         if zlib.crc32(content[at + 4 : end]) != checksum:
-            raise _build_damage()
+            raise _build_damage_mistake()
         at = end + _CHECKSUM.size
 
 
-def _build_damage() -> Mistake:
+def _build_damage_mistake() -> Mistake:
     return Mistake("the picture is cut or damaged", "Save it as PNG again", kind="damaged-png")

@@ -115,10 +115,10 @@ class Device:
         self._locate = pose if callable(pose) else lambda: pose
 
     def __repr__(self) -> str:
-        state = "closed" if self._is_closed else self._describe_state()
+        state = "closed" if self._is_closed else self._format_state()
         return f"<{type(self).__name__} {self.name}{': ' if state else ''}{state}>"
 
-    def _describe_state(self) -> str:
+    def _format_state(self) -> str:
         """Return the last sample or command as text, or ``""``. This uses no hardware."""
         return ""
 
@@ -174,7 +174,7 @@ class Sensor(Device, ABC, Generic[SampleT]):
     def limit_sample(self, sample: SampleT) -> SampleT:
         """Return a sample with its values within the limits of the hardware, such as the range of a range sensor.
 
-        A fault that changes values calls it, and a mock sensor with a scripted reading.
+        Faults that change values call it, and so do mock sensors.
         """
         return sample
 

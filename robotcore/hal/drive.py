@@ -35,7 +35,7 @@ class DifferentialDrive:
     ``reach`` is the radius, in metres, of the circle that the robot needs to turn on the spot, and ``inner_reach`` that
     of the circle between its wheels, where nothing else can be. ``min_turn_radius`` is the radius of the sharpest turn,
     in metres; 0 for a robot that can turn on the spot. ``max_acceleration`` is the greatest acceleration that a run
-    commands to a wheel, in m/s², infinite without a limit. ``deceleration`` is how fast the robot brakes, in m/s².
+    commands to a wheel, in m/s², infinite without a limit. ``deceleration`` is that of a braking robot, in m/s².
 
     >>> import robotcore
     >>> robot = robotcore.testing.MockRobot(range=[0.84]).layered

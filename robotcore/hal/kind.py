@@ -17,7 +17,7 @@ from robotcore.errors import (
     describe_exception,
 )
 from robotcore.hal.device import Actuator, Device, Sensor, build_driver_error, list_values
-from robotcore.hal.sample_text import describe_sample, format_fields
+from robotcore.hal.sample_text import format_fields, format_repr
 from robotcore.hal.sample_types import list_numbers, require_types
 from robotcore.hal.sampling import SampleCache
 from robotcore.plugins import KINDS, load_registered
@@ -88,7 +88,7 @@ class Kind:
             )
         if known:
             self._require_valid_sample()
-            self._show_samples()
+            self._add_text_methods()
 
     def _require_valid_sample(self) -> None:
         """Raise UsageError if an app could change a sample, or if a number of it has no unit."""
@@ -104,11 +104,11 @@ class Kind:
                 kind="no-unit",
             )
 
-    def _show_samples(self) -> None:
+    def _add_text_methods(self) -> None:
         if not hasattr(self.sample, "format_values"):
             self.sample.format_values = format_fields
         if self.sample.__dataclass_params__.repr:
-            self.sample.__repr__ = describe_sample
+            self.sample.__repr__ = format_repr
 
     @property
     def is_simulated(self) -> bool:

@@ -52,6 +52,6 @@ def _format_numbers(value: Any) -> str:
     return f"{len(value)} values from {format_number(min(value))} to {format_number(max(value))}"
 
 
-def describe_sample(sample: Any) -> str:
+def format_repr(sample: Any) -> str:
     """Return the class, the values and the time of a sample as text, such as ``Range 1.24 m at 3.15 s``."""
     return " ".join(filter(None, (type(sample).__name__, sample.format_values(), f"at {sample.time:.2f} s")))

@@ -145,7 +145,10 @@ class Scan:
         return encode_png(canvas.render())
 
     def format_echoes(self, bearings: tuple[float, ...] = ()) -> str:
-        """Return the distance of the nearest echo, its bearing if ``bearings`` are given, and the number of echoes."""
+        """Return the distance of the nearest echo, its bearing, and the number of echoes as text.
+
+        bearings: the bearings of the rays, in radians; empty for a text without the bearing.
+        """
         echoes = sum(map(math.isfinite, self.distances))
         counted = f"{echoes} of {len(self.distances)} rays with an echo"
         if not echoes:

@@ -128,7 +128,7 @@ def open_channel(file: McapFile, device: Device, *, is_jpeg: bool, warn: Callabl
     """Open the channels of a device, and return the function that writes its samples; None for a motor.
 
     is_jpeg: whether to write the pictures of a camera as JPEGs.
-    warn: is called with a sentence about samples that cannot be shown.
+    warn: a function that receives a sentence about samples that cannot be shown.
     """
     match device:
         case Camera():

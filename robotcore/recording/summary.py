@@ -91,16 +91,16 @@ def build_odometry_path(recording: Recording) -> PosePath:
     """Return the path by odometry; empty if the robot has no drive."""
     world = recording.metadata.world
     start = world.start.pose if world else Pose(0.0, 0.0, 0.0)
-    return {tick.number: start.compose(tick.pose) for tick in recording.ticks if tick.pose and is_place(tick.pose)}
+    return {tick.number: start.compose(tick.pose) for tick in recording.ticks if tick.pose and is_plausible(tick.pose)}
 
 
 def build_true_path(recording: Recording) -> PosePath:
     """Return the true path; empty if no simulator measured it."""
-    return {sample.tick: sample.pose for sample in recording.truth if is_place(sample.pose)}
+    return {sample.tick: sample.pose for sample in recording.truth if is_plausible(sample.pose)}
 
 
-def is_place(pose: Pose) -> bool:
-    """Return whether a pose has finite values that no invalid encoder value has caused, so that it can be drawn."""
+def is_plausible(pose: Pose) -> bool:
+    """Return whether a pose is finite and near enough to be drawn. An invalid encoder value can cause another one."""
     return max(abs(pose.x), abs(pose.y)) <= _MAX_M and math.isfinite(pose.heading) and not math.isnan(pose.x + pose.y)
 
 

@@ -96,7 +96,7 @@ class RecordingTap(Tap):
         return result
 
     def end_ticks(self) -> None:
-        """End the recording of calls. A replay does not make those of the app's clean-up."""
+        """End the recording of calls. A replay does not repeat the calls of the app's clean-up."""
         self._has_ended = True
 
     def resume_ticks(self) -> None:

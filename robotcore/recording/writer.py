@@ -61,7 +61,7 @@ class Entry(NamedTuple):
 class RecordingWriter:
     """Writes one run to a file. It writes the metadata when it is created.
 
-    notes: gets sentences about the content that the file lacks.
+    notes: the list to which the writer adds sentences about the content that the file lacks.
     """
 
     def __init__(self, file: McapFile, run: RunContext, metadata: Metadata, *, is_jpeg: bool, notes: list[str]) -> None:

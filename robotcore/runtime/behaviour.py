@@ -42,8 +42,8 @@ class Behaviour:
     """The base class of apps. An app defines one of two methods, which command the robot.
 
     ``step`` runs once in each tick, and returns a status. ``run`` is a generator for a sequence of actions: one
-    ``yield`` ends a tick, and the generator returns ``Status.SUCCESS`` or ``Status.FAILURE``. Each is defined by the
-    other, so that ``yield from Other().run(robot)`` composes both forms.
+    ``yield`` ends a tick, and the generator returns ``Status.SUCCESS`` or ``Status.FAILURE``. An app with ``step``
+    inherits a ``run``, so that ``yield from Other().run(robot)`` contains an app of either form.
 
     An app must not sleep, read the wall clock, read files or use a network. Make it a dataclass. The fields are then
     the app's settings (``--set speed_m_s=0.2``), and robotcore checks their types.
@@ -140,11 +140,11 @@ def require_declarations(app: Behaviour) -> None:
     It must define either ``step`` or ``run``. Its milestones must be texts, and its ``stopping`` a Stopping.
     """
     name = type(app).__name__
-    defines_step, defines_run = type(app).step is not Behaviour.step, type(app).run is not Behaviour.run
-    if defines_step and defines_run:
+    has_step, has_run = type(app).step is not Behaviour.step, type(app).run is not Behaviour.run
+    if has_step and has_run:
         text = f"{name} defines step and run. Define one of them: step for one tick, run for a sequence of actions"
         raise BehaviourError(text, kind="step-and-run")
-    if not defines_step and not defines_run:
+    if not has_step and not has_run:
         text = f"{name} has no method step. Define step or run in the class, indented below the class line"
         raise BehaviourError(text, kind="method-missing", method="step")
     milestones: object = app.milestones
@@ -161,8 +161,8 @@ def require_declarations(app: Behaviour) -> None:
         raise BehaviourError(f"{name}.stopping is {problem}", kind="not-a-stopping")
 
 
-def find_entry(app: Behaviour) -> Literal["step", "run"]:
-    """Return the name of the method that the app defines."""
+def find_defined_method(app: Behaviour) -> Literal["step", "run"]:
+    """Return which of the two methods an app defines."""
     return "step" if type(app).step is not Behaviour.step else "run"
 
 

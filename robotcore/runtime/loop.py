@@ -14,7 +14,7 @@ from robotcore.errors import BehaviourError, DeviceError, DeviceLostError, Inter
 from robotcore.hal.device import Sensor
 from robotcore.hal.drive import DifferentialDrive
 from robotcore.kinds.motor import Motor
-from robotcore.runtime.behaviour import Behaviour, Status, find_entry, require_callable
+from robotcore.runtime.behaviour import Behaviour, Status, find_defined_method, require_callable
 from robotcore.runtime.device_losses import DeviceLossTracker
 from robotcore.runtime.forks import end_fork
 from robotcore.runtime.intervention_timer import InterventionTimer
@@ -80,7 +80,7 @@ class Loop:
         self._warnings: tuple[str, ...] = ()
         self._is_latch_recorded = False
         self._last_tick = -1
-        self._waits_for_devices = outage > 0 and find_entry(behaviour) == "run"
+        self._is_waiting_enabled = outage > 0 and find_defined_method(behaviour) == "run"
         self._sensors = [device for device in assembled.robot.devices.values() if isinstance(device, AppSensor)]
         self._routine_sensors: Sequence[Sensor[Any]] = ()
         """The sensors that were read in the last tick of a routine that waits for lost devices."""
@@ -122,7 +122,7 @@ class Loop:
         return Outcome.TIMEOUT if status is Status.RUNNING else Outcome(status.value)
 
     def pause(self) -> None:
-        """Stop all motors between two ticks. No limit of time holds until `resume`. Sensors may be read meanwhile."""
+        """Stop all motors between two ticks. No time limit holds until `resume`. Sensors may be read meanwhile."""
         self._stop("pause")
         self._activity.begin(None)
         self._clock.renewal_age = self._period
@@ -187,7 +187,7 @@ class Loop:
             status = self._decide()
             if status is not Status.RUNNING or self._clock.now() >= self._timeout:
                 self._close_routine()  # its clean-up is a part of the last tick
-            if self._waits_for_devices:
+            if self._is_waiting_enabled:
                 self._routine_sensors = [sensor for sensor in self._sensors if sensor.is_read]
             self._latch.check()
             if self._filter:
@@ -212,9 +212,9 @@ class Loop:
                     motor.stop()
 
     def _read_for_routine(self) -> None:
-        """Read what a routine will probably read. Raises DeviceLostError before the routine gets it.
+        """Read the sensors that the routine has read in the last tick. Raises DeviceLostError if one is lost.
 
-        A generator cannot continue after an exception. So it is not called while one of these devices is lost.
+        A generator cannot continue after an exception. So the loop does not call it while one of them is lost.
         """
         for sensor in self._routine_sensors:
             sensor.read()
@@ -275,7 +275,7 @@ class Loop:
         except BaseException as error:
             self._reserve.release_memory()
             self._latch.check()
-            require_callable(self.behaviour, find_entry(self.behaviour))
+            require_callable(self.behaviour, find_defined_method(self.behaviour))
             raise BehaviourError.from_exception(app, error) from error
         if not isinstance(status, Status):
             raise BehaviourError(

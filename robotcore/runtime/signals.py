@@ -82,7 +82,7 @@ class SignalGuard:
         self.is_suspension_deferred = False
 
     def reset(self) -> None:
-        """Forget the signals so far, so that the program continues after them."""
+        """Delete the signals that have arrived, so that the program continues after them."""
         self.raised, self.count, self._suspension = None, 0, 0
 
     @contextmanager

@@ -6,7 +6,7 @@ from pathlib import Path
 from types import FrameType
 
 from robotcore.errors import BackendError, RobotcoreError, WatchdogError
-from robotcore.runtime.behaviour import Behaviour, find_entry
+from robotcore.runtime.behaviour import Behaviour, find_defined_method
 from robotcore.safety.watchdog import TimeLimit
 
 GRACE_S = 1.0
@@ -25,11 +25,11 @@ In a run with a window it multiplies every time limit, because a simulator stops
 """
 
 
-_STALLS = {
+_HANG_TEXTS = {
     "step": ("return", "Do not wait in step: return Status.RUNNING, and continue in the next tick"),
     "run": ("yield", "Do not wait in run: yield in each round of a loop, or write yield from wait(robot, seconds)"),
 }
-"""What an app that hangs has not done, and the remedy, by the method that it defines."""
+"""The verb and the remedy in the error of an app that hangs, by the method that the app defines."""
 
 
 def build_open_limit(backend: str) -> TimeLimit:
@@ -50,10 +50,10 @@ def build_step_limit(app: Behaviour, limit_s: float) -> TimeLimit:
     """Return the time limit for one tick of an app."""
 
     def build_error(seconds: float, frame: FrameType | None) -> WatchdogError:
-        kind, state, entry = type(app), str(app.state), find_entry(app)
-        verb, remedy = _STALLS[entry]
+        kind, state, method = type(app), str(app.state), find_defined_method(app)
+        verb, remedy = _HANG_TEXTS[method]
         return WatchdogError(
-            f"{kind.__name__}.{entry} did not {verb} within {seconds:.1f} s, in state {state!r}{_line(kind, frame)}. "
+            f"{kind.__name__}.{method} did not {verb} within {seconds:.1f} s, in state {state!r}{_line(kind, frame)}. "
             f"{remedy}",
             kind="step-timeout",
             seconds=seconds,

@@ -11,7 +11,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from robotcore.description import find_picture, is_own
+from robotcore.description import find_floor_image, is_own
 from robotcore.errors import UsageError
 from robotcore.hal.backend import load_backend
 from robotcore.runtime.apps import app_path, is_app_file, load_app
@@ -138,7 +138,7 @@ def _list_own_files(sweep: Sweep) -> Iterator[Path]:
         yield from (each for each in app.parent.glob("*.py") if each.is_file() and not each.name.startswith("."))
     worlds = [name for name in sweep.worlds if is_own(name)]
     yield from (Path(name).absolute() for name in (sweep.request.robot, *worlds) if is_own(name))
-    yield from (picture.absolute() for picture in map(find_picture, worlds) if picture)
+    yield from (picture.absolute() for picture in map(find_floor_image, worlds) if picture)
 
 
 def format_manifest(dependencies: Dependencies, seeds: str) -> str:

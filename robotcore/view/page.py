@@ -53,6 +53,7 @@ def finish_page(canvas: Canvas, world_map: Image, side_image: Image | None = Non
 
 
 OPTION = "--picture"
+"""The option of the command line that names the file of a picture."""
 
 
 def save_png(content: bytes, file: Path, option: str = OPTION) -> None:

@@ -130,10 +130,10 @@ def _draw_legend(canvas: Canvas, top: int, figure: RunFigure, colours: dict[str,
 ORIGIN = Pose(0.0, 0.0, 0.0)
 
 _PATH_MARGIN_M = 0.5
-"""The margin around the path on a floor that `build_floor` creates, in metres."""
+"""The margin around the path on the floor of `build_empty_world`, in metres."""
 
 _LARGEST_FLOOR_M = 100.0
-"""The longest side of a floor that `build_floor` creates, in metres. A longer path leaves this floor."""
+"""The longest side of the floor of `build_empty_world`, in metres. A longer path leaves this floor."""
 
 
 def build_figure(
@@ -177,11 +177,11 @@ def find_last_recorded_image(recording: Recording, ticks: Sequence[Tick]) -> Ima
 
 def build_world(recording: Recording, points: Sequence[TrackPoint]) -> WorldDescription:
     """Return the recorded world. If there is none, return a world whose floor is large enough for the points."""
-    return recording.metadata.world or build_floor([step.pose for step in points])
+    return recording.metadata.world or build_empty_world([step.pose for step in points])
 
 
-def build_floor(poses: Sequence[Pose]) -> WorldDescription:
-    """Return a world with nothing but a floor that is large enough for the poses."""
+def build_empty_world(poses: Sequence[Pose]) -> WorldDescription:
+    """Return a world without things, whose floor is large enough for the poses."""
     reach = max((max(abs(pose.x), abs(pose.y)) for pose in poses), default=0.0)
     side = min(2 * (reach + _PATH_MARGIN_M), _LARGEST_FLOOR_M)
     return WorldDescription(name="floor", floor=Floor(length_m=side, width_m=side))

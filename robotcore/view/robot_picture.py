@@ -16,11 +16,11 @@ from robotcore.geometry import Pose
 from robotcore.hal.robot import Robot
 from robotcore.kinds.camera import Frame
 from robotcore.optics import Image
-from robotcore.recording.summary import is_place
+from robotcore.recording.summary import is_plausible
 from robotcore.runtime.layers.devices import AppActuator, AppSensor
 from robotcore.view.overhead import MapPath, Track, TrackPoint, draw_map
 from robotcore.view.page import EDGE, HEIGHT, MAP, SIDE, SIDE_WIDTH, TOP, begin_page, finish_page, save_png
-from robotcore.view.picture import build_floor, draw_side_image
+from robotcore.view.picture import build_empty_world, draw_side_image
 
 _ROW = 34
 _TEXT_PX = 15
@@ -72,12 +72,12 @@ def draw_robot(
     >>> draw_robot(mock.layered, mock.description, [Pose(0.0, 0.0, 0.0)])
     <RobotPicture of rover at 0.00 s>
     """
-    path = [pose for pose in path if is_place(pose)]
+    path = [pose for pose in path if is_plausible(pose)]
     title = f"{robot.name} at {robot.clock.now():.2f} s"
     side_image = draw_side_image(_find_last_frame(robot), "no picture has been read")
     canvas = begin_page(robot.name, title.removeprefix(f"{robot.name} "), INK, _format_pose(path))
     _draw_readings(canvas, TOP + len(side_image), robot)
-    overhead = _draw_world(world or build_floor(path), description, path) if grid is None else _draw_grid(grid, path)
+    overhead = _draw_grid(grid, path) if grid else _draw_world(world or build_empty_world(path), description, path)
     return RobotPicture(title, finish_page(canvas, overhead, side_image))
 
 

@@ -22,14 +22,14 @@ STEP_S = 1 / MIN_PHYSICS_RATE_HZ
 
 
 def build(
-    robot: RobotDescription | None, world: WorldDescription | None, step: float = STEP_S, *, is_seen: bool = True
+    robot: RobotDescription | None, world: WorldDescription | None, step: float = STEP_S, *, has_sheet: bool = True
 ) -> MjSpec:
     """Return the MuJoCo model of a robot at the start pose of a world, not compiled.
 
     robot: the robot. None builds a model of the world alone.
     world: the world. None builds a model of the robot alone, at the origin.
     step: the length of a physics step in seconds. The lag of the motors is exact for this length only.
-    is_seen: whether to add the lines and the picture on the floor, which nothing but cameras and windows needs.
+    has_sheet: whether to add the lines and the picture on the floor. Only cameras and windows need them.
     """
     import mujoco
 
@@ -38,7 +38,7 @@ def build(
     spec.compiler.degree = False
     _set_options(spec, step)
     if world:
-        add_world(spec, world, is_seen=is_seen)
+        add_world(spec, world, has_sheet=has_sheet)
     if robot:
         add_robot(spec, robot, world.start.pose if world else None)
     return spec

@@ -38,15 +38,15 @@ def visual_name(thing: str) -> str:
     return f"{thing}.seen"
 
 
-def add_world(spec: MjSpec, world: WorldDescription, *, is_seen: bool) -> None:
+def add_world(spec: MjSpec, world: WorldDescription, *, has_sheet: bool) -> None:
     """Add the light, the sky, the floor and all things of a world to the model.
 
-    is_seen: whether to add the lines and the picture on the floor, which nothing but cameras and windows needs.
+    has_sheet: whether to add the lines and the picture on the floor. Only cameras and windows need them.
     """
     materials = Materials(spec)
     _add_light(spec, world.light)
     materials.add_sky(world.light.sky_colour)
-    _add_floor(spec, world.floor, draw_floor_sheet(world) if is_seen else None, materials)
+    _add_floor(spec, world.floor, draw_floor_sheet(world) if has_sheet else None, materials)
     for prism in world.prisms:
         _add_prism(spec, prism, materials)
     for ball in world.targets:

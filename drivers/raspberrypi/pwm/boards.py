@@ -63,12 +63,12 @@ BOARDS = {
 
 
 def build_servo_settings(board: Any, channel: Any) -> dict[str, int]:
-    """Return the settings of a servo on a board; raises Mistake for an unknown board, or a board without this servo."""
+    """Return the settings of a servo on a board. Raises Mistake for an unknown board, or a board without this servo."""
     known = _find_board(board)
     if channel not in known.servos:
         problem = f"channel is {channel!r}, and not one of a servo on the {known.title}"
-        channels = f"Use {known.servos[0]} to {known.servos[-1]}" if known.servos else "Remove board"
-        raise Mistake(problem, channels, kind="unknown-servo")
+        remedy = f"Use {known.servos[0]} to {known.servos[-1]}" if known.servos else "Remove board"
+        raise Mistake(problem, remedy, kind="unknown-servo")
     return {"address": known.address}
 
 

@@ -86,4 +86,4 @@ class Tap(Layer):
         """Receive the end of the last tick, after an error or a signal. Calls of the app's clean-up may follow."""
 
     def resume_ticks(self) -> None:
-        """Receive that a live robot continues after `end_ticks`."""
+        """Receive the start of the next call of a live robot, possibly after `end_ticks`."""

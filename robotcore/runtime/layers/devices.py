@@ -58,7 +58,7 @@ class AppSensor(Sensor[SampleT]):
     def __dir__(self) -> list[str]:
         return _list_names(super().__dir__(), self._inner)
 
-    def _describe_state(self) -> str:
+    def _format_state(self) -> str:
         return "" if self.latest is None else f"{self.format_sample(self.latest)} at {self.latest.time:.2f} s"
 
     def _newest(self) -> SampleT:
@@ -160,7 +160,7 @@ class AppActuator(Actuator[Any]):
         self._last_sent = self._attempt(self._send_layers, command)
         return self._last_sent
 
-    def _describe_state(self) -> str:
+    def _format_state(self) -> str:
         return "" if self._last_sent is None else self.format_command(self._last_sent)
 
     def __getattr__(self, name: str) -> Any:

@@ -1,4 +1,7 @@
-"""Paint the picture on the floor of a world: compute for each pixel of a camera the pixel of it that its ray meets."""
+"""Paint the picture on the floor of a world into the picture of a camera.
+
+For each pixel of the camera, the mark computes the pixel on the floor that the camera's ray meets.
+"""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from robotcore.description import FloorImage, WorldDescription, find_picture, load_world
+from robotcore.description import FloorImage, WorldDescription, find_floor_image, load_world
 from robotcore.description.doubtful_values import find_bodies_outside
 from robotcore.description.floor_colours import FloorColours
 from robotcore.description.floor_image import MAX_IMAGE_BYTES
@@ -85,8 +85,8 @@ def test_description_holds_the_picture_without_its_file(tmp_path: Path) -> None:
 
 
 def test_path_of_the_picture_is_beside_the_world(tmp_path: Path) -> None:
-    assert find_picture(write_course(tmp_path)) == tmp_path / "course.png"
-    assert find_picture("track") is None
+    assert find_floor_image(write_course(tmp_path)) == tmp_path / "course.png"
+    assert find_floor_image("track") is None
 
 
 def test_picture_partly_outside_of_the_floor_is_a_warning(tmp_path: Path, check_text: CheckText) -> None:
