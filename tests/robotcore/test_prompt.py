@@ -79,8 +79,8 @@ def test_value_shows_itself_as_one_line_with_units(value: object, line: str) -> 
     assert repr(value) == line
 
 
-def test_range_sample_prints_its_distance() -> None:
-    assert str(Range(1.239, 3.15, 63)) == "1.24 m"
+def test_sample_formats_its_values_without_its_class_and_time() -> None:
+    assert Range(1.239, 3.15, 63).format_values() == "1.24 m"
 
 
 def build_kind(sample: type) -> Kind:
@@ -108,7 +108,7 @@ def test_sample_of_a_foreign_kind_keeps_its_own_texts() -> None:
         time: float
         sequence: int
 
-        def __str__(self) -> str:
+        def format_values(self) -> str:
             return "a tone"
 
     @dataclass(frozen=True, repr=False)
