@@ -17,8 +17,9 @@ from robotcore.hal.truth import Truth
 from robotcore.interactive import open_robots
 from robotcore.interactive.live_drive import LiveDrive
 from robotcore.interactive.session import Session
-from robotcore.runtime.behaviour import Behaviour
+from robotcore.runtime.behaviour import Behaviour, require_declarations
 from robotcore.runtime.loop import Loop
+from robotcore.runtime.needs import require_turn_on_spot
 from robotcore.runtime.observer import RunContext
 from robotcore.runtime.result import Outcome, RunResult
 from robotcore.runtime.session import RunSession
@@ -91,6 +92,9 @@ class LiveRobot(Robot):
             )
         loop = self._require_ready()
         if isinstance(routine, Behaviour):
+            require_declarations(routine)
+            if routine.turns_on_spot:
+                require_turn_on_spot(self._run.description)
             routine = routine.run(self)
         require_routines("run", [routine])
         self._app.begin(routine)

@@ -16,6 +16,7 @@ import pytest
 import robotcore
 from robotcore import Behaviour, LiveRobot, Outcome, Robot, Role, Routine, Status
 from robotcore.errors import (
+    BehaviourError,
     BlockedError,
     DeviceClosedError,
     DeviceError,
@@ -289,11 +290,16 @@ def test_closed_robot_is_refused(raises: Raises) -> None:
     assert repr(robot) == "<Robot rover: closed>"
 
 
+class Empty(Behaviour):
+    """An app without a method."""
+
+
 BAD: dict[str, tuple[Callable[[Any], Any], type[Exception], str]] = {
     "velocity": (lambda robot: robot.drive.set_velocity(0.1, 0.0), UsageError, "velocity-without-time"),
     "wheels": (lambda robot: robot.drive.set_wheels(1.0, 1.0), UsageError, "velocity-without-time"),
     "number": (lambda robot: robot.run(3), UsageError, "not-a-routine"),
     "class": (lambda robot: robot.run(Spin), UsageError, "not-an-instance"),
+    "empty": (lambda robot: robot.run(Empty()), BehaviourError, "method-missing"),
     "nested": (lambda robot: robot.wait_until(lambda: robot.drive.turn(1.0)), UsageError, "call-in-routine"),
     "close": (lambda robot: robot.wait_until(robot.close), UsageError, "closed-in-routine"),
     "timeout": (lambda robot: robot.wait_until(lambda: False, timeout_s=0.2), RoutineTimeoutError, "routine-timeout"),
