@@ -131,26 +131,26 @@ def format_need(need: Need) -> str:
 
 
 def _build_unmet_error(description: RobotDescription, need: Need) -> UnmetNeedError:
-    other = "Choose another robot with --robot, or add"
+    advice = "Choose another robot with --robot, or add"
     if need in [role.value for role in Role]:
         need = Role(need)
     if isinstance(need, Role):
         table = f'[[devices]] with kind = "{need.kind}"' if need.kind else "[drive]"
-        lacking, remedy = need.value, f"{other} {table}"
+        lacking, remedy = need.value, f"{advice} {table}"
     elif isinstance(need, type):
         kinds = ", ".join(sorted({device.kind for device in description.devices}))
         lacking = need.kind.replace("_", " ")
-        remedy = f'Its kinds of device are: {kinds}. {other} [[devices]] with kind = "{need.kind}"'
+        remedy = f'Its kinds of device are: {kinds}. {advice} [[devices]] with kind = "{need.kind}"'
     else:
         roles = (role.value for role in Role if find_devices(description, role))
         found = _suggest_class(need) or suggestion(need, [*(device.name for device in description.devices), *roles])
-        lacking, remedy = f"device {need!r}", f'{found} {other} [[devices]] with name = "{need}"'
+        lacking, remedy = f"device {need!r}", f'{found} {advice} [[devices]] with name = "{need}"'
     return UnmetNeedError(f"the robot {description.name!r} has no {lacking}, which the app needs. {remedy}")
 
 
 def _suggest_class(name: str) -> str:
-    """Return the need for each device of a kind, if the name is that of a kind; else ``""``."""
+    """Return the advice to write the class of a kind, if the name is that of a kind; else ``""``."""
     if (kind := name.lower()) not in kind_names():
         return ""
     device = load_kind(kind).device
-    return f"For each device of the kind {kind!r}, write {device.__name__} of {device.__module__}."
+    return f"If the app needs the kind {kind!r}, write the class {device.__name__} of {device.__module__}."
