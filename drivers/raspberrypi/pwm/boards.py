@@ -14,7 +14,7 @@ TWO_INPUTS, TWO_INPUTS_AND_PWM = ("forward", "backward"), ("forward", "backward"
 
 @dataclass(frozen=True)
 class Board:
-    """A board with motors, which plugs on the header."""
+    """A board with motors, which plugs onto the header."""
 
     title: str
     address: int
@@ -30,8 +30,8 @@ class Board:
     def note(self) -> str:
         """The note that `robotcore wiring` prints for a device on the board."""
         return (
-            f"The {self.title} plugs on the header, so the Pi needs no further wires to it. Connect the battery of the "
-            "motors to the board."
+            f"The {self.title} plugs onto the header, so the Pi needs no further wires to it. Connect the battery of "
+            "the motors to the board."
         )
 
 
