@@ -207,8 +207,10 @@ class TickClock(ClockWrapper):
         super().__init__(source)
         self._now = source.now()
         self.tick = 0
+        self.reading = 0
+        """The number of ticks and renewals. A sensor is read at most once in each."""
         self.renewal_age: float | None = None
-        """The age of a tick in seconds at which `renew` begins a new one. None while the loop runs."""
+        """The age of a tick in seconds at which `renew` renews it. None while the loop runs."""
 
     def now(self) -> float:
         return self._now
@@ -222,14 +224,19 @@ class TickClock(ClockWrapper):
         self.sleep_until(self._source.now())
 
     def renew(self) -> None:
-        """Begin a new tick if the loop is paused and the present tick is old. A sensor's read calls this."""
+        """Set the time of the tick to the present time if the loop is paused and the tick is old.
+
+        A sensor's read calls this. The number of the tick stays, because only the loop records ticks.
+        """
         if self.renewal_age is not None and self.tick_age() > self.renewal_age:
             self.begin_tick()
+            self.tick -= 1
 
     def sleep_until(self, deadline: float) -> bool:
         is_ahead = self._source.sleep_until(deadline)
         self._now = self._source.now()
         self.tick += 1
+        self.reading += 1
         return is_ahead
 
 

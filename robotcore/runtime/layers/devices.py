@@ -29,27 +29,27 @@ class AppSensor(Sensor[SampleT]):
     def __init__(self, inner: Sensor[SampleT], clock: TickClock, read: Reader[SampleT]) -> None:
         Device.__init__(self, inner.name)
         self._inner, self._clock, self._read_layers = inner, clock, read
-        self._tick = -1
+        self._reading = -1
         self.latest: SampleT | None = None
 
     def read(self) -> SampleT:
         if self._is_closed:
             raise DeviceClosedError(self.name)
         self._clock.renew()
-        if self.latest is None or self._tick != self._clock.tick:
+        if self.latest is None or self._reading != self._clock.reading:
             try:  # as in `_attempt`, without its call
                 self.latest = self._read_layers()
             except RobotcoreError:
                 raise
             except Exception as error:
                 raise build_driver_error(self.name, error) from error
-            self._tick = self._clock.tick
+            self._reading = self._clock.reading
         return self.latest
 
     @property
     def is_read(self) -> bool:
         """Whether the sensor was read in the present tick."""
-        return self._tick == self._clock.tick
+        return self._reading == self._clock.reading
 
     def __getattr__(self, name: str) -> Any:
         """Return an attribute of the driver's sensor, such as a camera's intrinsics."""

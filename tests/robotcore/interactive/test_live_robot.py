@@ -363,7 +363,7 @@ def test_recording_that_exists_is_not_overwritten(tmp_path: Path, raises: Raises
 
 
 def test_tick_of_a_paused_loop_is_renewed_in_real_time() -> None:
-    """A clock whose source goes on, as on a real robot, begins a new tick for a read."""
+    """A clock whose source goes on, as on a real robot, shows the present time for a read. No tick begins."""
     from robotcore.hal.clock import TickClock
 
     source = SteppedClock(20, lambda steps: None)
@@ -373,4 +373,4 @@ def test_tick_of_a_paused_loop_is_renewed_in_real_time() -> None:
     assert clock.now() == 0.0
     clock.renewal_age = 0.05
     clock.renew()
-    assert (clock.now(), clock.tick) == (1.0, 1)
+    assert (clock.now(), clock.tick, clock.reading) == (1.0, 0, 1)
