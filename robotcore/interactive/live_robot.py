@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 from collections.abc import Callable
 from functools import partial
@@ -23,7 +24,7 @@ from robotcore.runtime.needs import require_turn_on_spot
 from robotcore.runtime.observer import RunContext
 from robotcore.runtime.result import Outcome, RunResult
 from robotcore.runtime.session import RunSession
-from robotcore.runtime.signals import SignalGuard
+from robotcore.runtime.signals import SignalGuard, raise_again
 from robotcore.view.robot_picture import RobotPicture, draw_robot
 
 
@@ -54,14 +55,13 @@ class LiveRobot(Robot):
         assert isinstance(run.behaviour, Session)
         self._app, self._run, self._signals, self._finish = run.behaviour, run, signals, finish
         self._loop: Loop | None = loop
-        self._session, self._thread = session, get_ident()
+        self._session, self._thread, self._process = session, get_ident(), os.getpid()
         self._reported: BaseException | None = None
         self.is_running = False
         """Whether a routine runs, so that time passes."""
         self.result: RunResult | None = None
         """The result of the session. None while the robot is open."""
         open_robots.register(self, partial(_close_session, session, loop, signals, finish))
-        self.wait(0.0)
 
     @property
     def drive(self) -> LiveDrive:
@@ -98,23 +98,21 @@ class LiveRobot(Robot):
             routine = routine.run(self)
         require_routines("run", [routine])
         self._app.begin(routine)
-        self.is_running = True
+        self._signals.reset()
         try:
-            with self._signals, self._signals.defer():
-                loop.resume()
-                loop.run()
+            with self._signals.defer(), self._signals:
+                self._run_loop(loop)
         except Interrupted as interrupt:
-            self._stop_after_signal(interrupt)
+            if interrupt.signal_number != signal.SIGINT:
+                self._end(interrupt)
+            self._signals.reset()
+            raise_again(interrupt.signal_number)
         except RobotcoreError as error:
             self._reported = error
             cause = error.__cause__ if isinstance(error, BehaviourError) else None
             if cause is None:
                 raise error.with_traceback(None) from None
             raise cause.with_traceback(_skip_own_frames(cause.__traceback__)) from cause.__cause__
-        finally:
-            self.is_running = False
-            if self._loop:
-                loop.pause()
         return self._app.result
 
     def wait(self, seconds: float) -> None:
@@ -157,33 +155,38 @@ class LiveRobot(Robot):
     ) -> None:
         self._end(Outcome.FAILURE if error else Outcome.SUCCESS)
 
+    def _run_loop(self, loop: Loop) -> None:
+        self.is_running = True
+        try:
+            loop.resume()
+            loop.run()
+        finally:
+            self.is_running = False
+            loop.pause()
+
     def _end(self, outcome: Outcome | BaseException) -> None:
-        if not (loop := self._loop):
+        if self._loop is None or os.getpid() != self._process:  # the robot belongs to the process that opened it
             return
         if self.is_running:
             raise UsageError("a routine cannot close its robot. End the routine first", kind="closed-in-routine")
-        self._loop = None
-        open_robots.unregister(self)
+        self._signals.mask()
         with self._signals:
+            loop, self._loop = self._loop, None
+            open_robots.unregister(self)
             self.result = self._session.close(loop.latched_error or outcome)
             self._finish()
         error = self.result.error
         if error and error is not self._reported and error is not outcome:
             raise error
-
-    def _stop_after_signal(self, interrupt: Interrupted) -> None:
-        """Raise KeyboardInterrupt after SIGINT. Close the robot after another signal, and let it end the program."""
-        self._signals.reset()
-        if interrupt.signal_number == signal.SIGINT:
-            raise KeyboardInterrupt from None
-        self.is_running = False
-        self._end(interrupt)
-        signal.raise_signal(interrupt.signal_number)
-        raise interrupt
+        if number := self._signals.last:
+            raise_again(number)
 
     def _require_ready(self) -> Loop:
         if self._loop is None:
             raise DeviceClosedError(self.name)
+        if os.getpid() != self._process:
+            text = f"{self.name} was opened in another process. Make all calls in the process that opened it"
+            raise UsageError(text, kind="wrong-process")
         if self.is_running:
             text = "a call that lets time pass was made within a routine. Write yield from, as in"
             raise UsageError(f"{text} yield from straight(robot, 0.5)", kind="call-in-routine")
@@ -197,9 +200,13 @@ class LiveRobot(Robot):
 
 
 def _close_session(session: RunSession, loop: Loop, signals: SignalGuard, finish: Callable[[], None]) -> None:
-    with signals:
-        session.close(loop.latched_error or Outcome.SUCCESS)
-        finish()
+    if session.result is None:
+        signals.mask()
+        with signals:
+            session.close(loop.latched_error or Outcome.SUCCESS)
+            finish()
+        if number := signals.last:
+            raise_again(number)
 
 
 def _skip_own_frames(traceback: TracebackType | None) -> TracebackType | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import atexit
 import gc
+import os
 from collections.abc import Callable
 from threading import get_ident
 from typing import Any, NamedTuple
@@ -18,6 +19,9 @@ class _OpenRobot(NamedTuple):
 
 
 _OPEN: list[_OpenRobot] = []
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_OPEN.clear)  # the robots belong to the process that opened them
 
 
 def register(robot: object, close: Callable[[], object]) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from collections.abc import Set as AbstractSet
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -15,12 +16,13 @@ from robotcore.interactive.live_robot import LiveRobot
 from robotcore.interactive.session import Session
 from robotcore.recording.mcap_file import require_recordable
 from robotcore.recording.recorder import Recorder
+from robotcore.runtime.loop import Loop
 from robotcore.runtime.needs import Need
 from robotcore.runtime.observer import Observer, RunContext
 from robotcore.runtime.plan import Plan, RunRequest
 from robotcore.runtime.result import RunResult
 from robotcore.runtime.session import RunSession, print_reason
-from robotcore.runtime.signals import SignalGuard
+from robotcore.runtime.signals import SignalGuard, raise_again
 from robotcore.runtime.trace import TickRecord
 
 LONGEST_S = 1e9
@@ -111,22 +113,39 @@ def _open(request: RunRequest, record: Path | None) -> LiveRobot:
     keeper, signals = _ContextKeeper(), SignalGuard()
     observers: list[Observer] = [keeper, recorder] if recorder else [keeper]
     taps = [recorder.layer] if recorder else []
-    with signals:
-        session = RunSession(plan, observers, taps, signals, print_reason, 1.0)
-        loop = session.open()
-    if loop is None:
-        assert session.result
-        assert session.result.error
-        error = session.result.error
-        raise KeyboardInterrupt if isinstance(error, Interrupted) else error
-    assert isinstance(request.app, Session)
-    request.app.truth = keeper.context.truth
+    session = RunSession(plan, observers, taps, signals, print_reason, 1.0)
 
     def finish() -> None:
         if recorder and recorder.failure:
             raise recorder.failure
 
-    return LiveRobot(session, loop, keeper.context, signals, finish)
+    live = None
+    try:
+        with signals:
+            loop = _open_loop(session)
+            assert isinstance(request.app, Session)
+            request.app.truth = keeper.context.truth
+            live = LiveRobot(session, loop, keeper.context, signals, finish)
+        live.wait(0.0)
+    except BaseException as error:
+        if live:
+            live.close()
+            raise
+        if session.result is None:  # a signal came before or after `session.open`
+            with suppress(Interrupted):
+                session.close(error)
+        if isinstance(error, Interrupted):
+            raise_again(error.signal_number)
+        raise
+    return live
+
+
+def _open_loop(session: RunSession) -> Loop:
+    if loop := session.open():
+        return loop
+    assert session.result
+    assert session.result.error
+    raise session.result.error
 
 
 def _build_app(robot: str, backend: str, options: Mapping[str, Any], needs: AbstractSet[Need] | None) -> Session:

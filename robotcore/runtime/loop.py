@@ -123,9 +123,12 @@ class Loop:
 
     def pause(self) -> None:
         """Stop all motors between two ticks. No time limit holds until `resume`. Sensors may be read meanwhile."""
-        self._stop("pause")
-        self._activity.begin(None)
-        self._clock.renewal_age = self._period
+        try:
+            if not self._latch.error:  # a latch that trips stops all motors
+                self._stop("pause")
+        finally:
+            self._activity.begin(None)
+            self._clock.renewal_age = self._period
 
     def resume(self) -> None:
         """Begin a new tick at the present time."""

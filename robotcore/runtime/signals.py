@@ -43,6 +43,18 @@ def end_by_signal(number: int) -> NoReturn:
     os._exit(128 + number)
 
 
+def raise_again(number: int) -> NoReturn:
+    """Send a signal that a `SignalGuard` has handled to the handler of the program.
+
+    If the handler returns, KeyboardInterrupt is raised after SIGINT, and Interrupted after another signal.
+    """
+    try:
+        signal.raise_signal(number)
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt from None
+    raise (KeyboardInterrupt if number == signal.SIGINT else Interrupted(number)) from None
+
+
 class SignalGuard:
     """A context in which a signal such as SIGINT or SIGTERM raises Interrupted in the main thread.
 
@@ -59,6 +71,8 @@ class SignalGuard:
         self._is_masked = self._is_deferred = self._is_last_masked = False
         self.raised: Interrupted | None = None
         """The exception of the last signal."""
+        self.last: int | None = None
+        """The number of the last signal, also of an ignored one."""
         self.last_resort: Callable[[], object] = lambda: None
         """Called at the third signal, before the process ends. An app may catch the exceptions of the first two."""
         self.before_suspension: Callable[[], object] = lambda: None
@@ -82,22 +96,24 @@ class SignalGuard:
         self.is_suspension_deferred = False
 
     def reset(self) -> None:
-        """Delete the signals that have arrived, so that the program continues after them."""
-        self.raised, self.count, self._suspension = None, 0, 0
+        """Delete the signals that have arrived, and the mask, so that the program continues after them."""
+        self.raised = self.last = None
+        self.count = self._suspension = 0
+        self._is_masked = self._is_last_masked = False
 
     @contextmanager
     def defer(self) -> Iterator[None]:
         """Return a context in which no signal raises an exception.
 
-        A signal in the context raises Interrupted at the end of the context. A third signal still ends the process at
-        once.
+        A signal in the context raises Interrupted at the end of the context, also in place of another exception. A
+        third signal still ends the process at once.
         """
         self._is_deferred = True
         try:
             yield
         finally:
             self._is_deferred = False
-        self.check()
+            self.check()
 
     def check(self) -> None:
         """Raise the exception of the last signal again, if there was a signal. Otherwise do a deferred suspension.
@@ -147,6 +163,7 @@ class SignalGuard:
 
     def _raise(self, number: int, frame: FrameType | None) -> None:
         self.count += 1
+        self.last = number
         is_last = self.count >= LAST_SIGNAL and not self._is_last_masked
         if self._is_masked and not is_last:
             return

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from itertools import takewhile
 from pathlib import Path
 from types import FrameType
 
@@ -24,6 +26,8 @@ SIMULATION_FACTOR = 10.0
 In a run with a window it multiplies every time limit, because a simulator stops while the user drags its window.
 """
 
+_OWN = "robotcore."
+"""The beginning of the names of robotcore's modules."""
 
 _HANG_TEXTS = {
     "step": ("return", "Do not wait in step: return Status.RUNNING, and continue in the next tick"),
@@ -97,10 +101,26 @@ def close_limit(backend: str) -> TimeLimit:
 
 
 def _line(kind: type, frame: FrameType | None) -> str:
-    """Return the line that a thread executes in an app's file, such as ``, at app.py:42``. Empty if there is none."""
-    while frame and frame.f_globals.get("__name__") != kind.__module__:
+    """Return the line that a thread executes in an app's file, such as ``, at app.py:42``. Empty if there is none.
+
+    An app of robotcore, such as that of a live robot, calls a user's routine. The line is then that of the routine.
+    """
+    module, frames = kind.__module__, list(_list_frames(frame))
+    if module.startswith(_OWN):
+        called = takewhile(lambda each: _name_module(each) != module, frames)
+        module = [module, *(name for each in called if not (name := _name_module(each)).startswith(_OWN))][-1]
+    line = next((each for each in frames if _name_module(each) == module), None)
+    return f", at {_innermost(line)}" if line else ""
+
+
+def _list_frames(frame: FrameType | None) -> Iterator[FrameType]:
+    while frame:
+        yield frame
         frame = frame.f_back
-    return f", at {_innermost(frame)}" if frame else ""
+
+
+def _name_module(frame: FrameType) -> str:
+    return str(frame.f_globals.get("__name__"))
 
 
 def _innermost(frame: FrameType | None) -> str:

@@ -50,6 +50,24 @@ class TestSignalGuard:
                 guard.check()
         assert raised.value.exit_status == 128 + signal.SIGTERM
 
+    def test_deferred_signal_replaces_another_exception(self) -> None:
+        def fail() -> None:
+            signal.raise_signal(signal.SIGTERM)
+            raise ValueError
+
+        with pytest.raises(Interrupted), SignalGuard() as guard, guard.defer():
+            fail()
+
+    def test_reset_forgets_signals_and_the_mask(self) -> None:
+        with SignalGuard() as guard:
+            guard.mask()
+            signal.raise_signal(signal.SIGTERM)
+            assert guard.last == signal.SIGTERM
+            guard.reset()
+            assert guard.last is None
+            with pytest.raises(Interrupted):
+                signal.raise_signal(signal.SIGTERM)
+
     def test_signal_that_was_lost_before_a_run_prevents_the_run(self, perform: Runner) -> None:
         steps: list[Robot] = []
         with SignalGuard():
