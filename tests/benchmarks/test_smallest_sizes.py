@@ -37,6 +37,7 @@ BOUNDED = {
     "detector": "--frames 4",
     "floor_pictures": "--pairs 1 --ticks 1",
     "guardian": "--trials 1",
+    "interruptions": "--trials 1",
     "loop": "--pairs 1 --ticks 1 --search 0.5",
     "recording": "--pairs 1 --kills 1 --seconds 0.5 --search 1",
     "run_endings": "--trials 1 --exhausted 1 --simulators 1",

@@ -14,7 +14,7 @@ import pytest
 
 from drivers.raspberrypi.virtual.pwm_chip import VirtualPwmChip
 from tests.drivers.raspberrypi.i2c_dev import sitecustomize
-from tests.drivers.raspberrypi.i2c_dev.sitecustomize import reset
+from tests.drivers.raspberrypi.i2c_dev.sitecustomize import POWER_ON, reset, write
 
 FOLDER = Path(__file__).parent
 ROOT = Path(__file__).parents[4]
@@ -86,6 +86,17 @@ class Bus:
             time, process, register, values = line.split()
             yield Transfer(float(time), int(process), int(register), bytes.fromhex(values))
 
+    def find_stop(self) -> float | None:
+        """Return the time since which every channel is off. None if a channel is on."""
+        registers, stop = bytearray(POWER_ON), None
+        for each in self.transfers():
+            write(registers, each.register, each.values)
+            if any(compute_duties(registers)):
+                stop = None
+            elif stop is None:
+                stop = each.time
+        return stop
+
 
 def use_bus(root: Path, patch: pytest.MonkeyPatch) -> Bus:
     """Replace /dev/i2c-1 in this process, and return the bus."""
@@ -97,7 +108,7 @@ def use_bus(root: Path, patch: pytest.MonkeyPatch) -> Bus:
     return bus
 
 
-def compute_duties(registers: bytes) -> list[float]:
+def compute_duties(registers: bytes | bytearray) -> list[float]:
     """Return the duty of each channel for the registers of a chip."""
     chip = VirtualPwmChip()
     chip.write(0, registers[0])

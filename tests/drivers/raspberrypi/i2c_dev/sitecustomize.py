@@ -17,7 +17,8 @@ from typing import Any
 
 SET_TIMEOUT, SET_ADDRESS, TRANSFER = 0x0702, 0x0703, 0x0720
 WRITE, READ, BYTE, BLOCK = 0, 1, 2, 8
-POWER_ON = {0x00: 0x11, 0x01: 0x04, 0xFE: 0x1E, **{6 + 4 * channel + 3: 0x10 for channel in range(16)}}
+_SET = {0x00: 0x11, 0x01: 0x04, 0xFE: 0x1E, **{6 + 4 * channel + 3: 0x10 for channel in range(16)}}
+POWER_ON = bytes(_SET.get(register, 0) for register in range(256))
 MODE1, SLEEP, AUTO_INCREMENT, FIRST, ALL, PRE_SCALE = 0x00, 0x10, 0x20, 0x06, 0xFA, 0xFE
 
 _open, _ioctl, _close = os.open, fcntl.ioctl, os.close
@@ -27,7 +28,7 @@ _addresses: dict[int, int] = {}
 
 def reset(chip: Path) -> None:
     """Write the registers that a PCA9685 has after power-on."""
-    chip.write_bytes(bytes(POWER_ON.get(register, 0) for register in range(256)))
+    chip.write_bytes(POWER_ON)
     chip.with_suffix(".log").touch()
 
 
@@ -81,19 +82,24 @@ def transfer(chip: Path, direction: int, register: int, size: int, where: int) -
         if size == BLOCK:
             data = ctypes.string_at(where, 34)[1 : 1 + data[0]]  # the kernel copies 34 bytes
         registers = bytearray(os.pread(file, 256, 0))
-        step = 1 if registers[MODE1] & AUTO_INCREMENT else 0
-        for at, value in enumerate(data):
-            number = register + step * at
-            if number in range(ALL, PRE_SCALE):
-                for channel in range(16):
-                    registers[FIRST + 4 * channel + number - ALL] = value
-            elif number != PRE_SCALE or registers[MODE1] & SLEEP:
-                registers[number] = value
+        write(registers, register, data)
         os.pwrite(file, registers, 0)
         with chip.with_suffix(".log").open("a") as log:
             log.write(f"{time.monotonic():.6f} {os.getpid()} {register} {data.hex()}\n")
     finally:
         _close(file)
+
+
+def write(registers: bytearray, register: int, data: bytes) -> None:
+    """Write to the registers of a chip, from a register on."""
+    step = 1 if registers[MODE1] & AUTO_INCREMENT else 0
+    for at, value in enumerate(data):
+        number = register + step * at
+        if number in range(ALL, PRE_SCALE):
+            for channel in range(16):
+                registers[FIRST + 4 * channel + number - ALL] = value
+        elif number != PRE_SCALE or registers[MODE1] & SLEEP:
+            registers[number] = value
 
 
 def install() -> None:
