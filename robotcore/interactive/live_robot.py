@@ -27,6 +27,9 @@ from robotcore.runtime.session import RunSession
 from robotcore.runtime.signals import SignalGuard, raise_again
 from robotcore.view.robot_picture import RobotPicture, draw_robot
 
+FinishResult = Callable[[RunResult], RunResult]
+"""Completes the result of a session by that of its recording. Raises the error of a failed recording."""
+
 
 class LiveRobot(Robot):
     """An open robot for a prompt or a notebook. `robotcore.open` returns it.
@@ -45,7 +48,7 @@ class LiveRobot(Robot):
     """
 
     def __init__(
-        self, session: RunSession, loop: Loop, run: RunContext, signals: SignalGuard, finish: Callable[[], None]
+        self, session: RunSession, loop: Loop, run: RunContext, signals: SignalGuard, finish: FinishResult
     ) -> None:
         opened = loop.robot
         drive = None
@@ -167,6 +170,7 @@ class LiveRobot(Robot):
     def _end(self, outcome: Outcome | BaseException) -> None:
         if self._loop is None or os.getpid() != self._process:  # the robot belongs to the process that opened it
             return
+        self._require_thread()
         if self.is_running:
             raise UsageError("a routine cannot close its robot. End the routine first", kind="closed-in-routine")
         self._signals.mask()
@@ -174,10 +178,10 @@ class LiveRobot(Robot):
             loop, self._loop = self._loop, None
             open_robots.unregister(self)
             self.result = self._session.close(loop.latched_error or outcome)
-            self._finish()
-        error = self.result.error
-        if error and error is not self._reported and error is not outcome:
-            raise error
+            error = self.result.error
+            if error and error is not self._reported and error is not outcome:
+                raise error
+            self.result = self._finish(self.result)
         if number := self._signals.last:
             raise_again(number)
 
@@ -190,21 +194,28 @@ class LiveRobot(Robot):
         if self.is_running:
             text = "a call that lets time pass was made within a routine. Write yield from, as in"
             raise UsageError(f"{text} yield from straight(robot, 0.5)", kind="call-in-routine")
+        self._require_thread()
+        if (error := self._loop.latched_error) and error is self._reported:
+            text = f"{self.name} was stopped by an error. Close it, and open it again. The error: {error}"
+            raise UsageError(text, kind="robot-stopped")
+        return self._loop
+
+    def _require_thread(self) -> None:
         if get_ident() != self._thread:
             text = f"{self.name} was opened in another thread. Make all calls in the thread that opened it"
             raise UsageError(text, kind="wrong-thread")
-        return self._loop
 
     def __repr__(self) -> str:
-        return super().__repr__() if self._loop else f"<Robot {self.name}: closed>"
+        if self._loop and not self._loop.latched_error:
+            return super().__repr__()
+        return f"<Robot {self.name}: {'stopped by an error' if self._loop else 'closed'}>"
 
 
-def _close_session(session: RunSession, loop: Loop, signals: SignalGuard, finish: Callable[[], None]) -> None:
+def _close_session(session: RunSession, loop: Loop, signals: SignalGuard, finish: FinishResult) -> None:
     if session.result is None:
         signals.mask()
         with signals:
-            session.close(loop.latched_error or Outcome.SUCCESS)
-            finish()
+            finish(session.close(loop.latched_error or Outcome.SUCCESS))
         if number := signals.last:
             raise_again(number)
 

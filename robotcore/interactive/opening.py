@@ -115,9 +115,10 @@ def _open(request: RunRequest, record: Path | None) -> LiveRobot:
     taps = [recorder.layer] if recorder else []
     session = RunSession(plan, observers, taps, signals, print_reason, 1.0)
 
-    def finish() -> None:
+    def finish(result: RunResult) -> RunResult:
         if recorder and recorder.failure:
             raise recorder.failure
+        return recorder.complete(result) if recorder and recorder.has_begun else result
 
     live = None
     try:

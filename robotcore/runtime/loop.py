@@ -80,10 +80,12 @@ class Loop:
         self._warnings: tuple[str, ...] = ()
         self._is_latch_recorded = False
         self._last_tick = -1
-        self._is_waiting_enabled = outage > 0 and find_defined_method(behaviour) == "run"
-        self._sensors = [device for device in assembled.robot.devices.values() if isinstance(device, AppSensor)]
+        devices = assembled.robot.devices.values()
+        can_wait = outage > 0 and find_defined_method(behaviour) == "run"
+        self._sensors = [device for device in devices if can_wait and isinstance(device, AppSensor)]
+        """The sensors of a routine that waits for lost devices. Empty in another run."""
         self._routine_sensors: Sequence[Sensor[Any]] = ()
-        """The sensors that were read in the last tick of a routine that waits for lost devices."""
+        """Those of them that the routine has read in its last tick."""
 
     @property
     def time(self) -> float:
@@ -127,6 +129,8 @@ class Loop:
             if not self._latch.error:  # a latch that trips stops all motors
                 self._stop("pause")
         finally:
+            for tap in self._taps:
+                tap.end_ticks()
             self._activity.begin(None)
             self._clock.renewal_age = self._period
 
@@ -187,11 +191,12 @@ class Loop:
         try:
             self._probe_lost_devices()
             self._read_for_routine()
+            counts = [sensor.read_count for sensor in self._sensors]
             status = self._decide()
             if status is not Status.RUNNING or self._clock.now() >= self._timeout:
                 self._close_routine()  # its clean-up is a part of the last tick
-            if self._is_waiting_enabled:
-                self._routine_sensors = [sensor for sensor in self._sensors if sensor.is_read]
+            pairs = zip(self._sensors, counts, strict=True)
+            self._routine_sensors = [sensor for sensor, count in pairs if sensor.read_count > count]
             self._latch.check()
             if self._filter:
                 commit = self._filter.commit()

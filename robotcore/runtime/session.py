@@ -119,14 +119,17 @@ class RunSession:
 
     def run(self) -> RunResult:
         """Execute the run, notify the observers of its end, and return the result."""
-        if loop := self.open():
-            try:
-                outcome = loop.run()
-            except BaseException as error:  # noqa: BLE001  `close` returns or raises it
-                return self.close(error)
-            return self.close(outcome)
-        assert self.result
-        return self.result
+        try:
+            if loop := self.open():
+                try:
+                    outcome = loop.run()
+                except BaseException as error:  # noqa: BLE001  `close` returns or raises it
+                    return self.close(error)
+                return self.close(outcome)
+            assert self.result
+            return self.result
+        finally:  # a signal may have come outside of the stages
+            self._stages.close()
 
     def open(self) -> Loop | None:
         """Open the robot, and call the observers' ``begin``. Return the loop; None if this failed, and the run ended.

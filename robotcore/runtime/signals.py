@@ -135,6 +135,7 @@ class SignalGuard:
             signal.pthread_kill(self._thread, WATCHDOG_SIGNAL)
 
     def __enter__(self) -> SignalGuard:
+        self._before = {}
         if threading.current_thread() is threading.main_thread():
             if outer := _find_active_guard():
                 outer.check()

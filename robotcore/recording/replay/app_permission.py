@@ -28,6 +28,10 @@ _HARMLESS = (int, float, Enum, NoneType)
 """The types of settings whose values cannot be the name of a file, a command or a host."""
 
 
+SESSION = "Session"
+"""The name of the app in the recording of a live robot."""
+
+
 def require_recorded_app(recording: Recording, file: Path | str, given: Container[str] = ()) -> None:
     """Raise RecordingError if a replay must not run the app that a recording names.
 
@@ -43,6 +47,10 @@ def require_recorded_app(recording: Recording, file: Path | str, given: Containe
     app = recording.metadata.request.app_reference
     called, shown = file or "the recording", escape(app)
     if not is_app_file(app):
+        if app == SESSION:
+            problem = "it is the recording of a session at a prompt, which has no app"
+            remedy = "Read it with robotcore info, or record the run of an app"
+            raise RecordingError(called, problem, remedy, kind="session-has-no-app")
         if app_name(app) not in app_names():
             raise RecordingError(
                 called,

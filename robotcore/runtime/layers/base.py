@@ -83,7 +83,10 @@ class Tap(Layer):
         """Receive the latch of the run. A run calls this once, before it reads the first sensor."""
 
     def end_ticks(self) -> None:
-        """Receive the end of the last tick, after an error or a signal. Calls of the app's clean-up may follow."""
+        """Receive the end of the last tick before a pause of a live robot, or after an error or a signal.
+
+        Calls that belong to no tick may follow, such as those of the app's clean-up.
+        """
 
     def resume_ticks(self) -> None:
         """Receive the start of the next call of a live robot, possibly after `end_ticks`."""

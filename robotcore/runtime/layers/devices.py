@@ -31,11 +31,14 @@ class AppSensor(Sensor[SampleT]):
         self._inner, self._clock, self._read_layers = inner, clock, read
         self._reading = -1
         self.latest: SampleT | None = None
+        self.read_count = 0
+        """The number of calls of `read`."""
 
     def read(self) -> SampleT:
         if self._is_closed:
             raise DeviceClosedError(self.name)
         self._clock.renew()
+        self.read_count += 1
         if self.latest is None or self._reading != self._clock.reading:
             try:  # as in `_attempt`, without its call
                 self.latest = self._read_layers()
@@ -45,11 +48,6 @@ class AppSensor(Sensor[SampleT]):
                 raise build_driver_error(self.name, error) from error
             self._reading = self._clock.reading
         return self.latest
-
-    @property
-    def is_read(self) -> bool:
-        """Whether the sensor was read in the present tick."""
-        return self._reading == self._clock.reading
 
     def __getattr__(self, name: str) -> Any:
         """Return an attribute of the driver's sensor, such as a camera's intrinsics."""

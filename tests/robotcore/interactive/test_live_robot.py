@@ -266,15 +266,17 @@ def wait_without_range(robot: Robot, seconds: float) -> Routine[None]:
     return robotcore.wait(robot, seconds)
 
 
-def test_error_of_the_safety_stage_ends_the_session() -> None:
+def test_error_of_the_safety_stage_ends_the_session(raises: Raises) -> None:
     def command_nan(robot: Robot) -> Routine[None]:
         robot.drive.set_velocity(math.nan, 0.0)
         yield
 
     with robotcore.open(world="open") as robot:
-        for _ in range(2):
-            with pytest.raises(InvalidCommandError):
-                robot.run(command_nan(robot))
+        with pytest.raises(InvalidCommandError):
+            robot.run(command_nan(robot))
+        with raises(UsageError, "robot-stopped"):
+            robot.drive.straight(0.1)
+        assert repr(robot) == "<Robot rover: stopped by an error>"
     assert robot.result
     assert robot.result.outcome is Outcome.STOPPED
 
