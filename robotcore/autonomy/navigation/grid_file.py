@@ -10,6 +10,7 @@ import math
 import zipfile
 import zlib
 from collections.abc import Mapping
+from io import BytesIO
 from pathlib import Path
 from typing import IO, Any
 
@@ -90,6 +91,9 @@ def _compute_count(scalars: Mapping[str, float]) -> int:
 
 def _read(archive: zipfile.ZipFile, name: str, dtype: np.dtype[Any], shape: tuple[int, ...]) -> NDArray[Any]:
     """Return one array. Raises ValueError if it is not of this type and shape."""
+    compression = archive.getinfo(f"{name}.npy").compress_type
+    if compression not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+        raise ValueError(f"{name} has the compression {compression}, and NumPy does not write it")
     with archive.open(f"{name}.npy") as stream:
         _require_form(stream, name, dtype, shape)
         length = math.prod(shape) * dtype.itemsize
@@ -103,9 +107,18 @@ def _read(archive: zipfile.ZipFile, name: str, dtype: np.dtype[Any], shape: tupl
 
 
 def _require_form(stream: IO[bytes], name: str, dtype: np.dtype[Any], shape: tuple[int, ...]) -> None:
-    version = np.lib.format.read_magic(stream)
-    if version != (1, 0):
-        raise ValueError(f"{name} has the format {version}")
-    form = np.lib.format.read_array_header_1_0(stream)
-    if form != (shape, False, dtype):
-        raise ValueError(f"{name} has another type or shape")
+    """Raise ValueError unless the header is the one that NumPy writes, up to the spaces at its end.
+
+    NumPy's parser raises many exceptions for a damaged header, so it does not get the header.
+    """
+    expected = BytesIO()
+    form = {"descr": np.lib.format.dtype_to_descr(dtype), "fortran_order": False, "shape": shape}
+    np.lib.format.write_array_header_1_0(expected, form)
+    if _read_header(stream) != _read_header(BytesIO(expected.getvalue())):
+        raise ValueError(f"{name} has another type, shape or format")
+
+
+def _read_header(stream: IO[bytes]) -> tuple[bytes, bytes]:
+    """Return the name of the format, and the description of the array without the spaces that follow it."""
+    magic, length = stream.read(np.lib.format.MAGIC_LEN), int.from_bytes(stream.read(2), "little")
+    return magic, stream.read(length).rstrip()

@@ -59,28 +59,26 @@ def write_object(file: Path) -> None:
     change(file, evidence=np.array([os.getcwd], dtype=object))
 
 
-def write_huge_header(file: Path) -> None:
-    """Write an array whose header promises more than any memory has."""
+def write_evidence(file: Path, description: str, content: bytes = b"", compression: int = zipfile.ZIP_DEFLATED) -> None:
+    """Write a layer with any header and content."""
     with np.load(file) as old:
         arrays = dict(old)
     del arrays["evidence"]
     np.savez_compressed(file, **arrays)
-    header = str({"descr": "<f4", "fortran_order": False, "shape": (10**9, 10**9)}).encode()
-    with zipfile.ZipFile(file, "a") as archive:
-        archive.writestr("evidence.npy", b"\x93NUMPY\1\0" + len(header).to_bytes(2, "little") + header)
+    header = b"\x93NUMPY\1\0" + len(description).to_bytes(2, "little") + description.encode()
+    with zipfile.ZipFile(file, "a", compression) as archive:
+        archive.writestr("evidence.npy", header + content)
 
 
-def write_bomb(file: Path) -> None:
-    with np.load(file) as old:
-        arrays = dict(old)
-    del arrays["evidence"]
-    np.savez_compressed(file, **arrays)
-    with zipfile.ZipFile(file, "a", zipfile.ZIP_DEFLATED) as archive:
-        with np.load(file) as old:
-            shape = old["updated_at"].shape
-        header = str({"descr": "<f4", "fortran_order": False, "shape": shape}).encode()
-        content = b"\x93NUMPY\1\0" + len(header).to_bytes(2, "little") + header
-        archive.writestr("evidence.npy", content + bytes(10**8))
+HEADER = "{'descr': '<f4', 'fortran_order': False, 'shape': (44, 44), }"
+
+
+def break_lzma(file: Path) -> None:
+    write_evidence(file, HEADER, bytes(44 * 44 * 4), zipfile.ZIP_LZMA)
+    with zipfile.ZipFile(file) as archive:
+        options = archive.getinfo("evidence.npy").header_offset + 30 + len("evidence.npy") + 4
+    content = file.read_bytes()
+    file.write_bytes(content[:options] + b"\xff" * 5 + content[options + 5 :])
 
 
 def remove_layer(file: Path) -> None:
@@ -98,8 +96,12 @@ DAMAGES: dict[str, Callable[[Path], object]] = {
     "other archive": lambda file: np.savez(file, a=np.zeros(3)),
     "missing layer": remove_layer,
     "object array": write_object,
-    "huge header": write_huge_header,
-    "bomb": write_bomb,
+    "huge header": lambda file: write_evidence(file, HEADER.replace("44", "1000000000")),
+    "bomb": lambda file: write_evidence(file, HEADER, bytes(10**8)),
+    "open bracket in a header": lambda file: write_evidence(file, "(" * 60),
+    "indented header": lambda file: write_evidence(file, "  1\n 2\n"),
+    "header with a list as a key": lambda file: write_evidence(file, "{[]: 1}"),
+    "damaged lzma": break_lzma,
     "double precision": lambda file: change(file, evidence=np.zeros((44, 44))),
     "other shape": lambda file: change(file, evidence=np.zeros((3, 3), np.float32)),
     "nan in a layer": lambda file: change(file, evidence=np.full((44, 44), np.nan, np.float32)),
@@ -120,6 +122,13 @@ def test_damaged_map_is_refused(damage: str, file: Path) -> None:
         OccupancyGrid.load(file)
     assert raised.value.kind == "map-damaged"
     assert raised.value.fields["file"] == str(file)
+
+
+@pytest.mark.parametrize("padding", [0, 7, 300])
+def test_spaces_after_the_header_are_those_of_any_version_of_numpy(padding: int, file: Path) -> None:
+    evidence = np.full((44, 44), 0.5, np.float32)
+    write_evidence(file, HEADER + " " * padding + "\n", evidence.tobytes())
+    np.testing.assert_array_equal(OccupancyGrid.load(file).evidence, evidence)
 
 
 @pytest.mark.parametrize("damage", ["huge header", "other shape", "enormous"])
