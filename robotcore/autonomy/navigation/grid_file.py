@@ -39,8 +39,17 @@ Layer = NDArray[np.float32]
 
 
 def write_arrays(file: Path, scalars: Mapping[str, float], layers: Mapping[str, Layer]) -> None:
-    """Write the numbers and the layers of a map. Raises MapError if the file cannot be written."""
-    arrays: dict[str, Any] = {**{name: np.float64(value) for name, value in scalars.items()}, **layers}
+    """Write the numbers and the layers of a map.
+
+    Raises MapError if the file cannot be written, or if `read_arrays` would refuse it.
+    """
+    ordered = {name: np.ascontiguousarray(layer, np.float32) for name, layer in layers.items()}
+    try:
+        _require_readable(scalars, ordered)
+    except ValueError as error:
+        remedy = "Change this value of the map, and save it again"
+        raise MapError(file, f"cannot hold this map: {error}", remedy, kind="map-out-of-limits") from error
+    arrays: dict[str, Any] = {**{name: np.float64(value) for name, value in scalars.items()}, **ordered}
     try:
         with replace_file(file) as part, part.open("wb") as stream:
             np.savez_compressed(stream, **arrays)
@@ -76,12 +85,21 @@ def _require_file(file: Path) -> None:
         raise MapError(file, problem, "Name a file that OccupancyGrid.save has written", kind="no-map-file")
 
 
+def _require_readable(scalars: Mapping[str, float], layers: Mapping[str, Layer]) -> None:
+    """Raise ValueError if `read_arrays` would refuse these numbers or layers."""
+    count = _compute_count(scalars)
+    for name, layer in layers.items():
+        if layer.shape != (count, count):
+            raise ValueError(f"the shape of {name} is {layer.shape} in place of {(count, count)}")
+        _require_numbers(name, layer)
+
+
 def _compute_count(scalars: Mapping[str, float]) -> int:
     """Return the number of rows. Raises ValueError if a number is impossible."""
     size, cell = scalars["size_m"], scalars["cell_m"]
     for name, value in scalars.items():
         if not abs(value) <= MAX_COORDINATE_M:
-            raise ValueError(f"{name} is {value}")
+            raise ValueError(f"{name} is {value:g}, and -{MAX_COORDINATE_M:g} to {MAX_COORDINATE_M:g} are possible")
     if not (cell > 0 and size > 0 and scalars["travelled"] >= 0):
         raise ValueError(f"size_m is {size}, cell_m is {cell}, and travelled is {scalars['travelled']}")
     if not 1 <= size / cell <= MAX_COUNT:
@@ -101,9 +119,13 @@ def _read(archive: zipfile.ZipFile, name: str, dtype: np.dtype[Any], shape: tupl
     if len(content) != length:
         raise ValueError(f"{name} has {len(content)} bytes in place of {length}")
     array = np.frombuffer(content, dtype).reshape(shape).copy()
+    _require_numbers(name, array)
+    return array
+
+
+def _require_numbers(name: str, array: NDArray[Any]) -> None:
     if np.isnan(array).any():
         raise ValueError(f"{name} has a value that is not a number")
-    return array
 
 
 def _require_form(stream: IO[bytes], name: str, dtype: np.dtype[Any], shape: tuple[int, ...]) -> None:

@@ -88,7 +88,10 @@ class OccupancyGrid:
         return f"<OccupancyGrid {side:g} x {side:g} m, cells of {self.cell:g} m: {counts}>"
 
     def save(self, file: str | Path) -> None:
-        """Write the map into a file ``.npz`` of NumPy. Raises MapError if the file cannot be written."""
+        """Write the map into a file ``.npz`` of NumPy.
+
+        Raises MapError if the file cannot be written, or if the map is larger or farther away than `load` accepts.
+        """
         (x, y), travelled = self.centre, self.travelled
         scalars = {"size_m": self.size, "cell_m": self.cell, "centre_x_m": x, "centre_y_m": y, "travelled": travelled}
         layers = (self.evidence, self.nearest_echo, self.updated_at)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from robotcore.autonomy.navigation import OccupancyGrid
+from robotcore.autonomy.navigation.grid_file import Layer
 from robotcore.errors import MapError
 from robotcore.geometry import Pose
 from tests.texts import Raises
@@ -161,6 +162,38 @@ def test_folder_and_pipe_are_no_maps(tmp_path: Path, raises: Raises) -> None:
 def test_map_without_a_folder_is_not_written(grid: OccupancyGrid, tmp_path: Path, raises: Raises) -> None:
     with raises(MapError, "map-not-writable"):
         grid.save(tmp_path / "no" / "hall.npz")
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        OccupancyGrid(size=40.01, cell=0.01),
+        OccupancyGrid(size=0.03),
+        OccupancyGrid(centre=(2e6, 0.0)),
+        OccupancyGrid(centre=(0.0, -2e6)),
+    ],
+    ids=["cells", "less than a cell", "x", "y"],
+)
+def test_map_that_load_would_refuse_is_not_saved(wrong: OccupancyGrid, file: Path, raises: Raises) -> None:
+    old = file.read_bytes()
+    with raises(MapError, "map-out-of-limits", file=str(file)):
+        wrong.save(file)
+    assert file.read_bytes() == old
+
+
+@pytest.mark.parametrize("layer", [np.zeros((3, 3)), np.full((44, 44), np.nan)], ids=["shape", "nan"])
+def test_layer_that_load_would_refuse_is_not_saved(
+    layer: Layer, grid: OccupancyGrid, file: Path, raises: Raises
+) -> None:
+    grid.evidence = layer
+    with raises(MapError, "map-out-of-limits"):
+        grid.save(file)
+
+
+def test_layer_of_another_type_and_order_is_saved(grid: OccupancyGrid, file: Path) -> None:
+    grid.evidence = grid.evidence.T.astype(np.float64)
+    grid.save(file)
+    np.testing.assert_array_equal(OccupancyGrid.load(file).evidence, grid.evidence)
 
 
 def test_failed_save_keeps_the_old_map(grid: OccupancyGrid, file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
