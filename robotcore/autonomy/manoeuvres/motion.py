@@ -106,7 +106,7 @@ class Motion:
             with suppress(RobotcoreError):  # the robot may be closed
                 self._robot.drive.set_velocity(*STOPPED)
             raise
-        self.pose = self._tracker.update(self._robot)
+        self.pose = self._tracker.update(self._robot, is_tick_over=True)
         self._linear.add_command(self.sent.linear, self.period)
         self._angular.add_command(self.sent.angular, self.period)
         self._update_standing()

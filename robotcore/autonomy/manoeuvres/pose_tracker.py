@@ -21,7 +21,7 @@ class PoseTracker:
 
     Without an IMU, the pose is `robot.drive.pose`. With one, the turns are those of the IMU, and the distances those of
     the odometry. The heading counts whole turns. ``period`` is the duration of the last tick in seconds, or 0 before
-    the second update.
+    the end of the first one.
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -33,12 +33,15 @@ class PoseTracker:
         self.is_calibrated = self._imu is None
         """Whether the bias of the IMU is known, because the robot has stood for `CALIBRATION_S`."""
 
-    def update(self, robot: Robot) -> Pose:
-        """Return the pose in this tick."""
+    def update(self, robot: Robot, *, is_tick_over: bool = False) -> Pose:
+        """Return the pose in this tick.
+
+        is_tick_over: whether one tick has passed since the last update. Between two manoeuvres, any time may pass.
+        """
         now, odometry = robot.clock.now(), robot.drive.pose
         elapsed, self._time = now - self._time, now
         is_gap = elapsed > MAX_GAP_S
-        if elapsed and not (is_gap and self.period):
+        if elapsed and is_tick_over and not (is_gap and self.period):
             self.period = elapsed
         if odometry != self._odometry or is_gap:
             self._moved_at = now

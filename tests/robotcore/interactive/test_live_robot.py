@@ -59,6 +59,12 @@ def test_simulation_stands_still_between_two_calls(robot: LiveRobot) -> None:
     assert robot.clock.now() == 1.5
 
 
+def test_long_pause_after_the_first_manoeuvre_is_no_tick(robot: LiveRobot) -> None:
+    robot.drive.straight(0.0)
+    robot.wait(10.0)
+    assert robot.drive.straight(0.5).x == pytest.approx(0.5, abs=0.005)
+
+
 def test_wheels_stand_after_a_routine_that_leaves_a_velocity(robot: LiveRobot) -> None:
     def drive_on(robot: Robot) -> Routine[str]:
         for _ in range(10):

@@ -162,3 +162,8 @@ def test_coarse_encoders_end_the_corrections(tmp_path: Path) -> None:
     done = drive(lambda robot: straight(robot, 0.5), robot=str(file))
     assert is_at(done.end, Pose(0.5, 0.0, 0.0), 0.01, 0.07)
     assert done.result.sim_time_s < 8.0
+
+
+def test_a_manoeuvre_ends_at_its_place_in_a_loop_of_1_hz() -> None:
+    done = drive(lambda robot: straight(robot, 0.3), rate_hz=1.0)
+    assert done.end.x == pytest.approx(0.3, abs=0.003)
