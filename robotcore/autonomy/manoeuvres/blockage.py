@@ -56,15 +56,17 @@ class BlockageMonitor:
             if direction is None or math.cos(each.direction) * direction > 0
         )
 
-    def find_cause(self, pose: Pose, command: Twist, sent: Twist, period: float) -> str:
+    def find_cause(self, pose: Pose, command: Twist, sent: Twist, period: float, direction: float | None) -> str:
         """Return the cause of a blockage, ``range-guard``, ``contact`` or ``wheels``; ``""`` without a blockage.
 
         pose: the pose of the robot before the command.
         command: the command of the manoeuvre.
         sent: the command after the safety rules.
         period: the duration of a tick in seconds.
+        direction: 1 forward, -1 backward; None on the spot.
         """
-        is_held = command.linear > 0 and sent.linear < HELD_SHARE * command.linear
+        # On the spot, a motion forward only corrects the place. The turn does not need it.
+        is_held = direction is not None and command.linear > 0 and sent.linear < HELD_SHARE * command.linear
         self._guarded_s = max(0.0, self._guarded_s + (period if is_held else -period))
         if self._guarded_s >= GUARDED_S:
             return "range-guard"

@@ -95,7 +95,7 @@ class Motion:
         if direction is not None and command != STOPPED and self._blockage.has_contact(direction):
             self._raise_blocked("contact")
         self.sent = self._robot.drive.set_velocity(*command)
-        cause = self._blockage.find_cause(self.pose, command, self.sent, self.period)
+        cause = self._blockage.find_cause(self.pose, command, self.sent, self.period, direction)
         if cause == "wheels" and self._is_near:
             self.is_correction_over = True
         elif cause:

@@ -98,6 +98,17 @@ def test_a_turn_reports_no_range_guard() -> None:
     assert drive(lambda robot: turn(robot, 7.0), world="arena").result.outcome is Outcome.SUCCESS
 
 
+def test_a_turn_after_a_stop_by_the_range_guard_ends_at_its_angle() -> None:
+    def route(robot: Robot) -> Routine[object]:
+        with pytest.raises(BlockedError):
+            yield from straight(robot, 6.0)
+        return (yield from turn(robot, math.pi / 2))
+
+    done = drive(route, world="arena", randomise=True, seed=1)
+    assert done.result.outcome is Outcome.SUCCESS
+    assert done.returned.heading == pytest.approx(math.pi / 2, abs=0.01)
+
+
 def test_an_app_can_catch_the_error_and_drive_another_way() -> None:
     def route(robot: Robot) -> Routine[object]:
         try:
