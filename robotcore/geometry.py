@@ -131,7 +131,10 @@ class Wheels(NamedTuple):
 
 def _shorten(value: float) -> str:
     """Return a number with at most four decimals. Adding 0.0 turns -0.0 into 0.0."""
-    return f"{round(value, 4) + 0.0:g}"
+    try:
+        return f"{round(value, 4) + 0.0:g}"
+    except TypeError:
+        return repr(value)  # An error message may show a value that is no number.
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, cast
 
 import cv2
 import numpy as np
@@ -60,6 +60,11 @@ LINES: list[tuple[object, str]] = [
     (Frame(np.zeros((240, 320, 3), np.uint8), 3.15, 63), "<Frame 320x240 at 3.15 s>"),
     (Twist(0.1 + 0.2, -0.0), "Twist(linear=0.3 m/s, angular=0 rad/s)"),
     (Pose(1.0, 12.34567, math.pi), "Pose(x=1 m, y=12.3457 m, heading=3.1416 rad)"),
+    (
+        Pose(cast("Any", None), cast("Any", "left"), cast("Any", (1, 2))),
+        "Pose(x=None m, y='left' m, heading=(1, 2) rad)",
+    ),
+    (Twist(cast("Any", np.zeros(2)), 0.5), "Twist(linear=array([0., 0.]) m/s, angular=0.5 rad/s)"),
     (Wheels(10.0, -2.5), "Wheels(left=10, right=-2.5)"),
     (
         Blob((20.0, 15.0), (0, 12, 5, 7), 35, 0.1, is_clipped=True),
