@@ -115,11 +115,15 @@ class Device:
         self._locate = pose if callable(pose) else lambda: pose
 
     def __repr__(self) -> str:
-        state = "closed" if self._is_closed else self._format_state()
+        state = self.format_state()
         return f"<{type(self).__name__} {self.name}{': ' if state else ''}{state}>"
 
+    def format_state(self) -> str:
+        """Return the last sample, or the command that was sent last, as text; ``""`` without one."""
+        return "closed" if self._is_closed else self._format_state()
+
     def _format_state(self) -> str:
-        """Return the last sample or command as text, or ``""``. This uses no hardware."""
+        """Return the text of `format_state` for a device that is open. This uses no hardware."""
         return ""
 
     def close(self) -> None:

@@ -59,7 +59,8 @@ def draw_robot(
     """Return the picture of an open robot, 1600 pixels wide and 1000 high. This reads no device.
 
     It shows the last picture of the first camera, the last sample of each sensor, and the last command of each
-    actuator other than motors. A real robot has no true pose; then ``path`` is that of the odometry.
+    actuator other than motors, as the layers have limited it. A real robot has no true pose; then ``path`` is that of
+    the odometry.
 
     robot: the robot as an app has it.
     description: the robot's description.
@@ -75,7 +76,9 @@ def draw_robot(
     path = [pose for pose in path if is_plausible(pose)]
     title = f"{robot.name} at {robot.clock.now():.2f} s"
     side_image = draw_side_image(_find_last_frame(robot), "no picture has been read")
-    canvas = begin_page(robot.name, title.removeprefix(f"{robot.name} "), INK, _format_pose(path))
+    canvas = begin_page(
+        robot.name, title.removeprefix(f"{robot.name} "), INK, _format_pose(path, is_true=world is not None)
+    )
     _draw_readings(canvas, TOP + len(side_image), robot)
     overhead = _draw_grid(grid, path) if grid else _draw_world(world or build_empty_world(path), description, path)
     return RobotPicture(title, finish_page(canvas, overhead, side_image))
@@ -86,11 +89,12 @@ def _find_last_frame(robot: Robot) -> Image | None:
     return next((sample.image for sample in samples if isinstance(sample, Frame)), None)
 
 
-def _format_pose(path: Sequence[Pose]) -> str:
+def _format_pose(path: Sequence[Pose], *, is_true: bool) -> str:
     if not path:
         return ""
     x, y, heading = path[-1]
-    return f"x {x:.2f} m, y {y:.2f} m, heading {heading:.2f} rad"
+    source = "true pose" if is_true else "odometry"
+    return f"{source}: x {x:.2f} m, y {y:.2f} m, heading {heading:.2f} rad"
 
 
 def _draw_world(world: WorldDescription, description: RobotDescription, path: Sequence[Pose]) -> Image:
@@ -122,9 +126,9 @@ def _draw_readings(canvas: Canvas, top: int, robot: Robot) -> None:
 
 
 def _list_readings(robot: Robot) -> Iterator[tuple[str, str, str]]:
-    """Yield the name, the last sample or command, and the time of the sample of each device that has one."""
+    """Yield the name, the last sample or the last limited command, and the sample's time of each device with one."""
     for device in robot.devices.values():
-        if isinstance(device, AppActuator) and (command := device.format_command(device.latest)):
+        if isinstance(device, AppActuator) and (command := device.format_state()):
             yield device.name, command, ""
         elif isinstance(device, AppSensor) and device.latest is not None:
             sample: Any = device.latest

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from robotcore import OccupancyGrid, Pose
-from robotcore.canvas import BAD, INK, SERIES
-from robotcore.description import load_robot, load_world
+from robotcore.canvas import BAD, INK, SERIES, Canvas, Point
+from robotcore.description import WorldDescription, load_robot, load_world
 from robotcore.errors import UsageError
 from robotcore.kinds.led import LedDescription
 from robotcore.optics import Image
@@ -50,6 +50,28 @@ def test_readings_are_the_last_samples_and_commands(mock: MockRobot) -> None:
     lamp.set_brightness(0.5)
     mock.advance(20)
     assert list(_list_readings(mock.layered)) == [("nose", "0.84 m", "0.00 s"), ("lamp", "0.50 0.50 0.50", "")]
+
+
+def test_command_beyond_the_limits_is_shown_as_it_was_sent(mock: MockRobot) -> None:
+    lamp: Any = mock.layered["lamp"]
+    lamp.set_brightness(9.0)
+    assert list(_list_readings(mock.layered)) == [("lamp", "1.00 1.00 1.00", "")]
+
+
+@pytest.mark.parametrize("world, source", [(load_world("arena"), "true pose"), (None, "odometry")])
+def test_pose_is_that_of_the_world_or_of_the_odometry(
+    mock: MockRobot, world: WorldDescription | None, source: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    texts: list[str] = []
+    write_text = Canvas.write_text
+
+    def write(canvas: Canvas, at: Point, text: str, *how: Any, **options: Any) -> float:
+        texts.append(text)
+        return write_text(canvas, at, text, *how, **options)
+
+    monkeypatch.setattr(Canvas, "write_text", write)
+    draw_robot(mock.layered, mock.description, PATH, world=world)
+    assert f"{source}: x 0.59 m, y 0.00 m, heading 0.00 rad" in texts
 
 
 def test_drawing_reads_no_device(mock: MockRobot) -> None:
