@@ -68,16 +68,20 @@ def save_png(content: bytes, file: Path, option: str = OPTION) -> None:
         raise _build_unwritable_error(file, error, option) from error
 
 
-def require_writable(file: Path) -> None:
-    """Raise UsageError if a file's suffix is not .png or it cannot be replaced. The check does not change the file."""
+def require_writable(file: Path, option: str = OPTION) -> None:
+    """Raise UsageError if a file's suffix is not .png or it cannot be replaced. The check does not change the file.
+
+    option: as for `save_png`.
+    """
     if file.suffix.lower() != ".png":
-        raise UsageError(f"{OPTION} {file}: not a .png file. Name a .png file", kind="file-ending")
+        text = f"{option} {file}: not a .png file. Name a .png file"
+        raise UsageError(text.lstrip(), kind="file-ending")
     try:
         require_replaceable(file)
     except OSError as error:
-        raise _build_unwritable_error(file, error) from error
+        raise _build_unwritable_error(file, error, option) from error
 
 
-def _build_unwritable_error(file: Path, error: OSError, option: str = OPTION) -> UsageError:
+def _build_unwritable_error(file: Path, error: OSError, option: str) -> UsageError:
     text = f"{option} {file}: {error.strerror}. Name a file that you can write, on a disk with free space"
     return UsageError(text.lstrip(), kind="file-not-writable", file=str(file))

@@ -19,7 +19,18 @@ from robotcore.optics import Image
 from robotcore.recording.summary import is_plausible
 from robotcore.runtime.layers.devices import AppActuator, AppSensor
 from robotcore.view.overhead import MapPath, Track, TrackPoint, draw_map
-from robotcore.view.page import EDGE, HEIGHT, MAP, SIDE, SIDE_WIDTH, TOP, begin_page, finish_page, save_png
+from robotcore.view.page import (
+    EDGE,
+    HEIGHT,
+    MAP,
+    SIDE,
+    SIDE_WIDTH,
+    TOP,
+    begin_page,
+    finish_page,
+    require_writable,
+    save_png,
+)
 from robotcore.view.picture import build_empty_world, draw_side_image
 
 _ROW = 34
@@ -44,7 +55,8 @@ class RobotPicture:
         return encode_png(self.image)
 
     def save(self, file: str | Path) -> None:
-        """Write the picture as PNG. Raises UsageError if the file cannot be written."""
+        """Write the picture as PNG. Raises UsageError if the file's ending is not .png, or it cannot be written."""
+        require_writable(Path(file), option="")
         save_png(encode_png(self.image), Path(file), option="")
 
 

@@ -126,3 +126,10 @@ def test_picture_without_a_folder_is_not_written(mock: MockRobot, tmp_path: Path
     picture = draw_robot(mock.layered, mock.description)
     with raises(UsageError, "file-not-writable", file=str(tmp_path / "no" / "now.png")):
         picture.save(tmp_path / "no" / "now.png")
+
+
+@pytest.mark.parametrize("name", ["now.jpg", "now"])
+def test_picture_is_saved_as_nothing_but_png(mock: MockRobot, name: str, tmp_path: Path, raises: Raises) -> None:
+    with raises(UsageError, "file-ending"):
+        draw_robot(mock.layered, mock.description).save(tmp_path / name)
+    assert list(tmp_path.iterdir()) == []
