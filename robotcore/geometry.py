@@ -119,6 +119,18 @@ def to_float(value: float) -> float:
     return math.ldexp(value, 0)
 
 
+def to_number(value: object) -> float:
+    """Return an argument as a ``float``. The result is NaN if it is no number, a bool, or too great.
+
+    >>> to_number(2), to_number(True), to_number("2")
+    (2.0, nan, nan)
+    """
+    try:
+        return math.nan if isinstance(value, bool) else to_float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError, OverflowError):
+        return math.nan
+
+
 class Wheels(NamedTuple):
     """A velocity in rad/s, or an angle in rad, for each of the two driven wheels."""
 

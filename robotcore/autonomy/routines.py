@@ -6,10 +6,11 @@ import itertools
 from collections.abc import Callable, Generator, Sequence
 from contextlib import ExitStack
 from inspect import GEN_CLOSED, getgeneratorstate
-from math import isfinite
+from math import inf
 from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 from robotcore.errors import RoutineTimeoutError, UsageError
+from robotcore.geometry import to_number
 from robotcore.hal.robot import Robot
 
 T = TypeVar("T")
@@ -35,10 +36,10 @@ def wait(robot: Robot, seconds: float) -> Routine[None]:
 
     seconds: the time, in seconds.
     """
-    _require_time("wait", seconds)
+    time = _require_time("wait", seconds)
 
     def run() -> Routine[None]:
-        deadline = robot.clock.now() + seconds - TIME_TOLERANCE_S
+        deadline = robot.clock.now() + time - TIME_TOLERANCE_S
         while robot.clock.now() < deadline:
             yield
 
@@ -145,19 +146,19 @@ def with_timeout(robot: Robot, seconds: float, routine: Routine[T]) -> Routine[T
 
     Raises RoutineTimeoutError, a TimeoutError, if the time is over.
     """
-    _require_time("with_timeout", seconds)
+    time = _require_time("with_timeout", seconds)
     require_routines("with_timeout", [routine])
 
     def run() -> Routine[T]:
-        deadline = robot.clock.now() + seconds - TIME_TOLERANCE_S
+        deadline = robot.clock.now() + time - TIME_TOLERANCE_S
         with _closing([routine]):
             while robot.clock.now() < deadline:
                 has_ended, result = _advance(routine)
                 if has_ended:
                     return result  # type: ignore[no-any-return]
                 yield
-            text = f"{name_routine(routine)} took longer than {seconds:g} s"
-            raise RoutineTimeoutError(text, seconds=seconds)
+            text = f"{name_routine(routine)} took longer than {time:g} s"
+            raise RoutineTimeoutError(text, seconds=time)
 
     return run()
 
@@ -263,7 +264,9 @@ def _require_condition(function: str, condition: object) -> None:
         raise UsageError(text, kind="not-a-function")
 
 
-def _require_time(function: str, seconds: object) -> None:
-    if not isinstance(seconds, (int, float)) or not isfinite(seconds) or seconds < 0:
+def _require_time(function: str, seconds: float) -> float:
+    time = to_number(seconds)
+    if not 0 <= time < inf:
         text = f"{function} needs a time in seconds, not {seconds!r:.100}. Give a finite number, 0 or more"
         raise UsageError(text, kind="wrong-time", seconds=seconds)
+    return time

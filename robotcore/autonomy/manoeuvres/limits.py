@@ -6,7 +6,7 @@ import math
 
 from robotcore.autonomy.manoeuvres.speed_profile import SLOWEST_M_S, SpeedProfile
 from robotcore.errors import UsageError
-from robotcore.geometry import to_float
+from robotcore.geometry import to_number
 from robotcore.hal.drive import DifferentialDrive
 
 MAX_M = 100.0
@@ -28,25 +28,28 @@ ACCELERATION_SHARE = 0.8
 """The acceleration, divided by the greatest one. The rest is for corrections."""
 
 
-def require_number(manoeuvre: str, name: str, value: float, unit: str, limit: float) -> float:
+def require_number(
+    manoeuvre: str, name: str, value: float, unit: str, limit: float, *, least: float | None = None
+) -> float:
     """Return an argument of a manoeuvre as a float.
 
     manoeuvre: the name of the manoeuvre.
     name: the name of the argument.
     unit: the unit, for messages.
-    limit: the greatest allowed absolute value.
+    limit: the greatest allowed value.
+    least: the least allowed value; by default -limit.
 
-    Raises UsageError if the argument is not a number from -limit to limit.
+    Raises UsageError if the argument is no number between these.
     """
-    number = _to_number(value)
-    if not abs(number) <= limit:
-        raise _build_error(manoeuvre, name, value, f"a number of {unit} from {-limit:.4g} to {limit:.4g}")
+    number, least = to_number(value), -limit if least is None else least
+    if not least <= number <= limit:
+        raise _build_error(manoeuvre, name, value, f"a number of {unit} from {least:.4g} to {limit:.4g}")
     return number
 
 
 def require_positive(manoeuvre: str, name: str, value: float, unit: str, limit: float) -> float:
     """Return an argument of a manoeuvre as a float. Raises UsageError if it is no number above 0, at most ``limit``."""
-    number = _to_number(value)
+    number = to_number(value)
     if not 0 < number <= limit:
         raise _build_error(manoeuvre, name, value, f"a number of {unit} above 0 and at most {limit:.4g}")
     return number
@@ -63,13 +66,6 @@ def require_radius(manoeuvre: str, drive: DifferentialDrive, radius: float) -> f
             min_turn_radius_m=drive.min_turn_radius,
         )
     return radius
-
-
-def _to_number(value: object) -> float:
-    try:
-        return to_float(value)  # type: ignore[arg-type]
-    except (TypeError, ValueError, OverflowError):
-        return math.nan
 
 
 def _build_error(manoeuvre: str, name: str, value: object, allowed: str) -> UsageError:

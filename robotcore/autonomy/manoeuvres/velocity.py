@@ -25,11 +25,12 @@ def move(robot: Robot, linear: float, angular: float = 0.0, *, seconds: float | 
     angular: the turn rate in rad/s, positive to the left.
     seconds: the time in seconds; None to drive until the routine is closed, as in ``until(condition, move(...))``.
 
-    Raises UsageError, when it is called, for a value that is not finite; UnmetNeedError if the robot has no drive.
+    Raises UsageError, when it is called, for a value that is no finite number, and for a negative time;
+    UnmetNeedError if the robot has no drive.
     """
     linear = require_number("move", "linear", linear, "m/s", MAX_VELOCITY)
     angular = require_number("move", "angular", angular, "rad/s", MAX_VELOCITY)
-    time = math.inf if seconds is None else require_number("move", "seconds", seconds, "seconds", MAX_S)
+    time = math.inf if seconds is None else require_number("move", "seconds", seconds, "seconds", MAX_S, least=0.0)
     return _move(robot, robot.drive, linear, angular, time)
 
 

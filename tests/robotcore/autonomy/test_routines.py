@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import pytest
 
 from robotcore.autonomy.routines import (
@@ -102,6 +103,13 @@ def test_wait_takes_its_time() -> None:
     assert drive(wait(robot.layered, 1.0), robot) == (20, None)
 
 
+@pytest.mark.parametrize("second", [np.float32(1.0), np.int64(1)])
+def test_numpy_numbers_are_times(second: Any) -> None:
+    robot = MockRobot()
+    assert drive(wait(robot.layered, second), robot) == (20, None)
+    assert drive(with_timeout(robot.layered, second, wait(robot.layered, 0.1)), robot) == (2, None)
+
+
 def test_wait_until_ends_when_its_condition_is_true() -> None:
     answers = iter([False, False, True])
     assert drive(wait_until(lambda: next(answers))) == (2, None)
@@ -176,6 +184,8 @@ BAD: dict[str, tuple[Callable[[Any], Any], str]] = {
     "NaN": (lambda robot: wait(robot, float("nan")), "wrong-time"),
     "a negative time": (lambda robot: with_timeout(robot, -1.0, yield_three()), "wrong-time"),
     "a text as time": (lambda robot: wait(robot, TEXT), "wrong-time"),
+    "a bool as time": (lambda robot: wait(robot, TRUE), "wrong-time"),
+    "a number beyond floats": (lambda robot: wait(robot, 10**400), "wrong-time"),
     "no condition": (lambda _: wait_until(TRUE), "not-a-function"),
     "a routine to repeat": (lambda _: repeat(yield_three()), "not-a-function"),
     "a fraction": (lambda _: repeat(yield_three, FRACTION), "wrong-times"),

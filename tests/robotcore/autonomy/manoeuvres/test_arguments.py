@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import pytest
 
-from robotcore import Robot, arc, straight, turn
+from robotcore import Robot, arc, move, straight, turn
 from robotcore.errors import UnmetNeedError, UsageError
 from robotcore.testing import MockRobot
 from tests.texts import Raises
@@ -18,7 +18,7 @@ def open_robot(name: str = "rover") -> Robot:
     return MockRobot(name).layered
 
 
-@pytest.mark.parametrize("value", [NAN, INF, -INF, 101.0, "1", None, [1.0, 2.0], 10**400])
+@pytest.mark.parametrize("value", [NAN, INF, -INF, 101.0, "1", None, [1.0, 2.0], 10**400, True])
 def test_a_distance_that_is_no_sensible_number_is_refused(value: float, raises: Raises) -> None:
     with raises(UsageError, "manoeuvre-argument", manoeuvre="straight", argument="distance"):
         straight(open_robot(), value)
@@ -32,7 +32,7 @@ def test_an_angle_that_is_no_sensible_number_is_refused(value: float, raises: Ra
         arc(open_robot(), 0.5, value)
 
 
-@pytest.mark.parametrize("value", [0.0, -0.5, NAN, INF, "1"])
+@pytest.mark.parametrize("value", [0.0, -0.5, NAN, INF, "1", True])
 def test_a_radius_that_is_not_positive_is_refused(value: float, raises: Raises) -> None:
     with raises(UsageError, "manoeuvre-argument", manoeuvre="arc", argument="radius"):
         arc(open_robot(), value, 1.0)
@@ -56,6 +56,12 @@ def test_a_speed_at_which_the_outer_wheel_is_too_fast_is_refused(raises: Raises)
 def test_a_turn_rate_that_the_drive_cannot_reach_is_refused(value: float, raises: Raises) -> None:
     with raises(UsageError, "manoeuvre-argument", argument="turn_rate"):
         turn(open_robot(), 1.0, turn_rate=value)
+
+
+@pytest.mark.parametrize("value", [-1.0, NAN, INF, "1", True])
+def test_a_time_that_is_no_sensible_number_is_refused(value: float, raises: Raises) -> None:
+    with raises(UsageError, "manoeuvre-argument", manoeuvre="move", argument="seconds"):
+        move(open_robot(), 0.1, seconds=value)
 
 
 def test_a_robot_that_steers_cannot_turn(raises: Raises) -> None:
