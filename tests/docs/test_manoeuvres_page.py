@@ -1,10 +1,12 @@
 from __future__ import annotations
 
+import inspect
 import shlex
 from pathlib import Path
 
 import pytest
 
+from robotcore.autonomy import manoeuvres
 from robotcore.autonomy.manoeuvres import blockage, limits, motion, path_planning
 from robotcore.cli.main import execute
 from robotcore.errors import _BLOCKAGES
@@ -13,6 +15,17 @@ from tests.docs.listings import ConsoleCommand, find_code, list_commands, list_l
 PAGE = (Path(__file__).parents[2] / "docs" / "manoeuvres.md").read_text()
 LISTINGS = list_listings(PAGE)
 COMMANDS = [each for listing in LISTINGS if listing.language == "console" for each in list_commands(listing.text)]
+
+
+CALLS = [row[0].strip(" `") for row in read_rows(PAGE, "Manoeuvres")]
+
+
+@pytest.mark.parametrize("call", CALLS)
+def test_the_page_shows_the_parameters_of_each_manoeuvre(call: str) -> None:
+    name = call.partition("(")[0]
+    parameters = inspect.signature(getattr(manoeuvres, name)).parameters.values()
+    bare = [each.replace(annotation=inspect.Parameter.empty) for each in parameters]
+    assert call == f"{name}{inspect.Signature(bare)}"
 
 
 @pytest.mark.slow
