@@ -134,7 +134,7 @@ class Scan:
 
         farthest = max(filter(math.isfinite, self.distances), default=0.0)
         canvas = Canvas(CHART_PX, CHART_PX // 3, PAPER)
-        width, height = canvas.width / len(self.distances), canvas.height - 2 * CHART_TEXT_PX
+        width, height = canvas.width / max(1, len(self.distances)), canvas.height - 2 * CHART_TEXT_PX
         for column, distance in enumerate(reversed(self.distances)):
             if math.isfinite(distance) and farthest > 0:
                 x, y = column * width, canvas.height - height * distance / farthest
@@ -149,11 +149,11 @@ class Scan:
 
         bearings: the bearings of the rays, in radians; empty for a text without the bearing.
         """
-        echoes = sum(map(math.isfinite, self.distances))
-        counted = f"{echoes} of {len(self.distances)} rays with an echo"
+        echoes = list(filter(math.isfinite, self.distances))
+        counted = f"{len(echoes)} of {len(self.distances)} rays with an echo"
         if not echoes:
             return counted
-        nearest = min(self.distances)
+        nearest = min(echoes)
         where = f" at {math.degrees(bearings[self.distances.index(nearest)]):.0f}°" if bearings else ""
         return f"nearest {nearest:.2f} m{where}, {counted}"
 

@@ -52,6 +52,8 @@ LINES: list[tuple[object, str]] = [
         ),
     ),
     (Scan((math.inf, 2.0, 0.5), 3.15, 63), "Scan nearest 0.50 m, 2 of 3 rays with an echo at 3.15 s"),
+    (Scan((math.nan, 2.0, 0.5), 3.15, 63), "Scan nearest 0.50 m, 2 of 3 rays with an echo at 3.15 s"),
+    (Scan((), 3.15, 63), "Scan 0 of 0 rays with an echo at 3.15 s"),
     (Scan((math.inf,) * 3, 3.15, 63), "Scan 0 of 3 rays with an echo at 3.15 s"),
     (
         GamepadSample(**{**AT_REST, "left_y": 0.5, "south": True}, time=3.15, sequence=63),
@@ -192,8 +194,9 @@ class TestNotebookPictures:
         chart = decode(Scan((1.0, math.inf, math.inf), 0.0, 0)._repr_png_())
         assert (chart[100, [50, 200, 450], 2] < 100).tolist() == [False, False, True]
 
-    def test_scan_without_an_echo_has_a_chart(self) -> None:
-        assert decode(Scan((math.inf,) * 4, 0.0, 0)._repr_png_()).shape == (160, 480, 3)
+    @pytest.mark.parametrize("distances", [(math.inf,) * 4, (math.nan,), ()], ids=["inf", "nan", "no rays"])
+    def test_scan_without_an_echo_has_a_chart(self, distances: tuple[float, ...]) -> None:
+        assert decode(Scan(distances, 0.0, 0)._repr_png_()).shape == (160, 480, 3)
 
     def test_map_shows_free_occupied_and_unknown_cells_with_y_upward(self) -> None:
         grid = OccupancyGrid(size=4.0, cell=0.04)
