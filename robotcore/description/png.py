@@ -18,6 +18,9 @@ Pixels = NDArray[np.uint8]
 MAX_PIXELS = 2**22
 """The greatest number of pixels of a picture. The header of a small file can state any size."""
 
+MAX_SIDE_PX = 10**6
+"""The greatest number of pixels along a side of a picture. It is the limit of libpng, which decodes the picture."""
+
 _SIGNATURE = b"\x89PNG\r\n\x1a\n"
 _CHUNK, _CHECKSUM, _SIZE = struct.Struct(">I4s"), struct.Struct(">I"), struct.Struct(">II")
 
@@ -25,7 +28,8 @@ _CHUNK, _CHECKSUM, _SIZE = struct.Struct(">I4s"), struct.Struct(">I"), struct.St
 def decode_png(content: bytes) -> Pixels:
     """Return the picture of a PNG file, (height, width, 4): blue, green, red and opacity, from 0 to 255.
 
-    Raises Mistake if the content is not an intact PNG, or has more than `MAX_PIXELS` pixels.
+    Raises Mistake if the content is not an intact PNG, has more than `MAX_PIXELS` pixels, or more than `MAX_SIDE_PX`
+    along a side.
     """
     import cv2
 
@@ -34,6 +38,9 @@ def decode_png(content: bytes) -> Pixels:
     if width * height > MAX_PIXELS:
         problem = f"the picture has {width} x {height} pixels, and the limit is {MAX_PIXELS} pixels"
         raise Mistake(problem, "Scale the picture down", kind="too-many-pixels")
+    if max(width, height) > MAX_SIDE_PX:
+        problem = f"the picture has {width} x {height} pixels, and the limit of a side is {MAX_SIDE_PX} pixels"
+        raise Mistake(problem, "Cut or scale the picture", kind="too-long-side")
     picture = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED)
     if picture is None or picture.shape[:2] != (height, width):
         raise _build_damage_mistake()

@@ -20,7 +20,7 @@ from robotcore.description import FloorImage, WorldDescription, find_floor_image
 from robotcore.description.doubtful_values import find_bodies_outside
 from robotcore.description.floor_colours import FloorColours
 from robotcore.description.floor_image import MAX_IMAGE_BYTES
-from robotcore.description.png import MAX_PIXELS, decode_png
+from robotcore.description.png import MAX_PIXELS, MAX_SIDE_PX, decode_png
 from robotcore.errors import DescriptionError, Mistake
 from tests.robotcore.description.courses import COURSE, QUADRANTS, encode_png, load_course, write_course
 from tests.texts import CheckText, Raises
@@ -158,9 +158,25 @@ PNG = encode_png(QUADRANTS)
         (PNG[:8] + PNG[-12:], "damaged-png"),
         (state_size(2**31 - 1, 2**31 - 1), "too-many-pixels"),
         (state_size(MAX_PIXELS + 1, 1), "too-many-pixels"),
+        (state_size(MAX_SIDE_PX + 1, 1), "too-long-side"),
+        (state_size(1, MAX_SIDE_PX + 1), "too-long-side"),
         (PNG + bytes(MAX_IMAGE_BYTES), "file-too-large"),
     ],
-    ids=["empty", "jpeg", "begin", "header", "half", "no end", "bit", "no header", "huge", "large", "long"],
+    ids=[
+        "empty",
+        "jpeg",
+        "begin",
+        "header",
+        "half",
+        "no end",
+        "bit",
+        "no header",
+        "huge",
+        "large",
+        "wide",
+        "high",
+        "long",
+    ],
 )
 def test_file_that_is_no_small_png_is_refused(
     tmp_path: Path, content: bytes, kind: str, raises: Raises, capfd: pytest.CaptureFixture[str]
@@ -168,6 +184,10 @@ def test_file_that_is_no_small_png_is_refused(
     with raises(DescriptionError, kind, hide=[tmp_path]):
         load_course(tmp_path, content)
     assert capfd.readouterr() == ("", "")
+
+
+def test_picture_with_the_longest_side_is_decoded() -> None:
+    assert decode_png(encode_png(np.zeros((1, MAX_SIDE_PX), np.uint8))).shape == (1, MAX_SIDE_PX, 4)
 
 
 def test_damaged_pixels_are_refused(tmp_path: Path, raises: Raises) -> None:
