@@ -49,5 +49,6 @@ def test_the_page_names_each_cause_of_a_blockage() -> None:
 def test_the_numbers_on_the_page_are_those_of_the_code() -> None:
     assert (blockage.GUARDED_S, blockage.STALLED_S, blockage.STALLED_SHARE) == (0.5, 0.8, 0.25)
     assert (motion.SETTLE_S, motion.CORRECTION_S) == (0.2, 2.0)
-    assert (limits.SPEED_SHARE, limits.TURN_SHARE, limits.ACCELERATION_SHARE, limits.MAX_M) == (0.5, 0.3, 0.8, 100.0)
+    assert (limits.SPEED_SHARE, limits.TURN_SHARE, limits.ACCELERATION_SHARE) == (0.5, 0.3, 0.8)
+    assert (limits.MAX_M, limits.MAX_RAD) == (100.0, 20.0)
     assert (path_planning.CUT_M, path_planning.RADIUS_FACTOR, path_planning.SAME_M) == (0.01, 1.1, 0.003)

@@ -11,6 +11,7 @@ from robotcore.autonomy.manoeuvres.limits import (
     MAX_RAD,
     build_path_profile,
     build_turn_profile,
+    require_angle,
     require_number,
 )
 from robotcore.autonomy.manoeuvres.motion import Motion
@@ -76,7 +77,8 @@ def face(robot: Robot, heading: float, *, turn_rate: float | None = None) -> Rou
 
     Raises the same errors as `turn`.
     """
-    heading = require_number("face", "heading", heading, "radians", MAX_RAD)
+    counted = abs(robot.drive.pose.heading)  # the heading of the odometry counts whole turns
+    heading = require_angle("face", "heading", heading, MAX_RAD + counted)
     return _face(robot, f"face({heading:g})", heading, build_turn_profile("face", robot.drive, turn_rate))
 
 

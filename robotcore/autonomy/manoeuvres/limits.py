@@ -12,8 +12,8 @@ from robotcore.hal.drive import DifferentialDrive
 MAX_M = 100.0
 """The greatest distance, radius and coordinate of a manoeuvre, in metres. A greater value is probably not in metres."""
 
-MAX_RAD = 100 * math.tau
-"""The greatest angle of a manoeuvre, in radians: 100 turns."""
+MAX_RAD = 20.0
+"""The greatest angle of a manoeuvre, in radians: 3 turns. A greater value is probably in degrees."""
 
 SPEED_SHARE = 0.5
 """The speed of the outer wheel along a path, divided by its greatest one."""
@@ -45,6 +45,15 @@ def require_number(
     if not least <= number <= limit:
         raise _build_error(manoeuvre, name, value, f"a number of {unit} from {least:.4g} to {limit:.4g}")
     return number
+
+
+def require_angle(manoeuvre: str, name: str, value: float, limit: float = MAX_RAD) -> float:
+    """Return an angle in radians as a float. Raises UsageError if it is no number from -limit to limit."""
+    number = to_number(value)
+    if limit < abs(number) < math.inf:
+        allowed = f"an angle in radians, at most {limit:.4g}: {number:g} rad is {abs(number) / math.tau:.0f} turns"
+        raise _build_error(manoeuvre, name, value, f"{allowed}. For degrees, write math.radians({number:g})")
+    return require_number(manoeuvre, name, value, "radians", limit)
 
 
 def require_positive(manoeuvre: str, name: str, value: float, unit: str, limit: float) -> float:

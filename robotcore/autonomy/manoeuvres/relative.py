@@ -6,9 +6,9 @@ import math
 
 from robotcore.autonomy.manoeuvres.limits import (
     MAX_M,
-    MAX_RAD,
     build_path_profile,
     build_turn_profile,
+    require_angle,
     require_number,
     require_positive,
     require_radius,
@@ -58,7 +58,7 @@ def arc(robot: Robot, radius: float, angle: float, *, speed: float | None = None
     something blocks the robot.
     """
     radius = require_radius("arc", robot.drive, require_positive("arc", "radius", radius, "metres", MAX_M))
-    angle = require_number("arc", "angle", angle, "radians", MAX_RAD)
+    angle = require_angle("arc", "angle", angle)
     curvature = math.copysign(1 / radius, angle)
     profile = build_path_profile("arc", robot.drive, speed, curvature)
     return _drive(robot, f"arc({radius:g}, {angle:g})", radius * abs(angle), curvature, profile)
@@ -67,7 +67,7 @@ def arc(robot: Robot, radius: float, angle: float, *, speed: float | None = None
 def turn(robot: Robot, angle: float, *, turn_rate: float | None = None) -> Routine[Pose]:
     """Turn on the spot by an angle. The robot stands at the end.
 
-    angle: the angle in radians, positive to the left. It may be more than a whole turn.
+    angle: the angle in radians, positive to the left. It may be more than a whole turn, up to 20 rad.
     turn_rate: the greatest turn rate in rad/s; by default 0.3 of what the drive can.
 
     Returns the pose at the end, in the frame of the odometry. Its heading counts whole turns.
@@ -75,7 +75,7 @@ def turn(robot: Robot, angle: float, *, turn_rate: float | None = None) -> Routi
     Raises UsageError, when it is called, for a value that is not allowed, and for a robot that cannot turn on the spot;
     UnmetNeedError if the robot has no drive. The routine raises BlockedError if something blocks the robot.
     """
-    angle = require_number("turn", "angle", angle, "radians", MAX_RAD)
+    angle = require_angle("turn", "angle", angle)
     profile = build_turn_profile("turn", robot.drive, turn_rate)
     return _turn(robot, f"turn({angle:g})", angle, profile)
 

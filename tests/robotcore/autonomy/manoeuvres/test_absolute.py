@@ -7,8 +7,9 @@ from collections.abc import Callable
 
 import pytest
 
-from robotcore import BlockedError, Outcome, Robot, Routine, face, follow_path, go_to, straight
+from robotcore import BlockedError, Outcome, Robot, Routine, face, follow_path, go_to, straight, turn
 from robotcore.errors import UnmetNeedError, UsageError
+from robotcore.geometry import Pose
 from robotcore.testing import MockRobot
 from tests.robotcore.autonomy.manoeuvres.driving import Drive, drive
 from tests.texts import CheckText, Raises
@@ -125,6 +126,21 @@ def test_speeds_that_the_drive_cannot_reach_are_refused(raises: Raises) -> None:
         follow_path(open_robot(), [(1.0, 0.0)], turn_rate=99.0)
     with raises(UsageError, "manoeuvre-argument", argument="heading"):
         face(open_robot(), float("inf"))
+
+
+def test_a_heading_in_degrees_is_refused(raises: Raises) -> None:
+    with raises(UsageError, "manoeuvre-argument", argument="heading"):
+        face(open_robot(), 90.0)
+
+
+def test_a_robot_can_face_the_heading_after_many_turns() -> None:
+    def route(robot: Robot) -> Routine[Pose]:
+        for _ in range(2):
+            yield from turn(robot, 14.0)
+        return (yield from face(robot, robot.drive.pose.heading + 1.0))
+
+    done = drive(route)
+    assert done.returned.heading == pytest.approx(29.0, abs=0.02)
 
 
 def test_a_robot_that_steers_cannot_face(raises: Raises) -> None:
