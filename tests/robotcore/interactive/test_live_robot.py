@@ -280,7 +280,8 @@ def test_error_of_the_safety_stage_ends_the_session(raises: Raises) -> None:
     with robotcore.open(world="open") as robot:
         with pytest.raises(InvalidCommandError):
             robot.run(command_nan(robot))
-        with raises(UsageError, "robot-stopped"):
+        line = command_nan.__code__.co_firstlineno + 1
+        with raises(UsageError, "robot-stopped", hide=[f".py:{line}"]):
             robot.drive.straight(0.1)
         assert repr(robot) == "<Robot rover: stopped by an error>"
     assert robot.result
