@@ -23,13 +23,14 @@ MAX_SIDE_PX = 10**6
 
 _SIGNATURE = b"\x89PNG\r\n\x1a\n"
 _CHUNK, _CHECKSUM, _SIZE = struct.Struct(">I4s"), struct.Struct(">I"), struct.Struct(">II")
+_COLOUR_TYPE_AT, _GREY = 25, 0
 
 
 def decode_png(content: bytes) -> Pixels:
     """Return the picture of a PNG file, (height, width, 4): blue, green, red and opacity, from 0 to 255.
 
-    Raises Mistake if the content is not an intact PNG, has more than `MAX_PIXELS` pixels, or more than `MAX_SIDE_PX`
-    along a side.
+    Raises Mistake if the content is not an intact PNG, is grey with a transparent grey, has more than `MAX_PIXELS`
+    pixels, or more than `MAX_SIDE_PX` along a side.
     """
     import cv2
 
@@ -52,7 +53,7 @@ def decode_png(content: bytes) -> Pixels:
 
 
 def _require_intact(content: bytes) -> None:
-    """Raise Mistake unless the content has all chunks of a PNG with their checksums.
+    """Raise Mistake unless the content has all chunks of a PNG with their checksums, and no transparent grey.
 
     OpenCV prints lines for a file that is cut, and some versions return a part of the picture.
     """
@@ -70,6 +71,9 @@ def _require_intact(content: bytes) -> None:
         (checksum,) = _CHECKSUM.unpack_from(content, end)
         if zlib.crc32(content[at + 4 : end]) != checksum:
             raise _build_damage_mistake()
+        if kind == b"tRNS" and content[_COLOUR_TYPE_AT] == _GREY:  # OpenCV would return this grey as opaque.
+            problem = "the picture is grey, and one of its greys is transparent"
+            raise Mistake(problem, "Save it as PNG in RGB with opacity", kind="transparent-grey")
         at = end + _CHECKSUM.size
 
 

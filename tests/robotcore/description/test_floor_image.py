@@ -186,6 +186,24 @@ def test_file_that_is_no_small_png_is_refused(
     assert capfd.readouterr() == ("", "")
 
 
+def add_transparency(picture: Any, colour: bytes) -> bytes:
+    """Return a PNG in which one colour is transparent."""
+    png, chunk = encode_png(picture), b"tRNS" + colour
+    at = png.index(b"IDAT") - 4
+    return png[:at] + struct.pack(">I", len(colour)) + chunk + struct.pack(">I", zlib.crc32(chunk)) + png[at:]
+
+
+@pytest.mark.parametrize("depth", [np.uint8, np.uint16])
+def test_transparent_grey_is_refused(tmp_path: Path, depth: type, raises: Raises) -> None:
+    with raises(DescriptionError, "transparent-grey", hide=[tmp_path]):
+        load_course(tmp_path, add_transparency(np.full((4, 4), 77, depth), b"\0\x4d"))
+
+
+def test_transparent_colour_shows_the_floor(tmp_path: Path) -> None:
+    picture = add_transparency(np.full((4, 4, 3), 77, np.uint8), b"\0\x4d" * 3)
+    assert measure(load_course(tmp_path, picture), (0.5, -0.25)) == [PLAIN]
+
+
 def test_picture_with_the_longest_side_is_decoded() -> None:
     assert decode_png(encode_png(np.zeros((1, MAX_SIDE_PX), np.uint8))).shape == (1, MAX_SIDE_PX, 4)
 
