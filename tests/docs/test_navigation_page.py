@@ -5,6 +5,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
@@ -40,6 +41,14 @@ def test_command_output_equals_the_page(
         subprocess.run([sys.executable, *arguments], check=False)
     answer = "".join(capfd.readouterr())
     assert command.matches(answer), answer
+
+
+@pytest.mark.slow
+def test_line_writes_the_picture_of_a_map(folder: Path) -> None:
+    (line,) = (code for code in find_code(PAGE) if code.startswith("cv2.imwrite"))
+    script = f"import cv2, robotcore; grid = robotcore.OccupancyGrid(); {line}"
+    subprocess.run([sys.executable, "-c", script], check=True)
+    np.testing.assert_array_equal(np.asarray(cv2.imread(str(folder / "room.png"))), OccupancyGrid().draw())
 
 
 FOR_THE_NAVIGATOR = {
