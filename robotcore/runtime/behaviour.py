@@ -185,7 +185,8 @@ def _require_generator(app: Behaviour, routine: object) -> Routine[Status]:
     if isinstance(routine, Generator):
         return routine
     text = f"{type(app).__name__}.run returned {reprlib.repr(routine)} and contains no yield. Write yield to end a tick"
-    raise BehaviourError(f"{text}, or define step in place of run", kind="not-a-generator")
+    text += ", yield from in front of a routine, or define step in place of run"
+    raise BehaviourError(text, kind="not-a-generator")
 
 
 def _require_end(app: Behaviour, status: object) -> Status:

@@ -122,6 +122,11 @@ def do_nothing(self: Behaviour, robot: Robot) -> Any:
     return Status.SUCCESS
 
 
+def forget_yield_from(self: Behaviour, robot: Robot) -> Any:
+    wait(robot, 0.1)
+    return Status.SUCCESS
+
+
 def take_nothing(self: Behaviour) -> Any:
     yield
 
@@ -140,6 +145,7 @@ BAD = {
     "none": (app_of(return_nothing), "not-a-status"),
     "running": (app_of(return_running), "not-a-status"),
     "no generator": (app_of(do_nothing), "not-a-generator"),
+    "no yield from": (app_of(forget_yield_from), "not-a-generator"),
     "no parameter": (app_of(take_nothing), "wrong-parameters"),
     "exception": (app_of(divide), "behaviour"),
     "hidden": (type("App", (Nod,), {"run": 3}), "method-hidden"),
