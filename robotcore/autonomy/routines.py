@@ -234,6 +234,12 @@ def name_routine(routine: Routine[Any]) -> str:
     return getattr(routine, "__qualname__", type(routine).__name__).partition(".<locals>")[0]
 
 
+def rename_routine(routine: Routine[T], name: str) -> Routine[T]:
+    """Set the name of a routine for messages, and return the routine."""
+    routine.__qualname__ = name  # type: ignore[attr-defined]
+    return routine
+
+
 def _format(value: object) -> str:
     return f"the routine {name_routine(value)}" if isinstance(value, Generator) else f"{value!r:.100}"
 

@@ -19,7 +19,7 @@ from robotcore.autonomy.manoeuvres.path_following import follow
 from robotcore.autonomy.manoeuvres.path_planning import Point, plan_path, split_at_turns
 from robotcore.autonomy.manoeuvres.speed_profile import SpeedProfile
 from robotcore.autonomy.manoeuvres.spot_turn import turn_on_spot
-from robotcore.autonomy.routines import Routine
+from robotcore.autonomy.routines import Routine, rename_routine
 from robotcore.errors import UsageError
 from robotcore.geometry import Pose, wrap_angle
 from robotcore.hal.robot import Robot
@@ -79,7 +79,8 @@ def face(robot: Robot, heading: float, *, turn_rate: float | None = None) -> Rou
     """
     counted = abs(robot.drive.pose.heading)  # the heading of the odometry counts whole turns
     heading = require_angle("face", "heading", heading, MAX_RAD + counted)
-    return _face(robot, f"face({heading:g})", heading, build_turn_profile("face", robot.drive, turn_rate))
+    profile = build_turn_profile("face", robot.drive, turn_rate)
+    return rename_routine(_face(robot, f"face({heading:g})", heading, profile), "face")
 
 
 def _build_routine(
@@ -90,7 +91,7 @@ def _build_routine(
     turn_profile = None if drive.min_turn_radius else build_turn_profile(manoeuvre, drive, turn_rate)
     for group in split_at_turns(drive.pose[:2], points, drive):
         plan_path(drive.pose, group, drive)  # raises the errors before anything moves
-    return _drive_through(robot, name, points, profile, turn_profile)
+    return rename_routine(_drive_through(robot, name, points, profile, turn_profile), manoeuvre)
 
 
 def _drive_through(

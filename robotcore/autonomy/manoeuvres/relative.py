@@ -18,7 +18,7 @@ from robotcore.autonomy.manoeuvres.path import Path, Piece
 from robotcore.autonomy.manoeuvres.path_following import follow
 from robotcore.autonomy.manoeuvres.speed_profile import SpeedProfile
 from robotcore.autonomy.manoeuvres.spot_turn import turn_on_spot
-from robotcore.autonomy.routines import Routine
+from robotcore.autonomy.routines import Routine, rename_routine
 from robotcore.geometry import Pose
 from robotcore.hal.robot import Robot
 
@@ -40,7 +40,7 @@ def straight(robot: Robot, distance: float, *, speed: float | None = None) -> Ro
     """
     distance = require_number("straight", "distance", distance, "metres", MAX_M)
     profile = build_path_profile("straight", robot.drive, speed)
-    return _drive(robot, f"straight({distance:g})", distance, 0.0, profile)
+    return rename_routine(_drive(robot, f"straight({distance:g})", distance, 0.0, profile), "straight")
 
 
 def arc(robot: Robot, radius: float, angle: float, *, speed: float | None = None) -> Routine[Pose]:
@@ -61,7 +61,8 @@ def arc(robot: Robot, radius: float, angle: float, *, speed: float | None = None
     angle = require_angle("arc", "angle", angle)
     curvature = math.copysign(1 / radius, angle)
     profile = build_path_profile("arc", robot.drive, speed, curvature)
-    return _drive(robot, f"arc({radius:g}, {angle:g})", radius * abs(angle), curvature, profile)
+    name = f"arc({radius:g}, {angle:g})"
+    return rename_routine(_drive(robot, name, radius * abs(angle), curvature, profile), "arc")
 
 
 def turn(robot: Robot, angle: float, *, turn_rate: float | None = None) -> Routine[Pose]:
@@ -77,7 +78,7 @@ def turn(robot: Robot, angle: float, *, turn_rate: float | None = None) -> Routi
     """
     angle = require_angle("turn", "angle", angle)
     profile = build_turn_profile("turn", robot.drive, turn_rate)
-    return _turn(robot, f"turn({angle:g})", angle, profile)
+    return rename_routine(_turn(robot, f"turn({angle:g})", angle, profile), "turn")
 
 
 def _drive(robot: Robot, name: str, length: float, curvature: float, profile: SpeedProfile) -> Routine[Pose]:

@@ -6,7 +6,7 @@ import math
 from contextlib import suppress
 
 from robotcore.autonomy.manoeuvres.limits import require_number
-from robotcore.autonomy.routines import TIME_TOLERANCE_S, Routine
+from robotcore.autonomy.routines import TIME_TOLERANCE_S, Routine, rename_routine
 from robotcore.errors import RobotcoreError
 from robotcore.hal.drive import DifferentialDrive
 from robotcore.hal.robot import Robot
@@ -31,7 +31,7 @@ def move(robot: Robot, linear: float, angular: float = 0.0, *, seconds: float | 
     linear = require_number("move", "linear", linear, "m/s", MAX_VELOCITY)
     angular = require_number("move", "angular", angular, "rad/s", MAX_VELOCITY)
     time = math.inf if seconds is None else require_number("move", "seconds", seconds, "seconds", MAX_S, least=0.0)
-    return _move(robot, robot.drive, linear, angular, time)
+    return rename_routine(_move(robot, robot.drive, linear, angular, time), "move")
 
 
 def _move(robot: Robot, drive: DifferentialDrive, linear: float, angular: float, seconds: float) -> Routine[None]:

@@ -174,7 +174,7 @@ def test_session_is_recorded(tmp_path: Path) -> None:
     assert robot.result
     recording = read(file)
     assert len(recording.ticks) == robot.result.ticks
-    assert {"drive", "wait"} == {tick.state for tick in recording.ticks}
+    assert {"straight", "wait"} == {tick.state for tick in recording.ticks}
 
 
 def test_session_is_recorded_after_an_error(tmp_path: Path) -> None:

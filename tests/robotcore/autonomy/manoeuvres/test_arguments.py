@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import pytest
 
-from robotcore import Robot, arc, move, straight, turn
+from robotcore import Robot, Routine, arc, face, follow_path, go_to, move, sequence, straight, turn
 from robotcore.errors import UnmetNeedError, UsageError
 from robotcore.testing import MockRobot
 from tests.texts import Raises
@@ -72,6 +72,25 @@ def test_a_robot_that_steers_cannot_turn(raises: Raises) -> None:
 def test_an_arc_that_is_too_sharp_for_a_robot_that_steers_is_refused(raises: Raises) -> None:
     with raises(UsageError, "turn-too-sharp", radius_m=0.2):
         arc(open_robot("picar"), 0.2, 1.0)
+
+
+MANOEUVRES: dict[str, Callable[[Robot], Routine[object]]] = {
+    "straight": lambda robot: straight(robot, 1.0),
+    "arc": lambda robot: arc(robot, 1.0, 1.0),
+    "turn": lambda robot: turn(robot, 1.0),
+    "go_to": lambda robot: go_to(robot, 1.0, 0.0),
+    "follow_path": lambda robot: follow_path(robot, [(1.0, 0.0)]),
+    "face": lambda robot: face(robot, 1.0),
+    "move": lambda robot: move(robot, 0.1),
+}
+
+
+@pytest.mark.parametrize("name", MANOEUVRES)
+def test_a_message_shows_the_public_name_of_a_manoeuvre(name: str) -> None:
+    routine = MANOEUVRES[name](open_robot())
+    routine.close()
+    with pytest.raises(UsageError, match=f"^the routine {name} has ended"):
+        sequence(routine)
 
 
 @pytest.mark.parametrize("build", [lambda r: straight(r, 1.0), lambda r: turn(r, 1.0), lambda r: arc(r, 1.0, 1.0)])
