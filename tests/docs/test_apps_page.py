@@ -105,6 +105,7 @@ FOR_DRIVERS = {
     "is_monitored",
     "find_problem",
     "format_sample",
+    "format_state",
     "limit_sample",
     "change_distances",
     "has_rays",
