@@ -116,6 +116,12 @@ def sshd(robot: Sshd, tmp_path: Path) -> Sshd:
     return replace(robot, folder=folder, others=frozenset(robot.connections()))
 
 
+def require_programs() -> None:
+    """Skip the test on a machine without the programs of an ssh server."""
+    if not (SERVER and shutil.which("ssh") and shutil.which("rsync")):
+        pytest.skip("needs sshd, ssh and rsync")
+
+
 @contextmanager
 def serving(folder: Path, *more: str, path: str = SYSTEM_PATH) -> Iterator[Sshd]:
     """Run a server with its files in a new folder.
@@ -123,8 +129,7 @@ def serving(folder: Path, *more: str, path: str = SYSTEM_PATH) -> Iterator[Sshd]
     more: lines of sshd_config.
     path: the search path after ``bin``.
     """
-    if not (SERVER and shutil.which("ssh") and shutil.which("rsync")):
-        pytest.skip("needs sshd, ssh and rsync")
+    require_programs()
     if os.geteuid() == 0:
         Path("/run/sshd").mkdir(mode=0o755, exist_ok=True)  # on other systems it exists after the boot
     for name in ("home", "bin"):
