@@ -111,6 +111,8 @@ class Loop:
         try:
             return self._run()
         except BaseException as error:
+            if self._latch.error:
+                self._reserve.release_memory()
             self._close_routine_after(error)
             if self._latch.error and not self._is_latch_recorded:
                 self._record(_IDLE)

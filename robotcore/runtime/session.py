@@ -114,6 +114,7 @@ class RunSession:
         """Whether a call of the backend or of a device hangs."""
 
         self._stages = self._run_to_end()
+        self._end: Outcome | BaseException | None = None
         self.result: RunResult | None = None
         """The result. None until the run has ended."""
 
@@ -145,6 +146,8 @@ class RunSession:
 
         Raises the exception if it is neither an error of robotcore nor a signal.
         """
+        self._reserve.release_memory()  # the stages need memory for an exception that passes through them
+        self._end = end
         throw, send = self._stages.throw, self._stages.send
         self._continue(partial(throw, end) if isinstance(end, BaseException) else partial(send, end))
         assert self.result
@@ -171,7 +174,7 @@ class RunSession:
         except (RobotcoreError, Interrupted) as caught:
             error, outcome = caught, get_outcome(caught)
         except MemoryError as short:
-            error = _find_cause(short) or ResourceError("the program is out of memory")
+            error = _find_cause(short) or self._loop_error or ResourceError("the program is out of memory")
             outcome = get_outcome(error)
         except WatchdogInterrupt:  # the loop had ended, so it could not raise the latch's error
             error = self._latched_error
@@ -329,6 +332,13 @@ class RunSession:
                     robot.close()
         except RobotcoreError as failure:
             self._late_failure = failure
+
+    @property
+    def _loop_error(self) -> RobotcoreError | Interrupted | None:
+        """The error that ended the loop. None if there was none, or another exception."""
+        if self._assembled and self._assembled.latch.error:
+            return self._assembled.latch.error
+        return self._end if isinstance(self._end, (RobotcoreError, Interrupted)) else None
 
     @property
     def _latched_error(self) -> RobotcoreError:
