@@ -9,6 +9,7 @@ from inspect import GEN_CLOSED, getgeneratorstate
 from math import inf
 from typing import Any, NamedTuple, TypeAlias, TypeVar
 
+from robotcore.autonomy.pending_routine import warn_if_dropped
 from robotcore.errors import RoutineTimeoutError, UsageError
 from robotcore.geometry import to_number
 from robotcore.hal.robot import Robot
@@ -31,6 +32,7 @@ class RaceResult(NamedTuple):
     """The result of that routine."""
 
 
+@warn_if_dropped
 def wait(robot: Robot, seconds: float) -> Routine[None]:
     """Wait for a time. The robot stops if nothing else drives it, because a velocity is in force for a few ticks only.
 
@@ -46,6 +48,7 @@ def wait(robot: Robot, seconds: float) -> Routine[None]:
     return run()
 
 
+@warn_if_dropped
 def wait_until(condition: Callable[[], object]) -> Routine[None]:
     """Wait until ``condition()`` is true. It is called once per tick. The robot stops as in `wait`."""
     _require_condition("wait_until", condition)
@@ -57,9 +60,10 @@ def wait_until(condition: Callable[[], object]) -> Routine[None]:
     return run()
 
 
+@warn_if_dropped
 def sequence(*routines: Routine[Any]) -> Routine[tuple[Any, ...]]:
     """Run routines one after another. Return their results."""
-    require_routines("sequence", routines)
+    routines = take_generators("sequence", routines)
 
     def run() -> Routine[tuple[Any, ...]]:
         results = []
@@ -71,12 +75,13 @@ def sequence(*routines: Routine[Any]) -> Routine[tuple[Any, ...]]:
     return run()
 
 
+@warn_if_dropped
 def parallel(*routines: Routine[Any]) -> Routine[tuple[Any, ...]]:
     """Run routines at the same time, until all have ended. Return their results.
 
     Each tick advances them in their order. Of two commands to one device, the last one holds.
     """
-    require_routines("parallel", routines)
+    routines = take_generators("parallel", routines)
 
     def run() -> Routine[tuple[Any, ...]]:
         results: dict[int, Any] = {}
@@ -94,12 +99,13 @@ def parallel(*routines: Routine[Any]) -> Routine[tuple[Any, ...]]:
     return run()
 
 
+@warn_if_dropped
 def race(*routines: Routine[Any]) -> Routine[RaceResult]:
     """Run routines at the same time, until the first has ended. Close the others, and return the winner.
 
     Each tick advances them in their order. If two end in the same tick, the first in this order wins.
     """
-    require_routines("race", routines, least=1)
+    routines = take_generators("race", routines, least=1)
 
     def run() -> Routine[RaceResult]:
         with _closing(routines):
@@ -113,6 +119,7 @@ def race(*routines: Routine[Any]) -> Routine[RaceResult]:
     return run()
 
 
+@warn_if_dropped
 def repeat(build: Callable[[], Routine[Any]], times: int | None = None) -> Routine[None]:
     """Run a routine again and again. Each repetition takes at least one tick.
 
@@ -129,8 +136,7 @@ def repeat(build: Callable[[], Routine[Any]], times: int | None = None) -> Routi
 
     def run() -> Routine[None]:
         for _ in itertools.count() if times is None else range(times):
-            routine = build()
-            require_routines("repeat", [routine])
+            (routine,) = take_generators("repeat", [build()])
             with _closing([routine]):
                 while not _advance(routine)[0]:
                     yield
@@ -139,6 +145,7 @@ def repeat(build: Callable[[], Routine[Any]], times: int | None = None) -> Routi
     return run()
 
 
+@warn_if_dropped
 def with_timeout(robot: Robot, seconds: float, routine: Routine[T]) -> Routine[T]:
     """Run a routine, and return its result. Close it if it takes longer than a time.
 
@@ -147,7 +154,7 @@ def with_timeout(robot: Robot, seconds: float, routine: Routine[T]) -> Routine[T
     Raises RoutineTimeoutError, a TimeoutError, if the time is over.
     """
     time = _require_time("with_timeout", seconds)
-    require_routines("with_timeout", [routine])
+    (routine,) = take_generators("with_timeout", [routine])
 
     def run() -> Routine[T]:
         deadline = robot.clock.now() + time - TIME_TOLERANCE_S
@@ -163,13 +170,14 @@ def with_timeout(robot: Robot, seconds: float, routine: Routine[T]) -> Routine[T
     return run()
 
 
+@warn_if_dropped
 def until(condition: Callable[[], object], routine: Routine[Any]) -> Routine[bool]:
     """Run a routine until ``condition()`` is true, and close it then. Return whether the condition was true.
 
     The condition is called in each tick before the routine. The result is False if the routine ended by itself.
     """
     _require_condition("until", condition)
-    require_routines("until", [routine])
+    (routine,) = take_generators("until", [routine])
 
     def run() -> Routine[bool]:
         with _closing([routine]):
@@ -182,12 +190,13 @@ def until(condition: Callable[[], object], routine: Routine[Any]) -> Routine[boo
     return run()
 
 
+@warn_if_dropped
 def on_stop(routine: Routine[T], clean_up: Callable[[], object]) -> Routine[T]:
     """Run a routine, and return its result. Call ``clean_up`` when it ends, fails or is closed.
 
     A run closes its routine when its time is over, and after an error or a signal. It does not if the app hangs.
     """
-    require_routines("on_stop", [routine])
+    (routine,) = take_generators("on_stop", [routine])
     _require_condition("on_stop", clean_up)
 
     def run() -> Routine[T]:
@@ -234,34 +243,36 @@ def name_routine(routine: Routine[Any]) -> str:
     return getattr(routine, "__qualname__", type(routine).__name__).partition(".<locals>")[0]
 
 
-def rename_routine(routine: Routine[T], name: str) -> Routine[T]:
-    """Set the name of a routine for messages, and return the routine."""
-    routine.__qualname__ = name  # type: ignore[attr-defined]
-    return routine
-
-
 def _format(value: object) -> str:
     return f"the routine {name_routine(value)}" if isinstance(value, Generator) else f"{value!r:.100}"
 
 
-def require_routines(function: str, routines: Sequence[object], least: int = 0) -> None:
-    """Raise UsageError if a value is no routine, or a routine that has ended.
+def take_generators(function: str, routines: Sequence[object], least: int = 0) -> tuple[Routine[Any], ...]:
+    """Return the generators of routines, which the caller runs or closes. Their `PendingRoutine` does not warn then.
 
     function: the name of the function that gets the routines.
     least: the least number of routines.
+
+    Raises UsageError if a value is no routine, or a routine that has ended.
     """
     if len(routines) < least:
         raise UsageError(f"{function} needs a routine, such as straight(robot, 1.0)", kind="no-routine")
-    for routine in routines:
-        if not isinstance(routine, Generator):
-            text = f"{function} needs routines, such as straight(robot, 1.0), not {routine!r:.100}"
-            hint = ". Call it, or call its run(robot)" if callable(getattr(routine, "run", routine)) else ""
-            raise UsageError(text + hint, kind="not-a-routine")
-        if getgeneratorstate(routine) == GEN_CLOSED:
-            text = f"the routine {name_routine(routine)} has ended before. Build a new one for {function}"
-            raise UsageError(text, kind="routine-ended")
-    if len({id(routine) for routine in routines}) < len(routines):
+    generators = tuple(_take_generator(function, each) for each in routines)
+    if len(set(generators)) < len(generators):
         raise UsageError(f"{function} has a routine twice. Build a new one for each place", kind="routine-twice")
+    return generators
+
+
+def _take_generator(function: str, routine: object) -> Routine[Any]:
+    if not isinstance(routine, Generator):
+        text = f"{function} needs routines, such as straight(robot, 1.0), not {routine!r:.100}"
+        hint = ". Call it, or call its run(robot)" if callable(getattr(routine, "run", routine)) else ""
+        raise UsageError(text + hint, kind="not-a-routine")
+    generator: Routine[Any] = iter(routine)
+    if getgeneratorstate(generator) == GEN_CLOSED:
+        text = f"the routine {name_routine(generator)} has ended before. Build a new one for {function}"
+        raise UsageError(text, kind="routine-ended")
+    return generator
 
 
 def _require_condition(function: str, condition: object) -> None:

@@ -11,7 +11,7 @@ from types import TracebackType
 from typing import Any
 
 from robotcore.autonomy.navigation import OccupancyGrid
-from robotcore.autonomy.routines import Routine, require_routines, wait, wait_until, with_timeout
+from robotcore.autonomy.routines import Routine, take_generators, wait, wait_until, with_timeout
 from robotcore.errors import BehaviourError, DeviceClosedError, Interrupted, RobotcoreError, UsageError
 from robotcore.hal.robot import Robot, Role
 from robotcore.hal.truth import Truth
@@ -99,8 +99,8 @@ class LiveRobot(Robot):
             if routine.turns_on_spot:
                 require_turn_on_spot(self._run.description)
             routine = routine.run(self)
-        require_routines("run", [routine])
-        self._app.begin(routine)
+        (generator,) = take_generators("run", [routine])
+        self._app.begin(generator)
         self._signals.reset()
         try:
             with self._signals.defer(), self._signals:

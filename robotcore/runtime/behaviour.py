@@ -8,9 +8,10 @@ import sys
 from collections.abc import Generator
 from collections.abc import Set as AbstractSet
 from enum import Enum
-from inspect import GEN_CLOSED, getgeneratorstate, signature
+from inspect import GEN_CLOSED, getgeneratorstate, isgeneratorfunction, signature
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple
 
+from robotcore.autonomy.pending_routine import warn_if_dropped
 from robotcore.autonomy.routines import Routine, require_plain_yield
 from robotcore.errors import BehaviourError
 from robotcore.hal.robot import Robot
@@ -65,6 +66,9 @@ class Behaviour:
 
     def __init_subclass__(cls, **options: Any) -> None:
         super().__init_subclass__(**options)
+        for name, method in list(vars(cls).items()):
+            if isgeneratorfunction(method):
+                setattr(cls, name, warn_if_dropped(method))
         if cls.__module__ == "__main__" and hasattr(sys.modules["__main__"], "__file__"):  # not an interactive session
             atexit.unregister(_advise_to_run)
             atexit.register(_advise_to_run, cls.__name__, sys.argv[0])
@@ -92,6 +96,7 @@ class Behaviour:
         require_plain_yield(self.__routine, yielded)
         return Status.RUNNING
 
+    @warn_if_dropped
     def run(self, robot: Robot) -> Routine[Status]:
         """Command the robot in a sequence of actions. One ``yield`` ends a tick. Return ``SUCCESS`` or ``FAILURE``.
 
@@ -183,7 +188,7 @@ def require_callable(app: Behaviour, name: Literal["step", "run", "verify"]) -> 
 
 def _require_generator(app: Behaviour, routine: object) -> Routine[Status]:
     if isinstance(routine, Generator):
-        return routine
+        return iter(routine)  # the generator of a `PendingRoutine`
     text = f"{type(app).__name__}.run returned {reprlib.repr(routine)} and contains no yield. Write yield to end a tick"
     text += ", yield from in front of a routine, or define step in place of run"
     raise BehaviourError(text, kind="not-a-generator")

@@ -19,13 +19,15 @@ from robotcore.autonomy.manoeuvres.path_following import follow
 from robotcore.autonomy.manoeuvres.path_planning import Point, plan_path, split_at_turns
 from robotcore.autonomy.manoeuvres.speed_profile import SpeedProfile
 from robotcore.autonomy.manoeuvres.spot_turn import turn_on_spot
-from robotcore.autonomy.routines import Routine, rename_routine
+from robotcore.autonomy.pending_routine import warn_if_dropped
+from robotcore.autonomy.routines import Routine
 from robotcore.errors import UsageError
 from robotcore.geometry import Pose, wrap_angle
 from robotcore.hal.robot import Robot
 from robotcore.text import pluralize
 
 
+@warn_if_dropped
 def go_to(
     robot: Robot, x: float, y: float, *, speed: float | None = None, turn_rate: float | None = None
 ) -> Routine[Pose]:
@@ -45,6 +47,7 @@ def go_to(
     return _build_routine(robot, "go_to", f"go_to({point[0]:g}, {point[1]:g})", [point], speed, turn_rate)
 
 
+@warn_if_dropped
 def follow_path(
     robot: Robot, points: Sequence[Point], *, speed: float | None = None, turn_rate: float | None = None
 ) -> Routine[Pose]:
@@ -66,6 +69,7 @@ def follow_path(
     return _build_routine(robot, "follow_path", name, places, speed, turn_rate)
 
 
+@warn_if_dropped
 def face(robot: Robot, heading: float, *, turn_rate: float | None = None) -> Routine[Pose]:
     """Turn on the spot to a heading, the shorter way.
 
@@ -80,7 +84,7 @@ def face(robot: Robot, heading: float, *, turn_rate: float | None = None) -> Rou
     counted = abs(robot.drive.pose.heading)  # the heading of the odometry counts whole turns
     heading = require_angle("face", "heading", heading, MAX_RAD + counted)
     profile = build_turn_profile("face", robot.drive, turn_rate)
-    return rename_routine(_face(robot, f"face({heading:g})", heading, profile), "face")
+    return _face(robot, f"face({heading:g})", heading, profile)
 
 
 def _build_routine(
@@ -91,7 +95,7 @@ def _build_routine(
     turn_profile = None if drive.min_turn_radius else build_turn_profile(manoeuvre, drive, turn_rate)
     for group in split_at_turns(drive.pose[:2], points, drive):
         plan_path(drive.pose, group, drive)  # raises the errors before anything moves
-    return rename_routine(_drive_through(robot, name, points, profile, turn_profile), manoeuvre)
+    return _drive_through(robot, name, points, profile, turn_profile)
 
 
 def _drive_through(

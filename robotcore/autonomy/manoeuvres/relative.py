@@ -18,11 +18,13 @@ from robotcore.autonomy.manoeuvres.path import Path, Piece
 from robotcore.autonomy.manoeuvres.path_following import follow
 from robotcore.autonomy.manoeuvres.speed_profile import SpeedProfile
 from robotcore.autonomy.manoeuvres.spot_turn import turn_on_spot
-from robotcore.autonomy.routines import Routine, rename_routine
+from robotcore.autonomy.pending_routine import warn_if_dropped
+from robotcore.autonomy.routines import Routine
 from robotcore.geometry import Pose
 from robotcore.hal.robot import Robot
 
 
+@warn_if_dropped
 def straight(robot: Robot, distance: float, *, speed: float | None = None) -> Routine[Pose]:
     """Drive straight by a distance. The robot holds its heading, and stands at the end.
 
@@ -40,9 +42,10 @@ def straight(robot: Robot, distance: float, *, speed: float | None = None) -> Ro
     """
     distance = require_number("straight", "distance", distance, "metres", MAX_M)
     profile = build_path_profile("straight", robot.drive, speed)
-    return rename_routine(_drive(robot, f"straight({distance:g})", distance, 0.0, profile), "straight")
+    return _drive(robot, f"straight({distance:g})", distance, 0.0, profile)
 
 
+@warn_if_dropped
 def arc(robot: Robot, radius: float, angle: float, *, speed: float | None = None) -> Routine[Pose]:
     """Drive forward along an arc. The robot stands at the end.
 
@@ -62,9 +65,10 @@ def arc(robot: Robot, radius: float, angle: float, *, speed: float | None = None
     curvature = math.copysign(1 / radius, angle)
     profile = build_path_profile("arc", robot.drive, speed, curvature)
     name = f"arc({radius:g}, {angle:g})"
-    return rename_routine(_drive(robot, name, radius * abs(angle), curvature, profile), "arc")
+    return _drive(robot, name, radius * abs(angle), curvature, profile)
 
 
+@warn_if_dropped
 def turn(robot: Robot, angle: float, *, turn_rate: float | None = None) -> Routine[Pose]:
     """Turn on the spot by an angle. The robot stands at the end.
 
@@ -78,7 +82,7 @@ def turn(robot: Robot, angle: float, *, turn_rate: float | None = None) -> Routi
     """
     angle = require_angle("turn", "angle", angle)
     profile = build_turn_profile("turn", robot.drive, turn_rate)
-    return rename_routine(_turn(robot, f"turn({angle:g})", angle, profile), "turn")
+    return _turn(robot, f"turn({angle:g})", angle, profile)
 
 
 def _drive(robot: Robot, name: str, length: float, curvature: float, profile: SpeedProfile) -> Routine[Pose]:

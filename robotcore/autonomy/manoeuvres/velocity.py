@@ -6,7 +6,8 @@ import math
 from contextlib import suppress
 
 from robotcore.autonomy.manoeuvres.limits import require_number
-from robotcore.autonomy.routines import TIME_TOLERANCE_S, Routine, rename_routine
+from robotcore.autonomy.pending_routine import warn_if_dropped
+from robotcore.autonomy.routines import TIME_TOLERANCE_S, Routine
 from robotcore.errors import RobotcoreError
 from robotcore.hal.drive import DifferentialDrive
 from robotcore.hal.robot import Robot
@@ -18,6 +19,7 @@ MAX_S = 1e6
 """The longest time of an argument, in seconds."""
 
 
+@warn_if_dropped
 def move(robot: Robot, linear: float, angular: float = 0.0, *, seconds: float | None = None) -> Routine[None]:
     """Drive at a velocity for a time. The safety stage limits the velocity, and the robot need not arrive anywhere.
 
@@ -31,7 +33,7 @@ def move(robot: Robot, linear: float, angular: float = 0.0, *, seconds: float | 
     linear = require_number("move", "linear", linear, "m/s", MAX_VELOCITY)
     angular = require_number("move", "angular", angular, "rad/s", MAX_VELOCITY)
     time = math.inf if seconds is None else require_number("move", "seconds", seconds, "seconds", MAX_S, least=0.0)
-    return rename_routine(_move(robot, robot.drive, linear, angular, time), "move")
+    return _move(robot, robot.drive, linear, angular, time)
 
 
 def _move(robot: Robot, drive: DifferentialDrive, linear: float, angular: float, seconds: float) -> Routine[None]:

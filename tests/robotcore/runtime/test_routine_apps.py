@@ -152,6 +152,7 @@ BAD = {
 }
 
 
+@pytest.mark.filterwarnings("ignore:the routine wait was never run")
 @pytest.mark.parametrize("case", BAD)
 def test_mistake_in_an_app_is_named(raises: Raises, case: str) -> None:
     app, kind = BAD[case]

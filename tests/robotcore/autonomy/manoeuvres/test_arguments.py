@@ -47,7 +47,7 @@ def test_a_speed_that_the_drive_cannot_reach_is_refused(value: float, raises: Ra
 
 
 def test_a_speed_at_which_the_outer_wheel_is_too_fast_is_refused(raises: Raises) -> None:
-    straight(open_robot(), 1.0, speed=0.39)
+    straight(open_robot(), 1.0, speed=0.39).close()
     with raises(UsageError, "manoeuvre-argument", argument="speed"):
         arc(open_robot(), 0.2, 1.0, speed=0.39)
 
