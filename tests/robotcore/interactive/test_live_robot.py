@@ -29,7 +29,6 @@ from robotcore.errors import (
 )
 from robotcore.hal.clock import SteppedClock
 from robotcore.kinds.camera import Camera
-from robotcore.recording import read
 from robotcore.runtime.session import RunSession
 from tests.texts import Raises
 
@@ -164,26 +163,6 @@ def test_same_calls_give_the_same_trace() -> None:
         return str(robot.result.trace_sha256)
 
     assert play() == play()
-
-
-def test_session_is_recorded(tmp_path: Path) -> None:
-    file = tmp_path / "session.mcap"
-    with robotcore.open(world="open", record=file) as robot:
-        robot.drive.straight(0.2)
-        robot.wait(0.2)
-    assert robot.result
-    recording = read(file)
-    assert len(recording.ticks) == robot.result.ticks
-    assert {"straight", "wait"} == {tick.state for tick in recording.ticks}
-
-
-def test_session_is_recorded_after_an_error(tmp_path: Path) -> None:
-    file = tmp_path / "session.mcap"
-    with robotcore.open(world="open", record=file) as robot:
-        with pytest.raises(ZeroDivisionError):
-            robot.wait_until(lambda: 1 / 0)
-        robot.drive.move(0.1, seconds=0.1)
-    assert [tick for tick in read(file).ticks if tick.state == "move"][-2].asked
 
 
 def interrupt(after_s: float, number: int = signal.SIGINT) -> None:
@@ -361,14 +340,6 @@ def test_robot_that_cannot_be_opened_is_an_error(raises: Raises, case: str) -> N
     asked, error, kind = OPEN[case]
     with raises(error, kind):
         robotcore.open(**asked)
-
-
-def test_recording_that_exists_is_not_overwritten(tmp_path: Path, raises: Raises) -> None:
-    file = tmp_path / "session.mcap"
-    file.write_text("old")
-    with raises(RecordingError, "recording-exists"):
-        robotcore.open(record=file)
-    assert file.read_text() == "old"
 
 
 def test_tick_of_a_paused_loop_is_renewed_in_real_time() -> None:
