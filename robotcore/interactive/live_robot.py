@@ -101,7 +101,6 @@ class LiveRobot(Robot):
             routine = routine.run(self)
         (generator,) = take_generators("run", [routine])
         self._app.begin(generator)
-        self._signals.reset()
         try:
             with self._signals.defer(), self._signals:
                 self._run_loop(loop)

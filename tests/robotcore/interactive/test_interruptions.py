@@ -9,7 +9,7 @@ import time
 import traceback
 import warnings
 from collections.abc import Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +27,7 @@ from tests.doubles.serial.pty import Pty
 from tests.doubles.serial.rosarduino import RobotcoreBridgeDouble
 from tests.robotcore.safety.guardian.doubles import RecordingBackend
 from tests.robotcore.safety.guardian.recorder import notes
+from tests.texts import Raises
 
 
 @pytest.fixture(autouse=True)
@@ -119,6 +120,60 @@ def test_signal_during_open_closes_the_robot(
     assert received == [signal.SIGTERM] * (number == signal.SIGTERM)
 
 
+def test_interrupt_between_two_calls_leaves_the_robot_open() -> None:
+    with robotcore.open(world="open") as robot:
+        robot.drive.straight(0.1)
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+        assert robot.drive.straight(0.1).x == pytest.approx(0.2, abs=0.01)
+    assert robot.result
+    assert robot.result.outcome is Outcome.SUCCESS
+
+
+def test_signal_between_two_calls_reaches_the_handler_of_the_program_only(received: list[int]) -> None:
+    with robotcore.open(world="open") as robot:
+        robot.wait(0.1)
+        signal.raise_signal(signal.SIGTERM)
+        assert received == [signal.SIGTERM]
+        robot.wait(0.1)
+    assert robot.result
+    assert robot.result.outcome is Outcome.SUCCESS
+
+
+@pytest.mark.parametrize("number, error", [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, Interrupted)])
+def test_signal_while_a_lost_robot_is_closed_acts_after_it(
+    monkeypatch: pytest.MonkeyPatch, number: int, error: type[BaseException]
+) -> None:
+    lost = robotcore.open(world="open")._session
+    close = RunSession.close
+
+    def interrupt(self: RunSession, *arguments: Any) -> Any:
+        signal.raise_signal(number)
+        return close(self, *arguments)
+
+    monkeypatch.setattr(RunSession, "close", interrupt)
+    with pytest.raises(error):
+        robotcore.open(world="open")
+    assert lost.result
+    assert lost.result.outcome is Outcome.SUCCESS
+    assert not is_running()
+
+
+def test_interrupt_that_python_discards_during_open_is_not_lost(monkeypatch: pytest.MonkeyPatch) -> None:
+    run_open = RunSession.open
+
+    def interrupt(self: RunSession) -> Loop | None:
+        loop = run_open(self)
+        with suppress(Interrupted):  # as Python does in a callback of a weak reference
+            signal.raise_signal(signal.SIGINT)
+        return loop
+
+    monkeypatch.setattr(RunSession, "open", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        robotcore.open(world="open")
+    assert not is_running()
+
+
 def test_interrupt_of_the_first_tick_closes_the_robot(monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupt(self: LiveRobot, seconds: float) -> None:
         raise KeyboardInterrupt
@@ -196,6 +251,25 @@ def test_failed_stop_after_a_call_leaves_no_time_limit(monkeypatch: pytest.Monke
             with pytest.raises(DeviceError):
                 robot.wait(0.1)
         assert robot._session._activity.activity is None
+
+
+def test_other_thread_cannot_close_the_robot(raises: Raises) -> None:
+    failures: list[BaseException] = []
+
+    def close() -> None:
+        try:
+            robot.close()
+        except UsageError as error:
+            failures.append(error)
+
+    with robotcore.open(world="open") as robot:
+        thread = threading.Thread(target=close)
+        thread.start()
+        thread.join()
+        with raises(UsageError, "wrong-thread"):
+            raise failures[0]
+        assert robot.result is None
+        robot.drive.straight(0.05)
 
 
 def test_copy_of_the_process_cannot_use_or_close_the_robot() -> None:
