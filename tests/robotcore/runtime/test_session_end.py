@@ -5,13 +5,13 @@ from typing import Any
 
 import pytest
 
-from robotcore.errors import BackendError, BehaviourError, DeviceError, DeviceGroupError
+from robotcore.errors import BackendError, BehaviourError, DeviceError, DeviceGroupError, Interrupted
 from robotcore.geometry import Pose, Twist
 from robotcore.hal.robot import Robot
 from robotcore.hal.truth import Truth
 from robotcore.runtime.behaviour import Status
 from robotcore.runtime.result import Outcome
-from robotcore.runtime.session import RunRequest
+from robotcore.runtime.session import RunRequest, RunSession
 from robotcore.runtime.signals import SignalGuard
 from tests.robotcore.fakes import FunctionApp, RigBackend, StillTruth
 from tests.robotcore.runs import Runner, drive_then
@@ -74,6 +74,24 @@ def test_late_signal_does_not_prevent_closing(
     monkeypatch.setattr(SignalGuard, "mask", mask_too_late)
     result = perform(drive_then(lambda _: Status.SUCCESS))
     assert (result.outcome, result.exit_status) == (Outcome.INTERRUPTED, 143)
+    assert (backend.rig.left.releases, backend.rig.right.releases) == (1, 1)
+
+
+@pytest.mark.parametrize("method", ["open", "close"])
+def test_signal_outside_of_the_stages_of_a_run_leaves_no_robot_open(
+    perform: Runner, backend: RigBackend, monkeypatch: pytest.MonkeyPatch, method: str
+) -> None:
+    call, moments = getattr(RunSession, method), iter([signal.SIGTERM])
+
+    def interrupt(session: RunSession, *arguments: Any) -> Any:
+        ended = call(session, *arguments) if method == "open" else None
+        for number in moments:
+            signal.raise_signal(number)
+        return ended
+
+    monkeypatch.setattr(RunSession, method, interrupt)
+    with pytest.raises(Interrupted):
+        perform(drive_then(lambda _: Status.SUCCESS))
     assert (backend.rig.left.releases, backend.rig.right.releases) == (1, 1)
 
 
