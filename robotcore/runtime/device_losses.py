@@ -38,7 +38,7 @@ class DeviceLossTracker:
         return now - self._since < self._limit
 
     def end(self, now: float) -> None:
-        """Record a tick in which no device was lost."""
+        """Record the end of all losses: a tick in which no device was lost, or the end of a live robot's call."""
         if self.lost:
             self._past_losses.append((self.lost[0], now - self._since))
             self.lost.clear()

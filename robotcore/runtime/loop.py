@@ -126,13 +126,18 @@ class Loop:
         return Outcome.TIMEOUT if status is Status.RUNNING else Outcome(status.value)
 
     def pause(self) -> None:
-        """Stop all motors between two ticks. No time limit holds until `resume`. Sensors may be read meanwhile."""
+        """Stop all motors between two ticks. No time limit holds until `resume`. Sensors may be read meanwhile.
+
+        The next routine waits only for the devices that it uses itself, and again for the whole time of an outage.
+        """
         try:
             if not self._latch.error:  # a latch that trips stops all motors
                 self._stop("pause")
         finally:
             for tap in self._taps:
                 tap.end_ticks()
+            self.losses.end(self._clock.now())
+            self._routine_sensors = ()
             self._activity.begin(None)
             self._clock.renewal_age = self._period
 

@@ -276,3 +276,22 @@ def test_device_that_is_lost_for_too_long_ends_the_routine(patient: str) -> None
     result = run(RunRequest(app, robot=patient, timeout_s=4.0, faults=("range lost=3 after=1",)))
     assert (result.exit_status, result.sim_time_s) == (3, 2.0)
     assert app.clean_ups == 1
+
+
+def look_and_wait(robot: Robot) -> Routine[None]:
+    """Read the camera in the first half second."""
+    while robot.clock.now() < 0.5:
+        robot.camera.read()
+        yield
+    yield from wait(robot, 1.5)
+
+
+@pytest.mark.parametrize("after, lost", [(0.2, True), (1.0, False)])
+def test_routine_waits_only_for_devices_that_it_has_read_in_its_last_tick(
+    patient: str, after: float, *, lost: bool
+) -> None:
+    app = Cleaning(look_and_wait)
+    app.needs = app.needs | {Role.CAMERA}  # type: ignore[misc]  # of this app only
+    result = run(RunRequest(app, robot=patient, timeout_s=4.0, faults=(f"camera lost=0.5 after={after}",)))
+    assert result.outcome is Outcome.SUCCESS
+    assert len(result.notes) == lost
