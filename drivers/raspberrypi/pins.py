@@ -72,7 +72,7 @@ def build_pin_error(device: str, gpios: Sequence[int], error: Exception) -> Devi
     where = "GPIO " + ", ".join(map(str, gpios))
     if isinstance(error, GPIOPinInUse):
         kind = "gpio-in-use"
-        problem = f"{where} is already in use in this program. Close the device that uses it first"
+        problem = f"{where} is already in use in this program. Close the robot or the device that uses it first"
     elif "busy" in str(error).lower():
         kind = "gpio-held"
         held = ", ".join(f"GPIO {gpio} is held by {find_holder(gpio)}" for gpio in gpios)
