@@ -71,8 +71,12 @@ def test_reads_between_two_calls_change_no_bit_of_the_recording(tmp_path: Path) 
 
 def test_reads_between_two_calls_use_no_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     recorders: list[Recorder] = []
-    begin = Recorder.begin
-    monkeypatch.setattr(Recorder, "begin", lambda self, run: (recorders.append(self), begin(self, run)))
+
+    def build(file: Path) -> Recorder:
+        recorders.append(Recorder(file))
+        return recorders[-1]
+
+    monkeypatch.setattr("robotcore.interactive.opening.Recorder", build)
     with robotcore.open(world="open", record=tmp_path / "session.mcap") as robot:
         read_devices(robot)
         robot.wait(0.1)
