@@ -272,6 +272,10 @@ class Actuator(Device, ABC, Generic[CommandT]):
         finally:
             super().close()
 
+    def limit_command(self, command: CommandT) -> CommandT:
+        """Return the command that `send` would send. Raises the errors of `send` for a command without a meaning."""
+        return self._attempt(self._limit, command)
+
     def _limit(self, command: CommandT) -> CommandT:
         """Return the command within the limits of the actuator. Raises InvalidCommandError for an invalid command."""
         return command

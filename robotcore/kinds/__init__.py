@@ -18,5 +18,6 @@ from robotcore.kinds.led import Led as Led
 from robotcore.kinds.lidar import Lidar as Lidar
 from robotcore.kinds.line_sensor import LineSensor as LineSensor
 from robotcore.kinds.motor import Motor as Motor
+from robotcore.kinds.operator import Operator as Operator
 from robotcore.kinds.range_sensor import RangeSensor as RangeSensor
 from robotcore.kinds.servo import Servo as Servo

@@ -17,6 +17,7 @@ from robotcore.kinds.motor import Motor
 from robotcore.runtime.behaviour import Behaviour, Status, find_defined_method, require_callable
 from robotcore.runtime.device_losses import DeviceLossTracker
 from robotcore.runtime.forks import end_fork
+from robotcore.runtime.hand_driving import HandDriving
 from robotcore.runtime.intervention_timer import InterventionTimer
 from robotcore.runtime.layers import AssembledRobot
 from robotcore.runtime.layers.devices import AppSensor
@@ -43,6 +44,7 @@ class Loop:
     build_step_limit, observer_limit: the watchdog's time limits for the app's step and for the observers.
     outage: the longest time for which a device may be lost, in seconds. The robot stands still while a device is lost.
     waits: the monitor of the app's steps, in a simulation.
+    hand_driving: lets a person drive in place of the app, in a run that is steerable.
     """
 
     def __init__(
@@ -56,6 +58,7 @@ class Loop:
         observer_limit: TimeLimit | None = None,
         outage: float = 0.0,
         waits: WaitMonitor | None = None,
+        hand_driving: HandDriving | None = None,
     ) -> None:
         self.robot, self._clock = assembled.robot, assembled.clock
         self._latch, self._filter, self._activity = assembled.latch, assembled.command_filter, assembled.activity
@@ -75,7 +78,7 @@ class Loop:
         self._observers = (self.intervention_timer.add, *observers)
         self._deadline = self._clock.now()
         self._process = os.getpid()
-        self._waits = waits
+        self._waits, self._hand_driving = waits, hand_driving
         self._monitor = SensorMonitor(assembled.robot)
         self._warnings: tuple[str, ...] = ()
         self._is_latch_recorded = False
@@ -199,11 +202,14 @@ class Loop:
             self._probe_lost_devices()
             self._read_for_routine()
             counts = [sensor.read_count for sensor in self._sensors]
-            status = self._decide()
+            self._activity.begin(self._step_limit)
+            is_driven_by_hand = self._hand_driving is not None and self._hand_driving.drive()
+            status = Status.RUNNING if is_driven_by_hand else self._decide()
             if status is not Status.RUNNING or self._clock.now() >= self._timeout:
                 self._close_routine()  # its clean-up is a part of the last tick
-            pairs = zip(self._sensors, counts, strict=True)
-            self._routine_sensors = [sensor for sensor, count in pairs if sensor.read_count > count]
+            if not is_driven_by_hand:
+                pairs = zip(self._sensors, counts, strict=True)
+                self._routine_sensors = [sensor for sensor, count in pairs if sensor.read_count > count]
             self._latch.check()
             if self._filter:
                 commit = self._filter.commit()
@@ -280,7 +286,6 @@ class Loop:
 
     def _decide(self) -> Status:
         app = type(self.behaviour)
-        self._activity.begin(self._step_limit)
         try:
             status = self._step()
         except UsageError as error:

@@ -11,6 +11,7 @@ from robotcore.hal.robot import Robot
 from robotcore.hal.truth import Truth
 from robotcore.runtime.behaviour import Behaviour
 from robotcore.runtime.faults import PlannedFault
+from robotcore.runtime.operator_input import OperatorInput
 from robotcore.runtime.plan import RunRequest
 from robotcore.runtime.result import RunResult
 from robotcore.runtime.trace import TickRecord
@@ -37,6 +38,8 @@ class RunContext:
     """The emergency stop, which any thread may press."""
     faults: Sequence[PlannedFault] = ()
     """The injected faults. ``is_active(time)`` of a fault returns whether it is active."""
+    operator: OperatorInput | None = None
+    """The input of the person who may drive in place of the app. None if the request is not ``steerable``."""
 
 
 class Observer(Protocol):

@@ -25,6 +25,7 @@ from robotcore.runtime.apps import load_app
 from robotcore.runtime.behaviour import Behaviour, require_declarations
 from robotcore.runtime.faults import PlannedFault, plan_faults
 from robotcore.runtime.needs import choose_devices, require_turn_on_spot
+from robotcore.runtime.operator_input import OPERATOR, add_operator
 from robotcore.runtime.request import RunRequest as RunRequest  # noqa: PLC0414  the modules above import it from here
 from robotcore.runtime.settings import configure, list_changes
 from robotcore.runtime.success_verification import load_judge
@@ -95,7 +96,12 @@ class Plan:
         request = replace(request, app=request.app_reference, settings=settings)
         description = backend.load_robot(request.robot, request.options)
         devices = choose_devices(backend, description, request.options, behaviour.needs, behaviour.wants)
-        faults = plan_faults(request.faults, description, devices)
+        opened = devices
+        if request.steerable:
+            if description.first_of(OPERATOR.kind):  # in a recording, so the replay opens it
+                devices |= {OPERATOR.name}
+            description, opened = add_operator(description), devices | {OPERATOR.name}
+        faults = plan_faults(request.faults, description, opened)
         _require_room_to_stop(behaviour, description)
         if behaviour.turns_on_spot:
             require_turn_on_spot(description)

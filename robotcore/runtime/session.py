@@ -24,12 +24,14 @@ from robotcore.hal.truth import Truth
 from robotcore.hal.wall_clock import MonotonicClock, PacedClock
 from robotcore.runtime.active_runs import register_run
 from robotcore.runtime.apps import app_name
+from robotcore.runtime.hand_driving import HandDriving
 from robotcore.runtime.layers import AssembledRobot, assemble
 from robotcore.runtime.layers.base import Tap
 from robotcore.runtime.layers.devices import AppActuator
 from robotcore.runtime.layers.guardian import guard_motors
 from robotcore.runtime.loop import Loop
 from robotcore.runtime.observer import Observer, RunContext, notify_end
+from robotcore.runtime.operator_input import OPERATOR, OperatorInput, open_operator
 from robotcore.runtime.plan import Plan, RunRequest
 from robotcore.runtime.result import Outcome, RunResult, WrittenNote, get_outcome
 from robotcore.runtime.signals import SignalGuard, WatchdogInterrupt
@@ -106,6 +108,7 @@ class RunSession:
         self._timeout_error: RobotcoreError | None = None
         self._assembled: AssembledRobot | None = None
         self._truth: Truth | None = None
+        self._operator: OperatorInput | None = None
         self._guardian = ExitStack()
         self._loop: Loop | None = None
         self._verification = Verification()
@@ -207,6 +210,8 @@ class RunSession:
         outcome = Outcome.ERROR
         try:
             self._truth = self._build_truth(raw)
+            if plan.request.steerable and OPERATOR.name not in raw.devices:  # a replay has its recorded operator
+                self._operator = open_operator(raw, plan.description)
             self._assembled = assembled = self._assemble(raw)
             robot = assembled.robot
             outcome = yield self._begin(assembled, self._truth)
@@ -235,13 +240,22 @@ class RunSession:
             observer_limit(safety.watchdog_s * (SIMULATION_FACTOR if assembled.robot.clock.is_lockstep else 1.0)),
             safety.outage_s,
             WaitMonitor(self._add_note) if assembled.robot.clock.is_lockstep else None,
+            HandDriving(assembled.robot, plan.description) if plan.request.steerable else None,
         )
         self._signals.last_resort = self._stop_after_signals
         self._signals.before_suspension = partial(assembled.suspend, "suspension")
         self._signals.after_suspension = self._wait_for_sensors
         self._signals.is_suspension_deferred = True
         run = RunContext(
-            plan.request, plan.behaviour, plan.description, plan.world, assembled.robot, truth, stop, plan.faults
+            plan.request,
+            plan.behaviour,
+            plan.description,
+            plan.world,
+            assembled.robot,
+            truth,
+            stop,
+            plan.faults,
+            self._operator,
         )
         with self._signals.defer():
             for observer in self._observers:

@@ -130,6 +130,7 @@ def run_app(
         timeout_s=recorded.timeout_s,
         settings=settings,
         options={"recording": tap.recording, "keeps_safety_rules": keeps_safety_rules},
+        steerable=recorded.steerable,
     )
     result = run(request, [tap], [tap])
     if result.error and not isinstance(result.error, Interrupted) and not result.ticks:

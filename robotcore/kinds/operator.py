@@ -1,0 +1,74 @@
+"""The person who drives a robot, as a sensor: its samples are the person's commands.
+
+So a recording has the commands, a replay repeats them, and faults can lose them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from robotcore.description import DeviceDescription
+from robotcore.hal.device import Sensor, Unit
+from robotcore.hal.kind import Kind
+from robotcore.text import format_number
+
+
+class OperatorDescription(DeviceDescription):
+    """The person who drives a robot. A run that a person may drive adds it, so a robot's file does not have it."""
+
+    kind: Literal["operator"]
+
+
+@dataclass(frozen=True, slots=True)
+class OperatorCommand:
+    """The newest command of the person to an actuator outside the drive."""
+
+    device: str
+    value: tuple[float, ...]
+    """One number for an actuator such as a servo, three for the colours of a light."""
+    number: int
+    """The number of the command, from 1. A greater number is a later command, possibly with the same value."""
+
+
+@dataclass(frozen=True, slots=True)
+class OperatorSample:
+    """The commands of the person at one time."""
+
+    is_driving: Annotated[bool, Unit("")]
+    """Whether the person drives. The app then does not."""
+    is_silent: Annotated[bool, Unit("")]
+    """Whether the person drives, but has sent no velocity for longer than the lease. The wheels then stop."""
+    linear: Annotated[float, Unit("m/s")]
+    """The forward velocity that the person commands; 0 if the person is silent or does not drive."""
+    angular: Annotated[float, Unit("rad/s")]
+    """The turn rate that the person commands, positive to the left; 0 if the person is silent or does not drive."""
+    commands: tuple[OperatorCommand, ...]
+    """The newest command to each actuator that the person has commanded since the person took the robot."""
+    time: float
+    """The time of the sample on the robot's clock, in seconds."""
+    sequence: int
+    """The number of the sample. It grows with each new sample."""
+
+    def format_values(self) -> str:
+        """Return the velocities, or why there are none."""
+        if not self.is_driving:
+            return "not driving"
+        if self.is_silent:
+            return "silent"
+        return f"{format_number(self.linear)} m/s, {format_number(self.angular)} rad/s"
+
+
+class Operator(Sensor[OperatorSample]):
+    """The person who drives a robot.
+
+    >>> from robotcore.hal.kind import build_sensor
+    >>> description = OperatorDescription(kind="operator", name="operator")
+    >>> build_sensor(description, lambda: OperatorSample(True, False, 0.2, 0.5, (), 1.0, 0)).read()
+    OperatorSample 0.2 m/s, 0.5 rad/s at 1.00 s
+    """
+
+    kind = "operator"
+
+
+KIND = Kind("the person who drives the robot", OperatorDescription, Operator, OperatorSample, is_optional=True)
