@@ -12,6 +12,7 @@ from robotcore.errors import Interrupted, RobotcoreError
 from robotcore.hal.backend import load_backend
 from robotcore.hal.robot import Role
 from robotcore.interactive import open_robots
+from robotcore.interactive.arguments import name_arguments
 from robotcore.interactive.live_robot import LiveRobot
 from robotcore.interactive.session import Session
 from robotcore.recording.mcap_file import require_recordable
@@ -51,6 +52,7 @@ def open(  # noqa: A001  users write robotcore.open
     world: str | None = None,
     seed: int | None = None,
     record: str | Path | None = None,
+    force: bool = False,
     faults: str | Collection[str] = (),
     realtime: bool = False,
     gui: bool = False,
@@ -65,7 +67,8 @@ def open(  # noqa: A001  users write robotcore.open
     backend: the simulator or the robot, such as ``"raspberrypi"``.
     world: the name of a world, or its file; None for the default world of a simulator.
     seed: the seed from which the layout of the world is drawn.
-    record: the ``.mcap`` file of a recording. It must not exist.
+    record: the ``.mcap`` file of a recording.
+    force: whether the recording may replace an existing file.
     faults: the specifications of faults to inject, such as ``"range drop=0.2"``.
     realtime: whether simulated time passes at the pace of real time.
     gui: whether the simulator opens its window.
@@ -99,16 +102,16 @@ def open(  # noqa: A001  users write robotcore.open
             randomise=randomise,
             faults=specifications,
         )
-        return _open(request, None if record is None else Path(record))
+        return _open(request, None if record is None else Path(record), is_forced=force)
     except RobotcoreError as error:
-        raise error.with_traceback(None) from None
+        raise name_arguments(error).with_traceback(None) from None
 
 
-def _open(request: RunRequest, record: Path | None) -> LiveRobot:
+def _open(request: RunRequest, record: Path | None, *, is_forced: bool) -> LiveRobot:
     plan = Plan.resolve(request)
     recorder = None
     if record is not None:
-        require_recordable(record)
+        require_recordable(record, is_forced=is_forced)
         recorder = Recorder(record)
     keeper, signals = _ContextKeeper(), SignalGuard()
     observers: list[Observer] = [keeper, recorder] if recorder else [keeper]

@@ -110,7 +110,7 @@ def require_turn_on_spot(description: RobotDescription) -> None:
     if radius := description.min_turn_radius_m:
         raise UsageError(
             f"the app turns on the spot, but {description.name!r} steers: the radius of its sharpest turn is "
-            f"{radius:.2f} m. Choose another robot with --robot",
+            f"{radius:.2f} m. Choose another robot",
             kind="no-turn-on-spot",
             radius_m=radius,
         )
@@ -131,7 +131,7 @@ def format_need(need: Need) -> str:
 
 
 def _build_unmet_error(description: RobotDescription, need: Need) -> UnmetNeedError:
-    advice = "Choose another robot with --robot, or add"
+    advice = "Choose another --robot, or add"
     if need in [role.value for role in Role]:
         need = Role(need)
     if isinstance(need, Role):

@@ -332,6 +332,9 @@ OPEN: dict[str, tuple[dict[str, Any], type[Exception], str]] = {
     "option": ({"options": {"colour": "red"}}, UnknownNameError, "unknown-option"),
     "record": ({"record": "session.txt"}, RecordingError, "file-ending"),
     "seed": ({"seed": "seven"}, UsageError, "wrong-type"),
+    "no drive": ({"robot": "lookout", "needs": {Role.DRIVE}}, UnmetNeedError, "unmet-need"),
+    "no seed": ({"randomise": True}, UsageError, "seed-missing"),
+    "no recording": ({"backend": "replay"}, UsageError, "no-recording"),
 }
 
 

@@ -42,6 +42,9 @@ def test_recording_that_exists_is_not_overwritten(tmp_path: Path, raises: Raises
     with raises(RecordingError, "recording-exists"):
         robotcore.open(record=file)
     assert file.read_text() == "old"
+    with robotcore.open(record=file, force=True) as robot:
+        robot.wait(0.1)
+    assert read(file).ticks
 
 
 def read_devices(robot: LiveRobot) -> None:
