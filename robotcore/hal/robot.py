@@ -13,6 +13,7 @@ from robotcore.hal.cutoff import CutoffSpec
 from robotcore.hal.device import Device
 from robotcore.hal.drive import DifferentialDrive
 from robotcore.hal.truth import TruthSource
+from robotcore.hal.value_log import Logged, ValueLog
 
 if TYPE_CHECKING:
     from robotcore.kinds.camera import Camera
@@ -46,7 +47,7 @@ class Robot:
 
     The first camera, the first range sensor and the first display fill the roles. ``truth`` is the true state of a
     simulated robot. The guardian stops the motors by the ``cutoffs``. A run without cutoffs starts no guardian.
-    ``notes`` are the backend's remarks for the user.
+    ``notes`` are the backend's remarks for the user. ``value_log`` has the values that the app logs.
 
     >>> import robotcore
     >>> robot = robotcore.testing.MockRobot(range=[0.84]).layered
@@ -67,6 +68,7 @@ class Robot:
         release: Callable[[], None] | None = None,
         cutoffs: Iterable[CutoffSpec] = (),
         notes: Iterable[str] = (),
+        value_log: ValueLog | None = None,
     ) -> None:
         self.name = name
         self.clock = clock
@@ -74,6 +76,7 @@ class Robot:
         self.truth = truth
         self.cutoffs = tuple(cutoffs)
         self.notes = tuple(notes)
+        self.value_log = value_log or ValueLog()
         self._drive = drive
         self._release = release
         firsts = {device.kind: device for device in reversed(self.devices.values())}
@@ -119,6 +122,18 @@ class Robot:
         """
         found: type[DeviceT] = cast("type[DeviceT]", kind)
         return tuple(device for device in self.devices.values() if isinstance(device, found))
+
+    def log(self, name: str, value: Logged, unit: str = "") -> None:
+        """Log a value of this tick. A recording has it, and Foxglove plots it.
+
+        name: up to 64 letters of a to z, digits, ``_`` and ``-``, beginning with a letter.
+        value: a number, a boolean, or a text of up to 200 characters. Of several values in a tick, the last one holds.
+        unit: the symbol of the unit, such as ``rad/s``.
+
+        A name keeps its unit and its type of value until the end of the run. A run has at most 256 names. Raises
+        UsageError for any other name, value or unit.
+        """
+        self.value_log.add(name, value, unit)
 
     def __repr__(self) -> str:
         parts = [

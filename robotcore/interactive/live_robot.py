@@ -54,7 +54,7 @@ class LiveRobot(Robot):
         drive = None
         if opened.has(Role.DRIVE):
             drive = LiveDrive(opened.drive, self, self.run, lambda: self.is_running)
-        super().__init__(opened.name, opened.clock, opened.devices.values(), drive=drive)
+        super().__init__(opened.name, opened.clock, opened.devices.values(), drive=drive, value_log=opened.value_log)
         assert isinstance(run.behaviour, Session)
         self._app, self._run, self._signals, self._finish = run.behaviour, run, signals, finish
         self._loop: Loop | None = loop

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 from robotcore.files import replace_file
 from robotcore.hal.device import Value, list_values
 from robotcore.hal.kind import load_kind
+from robotcore.hal.value_log import Logged
 from robotcore.recording.events import Read
 from robotcore.recording.mcap_file import build_unwritable_error
 from robotcore.recording.recording import Recording
@@ -47,12 +48,13 @@ def _build_header(recording: Recording) -> list[str]:
     true = [f"true_{name}" for name in _POSE] if recording.truth else []
     devices = [column for each in _list_sensors(recording) for column in (*each.columns, f"{each.name}_time_s")]
     commands = [f"{name}_{command}" for name in _list_actuators(recording) for command in ("asked", "sent")]
-    return ["tick", "time_s", "state", *wheels, *_POSE, *true, *devices, *commands, "interventions", "error"]
+    logged = [f"logged_{_add_unit(name, unit)}" for name, unit in _list_logged(recording).items()]
+    return ["tick", "time_s", "state", *wheels, *_POSE, *true, *devices, *commands, *logged, "interventions", "error"]
 
 
 def _build_rows(recording: Recording) -> Iterator[list[Any]]:
     truth, sensors = {sample.tick: sample.pose for sample in recording.truth}, list(_list_sensors(recording))
-    actuators = list(_list_actuators(recording))
+    actuators, names = list(_list_actuators(recording)), list(_list_logged(recording))
     for tick in recording.ticks:
         true = list(truth.get(tick.number) or _NO_POSE) if truth else []
         decided = [*(tick.asked or _NO_WHEELS), *(tick.sent or _NO_WHEELS), *(tick.pose or _NO_POSE)]
@@ -60,9 +62,11 @@ def _build_rows(recording: Recording) -> Iterator[list[Any]]:
         samples = [cell for each in sensors for cell in _build_sample_cells(recording, reads.get(each.name), each)]
         last = {each.device: (each.asked, each.given) for each in tick.list_commands()}
         commands = [_format_command(each) for name in actuators for each in last.get(name, _NO_COMMAND)]
+        values = recording.logged.get(tick.number, {})
+        logged = [_format_logged(values[name].value) if name in values else "" for name in names]
         causes = " ".join(each.cause for each in tick.interventions)
         state, causes, error = map(escape_formula, (tick.state, causes, tick.error.message if tick.error else ""))
-        yield [tick.number, tick.time, state, *decided, *true, *samples, *commands, causes, error]
+        yield [tick.number, tick.time, state, *decided, *true, *samples, *commands, *logged, causes, error]
 
 
 class _Sensor(NamedTuple):
@@ -75,8 +79,12 @@ class _Sensor(NamedTuple):
         if not self.values:
             return [f"{self.name}_{_PICTURE}"]
         fields = [f"{self.name}_{each.field}" if len(self.values) > 1 else self.name for each in self.values]
-        units = [each.unit.lower().replace("/", "_").replace("²", "2") for each in self.values]
-        return [f"{field}_{unit}" if unit else field for field, unit in zip(fields, units, strict=True)]
+        return [_add_unit(field, each.unit) for field, each in zip(fields, self.values, strict=True)]
+
+
+def _add_unit(name: str, unit: str) -> str:
+    """Return the title of a column, such as ``gyro_rad_s``."""
+    return f"{name}_{unit.lower().replace('/', '_').replace('²', '2')}" if unit else name
 
 
 def _list_sensors(recording: Recording) -> Iterator[_Sensor]:
@@ -90,6 +98,16 @@ def _list_actuators(recording: Recording) -> Iterator[str]:
     """Yield the names of the actuators that the app commanded, other than the drive and displays."""
     commanded = {each.device for tick in recording.ticks for each in tick.list_commands()}
     yield from (device.name for device in recording.metadata.description.devices if device.name in commanded)
+
+
+def _list_logged(recording: Recording) -> dict[str, str]:
+    """Return the unit of each logged value, by name."""
+    ticks = (recording.logged.get(tick.number, {}) for tick in recording.ticks)
+    return {name: logged.unit for values in ticks for name, logged in values.items()}
+
+
+def _format_logged(value: Logged) -> Logged:
+    return escape_formula(value) if isinstance(value, str) else value
 
 
 def _build_sample_cells(recording: Recording, read: Read | None, sensor: _Sensor) -> list[Any]:

@@ -12,6 +12,7 @@ from mcap.records import Channel, Schema
 from robotcore.errors import RecordingError
 from robotcore.hal.device import Sample
 from robotcore.hal.kind import Kind, load_kind
+from robotcore.hal.value_log import MAX_NAMES, LoggedValue
 from robotcore.kinds.camera import Frame
 from robotcore.optics import Image
 from robotcore.recording import foxglove_channels as channels
@@ -20,6 +21,7 @@ from robotcore.recording.codec import decode_compressed_image, decode_raw_image,
 from robotcore.recording.events import GroundTruthSample, SampleKey, Tick
 from robotcore.recording.foxglove_channels import DEVICE
 from robotcore.recording.limits import DAMAGE, Allowance, format_damage
+from robotcore.recording.logged_values import LOGGED, parse_logged
 from robotcore.recording.recording import Metadata, Recording
 from robotcore.recording.validation import (
     MissingKindError,
@@ -125,6 +127,8 @@ class _Channel(NamedTuple):
     device: str | None
     """The device whose samples the channel has; None if it has no samples."""
     schema: str
+    logged: str | None = None
+    """The name of the logged value that the channel has; None if it has none."""
 
 
 class _RecordingBuilder:
@@ -136,6 +140,8 @@ class _RecordingBuilder:
         self._pictures: dict[SampleKey, Picture] = {}
         self._ticks: list[Tick] = []
         self._truth: list[GroundTruthSample] = []
+        self._logged: dict[int, dict[str, LoggedValue]] = {}
+        self._logged_names: set[str] = set()
         self._metadata: Metadata | None = None
         self._kinds: dict[str, Kind] = {}
         self._result: RunResult | None = None
@@ -150,13 +156,14 @@ class _RecordingBuilder:
                 self._schemas[record.id] = record.name
             elif isinstance(record, Channel):
                 schema = self._schemas.get(record.schema_id, "")
-                self._channels[record.id] = _Channel(record.topic, record.metadata.get(DEVICE), schema)
+                names = record.metadata.get(DEVICE), schema, record.metadata.get(LOGGED)
+                self._channels[record.id] = _Channel(record.topic, *names)
 
     def _add_message(self, chunk: ChunkLocation, channel: _Channel, message: Message, allowance: Allowance) -> None:
         if channel.device is not None and channel.schema in _PICTURES:
             key = SampleKey(channel.device, message.sequence - 1)  # the first message has the sequence 1
             self._pictures[key] = Picture(chunk, message.channel_id, message.sequence, _PICTURES[channel.schema])
-        elif channel.device is not None or channel.topic in _TOPICS:
+        elif channel.device is not None or channel.logged is not None or channel.topic in _TOPICS:
             allowance.take_text(len(message.data))
             content = bytes(message.data)
             allowance.take_values(content)
@@ -165,6 +172,8 @@ class _RecordingBuilder:
     def _add_json(self, channel: _Channel, sequence: int, content: bytes) -> None:
         if channel.device is not None:
             self._numbers[SampleKey(channel.device, sequence - 1)] = parse_sample(self._kinds[channel.device], content)
+        elif channel.logged is not None:
+            self._add_logged(channel.logged, channel.schema, content)
         elif channel.topic == channels.RUN:
             self._metadata = parse_metadata(content)
             self._kinds = {each.name: load_kind(each.kind) for each in self._metadata.description.devices}
@@ -176,6 +185,13 @@ class _RecordingBuilder:
             self._result = parse_result(content)
         else:
             self._ended_early = from_json(_End, content).reason
+
+    def _add_logged(self, name: str, schema: str, content: bytes) -> None:
+        message = parse_logged(name, schema, content)
+        self._logged_names.add(name)
+        if len(self._logged_names) > MAX_NAMES:
+            raise ValueError(f"the run has logged more than {MAX_NAMES} names")
+        self._logged.setdefault(message.tick, {})[name] = LoggedValue(message.value, message.unit)
 
     def build(self, *, is_whole: bool, damage: str) -> Recording:
         """Return the recording. Raises RecordingError if the file has no metadata of a run."""
@@ -189,6 +205,7 @@ class _RecordingBuilder:
             samples=samples,
             result=self._result,
             truth=self._truth,
+            logged=self._logged,
             ended_early=self._ended_early,
             is_cut=not (is_whole and (self._result or self._ended_early)),
             damage=damage,

@@ -12,6 +12,7 @@ from typing import Any
 
 from robotcore.description import RobotDescription, WorldDescription
 from robotcore.hal.device import Sample
+from robotcore.hal.value_log import LoggedValue
 from robotcore.recording.events import GroundTruthSample, SampleKey, Tick
 from robotcore.runtime.apps import app_path, is_app_file
 from robotcore.runtime.behaviour import Behaviour
@@ -65,6 +66,8 @@ class Recording:
     """The result of the run; None if the file is cut or damaged before the result."""
     truth: Sequence[GroundTruthSample] = ()
     """The ground truth after each tick; empty if no simulator measured it."""
+    logged: Mapping[int, Mapping[str, LoggedValue]] = field(default_factory=dict)
+    """The values that the app logged, by the number of the tick and by name. A tick without a value has no entry."""
     ended_early: str = ""
     """Why the recording ended before its run, such as its size limit; empty if it did not."""
     is_cut: bool = False

@@ -12,6 +12,7 @@ from typing import Any
 from robotcore.geometry import Pose
 from robotcore.hal.kind import list_monitored
 from robotcore.recording.events import Tick
+from robotcore.recording.logged_summary import LoggedSeries, summarise_logged
 from robotcore.recording.recording import Recording
 from robotcore.runtime.apps import app_name
 from robotcore.runtime.intervention_timer import InterventionTimer
@@ -172,6 +173,11 @@ def summarise_devices(recording: Recording) -> Iterator[DeviceContents]:
             yield DeviceContents(name, device.kind, samples, reads[name], sent, errors[name], rate)
 
 
+def summarise_recorded_log(recording: Recording) -> list[LoggedSeries]:
+    """Return a summary of the values that the app logged in a recorded run, by name."""
+    return summarise_logged(recording.logged.get(tick.number, {}) for tick in recording.ticks)
+
+
 def format_settings(recording: Recording) -> dict[str, str]:
     """Return the settings of the app that differ from their defaults, as texts by name."""
     return {name: str(value) for name, value in recording.metadata.request.settings.items()}
@@ -194,6 +200,7 @@ def summarise_contents(recording: Recording) -> dict[str, Any]:
         "rate_hz": measure_rate(recording),
         "overruns": result.overruns,
         "devices": [asdict(device) for device in summarise_devices(recording)],
+        "logged": [series.to_dict() for series in summarise_recorded_log(recording)],
         "faults": result.faults,
         "dropped_pictures": result.dropped_pictures,
         "interventions": count_interventions(recording),

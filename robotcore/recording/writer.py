@@ -28,6 +28,7 @@ from robotcore.recording.foxglove_channels import (
     to_pose_message,
     to_timestamp,
 )
+from robotcore.recording.logged_values import LoggedValueWriter
 from robotcore.recording.mcap_file import McapFile
 from robotcore.recording.recording import Metadata
 from robotcore.recording.tap import TickEvents
@@ -39,8 +40,8 @@ if TYPE_CHECKING:
     from foxglove.messages import FrameTransform
 
 
-TICK_BYTES = 4096
-"""The assumed size of a tick without pictures, in bytes."""
+TICK_BYTES, LOGGED_BYTES = 4096, 256
+"""The assumed sizes of a tick without pictures and of a logged value, in bytes."""
 
 
 class Entry(NamedTuple):
@@ -55,7 +56,7 @@ class Entry(NamedTuple):
     def size(self) -> int:
         """The approximate size in memory, in bytes."""
         pictures = (sample.image.nbytes for _, sample in self.events.samples if isinstance(sample, Frame))
-        return TICK_BYTES + sum(pictures)
+        return TICK_BYTES + LOGGED_BYTES * len(self.record.logged) + sum(pictures)
 
 
 class RecordingWriter:
@@ -75,6 +76,7 @@ class RecordingWriter:
         }
         self._write_tick = file.open_json_channel(channels.TICKS, channels.TICK_SCHEMA)
         self._truth = file.open_json_channel(channels.TRUTH, channels.TRUTH_SCHEMA) if run.truth else None
+        self._logged = LoggedValueWriter(file)
         self._log = LogChannel(channels.LOG, context=file.context)
         self._pose = PoseInFrameChannel(channels.POSE, context=file.context)
         self._moving = FrameTransformsChannel(channels.TRANSFORMS, context=file.context)
@@ -85,10 +87,14 @@ class RecordingWriter:
         self._begin(metadata)
 
     def write(self, entry: Entry) -> None:
-        """Write the samples of a tick, then the tick, so that a tick in a cut file has all its samples."""
+        """Write the samples and the logged values of a tick, then the tick.
+
+        So a tick in a cut file has all of them.
+        """
         self._now = entry.record.time
         for key, sample in entry.events.samples:
             self._write[key.device](sample, self._now)
+        self._logged.write(entry.record)
         tick = self._tick_builder.build(entry.record, entry.events, entry.error)
         self._write_tick(to_json(tick), to_nanoseconds(self._now))
         self._write_log(self._run_log.list_new(tick))

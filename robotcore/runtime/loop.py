@@ -258,7 +258,14 @@ class Loop:
         self._last_tick = tick
         warnings, self._warnings = self._warnings, ()
         record = TickRecord(
-            tick, self._clock.now(), self._read_text("state"), *commit, lost, self._monitor.values, warnings
+            tick,
+            self._clock.now(),
+            self._read_text("state"),
+            *commit,
+            lost,
+            self._monitor.values,
+            warnings,
+            self.robot.value_log.take(),
         )
         self.trace.add(record)
         for observe in self._observers:

@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from robotcore.geometry import Wheels
+from robotcore.hal.value_log import NOTHING_LOGGED, LoggedValue
 from robotcore.safety.velocity_limits import Intervention
 
 _COMMAND = struct.Struct("<dd")
@@ -50,6 +51,8 @@ class TickRecord(NamedTuple):
     """The last value of each sensor that the run reads by itself, by the sensor's name."""
     warnings: tuple[str, ...] = ()
     """The new warnings in this tick, each a sentence."""
+    logged: Mapping[str, LoggedValue] = NOTHING_LOGGED
+    """The values that the app logged in this tick, by name."""
 
     @property
     def status_text(self) -> str:

@@ -14,6 +14,7 @@ from rich.text import Text
 
 from robotcore.errors import RobotcoreError
 from robotcore.recording import Recording
+from robotcore.recording.logged_summary import LoggedSeries
 from robotcore.recording.replay.evaluation import Evaluation
 from robotcore.recording.replay.verification import ReplayResult
 from robotcore.recording.summary import (
@@ -23,6 +24,7 @@ from robotcore.recording.summary import (
     measure_duration,
     measure_rate,
     summarise_devices,
+    summarise_recorded_log,
 )
 from robotcore.runtime.apps import app_path
 from robotcore.runtime.faults.spec import Spec
@@ -124,7 +126,10 @@ def format_contents(recording: Recording, file: Path) -> RenderableType:
     """Return the summary of a recording for a terminal. Control characters in its texts are escaped."""
     states = ", ".join(_list_states(recording, file))
     about = _join_lines(Text(escape(file.name), "bold"), states, _list_facts(recording))
-    return Group(about, Text(), _format_ending(recording), Text(), _build_device_table(recording))
+    parts = [about, Text(), _format_ending(recording), Text(), _build_device_table(recording)]
+    if logged := summarise_recorded_log(recording):
+        parts += [Text(), build_logged_table(logged)]
+    return Group(*parts)
 
 
 def _list_states(recording: Recording, file: Path) -> Iterator[str]:
@@ -178,6 +183,17 @@ def _build_device_table(recording: Recording) -> Table:
         counts = (str(each.samples), rate, str(each.reads), str(each.commands), str(each.errors))
         is_counted = each.kind != "motor" or each.commands or each.errors
         table.add_row(each.name, each.kind.replace("_", " "), *(counts if is_counted else [""] * 5))
+    return table
+
+
+def build_logged_table(logged: Iterable[LoggedSeries]) -> Table:
+    """Return a table of the values that an app logged."""
+    table = build_table()
+    for title in ("logged", "ticks", "least", "greatest", "last"):
+        is_name = title == "logged"
+        table.add_column(title, style="cyan" if is_name else "", justify="left" if is_name else "right")
+    for series in logged:
+        table.add_row(series.name, *map(escape, series.format_cells()))
     return table
 
 

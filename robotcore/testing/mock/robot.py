@@ -11,6 +11,7 @@ from robotcore.errors import UnmetNeedError, UsageError
 from robotcore.geometry import Wheels
 from robotcore.hal.backend import Setup
 from robotcore.hal.robot import Robot, Role
+from robotcore.hal.value_log import Logged
 from robotcore.optics import Image
 from robotcore.runtime.behaviour import Behaviour, Status, require_declarations
 from robotcore.runtime.faults import plan_faults
@@ -120,6 +121,15 @@ class MockRobot:
         """The commands that each actuator received after all safety layers, by the actuator's name."""
         devices = self._raw.devices.values()
         return {device.name: device.commands for device in devices if isinstance(device, MockActuator)}
+
+    @property
+    def logged(self) -> dict[str, list[Logged]]:
+        """The values that the app has logged, by name, in their order."""
+        logged: dict[str, list[Logged]] = {}
+        for tick in self.ticks:
+            for name, (value, _) in tick.logged.items():
+                logged.setdefault(name, []).append(value)
+        return logged
 
     @property
     def pictures(self) -> list[Image]:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import robotcore
-from robotcore import LiveRobot, RunResult
+from robotcore import LiveRobot, Routine, RunResult
 from robotcore.errors import RecordingError
 from robotcore.kinds.range_sensor import RangeSensor
 from robotcore.recording import Recording, read
@@ -110,3 +110,17 @@ def test_close_raises_the_error_of_the_recording(tmp_path: Path, monkeypatch: py
         robot.close()
     robot.close()
     assert robot.result
+
+
+def test_value_that_is_logged_between_two_calls_is_in_the_next_tick(tmp_path: Path) -> None:
+    def log_twice(robot: LiveRobot) -> Routine[None]:
+        robot.log("inside", 1)
+        yield
+        robot.log("inside", 2)
+
+    file = tmp_path / "run.mcap"
+    with robotcore.open("rover", world="open", record=file) as robot:
+        robot.log("between", True)
+        robot.run(log_twice(robot))
+    recorded = [(name, each.value) for values in read(file).logged.values() for name, each in values.items()]
+    assert recorded == [("between", True), ("inside", 1), ("inside", 2)]

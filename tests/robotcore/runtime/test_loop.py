@@ -5,9 +5,10 @@ from collections.abc import Callable
 
 import pytest
 
-from robotcore.errors import BehaviourError
+from robotcore.errors import BehaviourError, UsageError
 from robotcore.geometry import Wheels
 from robotcore.hal.robot import Robot
+from robotcore.hal.value_log import LoggedValue
 from robotcore.runtime.behaviour import Status
 from robotcore.runtime.loop import Loop
 from robotcore.runtime.result import Outcome
@@ -140,3 +141,27 @@ def test_a_step_that_cannot_be_called_is_named(step: object, kind: str, raises: 
     loop.behaviour.step = step  # type: ignore[method-assign,assignment]
     with raises(BehaviourError, kind, method="step"):
         loop.run()
+
+
+def test_record_of_a_tick_has_the_values_that_the_app_logged_in_it_also_before_an_exception() -> None:
+    rig, records = Rig(), list[TickRecord]()
+
+    def log_and_fail(robot: Robot) -> Status:
+        robot.log("number", len(records))
+        if len(records) == 2:
+            raise KeyError
+        return Status.RUNNING if len(records) else forever(robot)
+
+    with pytest.raises(BehaviourError):
+        loop_of(rig, log_and_fail, observer=records.append).run()
+    assert [record.logged for record in records] == [{"number": LoggedValue(number)} for number in range(3)]
+
+
+def test_invalid_value_in_the_log_ends_the_run(raises: Raises) -> None:
+    def log(robot: Robot) -> Status:
+        robot.log("place", None)  # type: ignore[arg-type]
+        return Status.RUNNING
+
+    with raises(BehaviourError) as raised:
+        loop_of(Rig(), log).run()
+    assert isinstance(raised.value.__cause__, UsageError)

@@ -244,3 +244,20 @@ def test_run_without_a_tick_is_refused(ticks: int, raises: Raises) -> None:
 def test_class_in_place_of_an_app_is_refused(raises: Raises) -> None:
     with raises(UsageError, "not-an-instance"):
         MockRobot().run(Ahead)  # type: ignore[arg-type]
+
+
+class Logging(Behaviour):
+    """An app that logs its distance."""
+
+    needs = frozenset({Role.RANGE})
+
+    def step(self, robot: Robot) -> Status:
+        robot.log("distance", robot.range.read().distance, "m")
+        return Status.RUNNING
+
+
+def test_logged_values_can_be_tested() -> None:
+    robot = MockRobot(range=[1.0, 0.5])
+    robot.run(Logging(), ticks=2)
+    assert robot.logged == {"distance": [1.0, 0.5]}
+    assert robot.ticks[1].logged["distance"].unit == "m"

@@ -1,0 +1,71 @@
+"""Summarise the values that an app logged, by name."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from robotcore.hal.value_log import Logged, LoggedValue
+from robotcore.recording.codec import to_plain
+
+
+@dataclass
+class LoggedSeries:
+    """The values that an app logged under a name."""
+
+    name: str
+    unit: str
+    last: Logged
+    """The last value."""
+    count: int = 0
+    """The number of ticks with a value."""
+    least: float | None = None
+    """The least number that is not NaN; None without such a number."""
+    greatest: float | None = None
+    """The greatest number that is not NaN; None without such a number."""
+
+    def add(self, value: Logged) -> None:
+        """Add the value of the next tick."""
+        self.last = value
+        self.count += 1
+        if not isinstance(value, (bool, str)) and not math.isnan(value):
+            self.least = value if self.least is None else min(self.least, value)
+            self.greatest = value if self.greatest is None else max(self.greatest, value)
+
+    def format_cells(self) -> list[str]:
+        """Return the number of ticks, the least, the greatest and the last value as texts with their unit."""
+        return [str(self.count), *("" if each is None else self._format(each) for each in self._values)]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the JSON fields. A number that is not finite is a text."""
+        least, greatest, last = map(to_plain, self._values)
+        return {
+            "name": self.name,
+            "unit": self.unit,
+            "ticks": self.count,
+            "least": least,
+            "greatest": greatest,
+            "last": last,
+        }
+
+    @property
+    def _values(self) -> tuple[float | None, float | None, Logged]:
+        return self.least, self.greatest, self.last
+
+    def _format(self, value: Logged) -> str:
+        text = f"{value:.6g}" if isinstance(value, float) else str(value)
+        return f"{text} {self.unit}".rstrip()
+
+
+def summarise_logged(ticks: Iterable[Mapping[str, LoggedValue]]) -> list[LoggedSeries]:
+    """Return a summary of the logged values of each name, in the order of the first values.
+
+    ticks: the logged values of each tick, by name.
+    """
+    series: dict[str, LoggedSeries] = {}
+    for values in ticks:
+        for name, (value, unit) in values.items():
+            series.setdefault(name, LoggedSeries(name, unit, value)).add(value)
+    return list(series.values())
