@@ -14,10 +14,13 @@ from functools import partial
 from typing import TypeVar
 
 from robotcore.errors import BackendError
-from robotcore.hal.clock import Callback, Clock, ClockWrapper, PeriodicTask
+from robotcore.hal.clock import Callback, Clock, PeriodicTask
 from robotcore.threads import is_out_of_memory, start_thread
 
 T = TypeVar("T")
+
+read_timer = time.perf_counter
+"""Returns a time in seconds, from an arbitrary start, for the measurement of short durations."""
 
 STOPPING_S = 1.0
 """The longest time, in seconds, that `ThreadedTask.stop` waits for a running call."""
@@ -191,19 +194,3 @@ class ServerClock(MonotonicClock):
 
     def time_of(self, monotonic_s: float) -> float:
         return self.now()
-
-
-class PacedClock(ClockWrapper):
-    """A simulator's clock whose time passes no faster than real time, but more slowly on a slow machine."""
-
-    def __init__(self, source: Clock) -> None:
-        super().__init__(source)
-        self._wall = MonotonicClock()
-        self._delay = 0.0
-
-    def sleep_until(self, deadline: float) -> bool:
-        self._source.sleep_until(deadline)
-        is_on_time = self._wall.sleep_until(deadline + self._delay)
-        if not is_on_time:
-            self._delay = self._wall.now() - deadline
-        return is_on_time

@@ -21,6 +21,7 @@ from robotcore.runtime.hand_driving import HandDriving
 from robotcore.runtime.intervention_timer import InterventionTimer
 from robotcore.runtime.layers import AssembledRobot
 from robotcore.runtime.layers.devices import AppSensor
+from robotcore.runtime.pace import PaceControl
 from robotcore.runtime.result import Outcome
 from robotcore.runtime.sensor_monitor import SensorMonitor
 from robotcore.runtime.signals import WatchdogInterrupt
@@ -45,6 +46,8 @@ class Loop:
     outage: the longest time for which a device may be lost, in seconds. The robot stands still while a device is lost.
     waits: the monitor of the app's steps, in a simulation.
     hand_driving: lets a person drive in place of the app, in a run that is steerable.
+    pace: the pace of simulated time. None: time passes as the clock lets it.
+    check_signals: a function that raises the exception of a signal. It is called after each tick, and in a pause.
     """
 
     def __init__(
@@ -59,6 +62,8 @@ class Loop:
         outage: float = 0.0,
         waits: WaitMonitor | None = None,
         hand_driving: HandDriving | None = None,
+        pace: PaceControl | None = None,
+        check_signals: Callable[[], object] = lambda: None,
     ) -> None:
         self.robot, self._clock = assembled.robot, assembled.clock
         self._latch, self._filter, self._activity = assembled.latch, assembled.command_filter, assembled.activity
@@ -78,7 +83,8 @@ class Loop:
         self._observers = (self.intervention_timer.add, *observers)
         self._deadline = self._clock.now()
         self._process = os.getpid()
-        self._waits, self._hand_driving = waits, hand_driving
+        self._waits, self._hand_driving, self._timer = waits, hand_driving, assembled.timer
+        self._pace, self._check_signals = pace, check_signals
         self._monitor = SensorMonitor(assembled.robot)
         self._warnings: tuple[str, ...] = ()
         self._is_latch_recorded = False
@@ -123,6 +129,9 @@ class Loop:
             raise
 
     def _run(self) -> Outcome:
+        if self._pace:
+            self._pace.restart(self._clock.now())
+            self._hold(self._pace)
         while (status := self._tick_or_wait()) is Status.RUNNING and self._clock.now() < self._timeout:
             self._let_time_pass()
         self.end()
@@ -192,12 +201,17 @@ class Loop:
 
     def tick(self) -> Status:
         """Call the app's step, send the command, and record the tick. A tick with an exception is recorded too."""
+        timer = self._timer
+        if timer:
+            timer.begin_tick()
         self._latch.check()
         self._activity.ticks += 1
         if self._drive:
             self._update_odometry(self._drive)
         self._warnings += self._monitor.read(self._clock.now())
         commit, lost = _IDLE, None
+        if timer:
+            timer.begin_decision()
         try:
             self._probe_lost_devices()
             self._read_for_routine()
@@ -211,6 +225,8 @@ class Loop:
                 pairs = zip(self._sensors, counts, strict=True)
                 self._routine_sensors = [sensor for sensor, count in pairs if sensor.read_count > count]
             self._latch.check()
+            if timer:
+                timer.begin_commit()
             if self._filter:
                 commit = self._filter.commit()
         except DeviceLostError as error:
@@ -251,6 +267,8 @@ class Loop:
     def _record(self, commit: TickCommands, lost: str | None = None) -> None:
         # A latch that trips between two ticks gets a tick of its own.
         self._activity.begin(self._observer_limit)
+        if self._timer:
+            self._timer.begin_record()
         if self._latch.error and not self._is_latch_recorded:
             latched, self._is_latch_recorded = self.unreported_interventions, True
             commit = commit._replace(interventions=(*commit.interventions, *latched))
@@ -270,6 +288,7 @@ class Loop:
         self.trace.add(record)
         for observe in self._observers:
             observe(record)
+        self._check_signals()
 
     def _read_text(self, name: Literal["state", "reason"]) -> str:
         app = type(self.behaviour)
@@ -324,6 +343,9 @@ class Loop:
                 end_fork(f"{type(self.behaviour).__name__}.step")
 
     def _let_time_pass(self) -> None:
+        if self._timer:
+            self._timer.begin_sleep()
+        self._activity.begin(None)  # the clock has a time limit of its own
         self._deadline += self._period
         is_late: bool | None = None
         while is_late is None:
@@ -333,6 +355,21 @@ class Loop:
                 if not self.losses.is_enabled:
                     raise
                 self._stop(LOST)
+        if self._pace and not self._pace.keep_speed(self._clock.now(), self._check_end):
+            is_late = True
         if is_late:
             self.overruns += 1
             self._deadline = self._clock.now()
+        if self._timer:
+            self._timer.end_tick()
+        if self._pace:
+            self._hold(self._pace)
+
+    def _hold(self, pace: PaceControl) -> None:
+        if pace.is_paused:
+            self._activity.begin(None)
+            pace.hold(self._clock.now(), self._check_end)
+
+    def _check_end(self) -> None:
+        self._latch.check()
+        self._check_signals()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
 
 from robotcore.description import RobotDescription, WorldDescription
@@ -12,8 +12,10 @@ from robotcore.hal.truth import Truth
 from robotcore.runtime.behaviour import Behaviour
 from robotcore.runtime.faults import PlannedFault
 from robotcore.runtime.operator_input import OperatorInput
+from robotcore.runtime.pace import PaceControl
 from robotcore.runtime.plan import RunRequest
 from robotcore.runtime.result import RunResult
+from robotcore.runtime.tick_statistics import TickStatistics
 from robotcore.runtime.trace import TickRecord
 from robotcore.safety.latch import EmergencyStop
 
@@ -40,6 +42,10 @@ class RunContext:
     """The injected faults. ``is_active(time)`` of a fault returns whether it is active."""
     operator: OperatorInput | None = None
     """The input of the person who may drive in place of the app. None if the request is not ``steerable``."""
+    statistics: TickStatistics = field(default_factory=TickStatistics)
+    """The durations of the ticks so far."""
+    pace: PaceControl | None = None
+    """The pace of simulated time. None on a real robot, and in a simulator whose time passes by itself."""
 
 
 class Observer(Protocol):

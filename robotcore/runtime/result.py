@@ -73,6 +73,8 @@ class RunResult:
     """The number of ticks."""
     overruns: int = 0
     """The number of ticks that took longer than their period."""
+    tick_times_us: dict[str, dict[str, float]] = field(default_factory=dict)
+    """For each phase of a tick its durations in microseconds: ``p50``, ``p99``, ``worst``. See `TickStatistics`."""
     contacts: int | None = None
     """The number of the robot's contacts with obstacles. None if the backend cannot count them."""
     distance_to_target_m: float | None = None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import faulthandler
+import math
 import os
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import ExitStack, suppress
@@ -21,7 +22,7 @@ from robotcore.errors import (
 )
 from robotcore.hal.robot import Robot
 from robotcore.hal.truth import Truth
-from robotcore.hal.wall_clock import MonotonicClock, PacedClock
+from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.runtime.active_runs import register_run
 from robotcore.runtime.apps import app_name
 from robotcore.runtime.hand_driving import HandDriving
@@ -29,13 +30,16 @@ from robotcore.runtime.layers import AssembledRobot, assemble
 from robotcore.runtime.layers.base import Tap
 from robotcore.runtime.layers.devices import AppActuator
 from robotcore.runtime.layers.guardian import guard_motors
+from robotcore.runtime.layers.timing import TickTimer
 from robotcore.runtime.loop import Loop
 from robotcore.runtime.observer import Observer, RunContext, notify_end
 from robotcore.runtime.operator_input import OPERATOR, OperatorInput, open_operator
+from robotcore.runtime.pace import PaceControl
 from robotcore.runtime.plan import Plan, RunRequest
 from robotcore.runtime.result import Outcome, RunResult, WrittenNote, get_outcome
 from robotcore.runtime.signals import SignalGuard, WatchdogInterrupt
 from robotcore.runtime.success_verification import Verification, verify_run
+from robotcore.runtime.tick_statistics import TickStatistics
 from robotcore.runtime.time_limits import (
     SIMULATION_FACTOR,
     build_open_limit,
@@ -111,6 +115,7 @@ class RunSession:
         self._operator: OperatorInput | None = None
         self._guardian = ExitStack()
         self._loop: Loop | None = None
+        self._statistics = TickStatistics()
         self._verification = Verification()
         self._late_failure: RobotcoreError | None = None
         self._is_hung = False
@@ -229,18 +234,21 @@ class RunSession:
     def _begin(self, assembled: AssembledRobot, truth: Truth | None) -> Loop:
         """Build the loop, and call the observers' ``begin``."""
         plan, safety = self._plan, self._plan.description.safety
-        stop = EmergencyStop(assembled.latch)
+        stop, is_simulated = EmergencyStop(assembled.latch), assembled.robot.clock.is_lockstep
+        pace = PaceControl(1.0 if plan.request.realtime or plan.request.gui else math.inf) if is_simulated else None
         self._loop = Loop(
             assembled,
             plan.behaviour,
             plan.request.rate_hz,
             plan.request.timeout_s,
-            [*self._list_listeners(truth), lambda _: self._signals.check()],
+            [*self._list_listeners(truth)],
             build_step_limit(plan.behaviour, safety.watchdog_s),
-            observer_limit(safety.watchdog_s * (SIMULATION_FACTOR if assembled.robot.clock.is_lockstep else 1.0)),
+            observer_limit(safety.watchdog_s * (SIMULATION_FACTOR if is_simulated else 1.0)),
             safety.outage_s,
-            WaitMonitor(self._add_note) if assembled.robot.clock.is_lockstep else None,
+            WaitMonitor(self._add_note) if is_simulated else None,
             HandDriving(assembled.robot, plan.description) if plan.request.steerable else None,
+            pace,
+            self._signals.check,
         )
         self._signals.last_resort = self._stop_after_signals
         self._signals.before_suspension = partial(assembled.suspend, "suspension")
@@ -256,6 +264,8 @@ class RunSession:
             stop,
             plan.faults,
             self._operator,
+            self._statistics,
+            pace,
         )
         with self._signals.defer():
             for observer in self._observers:
@@ -274,9 +284,7 @@ class RunSession:
     def _assemble(self, raw: Robot) -> AssembledRobot:
         plan = self._plan
         seed, rate_hz = plan.setup.seed, plan.request.rate_hz
-        is_paced = raw.clock.is_lockstep and (plan.request.realtime or plan.request.gui)
-        clock = PacedClock(raw.clock) if is_paced else raw.clock
-        faults = [fault.layer(clock, seed) for fault in plan.faults]
+        faults = [fault.layer(raw.clock, seed) for fault in plan.faults]
         if raw.cutoffs:
             self._register(plan.request)
         guard = guard_motors(raw, plan.description.safety.lease_ticks / rate_hz, self._guardian)
@@ -284,7 +292,6 @@ class RunSession:
             raw,
             plan.description,
             rate_hz,
-            clock,
             plan.conditions,
             seed,
             faults,
@@ -292,9 +299,10 @@ class RunSession:
             guard,
             self._activity,
             self._reserve,
+            TickTimer(self._statistics),
         )
         self._reserve.hold(len(raw.motors))
-        clock.prepare_calls()
+        raw.clock.prepare_calls()
         return assembled
 
     def _register(self, request: RunRequest) -> None:
@@ -446,6 +454,7 @@ class RunSession:
             sim_time_s=round(loop.time, 6),
             ticks=loop.trace.ticks,
             overruns=loop.overruns,
+            tick_times_us=self._statistics.summarise(),
             interventions=loop.trace.interventions,
             intervention_s=loop.intervention_timer.measure(),
             milestones=dict(loop.trace.milestones),

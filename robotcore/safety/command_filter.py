@@ -18,6 +18,9 @@ from robotcore.safety.motor_stop import StopGroup
 from robotcore.safety.velocity_limits import STOPPED, Intervention, Rule
 from robotcore.safety.wheel_output import WheelOutput
 
+ApplyRules = Callable[[Wheels], Wheels]
+"""A function that returns the velocities after the rules, in rad/s."""
+
 LOST = "lost device"
 """The cause of an intervention that stops the robot while a device is lost."""
 
@@ -51,6 +54,7 @@ class SafetyFilter:
     on_sent: a function that gets each pair of sent velocities, in rad/s, and the time in seconds.
     motor_stops: stops the motors.
     take_guardian_stops: a function that returns the number of stops by the guardian since its last call.
+    wrap_rules: a function that wraps the application of the rules, for example to time it.
     """
 
     def __init__(
@@ -63,10 +67,11 @@ class SafetyFilter:
         on_sent: Callable[[Wheels, float], None] | None = None,
         motor_stops: StopGroup | None = None,
         take_guardian_stops: Callable[[], int] = lambda: 0,
+        wrap_rules: Callable[[ApplyRules], ApplyRules] = lambda apply: apply,
     ) -> None:
         self._clock = clock
         self._output = output
-        self._rules = tuple(rules)
+        self._rules, self._apply_rules = tuple(rules), wrap_rules(self._apply_each_rule)
         self._latch = latch or Latch()
         self._on_sent = on_sent
         self._lock = RLock()
@@ -184,7 +189,7 @@ class SafetyFilter:
         """
         return self._stops != self._stops_before or self._latch.error is not None
 
-    def _apply_rules(self, wheels: Wheels) -> Wheels:
+    def _apply_each_rule(self, wheels: Wheels) -> Wheels:
         self._changes.clear()
         self._filtered_after = self._sent
         for rule in self._rules:

@@ -12,7 +12,7 @@ from typing import Any
 from robotcore.description import Conditions, Mount, RobotDescription
 from robotcore.errors import DeviceLostError, UsageError
 from robotcore.geometry import Pose
-from robotcore.hal.clock import AppClock, Clock, TickClock
+from robotcore.hal.clock import AppClock, TickClock
 from robotcore.hal.device import Actuator, Device, Sensor
 from robotcore.hal.joint import Joint, Joints
 from robotcore.hal.robot import Robot
@@ -26,6 +26,7 @@ from robotcore.runtime.layers.drive import build_drive, build_output
 from robotcore.runtime.layers.guardian import GuardianLayer
 from robotcore.runtime.layers.imperfections import PERFECT, ImperfectionLayer
 from robotcore.runtime.layers.standalone_motor import StandaloneGuard
+from robotcore.runtime.layers.timing import TickTimer
 from robotcore.safety.command_filter import CommandFilter
 from robotcore.safety.latch import Latch
 from robotcore.safety.motor_stop import StopGroup
@@ -53,6 +54,8 @@ class AssembledRobot:
     """The functions that stop the drive and each other motor between two ticks. Their argument is the cause."""
     taps: tuple[Tap, ...] = ()
     """The taps, which record or compare the calls of the app."""
+    timer: TickTimer | None = None
+    """Measures the phases of each tick."""
 
     def suspend(self, cause: str) -> None:
         """Stop every motor between two ticks, for example before the program is suspended.
@@ -70,7 +73,6 @@ def assemble(
     raw: Robot,
     description: RobotDescription,
     rate_hz: float,
-    clock: Clock | None = None,
     conditions: Conditions = PERFECT,
     seed: int = 0,
     faults: Sequence[Layer] = (),
@@ -78,13 +80,13 @@ def assemble(
     guard: GuardianLayer | None = None,
     activity: ActivityMonitor | None = None,
     reserve: Reserve | None = None,
+    timer: TickTimer | None = None,
 ) -> AssembledRobot:
     """Build the app's robot from the robot that a backend opened.
 
     raw: the robot that the backend opened.
     description: the robot's description, with its safety limits.
     rate_hz: the number of ticks in a second.
-    clock: a clock that replaces the backend's clock.
     conditions: the imperfections of the world.
     seed: the seed of the noise in ``conditions``.
     faults: the layers of injected faults.
@@ -92,13 +94,14 @@ def assemble(
     guard: the layer that reports motor commands to the guardian process.
     activity: the record of the loop thread's activity for the watchdog.
     reserve: the reserved threads and memory for stops.
+    timer: measures the phases of each tick.
     """
     reserve = reserve or Reserve(MonotonicClock())
     safety, activity, latch = description.safety, activity or ActivityMonitor(), Latch(reserve)
     for tap in taps:
         tap.latch(latch)
     watched = CallMonitorLayer(activity, safety.answer_s, raw.name)
-    clock = clock or raw.clock
+    clock = raw.clock
     for layer in (watched, *faults):
         clock = layer.clock(clock)
     ticks = TickClock(clock)
@@ -111,6 +114,7 @@ def assemble(
         *faults,
         *taps,
         MaxAgeLayer(ticks, safety.max_age_s, safety.watchdog_s, latch),
+        *([timer] if timer else []),
     )
     taps = [layer for layer in layers if isinstance(layer, Tap)]
     motors = {
@@ -140,6 +144,7 @@ def assemble(
             motor_stops,
             joints,
             guard.take_stops if guard else lambda: 0,
+            timer,
         )
         suspend_functions.append(guarded.suspend)
     for name, motor in raw.motors.items():
@@ -150,6 +155,7 @@ def assemble(
             stops = motor_stops.select(motors[name])
             lone = StandaloneGuard(motors[name], motor.max_velocity, ticks, lease, latch, stops)
             output = reduce(lambda output, tap: tap.standalone_motor(output), taps, lone.output)
+            output = timer.standalone_motor(output) if timer else output
             suspend_functions.append(lone.suspend)
         devices[name] = AppMotor(motor, output)
     robot = Robot(
@@ -157,7 +163,7 @@ def assemble(
     )
     command_filter = guarded.command_filter if guarded else None
     return AssembledRobot(
-        robot, ticks, latch, command_filter, motor_stops, activity, tuple(suspend_functions), tuple(taps)
+        robot, ticks, latch, command_filter, motor_stops, activity, tuple(suspend_functions), tuple(taps), timer
     )
 
 

@@ -16,6 +16,7 @@ from robotcore.hal.joint import Joints
 from robotcore.kinds.encoder import Encoder, EncoderDescription
 from robotcore.kinds.motor import VelocityOutput
 from robotcore.runtime.layers.base import Send, Tap
+from robotcore.runtime.layers.timing import TickTimer
 from robotcore.runtime.layers.wheel_angles import SteeredAngles, read_angles, read_present_angles
 from robotcore.safety.command_filter import CommandFilter, SafetyFilter
 from robotcore.safety.latch import Latch
@@ -50,6 +51,7 @@ def build_drive(
     motor_stops: StopGroup,
     joints: Joints,
     take_guardian_stops: Callable[[], int],
+    timer: TickTimer | None,
 ) -> GuardedDrive:
     """Build the drive and its command filter.
 
@@ -62,6 +64,7 @@ def build_drive(
     motor_stops: stops the robot's motors.
     joints: the assumed motion of the servos, which may turn sensors or steer.
     take_guardian_stops: a function that returns the number of stops by the guardian since its last call.
+    timer: measures the time of the rules.
     """
     safety, commanded = description.safety, CommandIntegrator(clock)
     opened = [devices.get(each.name) for each in description.sensors_ahead]
@@ -103,6 +106,7 @@ def build_drive(
         commanded.turn_at,
         motor_stops.select(*output.motors),
         take_guardian_stops,
+        *([timer.wrap_rules] if timer else []),
     )
     command_filter: CommandFilter = safety_filter
     for tap in taps:

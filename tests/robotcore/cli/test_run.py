@@ -14,7 +14,16 @@ from tests.texts import CheckText
 
 KEYS = {
     *("app", "backend", "robot", "world", "seed", "outcome", "exit_status", "reason", "verified", "sim_time_s"),
-    *("wall_time_s", "ticks", "overruns", "contacts", "distance_to_target_m", "interventions", "intervention_s"),
+    *(
+        "wall_time_s",
+        "ticks",
+        "overruns",
+        "tick_times_us",
+        "contacts",
+        "distance_to_target_m",
+        "interventions",
+        "intervention_s",
+    ),
     *("milestones", "judge", "conditions", "faults", "notes", "batteries", "dropped_pictures", "trace_sha256"),
 }
 SHORT = ("run", "avoid-obstacles", "--world", "open", "--set", "duration_s=0.5")

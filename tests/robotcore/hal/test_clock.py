@@ -2,13 +2,13 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import pytest
 
 from robotcore.errors import UsageError
 from robotcore.hal.clock import Clock, SteppedClock, TickClock
-from robotcore.hal.wall_clock import MonotonicClock, PacedClock, ServerClock
+from robotcore.hal.wall_clock import MonotonicClock, ServerClock
 from tests.texts import Raises
 
 
@@ -134,7 +134,7 @@ class TestMomentsOfTheKernel:
     def test_times_are_the_present_time_with_a_simulators_clock(self) -> None:
         stepped = SteppedClock(20, lambda _: None)
         stepped.sleep_until(1.0)
-        assert stepped.time_of(123_456.0) == PacedClock(stepped).time_of(123_456.0) == 1.0
+        assert stepped.time_of(123_456.0) == TickClock(stepped).time_of(123_456.0) == 1.0
         assert ServerClock(iter([5.0, 7.0]).__next__).time_of(123_456.0) == 2.0
 
 
@@ -219,32 +219,8 @@ class TestServerClock:
         clock.close()
 
 
-class TestPacedClock:
-    def test_paced_clock_is_held_back_to_real_time(self, fake_time: FakeTime) -> None:
-        clock = PacedClock(SteppedClock(20, lambda _: None))
-        assert clock.sleep_until(0.05)
-        assert clock.sleep_until(0.1)
-        assert clock.now() == 0.1
-        assert fake_time.naps == pytest.approx([0.05, 0.05])
-
-    def test_a_machine_that_is_too_slow_is_reported_and_delays_the_clock(self, fake_time: FakeTime) -> None:
-        clock = PacedClock(SteppedClock(20, lambda _: fake_time.sleep(0.08)))
-        assert not clock.sleep_until(0.05)
-        fake_time.naps.clear()
-        assert not clock.sleep_until(0.1)
-        assert fake_time.naps == [pytest.approx(0.08)]
-
-    def test_after_a_delay_it_runs_at_the_pace_of_real_time_again(self, fake_time: FakeTime) -> None:
-        slowness = [0.2, 0.0, 0.0]
-        clock = PacedClock(SteppedClock(20, lambda _: fake_time.sleep(slowness.pop(0))))
-        on_time = [clock.sleep_until(deadline) for deadline in (0.05, 0.1, 0.15)]
-        assert on_time == [False, True, True]
-        assert fake_time.t - 1000.0 == pytest.approx(0.2 + 0.05 + 0.05)
-
-
-@pytest.mark.parametrize("wrap", [PacedClock, TickClock])
-def test_calls_and_closing_reach_the_wrapped_clock(wrap: Callable[[Clock], Clock], fake_time: FakeTime) -> None:
-    clock, calls = wrap(SteppedClock(20, lambda _: None)), list[str]()
+def test_calls_and_closing_reach_the_wrapped_clock() -> None:
+    clock, calls = TickClock(SteppedClock(20, lambda _: None)), list[str]()
     clock.call_at(0.01, lambda: calls.append("made"))
     clock.call_every(0.05, lambda: calls.append("repeated"), "echo")
     clock.sleep_until(0.05)

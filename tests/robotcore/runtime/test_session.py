@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import math
 import signal
 from contextlib import suppress
 
@@ -14,12 +15,10 @@ from robotcore.errors import (
     InvalidCommandError,
     StaleSampleError,
 )
-from robotcore.hal.clock import Clock
 from robotcore.hal.robot import Robot, Role
-from robotcore.runtime import session
 from robotcore.runtime.behaviour import Status
 from robotcore.runtime.result import Outcome
-from robotcore.runtime.session import RunRequest, RunResult
+from robotcore.runtime.session import RunContext, RunRequest, RunResult
 from tests.robotcore.fakes import FunctionApp, RigBackend
 from tests.robotcore.runs import Runner, Watcher, drive_then, drive_then_raise, drive_wheels
 from tests.texts import CheckText
@@ -99,14 +98,13 @@ def test_only_needed_and_wanted_devices_are_opened(
     assert backend.rig.names == opened
 
 
-@pytest.mark.parametrize("realtime", [False, True])
-def test_simulated_time_is_paced_only_on_request(
-    perform: Runner, monkeypatch: pytest.MonkeyPatch, *, realtime: bool
-) -> None:
-    paced: list[Clock] = []
-    monkeypatch.setattr(session, "PacedClock", lambda source: paced.append(source) or source)  # type: ignore[func-returns-value]
-    perform(drive_then(lambda _: Status.SUCCESS), RunRequest("app", realtime=realtime))
-    assert len(paced) == realtime
+@pytest.mark.parametrize("realtime, speed", [(False, math.inf), (True, 1.0)])
+def test_simulated_time_is_paced_only_on_request(perform: Runner, *, realtime: bool, speed: float) -> None:
+    watcher = Watcher()
+    perform(drive_then(lambda _: Status.SUCCESS), RunRequest("app", realtime=realtime), observers=[watcher])
+    run: RunContext = watcher.calls[0][1]
+    assert run.pace
+    assert run.pace.speed == speed
 
 
 def test_timeout_of_a_robot_that_stands_before_an_obstacle_names_the_sensor(

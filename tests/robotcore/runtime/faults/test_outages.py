@@ -5,11 +5,8 @@ from collections.abc import Callable
 import pytest
 
 from robotcore.errors import DeviceError, DeviceLostError
-from robotcore.hal.clock import SteppedClock
 from robotcore.hal.robot import Robot
-from robotcore.hal.wall_clock import PacedClock
 from robotcore.runtime.behaviour import Status
-from robotcore.runtime.faults.outages import Stall, StallingClock
 from robotcore.runtime.loop import Loop
 from tests.robotcore.fakes import FunctionApp, picture
 from tests.robotcore.runtime.faults.rigs import TICK_S, build_rig
@@ -33,14 +30,6 @@ class TestStall:
         rig.commit()
         assert cuts == pytest.approx([0.05 + 0.125])
         assert rig.clock.now() == pytest.approx(0.35)
-
-    def test_stall_adds_no_delay_to_a_paced_clock(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        paced = PacedClock(SteppedClock(20, lambda _: None))
-        monkeypatch.setattr(paced, "_wall", SteppedClock(20, lambda _: None))
-        clock = StallingClock(paced, Stall(value=0.02))
-        assert not clock.sleep_until(0.01)
-        assert clock.now() == pytest.approx(0.02, abs=0.005)
-        assert paced._delay == 0.0
 
 
 class TestLost:
