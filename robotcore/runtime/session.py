@@ -122,7 +122,7 @@ class RunSession:
         """Whether a call of the backend or of a device hangs."""
 
         self._stages = self._run_to_end()
-        self._end: Outcome | BaseException | None = None
+        self._loop_end: Outcome | BaseException | None = None
         self.result: RunResult | None = None
         """The result. None until the run has ended."""
 
@@ -155,7 +155,8 @@ class RunSession:
         Raises the exception if it is neither an error of robotcore nor a signal.
         """
         self._reserve.release_memory()  # the stages need memory for an exception that passes through them
-        self._end = end
+        latched = self._loop and self._loop.latched_error  # `_stop` sets the latch too
+        self._loop_end = latched or end
         throw, send = self._stages.throw, self._stages.send
         self._continue(partial(throw, end) if isinstance(end, BaseException) else partial(send, end))
         assert self.result
@@ -358,9 +359,7 @@ class RunSession:
     @property
     def _loop_error(self) -> RobotcoreError | Interrupted | None:
         """The error that ended the loop. None if there was none, or another exception."""
-        if self._assembled and self._assembled.latch.error:
-            return self._assembled.latch.error
-        return self._end if isinstance(self._end, (RobotcoreError, Interrupted)) else None
+        return self._loop_end if isinstance(self._loop_end, (RobotcoreError, Interrupted)) else None
 
     @property
     def _latched_error(self) -> RobotcoreError:
