@@ -25,7 +25,7 @@ from tests.robotcore.runs import Runner, Watcher, drive_then, drive_then_raise, 
 class BareMemoryError(MemoryError):
     """Has no context, because Python makes such an error before the memory has run out."""
 
-    __context__ = property(lambda self: None, lambda self, context: None)  # type: ignore[assignment]
+    __context__ = property(lambda self: None, lambda self, context: None)
 
 
 @pytest.fixture
