@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import pytest
@@ -48,11 +47,11 @@ def list_listings(page: str) -> list[Listing]:
     return [Listing(*block) for block in FENCE.findall(page)]
 
 
-def list_commands(console: str) -> Iterator[ConsoleCommand]:
-    """Yield the commands of a console listing, with their outputs."""
-    for part in re.split(r"^\$ ", console, flags=re.MULTILINE)[1:]:
-        command, _, answer = part.partition("\n")
-        yield ConsoleCommand(command, answer)
+def list_commands(page: str) -> list[ConsoleCommand]:
+    """Return the commands of all console listings of a page, with their outputs."""
+    consoles = (listing.text for listing in list_listings(page) if listing.language == "console")
+    parts = (part for console in consoles for part in re.split(r"^\$ ", console, flags=re.MULTILINE)[1:])
+    return [ConsoleCommand(*part.partition("\n")[::2]) for part in parts]
 
 
 def read_rows(page: str, heading: str) -> list[list[str]]:
@@ -65,6 +64,12 @@ def read_rows(page: str, heading: str) -> list[list[str]]:
 def find_code(text: str) -> list[str]:
     """Return the texts in backquotes that are outside of fenced blocks."""
     return CODE.findall(FENCE.sub("", text))
+
+
+def list_missing_attributes(page: str, value: object) -> set[str]:
+    """Return the public attributes of a value that the page does not name in backquotes."""
+    named = {word for code in find_code(page) for word in code.replace("(", ".").split(".")}
+    return {name for name in dir(value) if not name.startswith("_")} - named
 
 
 def _pattern(answer: str) -> str:

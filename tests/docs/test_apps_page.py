@@ -3,9 +3,6 @@ from __future__ import annotations
 import io
 import json
 import re
-import shlex
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -19,14 +16,20 @@ from robotcore.kinds.camera import Camera, Frame
 from robotcore.kinds.range_sensor import Range, RangeSensor
 from robotcore.optics import Intrinsics
 from robotcore.testing.mock.robot import MockRobot
-from tests.docs.listings import ConsoleCommand, find_code, list_commands, list_listings, read_rows
+from tests.docs.commands import run_command, write_files
+from tests.docs.listings import (
+    ConsoleCommand,
+    find_code,
+    list_commands,
+    list_listings,
+    list_missing_attributes,
+    read_rows,
+)
 
 PAGE = (Path(__file__).parents[2] / "docs" / "apps.md").read_text()
 LISTINGS = list_listings(PAGE)
 FILES = [each for each in LISTINGS if each.language == "python"]
-CONSOLE_COMMANDS = [
-    each for listing in LISTINGS if listing.language == "console" for each in list_commands(listing.text)
-]
+CONSOLE_COMMANDS = list_commands(PAGE)
 PARTS = [code for row in read_rows(PAGE, "What a robot has") for code in find_code(row[0])]
 MISTAKES = read_rows(PAGE, "What an app must not do")
 ENDLESS = "`while True: pass`"
@@ -47,8 +50,7 @@ class Odd(Behaviour):
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Write the files of the page into a folder, and make it the current folder."""
-    for file in FILES:
-        (tmp_path / file.file).write_text(file.text)
+    write_files(LISTINGS, tmp_path)
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("sys.stdin", io.StringIO())
     return tmp_path
@@ -72,12 +74,7 @@ def test_every_listing_is_a_file_or_a_console() -> None:
 def test_command_output_equals_the_page(
     command: ConsoleCommand, folder: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    program, *arguments = shlex.split(command.command)
-    if program == "robotcore":
-        execute(arguments)
-    else:
-        subprocess.run([sys.executable, "-m", program, *arguments], check=False)
-    answer = "".join(capfd.readouterr())
+    answer = run_command(command, capfd)
     assert command.matches(answer), answer
 
 
@@ -129,9 +126,7 @@ FOR_DRIVERS = {
     ],
 )
 def test_page_names_every_attribute(kind: type, not_for_apps: set[str]) -> None:
-    named = {word for code in find_code(PAGE) for word in code.replace("(", ".").split(".")}
-    has = {name for name in dir(kind) if not name.startswith("_")}
-    assert has - not_for_apps - named == set()
+    assert list_missing_attributes(PAGE, kind) - not_for_apps == set()
 
 
 @pytest.mark.parametrize("row", [row for row in MISTAKES if row[2] and row[0] != ENDLESS], ids=lambda row: row[0])

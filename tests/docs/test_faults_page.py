@@ -36,9 +36,7 @@ else:
 PAGE = (Path(__file__).parents[2] / "docs" / "faults.md").read_text()
 LISTINGS = list_listings(PAGE)
 SOURCES = {each.file: each.text for each in LISTINGS if each.language == "python"}
-CONSOLE_COMMANDS = [
-    each for listing in LISTINGS if listing.language == "console" for each in list_commands(listing.text)
-]
+CONSOLE_COMMANDS = list_commands(PAGE)
 FILES = [each.text for each in LISTINGS if each.language == "toml"]
 ROVER = load_robot("rover")
 BASES: dict[type, str] = {Sensor: "every sensor", Actuator: "every actuator"}

@@ -1,22 +1,18 @@
 from __future__ import annotations
 
 import inspect
-import shlex
 from pathlib import Path
 
 import pytest
 
 from robotcore.autonomy import manoeuvres
 from robotcore.autonomy.manoeuvres import blockage, limits, motion, path_planning
-from robotcore.cli.main import execute
 from robotcore.errors import _BLOCKAGES
+from tests.docs.commands import run_command, write_files
 from tests.docs.listings import ConsoleCommand, find_code, list_commands, list_listings, read_rows
 
 PAGE = (Path(__file__).parents[2] / "docs" / "manoeuvres.md").read_text()
-LISTINGS = list_listings(PAGE)
-COMMANDS = [each for listing in LISTINGS if listing.language == "console" for each in list_commands(listing.text)]
-
-
+COMMANDS = list_commands(PAGE)
 CALLS = [row[0].strip(" `") for row in read_rows(PAGE, "Manoeuvres")]
 
 
@@ -33,12 +29,9 @@ def test_the_page_shows_the_parameters_of_each_manoeuvre(call: str) -> None:
 def test_command_output_equals_the_page(
     command: ConsoleCommand, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    for listing in LISTINGS:
-        if listing.language == "python":
-            (tmp_path / listing.file).write_text(listing.text)
+    write_files(list_listings(PAGE), tmp_path)
     monkeypatch.chdir(tmp_path)
-    assert execute(shlex.split(command.command)[1:]) == 0
-    answer = capfd.readouterr().out
+    answer = run_command(command, capfd)
     assert command.matches(answer), answer
 
 

@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -11,20 +10,25 @@ import pytest
 
 from robotcore import Navigator, OccupancyGrid
 from robotcore.autonomy.navigation.grid_file import LAYERS, SCALARS
-from robotcore.cli.main import execute
-from tests.docs.listings import ConsoleCommand, find_code, list_commands, list_listings, read_rows
+from tests.docs.commands import run_command, write_files
+from tests.docs.listings import (
+    ConsoleCommand,
+    find_code,
+    list_commands,
+    list_listings,
+    list_missing_attributes,
+    read_rows,
+)
 
 PAGE = (Path(__file__).parents[2] / "docs" / "navigation.md").read_text()
 LISTINGS = list_listings(PAGE)
-COMMANDS = [each for listing in LISTINGS if listing.language == "console" for each in list_commands(listing.text)]
+COMMANDS = list_commands(PAGE)
 
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Write the files of the page into a folder, and make it the current folder."""
-    for listing in LISTINGS:
-        if listing.language == "python":
-            (tmp_path / listing.file).write_text(listing.text)
+    write_files(LISTINGS, tmp_path)
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
@@ -34,12 +38,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_command_output_equals_the_page(
     command: ConsoleCommand, folder: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    program, *arguments = shlex.split(command.command)
-    if program == "robotcore":
-        execute(arguments)
-    else:
-        subprocess.run([sys.executable, *arguments], check=False)
-    answer = "".join(capfd.readouterr())
+    answer = run_command(command, capfd)
     assert command.matches(answer), answer
 
 
@@ -68,9 +67,7 @@ FOR_THE_NAVIGATOR = {
     "value", [Navigator(speed=0.2, turn=1.0), OccupancyGrid()], ids=lambda each: type(each).__name__
 )
 def test_page_names_every_attribute(value: object) -> None:
-    named = {word for code in find_code(PAGE) for word in code.replace("(", ".").split(".")}
-    has = {name for name in dir(value) if not name.startswith("_")}
-    assert has - FOR_THE_NAVIGATOR - named == set()
+    assert list_missing_attributes(PAGE, value) - FOR_THE_NAVIGATOR == set()
 
 
 def test_each_listed_array_is_in_the_file(tmp_path: Path) -> None:

@@ -15,6 +15,7 @@ import pytest
 
 from robotcore.cli.main import execute, robotcore
 from robotcore.hal.wall_clock import MonotonicClock
+from tests.docs.commands import write_files
 from tests.docs.listings import ConsoleCommand, list_commands, list_listings
 from tests.doubles.coppeliasim.double import Double
 from tests.doubles.coppeliasim.scene import Simulator
@@ -31,13 +32,7 @@ PORTS = {"vrep": 19997, "coppeliasim": 23000}
 YELLOW = (255, 255, 0)
 PATIENCE_S = 10.0
 
-TYPED = [
-    (name, each)
-    for name, page in PAGES.items()
-    for listing in list_listings(page)
-    if listing.language == "console"
-    for each in list_commands(listing.text)
-]
+TYPED = [(name, each) for name, page in PAGES.items() for each in list_commands(page)]
 CONSOLE_COMMANDS = [
     pytest.param(page, each, id=each.command) for page, each in TYPED if each.command.startswith("robotcore ")
 ]
@@ -56,9 +51,7 @@ COMMANDS = [
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Write the files of both pages into a folder, and make it the current folder."""
     for page in PAGES.values():
-        for listing in list_listings(page):
-            if listing.language == "python":
-                (tmp_path / listing.file).write_text(listing.text, encoding="utf-8")
+        write_files(list_listings(page), tmp_path)
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
