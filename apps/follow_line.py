@@ -41,7 +41,7 @@ class FollowLine(Behaviour):
     distance_m: Positive = 6.5
     """The distance to drive."""
     search_s: Positive = 5.0
-    """The robot gives up after it has searched the lost line for this time."""
+    """The robot gives up after it has searched the line for this time."""
 
     needs = frozenset({Role.DRIVE, LineSensor})
     milestones = ("follow", "search")
@@ -49,6 +49,7 @@ class FollowLine(Behaviour):
     def __post_init__(self) -> None:
         self._pose, self._driven, self._heading = Pose(0.0, 0.0, 0.0), 0.0, 0.0
         self._seen_at, self._side, self._search_angle = 0.0, 1.0, FIRST_SEARCH_RAD
+        self._has_seen_line = False
         self._lightest, self._darkest = 1.0, EXPECTED_DARKNESS
 
     def verify(self, truth: Truth) -> bool | None:
@@ -67,6 +68,7 @@ class FollowLine(Behaviour):
         if position is None:
             return self._search(robot, now)
         self.state, self._seen_at, self._heading, self._search_angle = "follow", now, pose.heading, FIRST_SEARCH_RAD
+        self._has_seen_line = True
         if position:
             self._side = math.copysign(1.0, position)
         # The circle through the axle and the seen point, as in pure pursuit.
@@ -91,7 +93,9 @@ class FollowLine(Behaviour):
         """
         self.state = "search"
         if now - self._seen_at > self.search_s:
-            self.reason = f"the line was lost for {self.search_s:g} s"
+            time = f"{self.search_s:g} s"
+            never_seen = f"no line was seen for {time}. Put the robot on a line that is darker than the floor"
+            self.reason = f"the line was lost for {time}" if self._has_seen_line else never_seen
             return Status.FAILURE
         radius = robot.drive.min_turn_radius
         if not radius and self._side * (robot.drive.pose.heading - self._heading) > self._search_angle:

@@ -176,3 +176,9 @@ def test_app_fails_if_the_line_stays_lost() -> None:
     robot = MockRobot("tracer", readings={"row": [MIDDLE, WHITE]})
     assert robot.run(app, ticks=25) is Status.FAILURE
     assert app.reason == "the line was lost for 1 s"
+
+
+def test_app_that_never_sees_a_line_names_the_remedy() -> None:
+    app = FollowLine(search_s=1.0)
+    assert MockRobot("tracer", readings={"row": [WHITE]}).run(app, ticks=25) is Status.FAILURE
+    assert app.reason == "no line was seen for 1 s. Put the robot on a line that is darker than the floor"
