@@ -229,7 +229,7 @@ def _open_regular(path: Path) -> Iterator[BinaryIO]:
     except OSError as error:
         raise RecordingError(
             path, str(error.strerror), "Name a recording that can be read", kind="recording-unreadable"
-        ) from error
+        ) from None
 
 
 def _open_nonblocking(path: str, flags: int) -> int:

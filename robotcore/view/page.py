@@ -65,7 +65,7 @@ def save_png(content: bytes, file: Path, option: str = OPTION) -> None:
         with replace_file(file) as part:
             part.write_bytes(content)
     except OSError as error:
-        raise _build_unwritable_error(file, error, option) from error
+        raise _build_unwritable_error(file, error, option) from None
 
 
 def require_writable(file: Path, option: str = OPTION) -> None:
@@ -79,7 +79,7 @@ def require_writable(file: Path, option: str = OPTION) -> None:
     try:
         require_replaceable(file)
     except OSError as error:
-        raise _build_unwritable_error(file, error, option) from error
+        raise _build_unwritable_error(file, error, option) from None
 
 
 def _build_unwritable_error(file: Path, error: OSError, option: str) -> UsageError:

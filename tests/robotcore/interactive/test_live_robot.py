@@ -8,7 +8,7 @@ import signal
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from traceback import extract_tb
+from traceback import extract_tb, format_exception
 from typing import Any
 
 import pytest
@@ -29,6 +29,7 @@ from robotcore.errors import (
 )
 from robotcore.hal.clock import SteppedClock
 from robotcore.kinds.camera import Camera
+from robotcore.recording import read
 from robotcore.runtime.session import RunSession
 from tests.texts import Raises
 
@@ -357,3 +358,14 @@ def test_tick_of_a_paused_loop_is_renewed_in_real_time() -> None:
     clock.renewal_age = 0.05
     clock.renew()
     assert (clock.now(), clock.tick, clock.reading) == (1.0, 0, 1)
+
+
+def test_error_of_a_file_has_one_traceback(tmp_path: Path) -> None:
+    def fail(robot: LiveRobot, call: str) -> BaseException:
+        with pytest.raises(ValueError, match="No such file or directory") as caught:
+            robot.show().save(tmp_path / "no/robot.png") if call == "picture" else read(tmp_path / "no.mcap")
+        return caught.value
+
+    with robotcore.open(world="open") as robot:
+        for call in ("picture", "recording"):
+            assert "".join(format_exception(fail(robot, call))).count("Traceback") == 1
