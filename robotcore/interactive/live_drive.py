@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from robotcore.autonomy.manoeuvres import arc, face, follow_path, go_to, move, straight, turn
 from robotcore.autonomy.routines import Routine
@@ -11,6 +11,7 @@ from robotcore.errors import UsageError
 from robotcore.geometry import Pose, Twist, Wheels
 from robotcore.hal.drive import DifferentialDrive
 from robotcore.hal.robot import Robot
+from robotcore.interactive.attribute_errors import raise_attribute_error
 
 
 class LiveDrive(DifferentialDrive):
@@ -39,6 +40,11 @@ class LiveDrive(DifferentialDrive):
     ) -> None:
         vars(self).update(vars(drive))
         self._robot, self._run, self._is_running = robot, run, is_running
+
+    if not TYPE_CHECKING:  # a type checker finds unknown attributes itself
+
+        def __getattr__(self, name: str) -> NoReturn:
+            raise_attribute_error(name, {"robot.drive": self})
 
     def straight(self, distance: float, *, speed: float | None = None) -> Pose:
         """Drive straight by a distance in metres; negative to drive backward. See `robotcore.straight`."""

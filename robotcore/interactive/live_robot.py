@@ -8,17 +8,18 @@ from collections.abc import Callable
 from functools import partial
 from threading import get_ident
 from types import TracebackType
-from typing import Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from robotcore.autonomy.navigation import OccupancyGrid
-from robotcore.autonomy.routines import Routine, take_generators, wait, wait_until, with_timeout
+from robotcore.autonomy.routines import Routine, name_routine, take_generators, wait, wait_until, with_timeout
 from robotcore.errors import BehaviourError, DeviceClosedError, Interrupted, RobotcoreError, UsageError
 from robotcore.hal.robot import Robot, Role
 from robotcore.hal.truth import Truth
 from robotcore.interactive import open_robots
+from robotcore.interactive.attribute_errors import raise_attribute_error
 from robotcore.interactive.live_drive import LiveDrive
 from robotcore.interactive.session import Session
-from robotcore.runtime.behaviour import Behaviour, require_declarations
+from robotcore.runtime.behaviour import Behaviour, Status, require_declarations
 from robotcore.runtime.loop import Loop
 from robotcore.runtime.needs import require_turn_on_spot
 from robotcore.runtime.observer import RunContext
@@ -55,6 +56,7 @@ class LiveRobot(Robot):
         if opened.has(Role.DRIVE):
             drive = LiveDrive(opened.drive, self, self.run, lambda: self.is_running)
         super().__init__(opened.name, opened.clock, opened.devices.values(), drive=drive, value_log=opened.value_log)
+        del self.truth  # a backend's robot has it; a live robot has `ground_truth`
         assert isinstance(run.behaviour, Session)
         self._app, self._run, self._signals, self._finish = run.behaviour, run, signals, finish
         self._loop: Loop | None = loop
@@ -65,6 +67,11 @@ class LiveRobot(Robot):
         self.result: RunResult | None = None
         """The result of the session. None while the robot is open."""
         open_robots.register(self, partial(_close_session, session, loop, signals, finish))
+
+    if not TYPE_CHECKING:  # a type checker finds unknown attributes itself
+
+        def __getattr__(self, name: str) -> NoReturn:
+            raise_attribute_error(name, {"robot": self, "robot.drive": vars(self).get("_drive")})
 
     @property
     def drive(self) -> LiveDrive:
@@ -98,9 +105,10 @@ class LiveRobot(Robot):
             require_declarations(routine)
             if routine.turns_on_spot:
                 require_turn_on_spot(self._run.description)
-            routine = routine.run(self)
-        (generator,) = take_generators("run", [routine])
-        self._app.begin(generator)
+            self._app.begin(_run_app(routine, self), type(routine).__name__)
+        else:
+            (generator,) = take_generators("run", [routine])
+            self._app.begin(generator, name_routine(generator))
         try:
             with self._signals.defer(), self._signals:
                 self._run_loop(loop)
@@ -208,6 +216,14 @@ class LiveRobot(Robot):
         if self._loop and not self._loop.latched_error:
             return super().__repr__()
         return f"<Robot {self.name}: {'stopped by an error' if self._loop else 'closed'}>"
+
+
+def _run_app(app: Behaviour, robot: Robot) -> Routine[Status]:
+    """Run an app with the checks of a run: each of its ticks is a call of ``step``."""
+    try:
+        return (yield from Behaviour.run(app, robot))
+    finally:
+        app.close_routine()
 
 
 def _close_session(session: RunSession, loop: Loop, signals: SignalGuard, finish: FinishResult) -> None:

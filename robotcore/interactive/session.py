@@ -7,7 +7,7 @@ from contextlib import suppress
 from typing import Any
 
 from robotcore.autonomy.navigation import OccupancyGrid
-from robotcore.autonomy.routines import Routine, name_routine, race
+from robotcore.autonomy.routines import Routine, race
 from robotcore.errors import DeviceError
 from robotcore.geometry import Pose
 from robotcore.hal.robot import Robot, Role
@@ -37,9 +37,9 @@ class Session(Behaviour):
         self.result: Any = None
         """The result of the last routine."""
 
-    def begin(self, routine: Routine[Any]) -> None:
-        """Set the routine that the next ticks run."""
-        self._routine, self.state, self.result = routine, name_routine(routine).strip("_"), None
+    def begin(self, routine: Routine[Any], name: str) -> None:
+        """Set the routine that the next ticks run. Its name is the ``state`` of these ticks."""
+        self._routine, self.state, self.result = routine, name, None
 
     def run(self, robot: Robot) -> Routine[Status]:
         assert self._routine

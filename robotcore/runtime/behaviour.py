@@ -103,7 +103,7 @@ class Behaviour:
         An app that defines ``step`` inherits this method, so that the ``run`` of another app can contain it.
         """
         require_callable(self, "step")
-        while (status := self.step(robot)) is Status.RUNNING:
+        while (status := require_status(self, self.step(robot))) is Status.RUNNING:
             yield
         return status
 
@@ -184,6 +184,14 @@ def require_callable(app: Behaviour, name: Literal["step", "run", "verify"]) -> 
         argument = "truth" if name == "verify" else "robot"
         text = f"{label} does not take the argument {argument}. Write def {name}(self, {argument})"
         raise BehaviourError(text, kind="wrong-parameters", method=name) from None
+
+
+def require_status(app: Behaviour, status: object) -> Status:
+    """Return the result of an app's ``step``. Raises BehaviourError if it is no Status."""
+    if isinstance(status, Status):
+        return status
+    text = f"{type(app).__name__}.step returned {reprlib.repr(status)}. Return a Status, such as Status.RUNNING"
+    raise BehaviourError(text, kind="not-a-status")
 
 
 def _require_generator(app: Behaviour, routine: object) -> Routine[Status]:

@@ -14,7 +14,7 @@ from robotcore.errors import BehaviourError, DeviceError, DeviceLostError, Inter
 from robotcore.hal.device import Sensor
 from robotcore.hal.drive import DifferentialDrive
 from robotcore.kinds.motor import Motor
-from robotcore.runtime.behaviour import Behaviour, Status, find_defined_method, require_callable
+from robotcore.runtime.behaviour import Behaviour, Status, find_defined_method, require_callable, require_status
 from robotcore.runtime.device_losses import DeviceLossTracker
 from robotcore.runtime.forks import end_fork
 from robotcore.runtime.hand_driving import HandDriving
@@ -323,12 +323,7 @@ class Loop:
             self._latch.check()
             require_callable(self.behaviour, find_defined_method(self.behaviour))
             raise BehaviourError.from_exception(app, error) from error
-        if not isinstance(status, Status):
-            raise BehaviourError(
-                f"{app.__name__}.step returned {reprlib.repr(status)}. Return a Status, such as Status.RUNNING",
-                kind="not-a-status",
-            )
-        return status
+        return require_status(self.behaviour, status)
 
     def _step(self) -> object:
         if self._waits:
