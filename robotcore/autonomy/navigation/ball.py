@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from robotcore.autonomy.navigation.mapping import PoseHistory
+from robotcore.autonomy.routines import Routine
 from robotcore.autonomy.vision import DEFAULT_TOLERANCE, Blob, ColourDetector, draw_boxes
 from robotcore.geometry import Pose
 from robotcore.hal.robot import Robot, Role
@@ -39,7 +40,7 @@ class BallTracker:
         self.lost_for = 0.0
         """The time since the newest picture that shows the ball, in seconds."""
         self.is_in_sight = False
-        """Whether the ball's blob in the newest picture has at least `MIN_POSITION_BLOB_PX` pixels."""
+        """Whether the newest picture gave ``place``: its blob has at least `MIN_POSITION_BLOB_PX` pixels."""
         self._seen_at = 0.0
         self._past, self._mounts = PoseHistory(), PoseHistory()
         self._detector = ColourDetector(hue, tolerance=tolerance, min_area=MIN_BLOB_PX)
@@ -70,9 +71,16 @@ class BallTracker:
             self.place = self._compute_position(blob, robot, self._past.at(frame.time), self._mounts.at(frame.time))
         return blob
 
+    def watch(self, robot: Robot) -> Routine[None]:
+        """Call `look` in each tick. It does not end. Put it first in a `race`, so that it runs before the motion."""
+        while True:
+            self.look(robot, robot.drive.pose)
+            yield
+
     def forget(self) -> None:
-        """Delete the ball's position. Call it if the ball is not there any more."""
+        """Delete the ball's position until the next call of `look`. Call it if the ball is not there any more."""
         self.place = None
+        self.is_in_sight = False
 
     def _compute_position(self, blob: Blob, robot: Robot, pose: Pose, mount: Pose) -> Point:
         """Return the ball's position (x, y) in metres.

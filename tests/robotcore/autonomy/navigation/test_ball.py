@@ -130,3 +130,24 @@ def test_late_picture_is_used_with_the_pose_at_its_time(rig: Rig, tracker: BallT
     rig.eye._newest = lambda: Frame(ball(4, 8, 6), 0.0, 1)  # type: ignore[method-assign]
     tracker.look(rig.robot, Pose(3.0, 3.0, 0.0))
     assert measure_place(tracker) == pytest.approx((RADIUS * EYE.focal_length / 3, EYE.bearing(6.5)))
+
+
+def test_watch_looks_once_in_each_tick(rig: Rig, tracker: BallTracker) -> None:
+    watching = tracker.watch(rig.robot)
+    next(watching)
+    assert not tracker.is_in_sight
+    rig.eye.image = ball(4, 8, 6)
+    assert not tracker.is_in_sight
+    rig.sleep(0.05)
+    next(watching)
+    assert tracker.is_in_sight
+
+
+def test_forgotten_ball_is_not_in_sight_before_the_next_picture(rig: Rig, tracker: BallTracker) -> None:
+    rig.eye.image = ball(4, 8, 6)
+    tracker.look(rig.robot, POSE)
+    tracker.forget()
+    assert (tracker.is_in_sight, tracker.place) == (False, None)
+    tracker.look(rig.robot, POSE)
+    assert tracker.is_in_sight
+    assert tracker.place
