@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from apps.green_search import GreenSearch
+from robotcore.autonomy.routines import Routine, race
 from robotcore.hal.robot import Robot
 from robotcore.runtime.behaviour import Status
 
@@ -18,11 +19,13 @@ class ClumsySearch(GreenSearch):
     at: int = 50
     by: Literal["raise", "nan"] = "raise"
 
-    def step(self, robot: Robot) -> Status:
-        self._left = getattr(self, "_left", self.at) - 1
-        if self._left >= 0:
-            return super().step(robot)
+    def run(self, robot: Robot) -> Routine[Status]:
+        yield from race(self._fail(robot), super().run(robot))
+        return Status.SUCCESS
+
+    def _fail(self, robot: Robot) -> Routine[None]:
+        for _ in range(self.at):
+            yield
         if self.by == "raise":
             raise ArithmeticError(f"no more, at {robot.clock.now():g} s")
         robot.drive.set_wheels(math.nan, 1.0)
-        return Status.RUNNING
