@@ -20,9 +20,6 @@ STANDING = Twist(0.0, 0.0)
 FACING_RAD = 0.1
 """The robot faces a target if the magnitude of the target's bearing is less than this."""
 
-CONFIRM_S = 0.15
-"""The least time for which the robot turns to a target, three pictures at 20 Hz. Reflections vanish sooner."""
-
 NEAR_M, TOO_NEAR_M = 0.02, 0.06
 """The robot has arrived if it is less than `NEAR_M` short of its stopping point, or less than `TOO_NEAR_M` past it."""
 
@@ -47,18 +44,13 @@ def explore(robot: Robot, navigator: Navigator) -> Routine[None]:
 
 
 def turn_to(robot: Robot, navigator: Navigator, target: Target) -> Routine[None]:
-    """Turn on the spot until the robot faces a target. It takes `CONFIRM_S` or longer, to measure the target again.
-
-    The parameters and errors are those of `drive_to`.
-    """
-    start = robot.clock.now()
+    """Turn on the spot until the robot faces a target. The parameters and errors are those of `drive_to`."""
 
     def turn(pose: Pose) -> Twist | None:
         bearing = _find(target).bearing(pose)
-        is_end = abs(bearing) < FACING_RAD and robot.clock.now() - start >= CONFIRM_S
-        return None if is_end else navigator.turn_to(bearing)
+        return navigator.turn_to(bearing) if abs(bearing) >= FACING_RAD else None
 
-    yield from _move(robot, navigator, turn)
+    return _move(robot, navigator, turn)
 
 
 def drive_to(robot: Robot, navigator: Navigator, target: Target) -> Routine[None]:

@@ -96,9 +96,6 @@ class TestTurnTo:
         rig.commit()
         assert rig.wheels == (0.0, 0.0)
 
-    def test_takes_three_pictures_of_a_target_ahead(self, rig: Rig, navigator: Navigator) -> None:
-        assert len(drive(rig, turn_to(rig.robot, navigator, BALL))) == 1 + 3
-
     def test_turns_to_a_target_that_moves(self, rig: Rig, navigator: Navigator) -> None:
         def find_target() -> StopPoint:
             return StopPoint(-1.0 if rig.robot.drive.pose.heading > 1.0 else 0.0, 1.0, 0.3)
