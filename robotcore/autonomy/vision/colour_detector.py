@@ -84,6 +84,10 @@ def limit_tolerance(hue: str | float, tolerance: float) -> tuple[float, float]:
     return min(tolerance, HUES[str(hue)] - smallest), min(tolerance, largest - HUES[str(hue)])
 
 
+SEGMENT_FILL = 0.85
+"""A segment of a disc fills less than this fraction of its bounding box: 0.67 if it is narrow, 0.79 if it is half."""
+
+
 @dataclass(frozen=True, slots=True)
 class Blob:
     """A connected region of one colour in a picture, with its holes filled.
@@ -110,8 +114,16 @@ class Blob:
 
     @property
     def radius(self) -> float:
-        """Half the longer side of the box, in pixels. For a completely visible ball, this is the ball's radius."""
-        return max(self.box[2], self.box[3]) / 2
+        """The radius of the ball in the picture, in pixels, also if an obstacle or the picture's edge hides a part.
+
+        If less than half the ball is visible at its edge, the region is a segment of a disc, and the radius follows
+        from the box's sides, the chord and the sagitta. A region that fills its box is a strip across the whole ball,
+        so that its longer side is the diameter, as for a completely visible ball.
+        """
+        longer, shorter = max(self.box[2:]), min(self.box[2:])
+        if shorter < longer / 2 and self.area < SEGMENT_FILL * longer * shorter:
+            return (longer**2 / 4 + shorter**2) / (2 * shorter)
+        return longer / 2
 
 
 DEFAULT_TOLERANCE = 30.0
