@@ -68,6 +68,21 @@ class TestFind:
         blobs = find(draw_rectangles((GREEN, (50, 18, 10, 10)), *bars))
         assert [blob.area for blob in blobs] == [100] + 7 * [72]
 
+    @pytest.mark.parametrize("visible", [0.2, 0.3, 0.45, 0.5, 0.8, 1.0])
+    @pytest.mark.parametrize("side", ["left", "top"])
+    def test_radius_is_that_of_the_whole_disc_if_an_obstacle_hides_a_part(self, visible: float, side: str) -> None:
+        image = draw_round_patch(GREEN, (32, 24), 20, norm=2)
+        covered = image if side == "left" else image.transpose(1, 0, 2)
+        covered[:, : round(32 + 20 - 40 * visible) if side == "left" else round(24 + 20 - 40 * visible)] = 128
+        (blob,) = find(image)
+        assert blob.radius == pytest.approx(20.5, rel=0.06)
+
+    def test_radius_of_a_strip_between_two_obstacles_is_half_its_length(self) -> None:
+        image = draw_round_patch(GREEN, (32, 24), 20, norm=2)
+        image[:, :29], image[:, 35:] = 128, 128
+        (blob,) = find(image)
+        assert blob.radius == pytest.approx(20.5)
+
     @pytest.mark.parametrize("min_area", [0, -3, math.nan])
     def test_area_below_one_pixel_is_refused(self, raises: Raises, min_area: int) -> None:
         with raises(UsageError, "area-too-small"):
