@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from robotcore.autonomy.navigation.mapping import PoseHistory
+from robotcore.autonomy.pending_routine import warn_if_dropped
 from robotcore.autonomy.routines import Routine
 from robotcore.autonomy.vision import DEFAULT_TOLERANCE, Blob, ColourDetector, draw_boxes
 from robotcore.geometry import Pose
@@ -71,6 +72,7 @@ class BallTracker:
             self.place = self._compute_position(blob, robot, self._past.at(frame.time), self._mounts.at(frame.time))
         return blob
 
+    @warn_if_dropped
     def watch(self, robot: Robot) -> Routine[None]:
         """Call `look` in each tick. It does not end. Put it first in a `race`, so that it runs before the motion."""
         while True:

@@ -7,6 +7,7 @@ from typing import TypeAlias
 
 from robotcore.autonomy.navigation.navigator import Navigator
 from robotcore.autonomy.navigation.planner import StopPoint
+from robotcore.autonomy.pending_routine import warn_if_dropped
 from robotcore.autonomy.routines import Routine
 from robotcore.errors import RoutineError
 from robotcore.geometry import Pose, Twist
@@ -24,6 +25,7 @@ NEAR_M, TOO_NEAR_M = 0.02, 0.06
 """The robot has arrived if it is less than `NEAR_M` short of its stopping point, or less than `TOO_NEAR_M` past it."""
 
 
+@warn_if_dropped
 def explore(robot: Robot, navigator: Navigator) -> Routine[None]:
     """Turn until the camera has seen everything that is visible from here, drive to the next best view, and repeat.
 
@@ -43,6 +45,7 @@ def explore(robot: Robot, navigator: Navigator) -> Routine[None]:
         yield
 
 
+@warn_if_dropped
 def turn_to(robot: Robot, navigator: Navigator, target: Target) -> Routine[None]:
     """Turn on the spot until the robot faces a target. The parameters and errors are those of `drive_to`."""
 
@@ -53,6 +56,7 @@ def turn_to(robot: Robot, navigator: Navigator, target: Target) -> Routine[None]
     return _move(robot, navigator, turn)
 
 
+@warn_if_dropped
 def drive_to(robot: Robot, navigator: Navigator, target: Target) -> Routine[None]:
     """Drive to a target, stop in front of it and face it. Drive around obstacles, and map the surroundings meanwhile.
 
