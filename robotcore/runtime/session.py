@@ -543,7 +543,7 @@ def run(
     >>> result.outcome.value, result.verified
     ('success', True)
     >>> result.milestones
-    {'search': 0.0, 'seen': 7.25, 'approach': 20.6, 'arrived': 25.55}
+    {'search': 0.0, 'seen': 7.25, 'approach': 7.85, 'arrived': 23.05}
     """
     plan = Plan.resolve(request)
     with SignalGuard() as signals:
