@@ -17,8 +17,8 @@ from robotcore.hal.robot import Robot, Role
 from robotcore.hal.truth import Truth
 from robotcore.interactive import open_robots
 from robotcore.interactive.attribute_errors import raise_attribute_error
+from robotcore.interactive.live_app import LiveApp
 from robotcore.interactive.live_drive import LiveDrive
-from robotcore.interactive.session import Session
 from robotcore.runtime.behaviour import Behaviour, Status, require_declarations
 from robotcore.runtime.loop import Loop
 from robotcore.runtime.needs import require_turn_on_spot
@@ -57,7 +57,7 @@ class LiveRobot(Robot):
             drive = LiveDrive(opened.drive, self, self.run, lambda: self.is_running)
         super().__init__(opened.name, opened.clock, opened.devices.values(), drive=drive, value_log=opened.value_log)
         del self.truth  # a backend's robot has it; a live robot has `ground_truth`
-        assert isinstance(run.behaviour, Session)
+        assert isinstance(run.behaviour, LiveApp)
         self._app, self._run, self._signals, self._finish = run.behaviour, run, signals, finish
         self._loop: Loop | None = loop
         self._session, self._thread, self._process = session, get_ident(), os.getpid()

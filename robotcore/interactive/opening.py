@@ -13,8 +13,8 @@ from robotcore.hal.backend import load_backend
 from robotcore.hal.robot import Role
 from robotcore.interactive import open_robots
 from robotcore.interactive.arguments import name_arguments
+from robotcore.interactive.live_app import LiveApp
 from robotcore.interactive.live_robot import LiveRobot
-from robotcore.interactive.session import Session
 from robotcore.recording.mcap_file import require_recordable
 from robotcore.recording.recorder import Recorder
 from robotcore.runtime.loop import Loop
@@ -127,7 +127,7 @@ def _open(request: RunRequest, record: Path | None, *, is_forced: bool) -> LiveR
     try:
         with signals:
             loop = _open_loop(session)
-            assert isinstance(request.app, Session)
+            assert isinstance(request.app, LiveApp)
             request.app.truth = keeper.context.truth
             live = LiveRobot(session, loop, keeper.context, signals, finish)
         live.wait(0.0)
@@ -152,9 +152,9 @@ def _open_loop(session: RunSession) -> Loop:
     raise session.result.error
 
 
-def _build_app(robot: str, backend: str, options: Mapping[str, Any], needs: AbstractSet[Need] | None) -> Session:
+def _build_app(robot: str, backend: str, options: Mapping[str, Any], needs: AbstractSet[Need] | None) -> LiveApp:
     if needs is not None:
-        return Session(needs, frozenset())
+        return LiveApp(needs, frozenset())
     description = load_backend(backend).load_robot(robot, options)
     names = {device.name for device in description.devices}
-    return Session(frozenset(), frozenset({*names, Role.DRIVE}))
+    return LiveApp(frozenset(), frozenset({*names, Role.DRIVE}))

@@ -28,7 +28,7 @@ _HARMLESS = (int, float, Enum, NoneType)
 """The types of settings whose values cannot be the name of a file, a command or a host."""
 
 
-SESSION = "Session"
+LIVE_APP = "LiveApp"
 """The name of the app in the recording of a live robot."""
 
 
@@ -47,7 +47,7 @@ def require_recorded_app(recording: Recording, file: Path | str, given: Containe
     app = recording.metadata.request.app_reference
     called, shown = file or "the recording", escape(app)
     if not is_app_file(app):
-        if app == SESSION:
+        if app == LIVE_APP:
             problem = "it is the recording of a session at a prompt, which has no app"
             remedy = "Read it with robotcore info, or record the run of an app"
             raise RecordingError(called, problem, remedy, kind="session-has-no-app")

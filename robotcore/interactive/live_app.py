@@ -19,7 +19,7 @@ PATH_STEP_M = 0.01
 """The path has a new pose after this distance, in metres."""
 
 
-class Session(Behaviour):
+class LiveApp(Behaviour):
     """Runs the routine that the user has given, records the robot's path, and maps its surroundings.
 
     needs: the devices that the session opens, for which it fails if the robot has not all.
