@@ -1,1 +1,1 @@
-"""A robot at a prompt or in a notebook: `open` returns it, and its calls let time pass."""
+"""Robots for a prompt or a notebook. `robotcore.open` opens one, and its calls let time pass."""

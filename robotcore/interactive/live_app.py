@@ -1,4 +1,4 @@
-"""The app of a live robot. It runs one routine after another."""
+"""The app that a live robot runs. It runs the routines of the user, one call after another."""
 
 from __future__ import annotations
 
@@ -16,24 +16,25 @@ from robotcore.runtime.behaviour import Behaviour, Status
 from robotcore.runtime.needs import Need
 
 PATH_STEP_M = 0.01
-"""The path has a new pose after this distance, in metres."""
+"""The least distance between two poses of the path, in metres."""
 
 
 class LiveApp(Behaviour):
-    """Runs the routine that the user has given, records the robot's path, and maps its surroundings.
+    """Runs a routine of the user. In each tick it adds to the robot's path and to the map.
 
-    needs: the devices that the session opens, for which it fails if the robot has not all.
-    wants: the devices that it opens if the robot has them.
+    needs: the devices to open. `robotcore.open` fails if the robot does not have all of them.
+    wants: the devices to open if the robot has them.
     """
 
     def __init__(self, needs: AbstractSet[Need], wants: AbstractSet[Need]) -> None:
         self.needs, self.wants = needs, wants  # type: ignore[misc]  # other apps declare them in their class
         self._routine: Routine[Any] | None = None
         self.truth: Truth | None = None
+        """The true state of the simulator. None on a real robot."""
         self.path: list[Pose] = []
         """The robot's poses: the true ones in a simulator with a world, else those of the odometry."""
         self.grid: OccupancyGrid | None = None
-        """The map by the odometry. None before the first tick, and for a robot without a drive and a range sensor."""
+        """The map, with poses by the odometry. None without a drive or a range sensor, and before the first tick."""
         self.result: Any = None
         """The result of the last routine."""
 
@@ -55,7 +56,7 @@ class LiveApp(Behaviour):
 
     def _observe_once(self, robot: Robot) -> None:
         if robot.has(Role.DRIVE):
-            with suppress(DeviceError):  # the user gets it when the device is used
+            with suppress(DeviceError):  # a call that uses the device raises it
                 self._add_to_path(self.truth.pose if self.truth else robot.drive.pose)
                 self._add_to_map(robot)
 
@@ -67,7 +68,7 @@ class LiveApp(Behaviour):
             self.grid.add_free_disc(pose.x, pose.y, drive.reach, drive.inner_reach)
 
     def _add_to_path(self, pose: Pose) -> None:
-        # The present pose is the last one, so a pose near its predecessor is replaced.
+        # The last pose is the present one. It replaces its predecessor if that is near the pose before.
         if len(self.path) > 1 and pose.distance_to(self.path[-2].x, self.path[-2].y) < PATH_STEP_M:
             self.path.pop()
         self.path.append(pose)

@@ -1,4 +1,4 @@
-"""The drive of a live robot. Its manoeuvres return when the robot has arrived."""
+"""The drive of a live robot. A call of a manoeuvre returns when the robot has arrived."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from robotcore.interactive.attribute_errors import raise_attribute_error
 
 
 class LiveDrive(DifferentialDrive):
-    """Drives a live robot. Each manoeuvre lets time pass, and returns the pose by odometry, where the robot stands.
+    """Drives a live robot. A manoeuvre lets time pass until the robot stands, and returns its pose by the odometry.
 
     A manoeuvre raises BlockedError if something blocks the robot, and UsageError for a wrong argument.
 

@@ -1,4 +1,4 @@
-"""A robot whose calls let time pass: at a prompt, in a notebook, or in a script."""
+"""A robot whose calls let time pass, for a prompt, a notebook or a script."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from robotcore.runtime.signals import SignalGuard, raise_again
 from robotcore.view.robot_picture import RobotPicture, draw_robot
 
 FinishResult = Callable[[RunResult], RunResult]
-"""Completes the result of a session by that of its recording. Raises the error of a failed recording."""
+"""Adds the result of the recording to that of the session. Raises the error of a recording that failed."""
 
 
 class LiveRobot(Robot):
@@ -86,7 +86,7 @@ class LiveRobot(Robot):
 
     @property
     def map(self) -> OccupancyGrid | None:
-        """The map that the robot has made with its first range sensor, by odometry. None without such a sensor."""
+        """The map of the first range sensor, with poses by the odometry. None without a drive or such a sensor."""
         return self._app.grid
 
     def run(self, routine: Routine[Any] | Behaviour) -> Any:

@@ -14,7 +14,7 @@ from weakref import ref
 class _OpenRobot(NamedTuple):
     robot: ref[Any]
     close: Callable[[], object]
-    """Closes the robot after the program has lost it."""
+    """Closes the robot if the program has no reference to it any more."""
     thread: int
 
 
@@ -28,7 +28,7 @@ def register(robot: object, close: Callable[[], object]) -> None:
     """Add an open robot.
 
     robot: the robot. Its method ``close`` closes it.
-    close: a function that closes the robot after the program has lost it. It holds no reference to the robot.
+    close: a function that closes the robot if the program has no reference to it any more. It holds none itself.
     """
     _OPEN.append(_OpenRobot(ref(robot), close, get_ident()))
 

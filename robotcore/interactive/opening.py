@@ -27,7 +27,7 @@ from robotcore.runtime.signals import SignalGuard, raise_again
 from robotcore.runtime.trace import TickRecord
 
 LONGEST_S = 1e9
-"""The time limit of a session in seconds. A user ends it."""
+"""The time limit of a session in seconds, which no session reaches. The user ends a session."""
 
 
 class _ContextKeeper:
