@@ -21,9 +21,9 @@ Colour = tuple[int, int, int]
 Point = tuple[float, float]
 
 SUPERSAMPLING = 2
-"""Each side of the canvas has this many pixels per pixel of the final image."""
+"""Each side of the canvas has this many pixels per pixel of the final picture."""
 
-MAX_IMAGE_SIDE = 8192
+MAX_PICTURE_SIDE = 8192
 """The greatest number of pixels along a side of a picture that is drawn. OpenCV 4 maps at most 32766."""
 
 _SHIFT = 4
@@ -31,7 +31,7 @@ _SHIFT = 4
 
 
 class Canvas:
-    """An image to draw on, ``width`` x ``height`` pixels, with the origin at the top left.
+    """A picture to draw on, ``width`` x ``height`` pixels, with the origin at the top left.
 
     >>> canvas = Canvas(64, 48, PAPER)
     >>> canvas.fill_circle((32, 24), 10, BAD)
@@ -47,7 +47,7 @@ class Canvas:
         self._sheet[:] = colour[::-1]
 
     def render(self) -> Image:
-        """Return the final image, BGR, of shape (height, width, 3)."""
+        """Return the final picture, BGR, of shape (height, width, 3)."""
         small = cv2.resize(self._sheet, (self.width, self.height), interpolation=cv2.INTER_AREA)
         return np.asarray(small, np.uint8)
 
@@ -64,11 +64,11 @@ class Canvas:
         reach = round(radius * SUPERSAMPLING * 2**_SHIFT)
         cv2.circle(self._sheet, (int(x), int(y)), reach, colour[::-1], cv2.FILLED, cv2.LINE_AA, _SHIFT)
 
-    def draw_image(self, image: Image, top_left: Point, bottom_right: Point) -> None:
+    def draw_picture(self, image: Image, top_left: Point, bottom_right: Point) -> None:
         """Draw a BGR picture into a rectangle. The parts of the rectangle beyond the canvas are left out."""
         corners = np.array((top_left, bottom_right)) * SUPERSAMPLING
         size = corners[1] - corners[0]
-        most = np.minimum(image.shape[1::-1], MAX_IMAGE_SIDE)
+        most = np.minimum(image.shape[1::-1], MAX_PICTURE_SIDE)
         shrunk = np.clip(np.rint(size), 1, most).astype(int).tolist()
         small = cv2.resize(image, shrunk, interpolation=cv2.INTER_AREA)
         scales = size / shrunk

@@ -29,7 +29,7 @@ _TEXT_PX = 13
 
 
 def draw_comparison(comparison: Comparison) -> Image:
-    """Return the picture of a comparison as a BGR image, 1600 pixels wide and 1000 high.
+    """Return the picture of a comparison: BGR, 1600 pixels wide and 1000 high.
 
     It shows the paths of both recordings in the world of the first one.
     """

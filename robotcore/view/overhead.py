@@ -131,7 +131,7 @@ class MapPath(NamedTuple):
 
 
 def draw_map(world: WorldDescription, paths: Sequence[MapPath], size: int) -> Image:
-    """Return the map of a world with the paths of robots: a BGR image, ``size`` pixels wide and high.
+    """Return the map of a world with the paths of robots: BGR, ``size`` pixels wide and high.
 
     A path is narrower than the path before it, so that paths at the same place do not hide each other.
     """
@@ -220,7 +220,7 @@ def _draw_floor(canvas: Canvas, transform: MapTransform, world: WorldDescription
     if image := world.floor.image:
         left, bottom, right, top = image.limits
         corners = transform.to_pixel(left, top), transform.to_pixel(right, bottom)
-        canvas.draw_image(image.render(world.floor.colour)[:, :, ::-1], *corners)
+        canvas.draw_picture(image.render(world.floor.colour)[:, :, ::-1], *corners)
     for line in world.lines:
         for outline in line.outlines:
             canvas.fill_polygon(transform.to_pixels(outline), line.colour)

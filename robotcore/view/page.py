@@ -42,10 +42,10 @@ def join_titles(*titles: str) -> str:
     return joint.join(shorten_text(title, width, _TITLE_PX, bold=True) for title in titles)
 
 
-def finish_page(canvas: Canvas, world_map: Image, side_image: Image | None = None) -> Image:
-    """Return the picture of a page with its map, and with an image beside the map."""
+def finish_page(canvas: Canvas, world_map: Image, side_picture: Image | None = None) -> Image:
+    """Return the picture of a page with its map, and with another picture beside the map."""
     page = canvas.render()
-    for part, left in ((world_map, EDGE), (side_image, SIDE)):
+    for part, left in ((world_map, EDGE), (side_picture, SIDE)):
         if part is not None:
             height, width = part.shape[:2]
             page[TOP : TOP + height, left : left + width] = part

@@ -1,4 +1,4 @@
-"""Draw a run as one picture: the world from above, the last camera image, the states and their times."""
+"""Draw a run as one picture: the world from above, the last picture of the camera, the states and their times."""
 
 from __future__ import annotations
 
@@ -57,20 +57,20 @@ class RunFigure:
     world: WorldDescription | None
     """The world; None if its description is unknown."""
     track: Track
-    last_image: Image | None
-    """The last image of a display, else of a camera, BGR or grey; None if there was none."""
+    last_picture: Image | None
+    """The last picture of a display, else of a camera, BGR or grey; None if there was none."""
     result: RunResult
     recorded: RunResult | None = None
     """The recorded run, if ``result`` is the result of another app on its samples; otherwise None."""
 
 
 def draw_figure(figure: RunFigure) -> Image:
-    """Return the picture of a run as a BGR image, 1600 pixels wide and 1000 high."""
+    """Return the picture of a run: BGR, 1600 pixels wide and 1000 high."""
     colours = choose_state_colours(figure.track.states)
-    side_image = draw_side_image(figure.last_image)
+    side_picture = draw_side_picture(figure.last_picture)
     canvas = begin_page(*_format_title(figure))
-    _draw_legend(canvas, TOP + len(side_image), figure, colours)
-    return finish_page(canvas, _draw_map(figure, colours), side_image)
+    _draw_legend(canvas, TOP + len(side_picture), figure, colours)
+    return finish_page(canvas, _draw_map(figure, colours), side_picture)
 
 
 def _format_title(figure: RunFigure) -> tuple[str, str, Colour, str]:
@@ -88,8 +88,8 @@ def _draw_map(figure: RunFigure, colours: dict[str, Colour]) -> Image:
     return draw_map(figure.world, [MapPath(figure.robot, figure.track, figure.result.milestones, colours)], MAP)
 
 
-def draw_side_image(image: Image | None, missing: str = "the app read no camera") -> Image:
-    """Return an image in the size of the column beside the map; without an image, the words ``missing`` on grey."""
+def draw_side_picture(image: Image | None, missing: str = "the app read no camera") -> Image:
+    """Return a picture in the size of the column beside the map; without a picture, the words ``missing`` on grey."""
     if image is None:
         return _draw_blank(SIDE_WIDTH, SIDE_WIDTH * 3 // 4, missing)
     height, width = image.shape[:2]
@@ -160,12 +160,12 @@ def build_figure(
             track.points.append(TrackPoint(tick.time, state, pose))
     recorded = build_result(recording)
     ended = replace(result, world=recorded.world) if result else recorded
-    world, image = build_world(recording, track.points), find_last_recorded_image(recording, ticks)
+    world, image = build_world(recording, track.points), find_last_recorded_picture(recording, ticks)
     return RunFigure(about.description, world, track, image, ended, recorded if is_evaluation else None)
 
 
-def find_last_recorded_image(recording: Recording, ticks: Sequence[Tick]) -> Image | None:
-    """Return the last image that a display showed in these ticks, else the last camera image, else None."""
+def find_last_recorded_picture(recording: Recording, ticks: Sequence[Tick]) -> Image | None:
+    """Return the last picture that a display showed in these ticks, else that of a camera, else None."""
     shown = [each.key for tick in ticks for each in tick.shown]
     read = [each.key for tick in ticks for each in tick.reads]
     for key in (*reversed(shown), *reversed(read)):
@@ -188,7 +188,7 @@ def build_empty_world(poses: Sequence[Pose]) -> WorldDescription:
 
 
 class PictureRecorder:
-    """An observer that draws a picture of its run, with the true path and the last image of a display or a camera.
+    """An observer that draws a picture of its run, with the true path and the last picture of a display or a camera.
 
     >>> from robotcore import RunRequest, run
     >>> recorder = PictureRecorder()
@@ -222,7 +222,7 @@ class PictureRecorder:
 
     def end(self, result: RunResult) -> None:
         if run := self._run:
-            self._figure = RunFigure(run.description, run.world, self._track, find_last_image(run.robot), result)
+            self._figure = RunFigure(run.description, run.world, self._track, find_last_picture(run.robot), result)
 
     def png(self) -> bytes | None:
         """Return the picture as PNG; None if no run began."""
@@ -245,8 +245,8 @@ def draw_png(figure: RunFigure) -> bytes:
     return encode_png(draw_figure(figure))
 
 
-def find_last_image(robot: Robot) -> Image | None:
-    """Return the last image that a display showed, else the last camera image, else None. This reads no device."""
+def find_last_picture(robot: Robot) -> Image | None:
+    """Return the last picture that a display showed, else that of a camera, else None. This reads no device."""
     devices = robot.devices.values()
     shown = [each.latest for each in devices if isinstance(each, AppActuator) and isinstance(each, Display)]
     read = [each.latest.image for each in devices if isinstance(each, AppSensor) and isinstance(each.latest, Frame)]

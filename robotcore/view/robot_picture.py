@@ -31,7 +31,7 @@ from robotcore.view.page import (
     require_writable,
     save_png,
 )
-from robotcore.view.picture import build_empty_world, draw_side_image
+from robotcore.view.picture import build_empty_world, draw_side_picture
 
 _ROW = 34
 _TEXT_PX = 15
@@ -87,13 +87,13 @@ def draw_robot(
     """
     path = [pose for pose in path if is_plausible(pose)]
     title = f"{robot.name} at {robot.clock.now():.2f} s"
-    side_image = draw_side_image(_find_last_frame(robot), "no picture has been read")
+    side_picture = draw_side_picture(_find_last_frame(robot), "no picture has been read")
     canvas = begin_page(
         robot.name, title.removeprefix(f"{robot.name} "), INK, _format_pose(path, is_true=world is not None)
     )
-    _draw_readings(canvas, TOP + len(side_image), robot)
+    _draw_readings(canvas, TOP + len(side_picture), robot)
     overhead = _draw_grid(grid, path) if grid else _draw_world(world or build_empty_world(path), description, path)
-    return RobotPicture(title, finish_page(canvas, overhead, side_image))
+    return RobotPicture(title, finish_page(canvas, overhead, side_picture))
 
 
 def _find_last_frame(robot: Robot) -> Image | None:

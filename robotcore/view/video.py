@@ -35,7 +35,7 @@ TickPicture = tuple[float, str, SampleKey]
 
 
 def write_video(recording: Recording, file: Path, device: str | None = None) -> None:
-    """Write the images of a camera or a display as an ``.mp4`` file, with the time and the state below each image.
+    """Write the pictures of a camera or a display as an ``.mp4`` file, with the time and the state below each.
 
     recording: the recording.
     file: the file to write.
@@ -130,7 +130,7 @@ def _read_picture(recording: Recording, key: SampleKey) -> Image:
 
 
 def _compute_size(image: Image) -> tuple[int, int]:
-    """Return the width and height of an image in the video, both even. A higher image is squeezed to `_MAX_HEIGHT`."""
+    """Return the even width and height of a picture in the video. A higher picture is squeezed to `_MAX_HEIGHT`."""
     height, width = image.shape[:2]
     return WIDTH, 2 * max(1, round(min(WIDTH * height / width, _MAX_HEIGHT) / 2))
 

@@ -72,12 +72,12 @@ def read_proximity(data: memoryview) -> Proximity:
 
 
 def read_colour(data: memoryview) -> Pixels:
-    """Decode a colour image of shape (height, width, 3): RGB, the lowest row first. The result is read-only."""
+    """Decode a colour picture of shape (height, width, 3): RGB, the lowest row first. The result is read-only."""
     return np.frombuffer(data, np.uint8, offset=8).reshape(*_read_shape(data), 3)
 
 
 def read_grey(data: memoryview) -> Pixels:
-    """Decode a grey image of shape (height, width), the lowest row first. The result is read-only."""
+    """Decode a grey picture of shape (height, width), the lowest row first. The result is read-only."""
     return np.frombuffer(data, np.uint8, offset=8).reshape(_read_shape(data))
 
 
@@ -92,7 +92,7 @@ def read_depth(data: memoryview) -> npt.NDArray[np.float32]:
 def _read_shape(data: memoryview) -> tuple[int, int]:
     width, height = struct.unpack_from("<2i", data)
     if width < 1 or height < 1:
-        raise ValueError(f"an image has no pixels: {width} × {height}")
+        raise ValueError(f"a picture has no pixels: {width} × {height}")
     return height, width
 
 

@@ -159,29 +159,29 @@ def proximity(sensor: int) -> Request[Proximity]:
 
 
 def colour_image(sensor: int) -> Request[Pixels]:
-    """Return a request that reads the colour image of a vision sensor from the last time step."""
-    return build_request("read the image of vision sensor", 0x1004, read_colour, sensor)
+    """Return a request that reads the colour picture of a vision sensor from the last time step."""
+    return build_request("read the picture of vision sensor", 0x1004, read_colour, sensor)
 
 
 def grey_image(sensor: int) -> Request[Pixels]:
-    """Return a request that reads the grey image of a vision sensor, which is the mean of red, green and blue."""
-    return build_request("read the grey image of vision sensor", 0x1003, read_grey, sensor)
+    """Return a request that reads the grey picture of a vision sensor, which is the mean of red, green and blue."""
+    return build_request("read the grey picture of vision sensor", 0x1003, read_grey, sensor)
 
 
 def set_colour_image(sensor: int, pixels: bytes) -> Request[None]:
-    """Return a request that shows an image on a vision sensor.
+    """Return a request that shows a picture on a vision sensor.
 
     pixels: RGB in the resolution of the sensor, the lowest row first.
     """
-    return build_request("show an image on vision sensor", 0x1006, read_nothing, sensor, data=pixels)
+    return build_request("show a picture on vision sensor", 0x1006, read_nothing, sensor, data=pixels)
 
 
 def set_grey_image(sensor: int, pixels: bytes) -> Request[None]:
-    """Return a request that shows a grey image on a vision sensor.
+    """Return a request that shows a grey picture on a vision sensor.
 
     pixels: one byte a pixel in the resolution of the sensor, the lowest row first.
     """
-    return build_request("show a grey image on vision sensor", 0x1005, read_nothing, sensor, data=pixels)
+    return build_request("show a grey picture on vision sensor", 0x1005, read_nothing, sensor, data=pixels)
 
 
 def object_position(handle: int) -> Request[list[float]]:

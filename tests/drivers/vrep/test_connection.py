@@ -126,7 +126,7 @@ def test_refusal_is_raised_by_the_call_that_receives_it(stepped: Connection, rai
         stepped.call(requests.joint_target_velocity(UNKNOWN, 1.0))
     with raises(RefusedError, action=f"read the position of joint {UNKNOWN}"):
         stepped.step(requests.joint_position(LEFT), requests.joint_position(UNKNOWN))
-    with raises(RefusedError, action=f"show an image on vision sensor {CAMERA}"):
+    with raises(RefusedError, action=f"show a picture on vision sensor {CAMERA}"):
         stepped.call(requests.set_colour_image(CAMERA, bytes(3)))
     stepped.post(requests.joint_target_velocity(UNKNOWN, 1.0))
     with raises(RefusedError, action=f"drive joint {UNKNOWN}"):

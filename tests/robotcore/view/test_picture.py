@@ -27,7 +27,7 @@ from robotcore.view.picture import (
     _format_title,
     build_figure,
     draw_figure,
-    find_last_image,
+    find_last_picture,
 )
 from robotcore.view.text import list_interventions
 from tests.robotcore.description.courses import COURSE, QUADRANTS, load_course
@@ -58,7 +58,7 @@ def test_picture_on_the_floor_is_drawn(figure: RunFigure, tmp_path: Path, scale:
 
 def test_long_picture_far_beyond_the_canvas_is_drawn() -> None:
     canvas = Canvas(64, 48, (1, 2, 3))
-    canvas.draw_image(np.full((1, 100_000, 3), (30, 20, 10), np.uint8), (-90_000.0, 10.0), (90_000.0, 20.0))
+    canvas.draw_picture(np.full((1, 100_000, 3), (30, 20, 10), np.uint8), (-90_000.0, 10.0), (90_000.0, 20.0))
     image = canvas.render()
     assert (image[11:19] == (30, 20, 10)).all()
     assert (image[21:] == (3, 2, 1)).all()
@@ -102,7 +102,7 @@ def test_the_map_shows_a_robot_that_left_the_floor(figure: RunFigure) -> None:
 @pytest.mark.parametrize("shape", [(240, 320, 3), (240, 320), (480, 320, 3)])
 def test_the_last_picture_is_beside_the_map_in_colour_or_grey(figure: RunFigure, shape: tuple[int, ...]) -> None:
     seen = np.full(shape, 77, np.uint8)
-    image = draw_figure(dataclasses.replace(figure, last_image=seen))
+    image = draw_figure(dataclasses.replace(figure, last_picture=seen))
     assert list_colours_near(image, SIDE + 40, TOP + 40) == [(77, 77, 77)] * 25
 
 
@@ -172,7 +172,7 @@ def test_a_long_title_is_shortened_to_the_width_of_the_page(words: str) -> None:
     assert join_titles("a", "b") == "a  and  b"
 
 
-def test_a_replay_that_ends_early_has_the_last_image_before_its_end() -> None:
+def test_a_replay_that_ends_early_has_the_last_picture_before_its_end() -> None:
     recording = record_run("green-search", seed=3, timeout_s=0.5)
     pictures = []
     for tick in (recording.ticks[1], recording.ticks[-1]):
@@ -181,8 +181,8 @@ def test_a_replay_that_ends_early_has_the_last_image_before_its_end() -> None:
         shown = recording.samples[key]
         assert isinstance(shown, Frame)
         pictures.append(shown.image)
-    assert build_figure(recording, states=["search"] * 2).last_image is pictures[0]
-    assert build_figure(recording).last_image is pictures[1] is not pictures[0]
+    assert build_figure(recording, states=["search"] * 2).last_picture is pictures[0]
+    assert build_figure(recording).last_picture is pictures[1] is not pictures[0]
 
 
 class RunKeeper(PictureRecorder):
@@ -201,7 +201,7 @@ def test_the_recorder_stores_the_true_pose_of_every_tick_and_reads_no_camera() -
     assert len(steps) == result.ticks
     assert steps[0].pose == recorder.run.world.start.pose
     assert steps[-1].pose.distance_to(*steps[0].pose[:2]) > 0.01
-    assert find_last_image(recorder.run.robot) is None
+    assert find_last_picture(recorder.run.robot) is None
 
 
 def test_the_picture_on_a_display_comes_before_the_camera_image() -> None:
@@ -211,7 +211,7 @@ def test_the_picture_on_a_display_comes_before_the_camera_image() -> None:
     assert isinstance(robot.display, AppActuator)
     assert isinstance(robot.camera, AppSensor)
     assert robot.camera.latest is not None
-    assert find_last_image(robot) is robot.display.latest is not robot.camera.latest.image
+    assert find_last_picture(robot) is robot.display.latest is not robot.camera.latest.image
 
 
 def test_a_run_without_truth_has_a_picture_with_its_states(raises: Raises, tmp_path: Path) -> None:
