@@ -103,6 +103,9 @@ RUN, TICKS, RESULT, END, TRUTH, LOG, POSE = "/run", "/ticks", "/result", "/end",
 TRANSFORMS, STATIC_TRANSFORMS = "/tf", "/tf_static"
 """The topics of moving and of fixed transforms, as in ROS."""
 
+FRAMEWORK, APP = "robotcore", "app"
+"""The sources of the lines in the text log: robotcore, and the prints of the app."""
+
 RESERVED = {RUN, TICKS, RESULT, END, TRUTH, LOG, POSE, TRANSFORMS, STATIC_TRANSFORMS}
 
 TICK_SCHEMA = name_schema("Tick", Tick)

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
 
 TICK_BYTES, LOGGED_BYTES = 4096, 256
-"""The assumed sizes of a tick without pictures and of a logged value, in bytes."""
+"""The assumed sizes of a tick without pictures, and of a logged value or a printed line, in bytes."""
 
 
 class Entry(NamedTuple):
@@ -56,7 +56,8 @@ class Entry(NamedTuple):
     def size(self) -> int:
         """The approximate size in memory, in bytes."""
         pictures = (sample.image.nbytes for _, sample in self.events.samples if isinstance(sample, Frame))
-        return TICK_BYTES + LOGGED_BYTES * len(self.record.logged) + sum(pictures)
+        record = self.record
+        return TICK_BYTES + LOGGED_BYTES * (len(record.logged) + len(record.printed)) + sum(pictures)
 
 
 class RecordingWriter:
@@ -98,6 +99,7 @@ class RecordingWriter:
         tick = self._tick_builder.build(entry.record, entry.events, entry.error)
         self._write_tick(to_json(tick), to_nanoseconds(self._now))
         self._write_log(self._run_log.list_new(tick))
+        self._write_log((LogLine(Level.Info, line) for line in entry.record.printed), channels.APP)
         if entry.truth and self._truth:
             self._truth(to_json(entry.truth), to_nanoseconds(self._now))
         self._write_poses(tick.pose, entry.truth)
@@ -149,12 +151,12 @@ class RecordingWriter:
         self._notes.append(text)
         self._write_log([LogLine(Level.Warning, text)])
 
-    def _write_log(self, lines: Iterable[LogLine]) -> None:
+    def _write_log(self, lines: Iterable[LogLine], source: str = channels.FRAMEWORK) -> None:
         from foxglove.messages import Log, LogLevel
 
         for level, text in lines:
             message = Log(
-                timestamp=to_timestamp(self._now), level=getattr(LogLevel, level.name), message=text, name="robotcore"
+                timestamp=to_timestamp(self._now), level=getattr(LogLevel, level.name), message=text, name=source
             )
             self._log.log(message, log_time=to_nanoseconds(self._now))
 

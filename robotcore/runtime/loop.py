@@ -22,6 +22,7 @@ from robotcore.runtime.intervention_timer import InterventionTimer
 from robotcore.runtime.layers import AssembledRobot
 from robotcore.runtime.layers.devices import AppSensor
 from robotcore.runtime.pace import PaceControl
+from robotcore.runtime.print_capture import PrintCapture
 from robotcore.runtime.result import Outcome
 from robotcore.runtime.sensor_monitor import SensorMonitor
 from robotcore.runtime.signals import WatchdogInterrupt
@@ -87,6 +88,7 @@ class Loop:
         self._pace, self._check_signals = pace, check_signals
         self._monitor = SensorMonitor(assembled.robot)
         self._warnings: tuple[str, ...] = ()
+        self._prints = PrintCapture()
         self._is_latch_recorded = False
         self._last_tick = -1
         devices = assembled.robot.devices.values()
@@ -171,7 +173,8 @@ class Loop:
         """Let the clean-up of the app's ``run`` command the robot. Raises BehaviourError if it fails."""
         self._activity.begin(self._step_limit)
         try:
-            self.behaviour.close_routine()
+            with self._prints:
+                self.behaviour.close_routine()
         except (RobotcoreError, Interrupted, WatchdogInterrupt):
             raise
         except BaseException as error:
@@ -284,6 +287,7 @@ class Loop:
             self._monitor.values,
             warnings,
             self.robot.value_log.take(),
+            self._prints.take(),
         )
         self.trace.add(record)
         for observe in self._observers:
@@ -329,7 +333,8 @@ class Loop:
         if self._waits:
             self._waits.begin()
         try:
-            status = self.behaviour.step(self.robot)
+            with self._prints:
+                status = self.behaviour.step(self.robot)
             if self._waits:
                 self._waits.end(self._clock.now())
             return status

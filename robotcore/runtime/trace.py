@@ -53,6 +53,8 @@ class TickRecord(NamedTuple):
     """The new warnings in this tick, each a sentence."""
     logged: Mapping[str, LoggedValue] = NOTHING_LOGGED
     """The values that the app logged in this tick, by name."""
+    printed: tuple[str, ...] = ()
+    """The lines that the app printed in this tick."""
 
     @property
     def status_text(self) -> str:

@@ -14,6 +14,7 @@ from mcap.reader import make_reader
 
 from robotcore.hal.value_log import LoggedValue
 from robotcore.recording import Recording, read, reader
+from robotcore.recording.codec import read_fields
 from robotcore.recording.csv_table import write_csv
 from robotcore.recording.logged_values import parse_logged
 from robotcore.recording.recorder import Recorder
@@ -92,6 +93,18 @@ def test_digest_and_channels_of_a_run_that_does_not_log_are_the_same(file: Path,
         summary = make_reader(stream).get_summary()
     assert summary
     assert not [each.topic for each in summary.channels.values() if each.topic.startswith("/log/")]
+
+
+def test_prints_of_the_app_are_log_lines(logged_file: Path) -> None:
+    with logged_file.open("rb") as stream:
+        messages = [
+            (message.log_time, {number: bytes(content) for number, content in read_fields(message.data)})
+            for _, _, message in make_reader(stream).iter_messages(topics=["/log"])
+        ]
+    level, text, source = 2, 3, 4  # the numbers of the fields in Log.proto
+    printed = [(time, fields[text].decode(), fields[level]) for time, fields in messages if fields[source] == b"app"]
+    assert printed[2:4] == [(50_000_000, "tick 2", b"\2"), (50_000_000, "at 0.4 m\\udc80", b"\2")]
+    assert len(printed) == 20
 
 
 def test_replay_does_not_compare_logged_values(logged: Recording) -> None:
