@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
+from pathlib import Path
 from typing import NamedTuple
 
 import pytest
@@ -52,6 +54,13 @@ def list_commands(page: str) -> list[ConsoleCommand]:
     consoles = (listing.text for listing in list_listings(page) if listing.language == "console")
     parts = (part for console in consoles for part in re.split(r"^\$ ", console, flags=re.MULTILINE)[1:])
     return [ConsoleCommand(*part.partition("\n")[::2]) for part in parts]
+
+
+def write_files(listings: Iterable[Listing], folder: Path) -> None:
+    """Write the Python files of a page into a folder."""
+    for listing in listings:
+        if listing.language == "python":
+            (folder / listing.file).write_text(listing.text, encoding="utf-8")
 
 
 def read_rows(page: str, heading: str) -> list[list[str]]:

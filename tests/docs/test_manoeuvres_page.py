@@ -8,11 +8,9 @@ import pytest
 from robotcore.autonomy import manoeuvres
 from robotcore.autonomy.manoeuvres import blockage, limits, motion, path_planning
 from robotcore.errors import _BLOCKAGES
-from tests.docs.commands import run_command, write_files
-from tests.docs.listings import ConsoleCommand, find_code, list_commands, list_listings, read_rows
+from tests.docs.listings import find_code, read_rows
 
 PAGE = (Path(__file__).parents[2] / "docs" / "manoeuvres.md").read_text()
-COMMANDS = list_commands(PAGE)
 CALLS = [row[0].strip(" `") for row in read_rows(PAGE, "Manoeuvres")]
 
 
@@ -22,17 +20,6 @@ def test_the_page_shows_the_parameters_of_each_manoeuvre(call: str) -> None:
     parameters = inspect.signature(getattr(manoeuvres, name)).parameters.values()
     bare = [each.replace(annotation=inspect.Parameter.empty) for each in parameters]
     assert call == f"{name}{inspect.Signature(bare)}"
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("command", COMMANDS, ids=lambda each: each.command)
-def test_command_output_equals_the_page(
-    command: ConsoleCommand, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
-    write_files(list_listings(PAGE), tmp_path)
-    monkeypatch.chdir(tmp_path)
-    answer = run_command(command, capfd)
-    assert command.matches(answer), answer
 
 
 def test_the_page_names_each_cause_of_a_blockage() -> None:

@@ -10,44 +10,17 @@ import pytest
 
 from robotcore import Navigator, OccupancyGrid
 from robotcore.autonomy.navigation.grid_file import LAYERS, SCALARS
-from tests.docs.commands import run_command, write_files
-from tests.docs.listings import (
-    ConsoleCommand,
-    find_code,
-    list_commands,
-    list_listings,
-    list_missing_attributes,
-    read_rows,
-)
+from tests.docs.listings import find_code, list_missing_attributes, read_rows
 
 PAGE = (Path(__file__).parents[2] / "docs" / "navigation.md").read_text()
-LISTINGS = list_listings(PAGE)
-COMMANDS = list_commands(PAGE)
-
-
-@pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Write the files of the page into a folder, and make it the current folder."""
-    write_files(LISTINGS, tmp_path)
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("command", COMMANDS, ids=lambda each: each.command)
-def test_command_output_equals_the_page(
-    command: ConsoleCommand, folder: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
-    answer = run_command(command, capfd)
-    assert command.matches(answer), answer
-
-
-@pytest.mark.slow
-def test_line_writes_the_picture_of_a_map(folder: Path) -> None:
+def test_line_writes_the_picture_of_a_map(tmp_path: Path) -> None:
     (line,) = (code for code in find_code(PAGE) if code.startswith("cv2.imwrite"))
     script = f"import cv2, robotcore; grid = robotcore.OccupancyGrid(); {line}"
-    subprocess.run([sys.executable, "-c", script], check=True)
-    np.testing.assert_array_equal(np.asarray(cv2.imread(str(folder / "room.png"))), OccupancyGrid().draw())
+    subprocess.run([sys.executable, "-c", script], cwd=tmp_path, check=True)
+    np.testing.assert_array_equal(np.asarray(cv2.imread(str(tmp_path / "room.png"))), OccupancyGrid().draw())
 
 
 FOR_THE_NAVIGATOR = {

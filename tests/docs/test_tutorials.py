@@ -15,8 +15,7 @@ import pytest
 
 from robotcore.cli.main import execute, robotcore
 from robotcore.hal.wall_clock import MonotonicClock
-from tests.docs.commands import write_files
-from tests.docs.listings import ConsoleCommand, list_commands, list_listings
+from tests.docs.listings import ConsoleCommand, list_commands, list_listings, write_files
 from tests.doubles.coppeliasim.double import Double
 from tests.doubles.coppeliasim.scene import Simulator
 from tests.doubles.coppeliasim.scene.objects import VisionSensor
