@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import os
 import signal
-import subprocess
 import sys
 import termios
-import threading
 import tty
-from collections.abc import Callable, Iterator
-from contextlib import suppress
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 from unittest.mock import Mock
@@ -21,10 +17,10 @@ import pytest
 from robotcore.cli import estop_key as keys
 from robotcore.errors import Interrupted
 from tests.robotcore.cli.conftest import AppFile
+from tests.robotcore.cli.terminal import Terminal, read_end, wait_for
+from tests.robotcore.cli.terminal import terminal as terminal  # noqa: PLC0414  a fixture
 
-ROOT = Path(__file__).parents[3]
 DRIVE = ("avoid-obstacles", "--realtime", "--set", "duration_s=60", "--world", "open")
-LIMIT_S = 60.0
 HANGS = """
             from contextlib import suppress
             from threading import Event
@@ -71,89 +67,6 @@ estop_key.EmergencyStopKey._set_cbreak_mode = lambda self: None
 main.main()
 """
 """The program of a job that reads the terminal although it is in the background."""
-
-
-class Terminal:
-    """A terminal with a shell that runs one job."""
-
-    def __init__(self) -> None:
-        self.master, self.slave = os.openpty()
-        self.before = termios.tcgetattr(self.slave)
-        self._control, self._resume = os.pipe()
-        self._shell: subprocess.Popen[str] | None = None
-        self.output = b""
-        self._reader = threading.Thread(target=self._read, daemon=True)
-        self._reader.start()
-
-    def run(self, *arguments: str, place: str = "foreground", program: tuple[str, str] = ("-m", "robotcore")) -> None:
-        command = [sys.executable, "-m", "tests.robotcore.cli.shell", place]
-        job = [sys.executable, *program, "run", *arguments, "--json"]
-        self._shell = subprocess.Popen(
-            [*command, *job],
-            cwd=ROOT,
-            stdin=self.slave,
-            stdout=subprocess.PIPE,
-            stderr=self.slave,
-            text=True,
-            start_new_session=True,
-            pass_fds=[self._control],
-            env={**os.environ, "CONTROL": str(self._control)},
-        )
-
-    def type(self, key: bytes) -> None:
-        os.write(self.master, key)
-
-    def resume(self) -> None:
-        os.write(self._resume, b"!")
-
-    def read_line(self) -> str:
-        assert self._shell
-        assert self._shell.stdout
-        return self._shell.stdout.readline().strip()
-
-    @property
-    def is_raw(self) -> bool:
-        """Whether keys are read at once."""
-        return not termios.tcgetattr(self.slave)[3] & termios.ICANON
-
-    @property
-    def is_restored(self) -> bool:
-        return termios.tcgetattr(self.slave) == self.before
-
-    def close(self) -> None:
-        if self._shell:
-            self._shell.kill()  # the job in the foreground gets SIGHUP
-            self._shell.communicate()
-        os.close(self.slave)
-        self._reader.join(LIMIT_S)
-        for each in (self.master, self._control, self._resume):
-            os.close(each)
-
-    def _read(self) -> None:
-        with suppress(OSError):
-            while chunk := os.read(self.master, 4096):
-                self.output += chunk
-
-
-@pytest.fixture
-def terminal() -> Iterator[Terminal]:
-    each = Terminal()
-    yield each
-    each.close()
-
-
-def wait_for(condition: Callable[[], bool]) -> None:
-    timer = threading.Event()
-    for _ in range(round(LIMIT_S / 0.02)):
-        if condition():
-            return
-        timer.wait(0.02)
-    pytest.fail(f"the condition was not met within {LIMIT_S:g} s")
-
-
-def read_end(terminal: Terminal) -> tuple[dict[str, Any], str]:
-    """Return the job's JSON, and the line with its exit status."""
-    return json.loads(terminal.read_line()), terminal.read_line()
 
 
 def test_the_space_bar_stops_the_run(terminal: Terminal) -> None:
