@@ -13,6 +13,7 @@ from threading import Event, RLock, Thread, main_thread
 from typing import Any
 
 from robotcore.cli.app_terminal import AppTerminal
+from robotcore.cli.driving_keys import UPDATE_S, DrivingKeys
 from robotcore.runtime.observer import RunContext
 from robotcore.runtime.result import RunResult
 from robotcore.runtime.trace import TickRecord
@@ -42,26 +43,34 @@ class EmergencyStopKey:
     During the run the terminal is in ``cbreak`` mode, in which a key is read at once. The terminal returns to its
     former mode while the process is in the background or suspended. An `AppTerminal` stands in for standard input, and
     passes on every other key to an app that reads. While Python's debugger is active, it passes on the space bar too.
+
+    drives: whether the other keys drive the robot, in a steerable run. The app then gets no keys.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, *, drives: bool = False) -> None:
         self._stdin = self._terminal = sys.stdin.fileno()
         self._app: AppTerminal | None = None
         self._saved_mode: list[Any] | None = None
         self._lock = RLock()
         self._run: RunContext | None = None
+        self._drives, self._interval = drives, UPDATE_S if drives else POLL_S
+        self._driving_keys: DrivingKeys | None = None
         self._has_ended = Event()
         self._is_paused = False
         self._thread: Thread | None = None
 
     def get_hint(self) -> str:
         """Return the hint for the user, or an empty text while the key does not work."""
-        return HINT if self._saved_mode is not None and _is_in_foreground(self._terminal) else ""
+        if self._saved_mode is None or not _is_in_foreground(self._terminal):
+            return ""
+        return f"{self._driving_keys.hint}  {HINT}" if self._driving_keys else HINT
 
     def begin(self, run: RunContext) -> None:
         import termios
 
         self._run = run
+        if self._drives and run.operator:
+            self._driving_keys = DrivingKeys(run.operator, run.robot.drive)
         try:
             keys = _open_non_blocking(self._terminal)
         except OSError:  # the terminal has vanished, or has no name here
@@ -90,9 +99,11 @@ class EmergencyStopKey:
             self._app.close()
 
     def pause(self) -> None:
-        """Restore the terminal until `resume` is called."""
+        """Restore the terminal until `resume` is called. A robot that the keys drive stands."""
         import termios
 
+        if self._driving_keys:
+            self._driving_keys.stand()
         with self._lock, suppress(termios.error), _block_job_signals():
             self._is_paused = True
             if self._saved_mode is not None:
@@ -109,6 +120,8 @@ class EmergencyStopKey:
         with suppress(OSError), _block_job_signals():  # the terminal may vanish
             while not self._has_ended.is_set():
                 self._handle_keys(self._read_keys(terminal, sources), app)
+                if self._driving_keys:
+                    self._driving_keys.update()
                 if app:
                     _show(app.read_echo(), terminal)
         os.close(terminal)
@@ -120,16 +133,19 @@ class EmergencyStopKey:
             if KEY in keys and self._run:
                 self._run.emergency.press(PRESS_REASON)
             keys = keys.replace(KEY, b"")
+            if self._driving_keys:
+                self._driving_keys.press(keys)
+                return
         if app:
             app.pass_on(keys)
 
     def _read_keys(self, terminal: int, sources: Sequence[int]) -> bytes:
         """Return the keys that were typed. Return early if there is an echo to show."""
         if not _is_in_foreground(self._terminal):
-            self._has_ended.wait(POLL_S)
+            self._has_ended.wait(self._interval)
             return b""
         self._set_cbreak_mode()
-        ready, _, _ = select(sources, [], [], POLL_S)
+        ready, _, _ = select(sources, [], [], self._interval)
         return _read_available(terminal) if terminal in ready and not self._has_ended.is_set() else b""
 
     def _set_cbreak_mode(self) -> None:

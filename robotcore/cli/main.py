@@ -36,6 +36,7 @@ OUTPUT_FAILED = 1
     commands=(
         "scaffold:new",
         "run",
+        "teleop",
         "sweep",
         "recordings:replay",
         "recordings:compare",

@@ -64,6 +64,7 @@ _FIRST_SIMULATOR = "pybullet"
 @click.option("--gui", is_flag=True, help="Open the simulator's window, and run in real time.")
 @click.option("--realtime", is_flag=True, help="Slow simulated time down to real time.")
 @click.option("--no-estop-key", is_flag=True, help="Leave the terminal to the app: the space bar is no e-stop.")
+@click.option("--keys", is_flag=True, help="Drive by the keys of the terminal in place of the app, in real time.")
 @click.option("--json", "as_json", is_flag=True, help="Print one line of JSON at the end, and nothing else.")
 def command(
     picture: Path | None,
@@ -71,6 +72,7 @@ def command(
     *,
     is_forced: bool,
     no_estop_key: bool,
+    keys: bool,
     record_jpeg: bool,
     record_limit: int | None,
     as_json: bool,
@@ -92,11 +94,21 @@ def command(
         )
         notifier = Notifier.from_environment(os.environ)
         prepare_result(as_json=as_json)
+        if keys:
+            _require_keys(has_estop_key=not no_estop_key)
         written = [] if as_json else _describe_project(values["robot"])
         with redirect_prints(as_json=as_json) as redirection:
             on_forced_exit = _make_forced_exit_handler(recorder, notifier, redirection, as_json=as_json)
+            values |= {"steerable": keys, "realtime": values["realtime"] or keys}
             result = _run(
-                values, drawer, recorder, notifier, interrupts, on_forced_exit, has_estop_key=not no_estop_key
+                values,
+                drawer,
+                recorder,
+                notifier,
+                interrupts,
+                on_forced_exit,
+                has_estop_key=not no_estop_key,
+                has_driving_keys=keys,
             )
         interrupts.mask()
         if picture and drawer:
@@ -108,6 +120,20 @@ def command(
         result = notifier.choose_exit_status(result) if notifier else result
         interrupts.mask(but_last=True)
         return _finish(result, written, as_json=as_json)
+
+
+def _require_keys(*, has_estop_key: bool) -> None:
+    """Write the help for the keys that drive. Raises UsageError if the terminal cannot read them."""
+    from robotcore.cli.driving_keys import HELP
+    from robotcore.cli.estop_key import can_listen
+
+    if not has_estop_key:
+        text = "--keys needs the space bar as the e-stop. Leave --no-estop-key out"
+        raise UsageError(text, kind="keys-without-estop")
+    if not can_listen():
+        text = "--keys needs a terminal: standard input is none, or this job is in the background"
+        raise UsageError(text, kind="keys-without-terminal")
+    write_line(HELP, is_error=True)
 
 
 def _describe_project(robot: str) -> list[str]:
@@ -171,14 +197,16 @@ def _run(
     on_forced_exit: Callable[[RunResult], None],
     *,
     has_estop_key: bool,
+    has_driving_keys: bool,
 ) -> RunResult:
     from robotcore.cli.estop_key import EmergencyStopKey, can_listen
     from robotcore.runtime.session import RunRequest, run
 
     with ExitStack() as stack:
         in_terminal: list[EmergencyStopKey | ProgressLine] = []
-        estop_key = stack.enter_context(closing(EmergencyStopKey())) if has_estop_key and can_listen() else None
+        estop_key = EmergencyStopKey(drives=has_driving_keys) if has_estop_key and can_listen() else None
         if estop_key:
+            stack.enter_context(closing(estop_key))
             in_terminal.append(estop_key)
         if sys.stderr and sys.stderr.isatty():
             from robotcore.view.progress import ProgressLine

@@ -143,7 +143,9 @@ def test_defaults_are_those_of_a_request(cli: Cli, monkeypatch: pytest.MonkeyPat
 
 
 def test_every_field_of_a_request_has_an_option() -> None:
-    assert set(RunRequest.__dataclass_fields__) <= {parameter.name for parameter in command.params}
+    names = {parameter.name for parameter in command.params}
+    assert set(RunRequest.__dataclass_fields__) - {"steerable"} <= names
+    assert "keys" in names  # which makes the run steerable
 
 
 def test_picture_is_a_png_of_the_run_and_does_not_change_it(cli: Cli, tmp_path: Path, check_text: CheckText) -> None:
