@@ -48,7 +48,7 @@ def write_arrays(file: Path, scalars: Mapping[str, float], layers: Mapping[str, 
         _require_readable(scalars, ordered)
     except ValueError as error:
         remedy = "Change this value of the map, and save it again"
-        raise MapError(file, f"cannot hold this map: {error}", remedy, kind="map-out-of-limits") from error
+        raise MapError(file, f"cannot hold this map: {error}", remedy, kind="map-out-of-limits") from None
     arrays: dict[str, Any] = {**{name: np.float64(value) for name, value in scalars.items()}, **ordered}
     try:
         with replace_file(file) as part, part.open("wb") as stream:
@@ -56,7 +56,7 @@ def write_arrays(file: Path, scalars: Mapping[str, float], layers: Mapping[str, 
     except OSError as error:
         problem = f"cannot be written: {error.strerror or error}"
         remedy = "Name a file that you can write, on a disk with free space"
-        raise MapError(file, problem, remedy, kind="map-not-writable") from error
+        raise MapError(file, problem, remedy, kind="map-not-writable") from None
 
 
 def read_arrays(file: Path) -> tuple[dict[str, float], dict[str, Layer]]:
@@ -70,12 +70,12 @@ def read_arrays(file: Path) -> tuple[dict[str, float], dict[str, Layer]]:
             layers = {name: _read(archive, name, np.dtype(np.float32), shape) for name in LAYERS}
     except OSError as error:
         remedy = "Name a file that you can read"
-        raise MapError(file, f"cannot be read: {error.strerror or error}", remedy, kind="map-not-readable") from error
+        raise MapError(file, f"cannot be read: {error.strerror or error}", remedy, kind="map-not-readable") from None
     except MapError:
         raise
     except _DAMAGE_ERRORS as error:
         remedy = "Save the map again with OccupancyGrid.save"
-        raise MapError(file, f"is not a map, or is damaged: {error}", remedy, kind="map-damaged") from error
+        raise MapError(file, f"is not a map, or is damaged: {error}", remedy, kind="map-damaged") from None
     return scalars, layers
 
 
