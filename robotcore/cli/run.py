@@ -16,13 +16,14 @@ from click.core import ParameterSource
 
 from robotcore.cli.command_classes import RunCommand, prepare_result, write_result
 from robotcore.cli.options import host_option, merge_options, parse_size, port_option, run_options
-from robotcore.cli.output import redirect_prints, write_failure, write_line
+from robotcore.cli.output import redirect_prints, write_failure, write_line, write_lines
 from robotcore.cli.output_files import build_recorder, finish_recording
 from robotcore.errors import UsageError
 
 if TYPE_CHECKING:
     from robotcore.deploy.systemd_notify import Notifier
     from robotcore.hal.backend import Backend
+    from robotcore.live.live_view import LiveView
     from robotcore.recording.recorder import Recorder
     from robotcore.runtime.result import RunResult
     from robotcore.runtime.session import Observer
@@ -61,6 +62,13 @@ _FIRST_SIMULATOR = "pybullet"
     type=parse_size,
     help="End the recording when its file has this size, such as 500MB. The run goes on.",
 )
+@click.option(
+    "--view",
+    metavar="[HOST:PORT]",
+    is_flag=False,
+    flag_value="",
+    help="Show the run on a web page, in real time, with an e-stop. Default: a free port on 127.0.0.1.",
+)
 @click.option("--gui", is_flag=True, help="Open the simulator's window, and run in real time.")
 @click.option("--realtime", is_flag=True, help="Slow simulated time down to real time.")
 @click.option("--no-estop-key", is_flag=True, help="Leave the terminal to the app: the space bar is no e-stop.")
@@ -75,6 +83,7 @@ def command(
     keys: bool,
     record_jpeg: bool,
     record_limit: int | None,
+    view: str | None,
     as_json: bool,
     **values: Any,
 ) -> int:
@@ -99,12 +108,13 @@ def command(
         written = [] if as_json else _describe_project(values["robot"])
         with redirect_prints(as_json=as_json) as redirection:
             on_forced_exit = _make_forced_exit_handler(recorder, notifier, redirection, as_json=as_json)
-            values |= {"steerable": keys, "realtime": values["realtime"] or keys}
+            values |= {"steerable": keys, "realtime": values["realtime"] or keys or view is not None}
             result = _run(
                 values,
                 drawer,
                 recorder,
                 notifier,
+                view,
                 interrupts,
                 on_forced_exit,
                 has_estop_key=not no_estop_key,
@@ -193,6 +203,7 @@ def _run(
     drawer: PictureRecorder | None,
     recorder: Recorder | None,
     notifier: Notifier | None,
+    view: str | None,
     interrupts: SignalGuard,
     on_forced_exit: Callable[[RunResult], None],
     *,
@@ -203,6 +214,7 @@ def _run(
     from robotcore.runtime.session import RunRequest, run
 
     with ExitStack() as stack:
+        page = stack.enter_context(closing(_open_page(view))) if view is not None else None
         in_terminal: list[EmergencyStopKey | ProgressLine] = []
         estop_key = EmergencyStopKey(drives=has_driving_keys) if has_estop_key and can_listen() else None
         if estop_key:
@@ -216,9 +228,22 @@ def _run(
             )
         interrupts.before_suspension = lambda: [each.pause() for each in in_terminal]
         interrupts.after_suspension = lambda: [each.resume() for each in in_terminal]
-        observers: list[Observer] = [each for each in (notifier, recorder, drawer, *in_terminal) if each]
+        observers: list[Observer] = [each for each in (notifier, recorder, drawer, *in_terminal, page) if each]
         taps = [recorder.layer] if recorder else []
         return run(RunRequest(**_build_request_fields(**values)), observers, taps, on_forced_exit=on_forced_exit)
+
+
+def _open_page(address: str) -> LiveView:
+    """Return the observer that shows the run on a web page, and write the page's link.
+
+    address: ``HOST:PORT``; empty for a free port of this machine.
+    """
+    from robotcore.live.address import Address
+    from robotcore.live.live_view import LiveView
+
+    page = LiveView(Address.parse(address) if address else Address())
+    write_lines(page.describe_link(), is_error=True)
+    return page
 
 
 def _make_forced_exit_handler(

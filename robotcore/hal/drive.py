@@ -90,8 +90,13 @@ class DifferentialDrive:
         """The pose of the axle's centre by odometry, relative to its pose when the robot was opened."""
         return self._odometry.pose()
 
+    @property
+    def latest_pose(self) -> Pose:
+        """The result of the last call of `pose` or `track`. This reads no encoder."""
+        return self._odometry.latest
+
     def __repr__(self) -> str:
-        x, y, heading = self._odometry.latest
+        x, y, heading = self.latest_pose
         return f"<DifferentialDrive at x={x:.2f} m, y={y:.2f} m, heading={heading:.2f} rad>"
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Collection, Mapping
 from collections.abc import Set as AbstractSet
 from contextlib import suppress
@@ -15,6 +16,8 @@ from robotcore.interactive import open_robots
 from robotcore.interactive.arguments import name_arguments
 from robotcore.interactive.live_app import LiveApp
 from robotcore.interactive.live_robot import LiveRobot
+from robotcore.live.address import Address
+from robotcore.live.live_view import LiveView
 from robotcore.recording.mcap_file import require_recordable
 from robotcore.recording.recorder import Recorder
 from robotcore.runtime.loop import Loop
@@ -60,6 +63,7 @@ def open(  # noqa: A001  users write robotcore.open
     rate_hz: float = 20.0,
     options: Mapping[str, Any] | None = None,
     needs: AbstractSet[Need] | None = None,
+    view: bool | str = False,
 ) -> LiveRobot:
     """Open a robot whose calls let time pass, with the layers and the safety stage of a run.
 
@@ -76,6 +80,8 @@ def open(  # noqa: A001  users write robotcore.open
     rate_hz: the number of ticks in a second.
     options: the options of the backend, by name.
     needs: the devices to open: roles, names and kinds. None for all devices of the robot.
+    view: True to show the robot on a web page, or the page's address, such as ``"0.0.0.0:8080"``. The function prints
+        the link. Simulated time then passes at the pace of real time.
 
     Raises the errors of `robotcore.run` for a request that cannot be planned, and the error of a robot that cannot be
     opened.
@@ -98,23 +104,24 @@ def open(  # noqa: A001  users write robotcore.open
             LONGEST_S,
             options=options or {},
             gui=gui,
-            realtime=realtime,
+            realtime=realtime or bool(view),
             randomise=randomise,
             faults=specifications,
         )
-        return _open(request, None if record is None else Path(record), is_forced=force)
+        return _open(request, None if record is None else Path(record), view, is_forced=force)
     except RobotcoreError as error:
         raise name_arguments(error).with_traceback(None) from None
 
 
-def _open(request: RunRequest, record: Path | None, *, is_forced: bool) -> LiveRobot:
+def _open(request: RunRequest, record: Path | None, view: bool | str, *, is_forced: bool) -> LiveRobot:  # noqa: FBT001
     plan = Plan.resolve(request)
     recorder = None
     if record is not None:
         require_recordable(record, is_forced=is_forced)
         recorder = Recorder(record)
     keeper, signals = _ContextKeeper(), SignalGuard()
-    observers: list[Observer] = [keeper, recorder] if recorder else [keeper]
+    page = _open_page(view) if view else None
+    observers: list[Observer] = [each for each in (keeper, recorder, page) if each]
     taps = [recorder.layer] if recorder else []
     session = RunSession(plan, observers, taps, signals, print_reason, 1.0)
 
@@ -138,10 +145,18 @@ def _open(request: RunRequest, record: Path | None, *, is_forced: bool) -> LiveR
         if session.result is None:  # a signal came before or after `session.open`
             with suppress(Interrupted):
                 session.close(error)
+        if page:
+            page.close()
         if isinstance(error, Interrupted):
             raise_again(error.signal_number)
         raise
     return live
+
+
+def _open_page(view: bool | str) -> LiveView:  # noqa: FBT001  of `open`
+    page = LiveView(Address.parse(view) if isinstance(view, str) else Address())
+    sys.stdout.write(f"{page.describe_link()}\n")
+    return page
 
 
 def _open_loop(session: RunSession) -> Loop:

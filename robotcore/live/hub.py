@@ -1,0 +1,134 @@
+"""The hub of the page's server: the newest state of the run, and the viewers who get it."""
+
+from __future__ import annotations
+
+import json
+from collections import deque
+from collections.abc import Callable
+from typing import Any
+
+from robotcore.live.messages import encode
+from robotcore.live.viewer import Viewer
+
+MAX_VIEWERS = 16
+MAX_LINES = 300
+"""The number of log lines that a new viewer gets."""
+
+MAX_PATH_POINTS = 3000
+"""A longer path loses every second of its points."""
+
+PATH_STEP_M = 0.02
+"""The path of a new viewer has a point after each such distance, in metres."""
+
+
+class Hub:
+    """Passes each message of the run to the viewers, and their actions to the run.
+
+    A new viewer gets the description of the run, the path so far, the last lines, and the newest pictures.
+
+    act: sends an action to the run.
+    """
+
+    def __init__(self, act: Callable[[dict[str, Any]], None]) -> None:
+        self._act = act
+        self._run: dict[str, Any] | None = None
+        self._end: dict[str, Any] | None = None
+        self._lines: deque[dict[str, Any]] = deque(maxlen=MAX_LINES)
+        self._path: list[tuple[float, float, str]] = []
+        self._is_pressed = False
+        self.tick = b""
+        """The newest tick, as JSON."""
+        self.pictures: dict[str, bytes] = {}
+        """The newest message with the picture of each name."""
+        self.viewers: set[Viewer] = set()
+
+    @property
+    def is_full(self) -> bool:
+        """Whether no other viewer may enter."""
+        return len(self.viewers) >= MAX_VIEWERS
+
+    def receive(self, content: dict[str, Any], picture: bytes) -> None:
+        """Pass a message of the run to the viewers.
+
+        picture: the encoded picture of a message of the type ``picture``, with its name before it.
+        """
+        match content["type"]:
+            case "picture":
+                self.pictures[content["name"]] = picture
+                for viewer in self.viewers:
+                    viewer.add_picture(content["name"])
+            case "tick":
+                self.tick = encode(content)
+                self._extend_path(content)
+                for viewer in self.viewers:
+                    viewer.add_tick()
+            case kind:
+                if kind == "run":
+                    self._run = content
+                elif kind == "end":
+                    self._end = content
+                elif kind == "line":
+                    self._lines.append(content)
+                self._tell(content)
+
+    def enter(self, viewer: Viewer) -> None:
+        """Add a viewer, and send it the present state."""
+        self.viewers.add(viewer)
+        if self._run:
+            viewer.add_message(encode(self._run))
+        viewer.add_message(encode({"type": "history", "path": self._path, "lines": list(self._lines)}))
+        viewer.add_tick()
+        for name in self.pictures:
+            viewer.add_picture(name)
+        if self._end:
+            viewer.add_message(encode(self._end))
+        self._count_viewers()
+
+    def leave(self, viewer: Viewer) -> None:
+        """Remove a viewer."""
+        if viewer in self.viewers:
+            self.viewers.remove(viewer)
+            self._count_viewers()
+
+    def press_estop(self) -> None:
+        """Press the e-stop of the run. It stays pressed, so only the first press is sent."""
+        if not self._is_pressed:
+            self._is_pressed = True
+            self._act({"type": "estop"})
+
+    def handle(self, viewer: Viewer, text: str) -> None:
+        """Execute a message of a viewer. Raises ValueError for a message that the page does not send."""
+        match json.loads(text, parse_constant=_refuse_constant):
+            case {"type": "estop"}:
+                self.press_estop()
+            case {"type": "ack", "picture": str(name)}:
+                viewer.acknowledge_picture(name)
+            case {"type": "ack", "tick": int(_)}:
+                viewer.acknowledge_tick()
+            case _:
+                raise ValueError("an unknown message")
+
+    def _count_viewers(self) -> None:
+        count = len(self.viewers)
+        self._act({"type": "viewers", "count": count})
+        self._tell({"type": "viewers", "count": count})
+
+    def _tell(self, content: dict[str, Any]) -> None:
+        text = encode(content)
+        for viewer in self.viewers:
+            viewer.add_message(text)
+
+    def _extend_path(self, tick: dict[str, Any]) -> None:
+        pose = tick["truth"] or tick["pose"]
+        if not pose or None in pose:
+            return
+        x, y = pose[:2]
+        if self._path and abs(x - self._path[-1][0]) + abs(y - self._path[-1][1]) < PATH_STEP_M:
+            return
+        self._path.append((x, y, tick["state"]))
+        if len(self._path) > MAX_PATH_POINTS:
+            del self._path[1::2]
+
+
+def _refuse_constant(name: str) -> None:
+    raise ValueError(f"{name} is not JSON")

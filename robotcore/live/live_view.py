@@ -1,0 +1,211 @@
+"""The observer that shows a run on its live page."""
+
+from __future__ import annotations
+
+import io
+import socket
+from collections import deque
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from importlib.util import find_spec
+from threading import Condition, Thread
+from typing import Any
+
+from robotcore.errors import BackendMissingError
+from robotcore.hal.wall_clock import MonotonicClock
+from robotcore.live.address import Address, build_token
+from robotcore.live.messages import Message
+from robotcore.live.page_process import PageProcess, build_picture_message
+from robotcore.live.run_description import MAP_PX, describe_run, draw_world, find_grid
+from robotcore.live.snapshot import Moment, Snapshots
+from robotcore.optics import Image
+from robotcore.runtime.observer import RunContext
+from robotcore.runtime.result import RunResult
+from robotcore.runtime.trace import TickRecord
+from robotcore.safety.velocity_limits import AccelerationLimit
+from robotcore.threads import start_thread
+
+PERIOD_S = 0.04
+"""The shortest time between two messages, in seconds."""
+
+MAP_PERIOD_S = 1.0
+"""The shortest time between two pictures of the app's map, in seconds."""
+
+MAX_LINES = 500
+"""The number of lines that wait for the page. Older ones are lost."""
+
+CLOSING_S = 1.0
+"""The longest wait until the page has the end of the run, in seconds."""
+
+PRESS_REASON = "the e-stop was pressed on the live page"
+
+
+class LiveView:
+    """An observer that shows its run on a web page, from which each viewer can press the e-stop.
+
+    The page's own process serves the viewers, and a thread sends the newest state to it. So `tick` never waits. If the
+    process ends, the run continues.
+
+    The constructor listens at the address. Raises UsageError if the system refuses that, and BackendMissingError if a
+    library of the extra ``view`` is missing.
+
+    >>> view = LiveView(Address())
+    >>> view.link.startswith("http://127.0.0.1:")
+    True
+    >>> view.close()
+    """
+
+    def __init__(self, address: Address) -> None:
+        require_extra()
+        listener = address.listen()
+        token = build_token(address)
+        self.link = address.build_link(listener.getsockname()[1], token)
+        """The link to the page."""
+        self.is_public = bool(token)
+        """Whether other machines can reach the page. The link then contains the token."""
+        names = [address.host, "localhost", socket.gethostname(), f"{socket.gethostname()}.local"]
+        self._page = PageProcess(listener, token, ["localhost", address.host] if address.is_loopback else names)
+        self._wall = MonotonicClock()
+        self._run: RunContext | None = None
+        self._snapshots: Snapshots | None = None
+        self._thread: Thread | None = None
+        self._changed = Condition()
+        self._moment: Moment | None = None
+        self._is_new = False
+        self._causes: dict[str, None] = {}
+        self._held: frozenset[str] = frozenset()
+        self._state = ""
+        self._lines: deque[dict[str, Any]] = deque(maxlen=MAX_LINES)
+        self._end: dict[str, Any] | None = None
+        self._is_closing = False
+        self._viewers = 0
+        self._sent: dict[str, Image] = {}
+        """The picture of each name that the page has."""
+        self._map_due = 0.0
+
+    def describe_link(self) -> str:
+        """Return the link to the page as text, with a QR code for phones if other machines can reach the page."""
+        if not self.is_public:
+            return f"The live page: {self.link}"
+        import segno
+
+        code = io.StringIO()
+        segno.make(self.link, micro=False).terminal(out=code, compact=True)
+        return f"The live page, also for other machines: {self.link}\n{code.getvalue()}"
+
+    def begin(self, run: RunContext) -> None:
+        self._run, self._snapshots = run, Snapshots(run)
+        self._page.start(self._handle_action)
+        self._thread = start_thread(self._send_all, "live page")
+
+    def tick(self, record: TickRecord) -> None:
+        if self._snapshots is None:
+            return
+        moment = self._snapshots.take(record)
+        with self._changed:
+            self._moment, self._is_new = moment, True
+            self._add_lines(record)
+            self._changed.notify()
+
+    def end(self, result: RunResult) -> None:
+        with self._changed:
+            self._end = {
+                "type": "end",
+                "headline": result.headline,
+                "reason": result.reason,
+                "exit_status": result.exit_status,
+                "notes": list(result.notes),
+            }
+        self.close()
+
+    def close(self) -> None:
+        """Send the last messages, and end the page's process. Later calls do nothing."""
+        with self._changed:
+            self._is_closing = True
+            self._changed.notify()
+        if self._thread:
+            self._thread.join(CLOSING_S)
+            if self._thread.is_alive():
+                self._page.kill()
+                self._thread.join(CLOSING_S)
+        self._page.close()
+        self._wall.close()
+
+    def _add_lines(self, record: TickRecord) -> None:
+        causes = frozenset(each.cause for each in record.interventions) - {AccelerationLimit.cause}
+        self._causes |= dict.fromkeys(each.cause for each in record.interventions)
+        state = record.status_text
+        texts = [("Info", f"state: {state}")] if state != self._state else []
+        texts += [("Warning", f"{cause} changes the command") for cause in sorted(causes - self._held)]
+        texts += [("Warning", warning) for warning in record.warnings]
+        self._state, self._held = state, causes
+        self._lines += [
+            {"type": "line", "level": level, "time": round(record.time, 3), "text": text} for level, text in texts
+        ]
+
+    def _handle_action(self, action: dict[str, Any]) -> None:
+        match action:
+            case {"type": "estop"} if self._run:
+                self._run.emergency.press(PRESS_REASON)
+            case {"type": "viewers", "count": int(count)}:
+                with self._changed:
+                    self._viewers, self._is_new = count, self._moment is not None
+                    self._sent = {}
+                    self._changed.notify()
+
+    def _send_all(self) -> None:
+        run = self._run
+        assert run
+        if not self._page.send(Message(describe_run(run))):
+            return
+        if (world := draw_world(run)) is not None:
+            self._page.send(build_picture_message("@world", world))
+        is_open = True
+        while is_open:
+            due = self._wall.now() + PERIOD_S
+            with self._changed:
+                self._changed.wait_for(lambda: self._is_new or self._is_closing)
+                is_open = not self._is_closing
+                moment, self._is_new = self._moment, False
+                causes, self._causes = list(self._causes), {}
+                lines, self._lines = list(self._lines), deque(maxlen=MAX_LINES)
+            is_open &= all(map(self._page.send, self._build_messages(moment, causes, lines)))
+            with self._changed:
+                self._changed.wait_for(lambda: self._is_closing, max(0.0, due - self._wall.now()))
+        if self._end:
+            self._page.send(Message(self._end))
+
+    def _build_messages(
+        self, moment: Moment | None, causes: Sequence[str], lines: Sequence[dict[str, Any]]
+    ) -> Iterator[Message]:
+        assert self._snapshots
+        yield from map(Message, lines)
+        if moment is None:
+            return
+        yield Message(self._snapshots.build_message(moment, causes))
+        if self._viewers:
+            sent = self._sent
+            for name, image in self._snapshots.list_pictures(moment):
+                if name in moment.commands or sent.get(name) is not image:  # an app may draw on a shown picture again
+                    sent[name] = image
+                    yield build_picture_message(name, image)
+            yield from self._draw_map(moment)
+
+    def _draw_map(self, moment: Moment) -> Iterator[Message]:
+        assert self._run
+        grid, now = find_grid(self._run.behaviour), self._wall.now()
+        if grid is None or now < self._map_due:
+            return
+        self._map_due = now + MAP_PERIOD_S
+        with suppress(ValueError, IndexError):  # the app may change its map meanwhile
+            yield build_picture_message("@map", grid.draw(moment.pose, (), MAP_PX))
+
+
+def require_extra() -> None:
+    """Raise BackendMissingError if a library of the extra ``view`` is not installed."""
+    if missing := [name for name in ("starlette", "uvicorn", "websockets", "segno") if find_spec(name) is None]:
+        raise BackendMissingError(
+            f"the live page needs {' and '.join(missing)}. pip install 'robotcore[view]'",
+            kind="library-missing",
+            extra="view",
+        )

@@ -1,0 +1,218 @@
+// The live page: shows the messages of a run, and presses its e-stop.
+
+import { Connection, pressEstop } from "./connection.js";
+import { DeviceCard } from "./drawings.js";
+import { Overhead } from "./overhead.js";
+import { WheelPlot } from "./plot.js";
+import { Pictures, Tabs } from "./pictures.js";
+
+const get = (id) => document.getElementById(id);
+const MAX_LOG_LINES = 300;
+const QUIET_MS = 1500;
+const NOTICE_MS = 1200;
+const UNNAMED_CAUSES = ["acceleration limit"]; // it changes nearly every command, and is no problem
+
+const overhead = new Overhead(get("map"));
+const plot = new WheelPlot(get("wheels"));
+const cameras = new Pictures(get("camera"), new Tabs(get("camera-tabs")), get("camera-card"));
+const maps = new Tabs(get("map-tabs"));
+let run = null;
+let cards = new Map();
+let tick = null;
+let tickAt = 0;
+let hasEnded = false;
+let isDirty = false;
+let mapPicture = null;
+const notices = new Map();
+
+const connection = new Connection({ receive, show: showPicture, change: showConnection });
+
+function receive(message) {
+  const handlers = { run: beginRun, history: showHistory, tick: showTick, line: addLine, end: showEnd, viewers: showViewers };
+  handlers[message.type]?.(message);
+  requestDrawing();
+}
+
+function beginRun(message) {
+  [run, tick, hasEnded, mapPicture] = [message, null, false, null];
+  const place = [run.backend, run.robot, run.world, run.seed === null ? null : `seed ${run.seed}`];
+  get("app").textContent = run.app;
+  document.title = `${run.app} on ${run.backend}`;
+  get("where").textContent = place.filter(Boolean).join(" · ");
+  overhead.reset(run);
+  plot.reset(run.drive);
+  cameras.reset();
+  maps.reset(["world"]);
+  notices.clear();
+  get("log").replaceChildren();
+  get("map-card").hidden = get("wheels-card").hidden = !run.drive;
+  get("measured-key").hidden = !run.drive?.is_measured;
+  get("milestones-card").hidden = !run.milestones.length;
+  get("milestones").replaceChildren(...run.milestones.map(buildMilestone));
+  cards = new Map(run.devices.map((device) => [device.name, new DeviceCard(device)]));
+  get("devices").replaceChildren(...[...cards.values()].map((card) => card.element));
+  get("estop").classList.remove("is-pressed");
+  hideScreen();
+}
+
+function buildMilestone(name) {
+  const item = document.createElement("li");
+  item.dataset.name = name;
+  item.append(...[name, ""].map((text) => Object.assign(document.createElement("span"), { textContent: text })));
+  return item;
+}
+
+function showHistory({ path, lines }) {
+  overhead.setPath(path);
+  get("log").replaceChildren();
+  lines.forEach(addLine);
+}
+
+function showTick(message) {
+  [tick, tickAt] = [message, performance.now()];
+  overhead.add(tick);
+  plot.add(tick);
+  for (const cause of tick.interventions) {
+    if (UNNAMED_CAUSES.includes(cause)) continue;
+    notices.set(`${cause} ${cause === "range guard" ? "holds" : "limits"} the robot`, tickAt + NOTICE_MS);
+  }
+  for (const fault of tick.faults) notices.set(`fault: ${fault}`, tickAt + NOTICE_MS);
+}
+
+function addLine({ level, time, text }) {
+  const log = get("log");
+  const isAtEnd = log.scrollTop + log.clientHeight >= log.scrollHeight - 20;
+  const item = document.createElement("li");
+  item.className = level;
+  item.append(
+    Object.assign(document.createElement("time"), { textContent: `${time.toFixed(2)} s` }),
+    Object.assign(document.createElement("span"), { textContent: text }),
+  );
+  log.append(item);
+  while (log.childElementCount > MAX_LOG_LINES) log.firstChild.remove();
+  if (isAtEnd) log.scrollTop = log.scrollHeight;
+}
+
+function showViewers({ count }) {
+  get("viewers").textContent = count === 1 ? "1 viewer" : `${count} viewers`;
+}
+
+async function showPicture(name, blob) {
+  if (name === "@world") {
+    overhead.world = await createImageBitmap(blob);
+  } else if (name === "@map") {
+    mapPicture = await createImageBitmap(blob);
+    maps.add("map");
+    get("map-card").hidden = false;
+  } else {
+    await cameras.show(name, blob, cards.get(name));
+  }
+  requestDrawing();
+}
+
+function requestDrawing() {
+  if (!isDirty) requestAnimationFrame(draw);
+  isDirty = true;
+}
+
+function draw() {
+  isDirty = false;
+  if (!run) return;
+  if (!get("map-card").hidden) maps.chosen === "map" && mapPicture ? drawMap() : overhead.draw();
+  if (!get("wheels-card").hidden) plot.draw();
+  if (!tick) return;
+  get("state").textContent = tick.state;
+  get("time").textContent = `${tick.time.toFixed(1)} s`;
+  for (const [name, card] of cards) card.update(tick.devices[name]);
+  for (const item of get("milestones").children) {
+    const time = tick.milestones[item.dataset.name];
+    item.classList.toggle("is-reached", time !== undefined);
+    item.lastChild.textContent = time === undefined ? "" : `${time.toFixed(1)} s`;
+  }
+  showPose();
+  showNotices();
+}
+
+function drawMap() {
+  const canvas = get("map");
+  const context = canvas.getContext("2d");
+  [canvas.width, canvas.height] = [mapPicture.width, mapPicture.height];
+  context.drawImage(mapPicture, 0, 0);
+}
+
+function showPose() {
+  const pose = tick.truth ?? tick.pose;
+  if (!pose || pose.includes(null)) return;
+  const [x, y, heading] = pose;
+  const degrees = ((heading * 180) / Math.PI).toFixed(0);
+  get("pose").textContent = `${tick.truth ? "true pose" : "odometry"}: x ${x.toFixed(2)} m, y ${y.toFixed(2)} m, heading ${degrees}°`;
+}
+
+function showNotices() {
+  const now = performance.now();
+  for (const [text, until] of notices) if (until < now) notices.delete(text);
+  const list = get("notices");
+  const wanted = [...notices.keys()];
+  if (wanted.join("\n") === [...list.children].map((item) => item.textContent).join("\n")) return;
+  list.replaceChildren(...wanted.map((text) => Object.assign(document.createElement("li"), { textContent: text })));
+}
+
+const STATES = { open: "open", lost: "lost", token: "lost", full: "lost" };
+
+function showConnection(state) {
+  get("link").dataset.state = STATES[state];
+  if (state === "open") return;
+  get("viewers").textContent = "not connected";
+  if (state === "token") {
+    showScreen("bad", "!", "This page needs its link", "Open the link that robotcore printed at the start of the run. It has a token that this page lacks.");
+  } else if (state === "full") {
+    showScreen("fair", "!", "Too many viewers", "Close this page somewhere else, then load it again.");
+  } else if (!hasEnded) {
+    showScreen("fair", "…", "Connection lost", "The page connects again by itself. The robot may still move: the stop button keeps trying.");
+  }
+}
+
+function showEnd({ headline, reason, exit_status: status, notes }) {
+  hasEnded = true;
+  const isStopped = headline.startsWith("stopped");
+  showScreen(status === 0 ? "good" : "bad", status === 0 ? "✓" : isStopped ? "■" : "✕", `The run has ended: ${headline}`, reason, notes);
+}
+
+function showScreen(mood, mark, title, text, notes = []) {
+  get("screen").dataset.mood = mood;
+  get("screen-mark").textContent = mark;
+  get("screen-title").textContent = title;
+  get("screen-text").textContent = text;
+  get("screen-notes").replaceChildren(...notes.map((note) => Object.assign(document.createElement("li"), { textContent: note })));
+  get("screen-close").hidden = !tick;
+  get("screen").hidden = false;
+}
+
+function hideScreen() {
+  get("screen").hidden = true;
+}
+
+async function stop() {
+  if (hasEnded) return;
+  get("estop").classList.add("is-pressed");
+  await pressEstop(connection).catch(() => {}); // the server ends with the run
+}
+
+get("estop").addEventListener("pointerdown", stop);
+get("screen-close").addEventListener("click", hideScreen);
+maps.onchoose = cameras.tabs.onchoose = requestDrawing;
+for (const type of ["keydown", "keyup"]) {
+  window.addEventListener(type, (event) => {
+    if (event.code !== "Space") return;
+    event.preventDefault(); // the key must not also press the button that has the focus
+    if (type === "keydown" && !event.repeat) stop();
+  }, { capture: true });
+}
+get("estop").addEventListener("keydown", (event) => event.code === "Enter" && stop());
+window.addEventListener("resize", requestDrawing);
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", requestDrawing);
+setInterval(() => {
+  const isQuiet = tick && !hasEnded && performance.now() - tickAt > QUIET_MS;
+  if (connection.isOpen && tick) get("link").dataset.state = isQuiet ? "quiet" : "open";
+  showNotices();
+}, 300);

@@ -1,0 +1,120 @@
+"""The process of the live page, as its run uses it.
+
+The page has its own process, so that no viewer can slow the loop of the run.
+"""
+
+from __future__ import annotations
+
+import json
+import socket
+import subprocess
+import sys
+from collections.abc import Callable
+from contextlib import suppress
+from threading import Thread
+from typing import IO, Any
+
+import numpy as np
+
+from robotcore.live.messages import Message
+from robotcore.optics import Image
+from robotcore.threads import start_thread
+
+CLOSING_S = 2.0
+"""The longest wait for the end of the page's process, in seconds."""
+
+MAX_SIDE_PX = 1280
+"""A picture that is wider or higher is sent with every second, third, … row and column."""
+
+MAX_ACTION_BYTES = 4096
+
+HandleAction = Callable[[dict[str, Any]], None]
+"""Executes an action of a viewer, such as ``{"type": "estop"}``. A thread calls it."""
+
+
+class PageProcess:
+    """Starts the process of the page, sends messages to it, and receives the actions of the viewers.
+
+    listener: the socket at which the page listens.
+    token: the token that a viewer needs; empty if the page needs none.
+    hosts: the names by which a browser may reach the page, besides IP addresses.
+    """
+
+    def __init__(self, listener: socket.socket, token: str, hosts: list[str]) -> None:
+        self._listener = listener
+        self._settings = {"type": "settings", "token": token, "hosts": hosts}
+        self._process: subprocess.Popen[bytes] | None = None
+        self._reader: Thread | None = None
+
+    def start(self, handle: HandleAction) -> None:
+        """Start the process. It outlives Ctrl-C in the terminal, so that the page can show the end of the run."""
+        descriptor = self._listener.fileno()
+        # Isolated, so that no file in the folder of the app replaces a module. The other folders come last.
+        code = f"import sys; sys.path += {sys.path!r}; from robotcore.live.server import main; main({descriptor})"
+        self._process = subprocess.Popen(  # noqa: S603  the Python that runs this
+            [sys.executable, "-I", "-c", code],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            pass_fds=[descriptor],
+            start_new_session=True,
+        )
+        self._listener.close()
+        output = self._process.stdout
+        assert output
+        self._reader = start_thread(lambda: self._read_actions(output, handle), "live page actions")
+        self.send(Message(self._settings))
+
+    def send(self, message: Message) -> bool:
+        """Send a message, and wait until the process has read it. Return False if the process has ended."""
+        if self._process is None:
+            return False
+        pipe = self._process.stdin
+        assert pipe
+        try:
+            pipe.write(message.pack())
+            if len(message.picture):
+                pipe.write(message.picture)
+            pipe.flush()
+        except (OSError, ValueError):  # ValueError: another thread has closed the pipe
+            return False
+        return True
+
+    def close(self) -> None:
+        """End the process, after it has sent all messages to the viewers. Later calls do nothing."""
+        self._listener.close()
+        if (process := self._process) is None:
+            return
+        self._process = None
+        with suppress(OSError):
+            assert process.stdin
+            process.stdin.close()
+        try:
+            process.wait(CLOSING_S)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+        if self._reader:
+            self._reader.join(CLOSING_S)
+        assert process.stdout
+        process.stdout.close()
+
+    def kill(self) -> None:
+        """End the process at once, so that a thread that waits in `send` continues."""
+        if self._process:
+            self._process.kill()
+
+    @staticmethod
+    def _read_actions(output: IO[bytes], handle: HandleAction) -> None:
+        while line := output.readline(MAX_ACTION_BYTES):
+            with suppress(ValueError):  # a line that the process did not finish
+                action = json.loads(line)
+                if isinstance(action, dict):
+                    handle(action)
+        handle({"type": "gone"})
+
+
+def build_picture_message(name: str, image: Image) -> Message:
+    """Return the message of a picture, with at most `MAX_SIDE_PX` pixels on each side."""
+    step = -(-max(image.shape[:2]) // MAX_SIDE_PX)
+    pixels = np.ascontiguousarray(image[::step, ::step])
+    return Message({"type": "picture", "name": name, "shape": list(pixels.shape)}, pixels.data.cast("B"))

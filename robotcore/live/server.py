@@ -1,0 +1,241 @@
+"""The server of the live page, in a process of its own.
+
+Standard input has the messages of the run, and standard output gets the actions of the viewers, one line of JSON each.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import socket
+import sys
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import cv2
+import numpy as np
+import uvicorn
+from starlette.applications import Starlette
+from starlette.middleware import Middleware
+from starlette.requests import Request
+from starlette.responses import FileResponse, Response
+from starlette.routing import Mount, Route, WebSocketRoute
+from starlette.staticfiles import StaticFiles
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from robotcore.live.access import Access, AccessControl
+from robotcore.live.connections import LimitedHttp, LimitedWebSocket
+from robotcore.live.hub import Hub
+from robotcore.live.messages import HEAD, MAX_JSON_BYTES, MAX_PICTURE_BYTES
+from robotcore.live.viewer import Viewer
+from robotcore.threads import start_thread
+
+PAGE = Path(__file__).parent / "page"
+
+HELLO_S = 5.0
+"""A viewer who does not send the token within this time, in seconds, is dropped."""
+
+MAX_MESSAGE_BYTES = 4096
+"""The greatest size of a message of a viewer."""
+
+JPEG_QUALITY = 82
+
+WRONG_TOKEN, FULL, FLOOD, ENDED = 4401, 4429, 1008, 4000
+"""The codes with which the server closes a viewer's socket."""
+
+FLUSH_S = 0.5
+"""The longest wait for the viewers to read the end of the run, in seconds."""
+
+
+def build_app(hub: Hub, access: Access) -> Starlette:
+    """Return the application that serves the page, its socket and the e-stop."""
+
+    async def show_page(_request: Request) -> Response:
+        return FileResponse(PAGE / "index.html")
+
+    async def press_estop(request: Request) -> Response:
+        if not access.may_press_estop(request.headers):
+            return Response(status_code=403)
+        hub.press_estop()
+        return Response(status_code=204)
+
+    async def show_live(socket: WebSocket) -> None:
+        await serve_viewer(socket, hub, access)
+
+    routes = [
+        Route("/", show_page),
+        Route("/estop", press_estop, methods=["POST"]),
+        WebSocketRoute("/live", show_live),
+        Mount("/page", StaticFiles(directory=PAGE)),
+    ]
+    return Starlette(routes=routes, middleware=[Middleware(AccessControl, access=access)])
+
+
+async def serve_viewer(socket: WebSocket, hub: Hub, access: Access) -> None:
+    """Serve one viewer, until it leaves, does not read, or sends what the page does not send."""
+    await socket.accept()
+    with suppress(WebSocketDisconnect, asyncio.TimeoutError, RuntimeError):
+        if not access.is_token_right(await asyncio.wait_for(_read_token(socket), HELLO_S)):
+            await socket.close(WRONG_TOKEN)
+            return
+        if hub.is_full:
+            await socket.close(FULL)
+            return
+        viewer = Viewer(socket, hub)
+        hub.enter(viewer)
+        try:
+            tasks = [asyncio.create_task(viewer.send_all()), asyncio.create_task(_read_all(socket, hub, viewer))]
+            done, pending = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+            for task in pending:
+                task.cancel()
+            for task in done:
+                task.result()
+            await socket.close(ENDED if viewer.is_ending else FLOOD)
+        finally:
+            hub.leave(viewer)
+
+
+async def _read_token(socket: WebSocket) -> object:
+    try:
+        hello = json.loads(await socket.receive_text())
+    except (ValueError, KeyError, RecursionError):
+        return None
+    return hello.get("token", "") if isinstance(hello, dict) and hello.get("type") == "hello" else None
+
+
+async def _read_all(socket: WebSocket, hub: Hub, viewer: Viewer) -> None:
+    while True:
+        try:
+            text = await socket.receive_text()
+            if viewer.is_too_fast():
+                break
+            hub.handle(viewer, text)
+        except (ValueError, KeyError, RecursionError):  # KeyError: a binary message
+            break
+
+
+class ActionPipe:
+    """Writes the actions of the viewers for the run. It never waits.
+
+    An action that does not fit into the pipe waits in memory. The viewers' rate limits bound that memory.
+    """
+
+    def __init__(self, descriptor: int, loop: asyncio.AbstractEventLoop) -> None:
+        os.set_blocking(descriptor, False)
+        self._descriptor, self._loop = descriptor, loop
+        self._waiting = b""
+
+    def write(self, action: dict[str, Any]) -> None:
+        """Write an action as a line."""
+        self._waiting += json.dumps(action).encode() + b"\n"
+        self._write_waiting()
+
+    def _write_waiting(self) -> None:
+        try:
+            written = os.write(self._descriptor, self._waiting)
+        except BlockingIOError:
+            written = 0
+        except OSError:  # the run has ended
+            written = len(self._waiting)
+        self._waiting = self._waiting[written:]
+        if self._waiting:
+            self._loop.add_writer(self._descriptor, self._write_waiting)
+        else:
+            self._loop.remove_writer(self._descriptor)
+
+
+class RunPipe:
+    """Reads the messages of the run in a thread of its own, which also encodes the pictures."""
+
+    def __init__(self, source: BinaryIO, loop: asyncio.AbstractEventLoop) -> None:
+        self._source, self._loop = source, loop
+
+    def read(self) -> tuple[dict[str, Any], bytes] | None:
+        """Return the next message and its encoded picture; None at the end of the run."""
+        head = self._source.read(HEAD.size)
+        if len(head) < HEAD.size:
+            return None
+        text_size, picture_size = HEAD.unpack(head)
+        if text_size > MAX_JSON_BYTES or picture_size > MAX_PICTURE_BYTES:
+            return None
+        content = json.loads(self._source.read(text_size))
+        pixels = self._source.read(picture_size)
+        return content, encode_picture(content, pixels) if picture_size else b""
+
+    def pass_on(self, hub: Hub, ended: asyncio.Event) -> None:
+        """Pass each message to the hub, in the thread of the event loop. Set ``ended`` at the end of the run."""
+
+        async def receive(content: dict[str, Any], picture: bytes) -> None:
+            hub.receive(content, picture)
+
+        with suppress(ValueError, OSError, RuntimeError):  # RuntimeError: the event loop has ended
+            while message := self.read():
+                asyncio.run_coroutine_threadsafe(receive(*message), self._loop).result()
+        with suppress(RuntimeError):
+            self._loop.call_soon_threadsafe(ended.set)
+
+
+def encode_picture(content: dict[str, Any], pixels: bytes) -> bytes:
+    """Return the message with a picture: one byte with the length of its name, the name, and a JPEG or a PNG.
+
+    A drawing, whose name begins with ``@``, is a PNG.
+    """
+    image = np.frombuffer(pixels, np.uint8).reshape(content["shape"])
+    is_drawing = content["name"].startswith("@")
+    ending, options = (".png", []) if is_drawing else (".jpg", [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
+    _, encoded = cv2.imencode(ending, image, options)
+    name = content["name"].encode()[:255]
+    return b"".join((bytes([len(name)]), name, encoded.tobytes()))
+
+
+async def serve(listener: socket.socket) -> None:
+    """Serve the page until the run has ended."""
+    loop, ended = asyncio.get_running_loop(), asyncio.Event()
+    pipe = RunPipe(sys.stdin.buffer, loop)
+    first = await asyncio.to_thread(pipe.read)
+    if first is None:
+        return
+    hub = Hub(ActionPipe(sys.stdout.fileno(), loop).write)
+    access = Access(first[0]["token"], tuple(first[0]["hosts"]))
+    server = uvicorn.Server(
+        uvicorn.Config(
+            build_app(hub, access),
+            http=LimitedHttp,
+            ws=LimitedWebSocket,
+            ws_max_size=MAX_MESSAGE_BYTES,
+            ws_per_message_deflate=False,
+            ws_ping_interval=5,
+            ws_ping_timeout=5,
+            lifespan="off",
+            log_level="critical",
+            access_log=False,
+            server_header=False,
+            timeout_graceful_shutdown=1,
+        )
+    )
+    serving = asyncio.create_task(server.serve([listener]))
+    start_thread(lambda: pipe.pass_on(hub, ended), "run")
+    await asyncio.wait([serving, asyncio.create_task(ended.wait())], return_when=asyncio.FIRST_COMPLETED)
+    await close_viewers(hub)
+    server.should_exit = True
+    await serving
+
+
+async def close_viewers(hub: Hub) -> None:
+    """Send the last messages to the viewers, and close their sockets."""
+    viewers = tuple(hub.viewers)
+    for viewer in viewers:
+        viewer.end()
+    if viewers:
+        await asyncio.wait([asyncio.create_task(each.is_done.wait()) for each in viewers], timeout=FLUSH_S)
+
+
+def main(descriptor: int) -> None:
+    """Serve the page until the run has ended.
+
+    descriptor: the file descriptor of a socket that listens.
+    """
+    with socket.socket(fileno=descriptor) as listener:
+        asyncio.run(serve(listener))
