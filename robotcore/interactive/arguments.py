@@ -20,6 +20,7 @@ ARGUMENTS = {
     "--rate": "rate_hz",
     "--robot": "robot",
     "--seed": "seed",
+    "--view": "view",
     "--world": "world",
 }
 """What to write in Python for each option that the message of an error may name."""

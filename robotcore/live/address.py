@@ -37,8 +37,8 @@ class Address(NamedTuple):
         is_port = port.isascii() and port.isdecimal() and int(port) < 2**16
         if not is_port or any(each.isspace() or each in "/@#?" for each in host) or host.endswith(".py"):
             raise UsageError(
-                f"--view {text}: not an address. Write --view after the app, or --view HOST:PORT, such as "
-                "--view 0.0.0.0:8080",
+                f"--view {text}: not an address. Give HOST:PORT, such as 0.0.0.0:8080, or only a port. Without an "
+                "address, --view must follow the app",
                 kind="not-an-address",
                 address=text,
             )

@@ -17,9 +17,6 @@ MAX_LINES = 300
 MAX_PATH_POINTS = 3000
 """A longer path loses every second of its points."""
 
-PATH_STEP_M = 0.02
-"""The path of a new viewer has a point after each such distance, in metres."""
-
 
 class Hub:
     """Passes each message of the run to the viewers, and their actions to the run.
@@ -34,7 +31,7 @@ class Hub:
         self._run: dict[str, Any] | None = None
         self._end: dict[str, Any] | None = None
         self._lines: deque[dict[str, Any]] = deque(maxlen=MAX_LINES)
-        self._path: list[tuple[float, float, str]] = []
+        self._path: list[list[Any]] = []
         self._is_pressed = False
         self.tick = b""
         """The newest tick, as JSON."""
@@ -59,7 +56,7 @@ class Hub:
                     viewer.add_picture(content["name"])
             case "tick":
                 self.tick = encode(content)
-                self._extend_path(content)
+                self._extend_path(content["path"])
                 for viewer in self.viewers:
                     viewer.add_tick()
             case kind:
@@ -118,14 +115,8 @@ class Hub:
         for viewer in self.viewers:
             viewer.add_message(text)
 
-    def _extend_path(self, tick: dict[str, Any]) -> None:
-        pose = tick["truth"] or tick["pose"]
-        if not pose or None in pose:
-            return
-        x, y = pose[:2]
-        if self._path and abs(x - self._path[-1][0]) + abs(y - self._path[-1][1]) < PATH_STEP_M:
-            return
-        self._path.append((x, y, tick["state"]))
+    def _extend_path(self, points: list[list[Any]]) -> None:
+        self._path += points
         if len(self._path) > MAX_PATH_POINTS:
             del self._path[1::2]
 

@@ -11,9 +11,11 @@ import numpy as np
 from robotcore.geometry import Pose, Wheels
 from robotcore.hal.device import Sensor, list_values
 from robotcore.hal.robot import Role
+from robotcore.hal.value_log import NOTHING_LOGGED, LoggedValue
 from robotcore.kinds.camera import Frame
 from robotcore.live.messages import to_json
 from robotcore.optics import Image
+from robotcore.recording.summary import is_plausible
 from robotcore.runtime.layers.devices import AppActuator, AppMotor, AppSensor
 from robotcore.runtime.observer import RunContext
 from robotcore.runtime.trace import TickRecord
@@ -28,6 +30,13 @@ SPEED_WINDOW_S = 0.1
 """The shortest time over which a wheel's velocity is measured, in seconds."""
 
 
+PATH_STEP_M = 0.02
+"""The path has a point after each such distance, in metres."""
+
+MAX_NEW_POINTS = 5000
+"""The number of points of the path that wait for the page. Older ones are lost."""
+
+
 class Moment(NamedTuple):
     """The state of a run at the end of a tick. Its parts do not change later."""
 
@@ -40,6 +49,8 @@ class Moment(NamedTuple):
     """The last sample of each sensor that the app has read, by name."""
     commands: Mapping[str, Any]
     """The newest command to each actuator other than motors, by name."""
+    logged: Mapping[str, LoggedValue]
+    """The newest values that the app has logged, by name."""
 
 
 class Snapshots:
@@ -56,19 +67,38 @@ class Snapshots:
         drive = run.description.drive
         self._speeds = WheelSpeeds(drive.left_encoders, drive.right_encoders) if drive else None
         self._milestones: dict[str, float] = {}
+        self._new_path: deque[tuple[float, float, str]] = deque(maxlen=MAX_NEW_POINTS)
+        self._path_end: Pose | None = None
+        self._logged: Mapping[str, LoggedValue] = NOTHING_LOGGED
 
     def take(self, record: TickRecord) -> Moment:
         """Return the present state of the run. This reads no device."""
-        truth, state = self._run.truth, record.state
+        state = record.state
+        truth = self._run.truth.pose if self._run.truth else None
+        pose = self._drive.latest_pose if self._drive else None
+        self._extend_path(truth or pose, state)
+        if record.logged:
+            self._logged = {**self._logged, **record.logged}
         if state not in self._milestones and state in self._run.behaviour.milestones:
             self._milestones[str.__str__(state)] = record.time
         return Moment(
             record,
-            self._drive.latest_pose if self._drive else None,
-            truth.pose if truth else None,
+            pose,
+            truth,
             {each.name: each.latest for each in self._sensors if each.latest is not None},
             {each.name: each.latest for each in self._actuators if each.latest is not None},
+            self._logged,
         )
+
+    def _extend_path(self, pose: Pose | None, state: str) -> None:
+        last = self._path_end
+        if pose and is_plausible(pose) and (last is None or pose.distance_to(last.x, last.y) >= PATH_STEP_M):
+            self._path_end = pose
+            self._new_path.append((round(pose.x, 4), round(pose.y, 4), str.__str__(state)))
+
+    def _take_path(self) -> list[tuple[float, float, str]]:
+        """Return the points of the path since the last call."""
+        return [self._new_path.popleft() for _ in range(len(self._new_path))]
 
     def build_message(self, moment: Moment, causes: Sequence[str]) -> dict[str, Any]:
         """Return the message of a moment, without its pictures.
@@ -84,10 +114,12 @@ class Snapshots:
             "milestones": to_json(self._milestones.copy()),
             "pose": to_json(moment.pose),
             "truth": to_json(moment.truth),
+            "path": self._take_path(),
             "asked": to_json(record.asked),
             "sent": to_json(record.sent),
             "measured": to_json(self._speeds.measure(moment.samples)) if self._speeds else None,
             "devices": dict(self._list_devices(moment)),
+            "logged": {name: {"value": to_json(value), "unit": unit} for name, (value, unit) in moment.logged.items()},
             "interventions": list(causes),
             "faults": [str(fault) for fault in self._run.faults if fault.is_active(record.time)],
         }

@@ -2,7 +2,6 @@
 
 import { colour, prepare, STATE_COLOURS } from "./theme.js";
 
-const STEP_M = 0.02;
 const MAX_POINTS = 6000;
 
 export class Overhead {
@@ -27,12 +26,10 @@ export class Overhead {
 
   add(tick) {
     this.tick = tick;
-    const pose = tick.truth ?? tick.pose;
-    if (!pose || pose.includes(null)) return;
-    const last = this.path.at(-1);
-    if (last && Math.hypot(pose[0] - last[0], pose[1] - last[1]) < STEP_M) return;
-    if (!this.states.includes(tick.state)) this.states.push(tick.state);
-    this.path.push([pose[0], pose[1], tick.state]);
+    for (const point of tick.path) {
+      if (!this.states.includes(point[2])) this.states.push(point[2]);
+      this.path.push(point);
+    }
     if (this.path.length > MAX_POINTS) this.path = this.path.filter((_, index) => index % 2 === 0);
   }
 
@@ -88,16 +85,19 @@ export class Overhead {
   }
 
   drawPath(context, width) {
+    const pose = this.tick?.truth ?? this.tick?.pose;
+    const end = pose && !pose.includes(null) && this.path.length ? [[pose[0], pose[1], this.path.at(-1)[2]]] : [];
+    const path = this.path.concat(end);
     context.lineJoin = context.lineCap = "round";
     for (const [paint, extra] of [[() => "rgb(255 255 255 / 75%)", 3], [(state) => this.stateColour(state), 0]]) {
       context.lineWidth = width + extra;
-      for (let index = 1; index < this.path.length; ) {
-        const state = this.path[index][2];
+      for (let index = 1; index < path.length; ) {
+        const state = path[index][2];
         context.strokeStyle = paint(state);
         context.beginPath();
-        context.moveTo(...this.toPixel(this.path[index - 1]));
-        for (; index < this.path.length && this.path[index][2] === state; index++) {
-          context.lineTo(...this.toPixel(this.path[index]));
+        context.moveTo(...this.toPixel(path[index - 1]));
+        for (; index < path.length && path[index][2] === state; index++) {
+          context.lineTo(...this.toPixel(path[index]));
         }
         context.stroke();
       }

@@ -130,7 +130,23 @@ function draw() {
     item.lastChild.textContent = time === undefined ? "" : `${time.toFixed(1)} s`;
   }
   showPose();
+  showValues();
   showNotices();
+}
+
+// The values that the app logs.
+function showValues() {
+  const list = get("values");
+  const names = Object.keys(tick.logged);
+  get("values-card").hidden = !names.length;
+  if (names.length * 2 !== list.childElementCount) {
+    list.replaceChildren(...names.flatMap((name) => [Object.assign(document.createElement("dt"), { textContent: name }), document.createElement("dd")]));
+  }
+  names.forEach((name, index) => {
+    const { value, unit } = tick.logged[name];
+    const text = typeof value === "number" && !Number.isInteger(value) ? value.toFixed(3) : String(value ?? "not a number");
+    list.children[2 * index + 1].textContent = `${text} ${unit}`.trim();
+  });
 }
 
 function drawMap() {

@@ -1,0 +1,144 @@
+"""The live page in a real Chromium, with real runs."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+from playwright.sync_api import Browser, Page, expect
+
+from robotcore.errors import EmergencyStopError
+from robotcore.live.address import Address
+from tests.robotcore.live.live_run import StartRun
+
+pytestmark = pytest.mark.slow
+
+MAX_PAGE_BYTES = 150_000
+
+
+def read_canvas(page: Page, selector: str) -> str:
+    """Return the pixels of a canvas as a data URL."""
+    return str(page.locator(selector).evaluate("canvas => canvas.toDataURL()"))
+
+
+def test_the_picture_and_the_path_move(page: Page, start_run: StartRun) -> None:
+    run = start_run(world="arena")
+    page.goto(run.view.link)
+    expect(page.locator("#camera")).to_have_attribute("data-count", re.compile("[2-9]"))
+    before = [read_canvas(page, canvas) for canvas in ("#camera", "#map", "#wheels")]
+    page.wait_for_timeout(500)
+    after = [read_canvas(page, canvas) for canvas in ("#camera", "#map", "#wheels")]
+    assert all(old != new for old, new in zip(before, after, strict=True))
+
+
+def test_it_shows_the_names_the_state_the_milestones_the_values_and_every_device(
+    page: Page, start_run: StartRun
+) -> None:
+    run = start_run(seed=3)
+    page.goto(run.view.link)
+    expect(page.locator("#app")).to_have_text("Circles")
+    expect(page.locator("#where")).to_have_text("kinematic · rover · open · seed 3")
+    expect(page.locator("#state")).to_have_text("turning")
+    expect(page.locator("#milestones li.is-reached")).to_have_count(1)
+    expect(page.locator("#values dt")).to_have_text("gap")
+    expect(page.locator("#values dd")).to_contain_text(" m")
+    assert {*page.locator(".device h3").all_text_contents()} == {*run.context.robot.devices}
+    expect(page.locator(".device.is-silent")).to_have_count(0)
+    expect(page.locator(".device[data-device=nose] .value")).to_contain_text(re.compile("[0-9] m$|nothing in range"))
+
+
+@pytest.mark.parametrize("press", ["button", "space bar", "a lost socket"])
+def test_the_estop_stops_the_simulated_wheels_and_ends_the_run(page: Page, start_run: StartRun, press: str) -> None:
+    run = start_run()
+    page.goto(run.view.link)
+    expect(page.locator("#state")).to_have_text("turning")
+    assert all(run.wheels)
+    if press == "space bar":
+        page.locator("#camera-tabs button").first.focus()  # the key must not press this button
+        page.keyboard.press("Space")
+    elif press == "button":
+        page.locator("#estop").click()
+    else:
+        page.evaluate("fetch('/estop', {method: 'POST', headers: {'x-robotcore': 'estop'}})")
+    result = run.wait()
+    assert isinstance(result.error, EmergencyStopError)
+    assert run.wheels == [0, 0]
+    expect(page.locator("#screen-title")).to_have_text("The run has ended: stopped")
+    expect(page.locator("#screen-text")).to_contain_text("live page")
+
+
+def test_a_range_guard_and_a_fault_are_named(page: Page, start_run: StartRun) -> None:
+    run = start_run(app="bump-and-turn", robot="tracer", world="arena", faults=("left_motor weak=0.9",))
+    page.goto(run.view.link)
+    expect(page.locator("#notices")).to_contain_text("fault: left_motor weak=0.9")
+
+
+def test_a_lost_connection_says_so_and_the_page_comes_back_with_the_next_run(page: Page, start_run: StartRun) -> None:
+    run = start_run()
+    page.goto(run.view.link)
+    expect(page.locator("#state")).to_have_text("turning")
+    port = int(run.view.link.rstrip("/").rpartition(":")[2])
+    run.view._page.kill()
+    expect(page.locator("#screen-title")).to_have_text("Connection lost")
+    ticks = len(run.watcher.calls)
+    page.wait_for_timeout(300)
+    assert len(run.watcher.calls) > ticks, "the run continues without its page"
+    run.stop()
+    start_run(Address(port=port))
+    expect(page.locator("#screen")).to_be_hidden()
+    expect(page.locator("#state")).to_have_text("turning")
+
+
+def test_a_finished_run_says_so_and_its_last_state_can_be_seen(page: Page, start_run: StartRun) -> None:
+    run = start_run(timeout_s=3.0)
+    page.goto(run.view.link)
+    expect(page.locator("#screen-title")).to_have_text("The run has ended: timeout")
+    run.wait()
+    page.wait_for_timeout(1500)
+    expect(page.locator("#screen-title")).to_have_text("The run has ended: timeout")
+    page.locator("#screen-close").click()
+    expect(page.locator("#screen")).to_be_hidden()
+    expect(page.locator("#time")).to_have_text("3.0 s")
+
+
+def test_a_wrong_token_sees_nothing(page: Page, start_run: StartRun) -> None:
+    run = start_run(Address("0.0.0.0"))  # noqa: S104
+    link = run.view.link
+    page.goto(link.partition("#")[0] + "#token=wrong")
+    expect(page.locator("#screen-title")).to_have_text("This page needs its link")
+    expect(page.locator("#app")).to_have_text("robotcore")
+    assert page.locator(".device").count() == 0
+    page.goto(link)
+    page.reload()
+    expect(page.locator("#state")).to_have_text("turning")
+    assert "token" not in page.url
+
+
+def test_the_window_of_a_phone_shows_all_with_the_estop_in_reach(browser: Browser, start_run: StartRun) -> None:
+    run = start_run()
+    context = browser.new_context(viewport={"width": 360, "height": 640}, has_touch=True, is_mobile=True)
+    page = context.new_page()
+    page.goto(run.view.link)
+    expect(page.locator("#state")).to_have_text("turning")
+    assert page.evaluate("document.documentElement.scrollWidth") <= 360
+    for _ in range(4):
+        box = page.locator("#estop").bounding_box()
+        assert box
+        assert box["width"] == 360
+        assert box["y"] + box["height"] == pytest.approx(640, abs=1)
+        page.mouse.wheel(0, 500)
+        page.wait_for_timeout(50)
+    page.locator("#estop").tap()
+    assert isinstance(run.wait().error, EmergencyStopError)
+    context.close()
+
+
+def test_the_page_loads_only_its_own_files_and_they_are_small(page: Page, start_run: StartRun) -> None:
+    run = start_run()
+    sizes: dict[str, int] = {}
+    page.on("response", lambda response: sizes.update({response.url: len(response.body())}))
+    page.goto(run.view.link, wait_until="networkidle")
+    expect(page.locator("#state")).to_have_text("turning")
+    assert all(url.startswith(run.view.link) for url in sizes)
+    assert len(sizes) > 5
+    assert sum(sizes.values()) <= MAX_PAGE_BYTES
