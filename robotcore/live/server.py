@@ -90,6 +90,7 @@ async def serve_viewer(socket: WebSocket, hub: Hub, access: Access) -> None:
             done, pending = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
             for task in pending:
                 task.cancel()
+            await asyncio.gather(*pending, return_exceptions=True)
             for task in done:
                 task.result()
             await socket.close(ENDED if viewer.is_ending else FLOOD)

@@ -70,6 +70,7 @@ function showHistory({ path, lines }) {
 
 function showTick(message) {
   [tick, tickAt] = [message, performance.now()];
+  get("screen-close").hidden = false;
   overhead.add(tick);
   plot.add(tick);
   for (const cause of tick.interventions) {
