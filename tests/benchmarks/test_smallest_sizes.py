@@ -23,6 +23,7 @@ LIMIT_S = 110
 EXACT = {
     "drives": "--robots freenove-4wd picar",
     "faults": "--seeds 1 --world open --jobs 1 --fault 'camera drop=0.3'",
+    "hand_driven_runs": "--runs 1 --backends kinematic",
     "heading": "--runs 1",
     "hostile_recordings": "--kinds 1 --files 1",
     "hostile_robot": "--kinds 1",
@@ -43,6 +44,7 @@ BOUNDED = {
     "loop": "--pairs 1 --ticks 1 --search 0.5",
     "recording": "--pairs 1 --kills 1 --seconds 0.5 --search 1",
     "run_endings": "--trials 1 --exhausted 1 --simulators 1",
+    "silent_operator": "--trials 1 --backends kinematic",
     "slip": "--runs 1",
     "startup": "--pairs 1",
     "tick": "--repeats 1 --ticks 50",
