@@ -8,6 +8,7 @@ import re
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
+from io import FileIO
 from pathlib import Path
 from secrets import token_hex
 from typing import Any, TextIO
@@ -99,3 +100,10 @@ def require_regular(file: Path) -> int | None:
     if not stat.S_ISREG(mode):
         raise OSError(errno.EINVAL, "it is not a regular file")
     return mode & 0o777
+
+
+def write_all(file: FileIO, data: bytes | bytearray) -> None:
+    """Write all bytes to a file without a buffer. Raises OSError."""
+    left = memoryview(data)
+    while left:
+        left = left[file.write(left) :]

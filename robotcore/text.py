@@ -1,7 +1,8 @@
-"""Functions that format text for messages, and find the known name that a wrong one stands for."""
+"""Functions that format text for messages, parse durations, and find the name that a wrong one stands for."""
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Collection, Sequence
 from contextlib import suppress
@@ -28,6 +29,22 @@ def format_number(value: Any) -> str:
     if not isinstance(value, Real) or isinstance(value, Integral):
         return str(value)
     return f"{round(float(value), 2) + 0.0:.2f}"  # adding 0.0 turns -0.0 into 0.0
+
+
+_DURATION = re.compile(r"(\d{1,9}(?:\.\d{1,9})?) ?(s|min|h)")
+_SECONDS = {"s": 1.0, "min": 60.0, "h": 3600.0}
+
+
+def parse_duration(text: str) -> float:
+    """Return a positive duration in seconds. Raises ValueError if the text has no such duration with its unit.
+
+    >>> parse_duration("10min"), parse_duration("1.5 h"), parse_duration("90s")
+    (600.0, 5400.0, 90.0)
+    """
+    found = _DURATION.fullmatch(text.strip())
+    if not found or not float(found[1]):
+        raise ValueError(f"{text!r} is not a duration. Give one such as 10min, 90s or 2h")
+    return float(found[1]) * _SECONDS[found[2]]
 
 
 def escape(text: str, *, keep: str = "") -> str:

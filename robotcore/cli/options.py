@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from robotcore import text
 from robotcore.errors import UnknownNameError, UsageError
 
 if TYPE_CHECKING:
@@ -73,6 +74,14 @@ def parse_size(value: str) -> int:
     if found < 1:
         raise click.BadParameter(f"{value!r} is not a size in bytes. Give a size such as 500MB or 2GB")
     return int(found)
+
+
+def parse_duration(value: str) -> float:
+    """Parse a positive duration with its unit, and return it in seconds."""
+    try:
+        return text.parse_duration(value)
+    except ValueError as error:
+        raise click.BadParameter(str(error)) from error
 
 
 def parse_names(value: str) -> tuple[str, ...]:

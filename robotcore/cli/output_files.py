@@ -60,6 +60,7 @@ def build_recorder(
     is_forced: bool = False,
     is_jpeg: bool = False,
     limit: int | None = None,
+    last_s: float | None = None,
 ) -> Recorder | None:
     """Return an observer that records the run, or None without a file.
 
@@ -68,11 +69,17 @@ def build_recorder(
     is_forced: whether to overwrite an existing recording.
     is_jpeg: whether to record the camera as JPEG.
     limit: the file size in bytes at which the recording ends; None for no limit.
+    last_s: the time before the end of the run that the recording keeps, in seconds; None for the whole run.
 
     Raises UsageError if the file cannot be written, or exists and must not be overwritten.
     """
     if file is None:
-        given = {"force": is_forced, "record_jpeg": is_jpeg, "record_limit": limit is not None}
+        given = {
+            "force": is_forced,
+            "record_jpeg": is_jpeg,
+            "record_limit": limit is not None,
+            "record_last": last_s is not None,
+        }
         refuse_without("a recording", "Add --record FILE.mcap", **given)
         return None
     require_distinct("--record", file, *options.values())
@@ -80,7 +87,29 @@ def build_recorder(
     from robotcore.recording.recorder import Recorder
 
     require_recordable(file, is_forced=is_forced)
-    return Recorder(file, is_jpeg=is_jpeg, limit=limit)
+    if last_s is not None:
+        _require_ring_limit(limit)
+    return Recorder(file, is_jpeg=is_jpeg, limit=limit, last_s=last_s)
+
+
+def _require_ring_limit(limit: int | None) -> None:
+    from robotcore.recording.ring import MIN_LIMIT_BYTES
+
+    if limit is not None and limit < MIN_LIMIT_BYTES:
+        least = f"{MIN_LIMIT_BYTES / 1e6:g}MB"
+        raise UsageError(
+            f"--record-limit {limit}: with --record-last, the limit is at least {least}. Use --record-limit {least}",
+            kind="limit-too-small",
+            limit=limit,
+            least=MIN_LIMIT_BYTES,
+        )
+
+
+def _is_unfinished(recorder: Recorder) -> bool:
+    """Return whether the recording has segments, and its error does not say how to join them."""
+    from robotcore.recording.segments import has_segments
+
+    return has_segments(recorder.path) and getattr(recorder.failure, "kind", "") != "segments-not-joined"
 
 
 def finish_recording(result: RunResult, recorder: Recorder) -> tuple[RunResult, str]:
@@ -89,7 +118,8 @@ def finish_recording(result: RunResult, recorder: Recorder) -> tuple[RunResult, 
     If the recording is incomplete, the exit status of the result is at least 1.
     """
     if failure := recorder.failure:
-        write_failure(f"the recording is incomplete: {failure}")
+        rest = f". Then finish it: robotcore info {recorder.path}" if _is_unfinished(recorder) else ""
+        write_failure(f"the recording is incomplete: {failure}{rest}")
         return replace(result, exit_status=result.exit_status or 1, reason=result.reason or str(failure)), ""
     if not recorder.has_begun:
         return result, ""
@@ -97,4 +127,5 @@ def finish_recording(result: RunResult, recorder: Recorder) -> tuple[RunResult, 
     lost = f", {recorder.dropped} picture(s) dropped, so it cannot be replayed" if recorder.dropped else ""
     cut = ", cut: the disk did not store its end in time" if recorder.is_writing else ""
     early = f"; {recorder.ended_early}" if recorder.ended_early else ""
-    return result, f"The recording: {recorder.path}{lost}{cut}{early}"
+    begin = "" if recorder.begins_s is None else f", from {recorder.begins_s:.1f} s to the end of the run"
+    return result, f"The recording: {recorder.path}{begin}{lost}{cut}{early}"

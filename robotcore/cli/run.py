@@ -15,7 +15,7 @@ import click
 from click.core import ParameterSource
 
 from robotcore.cli.command_classes import RunCommand, prepare_result, write_result
-from robotcore.cli.options import host_option, merge_options, parse_size, port_option, run_options
+from robotcore.cli.options import host_option, merge_options, parse_duration, parse_size, port_option, run_options
 from robotcore.cli.output import redirect_prints, write_failure, write_line, write_lines
 from robotcore.cli.output_files import build_recorder, finish_recording
 from robotcore.errors import UsageError
@@ -63,6 +63,12 @@ _FIRST_SIMULATOR = "pybullet"
     help="End the recording when its file has this size, such as 500MB. The run goes on.",
 )
 @click.option(
+    "--record-last",
+    metavar="DURATION",
+    type=parse_duration,
+    help="Keep only the end of the recording, such as 10min. --record-limit then shortens it.",
+)
+@click.option(
     "--view",
     metavar="[HOST:PORT]",
     is_flag=False,
@@ -82,6 +88,7 @@ def command(
     no_estop_key: bool,
     keys: bool,
     record_jpeg: bool,
+    record_last: float | None,
     record_limit: int | None,
     view: str | None,
     as_json: bool,
@@ -99,7 +106,12 @@ def command(
     with SignalGuard() as interrupts:
         drawer = _make_picture_recorder(picture)
         recorder = build_recorder(
-            record, dict(values["options"]), is_forced=is_forced, is_jpeg=record_jpeg, limit=record_limit
+            record,
+            dict(values["options"]),
+            is_forced=is_forced,
+            is_jpeg=record_jpeg,
+            limit=record_limit,
+            last_s=record_last,
         )
         notifier = Notifier.from_environment(os.environ)
         prepare_result(as_json=as_json)

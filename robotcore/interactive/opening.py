@@ -6,10 +6,11 @@ import sys
 from collections.abc import Collection, Mapping
 from collections.abc import Set as AbstractSet
 from contextlib import suppress
+from math import inf
 from pathlib import Path
 from typing import Any
 
-from robotcore.errors import Interrupted, RobotcoreError
+from robotcore.errors import Interrupted, RobotcoreError, UsageError
 from robotcore.hal.backend import load_backend
 from robotcore.hal.robot import Role
 from robotcore.interactive import open_robots
@@ -56,6 +57,7 @@ def open(  # noqa: A001  users write robotcore.open
     seed: int | None = None,
     record: str | Path | None = None,
     force: bool = False,
+    record_last_s: float | None = None,
     faults: str | Collection[str] = (),
     realtime: bool = False,
     gui: bool = False,
@@ -73,6 +75,7 @@ def open(  # noqa: A001  users write robotcore.open
     seed: the seed from which the layout of the world is drawn.
     record: the ``.mcap`` file of a recording.
     force: whether the recording may replace an existing file.
+    record_last_s: the time before the end of the session that the recording keeps, in seconds; None for all of it.
     faults: the specifications of faults to inject, such as ``"range drop=0.2"``.
     realtime: whether simulated time passes at the pace of real time.
     gui: whether the simulator opens its window.
@@ -108,17 +111,28 @@ def open(  # noqa: A001  users write robotcore.open
             randomise=randomise,
             faults=specifications,
         )
-        return _open(request, None if record is None else Path(record), view, is_forced=force)
+        return _open(request, _build_recorder(record, record_last_s, is_forced=force), view)
     except RobotcoreError as error:
         raise name_arguments(error).with_traceback(None) from None
 
 
-def _open(request: RunRequest, record: Path | None, view: bool | str, *, is_forced: bool) -> LiveRobot:  # noqa: FBT001
+def _build_recorder(record: str | Path | None, last_s: float | None, *, is_forced: bool) -> Recorder | None:
+    """Return the recorder of a session. Raises UsageError if the file or the duration is not valid."""
+    if last_s is not None and not (record and 0 < last_s < inf):
+        raise UsageError(
+            f"record_last_s={last_s}: it needs a recording, and a positive number of seconds. "
+            'Use record="drive.mcap", record_last_s=600',
+            kind="record-last",
+            last_s=last_s,
+        )
+    if record is None:
+        return None
+    require_recordable(Path(record), is_forced=is_forced)
+    return Recorder(Path(record), last_s=last_s)
+
+
+def _open(request: RunRequest, recorder: Recorder | None, view: bool | str) -> LiveRobot:  # noqa: FBT001
     plan = Plan.resolve(request)
-    recorder = None
-    if record is not None:
-        require_recordable(record, is_forced=is_forced)
-        recorder = Recorder(record)
     keeper, signals = _ContextKeeper(), SignalGuard()
     page = _open_page(view) if view else None
     observers: list[Observer] = [each for each in (keeper, recorder, page) if each]

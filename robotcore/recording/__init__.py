@@ -37,6 +37,8 @@ __all__ = [
 def read(path: Path) -> Recording:
     """Read a recording. Of a file that is cut or damaged, the intact part at its beginning is read.
 
+    If a killed run has left segments of a ring beside the file, they are first joined into the file.
+
     Raises BackendMissingError if the extra ``record`` is not installed, and RecordingError if the file is not a
     recording.
 
@@ -57,5 +59,7 @@ def read(path: Path) -> Recording:
     """
     require_extra()
     from robotcore.recording.reader import read_file
+    from robotcore.recording.segments import join_segments
 
+    join_segments(path)
     return read_file(path)

@@ -56,6 +56,16 @@ class ChunkLocation:
     """The name of the compression; empty if the data are not packed."""
 
 
+class ChunkHeader(NamedTuple):
+    """The header of a chunk."""
+
+    begin_ns: int
+    """The time of the first message, in nanoseconds."""
+    end_ns: int
+    """The time of the last message, in nanoseconds."""
+    location: ChunkLocation
+
+
 def unpack(location: ChunkLocation, packed: bytes | memoryview) -> bytes | memoryview:
     """Return the unpacked data of a chunk.
 
@@ -115,6 +125,9 @@ _INVALID_OPCODE = 0
 _CHUNK = struct.Struct("<QQQII")
 """The header of a chunk: first and last message time, unpacked size, checksum, length of the compression's name."""
 _LENGTH = struct.Struct("<Q")
+
+CHUNK_HEADER_BYTES = 64
+"""A number of bytes that is enough for the header of each chunk that robotcore writes."""
 
 
 class ChunkedFile:
@@ -203,15 +216,22 @@ def _unpack_chunk(content: bytes | None, at: int) -> tuple[ChunkLocation, bytes 
     """
     if content is None:
         raise ValueError(f"a chunk has more than {MAX_RECORD_BYTES} bytes")
-    body = memoryview(content)
-    *_, size, crc, name_length = _CHUNK.unpack_from(body)
-    name_end = _CHUNK.size + name_length
-    begin = name_end + _LENGTH.size
-    (packed_length,) = _LENGTH.unpack_from(body, name_end)
-    packed = body[begin : begin + packed_length]
-    compression = bytes(body[_CHUNK.size : name_end]).decode()
-    location = ChunkLocation(at + begin, len(packed), size, crc, compression)
+    location = locate_chunk(content, at).location
+    packed = memoryview(content)[location.offset - at :][: location.length]
     return location, unpack(location, packed)
+
+
+def locate_chunk(content: bytes, at: int) -> ChunkHeader:
+    """Return the header of a chunk.
+
+    content: the chunk, or at least its first `CHUNK_HEADER_BYTES` bytes.
+    at: the offset of the chunk in the file.
+    """
+    begin_ns, end_ns, size, crc, name_length = _CHUNK.unpack_from(content)
+    name_end = _CHUNK.size + name_length
+    (length,) = _LENGTH.unpack_from(content, name_end)
+    compression = content[_CHUNK.size : name_end].decode()
+    return ChunkHeader(begin_ns, end_ns, ChunkLocation(at + name_end + _LENGTH.size, length, size, crc, compression))
 
 
 @contextmanager

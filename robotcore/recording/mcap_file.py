@@ -6,10 +6,10 @@ import os
 from collections.abc import Callable, Mapping
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from robotcore.errors import BackendMissingError, RecordingError
-from robotcore.files import require_regular, require_replaceable
+from robotcore.files import require_regular, require_replaceable, write_all
 
 CHUNK_BYTES = 2**20
 """The size of a chunk before compression, in bytes. A reader must unpack a whole chunk to read one picture."""
@@ -23,17 +23,22 @@ class McapFile:
 
     The first write error raises RecordingError. Nothing is written after it. If the process crashes, only the messages
     since the last flush are lost.
+
+    path: the file, which is overwritten.
+    sink: the file object that receives the bytes; None for one that writes all bytes to the file.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, sink: Sink | None = None) -> None:
         require_extra()
         import foxglove
         from foxglove.mcap import MCAPWriteOptions
 
         self._path = path
-        self._sink = _Sink(path)
+        self._sink = sink or _PlainSink(path)
         self.context = foxglove.Context()
-        options = MCAPWriteOptions(chunk_size=CHUNK_BYTES, compression_level=1, compression_threads=0)
+        options = MCAPWriteOptions(
+            chunk_size=CHUNK_BYTES, compression_level=1, compression_threads=0, disable_seeking=True
+        )
         self._writer = foxglove.open_mcap(self._sink, context=self.context, writer_options=options)
 
     @property
@@ -83,7 +88,29 @@ class McapFile:
             raise RecordingError(self._path, str(cause.strerror), ROOM, kind="file-not-writable") from cause
 
 
-class _Sink:
+class Sink(Protocol):
+    """A file object to which foxglove-sdk writes. It stores the first error instead of raising it."""
+
+    error: OSError | None
+
+    @property
+    def size(self) -> int:
+        """The size of the file, in bytes."""
+
+    def write(self, data: bytes | bytearray) -> int:
+        """Append bytes."""
+
+    def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
+        """Return the position."""
+
+    def flush(self) -> None:
+        """Write buffered bytes, if there are any."""
+
+    def close(self) -> None:
+        """Close the file. Raises RecordingError. Later calls do nothing."""
+
+
+class _PlainSink:
     """The file object to which foxglove-sdk writes.
 
     `write` stores the first error in ``error`` instead of raising it, and then discards all bytes. If it raised the
@@ -91,32 +118,29 @@ class _Sink:
     """
 
     def __init__(self, path: Path) -> None:
+        from robotcore.recording.segments import remove_segments
+
         try:
             require_regular(path)
+            remove_segments(path)
             self._file = path.open("wb", buffering=0)
         except OSError as error:
             raise build_unwritable_error(path, error) from error
         self.error: OSError | None = None
-        self._at = self.size = 0
+        self.size = 0
 
     def write(self, data: bytes | bytearray) -> int:
-        try:
-            self._write_all(memoryview(data))
-        except OSError as error:
-            self.error = error
-        self._at += len(data)
-        self.size = max(self.size, self._at)
+        if not self.error:
+            try:
+                write_all(self._file, data)
+            except OSError as error:
+                self.error = error
+        self.size += len(data)
         return len(data)
 
-    def _write_all(self, left: memoryview) -> None:
-        while left and not self.error:
-            left = left[self._file.write(left) or 0 :]
-
     def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
-        self._at = offset + {os.SEEK_SET: 0, os.SEEK_CUR: self._at, os.SEEK_END: self.size}[whence]
-        if not self.error:
-            self._file.seek(self._at)
-        return self._at
+        """Return the position. The writer appends only."""
+        return self.size
 
     def flush(self) -> None:
         """Do nothing. The file has no buffer."""
@@ -131,12 +155,21 @@ def require_recordable(path: Path, *, is_forced: bool = False) -> None:
     is_forced: whether an existing recording may be overwritten.
     """
     require_extra()
+    from robotcore.recording.segments import has_segments
+
     if path.suffix.lower() != ".mcap":
         raise RecordingError(path, "the name of a recording must end in .mcap", "Name another file", kind="file-ending")
     try:
         require_replaceable(path)
     except OSError as error:
         raise build_unwritable_error(path, error) from error
+    if not is_forced and has_segments(path):
+        raise RecordingError(
+            path,
+            "the file has the recording of a killed run",
+            f"Finish it: robotcore info {path}. Or name another file, or overwrite it with --force",
+            kind="recording-not-finished",
+        )
     if not is_forced and path.exists() and path.stat().st_size:
         raise RecordingError(
             path, "the file exists", "Name another file, or overwrite it with --force", kind="recording-exists"

@@ -199,17 +199,19 @@ class _RecordingBuilder:
             raise _build_no_run_error(self._path, damage, is_whole=is_whole)
         samples = FileSamples(self._path, {**self._numbers, **dict(self._list_pictures())})
         jpegs = {key.device for key, place in self._pictures.items() if place.unpack is decode_compressed_image}
+        ticks = skip_incomplete_beginning(self._ticks, samples)
+        first = ticks[0].number if ticks else 0
         return Recording(
             metadata=self._metadata,
-            ticks=self._ticks,
+            ticks=ticks,
             samples=samples,
             result=self._result,
-            truth=self._truth,
+            truth=[each for each in self._truth if each.tick >= first],
             logged=self._logged,
             ended_early=self._ended_early,
             is_cut=not (is_whole and (self._result or self._ended_early)),
             damage=damage,
-            missing_inputs=explain_missing_inputs(self._ticks, samples, jpegs),
+            missing_inputs=explain_missing_inputs(ticks, samples, jpegs),
         )
 
     def _list_pictures(self) -> Iterator[tuple[SampleKey, Picture]]:
@@ -231,6 +233,17 @@ def _build_no_run_error(path: Path, damage: str, *, is_whole: bool) -> Recording
     return RecordingError(path, problem, "Use another copy of the file, or record the run again", kind=kind)
 
 
+def skip_incomplete_beginning(ticks: list[Tick], samples: FileSamples) -> list[Tick]:
+    """Return the ticks of a ring recording from the first one with all its samples; all ticks if there is none.
+
+    A ring may have deleted the samples that its first ticks read.
+    """
+    if not ticks or not ticks[0].number:
+        return ticks
+    complete = (at for at, tick in enumerate(ticks) if all(each.key in samples for each in tick.reads if each.key))
+    return ticks[next(complete, 0) :]
+
+
 def explain_missing_inputs(ticks: list[Tick], samples: FileSamples, jpegs: set[str]) -> str:
     """Return a text about the missing inputs of the app; empty if no input is missing.
 
@@ -239,6 +252,8 @@ def explain_missing_inputs(ticks: list[Tick], samples: FileSamples, jpegs: set[s
     reads = [read for tick in ticks for read in tick.reads if not read.error]
     if not ticks:
         return "the recording has no tick"
+    if ticks[0].number:
+        return f"the recording begins at {ticks[0].time:.1f} s, and the state of the app at that time is unknown"
     if dropped := {(read.device, read.sequence) for read in reads if read.number is None}:
         return f"{len(dropped)} picture(s) are missing, because the disk was too slow"
     if lossy := sorted(jpegs & {read.device for read in reads}):

@@ -8,13 +8,14 @@ from collections import deque
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
+from math import inf
 from pathlib import Path
-from typing import Generic, TypeVar
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 from robotcore.errors import BackendMissingError, Interrupted, RecordingError, RobotcoreError
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.recording.events import GroundTruthSample, RecordedError
-from robotcore.recording.mcap_file import McapFile
+from robotcore.recording.mcap_file import McapFile, require_extra
 from robotcore.recording.recording import build_metadata
 from robotcore.recording.tap import RecordingTap
 from robotcore.recording.writer import Entry, RecordingWriter
@@ -22,6 +23,9 @@ from robotcore.runtime.result import RunResult
 from robotcore.runtime.session import RunContext
 from robotcore.runtime.trace import TickRecord
 from robotcore.threads import start_thread
+
+if TYPE_CHECKING:
+    from robotcore.recording.ring import Ring
 
 T = TypeVar("T")
 
@@ -80,7 +84,10 @@ class WriteQueue(Generic[T]):
 
 
 FLUSH_S = 0.5
-"""The interval of flushes, in seconds. A killed process loses the messages since the last flush."""
+"""The interval of flushes, in seconds, of a ring also on the robot's clock.
+
+A killed process loses the messages since the last flush.
+"""
 
 JOIN_S = 60.0
 """The longest wait for the writer thread at the end of a run, in seconds."""
@@ -94,17 +101,28 @@ class Recorder:
 
     path: the ``.mcap`` file, which is overwritten.
     is_jpeg: whether to write pictures of cameras as JPEGs. Such a recording cannot be replayed.
-    limit: the file size at which the recording ends, in bytes. The last chunk and the index come on top of it.
+    limit: the file size at which the recording ends, in bytes. The last chunk and the index come on top of it. With
+        ``last_s``, the recording does not end: it keeps what the limit has room for.
+    last_s: the time before the end of the run that the recording keeps, in seconds; None for the whole run.
     room: the size of the queue in bytes.
     """
 
-    def __init__(self, path: Path, *, is_jpeg: bool = False, limit: int | None = None, room: int = QUEUE_BYTES) -> None:
+    def __init__(
+        self,
+        path: Path,
+        *,
+        is_jpeg: bool = False,
+        limit: int | None = None,
+        last_s: float | None = None,
+        room: int = QUEUE_BYTES,
+    ) -> None:
         self.failure: RobotcoreError | None = None
         """The error that ended the recording; None if there is none."""
         self.ended_early = ""
         """Why the recording ended before its run; empty if it did not."""
         self._notes: list[str] = []
-        self.path, self._is_jpeg, self._limit = path, is_jpeg, limit
+        self.path, self._is_jpeg, self._limit, self._last_s = path, is_jpeg, limit, last_s
+        self._ring: Ring | None = None
         self._queue: WriteQueue[Entry] = WriteQueue(room)
         self._is_stepped = False
         self.layer = RecordingTap(lambda: self._is_stepped or self._queue.has_room())
@@ -131,6 +149,11 @@ class Recorder:
         """The number of dropped pictures."""
         return self.layer.dropped
 
+    @property
+    def begins_s(self) -> float | None:
+        """The time at which the recording begins, in seconds; None if it begins with the run."""
+        return self._ring.dropped_until_s if self._ring else None
+
     def complete(self, result: RunResult) -> RunResult:
         """Return the result with the number of dropped pictures, and notes about the content that the file lacks."""
         return replace(result, dropped_pictures=self.dropped, notes=[*result.notes, *self._notes])
@@ -141,7 +164,7 @@ class Recorder:
         self._run, self._is_stepped, self._outer = run, metadata.is_stepped, sys.exc_info()[1]
         file = None
         try:
-            file = McapFile(self.path)
+            file = self._open_file()
             writer = RecordingWriter(file, run, metadata, is_jpeg=self._is_jpeg, notes=self._notes)
         except Exception as error:  # noqa: BLE001  any error must end only the recording, not the run
             self._set_failure(error)
@@ -150,6 +173,15 @@ class Recorder:
         finally:
             if file and not self._thread:
                 self._close(file)
+
+    def _open_file(self) -> McapFile:
+        if self._last_s is None:
+            return McapFile(self.path)
+        require_extra()
+        from robotcore.recording.ring import Ring
+
+        self._ring = Ring(self.path, self._last_s, self._limit)
+        return McapFile(self.path, self._ring)
 
     def tick(self, record: TickRecord) -> None:
         """Put a tick into the queue."""
@@ -193,16 +225,19 @@ class Recorder:
 
     def _write_all(self, file: McapFile, writer: RecordingWriter) -> None:
         clock, due, unsaved = MonotonicClock(), 0.0, 0  # due at once, so that a crash leaves a file with a tick
+        robot_due = inf
         while not self._queue.is_over:
             if entry := self._queue.get():
                 writer.write(entry)
                 unsaved += 1
-                if self._limit is not None and file.size >= self._limit:
+                if self._ring:  # a ring loses little of a fast simulation, and has short segments
+                    robot_due = min(robot_due, entry.record.time + FLUSH_S)
+                if self._limit is not None and self._last_s is None and file.size >= self._limit:
                     self._end_early(writer, entry)
                     return
-            if unsaved and clock.now() >= due:
+            if unsaved and (clock.now() >= due or (entry and entry.record.time >= robot_due)):
                 file.flush()
-                due, unsaved = clock.now() + FLUSH_S, 0
+                due, unsaved, robot_due = clock.now() + FLUSH_S, 0, inf
         if self._result:
             writer.end(self.complete(self._result))
             file.flush()

@@ -38,6 +38,7 @@ EXACT = {
 
 BOUNDED = {
     "detector": "--frames 4",
+    "flight_recorder": "--hours 0.01 --last 10 --kills 1 --ring 1",
     "floor_pictures": "--pairs 1 --ticks 1",
     "guardian": "--trials 1",
     "interruptions": "--trials 1",

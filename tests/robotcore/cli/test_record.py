@@ -88,6 +88,21 @@ def test_a_recording_at_its_limit_is_no_failure(cli: Cli, tmp_path: Path, check_
     assert why in replayed.out
 
 
+def test_a_flight_recorder_keeps_the_end_of_the_run(cli: Cli, tmp_path: Path, check_text: CheckText) -> None:
+    file = tmp_path / "run.mcap"
+    command = ("run", "avoid-obstacles", "--set", "duration_s=4", "--record", str(file), "--record-last", "0.5s")
+    answer = cli(*command)
+    assert answer.status == 0
+    first = read(file).ticks[0]
+    assert 0 < first.time <= 3.5
+    check_text(answer.out.splitlines()[-1].replace(str(file), "run.mcap"), hide=[f"{first.time:.1f}"])
+    about = cli("info", str(file), "--json").json
+    assert (about["whole"], about["replayable"], about["outcome"]) == (True, False, "success")
+    replayed = cli("replay", str(file))
+    assert replayed.status == 2
+    assert cli("replay", str(file), "--app", "avoid-obstacles").status == 0
+
+
 def test_record_jpeg_is_recorded_as_jpeg(cli: Cli, tmp_path: Path, check_text: CheckText) -> None:
     file = tmp_path / "run.mcap"
     assert cli("run", "green-search", "--timeout", "0.2", "--record", str(file), "--record-jpeg").status == 1
@@ -101,6 +116,13 @@ def test_record_jpeg_is_recorded_as_jpeg(cli: Cli, tmp_path: Path, check_text: C
         ("--record", "gone/run.mcap"),
         ("--record", "run.mcap", "--record-limit", "0"),
         ("--record-limit", "1MB"),
+        ("--record-last", "10min"),
+        ("--record", "run.mcap", "--record-last", "10min", "--record-limit", "1MB"),
+        *(("--record", "run.mcap", "--record-last", wrong) for wrong in ("0", "0min", "-1min", "NaN", "10 bananas")),
+        ("--record", "folder", "--record-last", "10min"),
+        ("--record", "folder.mcap", "--record-last", "10min"),
+        ("--record", "old.mcap", "--record-last", "10min"),
+        ("--record", "killed.mcap", "--record-last", "10min"),
     ],
 )
 def test_a_recording_that_cannot_be_written_is_refused_before_the_run(
@@ -111,6 +133,10 @@ def test_a_recording_that_cannot_be_written_is_refused_before_the_run(
     check_text: CheckText,
 ) -> None:
     monkeypatch.chdir(tmp_path)
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "folder.mcap").mkdir()
+    (tmp_path / "old.mcap").write_bytes(b"a run of yesterday")
+    (tmp_path / "killed.mcap.segments").mkdir()
     answer = cli(*SHORT, *arguments)
     assert (answer.status, answer.out) == (2, "")
     check_text(answer.err)
@@ -149,7 +175,7 @@ def test_an_incomplete_recording_is_a_failure(
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("robotcore.recording.mcap_file._Sink._write_all", full)
+    monkeypatch.setattr("robotcore.recording.mcap_file.write_all", full)
     answer = cli(*SHORT, "--record", str(tmp_path / "run.mcap"), "--json")
     assert answer.status == answer.json["exit_status"] == 1
     assert answer.json["outcome"] == "success"

@@ -27,6 +27,15 @@ def test_session_is_recorded(tmp_path: Path) -> None:
     assert all(tick.reads for tick in recording.ticks)
 
 
+def test_recording_of_a_session_can_keep_only_its_end(tmp_path: Path) -> None:
+    file = tmp_path / "session.mcap"
+    with robotcore.open(world="open", record=file, record_last_s=1.0) as robot:
+        robot.wait(6.0)
+    recording = read(file)
+    assert recording.ticks[0].time > 0
+    assert 1.0 <= recording.ticks[-1].time - recording.ticks[0].time < 5.0
+
+
 def test_session_is_recorded_after_an_error(tmp_path: Path) -> None:
     file = tmp_path / "session.mcap"
     with robotcore.open(world="open", record=file) as robot:
@@ -75,8 +84,8 @@ def test_reads_between_two_calls_change_no_bit_of_the_recording(tmp_path: Path) 
 def test_reads_between_two_calls_use_no_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     recorders: list[Recorder] = []
 
-    def build(file: Path) -> Recorder:
-        recorders.append(Recorder(file))
+    def build(file: Path, *, last_s: float | None) -> Recorder:
+        recorders.append(Recorder(file, last_s=last_s))
         return recorders[-1]
 
     monkeypatch.setattr("robotcore.interactive.opening.Recorder", build)

@@ -1,6 +1,6 @@
-"""A run that is recorded until a test ends the process: ``python -m tests.robotcore.recording.recording_run FILE``.
+"""A run that is recorded until a test ends the process: ``python -m tests.robotcore.recording.recording_run FILE [S]``.
 
-Prints the time of each tick.
+With S, the recording keeps the last S seconds. Prints the time of each tick.
 """
 
 from __future__ import annotations
@@ -23,6 +23,6 @@ class TimePrinter(Watcher):
 
 
 if __name__ == "__main__":
-    recorder = Recorder(Path(sys.argv[1]))
-    request = RunRequest("avoid-obstacles", robot="rover", settings={"duration_s": 60}, realtime=True)
+    recorder = Recorder(Path(sys.argv[1]), last_s=float(sys.argv[2]) if len(sys.argv) > 2 else None)
+    request = RunRequest("avoid-obstacles", robot="rover", settings={"duration_s": 600}, timeout_s=600, realtime=True)
     run(request, [recorder, TimePrinter()], [recorder.layer])
