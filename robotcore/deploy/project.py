@@ -9,7 +9,7 @@ from importlib.metadata import metadata
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
-from pydantic import BeforeValidator, ConfigDict, Field, StringConstraints, ValidationError
+from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, StringConstraints, ValidationError
 
 from robotcore.description import (
     RobotDescription,
@@ -29,7 +29,7 @@ from robotcore.runtime.plan import require_rate
 from robotcore.runtime.settings import configure
 from robotcore.sweep.spec import parse_seeds
 from robotcore.sweep.statistics import Requirement
-from robotcore.text import escape
+from robotcore.text import escape, parse_duration
 
 FILE = "pyproject.toml"
 TABLE = "robotcore"
@@ -52,6 +52,19 @@ OptionText = Annotated[str, BeforeValidator(_format_value)]
 """The text of a setting's or an option's value, as in a command-line option: ``true``, ``0.5``."""
 
 
+WHOLE_RUN = "all"
+"""The value of ``record_last`` for recordings of whole runs."""
+
+
+def _require_duration(value: str) -> str:
+    if value != WHOLE_RUN:
+        try:
+            parse_duration(value)
+        except ValueError as error:
+            raise ValueError(f'should be a duration such as "10min", or "{WHOLE_RUN}"; correct it') from error
+    return value
+
+
 class DeployTable(StrictModel):
     """The table ``[tool.robotcore.deploy]``. The options of ``robotcore deploy push`` override its keys."""
 
@@ -60,6 +73,8 @@ class DeployTable(StrictModel):
     options: dict[str, OptionText] = Field(default_factory=dict)
     rate_hz: Annotated[float, Field(gt=0)] = 20.0
     record: bool = True
+    record_last: Annotated[Text, AfterValidator(_require_duration)] = "10min"
+    """The time before the end of a run that its recording keeps, such as ``10min``; ``all`` for the whole run."""
     seeds: Text = "1-3"
     require: Texts = ()
     extras: Texts = ()
@@ -178,6 +193,8 @@ class DeployOptions:
     """The bounds on the results of the simulation check, such as ``verified>=1``."""
     record: bool | None = None
     """Whether each run on the robot is recorded."""
+    record_last: str | None = None
+    """The time before the end of a run that its recording keeps, such as ``10min``; ``all`` for the whole run."""
     folder: Path | None = None
     """The project's folder; None for the current folder."""
 
@@ -282,7 +299,7 @@ def _is_file(name: str) -> bool:
 
 
 def _apply_options(options: DeployOptions, table: DeployTable) -> DeployTable:
-    chosen = {key: getattr(options, key) for key in ("backend", "rate_hz", "seeds", "require", "record")}
+    chosen = {key: getattr(options, key) for key in ("backend", "rate_hz", "seeds", "require", "record", "record_last")}
     changes: dict[str, Any] = {key: value for key, value in chosen.items() if value is not None}
     changes["settings"] = {**table.settings, **options.settings}
     changes["options"] = {**table.options, **options.options}
@@ -304,6 +321,11 @@ def _require_valid(project: Project) -> None:
     parse_seeds(deploy.seeds)
     for bound in deploy.require:
         Requirement.parse(bound)
+    try:
+        _require_duration(deploy.record_last)
+    except ValueError as error:
+        text = f"--record-last {escape(deploy.record_last)}: {error.__cause__}, or {WHOLE_RUN}"
+        raise UsageError(text, kind="record-last", record_last=deploy.record_last) from error
     known = {*(metadata("robotcore").get_all("Provides-Extra") or ()), *project.metadata.optional}
     for extra in deploy.extras:
         if extra not in known:

@@ -24,7 +24,7 @@ from robotcore.deploy.checks import check_descriptions, run_check, run_tests
 from robotcore.deploy.errors import BROKEN
 from robotcore.deploy.host import RobotAddress
 from robotcore.deploy.progress import OnStep, Step
-from robotcore.deploy.project import Project
+from robotcore.deploy.project import WHOLE_RUN, Project
 from robotcore.deploy.robot_answers import BeginAnswer, EmptyAnswer, FindingMessage, InstallAnswer, ProbeAnswer
 from robotcore.deploy.rpc import RobotLink
 from robotcore.deploy.simulation import simulate
@@ -203,6 +203,7 @@ def create_release(project: Project, requirements: tuple[str, ...] = (), check_l
         revision=_find_revision(project.folder),
         sender=f"{getpass.getuser()}@{platform.node()}",
         is_recorded=project.deploy.record,
+        record_last="" if project.deploy.record_last == WHOLE_RUN else project.deploy.record_last,
     )
 
 

@@ -221,6 +221,7 @@ class ListedRelease(RobotMessage):
     revision: str
     sender: str
     is_recorded: bool
+    record_last: str
     outcome: str | None
     reason: str
 

@@ -98,5 +98,5 @@ def _write_next_commands(result: FetchResult) -> None:
 
     if result.newest:
         file = escape(shlex.quote(str(result.newest)))
-        write_line(f"Replay the newest: robotcore replay {file}")
+        write_line(f"Show the newest: robotcore info {file}")
         write_line(f"Compare it with a simulated run: robotcore compare {file} run.mcap")

@@ -40,6 +40,7 @@ PROJECT_FOLDER = click.Path(path_type=Path, exists=True, file_okay=False)
     "--require", metavar="BOUND", multiple=True, help='A bound that the simulation check must reach: "verified>=1".'
 )
 @click.option("--no-record", is_flag=True, help="Do not record runs on the robot.")
+@click.option("--record-last", metavar="DURATION", help="Keep this end of each run on the robot: 10min, or all.")
 @click.option("--skip-checks", is_flag=True, help="Skip the tests, the check and the simulation.")
 @click.option("--offline", is_flag=True, help="Send the wheels too, for a robot without a network.")
 @click.option(

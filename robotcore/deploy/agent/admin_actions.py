@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import stat
+import subprocess
 from collections.abc import Container, Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -11,9 +12,10 @@ from typing import Any
 
 from robotcore.deploy.agent import health_check, releases, run_actions, uploads
 from robotcore.deploy.agent import systemctl as systemd
-from robotcore.deploy.agent.files import Layout, hash_file, hold_lock
+from robotcore.deploy.agent.files import Layout, hash_file, hold_lock, locate_segments
 from robotcore.deploy.agent.releases import HealthResult, Release
 from robotcore.deploy.agent.rpc import report_progress
+from robotcore.deploy.agent.service import build_launch
 from robotcore.deploy.agent.systemd_units import UNIT_TEXTS, list_installed_units
 
 
@@ -41,11 +43,30 @@ def list_recordings(layout: Layout) -> dict[str, Any]:
     """Return the entries of the folder of recordings, see `robot_answers.RecordingsAnswer`.
 
     The list also has links, folders and devices, so that the client can report that it does not fetch them. It has no
-    empty files, which a run on a full disk leaves.
+    empty files, which a run on a full disk leaves, and no segments of recordings that are being written.
     """
     open_files = _find_open_files()
-    listed = [_describe_recording(path, open_files) for path in sorted(layout.recordings.glob("*"))]
+    _finish_recordings(layout, open_files)
+    hidden = {locate_segments(Path(file)) for file in open_files}
+    paths = (path for path in sorted(layout.recordings.glob("*")) if path.resolve() not in hidden)
+    listed = [_describe_recording(path, open_files) for path in paths]
     return {"recordings": [each for each in listed if each["bytes"] or each["is_being_written"] or not each["is_file"]]}
+
+
+def _finish_recordings(layout: Layout, open_files: Container[str]) -> None:
+    """Join the segments that killed runs have left, with the robotcore of the current release.
+
+    A recording whose segments cannot be joined stays as it is.
+    """
+    for path in sorted(layout.recordings.glob("*.mcap")):
+        is_left = locate_segments(path).is_dir() and str(path.resolve()) not in open_files
+        if is_left and layout.current.exists():
+            report_progress(f"finishing {path.name}")
+            launch = build_launch(layout.current.resolve(), "info", "--json", str(path))
+            with suppress(OSError):
+                subprocess.run(  # noqa: S603  no shell
+                    launch.command, cwd=launch.folder, env=launch.environment, capture_output=True, check=False
+                )
 
 
 def _describe_recording(path: Path, open_files: Container[str]) -> dict[str, Any]:

@@ -169,6 +169,16 @@ def measure_free_space(path: Path) -> int:
     return status.f_bavail * status.f_frsize
 
 
+def locate_segments(recording: Path) -> Path:
+    """Return the folder of the segments that a recording has while it is being written, and after a kill."""
+    return recording.with_name(f"{recording.name}.segments")
+
+
+def measure_recording(path: Path) -> int:
+    """Return the size of a recording and of its segments, in bytes."""
+    return path.stat().st_size + measure_size(locate_segments(path))
+
+
 def measure_size(folder: Path) -> int:
     """Return the space in bytes that the files below a folder take on the disk."""
     total = 0

@@ -79,6 +79,8 @@ class Release:
     """The user and the computer of the push, as ``user@computer``."""
     is_recorded: bool = True
     """Whether the robot records each run of the app."""
+    record_last: str = ""
+    """The time before the end of a run that its recording keeps, such as ``10min``; empty for the whole run."""
 
     def write(self, folder: Path) -> None:
         """Write the manifest into a release's folder."""

@@ -10,7 +10,7 @@ from robotcore.deploy.agent import health_check, journal, releases, robot_facts
 from robotcore.deploy.agent import systemctl as systemd
 from robotcore.deploy.agent import systemd_units as units
 from robotcore.deploy.agent.errors import AgentError
-from robotcore.deploy.agent.files import Layout, hold_lock, measure_free_space
+from robotcore.deploy.agent.files import Layout, hold_lock, measure_free_space, measure_recording
 from robotcore.deploy.agent.health_check import HealthCheck, build_health_answer, follow_check, wait_until_settled
 from robotcore.deploy.agent.releases import HEALTHY, HEALTHY_WITHIN_S, UNHEALTHY, HealthResult, read_outcome
 from robotcore.deploy.agent.rpc import report_progress
@@ -141,7 +141,7 @@ def read_status(layout: Layout) -> dict[str, Any]:
     state, name, pending = systemd.read_state(SERVICE), releases.read_current(layout), health_check.read_pending(layout)
     state_name = _name_state(state)
     reason, lines = _explain_failure(state)
-    sizes = [size for file in layout.recordings.glob("*.mcap") if (size := file.stat().st_size)]
+    sizes = [size for file in layout.recordings.glob("*.mcap") if (size := measure_recording(file))]
     return {
         "release": name,
         "outcome": read_outcome(layout, name),

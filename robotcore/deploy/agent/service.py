@@ -7,17 +7,20 @@ the health check of a new release.
 from __future__ import annotations
 
 import os
+import re
+import shutil
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import chain, count
 from pathlib import Path
 
 from robotcore.deploy.agent import files, releases
 from robotcore.deploy.agent.errors import AgentError
-from robotcore.deploy.agent.files import Layout, measure_free_space
+from robotcore.deploy.agent.files import Layout, locate_segments, measure_free_space
 from robotcore.deploy.agent.releases import ENVIRONMENT, PROJECT, SITE, Release
 
 FAILED, UNUSABLE = 1, 2
@@ -26,6 +29,17 @@ FAILED, UNUSABLE = 1, 2
 systemd starts the program again after ``FAILED``, such as a read error, but not after ``UNUSABLE``, such as an invalid
 release.
 """
+
+KEPT_RECORDINGS = 20
+"""The number of recordings on the robot if recordings keep only the end of their runs."""
+
+MIN_RING_BYTES, MAX_RING_BYTES = 10_000_000, 500_000_000
+"""The least size limit of such a recording that robotcore accepts, and the greatest that this program sets, in bytes.
+
+The recording is copied once at its end, and systemd waits a minute for that.
+"""
+
+_RECORDING_NAME = re.compile(r"\d{4}-\d\d-\d\dT\d\d-\d\d-\d\dZ(-\d+)?\.mcap")
 
 ROBOTCORE_ARGUMENTS = (
     "-c",
@@ -122,14 +136,32 @@ def run_health_check(layout: Layout) -> int:
 
 
 def _build_record_options(layout: Layout, release: Release) -> tuple[str, ...]:
-    """Return the arguments that record a run into a new file, which may take at most half of the free space."""
+    """Return the arguments that record a run into a new file, which may take at most half of the free space.
+
+    If recordings keep only the end of their runs, the oldest recordings are deleted first.
+    """
     if not release.is_recorded:
         return ()
     layout.recordings.mkdir(exist_ok=True)
+    if release.record_last:
+        _delete_oldest(layout)
     began = time.strftime("%Y-%m-%dT%H-%M-%SZ", time.gmtime())
     paths = (layout.recordings / f"{began}{again}.mcap" for again in chain([""], map("-{}".format, count(2))))
     path = next(path for path in paths if not path.exists())
-    return ("--record", str(path), "--record-limit", str(max(1, measure_free_space(layout.home) // 2)))
+    limit = max(1, measure_free_space(layout.home) // 2)
+    if not release.record_last or limit < MIN_RING_BYTES:
+        return ("--record", str(path), "--record-limit", str(limit))
+    ring = ("--record-last", release.record_last, "--record-limit", str(min(limit, MAX_RING_BYTES)))
+    return ("--record", str(path), *ring)
+
+
+def _delete_oldest(layout: Layout) -> None:
+    """Delete the oldest recordings, so that `KEPT_RECORDINGS` remain with that of the next run."""
+    names = sorted(path.name for path in layout.recordings.glob("*.mcap") if _RECORDING_NAME.fullmatch(path.name))
+    for name in names[: 1 - KEPT_RECORDINGS]:
+        with suppress(OSError):  # the app must start anyway
+            (layout.recordings / name).unlink()
+            shutil.rmtree(locate_segments(layout.recordings / name), ignore_errors=True)
 
 
 def _print_error(text: str) -> int:

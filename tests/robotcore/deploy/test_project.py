@@ -35,6 +35,23 @@ def test_options_override_the_table_and_settings_add_up(tmp_path: Path) -> None:
     assert (deploy.backend, deploy.rate_hz, deploy.require, deploy.record) == ("kinematic", 50.0, (), True)
 
 
+@pytest.mark.parametrize("value", ["10 bananas", "0min", "NaN"])
+def test_a_duration_of_recordings_has_a_unit(tmp_path: Path, value: str, raises: Raises) -> None:
+    with raises(DescriptionError, "invalid-value", hide=[tmp_path]):
+        write_project(tmp_path, TABLE + f"record_last = '{value}'\n")
+
+
+def test_a_duration_of_recordings_among_the_options_has_a_unit(tmp_path: Path, raises: Raises) -> None:
+    with raises(UsageError, "record-last"):
+        write_project(tmp_path, record_last="10")
+
+
+def test_recordings_keep_ten_minutes_unless_the_project_names_another_duration(tmp_path: Path) -> None:
+    assert write_project(tmp_path).deploy.record_last == "10min"
+    assert write_project(tmp_path, TABLE + 'record_last = "all"\n').deploy.record_last == "all"
+    assert write_project(tmp_path, record_last="2h").deploy.record_last == "2h"
+
+
 def test_files_are_named_from_the_current_folder_and_stored_relative_to_the_project(tmp_path: Path) -> None:
     below = write(tmp_path, {"app.py": DRIVES_ON, "apps/own.py": DRIVES_ON, "pyproject.toml": TABLE}) / "apps"
     assert build_project(DeployOptions(folder=Path(".."), app="own.py"), below).app == "apps/own.py"

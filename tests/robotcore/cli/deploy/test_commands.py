@@ -270,10 +270,10 @@ def recordings(deploy: Deploy, robot: Sshd) -> Path:
 
 
 @pytest.mark.usefixtures("recordings")
-def test_fetch_prints_a_replay_command_with_a_quoted_name(deploy: Deploy, tmp_path: Path) -> None:
+def test_fetch_prints_a_command_with_a_quoted_name(deploy: Deploy, tmp_path: Path) -> None:
     result = deploy("fetch", "-o", str(tmp_path / "from rover"))
     assert result.status == 0
-    assert f"robotcore replay '{tmp_path}/from rover/{NEW}.mcap'" in result.out
+    assert f"robotcore info '{tmp_path}/from rover/{NEW}.mcap'" in result.out
 
 
 @pytest.mark.usefixtures("recordings")

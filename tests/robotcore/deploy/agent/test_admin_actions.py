@@ -1,14 +1,15 @@
 from __future__ import annotations
 
 import os
+import sys
 from hashlib import sha256
 
 import pytest
 
 from robotcore.deploy.agent import admin_actions, files
 from robotcore.deploy.agent.errors import AgentError
-from robotcore.deploy.agent.files import Layout
-from robotcore.deploy.agent.releases import HEALTHY, HealthResult
+from robotcore.deploy.agent.files import Layout, locate_segments
+from robotcore.deploy.agent.releases import ENVIRONMENT, HEALTHY, SITE, HealthResult
 from robotcore.deploy.agent.systemd_units import HEALTH_CHECK, SERVICE, UNIT_TEXTS
 from tests.robotcore.deploy.agent import systemd_states as at
 from tests.robotcore.deploy.agent.sample_releases import NEW, OLD, make_current, put_release, put_releases, read_files
@@ -54,6 +55,25 @@ def test_links_folders_and_recordings_that_are_being_written_are_marked(layout: 
     ]
     assert (answer[0]["bytes"], answer[-1]["bytes"]) == (5, 4)
     assert not any(each["is_being_written"] for each in admin_actions.list_recordings(layout)["recordings"])
+
+
+def test_segments_of_a_killed_run_are_joined_by_the_current_release(layout: Layout) -> None:
+    folder = put_release(layout, OLD)
+    folder.joinpath(ENVIRONMENT, "bin").mkdir()
+    folder.joinpath(ENVIRONMENT, "bin", "python").symlink_to(sys.executable)
+    joins = "import sys, shutil; assert sys.argv[1:3] == ['info', '--json']; shutil.rmtree(sys.argv[3] + '.segments')"
+    folder.joinpath(SITE, "robotcore", "__main__.py").write_text(joins)
+    make_current(layout, OLD)
+    for name in ("killed.mcap", "running.mcap"):
+        locate_segments(layout.recordings / name).mkdir(parents=True)
+        (layout.recordings / name).write_bytes(b"begin")
+    with (layout.recordings / "running.mcap").open("ab"):
+        answer = admin_actions.list_recordings(layout)["recordings"]
+    assert [(each["name"], each["is_being_written"]) for each in answer] == [
+        ("killed.mcap", False),
+        ("running.mcap", True),
+    ]
+    assert [path.name for path in layout.recordings.glob("*.segments")] == ["running.mcap.segments"]
 
 
 def test_only_closed_recordings_with_equal_content_are_erased(layout: Layout) -> None:

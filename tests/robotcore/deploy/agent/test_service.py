@@ -6,16 +6,18 @@ import subprocess
 import sys
 import zipfile
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from robotcore.deploy import rpc
-from robotcore.deploy.agent import releases, service
+from robotcore.deploy.agent import files, releases, service
 from robotcore.deploy.agent import systemd_units as units
 from robotcore.deploy.agent.files import Layout, measure_free_space
 from robotcore.deploy.agent.releases import ENVIRONMENT, SITE
+from robotcore.recording import ring, segments
 from tests.robotcore.deploy.agent.sample_releases import NEW, OLD, make_current, put_release
 from tests.texts import CheckText
 
@@ -78,6 +80,44 @@ def test_each_run_records_in_a_file_of_its_own(layout: Layout, systemd: Systemd)
         assert (process.returncode, arguments[:2], arguments[3]) == (0, ["run", "--record"], "--record-limit")
         assert 0 < int(arguments[4]) < measure_free_space(layout.home)
     assert len(list(layout.recordings.glob("*.mcap"))) == 3
+
+
+def make_ring_release(layout: Layout) -> None:
+    folder = make_release(layout, OLD)
+    replace(releases.Release.read(folder), record_last="10min").write(folder)
+    make_current(layout, OLD)
+
+
+def test_a_recording_can_keep_only_the_end_of_the_run(layout: Layout, systemd: Systemd) -> None:
+    make_ring_release(layout)
+    with systemd("run") as process:
+        arguments = json.loads(_lines(process)[1])["arguments"]
+    assert (arguments[1], arguments[3:6]) == ("--record", ["--record-last", "10min", "--record-limit"])
+    assert 10_000_000 <= int(arguments[6]) <= 500_000_000
+
+
+def test_the_oldest_recordings_make_room(layout: Layout, systemd: Systemd) -> None:
+    make_ring_release(layout)
+    layout.recordings.mkdir()
+    names = [f"2026-11-21T22-40-{second:02}Z.mcap" for second in range(25)]
+    for name in (*names, "mine.mcap"):
+        layout.recordings.joinpath(name).touch()
+    files.locate_segments(layout.recordings / names[0]).mkdir()
+    with systemd("run") as process:
+        process.communicate()
+    assert {path.name for path in layout.recordings.iterdir()} == {*names[-19:], "mine.mcap"}
+
+
+def test_a_ring_needs_room_and_the_app_starts_without_it(layout: Layout, monkeypatch: pytest.MonkeyPatch) -> None:
+    make_ring_release(layout)
+    monkeypatch.setattr(service, "measure_free_space", lambda _: 15_000_000)
+    options = service._build_record_options(layout, releases.Release.read(layout.releases / OLD))
+    assert (options[0], options[2:]) == ("--record", ("--record-limit", "7500000"))
+
+
+def test_limits_and_names_are_those_of_the_recorder(tmp_path: Path) -> None:
+    assert service.MIN_RING_BYTES == ring.MIN_LIMIT_BYTES
+    assert files.locate_segments(tmp_path / "run.mcap") == segments.locate_segments(tmp_path / "run.mcap")
 
 
 def test_motors_are_stopped_by_the_release_that_ran(layout: Layout, systemd: Systemd, tmp_path: Path) -> None:
