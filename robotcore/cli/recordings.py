@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING
 import click
 
 from robotcore.cli.command_classes import AnsweringCommand
-from robotcore.cli.options import parse_pair
+from robotcore.cli.options import parse_pair, refuse_without
 from robotcore.cli.output import redirect_prints, write, write_json, write_line
-from robotcore.cli.output_files import require_distinct, require_suffix
+from robotcore.cli.output_files import finish_recording, require_distinct, require_suffix
 from robotcore.errors import UsageError
 
 if TYPE_CHECKING:
     from robotcore.recording import Recording
+    from robotcore.recording.recorder import Recorder
     from robotcore.recording.replay import Evaluation, ReplayResult
 
 _FILE = click.Path(path_type=Path)
@@ -110,16 +111,35 @@ def compare(first: Path, second: Path, picture: Path | None, *, as_json: bool) -
     "--set", "settings", metavar="KEY=VALUE", type=parse_pair, multiple=True, help="Change a setting of the app."
 )
 @click.option("--picture", metavar="FILE", type=_FILE, help="Draw the replay as a PNG.")
+@click.option(
+    "--record",
+    metavar="FILE",
+    type=_FILE,
+    help="Record the replay as an .mcap file, with its logged values and prints.",
+)
+@click.option("--force", "is_forced", is_flag=True, help="Overwrite an existing recording.")
+@click.option(
+    "--watch", metavar="FILE.py", help="As --app FILE.py, and replay again when a .py file of its folder is saved."
+)
 @_as_json
 def replay(
-    file: Path, app: str | None, settings: tuple[tuple[str, str], ...], picture: Path | None, *, as_json: bool
+    file: Path,
+    app: str | None,
+    settings: tuple[tuple[str, str], ...],
+    picture: Path | None,
+    record: Path | None,
+    watch: str | None,
+    *,
+    is_forced: bool,
+    as_json: bool,
 ) -> int:
     """Run the recorded app again and compare its decisions.
 
     Reports the first decision that differs. If the app's file has changed since the recording, it runs only if --app
     names it.
 
-    With another app or with --set, shows how the decisions on the recorded samples differ.
+    With another app or with --set, shows how the decisions on the recorded samples differ. Logged values are shown, and
+    not compared. Ctrl-C ends --watch.
 
     Exit status: 0 if all decisions are equal or if another app ran to its end, 1 if a decision differs. An error has
     the exit status of `robotcore run`.
@@ -128,11 +148,16 @@ def replay(
     from robotcore.view.page import require_writable
 
     require_distinct("--picture", picture, file)
+    require_distinct("--record", record, file)
     if picture:
         require_writable(picture)
     recording = read(file)
+    recorder = _build_replay_recorder(recording, record, is_forced=is_forced)
+    if watch:
+        return _watch(file, watch, app, settings, picture, record, is_forced=is_forced, as_json=as_json)
     with redirect_prints(as_json=as_json):
-        result = _replay(recording, file, app, dict(settings))
+        result = _replay(recording, file, app, dict(settings), recorder)
+    _, recorded = finish_recording(result.result, recorder) if recorder else (None, "")
     if as_json:
         write_json({"file": str(file), **result.to_dict()})
     else:
@@ -140,7 +165,9 @@ def replay(
     if picture:
         _draw_replay(recording, result, picture)
         write_line(f"The picture: {picture}", is_error=as_json)
-    return result.exit_status
+    if recorded:
+        write_line(recorded, is_error=as_json)
+    return result.exit_status or int(recorder is not None and not recorded)
 
 
 def _require_valid_outputs(file: Path, picture: Path | None, table: Path | None, video: Path | None) -> None:
@@ -159,13 +186,56 @@ def _draw_recording(recording: Recording, picture: Path) -> None:
     save_png(draw_png(build_figure(recording)), picture)
 
 
-def _replay(recording: Recording, file: Path, app: str | None, settings: dict[str, str]) -> ReplayResult | Evaluation:
+def _watch(
+    file: Path,
+    watched: str,
+    app: str | None,
+    settings: tuple[tuple[str, str], ...],
+    picture: Path | None,
+    record: Path | None,
+    *,
+    is_forced: bool,
+    as_json: bool,
+) -> int:
+    from robotcore.cli.replay_watch import watch_app
+
+    if app:
+        raise UsageError(
+            f"--watch {watched} names the app, and so does --app {app}. Leave --app out", kind="app-named-twice"
+        )
+    arguments = ["replay", "--app", watched, *(f"--set={key}={value}" for key, value in settings)]
+    arguments += [f"--picture={picture}"] if picture else []
+    arguments += [f"--record={record}"] if record else []
+    arguments += ["--json"] if as_json else []
+    overwriting = [*arguments, "--force"] if record else arguments
+    return watch_app(
+        watched,
+        [*(overwriting if is_forced else arguments), "--", str(file)],
+        [*overwriting, "--", str(file)],
+        is_quiet=as_json,
+    )
+
+
+def _build_replay_recorder(recording: Recording, file: Path | None, *, is_forced: bool) -> Recorder | None:
+    refuse_without("a recording", "Add --record FILE.mcap", force=is_forced and file is None)
+    if file is None:
+        return None
+    from robotcore.recording.mcap_file import require_recordable
+    from robotcore.recording.replay import ReplayRecorder
+
+    require_recordable(file, is_forced=is_forced)
+    return ReplayRecorder(file, recording)
+
+
+def _replay(
+    recording: Recording, file: Path, app: str | None, settings: dict[str, str], recorder: Recorder | None
+) -> ReplayResult | Evaluation:
     from robotcore.recording.replay import evaluate, is_recorded_app, replay
 
     is_same_app = not app or (recording.is_replayable and is_recorded_app(recording, app))
     if settings or not is_same_app:
-        return evaluate(recording, app, settings, file=file)
-    return replay(recording, file, app=app)
+        return evaluate(recording, app, settings, file=file, recorder=recorder)
+    return replay(recording, file, app=app, recorder=recorder)
 
 
 def _write_replay(result: ReplayResult | Evaluation) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -59,13 +59,18 @@ class LoggedSeries:
         return f"{text} {self.unit}".rstrip()
 
 
-def summarise_logged(ticks: Iterable[Mapping[str, LoggedValue]]) -> list[LoggedSeries]:
-    """Return a summary of the logged values of each name, in the order of the first values.
+class LoggedSummary:
+    """Summarises the values of each name, in the order of the first values."""
 
-    ticks: the logged values of each tick, by name.
-    """
-    series: dict[str, LoggedSeries] = {}
-    for values in ticks:
+    def __init__(self) -> None:
+        self._series: dict[str, LoggedSeries] = {}
+
+    def add(self, values: Mapping[str, LoggedValue]) -> None:
+        """Add the values of the next tick, by name."""
         for name, (value, unit) in values.items():
-            series.setdefault(name, LoggedSeries(name, unit, value)).add(value)
-    return list(series.values())
+            self._series.setdefault(name, LoggedSeries(name, unit, value)).add(value)
+
+    @property
+    def series(self) -> list[LoggedSeries]:
+        """The summary of each name."""
+        return list(self._series.values())

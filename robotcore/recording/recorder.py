@@ -16,7 +16,7 @@ from robotcore.errors import BackendMissingError, Interrupted, RecordingError, R
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.recording.events import GroundTruthSample, RecordedError
 from robotcore.recording.mcap_file import McapFile, require_extra
-from robotcore.recording.recording import build_metadata
+from robotcore.recording.recording import Metadata, build_metadata
 from robotcore.recording.tap import RecordingTap
 from robotcore.recording.writer import Entry, RecordingWriter
 from robotcore.runtime.result import RunResult
@@ -160,8 +160,8 @@ class Recorder:
 
     def begin(self, run: RunContext) -> None:
         """Open the file, write the metadata, and start the writer thread."""
-        metadata = build_metadata(run)
-        self._run, self._is_stepped, self._outer = run, metadata.is_stepped, sys.exc_info()[1]
+        metadata = self._build_metadata(run)
+        self._run, self._is_stepped, self._outer = run, run.robot.clock.is_lockstep, sys.exc_info()[1]
         file = None
         try:
             file = self._open_file()
@@ -197,6 +197,9 @@ class Recorder:
             if self._thread.is_alive():
                 problem = f"the disk has not responded for {JOIN_S:g} s"
                 self._set_failure(RecordingError(self.path, problem, "Use another disk", kind="disk-hangs"))
+
+    def _build_metadata(self, run: RunContext) -> Metadata:
+        return build_metadata(run)
 
     def _find_error(self, record: TickRecord) -> RecordedError | None:
         """Return the error that ends the run in this tick; None if the run continues.

@@ -12,7 +12,7 @@ from typing import Any
 from robotcore.geometry import Pose
 from robotcore.hal.kind import list_monitored
 from robotcore.recording.events import Tick
-from robotcore.recording.logged_summary import LoggedSeries, summarise_logged
+from robotcore.recording.logged_summary import LoggedSeries, LoggedSummary
 from robotcore.recording.recording import Recording
 from robotcore.runtime.apps import app_name
 from robotcore.runtime.intervention_timer import InterventionTimer
@@ -175,7 +175,10 @@ def summarise_devices(recording: Recording) -> Iterator[DeviceContents]:
 
 def summarise_recorded_log(recording: Recording) -> list[LoggedSeries]:
     """Return a summary of the values that the app logged in a recorded run, by name."""
-    return summarise_logged(recording.logged.get(tick.number, {}) for tick in recording.ticks)
+    summary = LoggedSummary()
+    for tick in recording.ticks:
+        summary.add(recording.logged.get(tick.number, {}))
+    return summary.series
 
 
 def format_settings(recording: Recording) -> dict[str, str]:

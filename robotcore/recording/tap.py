@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, TypeVar
 
-from robotcore.errors import RobotcoreError
+from robotcore.errors import DeviationError, RecordingEndedError, RobotcoreError
 from robotcore.geometry import Wheels
 from robotcore.hal.device import Actuator, Sample, SampleT, Sensor
 from robotcore.hal.sample_types import require_types
@@ -35,6 +35,9 @@ from robotcore.safety.latch import Latch
 from robotcore.safety.velocity_limits import Intervention
 
 T = TypeVar("T")
+
+REPLAY_ENDS = (DeviationError, RecordingEndedError)
+"""The errors that end a replay. They are no events of the app, so a call that raises one is not recorded."""
 
 
 @dataclass(slots=True)
@@ -84,6 +87,8 @@ class RecordingTap(Tap):
         """
         try:
             result = call()
+        except REPLAY_ENDS:
+            raise
         except RobotcoreError as error:
             if not self._has_ended:
                 getattr(self.events, kind).append(build(None, RecordedError.from_error(error)))
@@ -211,6 +216,8 @@ class RecordedStage:
         try:
             with self._tap.set_reader(GUARD):
                 return self._inner.commit()
+        except REPLAY_ENDS:
+            raise
         except RobotcoreError as error:
             self._tap.events.commit_error = RecordedError.from_error(error)
             raise

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
 from robotcore.description import RobotDescription
@@ -76,7 +76,7 @@ class RecordingWriter:
             if (write := open_channel(file, device, is_jpeg=is_jpeg, warn=self._warn))
         }
         self._write_tick = file.open_json_channel(channels.TICKS, channels.TICK_SCHEMA)
-        self._truth = file.open_json_channel(channels.TRUTH, channels.TRUTH_SCHEMA) if run.truth else None
+        self._truth: Callable[[bytes, int], None] | None = None
         self._logged = LoggedValueWriter(file)
         self._log = LogChannel(channels.LOG, context=file.context)
         self._pose = PoseInFrameChannel(channels.POSE, context=file.context)
@@ -100,7 +100,8 @@ class RecordingWriter:
         self._write_tick(to_json(tick), to_nanoseconds(self._now))
         self._write_log(self._run_log.list_new(tick))
         self._write_log((LogLine(Level.Info, line) for line in entry.record.printed), channels.APP)
-        if entry.truth and self._truth:
+        if entry.truth:
+            self._truth = self._truth or self._file.open_json_channel(channels.TRUTH, channels.TRUTH_SCHEMA)
             self._truth(to_json(entry.truth), to_nanoseconds(self._now))
         self._write_poses(tick.pose, entry.truth)
 

@@ -128,7 +128,7 @@ def format_contents(recording: Recording, file: Path) -> RenderableType:
     about = _join_lines(Text(escape(file.name), "bold"), states, _list_facts(recording))
     parts = [about, Text(), _format_ending(recording), Text(), _build_device_table(recording)]
     if logged := summarise_recorded_log(recording):
-        parts += [Text(), build_logged_table(logged)]
+        parts += [Text(), _build_logged_table(logged)]
     return Group(*parts)
 
 
@@ -186,7 +186,7 @@ def _build_device_table(recording: Recording) -> Table:
     return table
 
 
-def build_logged_table(logged: Iterable[LoggedSeries]) -> Table:
+def _build_logged_table(logged: Iterable[LoggedSeries]) -> Table:
     """Return a table of the values that an app logged."""
     table = build_table()
     for title in ("logged", "ticks", "least", "greatest", "last"):
@@ -198,8 +198,9 @@ def build_logged_table(logged: Iterable[LoggedSeries]) -> Table:
 
 
 def format_replay(replay: ReplayResult | Evaluation) -> RenderableType:
-    """Return the result of a replay or an evaluation for a terminal."""
-    return _format_result(replay) if isinstance(replay, ReplayResult) else _format_evaluation(replay)
+    """Return the result of a replay or an evaluation for a terminal, with the values that its app logged."""
+    text = _format_result(replay) if isinstance(replay, ReplayResult) else _format_evaluation(replay)
+    return Group(text, Text(), _build_logged_table(replay.logged)) if replay.logged else text
 
 
 def _format_result(replayed: ReplayResult) -> RenderableType:

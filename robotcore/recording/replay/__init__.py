@@ -3,6 +3,7 @@
 from robotcore.recording.replay.app_permission import is_recorded_app
 from robotcore.recording.replay.differences import Deviation
 from robotcore.recording.replay.evaluation import Evaluation, evaluate
+from robotcore.recording.replay.replay_recorder import ReplayRecorder
 from robotcore.recording.replay.verification import ReplayResult, replay
 
-__all__ = ["Deviation", "Evaluation", "ReplayResult", "evaluate", "is_recorded_app", "replay"]
+__all__ = ["Deviation", "Evaluation", "ReplayRecorder", "ReplayResult", "evaluate", "is_recorded_app", "replay"]

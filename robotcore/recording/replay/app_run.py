@@ -11,6 +11,8 @@ from typing import Any
 from robotcore.errors import EmergencyStopError, Interrupted, RecordingError, RobotcoreError, WatchdogError
 from robotcore.recording import Recording
 from robotcore.recording.events import Read, Tick, WheelAngles
+from robotcore.recording.logged_summary import LoggedSummary
+from robotcore.recording.recorder import Recorder
 from robotcore.runtime.layers.base import Tap
 from robotcore.runtime.plan import RunRequest
 from robotcore.runtime.result import RunResult
@@ -88,6 +90,8 @@ class ReplayTap(Tap, ABC):
         self.recording = recording
         self.current = TickReader(recording.ticks[0])
         """The recorded tick that is compared with the current tick of the run."""
+        self.logged = LoggedSummary()
+        """The values that the app logged in the replay."""
 
     def begin(self, run: RunContext) -> None:
         """Do nothing. The comparison begins with the first tick."""
@@ -114,11 +118,17 @@ def require_ticks(recording: Recording, file: Path | str) -> None:
 
 
 def run_app(
-    tap: ReplayTap, app: str | None, settings: Mapping[str, Any], *, keeps_safety_rules: bool = False
+    tap: ReplayTap,
+    app: str | None,
+    settings: Mapping[str, Any],
+    recorder: Recorder | None = None,
+    *,
+    keeps_safety_rules: bool = False,
 ) -> RunResult:
     """Run an app on the recording of a tap, and return the result. Raises the error of a run without a tick.
 
     app: the name or the file of the app; None for the recorded app.
+    recorder: records the replay; None for no recording.
     keeps_safety_rules: whether the replay backend keeps the safety rules of the recorded run, see `ReplayOptions`.
     """
     recorded = tap.recording.metadata.request
@@ -132,7 +142,8 @@ def run_app(
         options={"recording": tap.recording, "keeps_safety_rules": keeps_safety_rules},
         steerable=recorded.steerable,
     )
-    result = run(request, [tap], [tap])
+    recorders = [recorder] if recorder else []  # it gets a tick first, because the tap may end the replay in the tick
+    result = run(request, [*recorders, tap], [tap, *(each.layer for each in recorders)])
     if result.error and not isinstance(result.error, Interrupted) and not result.ticks:
         raise result.error
     return result

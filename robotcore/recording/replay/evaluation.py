@@ -13,6 +13,8 @@ from robotcore.geometry import Wheels
 from robotcore.hal.device import Actuator, SampleT, Sensor
 from robotcore.recording import MotorCommand, Recording
 from robotcore.recording.events import ActuatorCommand
+from robotcore.recording.logged_summary import LoggedSeries
+from robotcore.recording.recorder import Recorder
 from robotcore.recording.replay.app_permission import is_recorded_app, require_recorded_app
 from robotcore.recording.replay.app_run import ReplayTap, require_ticks, run_app
 from robotcore.recording.replay.differences import (
@@ -47,6 +49,8 @@ class Evaluation:
     """
     states: Sequence[str]
     """The state of the evaluated app in each tick."""
+    logged: Sequence[LoggedSeries] = ()
+    """A summary of the values that the app logged, by name."""
 
     def __repr__(self) -> str:
         return f"<Evaluation of {self.result.app}: {self.differing} of {self.ticks} ticks differ>"
@@ -93,6 +97,7 @@ class Evaluation:
             "milestones": self.result.milestones,
             "recorded_milestones": recorded.milestones if recorded else None,
             "late_reads": dict(self.late_reads),
+            "logged": [series.to_dict() for series in self.logged],
             "reason": self.result.reason,
             "warning": self.warning or None,
             "exit_status": self.exit_status,
@@ -100,13 +105,19 @@ class Evaluation:
 
 
 def evaluate(
-    recording: Recording, app: str | None = None, settings: Mapping[str, Any] | None = None, *, file: Path | str = ""
+    recording: Recording,
+    app: str | None = None,
+    settings: Mapping[str, Any] | None = None,
+    *,
+    file: Path | str = "",
+    recorder: Recorder | None = None,
 ) -> Evaluation:
     """Run an app on the samples of a recording, and compare its decisions with the recorded ones.
 
     app: the name or the file of the app; None for the recorded app.
     settings: settings of the app by name. The recorded app has its recorded values for all others.
     file: the name of the recording in error messages.
+    recorder: records the evaluation; None for no recording.
     """
     require_ticks(recording, file)
     if app is None:
@@ -114,7 +125,7 @@ def evaluate(
     recorded = recording.metadata.request
     comparator = DecisionComparator(recording)
     inherited = recorded.settings if app is None or is_recorded_app(recording, app) else {}
-    result = run_app(comparator, app, {**inherited, **(settings or {})})
+    result = run_app(comparator, app, {**inherited, **(settings or {})}, recorder)
     return comparator.build_evaluation(result)
 
 
@@ -163,6 +174,7 @@ class DecisionComparator(ReplayTap):
     def tick(self, record: TickRecord) -> None:
         tick, events = self.current.tick, self._recorder.take()
         self._states.append(record.state)
+        self.logged.add(record.logged)
         recorded, evaluated = (_format_commands([*each.motor_asks, *each.commands]) for each in (tick, events))
         if record.state != tick.state:
             self._add_difference("the state", repr(tick.state), repr(record.state))
@@ -175,7 +187,13 @@ class DecisionComparator(ReplayTap):
     def build_evaluation(self, result: RunResult) -> Evaluation:
         """Return the evaluation of a run with this result."""
         return Evaluation(
-            self.recording, result, self._first_difference, self._differing, dict(self._late), self._states
+            self.recording,
+            result,
+            self._first_difference,
+            self._differing,
+            dict(self._late),
+            self._states,
+            self.logged.series,
         )
 
     def _add_difference(self, subject: str, recorded: str, evaluated: str) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -18,6 +18,8 @@ from robotcore.errors import (
     RobotcoreError,
 )
 from robotcore.recording import RecordedError, Recording
+from robotcore.recording.logged_summary import LoggedSeries
+from robotcore.recording.recorder import Recorder
 from robotcore.recording.recording import read_platform
 from robotcore.recording.replay.app_permission import has_app_changed, require_recorded_app
 from robotcore.recording.replay.app_run import BACKEND, TickReader, require_ticks, run_app
@@ -49,6 +51,8 @@ class ReplayResult:
     """The differences between this platform and the recorded one, as texts."""
     has_app_changed: bool | None = None
     """Whether the app's file differs from the recorded source; None if no source was recorded."""
+    logged: Sequence[LoggedSeries] = ()
+    """A summary of the values that the app logged in the replay, by name. They are not compared."""
 
     def __repr__(self) -> str:
         verdict = (
@@ -102,12 +106,15 @@ class ReplayResult:
             "ended_by": self.ended_by or None,
             "platform": list(self.platform),
             "app_changed": self.has_app_changed,
+            "logged": [series.to_dict() for series in self.logged],
             "deviation": deviation,
             "exit_status": self.exit_status,
         }
 
 
-def replay(recording: Recording, file: Path | str = "", *, app: str | None = None) -> ReplayResult:
+def replay(
+    recording: Recording, file: Path | str = "", *, app: str | None = None, recorder: Recorder | None = None
+) -> ReplayResult:
     """Run the recorded app on the recorded samples, and compare each decision with the recorded one.
 
     Raises RecordingError if an input of the app is missing in the recording, or if the recorded app must not run, see
@@ -115,6 +122,7 @@ def replay(recording: Recording, file: Path | str = "", *, app: str | None = Non
 
     file: the name of the recording in error messages.
     app: the file of another app to run; None for the recorded app.
+    recorder: records the replay; None for no recording.
     """
     require_ticks(recording, file)
     if not recording.is_replayable:
@@ -131,7 +139,7 @@ def replay(recording: Recording, file: Path | str = "", *, app: str | None = Non
     platform = compare_platforms(recording.metadata.platform)
     comparator = CommandComparator(PLATFORM_TOLERANCE if platform else 0.0)
     verifier = Verifier(recording, comparator)
-    result = run_app(verifier, app, recorded.settings, keeps_safety_rules=True)
+    result = run_app(verifier, app, recorded.settings, recorder, keeps_safety_rules=True)
     if not isinstance(result.error, Interrupted):
         with suppress(DeviationError):
             _compare_end(verifier, result)
@@ -145,6 +153,7 @@ def replay(recording: Recording, file: Path | str = "", *, app: str | None = Non
         trace_sha256=verifier.trace.sha256,
         platform=tuple(platform),
         has_app_changed=has_app_changed(recording, app or recorded.app_reference),
+        logged=verifier.logged.series,
     )
 
 

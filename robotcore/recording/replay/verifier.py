@@ -187,6 +187,7 @@ class Verifier(ReplayTap):
     def tick(self, record: TickRecord) -> None:
         """Compare a tick with the recorded tick. An error is compared after the run."""
         tick = self.current.tick
+        self.logged.add(record.logged)
         if self._stage:
             self._stage.is_in_tick = False
         self.raise_if_ended()

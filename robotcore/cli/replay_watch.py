@@ -1,0 +1,68 @@
+"""Replay a recording again each time that the file of its app is saved."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
+
+from robotcore.cli.output import write_line
+from robotcore.errors import Interrupted, UsageError
+from robotcore.hal.wall_clock import MonotonicClock
+from robotcore.runtime.apps import app_path, is_app_file
+
+POLL_S = 0.2
+"""The interval at which the files are checked, in seconds."""
+
+_PROGRAM = "import sys; sys.path.remove(''); from robotcore.cli.main import main; main()"
+"""The command line of robotcore, without the current folder in the import path."""
+
+FileVersions = dict[Path, tuple[int, int]]
+"""The time of the last change in nanoseconds and the size in bytes of each file."""
+
+
+def watch_app(app: str, first: Sequence[str], later: Sequence[str], *, is_quiet: bool) -> int:
+    """Run a command of robotcore at once, and again when a ``.py`` file in the folder of an app is saved.
+
+    Each command has a process of its own. So it imports all modules of the app anew, and no end of it ends the watch.
+    Return the exit status of the signal that ends the watch, such as that of Ctrl-C.
+
+    app: the file of the app, such as ``my_app.py`` or ``my_app.py:MyApp``.
+    first: the arguments of the first command.
+    later: the arguments of each other command.
+    is_quiet: whether to write nothing beside the output of the commands.
+    """
+    path = app_path(app)
+    if not is_app_file(app) or not path.is_file():
+        raise UsageError(f"--watch {app}: there is no such .py file. Name the file of the app", kind="no-such-file")
+    clock, arguments = MonotonicClock(), first
+    try:
+        while True:
+            before = _list_versions(path)
+            subprocess.run([sys.executable, "-c", _PROGRAM, *arguments], check=False)  # noqa: S603  robotcore itself
+            if not is_quiet:
+                write_line(f"Watching {path}. Ctrl-C ends.")
+            while not _has_settled(path, before, clock):
+                pass
+            arguments = later
+    except Interrupted as interrupt:
+        return interrupt.exit_status
+
+
+def _has_settled(path: Path, before: FileVersions, clock: MonotonicClock) -> bool:
+    """Wait, and return whether a file has changed before the wait, but not during it. An editor may write in steps."""
+    present = _list_versions(path)
+    clock.sleep_until(clock.now() + POLL_S)
+    return path in present and present != before and _list_versions(path) == present
+
+
+def _list_versions(path: Path) -> FileVersions:
+    """Return the versions of the ``.py`` files in the folder of a file."""
+    versions: FileVersions = {}
+    for file in path.parent.glob("*.py"):
+        with suppress(OSError):  # an editor may replace the file just now
+            status = file.stat()
+            versions[file] = status.st_mtime_ns, status.st_size
+    return versions
