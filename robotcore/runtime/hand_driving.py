@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from typing import Any
 
 from robotcore.description import RobotDescription
 from robotcore.errors import DeviceError
-from robotcore.hal.device import Sensor
+from robotcore.hal.device import Actuator, Sensor
 from robotcore.hal.robot import Robot, Role
 from robotcore.kinds.operator import Operator, OperatorSample
 from robotcore.runtime.operator_input import unpack
@@ -54,8 +53,9 @@ class HandDriving:
                 self._robot.drive.set_velocity(sample.linear, sample.angular)
         for command in sample.commands:
             if command.number > self._newest_command:
-                actuator: Any = self._robot[command.device]
-                actuator.send(unpack(command.value))
+                actuator = self._robot.devices.get(command.device)
+                if isinstance(actuator, Actuator):  # a damaged recording may name any device
+                    actuator.send(unpack(command.value))
                 self._newest_command = command.number
 
     def _stop(self) -> None:

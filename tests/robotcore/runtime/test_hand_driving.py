@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, cast
 
 import pytest
 
 from robotcore import Behaviour, Outcome, Robot, Role, RunRequest, RunResult, Status, run
 from robotcore.autonomy.routines import Routine
 from robotcore.errors import DeviceLostError, EmergencyStopError
+from robotcore.kinds.operator import OperatorCommand
 from robotcore.recording.replay import replay
 from robotcore.runtime.observer import RunContext
 from robotcore.runtime.operator_input import LEASE_S, OperatorInput
@@ -46,6 +48,12 @@ class Sequence(Behaviour):
             self.times.append(robot.clock.now())
             yield
         return Status.SUCCESS
+
+
+class SequenceWithCamera(Sequence):
+    """Has a camera, and does not read it."""
+
+    needs: ClassVar = {Role.DRIVE, Role.CAMERA}
 
 
 class Person:
@@ -264,3 +272,26 @@ def test_a_hand_driven_run_replays_equal(
 def test_a_lost_operator_ends_the_run() -> None:
     result = drive(Forward, Person((range(40), advance)), faults=("operator lost=1 after=1",))
     assert isinstance(result.error, DeviceLostError)
+
+
+def test_a_lost_sensor_that_the_routine_has_not_read_does_not_stop_the_person(tmp_path: Path) -> None:
+    robot = tmp_path / "patient.toml"
+    robot.write_text(ROVER.replace("[safety]\n", "[safety]\noutage_s = 5.0\n"))
+    person = Person((range(4, 60), advance))
+    result = drive(SequenceWithCamera, person, robot=str(robot), faults=("camera lost=1 after=0.5",))
+    assert result.outcome is Outcome.TIMEOUT
+    sent = {record.tick: record.sent for record in person.records}
+    assert all(sent[tick] != STOPPED for tick in range(8, 39))
+
+
+@pytest.mark.parametrize("device", ["nose", "missing"])
+def test_a_recorded_command_to_no_actuator_is_ignored(device: str) -> None:
+    memory = Memory()
+    person = Person(once={5: lambda operator: operator.drive(0.1, 0.0)})
+    run(RunRequest("avoid-obstacles", timeout_s=1.0, steerable=True), [memory, person], [memory.layer])
+    changed = {
+        key: replace(sample, commands=(OperatorCommand(device, (0.5,), 1),)) if key.device == "operator" else sample
+        for key, sample in memory.samples.items()
+        for sample in [cast("Any", sample)]
+    }
+    assert replay(replace(memory.recording, samples=changed)).is_equal
