@@ -131,6 +131,7 @@ class Loop:
             raise
 
     def _run(self) -> Outcome:
+        self._begin_timing()
         if self._pace:
             self._pace.restart(self._clock.now())
             self._hold(self._pace)
@@ -205,8 +206,6 @@ class Loop:
     def tick(self) -> Status:
         """Call the app's step, send the command, and record the tick. A tick with an exception is recorded too."""
         timer = self._timer
-        if timer:
-            timer.begin_tick()
         self._latch.check()
         self._activity.ticks += 1
         if self._drive:
@@ -369,6 +368,11 @@ class Loop:
         if pace.is_paused:
             self._activity.begin(None)
             pace.hold(self._clock.now(), self._check_end)
+            self._begin_timing()
+
+    def _begin_timing(self) -> None:
+        if self._timer:
+            self._timer.begin_tick()
 
     def _check_end(self) -> None:
         self._latch.check()

@@ -16,7 +16,7 @@ class TickTimer(Layer):
     """Measures the phases of the ticks of one loop.
 
     It is the layer next to the app: it times each read of a sensor, and each command to an actuator outside the drive.
-    The loop calls the methods ``begin_…`` and `end_tick`.
+    The loop calls the other methods.
 
     statistics: gets the durations of each tick.
     """
@@ -26,45 +26,39 @@ class TickTimer(Layer):
         self._read_s = self._guard_s = self._send_s = 0.0
         """The times of the reads, of the rules without their reads, and of the commands since `begin_decision`."""
         self._tick_at = self._decision_at = self._record_at = self._sleep_at = 0.0
-        self._commit_at: float | None = None
-        self._decide_s = self._commit_s = self._nested_s = 0.0
+        self._decide_s: float | None = None
+        """The time of the app's step in this tick. None until `begin_commit`."""
 
     def begin_tick(self) -> None:
-        """Begin the phase in which the loop reads sensors for itself, such as the odometry's encoders."""
+        """Begin a tick that does not follow the one before at once, such as the first tick."""
         self._tick_at = read_timer()
 
     def begin_decision(self) -> None:
-        """Begin the app's step."""
-        self._decision_at = read_timer()
-        self._commit_at = None
+        """Begin the app's step. Until now the loop has read sensors for itself, such as the odometry's encoders."""
+        self._decide_s = None
         self._read_s = self._guard_s = self._send_s = 0.0
+        self._decision_at = read_timer()
 
     def begin_commit(self) -> None:
-        """Begin the commit of the drive's command. A tick without it has an exception."""
-        self._commit_at = now = read_timer()
-        self._nested_s = nested_s = self._read_s + self._guard_s
-        self._decide_s = now - self._decision_at - nested_s - self._send_s
+        """Begin the commit of the drive's command. A tick with an exception has none."""
+        self._decide_s = read_timer() - self._decision_at - self._read_s - self._guard_s - self._send_s
 
     def begin_record(self) -> None:
         """Begin the calls of the observers."""
-        self._record_at = now = read_timer()
-        nested_s = self._read_s + self._guard_s
-        if self._commit_at is None:
-            self._decide_s, self._commit_s = now - self._decision_at - nested_s - self._send_s, self._send_s
-        else:
-            self._commit_s = now - self._commit_at - (nested_s - self._nested_s) + self._send_s
+        self._record_at = read_timer()
 
     def begin_sleep(self) -> None:
         """Begin the sleep until the next tick."""
         self._sleep_at = read_timer()
 
     def end_tick(self) -> None:
-        """Add the durations of the tick to the statistics, after the sleep."""
-        record_at, sleep_at = self._record_at, self._sleep_at
-        read_s = self._decision_at - self._tick_at + self._read_s
-        self._add(
-            (read_s, self._decide_s, self._guard_s, self._commit_s, sleep_at - record_at, read_timer() - sleep_at)
-        )
+        """Add the durations of the tick to the statistics, after the sleep. The next tick begins."""
+        decision_at, record_at, read_s, guard_s = self._decision_at, self._record_at, self._read_s, self._guard_s
+        act_s = record_at - decision_at - read_s - guard_s
+        decide_s = act_s - self._send_s if self._decide_s is None else self._decide_s
+        sleep_at, prepared_s = self._sleep_at, decision_at - self._tick_at
+        self._tick_at = now = read_timer()
+        self._add((prepared_s + read_s, decide_s, guard_s, act_s - decide_s, sleep_at - record_at, now - sleep_at))
 
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
         def read_timed() -> SampleT:
@@ -84,17 +78,6 @@ class TickTimer(Layer):
 
         return send_timed
 
-    def wrap_rules(self, apply: ApplyRules) -> ApplyRules:
-        """Return the function that applies the safety rules, with its time measured."""
-
-        def apply_timed(wheels: Wheels) -> Wheels:
-            start, read_s = read_timer(), self._read_s
-            reduced = apply(wheels)
-            self._guard_s += read_timer() - start - (self._read_s - read_s)
-            return reduced
-
-        return apply_timed
-
     def standalone_motor(self, motor: MotorOutput) -> MotorOutput:
         """Return the output of a motor outside the drive, with timed commands."""
 
@@ -105,3 +88,14 @@ class TickTimer(Layer):
             return sent
 
         return MotorOutput(motor.name, set_timed, motor.stop)
+
+    def wrap_rules(self, apply: ApplyRules) -> ApplyRules:
+        """Return the function that applies the safety rules, with its time measured."""
+
+        def apply_timed(wheels: Wheels) -> Wheels:
+            start, read_s = read_timer(), self._read_s
+            reduced = apply(wheels)
+            self._guard_s += read_timer() - start - (self._read_s - read_s)
+            return reduced
+
+        return apply_timed
