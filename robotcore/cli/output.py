@@ -92,18 +92,21 @@ def write_table(columns: Sequence[str], rows: Iterable[Sequence[RenderableType]]
     write(table)
 
 
-def write(renderable: RenderableType) -> None:
+def write(renderable: RenderableType, *, is_error: bool = False) -> None:
     """Write a renderable of the library rich, with the colours and the width of the terminal.
 
     In a pipe it has no colours, and its width is `PIPED_WIDTH`.
+
+    is_error: whether to write on stderr.
     """
     from rich.console import Console
 
-    width = None if sys.stdout and sys.stdout.isatty() else PIPED_WIDTH
+    stream = sys.stderr if is_error else sys.stdout
+    width = None if stream and stream.isatty() else PIPED_WIDTH
     console = Console(highlight=False, markup=False, emoji=False, width=width)
     with console.capture() as capture:
         console.print(_EscapedRenderable(renderable))
-    click.echo(capture.get(), nl=False)
+    click.echo(capture.get(), nl=False, err=is_error)
 
 
 class _EscapedRenderable:

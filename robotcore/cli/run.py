@@ -16,7 +16,7 @@ from click.core import ParameterSource
 
 from robotcore.cli.command_classes import RunCommand, prepare_result, write_result
 from robotcore.cli.options import host_option, merge_options, parse_duration, parse_size, port_option, run_options
-from robotcore.cli.output import redirect_prints, write_failure, write_line, write_lines
+from robotcore.cli.output import redirect_prints, write, write_failure, write_line, write_lines
 from robotcore.cli.output_files import build_recorder, finish_recording
 from robotcore.errors import UsageError
 
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from robotcore.hal.backend import Backend
     from robotcore.live.live_view import LiveView
     from robotcore.recording.recorder import Recorder
+    from robotcore.runtime.profiler import Profiler
     from robotcore.runtime.result import RunResult
     from robotcore.runtime.session import Observer
     from robotcore.runtime.signals import SignalGuard
@@ -77,6 +78,9 @@ _FIRST_SIMULATOR = "pybullet"
 )
 @click.option("--gui", is_flag=True, help="Open the simulator's window, and run in real time.")
 @click.option("--realtime", is_flag=True, help="Slow simulated time down to real time.")
+@click.option(
+    "--profile", "is_profiled", is_flag=True, help="Show the slowest phases, devices and lines of the app at the end."
+)
 @click.option("--no-estop-key", is_flag=True, help="Leave the terminal to the app: the space bar is no e-stop.")
 @click.option("--keys", is_flag=True, help="Drive by the keys of the terminal in place of the app, in real time.")
 @click.option("--json", "as_json", is_flag=True, help="Print one line of JSON at the end, and nothing else.")
@@ -85,6 +89,7 @@ def command(
     record: Path | None,
     *,
     is_forced: bool,
+    is_profiled: bool,
     no_estop_key: bool,
     keys: bool,
     record_jpeg: bool,
@@ -113,6 +118,7 @@ def command(
             limit=record_limit,
             last_s=record_last,
         )
+        profiler = _make_profiler() if is_profiled else None
         notifier = Notifier.from_environment(os.environ)
         prepare_result(as_json=as_json)
         if keys:
@@ -125,6 +131,7 @@ def command(
                 values,
                 drawer,
                 recorder,
+                profiler,
                 notifier,
                 view,
                 interrupts,
@@ -141,7 +148,7 @@ def command(
             written += [recorded] if recorded else []
         result = notifier.choose_exit_status(result) if notifier else result
         interrupts.mask(but_last=True)
-        return _finish(result, written, as_json=as_json)
+        return _finish(result, written, profiler, as_json=as_json)
 
 
 def _require_keys(*, has_estop_key: bool) -> None:
@@ -174,10 +181,17 @@ def _describe_project(robot: str) -> list[str]:
     return []
 
 
-def _finish(result: RunResult, written: list[str], *, as_json: bool) -> int:
-    """Write the result and the lines about written files. Return the exit status, even if stdout is closed."""
+def _finish(result: RunResult, written: list[str], profiler: Profiler | None = None, *, as_json: bool) -> int:
+    """Write the result, the profile and the lines about written files. Return the exit status.
+
+    It returns also if stdout is closed.
+    """
     try:
         write_result(result, as_json=as_json)
+        if profiler and result.ticks:
+            from robotcore.view.profile_tables import format_profile
+
+            write(format_profile(result, profiler), is_error=as_json)
         for line in written:
             write_line(line, is_error=as_json)
     except BrokenPipeError:
@@ -210,10 +224,17 @@ def _make_picture_recorder(picture: Path | None) -> PictureRecorder | None:
     return PictureRecorder()
 
 
+def _make_profiler() -> Profiler:
+    from robotcore.runtime.profiler import Profiler
+
+    return Profiler()
+
+
 def _run(
     values: dict[str, Any],
     drawer: PictureRecorder | None,
     recorder: Recorder | None,
+    profiler: Profiler | None,
     notifier: Notifier | None,
     view: str | None,
     interrupts: SignalGuard,
@@ -240,8 +261,9 @@ def _run(
             )
         interrupts.before_suspension = lambda: [each.pause() for each in in_terminal]
         interrupts.after_suspension = lambda: [each.resume() for each in in_terminal]
-        observers: list[Observer] = [each for each in (notifier, recorder, drawer, *in_terminal, page) if each]
-        taps = [recorder.layer] if recorder else []
+        listening = (notifier, recorder, drawer, profiler, *in_terminal, page)
+        observers: list[Observer] = [each for each in listening if each]
+        taps = [each.layer for each in (recorder, profiler) if each]
         return run(RunRequest(**_build_request_fields(**values)), observers, taps, on_forced_exit=on_forced_exit)
 
 

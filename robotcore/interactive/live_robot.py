@@ -23,6 +23,7 @@ from robotcore.runtime.behaviour import Behaviour, Status, require_declarations
 from robotcore.runtime.loop import Loop
 from robotcore.runtime.needs import require_turn_on_spot
 from robotcore.runtime.observer import RunContext
+from robotcore.runtime.pace import PaceControl
 from robotcore.runtime.result import Outcome, RunResult
 from robotcore.runtime.session import RunSession
 from robotcore.runtime.signals import SignalGuard, raise_again
@@ -88,6 +89,22 @@ class LiveRobot(Robot):
     def map(self) -> OccupancyGrid | None:
         """The map of the first range sensor, with poses by the odometry. None without a drive or such a sensor."""
         return self._app.grid
+
+    @property
+    def pace(self) -> PaceControl:
+        """The pace of simulated time. Another thread may pause a call, or let single ticks of it run.
+
+        Raises UsageError if the robot's time passes by itself, as that of a real robot.
+
+        >>> import robotcore
+        >>> with robotcore.open("rover", world="open", realtime=True) as robot:
+        ...     robot.pace.speed = 10.0  # ten times as fast as real time
+        ...     robot.wait(1.0)
+        """
+        if self._run.pace is None:
+            text = f"the time of {self.name} passes by itself. Only a simulator in lockstep has a pace"
+            raise UsageError(text, kind="no-pace")
+        return self._run.pace
 
     def run(self, routine: Routine[Any] | Behaviour) -> Any:
         """Run a routine or an app to its end, and return its result. The wheels stand afterwards.

@@ -100,7 +100,12 @@ class ProgressLine:
         return line
 
     def _format_pace(self, record: TickRecord, run: RunContext) -> str:
-        """Return the ratio of simulated to real time, such as ``2.0x real time``; empty on a real robot."""
+        """Return the ratio of simulated to real time, such as ``2.0x real time``; empty on a real robot.
+
+        It is ``paused`` in a pause.
+        """
+        if run.pace and run.pace.is_paused:
+            return "paused"
         if isinstance(run.robot.clock, MonotonicClock):
             return ""
         return f"{record.time / max(self._wall.now(), 1e-3):.1f}x real time"
