@@ -189,3 +189,14 @@ def _collect_requests(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
 
     monkeypatch.setattr("robotcore.runtime.session.run", collect)
     return requests
+
+
+def test_profile_names_the_phases_the_devices_and_the_lines_of_the_app(cli: Cli, app_file: AppFile) -> None:
+    answer = cli("run", app_file("__import__('time').sleep(0.2); return Status.SUCCESS"), "--profile")
+    assert all(name in answer.out for name in ("decide", "left_motor", "odd.py:13", "sleep(0.2)"))
+
+
+def test_the_profile_of_a_run_with_json_is_on_stderr(cli: Cli) -> None:
+    answer = cli(*SHORT, "--profile", "--json")
+    assert answer.json["outcome"] == "success"
+    assert "phase of a tick" in answer.err

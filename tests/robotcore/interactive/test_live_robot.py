@@ -28,6 +28,7 @@ from robotcore.errors import (
     UsageError,
 )
 from robotcore.hal.clock import SteppedClock
+from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.kinds.camera import Camera
 from robotcore.recording import read
 from robotcore.runtime.session import RunSession
@@ -182,6 +183,38 @@ def test_ctrl_c_ends_the_call_and_the_robot_stays_open() -> None:
     assert robot.result
     assert robot.result.outcome is Outcome.SUCCESS
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_a_call_follows_the_pace_that_another_thread_sets() -> None:
+    with robotcore.open(world="open") as robot:
+        robot.pace.pause()
+        threading.Timer(0.2, robot.pace.resume).start()
+        wall = MonotonicClock()
+        robot.wait(1.0)
+        assert wall.now() >= 0.15
+        robot.pace.speed = 5.0
+        wall = MonotonicClock()
+        robot.wait(1.0)
+        assert wall.now() >= 0.19
+    assert robot.result
+    assert robot.result.overruns == 0
+
+
+def test_ctrl_c_ends_a_call_that_is_paused_and_a_sensor_can_be_read_in_a_pause() -> None:
+    with robotcore.open(world="open") as robot:
+        robot.pace.pause()
+        robot.range.read()
+        interrupt(0.2)
+        with pytest.raises(KeyboardInterrupt):
+            robot.drive.straight(0.1)
+        robot.pace.resume()
+        robot.drive.straight(0.1)
+
+
+def test_a_robot_whose_time_passes_by_itself_has_no_pace(raises: Raises, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(SteppedClock, "is_lockstep", False)
+    with robotcore.open(world="open") as robot, raises(UsageError, "no-pace"):
+        robot.pace.pause()
 
 
 def test_other_signal_closes_the_robot() -> None:

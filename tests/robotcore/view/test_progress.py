@@ -67,6 +67,14 @@ def test_the_line_has_app_backend_state_range_time_and_pace(check_text: CheckTex
     check_text(re.sub(r"[\d.]+", "1.0", pace))
 
 
+def test_the_line_of_a_paused_run_says_so() -> None:
+    progress = run_line()
+    assert progress.last_run.pace
+    progress.last_run.pace.pause()
+    progress.tick(TickRecord(11, 0.55, "cruise", None, None, ()))
+    assert "paused" in columns(progress.lines[-1])
+
+
 def test_the_line_of_a_real_robot_has_its_last_range_and_no_pace(
     monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
