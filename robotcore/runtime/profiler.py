@@ -73,14 +73,15 @@ class AppLine(NamedTuple):
 
     file: str
     number: int
-    function: str
+    call: str
+    """The innermost function that the line calls; the app's own function if the line calls none in Python."""
 
 
 class Profiler:
     """An observer that measures a run: ``run(request, [profiler], [profiler.layer])``.
 
-    A thread looks every 2 ms which line of the app the loop executes. A call counts for the line that makes it. The
-    lines are those of the files in the folder of the app.
+    A thread looks every 2 ms which line of the app the loop executes. A call counts for the line that makes it, and
+    is named. The lines are those of the files in the folder of the app.
     """
 
     def __init__(self) -> None:
@@ -113,11 +114,12 @@ class Profiler:
 
 def _find_line(folder: Path, thread: int) -> AppLine | None:
     """Return the innermost line in a file of ``folder`` that a thread executes. None if it executes none."""
-    frame = sys._current_frames().get(thread)  # noqa: SLF001  Python offers no public function
-    while frame:
+    frame = innermost = sys._current_frames().get(thread)  # noqa: SLF001  Python offers no public function
+    while frame and innermost:
         code = frame.f_code
         if _find_folder(code.co_filename) == folder:
-            return AppLine(code.co_filename, frame.f_lineno, getattr(code, "co_qualname", code.co_name))
+            called = innermost.f_code
+            return AppLine(code.co_filename, frame.f_lineno, getattr(called, "co_qualname", called.co_name))
         frame = frame.f_back
     return None
 

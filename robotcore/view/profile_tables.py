@@ -18,7 +18,7 @@ from robotcore.view.text import build_table
 ROWS = 10
 """The greatest number of devices and of lines in a profile."""
 
-CODE_WIDTH = 80
+CODE_WIDTH = 60
 """The width of a line of code, in characters."""
 
 
@@ -53,20 +53,26 @@ def _build_device_table(times: Mapping[str, DeviceTimes]) -> Table:
 
 
 def _build_line_table(seconds: Mapping[AppLine, float]) -> Table:
+    lines: dict[tuple[str, int], dict[str, float]] = {}
+    for line, each_s in seconds.items():
+        lines.setdefault((line.file, line.number), {})[line.call] = each_s
     whole = sum(seconds.values())
-    slowest = sorted(seconds.items(), key=lambda item: -item[1])[:ROWS]
-    rows = (
-        (f"{Path(line.file).name}:{line.number}", f"{each:.3f}", f"{each / whole:.0%}", line.function, _read_code(line))
-        for line, each in slowest
+    slowest = sorted(lines.items(), key=lambda item: -sum(item[1].values()))[:ROWS]
+    rows = ((place, sum(calls.values()), max(calls, key=lambda call: calls[call])) for place, calls in slowest)
+    table = _build_table(
+        ("line of the app", "total s", "share", "mostly in", "code"),
+        (
+            (f"{Path(file).name}:{number}", f"{total_s:.3f}", f"{total_s / whole:.0%}", call, _read_code(file, number))
+            for (file, number), total_s, call in rows
+        ),
     )
-    table = _build_table(("line of the app", "total s", "share", "function", "code"), rows)
     for column in table.columns[3:]:
         column.justify = "left"
     return table
 
 
-def _read_code(line: AppLine) -> str:
-    return linecache.getline(line.file, line.number).strip()[:CODE_WIDTH]
+def _read_code(file: str, number: int) -> str:
+    return linecache.getline(file, number).strip()[:CODE_WIDTH]
 
 
 def _build_table(titles: Sequence[str], rows: Iterable[Sequence[str]]) -> Table:

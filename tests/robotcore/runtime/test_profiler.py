@@ -21,6 +21,20 @@ def _wait(seconds: float) -> None:
     time.sleep(seconds)
 
 
+def test_a_line_that_calls_a_library_names_the_innermost_function() -> None:
+    profiler = Profiler()
+    run(RunRequest(Caller), [profiler], [profiler.layer])
+    slowest, _ = max(profiler.line_s.items(), key=lambda item: item[1])
+    assert slowest.number == Caller.step.__code__.co_firstlineno + 1
+    assert slowest.call.endswith("wait")
+
+
+class Caller(Behaviour):
+    def step(self, robot: Robot) -> Status:
+        threading.Event().wait(0.2)
+        return Status.SUCCESS
+
+
 class Waiter(Behaviour):
     needs = frozenset({Role.RANGE})
 
@@ -36,7 +50,7 @@ def test_the_line_of_the_app_that_waits_is_named_with_its_time() -> None:
     run(RunRequest(Waiter), [profiler], [profiler.layer])
     slowest, seconds = max(profiler.line_s.items(), key=lambda item: item[1])
     assert Path(slowest.file) == Path(__file__)
-    assert slowest.function == "_wait"
+    assert slowest.call == "_wait"
     assert slowest.number == _wait.__code__.co_firstlineno + 1
     assert seconds > sum(profiler.line_s.values()) / 2
     assert {Path(line.file) for line in profiler.line_s} == {Path(__file__)}
