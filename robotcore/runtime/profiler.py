@@ -15,6 +15,7 @@ from typing import Any, NamedTuple, TypeVar
 from robotcore.hal.device import Actuator, SampleT, Sensor
 from robotcore.hal.wall_clock import read_timer
 from robotcore.runtime.layers.base import MotorOutput, Reader, Send, Tap
+from robotcore.runtime.loop import Loop
 from robotcore.runtime.observer import RunContext
 from robotcore.runtime.result import RunResult
 from robotcore.runtime.trace import TickRecord
@@ -113,9 +114,9 @@ class Profiler:
 
 
 def _find_line(folder: Path, thread: int) -> AppLine | None:
-    """Return the innermost line in a file of ``folder`` that a thread executes. None if it executes none."""
+    """Return the innermost line in a file of ``folder`` that the loop of a thread calls. None if it calls none."""
     frame = innermost = sys._current_frames().get(thread)  # noqa: SLF001  Python offers no public function
-    while frame and innermost:
+    while frame and innermost and frame.f_globals.get("__name__") != Loop.__module__:
         code = frame.f_code
         if _find_folder(code.co_filename) == folder:
             called = innermost.f_code

@@ -29,6 +29,13 @@ def test_a_line_that_calls_a_library_names_the_innermost_function() -> None:
     assert slowest.call.endswith("wait")
 
 
+def test_the_program_that_calls_the_run_is_no_line_of_the_app() -> None:
+    profiler = Profiler()
+    run(RunRequest(Caller), [profiler], [profiler.layer])
+    lines = {line.number for line in profiler.line_s}
+    assert lines <= {Caller.step.__code__.co_firstlineno + 1, Caller.step.__code__.co_firstlineno + 2}
+
+
 class Caller(Behaviour):
     def step(self, robot: Robot) -> Status:
         threading.Event().wait(0.2)
