@@ -116,11 +116,14 @@ class Profiler:
 def _find_line(folder: Path, thread: int) -> AppLine | None:
     """Return the innermost line in a file of ``folder`` that the loop of a thread calls. None if it calls none."""
     frame = innermost = sys._current_frames().get(thread)  # noqa: SLF001  Python offers no public function
-    while frame and innermost and frame.f_globals.get("__name__") != Loop.__module__:
+    line: AppLine | None = None
+    while frame and innermost:
         code = frame.f_code
-        if _find_folder(code.co_filename) == folder:
+        if frame.f_globals.get("__name__") == Loop.__module__:
+            return line
+        if line is None and _find_folder(code.co_filename) == folder:
             called = innermost.f_code
-            return AppLine(code.co_filename, frame.f_lineno, getattr(called, "co_qualname", called.co_name))
+            line = AppLine(code.co_filename, frame.f_lineno, getattr(called, "co_qualname", called.co_name))
         frame = frame.f_back
     return None
 
