@@ -44,7 +44,7 @@ def take_screenshot(browser: Browser, link: str, file: str, width: int, height: 
 
 def main() -> None:
     view = LiveView(Address())
-    request = RunRequest("green-search", seed=7, realtime=True, timeout_s=60)
+    request = RunRequest("green-search", seed=7, realtime=True, steerable=True, timeout_s=60)
     thread = Thread(target=lambda: run(request, [view]))
     thread.start()
     with sync_playwright() as playwright:

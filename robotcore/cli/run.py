@@ -74,7 +74,7 @@ _FIRST_SIMULATOR = "pybullet"
     metavar="[HOST:PORT]",
     is_flag=False,
     flag_value="",
-    help="Show the run on a web page, in real time, with an e-stop. Default: a free port on 127.0.0.1.",
+    help="Show the run on a web page, in real time, and drive from there. Default: a free port on 127.0.0.1.",
 )
 @click.option("--gui", is_flag=True, help="Open the simulator's window, and run in real time.")
 @click.option("--realtime", is_flag=True, help="Slow simulated time down to real time.")
@@ -126,7 +126,8 @@ def command(
         written = [] if as_json else _describe_project(values["robot"])
         with redirect_prints(as_json=as_json) as redirection:
             on_forced_exit = _make_forced_exit_handler(recorder, notifier, redirection, as_json=as_json)
-            values |= {"steerable": keys, "realtime": values["realtime"] or keys or view is not None}
+            has_person = keys or view is not None
+            values |= {"steerable": has_person, "realtime": values["realtime"] or has_person}
             result = _run(
                 values,
                 drawer,

@@ -27,12 +27,12 @@ class TeleopCommand(RunCommand):
 
 
 def _drive(**values: Any) -> Any:
-    """Drive a robot by hand, by keys or by its gamepad.
+    """Drive a robot by hand, from a web page, by keys or by its gamepad.
 
-    The keys are those of the terminal, with --keys. The command has the options of `robotcore run`. A simulator follows
-    real time. The robot stands until a person drives.
+    --view prints the link of the page. The keys are those of the terminal, with --keys. The command has the options of
+    `robotcore run`. A simulator follows real time. The robot stands until a person drives.
     """
-    if not values["keys"]:
+    if not values["keys"] and values["view"] is None:
         _require_gamepad(values)
     assert run.command.callback
     return run.command.callback(**{**values, "app": APP, "realtime": True})
@@ -45,7 +45,8 @@ def _require_gamepad(values: Mapping[str, Any]) -> None:
     robot = load_backend(values["backend"]).load_robot(values["robot"], options)
     if not robot.first_of("gamepad"):
         raise UsageError(
-            f"the robot {robot.name!r} has no gamepad. Add --keys to drive by the keys of the terminal",
+            f"the robot {robot.name!r} has no gamepad. Add --view to drive from a web page, or --keys to drive by the "
+            "keys of the terminal",
             kind="no-way-to-drive",
             robot=robot.name,
         )

@@ -7,6 +7,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import Any
 
+from robotcore.live.actions import read_action
 from robotcore.live.messages import encode
 from robotcore.live.viewer import Viewer
 
@@ -30,9 +31,11 @@ class Hub:
         self._act = act
         self._run: dict[str, Any] | None = None
         self._end: dict[str, Any] | None = None
+        self._timing: dict[str, Any] | None = None
         self._lines: deque[dict[str, Any]] = deque(maxlen=MAX_LINES)
         self._path: list[list[Any]] = []
         self._is_pressed = False
+        self._driver: Viewer | None = None
         self.tick = b""
         """The newest tick, as JSON."""
         self.pictures: dict[str, bytes] = {}
@@ -66,6 +69,8 @@ class Hub:
                     self._end = content
                 elif kind == "line":
                     self._lines.append(content)
+                elif kind == "timing":
+                    self._timing = content
                 self._tell(content)
 
     def enter(self, viewer: Viewer) -> None:
@@ -75,17 +80,23 @@ class Hub:
             viewer.add_message(encode(self._run))
         viewer.add_message(encode({"type": "history", "path": self._path, "lines": list(self._lines)}))
         viewer.add_tick()
+        if self._timing:
+            viewer.add_message(encode(self._timing))
         for name in self.pictures:
             viewer.add_picture(name)
         if self._end:
             viewer.add_message(encode(self._end))
-        self._count_viewers()
+        self._describe_viewers()
 
     def leave(self, viewer: Viewer) -> None:
-        """Remove a viewer."""
-        if viewer in self.viewers:
-            self.viewers.remove(viewer)
-            self._count_viewers()
+        """Remove a viewer. If it drives, the robot stands, and waits for a person."""
+        if viewer not in self.viewers:
+            return
+        self.viewers.remove(viewer)
+        if viewer is self._driver:
+            self._driver = None
+            self._act({"type": "drive", "linear": 0.0, "angular": 0.0})
+        self._describe_viewers()
 
     def press_estop(self) -> None:
         """Press the e-stop of the run. It stays pressed, so only the first press is sent."""
@@ -94,7 +105,10 @@ class Hub:
             self._act({"type": "estop"})
 
     def handle(self, viewer: Viewer, text: str) -> None:
-        """Execute a message of a viewer. Raises ValueError for a message that the page does not send."""
+        """Execute a message of a viewer. Raises ValueError for a message that the page does not send.
+
+        Actions of a viewer who does not drive have no effect, because another viewer may just have taken over.
+        """
         match json.loads(text, parse_constant=_refuse_constant):
             case {"type": "estop"}:
                 self.press_estop()
@@ -102,13 +116,30 @@ class Hub:
                 viewer.acknowledge_picture(name)
             case {"type": "ack", "tick": int(_)}:
                 viewer.acknowledge_tick()
+            case {"type": "take"}:
+                self._driver = viewer
+                self._describe_viewers()
+            case dict(message):
+                self._execute(viewer, read_action(message))
             case _:
-                raise ValueError("an unknown message")
+                raise ValueError("not a message")
 
-    def _count_viewers(self) -> None:
+    def _execute(self, viewer: Viewer, action: dict[str, Any]) -> None:
+        """Send an action to the run: driving only from the driver, and the others also if nobody drives."""
+        needs_driver = action["type"] in {"drive", "actuate"}
+        if viewer is self._driver or (self._driver is None and not needs_driver):
+            self._act(action)
+            if action["type"] == "release":
+                self._driver = None
+                self._describe_viewers()
+
+    def _describe_viewers(self) -> None:
+        """Send to each viewer how many they are, and who drives."""
         count = len(self.viewers)
         self._act({"type": "viewers", "count": count})
-        self._tell({"type": "viewers", "count": count})
+        for viewer in self.viewers:
+            driver = "nobody" if self._driver is None else "you" if viewer is self._driver else "other"
+            viewer.add_message(encode({"type": "viewers", "count": count, "driver": driver}))
 
     def _tell(self, content: dict[str, Any]) -> None:
         text = encode(content)

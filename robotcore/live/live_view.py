@@ -11,8 +11,9 @@ from importlib.util import find_spec
 from threading import Condition, Thread
 from typing import Any
 
-from robotcore.errors import BackendMissingError
+from robotcore.errors import BackendMissingError, RobotcoreError
 from robotcore.hal.wall_clock import MonotonicClock
+from robotcore.live.actions import execute_action
 from robotcore.live.address import Address, build_token
 from robotcore.live.messages import Message
 from robotcore.live.page_process import PageProcess, build_picture_message
@@ -31,20 +32,21 @@ PERIOD_S = 0.04
 MAP_PERIOD_S = 1.0
 """The shortest time between two pictures of the app's map, in seconds."""
 
+SUMMARY_PERIOD_S = 1.0
+"""The time between two summaries of the ticks' durations, in seconds."""
+
 MAX_LINES = 500
 """The number of lines that wait for the page. Older ones are lost."""
 
 CLOSING_S = 1.0
 """The longest wait until the page has the end of the run, in seconds."""
 
-PRESS_REASON = "the e-stop was pressed on the live page"
-
 
 class LiveView:
-    """An observer that shows its run on a web page, from which each viewer can press the e-stop.
+    """An observer that shows its run on a web page, from which each viewer can press the e-stop and one can drive.
 
     The page's own process serves the viewers, and a thread sends the newest state to it. So `tick` never waits. If the
-    process ends, the run continues.
+    process ends, the run continues, but the wheels of a robot that a viewer drives stop.
 
     The constructor listens at the address. Raises UsageError if the system refuses that, and BackendMissingError if a
     library of the extra ``view`` is missing.
@@ -81,7 +83,7 @@ class LiveView:
         self._viewers = 0
         self._sent: dict[str, Image] = {}
         """The picture of each name that the page has."""
-        self._map_due = 0.0
+        self._map_due = self._summary_due = 0.0
 
     def describe_link(self) -> str:
         """Return the link to the page as text, with a QR code for phones if other machines can reach the page."""
@@ -139,19 +141,25 @@ class LiveView:
         texts += [("Warning", f"{cause} changes the command") for cause in sorted(causes - self._held)]
         texts += [("Warning", warning) for warning in record.warnings]
         self._state, self._held = state, causes
-        self._lines += [
-            {"type": "line", "level": level, "time": round(record.time, 3), "text": text} for level, text in texts
-        ]
+        for level, text in texts:
+            self._add_line(level, text)
 
     def _handle_action(self, action: dict[str, Any]) -> None:
-        match action:
-            case {"type": "estop"} if self._run:
-                self._run.emergency.press(PRESS_REASON)
-            case {"type": "viewers", "count": int(count)}:
-                with self._changed:
-                    self._viewers, self._is_new = count, self._moment is not None
-                    self._sent = {}
-                    self._changed.notify()
+        assert self._run
+        if action.get("type") == "viewers":
+            self._viewers, self._sent = action["count"], {}
+        else:
+            try:
+                execute_action(self._run, action)
+            except RobotcoreError as refusal:
+                self._add_line("Warning", str(refusal))
+        with self._changed:  # a paused run has no ticks, so the page would not show the change
+            self._is_new = self._moment is not None
+            self._changed.notify()
+
+    def _add_line(self, level: str, text: str) -> None:
+        time = self._moment.record.time if self._moment else 0.0
+        self._lines.append({"type": "line", "level": level, "time": round(time, 3), "text": text})
 
     def _send_all(self) -> None:
         run = self._run
@@ -190,6 +198,13 @@ class LiveView:
                     sent[name] = image
                     yield build_picture_message(name, image)
             yield from self._draw_map(moment)
+            yield from self._summarise_ticks()
+
+    def _summarise_ticks(self) -> Iterator[Message]:
+        assert self._run
+        if self._wall.now() >= self._summary_due:
+            self._summary_due = self._wall.now() + SUMMARY_PERIOD_S
+            yield Message({"type": "timing", "phases": self._run.statistics.summarise()})
 
     def _draw_map(self, moment: Moment) -> Iterator[Message]:
         assert self._run

@@ -110,7 +110,6 @@ class PageProcess:
                 action = json.loads(line)
                 if isinstance(action, dict):
                     handle(action)
-        handle({"type": "gone"})
 
 
 def build_picture_message(name: str, image: Image) -> Message:

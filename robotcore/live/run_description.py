@@ -44,6 +44,9 @@ def describe_run(run: RunContext) -> dict[str, Any]:
         "footprint": [list(corner) for corner in description.body.footprint],
         "bounds": measure_bounds(run),
         "drive": describe_drive(run),
+        "can_pace": run.pace is not None,
+        "can_steer": run.operator is not None,
+        "actuators": list(run.operator.actuators) if run.operator else [],
     }
 
 

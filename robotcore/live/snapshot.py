@@ -18,6 +18,7 @@ from robotcore.optics import Image
 from robotcore.recording.summary import is_plausible
 from robotcore.runtime.layers.devices import AppActuator, AppMotor, AppSensor
 from robotcore.runtime.observer import RunContext
+from robotcore.runtime.pace import PaceControl
 from robotcore.runtime.trace import TickRecord
 
 MAX_RAYS = 400
@@ -121,6 +122,9 @@ class Snapshots:
             "devices": dict(self._list_devices(moment)),
             "logged": {name: {"value": to_json(value), "unit": unit} for name, (value, unit) in moment.logged.items()},
             "interventions": list(causes),
+            "is_hand_driven": bool(self._run.operator and self._run.operator.is_driving),
+            "pace": describe_pace(self._run.pace) if self._run.pace else None,
+            "overruns": self._run.count_overruns(),
             "faults": [str(fault) for fault in self._run.faults if fault.is_active(record.time)],
         }
 
@@ -145,6 +149,11 @@ class Snapshots:
                 if isinstance(motor, AppMotor) and velocities:
                     velocity = sum(velocities) / len(velocities)
                     yield motor.name, {"values": {"command": to_json(velocity)}, "text": f"{velocity:.2f} rad/s"}
+
+
+def describe_pace(pace: PaceControl) -> dict[str, Any]:
+    """Return the speed, None for an unlimited one, and whether the run is paused."""
+    return {"speed": to_json(pace.speed), "is_paused": pace.is_paused}
 
 
 def list_velocities(motor: str, left: Sequence[str], right: Sequence[str], sent: Wheels) -> list[float]:

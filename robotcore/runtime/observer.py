@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -46,6 +46,8 @@ class RunContext:
     """The durations of the ticks so far."""
     pace: PaceControl | None = None
     """The pace of simulated time. None on a real robot, and in a simulator whose time passes by itself."""
+    count_overruns: Callable[[], int] = lambda: 0
+    """Returns the number of ticks so far that took longer than their period."""
 
 
 class Observer(Protocol):

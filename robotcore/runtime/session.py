@@ -267,6 +267,7 @@ class RunSession:
             self._operator,
             self._statistics,
             pace,
+            partial(getattr, self._loop, "overruns"),
         )
         with self._signals.defer():
             for observer in self._observers:

@@ -1,10 +1,12 @@
 // The live page: shows the messages of a run, and presses its e-stop.
 
 import { Connection, pressEstop } from "./connection.js";
+import { buildControl } from "./controls.js";
 import { DeviceCard } from "./drawings.js";
 import { Overhead } from "./overhead.js";
 import { WheelPlot } from "./plot.js";
 import { Pictures, Tabs } from "./pictures.js";
+import { Steering } from "./steering.js";
 
 const get = (id) => document.getElementById(id);
 const MAX_LOG_LINES = 300;
@@ -25,10 +27,12 @@ let isDirty = false;
 let mapPicture = null;
 const notices = new Map();
 
+const send = (message) => connection.send(message);
+const steering = new Steering(send);
 const connection = new Connection({ receive, show: showPicture, change: showConnection });
 
 function receive(message) {
-  const handlers = { run: beginRun, history: showHistory, tick: showTick, line: addLine, end: showEnd, viewers: showViewers };
+  const handlers = { run: beginRun, history: showHistory, tick: showTick, line: addLine, end: showEnd, viewers: showViewers, timing: showTiming };
   handlers[message.type]?.(message);
   requestDrawing();
 }
@@ -49,7 +53,15 @@ function beginRun(message) {
   get("measured-key").hidden = !run.drive?.is_measured;
   get("milestones-card").hidden = !run.milestones.length;
   get("milestones").replaceChildren(...run.milestones.map(buildMilestone));
-  cards = new Map(run.devices.map((device) => [device.name, new DeviceCard(device)]));
+  steering.reset(run);
+  get("pace-card").hidden = !run.can_pace;
+  get("timing-card").hidden = true;
+  const shown = run.devices.filter((device) => device.kind !== "operator"); // the joystick is its drawing
+  cards = new Map(shown.map((device) => [device.name, new DeviceCard(device)]));
+  for (const card of cards.values()) {
+    const control = buildControl(card.device, run.actuators, send);
+    if (control) card.element.append(control);
+  }
   get("devices").replaceChildren(...[...cards.values()].map((card) => card.element));
   get("estop").classList.remove("is-pressed");
   hideScreen();
@@ -94,7 +106,21 @@ function addLine({ level, time, text }) {
   if (isAtEnd) log.scrollTop = log.scrollHeight;
 }
 
-function showViewers({ count }) {
+function showTiming({ phases }) {
+  const names = Object.keys(phases);
+  get("timing-card").hidden = !names.length;
+  get("timing").replaceChildren(...names.map((name) => {
+    const { p50, p99, worst } = phases[name];
+    const row = document.createElement("tr");
+    const texts = [name, ...[p50, p99, worst].map((us) => (us / 1000).toFixed(2))];
+    row.append(...texts.map((text) => Object.assign(document.createElement("td"), { textContent: text })));
+    return row;
+  }));
+}
+
+function showViewers({ count, driver }) {
+  steering.showDriver(driver);
+  for (const control of document.querySelectorAll(".control")) control.disabled = driver !== "you";
   get("viewers").textContent = count === 1 ? "1 viewer" : `${count} viewers`;
 }
 
@@ -131,8 +157,20 @@ function draw() {
     item.lastChild.textContent = time === undefined ? "" : `${time.toFixed(1)} s`;
   }
   showPose();
+  showPace();
+  steering.show(tick.is_hand_driven);
+  get("overruns").textContent = tick.overruns === 1 ? "1 overrun" : `${tick.overruns} overruns`;
   showValues();
   showNotices();
+}
+
+function showPace() {
+  if (!tick.pace) return;
+  const { speed, is_paused: isPaused } = tick.pace;
+  get("pace-state").textContent = isPaused ? "paused" : "";
+  get("pause").textContent = isPaused ? "Resume" : "Pause";
+  get("step").disabled = !isPaused;
+  if (document.activeElement !== get("speed")) get("speed").value = speed === null ? "" : String(speed);
 }
 
 // The values that the app logs.
@@ -179,6 +217,7 @@ const STATES = { open: "open", lost: "lost", token: "lost", full: "lost" };
 function showConnection(state) {
   get("link").dataset.state = STATES[state];
   if (state === "open") return;
+  steering.showDriver("nobody");
   get("viewers").textContent = "not connected";
   if (state === "token") {
     showScreen("bad", "!", "This page needs its link", "Open the link that robotcore printed at the start of the run. It has a token that this page lacks.");
@@ -226,10 +265,16 @@ for (const type of ["keydown", "keyup"]) {
   }, { capture: true });
 }
 get("estop").addEventListener("keydown", (event) => event.code === "Enter" && stop());
+get("pause").addEventListener("click", () => send({ type: "pace", is_paused: !tick?.pace.is_paused }));
+get("step").addEventListener("click", () => send({ type: "pace", steps: 1 }));
+get("speed").addEventListener("change", ({ target }) => {
+  send({ type: "pace", speed: target.value === "" ? null : Number(target.value) });
+  target.blur();
+});
 window.addEventListener("resize", requestDrawing);
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", requestDrawing);
 setInterval(() => {
-  const isQuiet = tick && !hasEnded && performance.now() - tickAt > QUIET_MS;
+  const isQuiet = tick && !hasEnded && performance.now() - tickAt > QUIET_MS; // such as a paused run
   if (connection.isOpen && tick) get("link").dataset.state = isQuiet ? "quiet" : "open";
   showNotices();
 }, 300);

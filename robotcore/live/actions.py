@@ -1,0 +1,72 @@
+"""The actions of the viewers: the server checks them, and the run executes them."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:  # the process of the page imports this module, and starts faster without the runtime
+    from robotcore.runtime.observer import RunContext
+
+PRESS_REASON = "the e-stop was pressed on the live page"
+
+MIN_SPEED, MAX_SPEED = 0.05, 100.0
+"""The least and the greatest pace that a viewer can choose, as simulated seconds in a second."""
+
+MAX_STEPS = 100
+MAX_NUMBERS = 8
+"""The greatest number of numbers in a command to an actuator."""
+
+
+def read_action(message: dict[str, Any]) -> dict[str, Any]:
+    """Return the action in a viewer's message, with checked values. Raises ValueError for any other message."""
+    match message:
+        case {"type": "drive", "linear": linear, "angular": angular}:
+            return {"type": "drive", "linear": _read_share(linear), "angular": _read_share(angular)}
+        case {"type": "actuate", "device": str(device), "value": [*numbers]} if 0 < len(numbers) <= MAX_NUMBERS:
+            return {"type": "actuate", "device": device, "value": [_read_number(each) for each in numbers]}
+        case {"type": "pace", "speed": speed} if speed is None or MIN_SPEED <= _read_number(speed) <= MAX_SPEED:
+            return {"type": "pace", "speed": speed}
+        case {"type": "pace", "is_paused": bool(is_paused)}:
+            return {"type": "pace", "is_paused": is_paused}
+        case {"type": "pace", "steps": int(steps)} if 0 < steps <= MAX_STEPS:
+            return {"type": "pace", "steps": int(steps)}
+        case {"type": "release"}:
+            return {"type": "release"}
+    raise ValueError("not an action of the page")
+
+
+def execute_action(run: RunContext, action: dict[str, Any]) -> None:
+    """Execute an action that `read_action` returned, or a press of the e-stop.
+
+    Raises the errors of `OperatorInput` and of `PaceControl` for an action that the run refuses.
+    """
+    match action:
+        case {"type": "estop"}:
+            run.emergency.press(PRESS_REASON)
+        case {"type": "drive", "linear": linear, "angular": angular} if run.operator:
+            drive = run.robot.drive
+            run.operator.drive(linear * drive.max_linear, angular * drive.max_angular)
+        case {"type": "actuate", "device": device, "value": value} if run.operator:
+            run.operator.command(device, value)
+        case {"type": "release"} if run.operator:
+            run.operator.release()
+        case {"type": "pace", "speed": speed} if run.pace:
+            run.pace.speed = math.inf if speed is None else speed
+        case {"type": "pace", "is_paused": is_paused} if run.pace:
+            (run.pace.pause if is_paused else run.pace.resume)()
+        case {"type": "pace", "steps": steps} if run.pace and run.pace.is_paused:
+            run.pace.step(steps)
+
+
+def _read_number(value: object) -> float:
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        raise ValueError("not a finite number")
+    return float(value)
+
+
+def _read_share(value: object) -> float:
+    """Return a share of the greatest velocity, from -1 to 1."""
+    if abs(share := _read_number(value)) > 1:
+        raise ValueError("not from -1 to 1")
+    return share

@@ -1,0 +1,115 @@
+// Hand driving: keys, a joystick for a finger or a mouse, and a gamepad.
+
+const PERIOD_MS = 50; // several times in the lease, after which the wheels stop
+const DEAD_ZONE = 0.12;
+const KEYS = {
+  ArrowUp: [1, 0], KeyW: [1, 0], ArrowDown: [-1, 0], KeyS: [-1, 0],
+  ArrowLeft: [0, 1], KeyA: [0, 1], ArrowRight: [0, -1], KeyD: [0, -1],
+};
+
+const get = (id) => document.getElementById(id);
+const clamp = (value) => Math.min(1, Math.max(-1, value));
+
+export class Steering {
+  // send: sends a message to the server.
+  constructor(send) {
+    this.send = send;
+    this.keys = new Set();
+    this.stick = null;
+    this.driver = "nobody";
+    get("take").addEventListener("click", () => this.send({ type: "take" }));
+    get("release").addEventListener("click", () => this.release());
+    get("limit").addEventListener("input", () => this.showLimit());
+    window.addEventListener("keydown", (event) => this.press(event));
+    window.addEventListener("keyup", (event) => this.keys.delete(event.code));
+    for (const type of ["blur", "pagehide"]) window.addEventListener(type, () => this.letGo());
+    document.addEventListener("visibilitychange", () => document.hidden && this.letGo());
+    this.listenToStick(get("stick"));
+    this.showLimit();
+    setInterval(() => this.drive(), PERIOD_MS);
+  }
+
+  reset(run) {
+    this.run = run;
+    this.letGo();
+    get("drive-card").hidden = !(run.can_steer && run.drive);
+    this.showDriver("nobody");
+  }
+
+  showDriver(driver) {
+    if (driver !== "you") this.letGo();
+    this.driver = driver;
+    get("drive-card").dataset.driver = driver;
+    this.show(this.isHandDriven ?? false);
+  }
+
+  // isHandDriven: whether the robot waits for a person in place of the app.
+  show(isHandDriven) {
+    this.isHandDriven = isHandDriven;
+    const texts = { you: "you drive", other: "another viewer drives", nobody: isHandDriven ? "nobody drives, the robot stands" : "the app drives" };
+    get("drive-state").textContent = texts[this.driver];
+    get("take").textContent = this.driver === "other" ? "Take over" : "Drive";
+    get("take").hidden = this.driver === "you";
+    get("release").hidden = this.driver === "other" || !(isHandDriven || this.driver === "you");
+  }
+
+  showLimit() {
+    this.limit = Number(get("limit").value) / 100;
+    get("limit-text").textContent = `${get("limit").value} %`;
+  }
+
+  release() {
+    this.letGo();
+    this.send({ type: "release" });
+  }
+
+  letGo() {
+    this.keys.clear();
+    this.moveStick(null);
+  }
+
+  press(event) {
+    if (this.driver !== "you" || !KEYS[event.code] || event.ctrlKey || event.metaKey || event.altKey) return;
+    if (event.target.matches("input[type=range], select") && event.code.startsWith("Arrow")) return;
+    event.preventDefault();
+    this.keys.add(event.code);
+  }
+
+  listenToStick(stick) {
+    const move = (event) => {
+      const box = stick.getBoundingClientRect();
+      const half = box.width / 2;
+      this.moveStick([(event.clientX - box.left - half) / half, (event.clientY - box.top - half) / half]);
+    };
+    stick.addEventListener("pointerdown", (event) => {
+      if (this.driver !== "you") return;
+      stick.setPointerCapture(event.pointerId);
+      move(event);
+    });
+    stick.addEventListener("pointermove", (event) => stick.hasPointerCapture(event.pointerId) && move(event));
+    for (const type of ["pointerup", "pointercancel", "lostpointercapture"]) stick.addEventListener(type, () => this.moveStick(null));
+  }
+
+  // place: the place of the finger, from -1 to 1 to the right and down; null without a finger.
+  moveStick(place) {
+    const length = place ? Math.max(1, Math.hypot(...place)) : 1;
+    this.stick = place && place.map((part) => part / length);
+    const [x, y] = this.stick ?? [0, 0];
+    get("knob").style.transform = `translate(${x * 52}px, ${y * 52}px)`;
+  }
+
+  readGamepad() {
+    const pad = [...(navigator.getGamepads?.() ?? [])].find(Boolean);
+    if (!pad) return [0, 0];
+    const [x, y] = pad.axes.map((value) => (Math.abs(value) < DEAD_ZONE ? 0 : value));
+    return [-y || 0, -x || 0];
+  }
+
+  drive() {
+    if (this.driver !== "you" || !this.run) return;
+    const inputs = [...this.keys].map((code) => KEYS[code]);
+    inputs.push(this.stick ? [-this.stick[1], -this.stick[0]] : [0, 0], this.readGamepad());
+    const [linear, angular] = [0, 1].map((axis) => this.limit * clamp(inputs.reduce((sum, input) => sum + input[axis], 0)));
+    this.send({ type: "drive", linear, angular });
+  }
+}

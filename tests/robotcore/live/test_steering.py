@@ -1,0 +1,247 @@
+"""Driving by hand from the live page, in a real Chromium."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Callable
+
+import pytest
+from playwright.sync_api import Browser, Page, expect
+
+from robotcore.hal.wall_clock import MonotonicClock
+from robotcore.runtime.operator_input import LEASE_S
+from tests.robotcore.live.client import Client
+from tests.robotcore.live.live_run import LiveRun, StartRun
+
+pytestmark = pytest.mark.slow
+
+GAMEPAD = "navigator.getGamepads = () => [{axes: window.axes ?? [0, 0, 0, 0], buttons: []}]"
+STOP_S = 2.0
+"""The longest wait for the stop of the wheels on a busy machine, in seconds. benchmarks/live_page.py measures it."""
+
+
+def wait_for(condition: Callable[[], bool], seconds: float = 10.0) -> None:
+    clock = MonotonicClock()
+    while not condition():
+        assert clock.now() < seconds, "it did not happen in time"
+        clock.sleep_until(clock.now() + 0.01)
+
+
+def is_forward(run: LiveRun) -> bool:
+    return min(run.wheels) > 1.0
+
+
+def is_standing(run: LiveRun) -> bool:
+    return run.wheels == [0.0, 0.0]
+
+
+def open_and_take(page: Page, run: LiveRun) -> None:
+    page.goto(run.view.link)
+    page.locator("#take").click()
+    expect(page.locator("#drive-state")).to_have_text("you drive")
+
+
+@pytest.fixture
+def standing_run(start_run: StartRun) -> LiveRun:
+    """Start a run whose app stands still."""
+    return start_run(app="teleop")
+
+
+@pytest.mark.parametrize("key", ["ArrowUp", "KeyW"])
+def test_a_key_moves_the_robot_while_it_is_pressed(page: Page, standing_run: LiveRun, key: str) -> None:
+    open_and_take(page, standing_run)
+    page.keyboard.down(key)
+    wait_for(lambda: is_forward(standing_run))
+    page.keyboard.up(key)
+    wait_for(lambda: is_standing(standing_run))
+
+
+def test_the_left_key_turns_to_the_left(page: Page, standing_run: LiveRun) -> None:
+    open_and_take(page, standing_run)
+    page.keyboard.down("ArrowLeft")
+    wait_for(lambda: standing_run.wheels[0] < 0 < standing_run.wheels[1])
+
+
+def test_keys_without_taking_the_robot_do_nothing(page: Page, standing_run: LiveRun) -> None:
+    page.goto(standing_run.view.link)
+    expect(page.locator("#drive-state")).to_have_text("the app drives")
+    page.keyboard.down("ArrowUp")
+    page.wait_for_timeout(500)
+    assert is_standing(standing_run)
+
+
+def test_a_finger_on_the_joystick_of_a_phone_moves_the_robot(browser: Browser, standing_run: LiveRun) -> None:
+    context = browser.new_context(viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True)
+    page = context.new_page()
+    page.goto(standing_run.view.link)
+    page.locator("#take").tap()
+    page.locator("#stick").scroll_into_view_if_needed()
+    box = page.locator("#stick").bounding_box()
+    assert box
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    touch = context.new_cdp_session(page)
+    touch.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": [{"x": x, "y": y}]})
+    touch.send("Input.dispatchTouchEvent", {"type": "touchMove", "touchPoints": [{"x": x, "y": y - 70}]})
+    wait_for(lambda: is_forward(standing_run))
+    touch.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+    wait_for(lambda: is_standing(standing_run))
+    context.close()
+
+
+def test_a_gamepad_moves_the_robot(page: Page, standing_run: LiveRun) -> None:
+    page.add_init_script(GAMEPAD)
+    open_and_take(page, standing_run)
+    page.evaluate("() => { window.axes = [0, -1, 0, 0]; }")
+    wait_for(lambda: is_forward(standing_run))
+    page.evaluate("() => { window.axes = [0.05, 0.05, 0, 0]; }")
+    wait_for(lambda: is_standing(standing_run))
+
+
+def test_the_speed_limit_limits_the_velocity(page: Page, standing_run: LiveRun) -> None:
+    open_and_take(page, standing_run)
+    page.locator("#limit").fill("10")
+    page.locator("h1").click()
+    page.keyboard.down("KeyW")
+    most = 0.1 * standing_run.context.robot.drive.max_linear / standing_run.context.robot.drive.geometry.wheel_radius
+    wait_for(lambda: standing_run.wheels == pytest.approx([most, most], rel=0.01))
+
+
+@pytest.mark.parametrize("end", ["close", "reload", "kill"])
+def test_the_end_of_the_drivers_page_stops_the_robot_and_the_app_waits(
+    browser: Browser, start_run: StartRun, end: str
+) -> None:
+    run = start_run()  # its app would drive in circles
+    context = browser.new_context()
+    page = context.new_page()
+    open_and_take(page, run)
+    page.keyboard.down("KeyW")
+    wait_for(lambda: run.wheels[0] == pytest.approx(run.wheels[1]) and is_forward(run))
+    if end == "kill":
+        process = run.view._page._process
+        assert process
+        process.send_signal(signal.SIGSTOP)  # as a network that is cut
+        wait_for(lambda: is_standing(run), LEASE_S + STOP_S)
+        process.send_signal(signal.SIGCONT)
+    elif end == "reload":
+        page.reload()
+    else:
+        page.close()
+    wait_for(lambda: is_standing(run), STOP_S)
+    clock = MonotonicClock()
+    clock.sleep_until(0.5)
+    if end != "kill":
+        assert is_standing(run), "the app must not continue by itself"
+    context.close()
+
+
+def test_a_hidden_page_lets_go(page: Page, standing_run: LiveRun) -> None:
+    open_and_take(page, standing_run)
+    page.keyboard.down("KeyW")
+    wait_for(lambda: is_forward(standing_run))
+    page.evaluate("() => window.dispatchEvent(new Event('blur'))")
+    wait_for(lambda: is_standing(standing_run))
+
+
+def test_the_robot_returns_to_the_app(page: Page, start_run: StartRun) -> None:
+    run = start_run()
+    open_and_take(page, run)
+    wait_for(lambda: is_standing(run))
+    page.locator("#release").click()
+    expect(page.locator("#drive-state")).to_have_text("the app drives")
+    wait_for(lambda: is_forward(run))
+
+
+def test_a_second_viewer_watches_and_can_take_over(browser: Browser, page: Page, standing_run: LiveRun) -> None:
+    open_and_take(page, standing_run)
+    other = browser.new_context().new_page()
+    other.goto(standing_run.view.link)
+    expect(other.locator("#drive-state")).to_have_text("another viewer drives")
+    expect(other.locator("#viewers")).to_have_text("2 viewers")
+    other.keyboard.down("KeyW")
+    page.keyboard.down("KeyS")
+    wait_for(lambda: max(standing_run.wheels) < -1.0)
+    other.locator("#take", has_text="Take over").click()
+    expect(other.locator("#drive-state")).to_have_text("you drive")
+    expect(page.locator("#drive-state")).to_have_text("another viewer drives")
+    wait_for(lambda: is_standing(standing_run))
+    other.keyboard.down("ArrowUp")
+    wait_for(lambda: is_forward(standing_run))
+    other.context.close()
+    expect(page.locator("#drive-state")).to_have_text("nobody drives, the robot stands")
+
+
+def test_the_slider_of_a_servo_turns_it_only_for_the_driver(page: Page, start_run: StartRun) -> None:
+    run = start_run(app="teleop", robot="scout")
+    page.goto(run.view.link)
+    slider = page.locator(".device[data-device=pan] input")
+    expect(slider).to_be_disabled()
+    page.locator("#take").click()
+    slider.fill("0.5")
+    expect(page.locator(".device[data-device=pan] .value")).to_have_text("0.50 rad")
+
+
+def test_a_simulation_pauses_steps_and_changes_its_speed(page: Page, start_run: StartRun) -> None:
+    run = start_run()
+    page.goto(run.view.link)
+    page.locator("#pause").click()
+    expect(page.locator("#pace-state")).to_have_text("paused")
+    page.wait_for_timeout(300)
+    count = len(run.watcher.calls)
+    page.locator("#step").click()
+    wait_for(lambda: len(run.watcher.calls) == count + 1)
+    page.wait_for_timeout(300)
+    assert len(run.watcher.calls) == count + 1
+    page.locator("#pause").click()
+    wait_for(lambda: len(run.watcher.calls) > count + 3)
+    page.locator("#speed").select_option("0.1")
+    pace = run.context.pace
+    assert pace
+    wait_for(lambda: pace.speed == 0.1)
+    page.keyboard.press("Space")
+    assert run.wait().exit_status == 4
+
+
+def test_the_estop_ends_a_paused_run(page: Page, start_run: StartRun) -> None:
+    run = start_run()
+    page.goto(run.view.link)
+    page.locator("#pause").click()
+    expect(page.locator("#pace-state")).to_have_text("paused")
+    page.keyboard.press("Space")
+    assert run.wait().exit_status == 4
+    assert is_standing(run)
+
+
+def test_the_times_of_the_ticks_are_shown(page: Page, start_run: StartRun) -> None:
+    page.goto(start_run().view.link)
+    expect(page.locator("#timing tr")).to_have_count(6)
+    expect(page.locator("#overruns")).to_contain_text("overrun")
+
+
+def test_a_viewer_who_does_not_drive_moves_nothing(standing_run: LiveRun) -> None:
+    driver, other = Client(standing_run), Client(standing_run)
+    driver.send(type="take")
+    while other.receive("viewers")["driver"] != "other":
+        pass
+    clock = MonotonicClock()
+    while clock.now() < 1.0:
+        for message in ({"type": "drive", "linear": 1, "angular": 0}, {"type": "pace", "is_paused": True}):
+            other.send(**message)
+        other.send(type="release")
+        driver.send(type="drive", linear=0, angular=0)
+        clock.sleep_until(clock.now() + 0.05)
+    assert is_standing(standing_run)
+    assert standing_run.context.pace
+    assert not standing_run.context.pace.is_paused
+    for client in (driver, other):
+        client.close()
+
+
+def test_a_silent_driver_stands_after_the_lease(standing_run: LiveRun) -> None:
+    client = Client(standing_run)
+    client.send(type="take")
+    clock = MonotonicClock()
+    while not is_forward(standing_run):
+        client.send(type="drive", linear=0.5, angular=0)
+        clock.sleep_until(clock.now() + 0.05)
+    wait_for(lambda: is_standing(standing_run), LEASE_S + STOP_S)
+    client.close()
