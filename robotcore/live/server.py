@@ -208,7 +208,7 @@ async def serve(listener: socket.socket) -> None:
             ws_max_size=MAX_MESSAGE_BYTES,
             ws_per_message_deflate=False,
             ws_ping_interval=5,
-            ws_ping_timeout=5,
+            ws_ping_timeout=20,
             lifespan="off",
             log_level="critical",
             access_log=False,
