@@ -203,7 +203,7 @@ def _watch(
         raise UsageError(
             f"--watch {watched} names the app, and so does --app {app}. Leave --app out", kind="app-named-twice"
         )
-    arguments = ["replay", "--app", watched, *(f"--set={key}={value}" for key, value in settings)]
+    arguments = ["replay", f"--app={watched}", *(f"--set={key}={value}" for key, value in settings)]
     arguments += [f"--picture={picture}"] if picture else []
     arguments += [f"--record={record}"] if record else []
     arguments += ["--json"] if as_json else []
