@@ -366,7 +366,6 @@ class Loop:
 
     def _hold(self, pace: PaceControl) -> None:
         if pace.is_paused:
-            self._activity.begin(None)
             pace.hold(self._clock.now(), self._check_end)
             self._begin_timing()
 

@@ -6,17 +6,19 @@ from functools import partial
 
 import pytest
 
-from robotcore.errors import EmergencyStopError, Interrupted, UsageError
+from robotcore.errors import EmergencyStopError, Interrupted, UsageError, WatchdogError
 from robotcore.hal.robot import Robot
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.runtime.behaviour import Status
 from robotcore.runtime.loop import Loop
 from robotcore.runtime.pace import NAP_S, PaceControl
 from robotcore.safety.latch import EmergencyStop
+from robotcore.safety.watchdog import TimeLimit
 from tests.robotcore.fakes import FunctionApp, Rig
 from tests.texts import Raises
 
 TICK_S = 0.05
+LIMIT = TimeLimit(0.5, lambda *_: WatchdogError("the loop hangs"), 1.0)
 
 
 class FakeWall:
@@ -51,6 +53,8 @@ class PacedRun:
             FunctionApp(self._step),
             1 / TICK_S,
             100.0,
+            build_step_limit=LIMIT,
+            observer_limit=LIMIT,
             pace=self.pace,
             check_signals=self._check,
         )

@@ -15,6 +15,7 @@ from robotcore.errors import (
     InvalidCommandError,
     StaleSampleError,
 )
+from robotcore.hal.clock import SteppedClock
 from robotcore.hal.robot import Robot, Role
 from robotcore.runtime.behaviour import Status
 from robotcore.runtime.result import Outcome
@@ -105,6 +106,23 @@ def test_simulated_time_is_paced_only_on_request(perform: Runner, *, realtime: b
     run: RunContext = watcher.calls[0][1]
     assert run.pace
     assert run.pace.speed == speed
+
+
+def test_a_robot_whose_time_passes_by_itself_has_no_pace(perform: Runner, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(SteppedClock, "is_lockstep", False)
+    watcher = Watcher()
+    perform(drive_then(lambda _: Status.SUCCESS), observers=[watcher])
+    run: RunContext = watcher.calls[0][1]
+    assert run.pace is None
+
+
+def test_an_observer_and_the_result_have_the_statistics_of_the_ticks(perform: Runner) -> None:
+    watcher = Watcher()
+    result = perform(drive_then(lambda _: Status.SUCCESS), observers=[watcher])
+    run: RunContext = watcher.calls[0][1]
+    assert list(result.tick_times_us) == ["read", "decide", "guard", "commit", "record", "sleep"]
+    assert result.tick_times_us == run.statistics.summarise()
+    assert result.tick_times_us["decide"]["worst"] > 0.0
 
 
 def test_timeout_of_a_robot_that_stands_before_an_obstacle_names_the_sensor(

@@ -20,7 +20,7 @@ READ_RANGE_S, READ_CAMERA_S, STEP_S, RULE_S, MOTOR_S, DISPLAY_S, OBSERVER_S, PHY
 
 
 class TimedRun:
-    """A loop of two ticks with a fake timer. Each part of a tick takes its own time, in seconds."""
+    """A loop of three ticks with a fake timer. Each part of a tick takes its own time, in seconds."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.t = 0.0
@@ -38,8 +38,8 @@ class TimedRun:
             self._delay(owner, name, seconds)
 
     def measure(self, step: Callable[[Robot], object], pace: PaceControl | None = None) -> PhaseTimes:
-        """Return the times of the phases of the first of two ticks, in seconds."""
-        statuses = [Status.RUNNING, Status.SUCCESS]  # the last tick has no sleep, and does not count
+        """Return the greatest times of the phases in the first two of three ticks, in seconds."""
+        statuses = [Status.RUNNING, Status.RUNNING, Status.SUCCESS]  # the last tick has no sleep, and does not count
 
         def decide(robot: Robot) -> Status:
             self.t += STEP_S
@@ -90,14 +90,16 @@ def test_each_part_of_a_tick_belongs_to_one_phase(timed: TimedRun) -> None:
 
 
 def test_a_tick_in_which_a_sensor_is_lost_counts(timed: TimedRun) -> None:
-    errors = [DeviceLostError("eye", "unplugged")]
+    ticks: list[int] = []
 
     def lose(robot: Robot) -> None:
-        if errors:
-            raise errors.pop()
+        ticks.append(1)
+        if len(ticks) == 2:
+            timed.t += 1000.0
+            raise DeviceLostError("eye", "unplugged")
 
     found = timed.measure(lose)
-    assert (found.decide, found.commit, found.sleep) == (STEP_S, 0.0, PHYSICS_S)
+    assert (found.decide, found.commit, found.sleep) == (STEP_S + 1000.0, 0.0, PHYSICS_S)
 
 
 def test_a_pause_does_not_count(timed: TimedRun, monkeypatch: pytest.MonkeyPatch) -> None:
