@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping
 from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
@@ -233,7 +233,7 @@ def _build_no_run_error(path: Path, damage: str, *, is_whole: bool) -> Recording
     return RecordingError(path, problem, "Use another copy of the file, or record the run again", kind=kind)
 
 
-def skip_incomplete_beginning(ticks: list[Tick], samples: FileSamples) -> list[Tick]:
+def skip_incomplete_beginning(ticks: list[Tick], samples: Container[SampleKey]) -> list[Tick]:
     """Return the ticks of a ring recording from the first one with all its samples; all ticks if there is none.
 
     A ring may have deleted the samples that its first ticks read.

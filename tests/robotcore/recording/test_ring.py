@@ -7,6 +7,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ from mcap.reader import make_reader
 
 from robotcore.errors import RecordingError
 from robotcore.recording import Recording, read
+from robotcore.recording.reader import skip_incomplete_beginning
 from robotcore.recording.recorder import Recorder
 from robotcore.recording.replay import evaluate, replay
 from robotcore.recording.segments import has_segments, locate_segments
@@ -107,6 +109,13 @@ def test_each_read_of_the_remaining_ticks_has_its_sample(ring: Recording) -> Non
     keys = [read.key for tick in ring.ticks for read in tick.reads]
     assert keys
     assert all(key in ring.samples for key in keys)
+
+
+def test_first_ticks_whose_samples_were_deleted_are_left_out(ring: Recording) -> None:
+    ticks = list(ring.ticks)
+    deleted = {read.key for read in ticks[0].reads}
+    assert skip_incomplete_beginning(ticks, set(ring.samples) - deleted) == ticks[1:]
+    assert skip_incomplete_beginning(ticks, set()) == ticks
 
 
 def test_a_ring_without_the_beginning_is_evaluated_and_not_replayed(ring: Recording, raises: Raises) -> None:
@@ -291,6 +300,29 @@ def test_a_full_disk_makes_the_ring_smaller(file: Path, monkeypatch: pytest.Monk
     assert recording.ticks[0].number > 0
     assert recording.result
     assert recording.ticks[-1].number == 300
+
+
+@pytest.mark.usefixtures("often_flushed")
+def test_a_real_robot_does_not_wait_for_the_disk(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    has_begun, has_answered, waits = threading.Event(), threading.Event(), []
+
+    def sync(_: int) -> None:
+        if has_begun.is_set():
+            waits.append(has_answered.wait(60.0))
+
+    class Disk(Watcher):
+        def tick(self, record: TickRecord) -> None:
+            has_begun.set()
+            if record.tick == 250:
+                has_answered.set()
+
+    monkeypatch.setattr("robotcore.hal.clock.SteppedClock.is_lockstep", False)
+    monkeypatch.setattr("robotcore.recording.ring.os.fsync", sync)
+    recorder = record_ring(file, Disk())
+    assert waits
+    assert all(waits)
+    assert recorder.failure is None
+    assert read(file).ticks[-1].number == 300
 
 
 @pytest.mark.usefixtures("often_flushed")
