@@ -88,6 +88,7 @@ async def serve_viewer(socket: WebSocket, hub: Hub, access: Access) -> None:
         try:
             tasks = [asyncio.create_task(viewer.send_all()), asyncio.create_task(_read_all(socket, hub, viewer))]
             done, pending = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+            viewer.is_dropped = True  # before Python 3.12, `asyncio.wait_for` may lose the cancellation
             for task in pending:
                 task.cancel()
             await asyncio.gather(*pending, return_exceptions=True)
