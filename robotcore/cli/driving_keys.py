@@ -71,6 +71,7 @@ class DrivingKeys:
         self._speed = SPEEDS.index(0.5)
         self._key, self._until, self._is_held = "", 0.0, False
         self._has_taken = False
+        self._calls = 0
         self._begun = b""
 
     @property
@@ -92,14 +93,23 @@ class DrivingKeys:
             elif key == "r":
                 self._key, self._has_taken = "", False
                 self._operator.release()
-        self.update()
+        self._renew()
 
     def update(self) -> None:
-        """Renew the velocity, also that of a robot that stands. Call this every `UPDATE_S`."""
+        """Renew the velocity, also that of a robot that stands. Call this every `UPDATE_S`.
+
+        After a command or a release by another sender, such as a web page, the keys do nothing until the next key.
+        """
+        if self._operator.calls != self._calls:
+            self._key, self._has_taken = "", False
+        self._renew()
+
+    def _renew(self) -> None:
         if self._key and self._clock.now() >= self._until:
             self._key = ""
         if self._has_taken:
             self._operator.drive(*self._choose_velocity())
+        self._calls = self._operator.calls
 
     def stand(self) -> None:
         """Let the robot stand until the next key, such as during a suspension of the program."""

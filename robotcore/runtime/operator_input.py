@@ -63,7 +63,9 @@ class OperatorInput:
         self._clock = clock or MonotonicClock()
         self._lock = Lock()
         self._state = _State()  # replaced as a whole, so that the loop reads it without the lock
-        self._count = 0
+        self._commands = 0
+        self.calls = 0
+        """The number of calls of `drive`, `command` and `release`. A sender sees by it that another one has called."""
 
     @property
     def is_driving(self) -> bool:
@@ -83,6 +85,7 @@ class OperatorInput:
         twist = to_float(linear), to_float(angular)
         is_valid = all(abs(each) <= MAX_VELOCITY for each in twist)
         with self._lock:
+            self.calls += 1
             speed, turn = twist if is_valid else (0.0, 0.0)
             self._state = replace(self._state, is_driving=True, linear=speed, angular=turn, renewed=self._clock.now())
         if not is_valid:
@@ -110,14 +113,16 @@ class OperatorInput:
             problem = f"{device}: the person commanded {unpack(numbers)}, which it cannot take"
             raise InvalidCommandError(f"{problem}. Give finite numbers, as many as it needs") from error
         with self._lock:
-            self._count += 1
+            self.calls += 1
+            self._commands += 1
             others = (each for each in self._state.commands if each.device != device)
-            commands = (*others, OperatorCommand(device, numbers, self._count))
+            commands = (*others, OperatorCommand(device, numbers, self._commands))
             self._state = replace(self._state, is_driving=True, commands=commands)
 
     def release(self) -> None:
         """Return the robot to the app. The commands of the person expire."""
         with self._lock:
+            self.calls += 1
             self._state = _State()
 
     def read(self, time: float, sequence: int) -> OperatorSample:

@@ -159,3 +159,17 @@ def test_a_suspension_lets_the_robot_stand() -> None:
     assert person.velocity == (0.0, 0.0)
     person.wait(UPDATE_S)
     assert person.velocity == (0.0, 0.0)
+
+
+def test_the_keys_yield_to_another_sender_until_the_next_key() -> None:
+    person = Person()
+    person.hold(b"w", 1.0)
+    person.operator.drive(0.0, 1.0)
+    person.keys.update()
+    assert person.operator.read(0.0, 0).angular == 1.0
+    person.operator.release()
+    person.wait(1.0)
+    assert not person.operator.is_driving
+    person.type(b"w")
+    person.wait(UPDATE_S)
+    assert person.velocity[0] > 0
