@@ -27,7 +27,7 @@ class TeleopCommand(RunCommand):
 
 
 def _drive(**values: Any) -> Any:
-    """Drive a robot by hand, from a web page, by keys or by its gamepad.
+    """Drive a robot by hand: by a web page, keys or a gamepad.
 
     --view prints the link of the page. The keys are those of the terminal, with --keys. The command has the options of
     `robotcore run`. A simulator follows real time. The robot stands until a person drives.
