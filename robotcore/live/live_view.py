@@ -140,6 +140,7 @@ class LiveView:
         texts = [("Info", f"state: {state}")] if state != self._state else []
         texts += [("Warning", f"{cause} changes the command") for cause in sorted(causes - self._held)]
         texts += [("Warning", warning) for warning in record.warnings]
+        texts += [("Info", line) for line in record.printed]
         self._state, self._held = state, causes
         for level, text in texts:
             self._add_line(level, text)

@@ -16,6 +16,7 @@ from typing import IO, Any
 
 import numpy as np
 
+from robotcore.errors import ResourceError
 from robotcore.live.messages import Message
 from robotcore.optics import Image
 from robotcore.threads import start_thread
@@ -47,17 +48,23 @@ class PageProcess:
         self._reader: Thread | None = None
 
     def start(self, handle: HandleAction) -> None:
-        """Start the process. It outlives Ctrl-C in the terminal, so that the page can show the end of the run."""
+        """Start the process. It outlives Ctrl-C in the terminal, so that the page can show the end of the run.
+
+        Raises ResourceError if the operating system refuses the process or a thread.
+        """
         descriptor = self._listener.fileno()
         # Isolated, so that no file in the folder of the app replaces a module. The other folders come last.
         code = f"import sys; sys.path += {sys.path!r}; from robotcore.live.server import main; main({descriptor})"
-        self._process = subprocess.Popen(  # noqa: S603  the Python that runs this
-            [sys.executable, "-I", "-c", code],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            pass_fds=[descriptor],
-            start_new_session=True,
-        )
+        try:
+            self._process = subprocess.Popen(  # noqa: S603  the Python that runs this
+                [sys.executable, "-I", "-c", code],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                pass_fds=[descriptor],
+                start_new_session=True,
+            )
+        except OSError as error:
+            raise ResourceError("the system refuses the process of the live page") from error
         self._listener.close()
         output = self._process.stdout
         assert output

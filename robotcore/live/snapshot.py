@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from robotcore.errors import describe_exception
 from robotcore.geometry import Pose, Wheels
 from robotcore.hal.device import Sensor, list_values
 from robotcore.hal.robot import Role
@@ -138,7 +139,7 @@ class Snapshots:
     def _list_devices(self, moment: Moment) -> Iterator[tuple[str, dict[str, Any]]]:
         for sensor in self._sensors:
             if (sample := moment.samples.get(sensor.name)) is not None:
-                yield sensor.name, describe_sample(sensor, sample, moment.record.time)
+                yield sensor.name, self._describe_sample(sensor, sample, moment.record.time)
         for actuator in self._actuators:
             if (command := moment.commands.get(actuator.name)) is not None:
                 values = {} if isinstance(command, np.ndarray) else {"command": to_json(command)}
@@ -149,6 +150,13 @@ class Snapshots:
                 if isinstance(motor, AppMotor) and velocities:
                     velocity = sum(velocities) / len(velocities)
                     yield motor.name, {"values": {"command": to_json(velocity)}, "text": f"{velocity:.2f} rad/s"}
+
+    @staticmethod
+    def _describe_sample(sensor: Sensor[Any], sample: Any, now: float) -> dict[str, Any]:
+        try:
+            return describe_sample(sensor, sample, now)
+        except Exception as error:  # noqa: BLE001  the kind may be of another package
+            return {"values": {}, "text": describe_exception(error, __file__), "age": round(max(0.0, now - sample.time), 3)}
 
 
 def describe_pace(pace: PaceControl) -> dict[str, Any]:

@@ -42,6 +42,7 @@ BOUNDED = {
     "floor_pictures": "--pairs 1 --ticks 1",
     "guardian": "--trials 1",
     "interruptions": "--trials 1",
+    "live_page": "--backends kinematic --presses 1 --trials 1 --rounds 1 --seconds 2.0",
     "loop": "--pairs 1 --ticks 1 --search 0.5",
     "recording": "--pairs 1 --kills 1 --seconds 0.5 --search 1",
     "run_endings": "--trials 1 --exhausted 1 --simulators 1",

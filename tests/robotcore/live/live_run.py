@@ -23,6 +23,8 @@ class Circles(Behaviour):
     milestones = ("turning", "never")
 
     def step(self, robot: Robot) -> Status:
+        if self.state == "start":
+            print("the circles begin")  # noqa: T201  the page has the lines of an app
         self.state = "turning"
         image = robot.camera.read().image
         if robot.has(Role.DISPLAY):

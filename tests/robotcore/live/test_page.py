@@ -44,6 +44,8 @@ def test_it_shows_the_names_the_state_the_milestones_the_values_and_every_device
     expect(page.locator("#values dd")).to_contain_text(" m")
     assert {*page.locator(".device h3").all_text_contents()} == {*run.context.robot.devices} - {"operator"}
     expect(page.locator(".device.is-silent")).to_have_count(0)
+    expect(page.locator("#log")).to_contain_text("the circles begin")
+    expect(page.locator("#log")).to_contain_text("state: turning")
     expect(page.locator(".device[data-device=nose] .value")).to_contain_text(re.compile("[0-9] m$|nothing in range"))
 
 

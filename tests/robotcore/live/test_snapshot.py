@@ -10,6 +10,7 @@ from robotcore import Pose, run
 from robotcore.geometry import Wheels
 from robotcore.kinds.encoder import Angle
 from robotcore.kinds.lidar import Scan
+from robotcore.kinds.range_sensor import RangeSensor
 from robotcore.live.messages import encode, to_json
 from robotcore.live.run_description import describe_run, find_grid
 from robotcore.live.snapshot import MAX_RAYS, Moment, Snapshots, WheelSpeeds, describe_sample
@@ -104,6 +105,31 @@ def test_the_rays_of_a_large_scan_are_thinned() -> None:
     assert len(described["rays"]["distances"]) == MAX_RAYS
     assert described["values"] == {}
     assert described["age"] == 1.0
+
+
+def test_a_kind_that_raises_has_the_exception_as_its_text(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(sensor: object, sample: object) -> str:
+        raise ZeroDivisionError("a kind of another package")
+
+    snapper = take()
+    monkeypatch.setattr(RangeSensor, "format_sample", fail)
+    devices = snapper.snapshots.build_message(snapper.moments[-1], [])["devices"]
+    assert "ZeroDivisionError: a kind of another package" in devices["nose"]["text"]
+    assert devices["eye"]["text"] == "320x240 pixels"
+
+
+def test_the_pace_the_overruns_and_the_person_are_in_the_message() -> None:
+    snapper = take(steerable=True, realtime=True)
+    message = snapper.snapshots.build_message(snapper.moments[-1], [])
+    assert message["pace"] == {"speed": 1.0, "is_paused": False}
+    assert message["is_hand_driven"] is False
+    assert message["overruns"] >= 0
+    context = snapper.calls[0][1]
+    context.operator.drive(0.1, 0.0)
+    context.pace.pause()
+    message = snapper.snapshots.build_message(snapper.moments[-1], [])
+    assert message["pace"]["is_paused"]
+    assert message["is_hand_driven"] is True
 
 
 def test_wheel_speeds_are_measured_over_a_tenth_of_a_second_and_need_encoders() -> None:
