@@ -156,7 +156,11 @@ class Snapshots:
         try:
             return describe_sample(sensor, sample, now)
         except Exception as error:  # noqa: BLE001  the kind may be of another package
-            return {"values": {}, "text": describe_exception(error, __file__), "age": round(max(0.0, now - sample.time), 3)}
+            return {
+                "values": {},
+                "text": describe_exception(error, __file__),
+                "age": round(max(0.0, now - sample.time), 3),
+            }
 
 
 def describe_pace(pace: PaceControl) -> dict[str, Any]:
