@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from robotcore.deploy.systemd_notify import Notifier
     from robotcore.hal.backend import Backend
     from robotcore.live.live_view import LiveView
+    from robotcore.recording.foxglove_server import FoxgloveServer
     from robotcore.recording.recorder import Recorder
     from robotcore.runtime.profiler import Profiler
     from robotcore.runtime.result import RunResult
@@ -76,6 +77,14 @@ _FIRST_SIMULATOR = "pybullet"
     flag_value="",
     help="Show the run on a web page, in real time, and drive from there. Default: a free port on 127.0.0.1.",
 )
+@click.option(
+    "--foxglove",
+    metavar="[PORT]",
+    type=click.IntRange(0, 2**16 - 1),
+    is_flag=False,
+    flag_value=8765,
+    help="Show the run in Foxglove, in real time: its channels at a port of 127.0.0.1. Default: 8765.",
+)
 @click.option("--gui", is_flag=True, help="Open the simulator's window, and run in real time.")
 @click.option("--realtime", is_flag=True, help="Slow simulated time down to real time.")
 @click.option(
@@ -96,6 +105,7 @@ def command(
     record_last: float | None,
     record_limit: int | None,
     view: str | None,
+    foxglove: int | None,
     as_json: bool,
     **values: Any,
 ) -> int:
@@ -127,7 +137,8 @@ def command(
         with redirect_prints(as_json=as_json) as redirection:
             on_forced_exit = _make_forced_exit_handler(recorder, notifier, redirection, as_json=as_json)
             has_person = keys or view is not None
-            values |= {"steerable": has_person, "realtime": values["realtime"] or has_person}
+            is_realtime = values["realtime"] or has_person or foxglove is not None
+            values |= {"steerable": has_person, "realtime": is_realtime}
             result = _run(
                 values,
                 drawer,
@@ -135,6 +146,7 @@ def command(
                 profiler,
                 notifier,
                 view,
+                foxglove,
                 interrupts,
                 on_forced_exit,
                 has_estop_key=not no_estop_key,
@@ -238,6 +250,7 @@ def _run(
     profiler: Profiler | None,
     notifier: Notifier | None,
     view: str | None,
+    foxglove: int | None,
     interrupts: SignalGuard,
     on_forced_exit: Callable[[RunResult], None],
     *,
@@ -249,6 +262,7 @@ def _run(
 
     with ExitStack() as stack:
         page = stack.enter_context(closing(_open_page(view))) if view is not None else None
+        server = stack.enter_context(closing(_open_foxglove(foxglove))) if foxglove is not None else None
         in_terminal: list[EmergencyStopKey | ProgressLine] = []
         estop_key = EmergencyStopKey(drives=has_driving_keys) if has_estop_key and can_listen() else None
         if estop_key:
@@ -262,10 +276,13 @@ def _run(
             )
         interrupts.before_suspension = lambda: [each.pause() for each in in_terminal]
         interrupts.after_suspension = lambda: [each.resume() for each in in_terminal]
-        listening = (notifier, recorder, drawer, profiler, *in_terminal, page)
+        listening = (notifier, recorder, drawer, profiler, *in_terminal, page, server)
         observers: list[Observer] = [each for each in listening if each]
-        taps = [each.layer for each in (recorder, profiler) if each]
-        return run(RunRequest(**_build_request_fields(**values)), observers, taps, on_forced_exit=on_forced_exit)
+        taps = [each.layer for each in (recorder, profiler, server) if each]
+        result = run(RunRequest(**_build_request_fields(**values)), observers, taps, on_forced_exit=on_forced_exit)
+        if server and server.failure:
+            write_failure(f"Foxglove got only a part of the run: {server.failure}. Report it as a bug")
+        return result
 
 
 def _open_page(address: str) -> LiveView:
@@ -279,6 +296,15 @@ def _open_page(address: str) -> LiveView:
     page = LiveView(Address.parse(address) if address else Address())
     write_lines(page.describe_link(), is_error=True)
     return page
+
+
+def _open_foxglove(port: int) -> FoxgloveServer:
+    """Return the observer that shows the run in Foxglove, and write its address."""
+    from robotcore.recording.foxglove_server import FoxgloveServer
+
+    server = FoxgloveServer(port)
+    write_lines(server.describe_link(), is_error=True)
+    return server
 
 
 def _make_forced_exit_handler(

@@ -11,6 +11,7 @@ ARGUMENTS = {
     "--backend": "backend",
     "--fault": "faults",
     "--force": "force=True",
+    "--foxglove": "foxglove",
     "--gui": "gui=True",
     "--host": 'options={"host": …}',
     "--option file=RUN.mcap": 'options={"file": "RUN.mcap"}',

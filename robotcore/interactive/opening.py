@@ -19,6 +19,7 @@ from robotcore.interactive.live_app import LiveApp
 from robotcore.interactive.live_robot import LiveRobot
 from robotcore.live.address import Address
 from robotcore.live.live_view import LiveView
+from robotcore.recording.foxglove_server import PORT, FoxgloveServer
 from robotcore.recording.mcap_file import require_recordable
 from robotcore.recording.recorder import Recorder
 from robotcore.runtime.loop import Loop
@@ -66,6 +67,7 @@ def open(  # noqa: A001  users write robotcore.open
     options: Mapping[str, Any] | None = None,
     needs: AbstractSet[Need] | None = None,
     view: bool | str = False,
+    foxglove: bool | int = False,
 ) -> LiveRobot:
     """Open a robot whose calls let time pass, with the layers and the safety stage of a run.
 
@@ -85,6 +87,8 @@ def open(  # noqa: A001  users write robotcore.open
     needs: the devices to open: roles, names and kinds. None for all devices of the robot.
     view: True to show the robot on a web page, or the page's address, such as ``"0.0.0.0:8080"``. The function prints
         the link. Simulated time then passes at the pace of real time.
+    foxglove: True to show the robot in Foxglove, or a port other than 8765. The function prints the address. Simulated
+        time then passes at the pace of real time.
 
     Raises the errors of `robotcore.run` for a request that cannot be planned, and the error of a robot that cannot be
     opened.
@@ -107,11 +111,11 @@ def open(  # noqa: A001  users write robotcore.open
             LONGEST_S,
             options=options or {},
             gui=gui,
-            realtime=realtime or bool(view),
+            realtime=realtime or bool(view) or foxglove is not False,
             randomise=randomise,
             faults=specifications,
         )
-        return _open(request, _build_recorder(record, record_last_s, is_forced=force), view)
+        return _open(request, _build_recorder(record, record_last_s, is_forced=force), view, foxglove)
     except RobotcoreError as error:
         raise name_arguments(error).with_traceback(None) from None
 
@@ -131,12 +135,18 @@ def _build_recorder(record: str | Path | None, last_s: float | None, *, is_force
     return Recorder(Path(record), last_s=last_s)
 
 
-def _open(request: RunRequest, recorder: Recorder | None, view: bool | str) -> LiveRobot:  # noqa: FBT001
+def _open(
+    request: RunRequest,
+    recorder: Recorder | None,
+    view: bool | str,  # noqa: FBT001  of `open`
+    foxglove: bool | int,  # noqa: FBT001  of `open`
+) -> LiveRobot:
     plan = Plan.resolve(request)
     keeper, signals = _ContextKeeper(), SignalGuard()
+    server = _open_foxglove(foxglove) if foxglove is not False else None
     page = _open_page(view) if view else None
-    observers: list[Observer] = [each for each in (keeper, recorder, page) if each]
-    taps = [recorder.layer] if recorder else []
+    observers: list[Observer] = [each for each in (keeper, recorder, page, server) if each]
+    taps = [each.layer for each in (recorder, server) if each]
     session = RunSession(plan, observers, taps, signals, print_reason, 1.0)
 
     def finish(result: RunResult) -> RunResult:
@@ -159,8 +169,9 @@ def _open(request: RunRequest, recorder: Recorder | None, view: bool | str) -> L
         if session.result is None:  # a signal came before or after `session.open`
             with suppress(Interrupted):
                 session.close(error)
-        if page:
-            page.close()
+        for each in (page, server):
+            if each:
+                each.close()
         if isinstance(error, Interrupted):
             raise_again(error.signal_number)
         raise
@@ -171,6 +182,12 @@ def _open_page(view: bool | str) -> LiveView:  # noqa: FBT001  of `open`
     page = LiveView(Address.parse(view) if isinstance(view, str) else Address())
     sys.stdout.write(f"{page.describe_link()}\n")
     return page
+
+
+def _open_foxglove(port: bool | int) -> FoxgloveServer:  # noqa: FBT001  of `open`
+    server = FoxgloveServer(PORT if port is True else port)
+    sys.stdout.write(f"{server.describe_link()}\n")
+    return server
 
 
 def _open_loop(session: RunSession) -> Loop:

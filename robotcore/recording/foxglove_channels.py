@@ -14,9 +14,9 @@ from robotcore.hal.device import Device, Sensor, build_driver_error
 from robotcore.hal.kind import load_kind
 from robotcore.kinds.camera import Camera, Frame
 from robotcore.kinds.display import Display
+from robotcore.recording.channel_output import ChannelOutput
 from robotcore.recording.codec import name_schema, to_json
 from robotcore.recording.events import GroundTruthSample, Tick
-from robotcore.recording.mcap_file import McapFile
 
 if TYPE_CHECKING:
     from foxglove.messages import CompressedImage, FrameTransform, LaserScan, Quaternion, RawImage, Timestamp
@@ -127,7 +127,7 @@ def build_topic(device: str) -> str:
     return f"{topic}_device" if topic in RESERVED else topic
 
 
-def open_channel(file: McapFile, device: Device, *, is_jpeg: bool, warn: Callable[[str], None]) -> Write | None:
+def open_channel(output: ChannelOutput, device: Device, *, is_jpeg: bool, warn: Callable[[str], None]) -> Write | None:
     """Open the channels of a device, and return the function that writes its samples; None for a motor.
 
     is_jpeg: whether to write the pictures of a camera as JPEGs.
@@ -135,23 +135,27 @@ def open_channel(file: McapFile, device: Device, *, is_jpeg: bool, warn: Callabl
     """
     match device:
         case Camera():
-            _write_calibration(file, device)
-            return _open_images(file, device.name, build_optical_name(device.name), is_jpeg=is_jpeg)
+            return _open_images(output, device.name, build_optical_name(device.name), is_jpeg=is_jpeg)
         case Display():
-            shown = _open_images(file, device.name, device.name, is_jpeg=True)
+            shown = _open_images(output, device.name, device.name, is_jpeg=True)
             return lambda frame, at: shown(replace(frame, time=at), at)
         case Sensor():
-            return _open_rays(file, device, warn) if device.has_rays else _open_numbers(file, device)
+            return _open_rays(output, device, warn) if device.has_rays else _open_numbers(output, device)
     return None
 
 
-def _open_images(file: McapFile, device: str, frame_id: str, *, is_jpeg: bool) -> Write:
+def _open_images(output: ChannelOutput, device: str, frame_id: str, *, is_jpeg: bool) -> Write:
     from foxglove.channels import CompressedImageChannel, RawImageChannel
 
     channel_type: Any = CompressedImageChannel if is_jpeg else RawImageChannel
     build_message = _build_jpeg if is_jpeg else _build_raw_image
-    channel = channel_type(build_topic(device), metadata={DEVICE: device}, context=file.context)
-    return lambda frame, at: channel.log(build_message(frame, frame_id), log_time=to_nanoseconds(at))
+    channel = channel_type(build_topic(device), metadata={DEVICE: device}, context=output.context)
+
+    def write(frame: Frame, at: float) -> None:
+        if channel.has_sinks():
+            channel.log(build_message(frame, frame_id), log_time=to_nanoseconds(at))
+
+    return write
 
 
 def _build_raw_image(frame: Frame, frame_id: str) -> RawImage:
@@ -176,7 +180,8 @@ def _build_jpeg(frame: Frame, frame_id: str) -> CompressedImage:
     return CompressedImage(timestamp=to_timestamp(frame.time), frame_id=frame_id, format="jpeg", data=jpeg.tobytes())
 
 
-def _write_calibration(file: McapFile, camera: Camera) -> None:
+def open_calibration(output: ChannelOutput, camera: Camera) -> Callable[[float], None]:
+    """Open the channel of a camera's calibration, and return the function that writes it, at a time in seconds."""
     from foxglove.channels import CameraCalibrationChannel
     from foxglove.messages import CameraCalibration
 
@@ -191,15 +196,16 @@ def _write_calibration(file: McapFile, camera: Camera) -> None:
         R=[1, 0, 0, 0, 1, 0, 0, 0, 1],
         P=[f, 0, cx, 0, 0, f, cy, 0, 0, 0, 1, 0],
     )
-    CameraCalibrationChannel(f"{build_topic(camera.name)}/calibration", context=file.context).log(message, log_time=0)
+    channel = CameraCalibrationChannel(f"{build_topic(camera.name)}/calibration", context=output.context)
+    return lambda at: channel.log(message, log_time=to_nanoseconds(at))
 
 
-def _open_rays(file: McapFile, sensor: Sensor[Any], warn: Callable[[str], None]) -> Write:
+def _open_rays(output: ChannelOutput, sensor: Sensor[Any], warn: Callable[[str], None]) -> Write:
     """Open the channels of the numbers and of scans. A kind whose rays cannot be listed gets no further scans."""
     from foxglove.channels import LaserScanChannel
 
-    write_number = _open_numbers(file, sensor)
-    scans = LaserScanChannel(f"{build_topic(sensor.name)}/scan", context=file.context)
+    write_number = _open_numbers(output, sensor)
+    scans = LaserScanChannel(f"{build_topic(sensor.name)}/scan", context=output.context)
     has_failed = False
 
     def write(sample: Any, at: float) -> None:
@@ -232,8 +238,8 @@ def _build_scan(sensor: Sensor[Any], sample: Any) -> LaserScan:
     )
 
 
-def _open_numbers(file: McapFile, sensor: Sensor[Any]) -> Write:
+def _open_numbers(output: ChannelOutput, sensor: Sensor[Any]) -> Write:
     sample: Any = load_kind(sensor.kind).sample
     schema = name_schema(sample.__name__, sample)
-    numbers = file.open_json_channel(build_topic(sensor.name), schema, {DEVICE: sensor.name})
+    numbers = output.open_json_channel(build_topic(sensor.name), schema, {DEVICE: sensor.name})
     return lambda sample, at: numbers(to_json(sample), to_nanoseconds(at))

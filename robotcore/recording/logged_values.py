@@ -9,9 +9,9 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from robotcore.hal.value_log import MAX_TEXT_LENGTH, LoggedValue, is_log_name, is_log_unit
+from robotcore.recording.channel_output import ChannelOutput
 from robotcore.recording.codec import from_json, name_schema, to_json
 from robotcore.recording.foxglove_channels import LOG, to_nanoseconds
-from robotcore.recording.mcap_file import McapFile
 from robotcore.runtime.trace import TickRecord
 
 LOGGED = "logged"
@@ -57,7 +57,7 @@ _KINDS: dict[str, type[LoggedMessage]] = {schema["title"]: kind for kind, schema
 class LoggedValueWriter:
     """Writes the values that an app logged. The channel of a name opens with its first value."""
 
-    def __init__(self, file: McapFile) -> None:
+    def __init__(self, file: ChannelOutput) -> None:
         self._file = file
         self._channels: dict[str, Callable[[bytes, int], None]] = {}
 

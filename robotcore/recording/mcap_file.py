@@ -6,10 +6,11 @@ import os
 from collections.abc import Callable, Mapping
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
 from robotcore.errors import BackendMissingError, RecordingError
 from robotcore.files import require_regular, require_replaceable, write_all
+from robotcore.recording.channel_output import ChannelOutput
 
 CHUNK_BYTES = 2**20
 """The size of a chunk before compression, in bytes. A reader must unpack a whole chunk to read one picture."""
@@ -18,7 +19,7 @@ ROOM = "Free disk space, or name a file on another disk"
 """The remedy if a file cannot be written."""
 
 
-class McapFile:
+class McapFile(ChannelOutput):
     """Writes an MCAP file with foxglove-sdk: compressed chunks of messages, with checksums.
 
     The first write error raises RecordingError. Nothing is written after it. If the process crashes, only the messages
@@ -35,7 +36,7 @@ class McapFile:
 
         self._path = path
         self._sink = sink or _PlainSink(path)
-        self.context = foxglove.Context()
+        super().__init__()
         options = MCAPWriteOptions(
             chunk_size=CHUNK_BYTES, compression_level=1, compression_threads=0, disable_seeking=True
         )
@@ -46,24 +47,12 @@ class McapFile:
         """The number of bytes in the file so far, without the unfinished chunk."""
         return self._sink.size
 
-    def open_json_channel(
-        self, topic: str, schema: Mapping[str, Any], metadata: Mapping[str, str] | None = None
-    ) -> Callable[[bytes, int], None]:
-        """Open a channel of JSON messages, and return a function that writes a message with its time in ns."""
-        from foxglove import Channel
-
-        entries = dict(metadata or {})
-        channel = Channel(topic, schema=dict(schema), message_encoding="json", context=self.context, metadata=entries)
-        return lambda content, at: channel.log(content, log_time=at)
-
     def attach(self, name: str, media_type: str, content: bytes) -> None:
-        """Write an attachment: a file inside the MCAP file."""
         self._try(
             lambda: self._writer.attach(log_time=0, create_time=0, name=name, media_type=media_type, data=content)
         )
 
     def write_metadata(self, name: str, entries: Mapping[str, str]) -> None:
-        """Write a metadata record: a named map of texts."""
         self._try(lambda: self._writer.write_metadata(name, dict(entries)))
 
     def flush(self) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import threading
 from collections import deque
 from contextlib import suppress
@@ -12,12 +11,11 @@ from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Generic, TypeVar
 
-from robotcore.errors import BackendMissingError, Interrupted, RecordingError, RobotcoreError
+from robotcore.errors import BackendMissingError, RecordingError, RobotcoreError
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.recording.events import GroundTruthSample, RecordedError
 from robotcore.recording.mcap_file import McapFile, require_extra
 from robotcore.recording.recording import Metadata, build_metadata
-from robotcore.recording.tap import RecordingTap
+from robotcore.recording.tick_collector import TickCollector
 from robotcore.recording.writer import Entry, RecordingWriter
 from robotcore.runtime.result import RunResult
 from robotcore.runtime.session import RunContext
@@ -125,10 +123,9 @@ class Recorder:
         self._ring: Ring | None = None
         self._queue: WriteQueue[Entry] = WriteQueue(room)
         self._is_stepped = False
-        self.layer = RecordingTap(lambda: self._is_stepped or self._queue.has_room())
-        self._run: RunContext | None = None
+        self._collector = TickCollector(lambda: self._is_stepped or self._queue.has_room())
+        self.layer = self._collector.layer
         self._result: RunResult | None = None
-        self._outer: BaseException | None = None
         self._thread: threading.Thread | None = None
 
     def __repr__(self) -> str:
@@ -161,7 +158,8 @@ class Recorder:
     def begin(self, run: RunContext) -> None:
         """Open the file, write the metadata, and start the writer thread."""
         metadata = self._build_metadata(run)
-        self._run, self._is_stepped, self._outer = run, run.robot.clock.is_lockstep, sys.exc_info()[1]
+        self._is_stepped = run.robot.clock.is_lockstep
+        self._collector.begin(run)
         file = None
         try:
             file = self._open_file()
@@ -185,7 +183,7 @@ class Recorder:
 
     def tick(self, record: TickRecord) -> None:
         """Put a tick into the queue."""
-        entry = Entry(record, self.layer.take(), self._read_truth(record), self._find_error(record))
+        entry = self._collect(record)
         self._queue.put(entry, entry.size, is_blocking=self._is_stepped)
 
     def end(self, result: RunResult) -> None:
@@ -201,21 +199,8 @@ class Recorder:
     def _build_metadata(self, run: RunContext) -> Metadata:
         return build_metadata(run)
 
-    def _find_error(self, record: TickRecord) -> RecordedError | None:
-        """Return the error that ends the run in this tick; None if the run continues.
-
-        The loop calls `tick` while it handles the error, so ``sys.exc_info`` has it. The latch's error has precedence.
-        """
-        error = self.layer.find_latched(record.interventions) or sys.exc_info()[1]
-        if error is self._outer or not isinstance(error, (RobotcoreError, Interrupted)):
-            return None
-        return RecordedError.from_error(error)
-
-    def _read_truth(self, record: TickRecord) -> GroundTruthSample | None:
-        if self._run and (truth := self._run.truth):
-            with suppress(RobotcoreError):  # the simulator may have died
-                return GroundTruthSample(record.tick, record.time, truth.pose, truth.contacts)
-        return None
+    def _collect(self, record: TickRecord) -> Entry:
+        return self._collector.collect(record)
 
     def _write(self, file: McapFile, writer: RecordingWriter) -> None:
         try:

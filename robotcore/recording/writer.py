@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, NamedTuple
 from robotcore.description import RobotDescription
 from robotcore.geometry import Pose, Wheels
 from robotcore.hal.drive import Odometry
-from robotcore.kinds.camera import Frame
+from robotcore.kinds.camera import Camera, Frame
 from robotcore.recording import foxglove_channels as channels
+from robotcore.recording.channel_output import ChannelOutput
 from robotcore.recording.codec import to_json, to_plain
 from robotcore.recording.event_log import Level, LogLine, RunLog, build_last_line
 from robotcore.recording.events import GroundTruthSample, RecordedError, Tick
@@ -23,13 +24,13 @@ from robotcore.recording.foxglove_channels import (
     build_optical_name,
     build_pose_transform,
     build_transform,
+    open_calibration,
     open_channel,
     to_nanoseconds,
     to_pose_message,
     to_timestamp,
 )
 from robotcore.recording.logged_values import LoggedValueWriter
-from robotcore.recording.mcap_file import McapFile
 from robotcore.recording.recording import Metadata
 from robotcore.recording.tap import TickEvents
 from robotcore.runtime.result import RunResult
@@ -61,31 +62,50 @@ class Entry(NamedTuple):
 
 
 class RecordingWriter:
-    """Writes one run to a file. It writes the metadata when it is created.
+    """Writes one run to a file, or to the clients of a server. It writes the metadata when it is created.
 
     notes: the list to which the writer adds sentences about the content that the file lacks.
     """
 
-    def __init__(self, file: McapFile, run: RunContext, metadata: Metadata, *, is_jpeg: bool, notes: list[str]) -> None:
+    def __init__(
+        self, output: ChannelOutput, run: RunContext, metadata: Metadata, *, is_jpeg: bool, notes: list[str]
+    ) -> None:
         from foxglove.channels import FrameTransformsChannel, LogChannel, PoseInFrameChannel
 
-        self._file, self._notes = file, notes
+        self._output, self._notes = output, notes
         self._write = {
             name: write
             for name, device in run.robot.devices.items()
-            if (write := open_channel(file, device, is_jpeg=is_jpeg, warn=self._warn))
+            if (write := open_channel(output, device, is_jpeg=is_jpeg, warn=self._warn))
         }
-        self._write_tick = file.open_json_channel(channels.TICKS, channels.TICK_SCHEMA)
+        cameras = (device for device in run.robot.devices.values() if isinstance(device, Camera))
+        self._calibrations = [open_calibration(output, camera) for camera in cameras]
+        self._metadata, self._write_run = metadata, output.open_json_channel(channels.RUN, channels.RUN_SCHEMA)
+        self._write_tick = output.open_json_channel(channels.TICKS, channels.TICK_SCHEMA)
         self._truth: Callable[[bytes, int], None] | None = None
-        self._logged = LoggedValueWriter(file)
-        self._log = LogChannel(channels.LOG, context=file.context)
-        self._pose = PoseInFrameChannel(channels.POSE, context=file.context)
-        self._moving = FrameTransformsChannel(channels.TRANSFORMS, context=file.context)
-        self._mounted = FrameTransformsChannel(channels.STATIC_TRANSFORMS, context=file.context)
+        self._logged = LoggedValueWriter(output)
+        self._log = LogChannel(channels.LOG, context=output.context)
+        self._pose = PoseInFrameChannel(channels.POSE, context=output.context)
+        self._moving = FrameTransformsChannel(channels.TRANSFORMS, context=output.context)
+        self._mounted = FrameTransformsChannel(channels.STATIC_TRANSFORMS, context=output.context)
         self._tick_builder = TickBuilder(metadata.description)
         self._run_log = RunLog(run.behaviour.milestones, run.faults)
         self._now = 0.0
-        self._begin(metadata)
+        self.describe_run(0.0)
+        self._attach(metadata)
+
+    def describe_run(self, time: float) -> None:
+        """Write the messages that do not change: the metadata, the mounts of the devices, and the calibrations.
+
+        time: the time of the messages, in seconds.
+        """
+        from foxglove.messages import FrameTransforms
+
+        self._write_run(to_json(self._metadata), to_nanoseconds(time))
+        mounts = FrameTransforms(transforms=list(_build_static_transforms(self._metadata)))
+        self._mounted.log(mounts, log_time=to_nanoseconds(time))
+        for write_calibration in self._calibrations:
+            write_calibration(time)
 
     def write(self, entry: Entry) -> None:
         """Write the samples and the logged values of a tick, then the tick.
@@ -101,37 +121,33 @@ class RecordingWriter:
         self._write_log(self._run_log.list_new(tick))
         self._write_log((LogLine(Level.Info, line) for line in entry.record.printed), channels.APP)
         if entry.truth:
-            self._truth = self._truth or self._file.open_json_channel(channels.TRUTH, channels.TRUTH_SCHEMA)
+            self._truth = self._truth or self._output.open_json_channel(channels.TRUTH, channels.TRUTH_SCHEMA)
             self._truth(to_json(entry.truth), to_nanoseconds(self._now))
         self._write_poses(tick.pose, entry.truth)
 
     def end(self, result: RunResult) -> None:
         """Write the result of the run, and the last log line."""
         self._write_log([build_last_line(result)])
-        self._file.open_json_channel(channels.RESULT, channels.RESULT_SCHEMA)(
+        self._output.open_json_channel(channels.RESULT, channels.RESULT_SCHEMA)(
             result.to_json().encode(), to_nanoseconds(self._now)
         )
-        self._file.write_metadata("robotcore.result", {"outcome": result.outcome.value, "reason": result.reason})
+        self._output.write_metadata("robotcore.result", {"outcome": result.outcome.value, "reason": result.reason})
 
     def end_early(self, why: str) -> None:
         """Write the reason why the recording ends before its run."""
         self._write_log([LogLine(Level.Info, why)])
-        self._file.open_json_channel(channels.END, channels.END_SCHEMA)(
+        self._output.open_json_channel(channels.END, channels.END_SCHEMA)(
             json.dumps({"reason": why}).encode(), to_nanoseconds(self._now)
         )
 
-    def _begin(self, metadata: Metadata) -> None:
-        from foxglove.messages import FrameTransforms
-
-        self._file.open_json_channel(channels.RUN, channels.RUN_SCHEMA)(to_json(metadata), 0)
-        self._file.write_metadata("robotcore.run", _format_request(metadata))
-        self._file.attach("robot.json", "application/json", _to_readable_json(metadata.description))
+    def _attach(self, metadata: Metadata) -> None:
+        self._output.write_metadata("robotcore.run", _format_request(metadata))
+        self._output.attach("robot.json", "application/json", _to_readable_json(metadata.description))
         if metadata.world:
-            self._file.attach("world.json", "application/json", _to_readable_json(metadata.world))
+            self._output.attach("world.json", "application/json", _to_readable_json(metadata.world))
         if metadata.source is not None:
-            self._file.attach("app.py", "text/x-python", metadata.source.encode())
-        self._mounted.log(FrameTransforms(transforms=list(_build_static_transforms(metadata))), log_time=0)
-        self._file.flush()
+            self._output.attach("app.py", "text/x-python", metadata.source.encode())
+        self._output.flush()
 
     def _write_poses(self, odometry_pose: Pose | None, truth: GroundTruthSample | None) -> None:
         from foxglove.messages import FrameTransforms, PoseInFrame

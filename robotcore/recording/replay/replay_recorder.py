@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from robotcore.recording.events import GroundTruthSample
 from robotcore.recording.recorder import Recorder
 from robotcore.recording.recording import Metadata, Recording, build_metadata
+from robotcore.recording.writer import Entry
 from robotcore.runtime.result import RunResult
 from robotcore.runtime.session import RunContext
 from robotcore.runtime.trace import TickRecord
@@ -45,5 +45,5 @@ class ReplayRecorder(Recorder):
             started=recorded.started,
         )
 
-    def _read_truth(self, record: TickRecord) -> GroundTruthSample | None:
-        return self._truth.get(record.tick)
+    def _collect(self, record: TickRecord) -> Entry:
+        return super()._collect(record)._replace(truth=self._truth.get(record.tick))
