@@ -114,16 +114,17 @@ class Blob:
 
     @property
     def radius(self) -> float:
-        """The radius of the ball in the picture, in pixels, also if an obstacle or the picture's edge hides a part.
+        """The radius of the ball in the picture, in pixels, also if a vertical or horizontal edge hides a part.
 
         If less than half the ball is visible at its edge, the region is a segment of a disc, and the radius follows
         from the box's sides, the chord and the sagitta. A region that fills its box is a strip across the whole ball,
-        so that its longer side is the diameter, as for a completely visible ball.
+        so that its longer side is the diameter, as for a completely visible ball. For a region of a few pixels, and for
+        a ball that is hidden from two neighbouring sides, the radius is too small.
         """
-        longer, shorter = max(self.box[2:]), min(self.box[2:])
-        if shorter < longer / 2 and self.area < SEGMENT_FILL * longer * shorter:
-            return (longer**2 / 4 + shorter**2) / (2 * shorter)
-        return longer / 2
+        chord, sagitta = max(self.box[2:]), min(self.box[2:]) - 0.5  # the chord is that of the last column's centre
+        if sagitta < chord / 2 and self.area < SEGMENT_FILL * self.box[2] * self.box[3]:
+            return (chord**2 / 4 + sagitta**2) / (2 * sagitta)
+        return chord / 2
 
 
 DEFAULT_TOLERANCE = 30.0

@@ -68,7 +68,7 @@ class TestFind:
         blobs = find(draw_rectangles((GREEN, (50, 18, 10, 10)), *bars))
         assert [blob.area for blob in blobs] == [100] + 7 * [72]
 
-    @pytest.mark.parametrize("visible", [0.2, 0.3, 0.45, 0.5, 0.8, 1.0])
+    @pytest.mark.parametrize("visible", [0.15, 0.2, 0.3, 0.45, 0.5, 0.8, 1.0])
     @pytest.mark.parametrize("side", ["left", "top"])
     def test_radius_is_that_of_the_whole_disc_if_an_obstacle_hides_a_part(self, visible: float, side: str) -> None:
         image = draw_round_patch(GREEN, (32, 24), 20, norm=2)
