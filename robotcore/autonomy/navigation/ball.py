@@ -39,7 +39,7 @@ class BallTracker:
         self.place: Point | None = None
         """The ball's last measured position (x, y) in the odometry's frame, in metres; None without a measurement."""
         self.lost_for = 0.0
-        """The time since the newest picture that shows the ball, in seconds."""
+        """0 if the newest picture shows the ball, else the time since the last picture that shows it, in seconds."""
         self.is_in_sight = False
         """Whether the newest picture gave ``place``: its blob has at least `MIN_POSITION_BLOB_PX` pixels."""
         self._seen_at = 0.0
@@ -93,10 +93,22 @@ class BallTracker:
         pose, mount: the robot's pose, and the camera's pose on the robot, at the time of the picture.
         """
         away = self.radius * robot.camera.intrinsics.focal_length / blob.radius
-        echo = robot.range.read().distance + self.radius
-        turned = mount.heading - robot.range.mount.heading
-        is_in_cone = abs(blob.bearing + turned) < robot.range.cone / 2
+        direction = mount.heading + blob.bearing
+        is_in_cone = abs(direction - robot.range.mount.heading) < robot.range.cone / 2
+        echo = _find_distance(mount, direction, robot.range.mount, robot.range.read().distance + self.radius)
         if is_in_cone and (abs(echo - away) < MAX_ECHO_DIFFERENCE_M or (blob.is_clipped and math.isfinite(echo))):
             away = echo
         eye = pose.compose(mount)
         return eye.to_world(away * math.cos(blob.bearing), away * math.sin(blob.bearing))
+
+
+def _find_distance(camera: Pose, direction: float, sensor: Pose, radius: float) -> float:
+    """Return the distance from the camera, in a direction, of the circle around the range sensor, in metres.
+
+    camera, sensor: the poses of both on the robot.
+    direction: the direction on the robot, in radians.
+    radius: the circle's radius in metres.
+    """
+    x, y = sensor.x - camera.x, sensor.y - camera.y
+    along, across = x * math.cos(direction) + y * math.sin(direction), y * math.cos(direction) - x * math.sin(direction)
+    return along + math.sqrt(max(0.0, radius**2 - across**2))

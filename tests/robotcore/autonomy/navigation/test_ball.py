@@ -72,6 +72,18 @@ def test_echo_in_the_cone_that_agrees_with_the_size_gives_the_distance(
     assert measure_place(tracker)[0] == pytest.approx(by_size + error if is_used else by_size)
 
 
+@pytest.mark.parametrize("x, y", [(0.02, 0.0), (0.2, 0.0), (0.14, 0.05), (0.04, -0.05)])
+def test_echo_is_measured_from_the_range_sensor(rig: Rig, tracker: BallTracker, x: float, y: float) -> None:
+    rig.robot.camera.mount = Pose(x, y, 0.0)
+    rig.eye.image = ball(13, 8, 6)
+    rig.nose.distance = RADIUS * EYE.focal_length / 3 - RADIUS
+    tracker.look(rig.robot, POSE)
+    assert tracker.place
+    sensor, eye = POSE.compose(Pose(0.14, 0.0, 0.0)), POSE.compose(Pose(x, y, 0.0))
+    assert sensor.distance_to(*tracker.place) == pytest.approx(rig.nose.distance + RADIUS)
+    assert eye.bearing_to(*tracker.place) == pytest.approx(EYE.bearing(15.5))
+
+
 def test_turned_camera_uses_no_echo_from_ahead(rig: Rig, tracker: BallTracker) -> None:
     rig.robot.camera.mount = Pose(0.14, 0.0, 1.0)
     rig.eye.image = ball(13, 8, 6)
