@@ -5,11 +5,15 @@ from __future__ import annotations
 import sys
 import warnings
 from collections.abc import Callable, Generator
+from contextlib import suppress
 from functools import wraps
+from inspect import GEN_CLOSED, getgeneratorstate
 from opcode import opname
-from types import FrameType
+from types import FrameType, GeneratorType
 from typing import Any, ParamSpec, TypeVar
 from weakref import finalize
+
+from robotcore.errors import UsageError
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -31,20 +35,25 @@ class PendingRoutine(Generator[None, None, T]):
         self._warning = finalize(self, _warn_if_dropped_by_statement, name)
 
     def __iter__(self) -> Generator[None, None, T]:
-        self._warning.detach()
-        return self._routine
+        """Return the generator. Raises UsageError if it has ended, because ``yield from`` would do nothing."""
+        require_not_ended(self._routine)
+        return self._take()
 
     def __next__(self) -> None:
-        return next(iter(self))
+        return next(self._take())
 
     def send(self, value: None) -> None:
-        return iter(self).send(value)
+        return self._take().send(value)
 
     def throw(self, *error: Any) -> None:
-        return iter(self).throw(*error)
+        return self._take().throw(*error)
 
     def close(self) -> None:
-        iter(self).close()
+        self._take().close()
+
+    def _take(self) -> Generator[None, None, T]:
+        self._warning.detach()
+        return self._routine
 
     def __repr__(self) -> str:
         name = self.__qualname__
@@ -57,22 +66,39 @@ def warn_if_dropped(function: Callable[P, Generator[None, None, T]]) -> Callable
 
     @wraps(function)
     def build(*arguments: P.args, **named: P.kwargs) -> Generator[None, None, T]:
-        routine = function(*arguments, **named)
+        routine = iter(function(*arguments, **named))  # the generator of a PendingRoutine
         routine.__qualname__ = name  # type: ignore[attr-defined]  # the function may return an inner generator
         return PendingRoutine(routine, name)
 
     return build
 
 
+def require_not_ended(routine: Generator[Any, Any, Any]) -> None:
+    """Raise UsageError if a generator has ended."""
+    if isinstance(routine, GeneratorType) and getgeneratorstate(routine) == GEN_CLOSED:
+        text = f"the routine {name_routine(routine)} has ended before. Build a new one for each run"
+        raise UsageError(text, kind="routine-ended")
+
+
+def name_routine(routine: Generator[Any, Any, Any]) -> str:
+    """Return the name of the function that built a routine.
+
+    A function such as `sequence` checks its arguments, and returns an inner generator. The name is the function's.
+    """
+    return getattr(routine, "__qualname__", type(routine).__name__).partition(".<locals>")[0]
+
+
 def _warn_if_dropped_by_statement(name: str) -> None:
-    if _drops_call(sys._getframe(2)):  # noqa: SLF001  the caller of `finalize.__call__`, as for `stacklevel`
-        warnings.warn(f"the routine {name} was never run. {_format_remedy(name)}", RuntimeWarning, stacklevel=3)
+    with suppress(ValueError):  # a thread without a Python function has no such frame
+        if _drops_call(sys._getframe(2)):  # noqa: SLF001  the caller of `finalize.__call__`, as for `stacklevel`
+            warnings.warn(f"the routine {name} was never run. {_format_remedy(name)}", RuntimeWarning, stacklevel=3)
 
 
 def _drops_call(frame: FrameType) -> bool:
     """Return whether a frame drops the value of a call, because the call is a whole statement.
 
     The instruction POP_TOP follows such a call. An exception, and the end of a run or a loop, drop values elsewhere.
+    From Python 3.12, a comprehension that is a whole statement has no such call.
     """
     code, index = frame.f_code.co_code, frame.f_lasti
     before = (code[each] for each in range(index - 2, -1, -2))

@@ -5,11 +5,10 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Generator, Sequence
 from contextlib import ExitStack
-from inspect import GEN_CLOSED, getgeneratorstate
 from math import inf
 from typing import Any, NamedTuple, TypeAlias, TypeVar
 
-from robotcore.autonomy.pending_routine import warn_if_dropped
+from robotcore.autonomy.pending_routine import name_routine, require_not_ended, warn_if_dropped
 from robotcore.errors import RoutineTimeoutError, UsageError
 from robotcore.geometry import to_number
 from robotcore.hal.robot import Robot
@@ -235,14 +234,6 @@ def _closing(routines: Sequence[Routine[Any]]) -> ExitStack:
     return stack
 
 
-def name_routine(routine: Routine[Any]) -> str:
-    """Return the name of the function that built a routine.
-
-    A function such as `sequence` checks its arguments, and returns an inner generator. The name is the function's.
-    """
-    return getattr(routine, "__qualname__", type(routine).__name__).partition(".<locals>")[0]
-
-
 def _format(value: object) -> str:
     return f"the routine {name_routine(value)}" if isinstance(value, Generator) else f"{value!r:.100}"
 
@@ -269,9 +260,7 @@ def _take_generator(function: str, routine: object) -> Routine[Any]:
         hint = ". Call it, or call its run(robot)" if callable(getattr(routine, "run", routine)) else ""
         raise UsageError(text + hint, kind="not-a-routine")
     generator: Routine[Any] = iter(routine)
-    if getgeneratorstate(generator) == GEN_CLOSED:
-        text = f"the routine {name_routine(generator)} has ended before. Build a new one for {function}"
-        raise UsageError(text, kind="routine-ended")
+    require_not_ended(generator)
     return generator
 
 

@@ -11,7 +11,8 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from robotcore.autonomy.navigation import OccupancyGrid
-from robotcore.autonomy.routines import Routine, name_routine, take_generators, wait, wait_until, with_timeout
+from robotcore.autonomy.pending_routine import name_routine
+from robotcore.autonomy.routines import Routine, take_generators, wait, wait_until, with_timeout
 from robotcore.errors import BehaviourError, DeviceClosedError, Interrupted, RobotcoreError, UsageError
 from robotcore.hal.robot import Robot, Role
 from robotcore.hal.truth import Truth

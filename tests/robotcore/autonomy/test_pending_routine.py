@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import _thread
 import gc
 import subprocess
 import sys
+import time
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import suppress
@@ -39,12 +41,18 @@ from robotcore import (
     wait_until,
     with_timeout,
 )
+from robotcore.autonomy import navigation
+from robotcore.autonomy.navigation import BallTracker, Navigator, StopPoint, drive_to, explore, turn_to
+from robotcore.autonomy.pending_routine import name_routine
 from robotcore.errors import UsageError
 from robotcore.testing import MockRobot
-from tests.texts import CheckText
+from tests.texts import CheckText, Raises
 
 CALLS: dict[str, Callable[[Robot], Routine[Any]]] = {
     "arc": lambda robot: arc(robot, 1.0, 1.0),
+    "BallTracker.watch": lambda robot: BallTracker("green", 0.1).watch(robot),
+    "drive_to": lambda robot: drive_to(robot, Navigator(0.2, 1.0), StopPoint(1.0, 0.0, 0.3)),
+    "explore": lambda robot: explore(robot, Navigator(0.2, 1.0)),
     "face": lambda robot: face(robot, 1.0),
     "follow_path": lambda robot: follow_path(robot, [(1.0, 0.0)]),
     "go_to": lambda robot: go_to(robot, 1.0, 0.0),
@@ -56,6 +64,7 @@ CALLS: dict[str, Callable[[Robot], Routine[Any]]] = {
     "sequence": lambda robot: sequence(wait(robot, 1.0), wait(robot, 1.0)),
     "straight": lambda robot: straight(robot, 1.0),
     "turn": lambda robot: turn(robot, 1.0),
+    "turn_to": lambda robot: turn_to(robot, Navigator(0.2, 1.0), StopPoint(1.0, 0.0, 0.3)),
     "until": lambda robot: until(lambda: False, wait(robot, 1.0)),
     "wait": lambda robot: wait(robot, 1.0),
     "wait_until": lambda robot: wait_until(lambda: False),
@@ -80,7 +89,8 @@ def line_of(function: Callable[..., object], offset: int) -> int:
 
 
 def test_each_public_routine_is_tested() -> None:
-    public = {name: getattr(robotcore, name) for name in robotcore.__all__}
+    public = {name: getattr(module, name) for module in (robotcore, navigation) for name in module.__all__}
+    public |= {"BallTracker.watch": BallTracker.watch}
     results = {name: getattr(each, "__annotations__", {}).get("return", "") for name, each in public.items()}
     assert set(CALLS) == {name for name, result in results.items() if str(result).startswith("Routine")}
 
@@ -100,7 +110,13 @@ def test_routine_that_a_statement_drops_causes_one_warning(
     (warning,) = warned
     assert warning.category is RuntimeWarning
     assert (warning.filename, warning.lineno) == (__file__, line_of(forget, 1))
-    assert str(warning.message).startswith(f"the routine {name} was never run. Write yield from {name}(...) in")
+    written = name.rpartition(".")[2]
+    assert str(warning.message).startswith(f"the routine {name} was never run. Write yield from {written}(...) in")
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_generator_has_the_name_of_the_function(name: str, robot: Robot) -> None:
+    assert name_routine(iter(CALLS[name](robot))) == name
 
 
 class Other(Behaviour):
@@ -246,6 +262,36 @@ def test_routine_has_the_methods_of_a_generator() -> None:
     next(third)
     third.close()
     assert next(third, "closed") == "closed"
+
+
+def test_second_yield_from_of_a_routine_is_refused(robot: Robot, raises: Raises) -> None:
+    def run_twice() -> Routine[None]:
+        pause = wait(robot, 0.0)
+        yield from pause
+        yield from pause
+
+    with raises(UsageError, "routine-ended"):
+        list(run_twice())
+
+
+def test_function_may_return_the_routine_of_another(robot: Robot) -> None:
+    class App(Behaviour):
+        def rest(self) -> Routine[None]:
+            return wait(robot, 0.0)
+
+        def run(self, robot: Robot) -> Routine[Status]:
+            yield from sequence(self.rest())
+            return Status.SUCCESS
+
+    assert list(App().run(robot)) == []
+
+
+def test_routine_may_end_in_a_thread_without_a_python_function(robot: Robot, capfd: pytest.CaptureFixture[str]) -> None:
+    threads = _thread._count()
+    _thread.start_new_thread(id, (wait(robot, 1.0),))
+    while _thread._count() > threads:
+        time.sleep(0.01)
+    assert capfd.readouterr().err == ""
 
 
 def test_prompt_shows_how_to_run_a_routine(robot: Robot, check_text: CheckText) -> None:
