@@ -7,22 +7,19 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from robotcore import Behaviour, Interval, Positive, Robot, Role, Status, Stopping, Truth
-from robotcore.autonomy.navigation import BallTracker, Navigator, StopPoint, drive_to, explore, turn_to
-from robotcore.autonomy.routines import Routine, parallel, race, until, wait
+from robotcore.autonomy.navigation import FACING_RAD, BallTracker, Navigator, StopPoint, drive_to, explore, turn_to
+from robotcore.autonomy.routines import Routine, race, until, wait
 from robotcore.autonomy.vision import DEFAULT_TOLERANCE
 from robotcore.errors import RoutineError
-
-CENTRED_RAD = 0.1
-"""The robot faces the ball if the magnitude of the ball's bearing is at most this."""
 
 ECHO_M = 0.1
 """While the robot stands at the ball, the measured range differs from ``stop_distance_m`` by less than this."""
 
 CONFIRM_S = 0.15
-"""The robot turns to a blob for at least this time, three pictures at 20 Hz. Reflections vanish sooner."""
+"""The robot stands for this time, three pictures at 20 Hz, before it turns to a blob. Reflections vanish sooner."""
 
 PATIENCE_S = 0.5
-"""A ball that no picture shows for this time is lost. The app succeeds after standing at the ball for this time."""
+"""A ball that no picture shows for this time is gone, if nothing hides it. Standing at it for this time is success."""
 
 
 @dataclass
@@ -79,11 +76,14 @@ class GreenSearch(Behaviour):
         self.state = "search"
         yield from until(lambda: self._ball.is_in_sight, explore(robot, self._navigator))
         self.state = "seen"
-        turning = turn_to(robot, self._navigator, lambda: self._build_target(robot))
-        yield from parallel(turning, wait(robot, CONFIRM_S))
+        robot.drive.stop()
+        yield from wait(robot, CONFIRM_S)
+        if self._ball.lost_for:
+            return False
+        yield from turn_to(robot, self._navigator, lambda: self._build_target(robot))
         self.state = "approach"
         driving = drive_to(robot, self._navigator, lambda: self._build_target(robot))
-        if (yield from until(lambda: self._is_gone(robot), driving)):
+        if (yield from until(lambda: self._is_gone(robot), driving)) or not self._is_at_ball(robot):
             return False
         self.state = "arrived"
         return not (yield from until(lambda: not self._is_at_ball(robot), wait(robot, PATIENCE_S)))
@@ -96,7 +96,7 @@ class GreenSearch(Behaviour):
     def _is_gone(self, robot: Robot) -> bool:
         """Return whether no picture shows the ball, although the robot faces it and no obstacle hides it."""
         pose, target = robot.drive.pose, self._build_target(robot)
-        is_lost = self._ball.lost_for > PATIENCE_S and abs(target.bearing(pose)) < CENTRED_RAD
+        is_lost = self._ball.lost_for > PATIENCE_S and abs(target.bearing(pose)) < FACING_RAD
         return is_lost and self._navigator.is_known_straight(pose, target)
 
     def _is_at_ball(self, robot: Robot) -> bool:

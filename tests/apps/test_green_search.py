@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -7,9 +8,11 @@ import pytest
 
 import robotcore.description
 from apps.green_search import GreenSearch
-from robotcore import Outcome, RunRequest, run
+from robotcore import Outcome, RunRequest, Status, run
 from robotcore.errors import UsageError
+from robotcore.optics import Image
 from robotcore.runtime.settings import configure
+from tests.robotcore.fakes import UNHURRIED, Rig, picture
 from tests.texts import Raises
 
 WORLDS = Path(robotcore.description.__file__).parent / "worlds"
@@ -108,6 +111,77 @@ def test_tolerance_keeps_similar_hues_out(tmp_path: Path) -> None:
         result = run(RunRequest("green-search", world=world, seed=3, settings=settings, timeout_s=15))
         has_seen[tolerance] = "seen" in result.milestones
     assert has_seen == {30: True, 12: False}
+
+
+@pytest.fixture
+def rig() -> Rig:
+    """Return a robot that stands in front of the ball."""
+    rig = Rig(description=UNHURRIED)
+    rig.eye.image = draw_ball()
+    rig.nose.distance = 0.28
+    return rig
+
+
+@pytest.fixture
+def app() -> GreenSearch:
+    return GreenSearch()
+
+
+def draw_ball(size: int = 14) -> Image:
+    """Return a picture of the ball ahead, as a green square. Its size is in pixels."""
+    image = picture().copy()
+    image[12 - size // 2 : 12 + size // 2, 16 - size // 2 : 16 + size // 2] = (60, 170, 40)
+    return image
+
+
+def play(app: GreenSearch, rig: Rig, seconds: float) -> list[str]:
+    """Run the app for a time, or to its success. Return its states, and ``success``."""
+    states = []
+    for _ in range(round(seconds * rig.rate_hz)):
+        status = app.step(rig.robot)
+        states.append(app.state if status is Status.RUNNING else status.value)
+        if status is not Status.RUNNING:
+            break
+        rig.commit()
+    return list(dict.fromkeys(states))
+
+
+def test_succeeds_after_half_a_second_at_the_ball(app: GreenSearch, rig: Rig) -> None:
+    assert play(app, rig, 5.0) == ["search", "seen", "approach", "arrived", "success"]
+    assert 0.5 < rig.clock.now() < 1.5
+
+
+@pytest.mark.parametrize("distance", [0.17, 0.39, math.inf])
+def test_does_not_succeed_without_the_echo_of_the_ball(app: GreenSearch, rig: Rig, distance: float) -> None:
+    rig.nose.distance = distance
+    assert "success" not in play(app, rig, 5.0)
+
+
+def test_searches_again_if_the_ball_vanishes_while_the_robot_stands_at_it(app: GreenSearch, rig: Rig) -> None:
+    assert play(app, rig, 0.4)[-1] == "arrived"
+    rig.eye.image = picture()
+    assert play(app, rig, 2.0)[-1] == "search"
+
+
+@pytest.mark.parametrize("pictures, is_driven_to", [(1, False), (3, False), (6, True)])
+def test_drives_to_no_blob_that_vanishes_within_three_pictures(
+    app: GreenSearch, rig: Rig, pictures: int, *, is_driven_to: bool
+) -> None:
+    rig.nose.distance = 1.5
+    states = play(app, rig, pictures / rig.rate_hz)
+    rig.eye.image = picture()
+    states += play(app, rig, 0.3)
+    assert ("approach" in states) == is_driven_to
+
+
+def test_ball_that_no_picture_shows_on_a_free_straight_path_is_gone(app: GreenSearch, rig: Rig) -> None:
+    rig.eye.image, rig.nose.distance = draw_ball(6), 1.5
+    grid = app._navigator.map.grid
+    grid.evidence[grid.disc(0.0, 0.0, 2.0)] = -1.0
+    assert play(app, rig, 1.0)[-1] == "approach"
+    rig.eye.image = picture()
+    assert play(app, rig, 0.4)[-1] == "approach"
+    assert play(app, rig, 0.2)[-1] == "search"
 
 
 @pytest.mark.parametrize("tolerance", ["0", "200", "x"])

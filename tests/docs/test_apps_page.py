@@ -103,7 +103,7 @@ FOR_DRIVERS = {
     "kind, not_for_apps",
     [
         (Robot, {"close", "stop", "truth"}),
-        (DifferentialDrive, {"track"}),
+        (DifferentialDrive, {"track", "latest_pose"}),
         (RangeSensor, FOR_DRIVERS),
         (Camera, FOR_DRIVERS),
         (Range, {"point"}),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import TypeAlias
 
@@ -9,8 +10,8 @@ from robotcore.autonomy.navigation.navigator import Navigator
 from robotcore.autonomy.navigation.planner import StopPoint
 from robotcore.autonomy.pending_routine import warn_if_dropped
 from robotcore.autonomy.routines import Routine
-from robotcore.errors import RoutineError
-from robotcore.geometry import Pose, Twist
+from robotcore.errors import RoutineError, UsageError
+from robotcore.geometry import Pose, Twist, to_number
 from robotcore.hal.robot import Robot
 
 Target: TypeAlias = StopPoint | Callable[[], StopPoint]
@@ -50,7 +51,7 @@ def turn_to(robot: Robot, navigator: Navigator, target: Target) -> Routine[None]
     """Turn on the spot until the robot faces a target. The parameters and errors are those of `drive_to`."""
 
     def turn(pose: Pose) -> Twist | None:
-        bearing = _find(target).bearing(pose)
+        bearing = _locate(target).bearing(pose)
         return navigator.turn_to(bearing) if abs(bearing) >= FACING_RAD else None
 
     return _move(robot, navigator, turn)
@@ -66,13 +67,14 @@ def drive_to(robot: Robot, navigator: Navigator, target: Target) -> Routine[None
     navigator: the map and the velocities.
     target: the target, or a function that returns it. The function is called in each tick, so the target may move.
 
+    Raises UsageError if the target is no StopPoint of finite numbers.
     Raises RoutineError of the kind ``no-path`` if there is no path, and of the kind ``blocked`` if something blocks the
     robot. Then the robot has driven a little away from it. In both cases the map may be wrong, and the navigator has
     begun a new one.
     """
 
     def approach(pose: Pose) -> Twist | None:
-        goal = _find(target)
+        goal = _locate(target)
         is_end = _is_reached(goal, pose) or not navigator.is_straight(pose, goal)
         return None if is_end else navigator.drive_at(pose, goal)
 
@@ -80,7 +82,7 @@ def drive_to(robot: Robot, navigator: Navigator, target: Target) -> Routine[None
         yield from turn_to(robot, navigator, target)
         yield
         yield from _move(robot, navigator, approach)
-        if _is_reached(_find(target), robot.drive.pose):
+        if _is_reached(_locate(target), robot.drive.pose):
             return
         yield from _drive_around(robot, navigator, target)
         yield
@@ -88,7 +90,7 @@ def drive_to(robot: Robot, navigator: Navigator, target: Target) -> Routine[None
 
 def _drive_around(robot: Robot, navigator: Navigator, target: Target) -> Routine[None]:
     """Drive to where a straight path may lead to a target, else to another view. Survey the surroundings for a path."""
-    while (has_path := navigator.plan_to(robot.drive.pose, _find(target))) or navigator.survey_more(robot.drive.pose):
+    while (has_path := navigator.plan_to(robot.drive.pose, _locate(target))) or navigator.survey_more(robot.drive.pose):
         yield
         if has_path:
             yield from _move(robot, navigator, navigator.follow)
@@ -99,15 +101,22 @@ def _drive_around(robot: Robot, navigator: Navigator, target: Target) -> Routine
         yield from _move(robot, navigator, navigator.survey)
     if not navigator.plan_to_view(robot.drive.pose):
         navigator.forget(robot.drive.pose)
-        x, y, _ = _find(target)
+        x, y, _ = _locate(target)
         text = f"the map has no path to x={x:.2f} m, y={y:.2f} m, and no view from which to look for one"
         raise RoutineError(f"{text}. Check whether obstacles surround the point or the robot", kind="no-path", x=x, y=y)
     yield
     yield from _move(robot, navigator, navigator.follow)
 
 
-def _find(target: Target) -> StopPoint:
-    return target() if callable(target) else target
+def _locate(target: Target) -> StopPoint:
+    """Return the target of this tick. Raises UsageError if it is no StopPoint of finite numbers."""
+    point: object = target() if callable(target) else target
+    if not isinstance(point, StopPoint) or not all(map(math.isfinite, map(to_number, point))):
+        text = (
+            f"the target is {point!r:.100}. Give StopPoint(x, y, distance), or a function that returns one, in metres"
+        )
+        raise UsageError(text, kind="not-a-stop-point")
+    return point
 
 
 def _is_reached(target: StopPoint, pose: Pose) -> bool:

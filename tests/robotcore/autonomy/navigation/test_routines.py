@@ -7,7 +7,7 @@ import pytest
 
 from robotcore import Behaviour, Outcome, Robot, Role, Routine, RunRequest, Status, race, run, until
 from robotcore.autonomy.navigation import BallTracker, Navigator, StopPoint, drive_to, explore, turn_to
-from robotcore.errors import RoutineError
+from robotcore.errors import RoutineError, UsageError
 from robotcore.geometry import Pose
 from tests.robotcore.autonomy.navigation.map_drawing import HERE, REACH
 from tests.robotcore.fakes import UNHURRIED, Rig
@@ -129,6 +129,16 @@ class TestDriveTo:
             drive(rig, drive_to(rig.robot, navigator, BALL))
         assert rig.robot.drive.pose.heading > math.tau
         assert navigator.map is not walled
+
+    @pytest.mark.parametrize("target", [(1.0, 0.0), None, StopPoint(math.nan, 0.0, 0.3), StopPoint(1.0, math.inf, 0.3)])
+    def test_refuses_another_target_than_a_point(
+        self, rig: Rig, navigator: Navigator, raises: Raises, target: Any
+    ) -> None:
+        for routine in (turn_to, drive_to):
+            with raises(UsageError, "not-a-stop-point"):
+                next(routine(rig.robot, navigator, target))
+            with raises(UsageError, "not-a-stop-point"):
+                next(routine(rig.robot, navigator, lambda: target))
 
     @pytest.mark.slow
     def test_drives_around_an_obstacle(self) -> None:
