@@ -84,7 +84,8 @@ def measure_bounds(run: RunContext) -> list[float] | None:
     """Return the edges of the picture of the world: left, bottom, right and top, in metres. None without a world."""
     if run.world is None or run.truth is None:
         return None
-    reach = MapTransform.fit(run.world, [], PICTURE_PX).origin[0] / MapTransform.fit(run.world, [], PICTURE_PX).scale
+    transform = MapTransform.fit(run.world, [], PICTURE_PX)
+    reach = transform.origin[0] / transform.scale
     return [-reach, -reach, reach, reach]
 
 

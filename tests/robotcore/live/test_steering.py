@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import signal
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
+import robotcore
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.runtime.operator_input import LEASE_S
 from tests.robotcore.live.client import Client
@@ -16,6 +18,17 @@ from tests.robotcore.live.live_run import LiveRun, StartRun
 pytestmark = pytest.mark.slow
 
 GAMEPAD = "navigator.getGamepads = () => [{axes: window.axes ?? [0, 0, 0, 0], buttons: []}]"
+LIGHTS = """
+[[devices]]
+kind = "led"
+name = "lamp"
+is_rgb = true
+
+[[devices]]
+kind = "buzzer"
+name = "horn"
+"""
+
 STOP_S = 2.0
 """The longest wait for the stop of the wheels on a busy machine, in seconds. benchmarks/live_page.py measures it."""
 
@@ -178,6 +191,22 @@ def test_the_slider_of_a_servo_turns_it_only_for_the_driver(page: Page, start_ru
     page.locator("#take").click()
     slider.fill("0.5")
     expect(page.locator(".device[data-device=pan] .value")).to_have_text("0.50 rad")
+
+
+def test_a_light_and_a_buzzer_have_controls(page: Page, start_run: StartRun, tmp_path: Path) -> None:
+    robot = tmp_path / "lit.toml"
+    rover = Path(robotcore.__file__).parent / "description" / "robots" / "rover.toml"
+    robot.write_text(rover.read_text() + LIGHTS)
+    run = start_run(app="teleop", robot=str(robot))
+    page.goto(run.view.link)
+    page.locator("#take").click()
+    page.locator(".device[data-device=lamp] input").fill("#ff0000")
+    expect(page.locator(".device[data-device=lamp] .value")).to_have_text("1.00 0.00 0.00")
+    page.locator(".device[data-device=horn] button").hover()
+    page.mouse.down()
+    expect(page.locator(".device[data-device=horn] .value")).to_have_text("440.00 Hz")
+    page.mouse.up()
+    expect(page.locator(".device[data-device=horn] .value")).to_have_text("0.00 Hz")
 
 
 def test_a_simulation_pauses_steps_and_changes_its_speed(page: Page, start_run: StartRun) -> None:
