@@ -233,7 +233,10 @@ export class DeviceCard {
       this.show = draw(svg, this.device);
     }
     this.show?.(sample);
-    if (this.value.textContent !== sample.text) this.value.textContent = sample.text;
+    if (this.value.textContent !== sample.text) {
+      this.value.textContent = sample.text;
+      this.value.classList.toggle("is-long", sample.text.length > 32);
+    }
     if (sample.age === undefined) return;
     this.age.textContent = sample.age < 1 ? `${Math.round(sample.age * 1000)} ms` : `${sample.age.toFixed(1)} s`;
     this.age.title = "the age of the sample";

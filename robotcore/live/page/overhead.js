@@ -3,6 +3,7 @@
 import { colour, prepare, STATE_COLOURS } from "./theme.js";
 
 const MAX_POINTS = 6000;
+const MAX_POSES = 50;
 
 export class Overhead {
   constructor(canvas) {
@@ -17,6 +18,7 @@ export class Overhead {
     this.path = [];
     this.states = [];
     this.tick = null;
+    this.poses = []; // the newest ones, for samples that are older than the tick
   }
 
   setPath(path) {
@@ -26,6 +28,9 @@ export class Overhead {
 
   add(tick) {
     this.tick = tick;
+    const pose = tick.truth ?? tick.pose;
+    if (pose && !pose.includes(null)) this.poses.push({ time: tick.time, pose });
+    while (this.poses.length > MAX_POSES) this.poses.shift();
     for (const point of tick.path) {
       if (!this.states.includes(point[2])) this.states.push(point[2]);
       this.path.push(point);
@@ -61,7 +66,7 @@ export class Overhead {
     this.drawPath(context, Math.max(2.5, 0.024 * scale));
     const pose = this.tick?.truth ?? this.tick?.pose;
     if (pose && !pose.includes(null)) {
-      this.drawRays(context, pose);
+      this.drawRays(context);
       this.drawRobot(context, pose);
     }
   }
@@ -104,10 +109,17 @@ export class Overhead {
     }
   }
 
-  drawRays(context, pose) {
+  // Returns the pose at the time of a sample, so that the echoes of a turning robot are where the bodies are.
+  findPose(age) {
+    const time = this.tick.time - age + 1e-3;
+    return (this.poses.findLast((each) => each.time <= time) ?? this.poses[0]).pose;
+  }
+
+  drawRays(context) {
     for (const device of Object.values(this.tick.devices)) {
       if (!device.rays) continue;
       const { start, end, distances } = device.rays;
+      const pose = this.findPose(device.age);
       const [x, y] = toWorld(pose, device.mount);
       const heading = pose[2] + device.mount[2];
       const ends = distances.map((distance, index) => {
