@@ -53,11 +53,11 @@ class PageProcess:
         Raises ResourceError if the operating system refuses the process or a thread.
         """
         descriptor = self._listener.fileno()
-        # Isolated, so that no file in the folder of the app replaces a module. The other folders come last.
+        # The folders of this process come after Python's own, so that no file of an app replaces a module of Python.
         code = f"import sys; sys.path += {sys.path!r}; from robotcore.live.server import main; main({descriptor})"
         try:
             self._process = subprocess.Popen(  # noqa: S603  the Python that runs this
-                [sys.executable, "-I", "-c", code],
+                [sys.executable, "-I", "-S", "-c", code],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 pass_fds=[descriptor],
