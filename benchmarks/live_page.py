@@ -23,6 +23,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from random import choice
 from threading import Event, Thread
 from typing import Any
 
@@ -47,6 +48,9 @@ VIEWER_SHARE = 1.1
 """The greatest time of a tick with viewers, as a multiple of that without a viewer."""
 
 PAGE_BYTES = 150_000
+
+MOMENTS_MS = range(500, 1000)
+"""The times between the first picture on the page and a press of the e-stop, in milliseconds."""
 
 BITS, BLOCK_PX = 30, 10
 """The number of bits of the time in a picture, in milliseconds, and the side of the block of each."""
@@ -151,7 +155,8 @@ def measure_press(page: Page, backend: str) -> float:
     latch = live.context.run.emergency._latch  # noqa: SLF001  the last stop of the latch ends the delay
     latch.add_stop(lambda: stopped.append(time.time()))
     page.goto(live.link)
-    page.locator("#state").filter(has_text="start").wait_for()
+    page.locator("#camera[data-count]").wait_for()
+    page.wait_for_timeout(choice(MOMENTS_MS))
     pressed = float(page.evaluate(PRESS)) / 1000
     live.join()
     return stopped[0] - pressed
