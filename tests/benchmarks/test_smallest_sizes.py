@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 from tests.robotcore.deploy.sshd import require_programs
+from tests.robotcore.live.chromium import require_chromium
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "benchmarks"
@@ -74,6 +75,8 @@ def run_benchmark(name: str, *options: str) -> subprocess.CompletedProcess[str]:
 def test_a_benchmark_runs_at_its_smallest_size(name: str) -> None:
     if name == "hostile_robot":
         require_programs()
+    if name == "live_page":
+        require_chromium()
     ran = run_benchmark(name, *shlex.split(SIZES[name]))
     assert ran.returncode in ({0} if name in EXACT else {0, 1}), ran.stdout + ran.stderr
     assert "Traceback" not in ran.stderr, ran.stderr
