@@ -5,27 +5,23 @@ It reads a sensor when the app first asks for its sample in a tick. After the ti
 
 from __future__ import annotations
 
-import os
-import reprlib
 from collections.abc import Callable, Sequence
-from typing import Any, Literal
+from typing import Any
 
-from robotcore.errors import BehaviourError, DeviceError, DeviceLostError, Interrupted, RobotcoreError, UsageError
+from robotcore.errors import DeviceError, DeviceLostError, Interrupted, RobotcoreError
 from robotcore.hal.device import Sensor
 from robotcore.hal.drive import DifferentialDrive
 from robotcore.kinds.motor import Motor
-from robotcore.runtime.behaviour import Behaviour, Status, find_defined_method, require_callable, require_status
+from robotcore.runtime.app_calls import AppCalls
+from robotcore.runtime.behaviour import Behaviour, Status, find_defined_method
 from robotcore.runtime.device_losses import DeviceLossTracker
-from robotcore.runtime.forks import end_fork
 from robotcore.runtime.hand_driving import HandDriving
 from robotcore.runtime.intervention_timer import InterventionTimer
 from robotcore.runtime.layers import AssembledRobot
 from robotcore.runtime.layers.devices import AppSensor
 from robotcore.runtime.pace import PaceControl
-from robotcore.runtime.print_capture import PrintCapture
 from robotcore.runtime.result import Outcome
 from robotcore.runtime.sensor_monitor import SensorMonitor
-from robotcore.runtime.signals import WatchdogInterrupt
 from robotcore.runtime.trace import TickRecord, Trace
 from robotcore.runtime.wait_monitor import WaitMonitor
 from robotcore.safety.command_filter import LOST, TickCommands
@@ -74,6 +70,7 @@ class Loop:
         self.losses = DeviceLossTracker(outage)
         self._drive = assembled.robot.drive if assembled.command_filter else None
         self.behaviour = behaviour
+        self._app = AppCalls(behaviour, self.robot, self._clock, self._latch, self._reserve, waits)
         self.trace = Trace(behaviour.milestones)
         self.reason = ""
         """The reason of the app, after it has ended or its time is over."""
@@ -83,12 +80,10 @@ class Loop:
         self.intervention_timer = InterventionTimer()
         self._observers = (self.intervention_timer.add, *observers)
         self._deadline = self._clock.now()
-        self._process = os.getpid()
-        self._waits, self._hand_driving, self._timer = waits, hand_driving, assembled.timer
+        self._hand_driving, self._timer = hand_driving, assembled.timer
         self._pace, self._check_signals = pace, check_signals
         self._monitor = SensorMonitor(assembled.robot)
         self._warnings: tuple[str, ...] = ()
-        self._prints = PrintCapture()
         self._is_latch_recorded = False
         self._last_tick = -1
         devices = assembled.robot.devices.values()
@@ -168,18 +163,11 @@ class Loop:
         """Stop the wheels, and read the app's reason."""
         if self._filter:
             self._filter.stop()
-        self.reason = self._read_text("reason")
+        self.reason = self._app.read_text("reason")
 
     def _close_routine(self) -> None:
-        """Let the clean-up of the app's ``run`` command the robot. Raises BehaviourError if it fails."""
         self._activity.begin(self._step_limit)
-        try:
-            with self._prints:
-                self.behaviour.close_routine()
-        except (RobotcoreError, Interrupted, WatchdogInterrupt):
-            raise
-        except BaseException as error:
-            raise BehaviourError.from_exception(type(self.behaviour), error) from error
+        self._app.close_routine()
 
     def _close_routine_after(self, error: BaseException) -> None:
         if not self.behaviour.has_open_routine:
@@ -220,7 +208,7 @@ class Loop:
             counts = [sensor.read_count for sensor in self._sensors]
             self._activity.begin(self._step_limit)
             is_driven_by_hand = self._hand_driving is not None and self._hand_driving.drive()
-            status = Status.RUNNING if is_driven_by_hand else self._decide()
+            status = Status.RUNNING if is_driven_by_hand else self._app.decide()
             if status is not Status.RUNNING or self._clock.now() >= self._timeout:
                 self._close_routine()  # its clean-up is a part of the last tick
             if not is_driven_by_hand:
@@ -280,66 +268,18 @@ class Loop:
         record = TickRecord(
             tick,
             self._clock.now(),
-            self._read_text("state"),
+            self._app.read_text("state"),
             *commit,
             lost,
             self._monitor.values,
             warnings,
             self.robot.value_log.take(),
-            self._prints.take(),
+            self._app.prints.take(),
         )
         self.trace.add(record)
         for observe in self._observers:
             observe(record)
         self._check_signals()
-
-    def _read_text(self, name: Literal["state", "reason"]) -> str:
-        app = type(self.behaviour)
-        try:
-            text: object = getattr(self.behaviour, name)
-        except Exception as error:  # an app may define state or reason as a property
-            raise BehaviourError.from_exception(app, error) from error
-        if not isinstance(text, str):
-            raise BehaviourError(
-                f"{app.__name__}.{name} is {reprlib.repr(text)}. Set it to a text", kind=f"{name}-not-a-text"
-            )
-        try:
-            text.encode()
-        except UnicodeEncodeError as error:
-            raise BehaviourError(
-                f"{app.__name__}.{name} is {reprlib.repr(text)}, which cannot be written as UTF-8. Replace its "
-                'surrogates, for example with text.encode(errors="replace").decode()',
-                kind=f"{name}-not-encodable",
-            ) from error
-        return text
-
-    def _decide(self) -> Status:
-        app = type(self.behaviour)
-        try:
-            status = self._step()
-        except UsageError as error:
-            raise BehaviourError.from_exception(app, error) from error
-        except (RobotcoreError, Interrupted, WatchdogInterrupt):
-            raise
-        except BaseException as error:
-            self._reserve.release_memory()
-            self._latch.check()
-            require_callable(self.behaviour, find_defined_method(self.behaviour))
-            raise BehaviourError.from_exception(app, error) from error
-        return require_status(self.behaviour, status)
-
-    def _step(self) -> object:
-        if self._waits:
-            self._waits.begin()
-        try:
-            with self._prints:
-                status = self.behaviour.step(self.robot)
-            if self._waits:
-                self._waits.end(self._clock.now())
-            return status
-        finally:
-            if os.getpid() != self._process:
-                end_fork(f"{type(self.behaviour).__name__}.step")
 
     def _let_time_pass(self) -> None:
         if self._timer:
