@@ -22,12 +22,13 @@ from robotcore.live.live_view import LiveView
 from robotcore.recording.foxglove_server import PORT, FoxgloveServer
 from robotcore.recording.mcap_file import require_recordable
 from robotcore.recording.recorder import Recorder
+from robotcore.runtime.forced_exit import print_reason
 from robotcore.runtime.loop import Loop
 from robotcore.runtime.needs import Need
 from robotcore.runtime.observer import Observer, RunContext
 from robotcore.runtime.plan import Plan, RunRequest
 from robotcore.runtime.result import RunResult
-from robotcore.runtime.session import RunSession, print_reason
+from robotcore.runtime.session import RunSession
 from robotcore.runtime.signals import SignalGuard, raise_again
 from robotcore.runtime.trace import TickRecord
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import faulthandler
 import math
 import os
 from collections.abc import Callable, Generator, Iterator, Sequence
@@ -24,11 +23,10 @@ from robotcore.hal.robot import Robot
 from robotcore.hal.truth import Truth
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.runtime.active_runs import register_run
-from robotcore.runtime.apps import app_name
+from robotcore.runtime.forced_exit import SHUTDOWN_GRACE_S, ForcedExit, print_reason
 from robotcore.runtime.hand_driving import HandDriving
 from robotcore.runtime.layers import AssembledRobot, assemble
 from robotcore.runtime.layers.base import Tap
-from robotcore.runtime.layers.devices import AppActuator
 from robotcore.runtime.layers.guardian import guard_motors
 from robotcore.runtime.layers.timing import TickTimer
 from robotcore.runtime.loop import Loop
@@ -37,6 +35,7 @@ from robotcore.runtime.operator_input import OPERATOR, OperatorInput, open_opera
 from robotcore.runtime.pace import PaceControl
 from robotcore.runtime.plan import Plan, RunRequest
 from robotcore.runtime.result import Outcome, RunResult, WrittenNote, get_outcome
+from robotcore.runtime.result_building import build_result
 from robotcore.runtime.signals import SignalGuard, WatchdogInterrupt
 from robotcore.runtime.success_verification import Verification, verify_run
 from robotcore.runtime.tick_statistics import TickStatistics
@@ -52,17 +51,13 @@ from robotcore.runtime.trace import TickRecord
 from robotcore.runtime.wait_monitor import WaitMonitor
 from robotcore.safety.latch import EmergencyStop
 from robotcore.safety.motor_stop import STOP_S
-from robotcore.safety.range_guard import RangeGuard
-from robotcore.safety.thread_reserve import BackgroundCall, Reserve
+from robotcore.safety.thread_reserve import Reserve
 from robotcore.safety.watchdog import ActivityMonitor, Watchdog
 
 __all__ = ["Observer", "RunContext", "RunRequest", "RunResult", "run"]
 
 WAKE_UP_S = 0.3
 """The wait for new samples after a suspension of the program, in seconds."""
-
-SHUTDOWN_GRACE_S = 0.2
-"""The time limit on a forced exit for closing the robot, and for each function that gets the result, in seconds."""
 
 SHUTDOWN_THREADS = 8
 """The number of reserved threads for the calls that may hang on a forced exit.
@@ -100,11 +95,11 @@ class RunSession:
         timeout_scale: float,
     ) -> None:
         self._plan, self._observers, self._taps, self._signals = plan, observers, taps, signals
-        self._on_forced_exit = on_forced_exit
         self._notes = list(plan.notes)
         self._wall, self._activity = MonotonicClock(), ActivityMonitor()
         timeout_scale *= SIMULATION_FACTOR if plan.request.gui else 1.0
         self._reserve = Reserve(self._wall)
+        self._forced_exit = ForcedExit(self._reserve, observers, on_forced_exit)
         self._watchdog = Watchdog(
             self._activity, self._on_timeout, self._end_after_hang, self._reserve, timeout_scale, self._add_note
         )
@@ -379,19 +374,20 @@ class RunSession:
 
     def _add_note(self, note: str) -> None:
         self._notes.append(WrittenNote(note))
-        self._write_to_stderr(f"note: {note}\n".encode())
+        self._forced_exit.write(f"note: {note}\n".encode())
 
     def _end_after_hang(self, error: RobotcoreError) -> None:
         """End the process after the watchdog has stopped the motors, because the run's thread still hangs."""
         try:
             self._reserve.release_memory()
-            with suppress(OSError, MemoryError):  # before the result, which is the last text in a terminal
-                self._write_to_stderr(_format_stacks()).is_done_within(SHUTDOWN_GRACE_S)
+            self._forced_exit.write_stacks()  # before the result, which is the last text in a terminal
             # The result includes the interventions that no tick recorded.
             result = self._build_result(error, get_outcome(error))
             unreported = self._loop.unreported_interventions if self._loop else ()
             seconds = {**{each.cause: 0.0 for each in unreported}, **result.intervention_s}
-            self._report(replace(result, interventions=result.interventions + len(unreported), intervention_s=seconds))
+            self._forced_exit.report(
+                replace(result, interventions=result.interventions + len(unreported), intervention_s=seconds)
+            )
         finally:
             os._exit(error.exit_status)
 
@@ -410,105 +406,20 @@ class RunSession:
                 self._assembled.motor_stops.apply_apart()
             finally:
                 if raised := self._signals.raised:
-                    self._report(self._build_result(raised, get_outcome(raised)))
-
-    def _write_to_stderr(self, text: bytes) -> BackgroundCall:
-        # In another thread, because a full pipe or a terminal that is paused with Ctrl-S blocks the call.
-        return self._reserve.call(partial(os.write, 2, text))
-
-    def _report(self, result: RunResult) -> None:
-        for receive in (partial(notify_end, self._observers), self._on_forced_exit):
-            self._reserve.call(partial(receive, result)).is_done_within(SHUTDOWN_GRACE_S)
+                    self._forced_exit.report(self._build_result(raised, get_outcome(raised)))
 
     def _build_result(self, error: RobotcoreError | Interrupted | None, outcome: Outcome) -> RunResult:
-        plan, request, loop, found = self._plan, self._plan.request, self._loop, self._verification
-        reason = str(error) if error else loop.reason if loop else ""
-        if outcome is Outcome.TIMEOUT and loop and not reason:
-            reason = self._explain_timeout(loop)
-        if self._late_failure and self._late_failure is not error:
-            reason = f"{reason}; {self._late_failure}"
-        verified = False if error and found.verified else found.verified
-        result = RunResult(
-            app=app_name(request.app_reference),
-            backend=plan.backend.name,
-            robot=plan.description.name,
-            world=plan.world.name if plan.world else None,
-            seed=request.seed,
-            outcome=outcome,
-            exit_status=error.exit_status if error else int(outcome is not Outcome.SUCCESS or verified is False),
-            reason=reason,
-            verified=verified,
-            judge=app_name(request.judge) if request.judge else None,
-            wall_time_s=round(self._wall.now(), 3),
-            contacts=found.contacts,
-            distance_to_target_m=found.distance,
-            conditions=plan.drawn,
-            faults=[str(fault) for fault in plan.faults],
-            notes=[*self._notes],
-            error=error,
+        return build_result(
+            self._plan,
+            outcome,
+            error,
+            self._late_failure,
+            self._verification,
+            self._loop,
+            self._statistics,
+            self._notes,
+            self._wall.now(),
         )
-        if not loop:
-            return result
-        return replace(
-            result,
-            sim_time_s=round(loop.time, 6),
-            ticks=loop.trace.ticks,
-            overruns=loop.overruns,
-            tick_times_us=self._statistics.summarise(),
-            interventions=loop.trace.interventions,
-            intervention_s=loop.intervention_timer.measure(),
-            milestones=dict(loop.trace.milestones),
-            notes=[
-                *self._notes,
-                *loop.trace.warnings,
-                *loop.losses.summarise(loop.time),
-                *_describe_limits(loop.robot),
-            ],
-            batteries=dict(loop.trace.voltages),
-            trace_sha256=loop.trace.sha256,
-        )
-
-    def _explain_timeout(self, loop: Loop) -> str:
-        plan = self._plan
-        reason = f"not done after {plan.request.timeout_s:g} s, in {plan.behaviour.state!r}"
-        if loop.intervention_timer.measure().get(RangeGuard.cause, 0.0) < loop.time / 2:
-            return reason
-        sensors = " or ".join(sensor.name for sensor in plan.description.sensors_ahead)
-        place = f"{plan.description.guard_distance_m:.2f} m in front of an obstacle"
-        return (
-            f"{reason}. The range guard stops the robot {place}, measured by {sensors}. Let the app stop before that. "
-            "An app that touches obstacles needs a robot without such a sensor"
-        )
-
-
-def _describe_limits(robot: Robot) -> Iterator[str]:
-    yield from filter(
-        None, (each.describe_limits() for each in robot.devices.values() if isinstance(each, AppActuator))
-    )
-
-
-def _format_stacks() -> bytes:
-    """Return the lines that all threads execute. Raises OSError if the system refuses a pipe.
-
-    `faulthandler` holds the interpreter lock while it writes, so it writes to a pipe that never blocks. The pipe drops
-    what does not fit.
-    """
-    receiver, sender = os.pipe()
-    try:
-        os.set_blocking(sender, False)
-        faulthandler.dump_traceback(sender)
-    finally:
-        os.close(sender)
-    with os.fdopen(receiver, "rb") as pipe:
-        return pipe.read()
-
-
-def print_reason(result: RunResult) -> None:
-    """Print the reason of a forced exit on standard error.
-
-    The text does not pass through ``sys.stderr``, because a thread that hangs may hold its lock.
-    """
-    os.write(2, f"error: {result.reason}\n".encode())
 
 
 def _find_cause(error: BaseException) -> RobotcoreError | Interrupted | None:
