@@ -65,7 +65,7 @@ class Operator(Sensor[OperatorSample]):
     >>> from robotcore.hal.kind import build_sensor
     >>> description = OperatorDescription(kind="operator", name="operator")
     >>> build_sensor(description, lambda: OperatorSample(True, False, 0.2, 0.5, (), 1.0, 0)).read()
-    OperatorSample 0.2 m/s, 0.5 rad/s at 1.00 s
+    OperatorSample 0.20 m/s, 0.50 rad/s at 1.00 s
     """
 
     kind = "operator"

@@ -52,7 +52,7 @@ class OperatorInput:
     >>> operator = OperatorInput()
     >>> operator.drive(0.2, 0.5)
     >>> operator.read(time=1.0, sequence=0)
-    OperatorSample 0.2 m/s, 0.5 rad/s at 1.00 s
+    OperatorSample 0.20 m/s, 0.50 rad/s at 1.00 s
     >>> operator.release()
     >>> operator.is_driving
     False
