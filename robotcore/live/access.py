@@ -121,4 +121,5 @@ def _build_headers(host: str) -> dict[str, Any]:
         "Cross-Origin-Resource-Policy": "same-origin",
         "Cross-Origin-Opener-Policy": "same-origin",
         "Cache-Control": "no-store",
+        "Connection": "close",
     }

@@ -26,7 +26,7 @@ from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from robotcore.live.access import Access, AccessControl
-from robotcore.live.connections import LimitedHttp, LimitedWebSocket
+from robotcore.live.connections import MAX_CONNECTIONS, MAX_REQUEST_BYTES, LimitedHttp, LimitedWebSocket
 from robotcore.live.hub import Hub
 from robotcore.live.messages import HEAD, MAX_JSON_BYTES, MAX_PICTURE_BYTES
 from robotcore.live.viewer import Viewer
@@ -108,14 +108,9 @@ async def _read_token(socket: WebSocket) -> object:
 
 
 async def _read_all(socket: WebSocket, hub: Hub, viewer: Viewer) -> None:
-    while True:
-        try:
-            text = await socket.receive_text()
-            if viewer.is_too_fast():
-                break
-            hub.handle(viewer, text)
-        except (ValueError, KeyError, RecursionError):  # KeyError: a binary message
-            break
+    with suppress(ValueError, KeyError, RecursionError):  # KeyError: a binary message
+        while True:
+            hub.handle(viewer, await socket.receive_text())
 
 
 class ActionPipe:
@@ -205,6 +200,7 @@ async def serve(listener: socket.socket) -> None:
         uvicorn.Config(
             build_app(hub, access),
             http=LimitedHttp,
+            h11_max_incomplete_event_size=MAX_REQUEST_BYTES,
             ws=LimitedWebSocket,
             ws_max_size=MAX_MESSAGE_BYTES,
             ws_per_message_deflate=False,
@@ -212,6 +208,7 @@ async def serve(listener: socket.socket) -> None:
             ws_ping_timeout=20,
             lifespan="off",
             log_level="critical",
+            backlog=MAX_CONNECTIONS,
             access_log=False,
             server_header=False,
             timeout_graceful_shutdown=1,

@@ -17,9 +17,6 @@ MAX_OPEN_TICKS = 3
 SENDING_S = 5.0
 """A viewer who does not read a message for this time, in seconds, is dropped."""
 
-MAX_RATE_HZ = 300.0
-"""A viewer who sends more messages in a second is dropped."""
-
 
 class Source(Protocol):
     """The newest state of the run."""
@@ -43,7 +40,6 @@ class Viewer:
         self._wake, self.is_done = asyncio.Event(), asyncio.Event()
         self.is_ending = False
         """Whether the viewer leaves because the run has ended."""
-        self._rate = RateLimit(MAX_RATE_HZ, asyncio.get_running_loop().time())
         self.is_dropped = False
 
     def add_message(self, text: bytes) -> None:
@@ -71,10 +67,6 @@ class Viewer:
         """Note that the viewer has drawn a picture."""
         self._open_pictures.discard(name)
         self._wake.set()
-
-    def is_too_fast(self) -> bool:
-        """Count a message of the viewer. Return whether the viewer sends too many."""
-        return not self._rate.take(asyncio.get_running_loop().time())
 
     async def send_all(self) -> None:
         """Send messages until the viewer leaves or does not read. Raises TimeoutError then."""
@@ -105,24 +97,3 @@ class Viewer:
 
     async def _send(self, text: bytes) -> None:
         await asyncio.wait_for(self._socket.send_text(text.decode()), SENDING_S)
-
-
-class RateLimit:
-    """Counts events, and refuses those above a rate. A pause allows a burst of one second.
-
-    >>> limit = RateLimit(2.0, now=0.0)
-    >>> [limit.take(0.0), limit.take(0.0), limit.take(0.0), limit.take(0.6)]
-    [True, True, False, True]
-    """
-
-    def __init__(self, rate_hz: float, now: float) -> None:
-        self._rate_hz, self._left, self._time = rate_hz, rate_hz, now
-
-    def take(self, now: float) -> bool:
-        """Count an event at a time in seconds. Return whether it is within the rate."""
-        self._left = min(self._rate_hz, self._left + (now - self._time) * self._rate_hz)
-        self._time = now
-        if self._left < 1:
-            return False
-        self._left -= 1
-        return True

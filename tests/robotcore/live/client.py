@@ -13,6 +13,7 @@ from websockets.typing import Origin
 from tests.robotcore.live.live_run import LiveRun
 
 TIMEOUT_S = 10.0
+CLOSING_S = 0.5
 
 
 class Client:
@@ -26,7 +27,9 @@ class Client:
         parts = urlsplit(run.view.link)
         self.origin = f"http://{parts.netloc}"
         url, self._stack = f"ws://{parts.netloc}/live", ExitStack()
-        connection = connect(url, origin=Origin(origin or self.origin), max_size=None, open_timeout=TIMEOUT_S)
+        connection = connect(
+            url, origin=Origin(origin or self.origin), max_size=None, open_timeout=TIMEOUT_S, close_timeout=CLOSING_S
+        )
         self.socket: ClientConnection = self._stack.enter_context(connection)
         self.send(type="hello", token=parts.fragment.removeprefix("token=") if token is None else token)
 

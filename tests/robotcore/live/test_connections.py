@@ -1,0 +1,139 @@
+"""The limits of the connections to the live page: they keep the e-stop free."""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Iterator
+from contextlib import ExitStack, suppress
+from urllib.parse import urlsplit
+
+import pytest
+
+from robotcore.errors import EmergencyStopError
+from robotcore.hal.wall_clock import MonotonicClock
+from robotcore.live.connections import MAX_CONNECTIONS, MAX_RATE_HZ, REQUEST_S
+from tests.robotcore.live.client import Client
+from tests.robotcore.live.live_run import LiveRun, StartRun
+
+pytestmark = pytest.mark.slow
+
+SOON_S = 3.0
+"""The longest wait for a busy machine, in seconds."""
+
+PING = b"\x89\x80" + b"\x00" * 4
+TEXT_BEGIN = b"\x01\x80" + b"\x00" * 4
+HELLO = b"\x81\x90" + b"\x00" * 4 + b'{"type":"hello"}'
+CONTINUATION = b"\x00\x80" + b"\x00" * 4
+
+
+class Wires:
+    """Plain connections to the page of a run."""
+
+    def __init__(self, run: LiveRun, stack: ExitStack) -> None:
+        self.where = urlsplit(run.view.link)
+        self._stack = stack
+
+    def connect(self, data: bytes = b"") -> socket.socket:
+        wire = socket.create_connection((str(self.where.hostname), int(self.where.port or 0)), timeout=SOON_S)
+        wire.sendall(data)
+        return self._stack.enter_context(wire)
+
+    def build_request(self, line: str, *headers: str) -> bytes:
+        return "\r\n".join((f"{line} HTTP/1.1", f"Host: {self.where.netloc}", *headers, "", "")).encode()
+
+    def upgrade(self) -> socket.socket:
+        """Return a WebSocket that has sent no token."""
+        key = "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA=="
+        version, origin = "Sec-WebSocket-Version: 13", f"Origin: http://{self.where.netloc}"
+        headers = ("Connection: Upgrade", "Upgrade: websocket", key, version, origin)
+        wire = self.connect(self.build_request("GET /live", *headers))
+        assert wire.recv(1000).startswith(b"HTTP/1.1 101 ")
+        return wire
+
+    def press_estop(self) -> bytes:
+        request = self.build_request("POST /estop", "X-Robotcore: estop", "Content-Length: 0")
+        return self.connect(request).recv(100).partition(b"\r\n")[0]
+
+
+def is_closed(wire: socket.socket, seconds: float = SOON_S) -> bool:
+    """Return whether the server closes a connection within a time. What it sends before is skipped."""
+    clock = MonotonicClock()
+    try:
+        while clock.now() < seconds:
+            wire.settimeout(max(0.001, seconds - clock.now()))
+            if not wire.recv(100_000):
+                return True
+    except TimeoutError:
+        return False
+    except OSError:
+        return True
+    return False
+
+
+@pytest.fixture
+def run(start_run: StartRun) -> LiveRun:
+    return start_run()
+
+
+@pytest.fixture
+def wires(run: LiveRun) -> Iterator[Wires]:
+    with ExitStack() as stack:
+        yield Wires(run, stack)
+
+
+@pytest.mark.parametrize("frame", [PING, CONTINUATION], ids=["ping", "continuation"])
+def test_a_socket_whose_first_frame_is_no_text_is_closed(wires: Wires, frame: bytes) -> None:
+    wire = wires.upgrade()
+    wire.sendall(frame)
+    assert is_closed(wire)
+
+
+@pytest.mark.parametrize("frames", [(PING, PING), (TEXT_BEGIN, CONTINUATION)], ids=["pings", "continuations"])
+def test_a_flood_of_frames_that_are_no_messages_ends_its_sender(wires: Wires, frames: tuple[bytes, bytes]) -> None:
+    first, next_ones = frames
+    wire = wires.upgrade()
+    wire.sendall(HELLO + first + next_ones * 50)
+    assert not is_closed(wire, 0.5)
+    with suppress(OSError):
+        wire.sendall(next_ones * 2 * int(MAX_RATE_HZ))
+    assert is_closed(wire)
+
+
+def test_sockets_that_flood_pings_do_not_delay_the_estop(run: LiveRun, wires: Wires) -> None:
+    flood = [wires.upgrade() for _ in range(30)]
+    for wire in flood:
+        wire.setblocking(False)
+        with suppress(OSError):
+            wire.send(PING * 40_000)
+    clock = MonotonicClock()
+    assert wires.press_estop() == b"HTTP/1.1 204 No Content"
+    assert clock.now() < 1.0
+    assert isinstance(run.wait().error, EmergencyStopError)
+
+
+@pytest.mark.parametrize("line", ["GET /page/icon.svg", "POST /estop"])
+def test_a_connection_ends_with_its_first_answer(wires: Wires, line: str) -> None:
+    wire = wires.connect(wires.build_request(line, "Content-Length: 1000"))
+    assert is_closed(wire)
+
+
+def test_a_request_that_never_ends_is_closed(wires: Wires) -> None:
+    wire = wires.connect(b"GET / HTTP/1.1\r\n")
+    assert not is_closed(wire, REQUEST_S - 2.0)
+    wire.sendall(b"X: y\r\n")
+    assert is_closed(wire, 2.0 + SOON_S)
+
+
+def test_connections_that_do_nothing_keep_neither_the_estop_nor_a_viewer_out(run: LiveRun, wires: Wires) -> None:
+    before = Client(run)
+    before.receive("run")
+    silent = [wires.connect(b"GET / HTTP/1.1\r\nX: ") for _ in range(MAX_CONNECTIONS + 20)]
+    assert is_closed(silent[0])
+    assert not is_closed(silent[-1], 0.2)
+    after = Client(run)
+    assert after.receive("tick")
+    assert before.receive("tick")
+    assert wires.press_estop() == b"HTTP/1.1 204 No Content"
+    assert isinstance(run.wait().error, EmergencyStopError)
+    before.close()
+    after.close()
