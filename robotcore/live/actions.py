@@ -17,13 +17,17 @@ MAX_STEPS = 100
 MAX_NUMBERS = 8
 """The greatest number of numbers in a command to an actuator."""
 
+MAX_NAME_CHARACTERS = 100
+
 
 def read_action(message: dict[str, Any]) -> dict[str, Any]:
     """Return the action in a viewer's message, with checked values. Raises ValueError for any other message."""
     match message:
         case {"type": "drive", "linear": linear, "angular": angular}:
             return {"type": "drive", "linear": _read_share(linear), "angular": _read_share(angular)}
-        case {"type": "actuate", "device": str(device), "value": [*numbers]} if 0 < len(numbers) <= MAX_NUMBERS:
+        case {"type": "actuate", "device": str(device), "value": [*numbers]} if (
+            len(device) <= MAX_NAME_CHARACTERS and 0 < len(numbers) <= MAX_NUMBERS
+        ):
             return {"type": "actuate", "device": device, "value": [_read_number(each) for each in numbers]}
         case {"type": "pace", "speed": speed} if speed is None or MIN_SPEED <= _read_number(speed) <= MAX_SPEED:
             return {"type": "pace", "speed": speed}

@@ -21,6 +21,7 @@ from robotcore.live.run_description import MAP_PX, describe_run, draw_world, fin
 from robotcore.live.snapshot import Moment, Snapshots
 from robotcore.optics import Image
 from robotcore.runtime.observer import RunContext
+from robotcore.runtime.operator_input import LEASE_S
 from robotcore.runtime.result import RunResult
 from robotcore.runtime.trace import TickRecord
 from robotcore.safety.velocity_limits import AccelerationLimit
@@ -149,14 +150,21 @@ class LiveView:
         assert self._run
         if action.get("type") == "viewers":
             self._viewers, self._sent = action["count"], {}
-        else:
+        elif not self._is_late(action):
             try:
                 execute_action(self._run, action)
             except RobotcoreError as refusal:
                 self._add_line("Warning", str(refusal))
+        elif action["type"] == "actuate":
+            self._add_line("Warning", f"a viewer's command to {action['device']} came too late, and has no effect")
         with self._changed:  # a paused run has no ticks, so the page would not show the change
             self._is_new = self._moment is not None
             self._changed.notify()
+
+    def _is_late(self, action: dict[str, Any]) -> bool:
+        """Return whether an action moves something and has waited for too long, as while the run was suspended."""
+        is_motion = action["type"] in {"drive", "actuate"}
+        return is_motion and self._wall.now() > self._wall.time_of(action["time"]) + LEASE_S
 
     def _add_line(self, level: str, text: str) -> None:
         time = self._moment.record.time if self._moment else 0.0

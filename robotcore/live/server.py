@@ -40,6 +40,9 @@ HELLO_S = 5.0
 MAX_MESSAGE_BYTES = 4096
 """The greatest size of a message of a viewer."""
 
+MAX_WAITING = 32
+"""The number of actions that wait for the run, above which it gets no more commands to actuators."""
+
 JPEG_QUALITY = 82
 
 WRONG_TOKEN, FULL, FLOOD, ENDED = 4401, 4429, 1008, 4000
@@ -116,31 +119,36 @@ async def _read_all(socket: WebSocket, hub: Hub, viewer: Viewer) -> None:
 class ActionPipe:
     """Writes the actions of the viewers for the run. It never waits.
 
-    An action that does not fit into the pipe waits in memory. The viewers' rate limits bound that memory.
+    While the run does not read, only the newest action of each kind waits, and a press of the e-stop is the first.
     """
 
     def __init__(self, descriptor: int, loop: asyncio.AbstractEventLoop) -> None:
         os.set_blocking(descriptor, False)
         self._descriptor, self._loop = descriptor, loop
-        self._waiting = b""
+        self._waiting: dict[tuple[str, ...], dict[str, Any]] = {}
 
     def write(self, action: dict[str, Any]) -> None:
-        """Write an action as a line."""
-        self._waiting += json.dumps(action).encode() + b"\n"
+        """Write an action as a line, with the time at which this was called."""
+        kind = (action["type"], action.get("device", ""), *action)
+        if kind[0] == "actuate" and len(self._waiting) >= MAX_WAITING:
+            return
+        self._waiting.pop(kind, None)
+        self._waiting[kind] = action | {"time": self._loop.time()}
         self._write_waiting()
 
     def _write_waiting(self) -> None:
         try:
-            written = os.write(self._descriptor, self._waiting)
+            while self._waiting:
+                kind = min(self._waiting, key=lambda each: each[0] != "estop")
+                # The system writes a line as a whole or not at all, because it is shorter than PIPE_BUF.
+                os.write(self._descriptor, json.dumps(self._waiting[kind]).encode() + b"\n")
+                del self._waiting[kind]
         except BlockingIOError:
-            written = 0
-        except OSError:  # the run has ended
-            written = len(self._waiting)
-        self._waiting = self._waiting[written:]
-        if self._waiting:
             self._loop.add_writer(self._descriptor, self._write_waiting)
-        else:
-            self._loop.remove_writer(self._descriptor)
+            return
+        except OSError:  # the run has ended
+            self._waiting.clear()
+        self._loop.remove_writer(self._descriptor)
 
 
 class RunPipe:

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from robotcore.live.actions import MAX_NUMBERS, MAX_SPEED, MAX_STEPS, MIN_SPEED, read_action
+from robotcore.live.actions import MAX_NAME_CHARACTERS, MAX_NUMBERS, MAX_SPEED, MAX_STEPS, MIN_SPEED, read_action
 
 
 @pytest.mark.parametrize(
@@ -42,6 +42,7 @@ def test_other_fields_of_a_message_are_left_out() -> None:
         {"type": "actuate", "device": "pan", "value": [math.inf]},
         {"type": "actuate", "device": "pan", "value": [0.0] * (MAX_NUMBERS + 1)},
         {"type": "actuate", "device": None, "value": [0.0]},
+        {"type": "actuate", "device": "x" * (MAX_NAME_CHARACTERS + 1), "value": [0.0]},
         *({"type": "pace", "speed": each} for each in (0, -1, MAX_SPEED + 1, math.nan, "1")),
         *({"type": "pace", "steps": each} for each in (0, MAX_STEPS + 1, 1.5)),
         {"type": "pace", "is_paused": 0},

@@ -274,3 +274,19 @@ def test_a_silent_driver_stands_after_the_lease(standing_run: LiveRun) -> None:
         clock.sleep_until(clock.now() + 0.05)
     wait_for(lambda: is_standing(standing_run), LEASE_S + STOP_S)
     client.close()
+
+
+def test_commands_that_waited_while_the_run_was_suspended_have_no_effect(standing_run: LiveRun) -> None:
+    client, clock, moved = Client(standing_run), MonotonicClock(), []
+    client.send(type="take")
+    with standing_run.view._changed:  # the loop and the thread with the actions wait for this lock
+        for _ in range(10):
+            client.send(type="drive", linear=1.0, angular=0.0)
+            client.send(type="actuate", device="pan", value=[0.5])
+        clock.sleep_until(3 * LEASE_S)
+    while clock.now() < 6 * LEASE_S:
+        moved.append(not is_standing(standing_run))
+    assert not any(moved)
+    client.send(type="drive", linear=1.0, angular=0.0)
+    wait_for(lambda: is_forward(standing_run))
+    client.close()
