@@ -100,7 +100,7 @@ export class Steering {
 
   readGamepad() {
     const pad = [...(navigator.getGamepads?.() ?? [])].find(Boolean);
-    if (!pad) return [0, 0];
+    if (!pad || document.hidden) return [0, 0];
     const [x, y] = pad.axes.map((value) => (Math.abs(value) < DEAD_ZONE ? 0 : value));
     return [-y || 0, -x || 0];
   }

@@ -18,6 +18,10 @@ from tests.robotcore.live.live_run import LiveRun, StartRun
 pytestmark = pytest.mark.slow
 
 GAMEPAD = "navigator.getGamepads = () => [{axes: window.axes ?? [0, 0, 0, 0], buttons: []}]"
+HIDE = """() => {
+    Object.defineProperty(document, 'hidden', {get: () => true});
+    document.dispatchEvent(new Event('visibilitychange'));
+}"""
 LIGHTS = """
 [[devices]]
 kind = "led"
@@ -153,6 +157,17 @@ def test_a_hidden_page_lets_go(page: Page, standing_run: LiveRun) -> None:
     wait_for(lambda: is_forward(standing_run))
     page.evaluate("() => window.dispatchEvent(new Event('blur'))")
     wait_for(lambda: is_standing(standing_run))
+
+
+def test_a_hidden_page_does_not_read_the_gamepad(page: Page, standing_run: LiveRun) -> None:
+    page.add_init_script(GAMEPAD)
+    open_and_take(page, standing_run)
+    page.evaluate("() => { window.axes = [0, -1, 0, 0]; }")
+    wait_for(lambda: is_forward(standing_run))
+    page.evaluate(HIDE)
+    wait_for(lambda: is_standing(standing_run))
+    page.wait_for_timeout(1000 * 3 * LEASE_S)
+    assert is_standing(standing_run)
 
 
 def test_the_robot_returns_to_the_app(page: Page, start_run: StartRun) -> None:
