@@ -381,7 +381,7 @@ class SafetyStop(RobotcoreError):  # noqa: N818  robotics calls it a stop, becau
 
 
 class InvalidCommandError(SafetyStop, ValueError):
-    """The app gave a command that is NaN or infinite."""
+    """The app gave a command that is NaN or infinite, or a display a picture of another format."""
 
     kind = "invalid-command"
     cause = "invalid command"

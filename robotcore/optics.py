@@ -18,6 +18,17 @@ The origin is the top left corner.
 """
 
 
+def is_picture(value: object) -> bool:
+    """Return whether a value is an `Image` with at least one pixel.
+
+    >>> is_picture(np.zeros((240, 320, 3), np.uint8)), is_picture(np.zeros((240, 320)))
+    (True, False)
+    """
+    if not isinstance(value, np.ndarray) or value.dtype != np.uint8 or not value.size:
+        return False
+    return value.ndim == 2 or (value.ndim == 3 and value.shape[2] == 3)
+
+
 @dataclass(frozen=True, slots=True)
 class Intrinsics:
     """The pinhole model of a camera with square pixels.

@@ -5,10 +5,13 @@ from __future__ import annotations
 from abc import ABC
 from typing import Literal
 
+import numpy as np
+
 from robotcore.description import DeviceDescription
-from robotcore.hal.device import Actuator
-from robotcore.hal.kind import Kind
-from robotcore.optics import Image
+from robotcore.hal.device import Actuator, build_invalid_command
+from robotcore.hal.kind import Kind, assert_refused
+from robotcore.hal.robot import Robot
+from robotcore.optics import Image, is_picture
 
 
 class DisplayDescription(DeviceDescription):
@@ -23,8 +26,23 @@ class Display(Actuator[Image], ABC):
     kind = "display"
 
     def show(self, image: Image) -> None:
-        """Show a BGR or a grey picture. Raises DeviceError if the display fails."""
+        """Show a BGR picture of shape (height, width, 3) or a grey one of shape (height, width), as ``uint8``.
+
+        Raises InvalidCommandError for anything else, and DeviceError if the display fails.
+        """
         self.send(image)
+
+    def _limit(self, command: Image) -> Image:
+        if is_picture(command):
+            return command
+        given: object = type(command).__name__
+        if isinstance(command, np.ndarray):
+            given = f"{command.dtype} of shape {command.shape}"
+        raise build_invalid_command(
+            self.name,
+            f"{given}, which is no picture",
+            remedy="Give uint8 of shape (height, width, 3) or (height, width), such as image.astype(np.uint8)",
+        )
 
 
 class MemoryDisplay(Display):
@@ -38,4 +56,15 @@ class MemoryDisplay(Display):
         self.picture = image.copy()
 
 
-KIND = Kind("a display for the pictures of an app", DisplayDescription, Display, is_optional=True)
+def check_pictures(_robot: Robot, display: Display) -> None:
+    """Check that a display refuses what is not a picture."""
+    assert_refused(display, np.zeros((4, 4)), np.zeros((0, 4, 3), np.uint8), np.zeros((4, 4, 2), np.uint8))
+
+
+KIND = Kind(
+    "a display for the pictures of an app",
+    DisplayDescription,
+    Display,
+    rules=(check_pictures,),
+    is_optional=True,
+)

@@ -79,6 +79,7 @@ class LiveView:
         self._held: frozenset[str] = frozenset()
         self._state = ""
         self._lines: deque[dict[str, Any]] = deque(maxlen=MAX_LINES)
+        self._warned = ""
         self._end: dict[str, Any] | None = None
         self._is_closing = False
         self._viewers = 0
@@ -166,6 +167,12 @@ class LiveView:
         is_motion = action["type"] in {"drive", "actuate"}
         return is_motion and self._wall.now() > self._wall.time_of(action["time"]) + LEASE_S
 
+    def _warn(self, text: str) -> None:
+        """Add a warning, unless it is the last one again."""
+        if text != self._warned:
+            self._warned = text
+            self._add_line("Warning", text)
+
     def _add_line(self, level: str, text: str) -> None:
         time = self._moment.record.time if self._moment else 0.0
         self._lines.append({"type": "line", "level": level, "time": round(time, 3), "text": text})
@@ -186,7 +193,10 @@ class LiveView:
                 moment, self._is_new = self._moment, False
                 causes, self._causes = list(self._causes), {}
                 lines, self._lines = list(self._lines), deque(maxlen=MAX_LINES)
-            is_open &= all(map(self._page.send, self._build_messages(moment, causes, lines)))
+            try:
+                is_open &= all(map(self._page.send, self._build_messages(moment, causes, lines)))
+            except Exception as error:  # noqa: BLE001  any exception of a device's class: the page goes on without it
+                self._warn(f"the live page cannot show all of the run: {type(error).__name__}: {error}")
             with self._changed:
                 self._changed.wait_for(lambda: self._is_closing, max(0.0, due - self._wall.now()))
         if self._end:

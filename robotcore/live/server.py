@@ -165,9 +165,13 @@ class RunPipe:
         text_size, picture_size = HEAD.unpack(head)
         if text_size > MAX_JSON_BYTES or picture_size > MAX_PICTURE_BYTES:
             return None
-        content = json.loads(self._source.read(text_size))
+        content: dict[str, Any] = json.loads(self._source.read(text_size))
         pixels = self._source.read(picture_size)
-        return content, encode_picture(content, pixels) if picture_size else b""
+        try:
+            return content, encode_picture(content, pixels) if picture_size else b""
+        except (cv2.error, ValueError, KeyError) as error:
+            text = f"the page cannot show the picture {content.get('name')}: {error}"
+            return {"type": "line", "level": "Warning", "time": 0.0, "text": text}, b""
 
     def pass_on(self, hub: Hub, ended: asyncio.Event) -> None:
         """Pass each message to the hub, in the thread of the event loop. Set ``ended`` at the end of the run."""
@@ -175,11 +179,13 @@ class RunPipe:
         async def receive(content: dict[str, Any], picture: bytes) -> None:
             hub.receive(content, picture)
 
-        with suppress(ValueError, OSError, RuntimeError):  # RuntimeError: the event loop has ended
-            while message := self.read():
-                asyncio.run_coroutine_threadsafe(receive(*message), self._loop).result()
-        with suppress(RuntimeError):
-            self._loop.call_soon_threadsafe(ended.set)
+        try:
+            with suppress(ValueError, OSError, RuntimeError):  # RuntimeError: the event loop has ended
+                while message := self.read():
+                    asyncio.run_coroutine_threadsafe(receive(*message), self._loop).result()
+        finally:
+            with suppress(RuntimeError):
+                self._loop.call_soon_threadsafe(ended.set)
 
 
 def encode_picture(content: dict[str, Any], pixels: bytes) -> bytes:

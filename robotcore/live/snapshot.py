@@ -15,7 +15,7 @@ from robotcore.hal.robot import Role
 from robotcore.hal.value_log import NOTHING_LOGGED, LoggedValue
 from robotcore.kinds.camera import Frame
 from robotcore.live.messages import to_json
-from robotcore.optics import Image
+from robotcore.optics import Image, is_picture
 from robotcore.recording.summary import is_plausible
 from robotcore.runtime.layers.devices import AppActuator, AppMotor, AppSensor
 from robotcore.runtime.observer import RunContext
@@ -133,7 +133,7 @@ class Snapshots:
         """Yield the name and the newest picture of each display and each camera."""
         for name, shown in (*moment.commands.items(), *moment.samples.items()):
             image = shown.image if isinstance(shown, Frame) else shown
-            if isinstance(image, np.ndarray):
+            if is_picture(image):
                 yield name, image
 
     def _list_devices(self, moment: Moment) -> Iterator[tuple[str, dict[str, Any]]]:

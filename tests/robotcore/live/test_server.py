@@ -21,7 +21,9 @@ from robotcore.errors import EmergencyStopError
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.live.address import Address
 from robotcore.live.hub import MAX_VIEWERS
+from robotcore.live.messages import Message
 from robotcore.live.server import FLOOD, FULL, WRONG_TOKEN
+from robotcore.live.snapshot import Snapshots
 from tests.robotcore.live.client import Client
 from tests.robotcore.live.live_run import LiveRun, StartRun
 
@@ -304,3 +306,38 @@ def test_numbers_that_json_lacks_are_null_on_the_page(run: LiveRun) -> None:
         text = json.dumps(client.receive("tick"))
         assert "NaN" not in text
         assert "Infinity" not in text
+
+
+def test_a_picture_that_cannot_be_encoded_is_a_warning_and_the_page_goes_on(run: LiveRun, enter: Enter) -> None:
+    client = enter()
+    client.receive("run")
+    run.view._page.send(Message({"type": "picture", "name": "eye", "shape": [1, 1, 2]}, b"ab"))
+    while "cannot show the picture eye" not in client.receive("line")["text"]:
+        pass
+    assert client.receive("tick")
+
+
+def test_a_state_that_cannot_be_shown_is_one_warning_and_the_page_goes_on(
+    run: LiveRun, enter: Enter, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_arguments: object) -> None:
+        raise ZeroDivisionError("no width")
+
+    client = enter()
+    client.receive("tick")
+    with monkeypatch.context() as patch:
+        patch.setattr(Snapshots, "build_message", fail)
+        while "ZeroDivisionError: no width" not in client.receive("line")["text"]:
+            pass
+    assert client.receive("tick")
+    late = enter().receive("history")
+    assert sum("no width" in each["text"] for each in late["lines"]) == 1
+
+
+def test_the_page_ends_after_a_message_that_it_does_not_understand(run: LiveRun, enter: Enter) -> None:
+    enter().receive("tick")
+    process = run.view._page._process
+    assert process
+    run.view._page.send(Message({"number": 7}))
+    process.wait(5)
+    assert ticks_go_on(run)
