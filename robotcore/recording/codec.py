@@ -1,8 +1,8 @@
-"""Convert events to JSON and back, and decode the protobuf messages of pictures.
+"""Convert events to JSON and back, and decode the protobuf messages of pictures and log lines.
 
 A number that was written and read has the same bits. In JSON, ``inf`` and ``nan`` are strings. Fields with None or an
 empty tuple are left out, unless the field has no default.
-Protobuf: https://protobuf.dev/programming-guides/encoding/. RawImage.proto and CompressedImage.proto:
+Protobuf: https://protobuf.dev/programming-guides/encoding/. RawImage.proto, CompressedImage.proto and Log.proto:
 https://github.com/foxglove/foxglove-sdk/tree/main/schemas/proto/foxglove.
 """
 
@@ -140,6 +140,7 @@ def _adapter(kind: Any) -> TypeAdapter[Any]:
 VARINT, FIXED64, BYTES, FIXED32 = 0, 1, 2, 5
 _WIDTH, _HEIGHT, _ENCODING, _DATA = 2, 3, 4, 6
 _JPEG = 2
+_TEXT, _SOURCE = 3, 4
 _CHANNELS = {b"bgr8": 3, b"mono8": 1}
 
 _MAX_FIELDS = 64
@@ -182,6 +183,13 @@ def decode_compressed_image(message: bytes | memoryview) -> Image:
         raise ValueError("a compressed picture is not a JPEG")
     image.flags.writeable = False
     return np.asarray(image, np.uint8)
+
+
+def decode_log_line(message: bytes | memoryview) -> tuple[str, str]:
+    """Return the source and the text of a Log message. Raises ValueError if they are not UTF-8."""
+    values = dict(read_fields(message))
+    source, text = (bytes(values.get(field, b"")).decode() for field in (_SOURCE, _TEXT))
+    return source, text
 
 
 def _require_pixels(width: int, height: int) -> None:

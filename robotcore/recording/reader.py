@@ -17,7 +17,7 @@ from robotcore.kinds.camera import Frame
 from robotcore.optics import Image
 from robotcore.recording import foxglove_channels as channels
 from robotcore.recording.chunks import ChunkedFile, ChunkLocation, Message, Record
-from robotcore.recording.codec import decode_compressed_image, decode_raw_image, from_json
+from robotcore.recording.codec import decode_compressed_image, decode_log_line, decode_raw_image, from_json
 from robotcore.recording.events import GroundTruthSample, SampleKey, Tick
 from robotcore.recording.foxglove_channels import DEVICE
 from robotcore.recording.limits import DAMAGE, Allowance, format_damage
@@ -142,6 +142,7 @@ class _RecordingBuilder:
         self._truth: list[GroundTruthSample] = []
         self._logged: dict[int, dict[str, LoggedValue]] = {}
         self._logged_names: set[str] = set()
+        self._printed: dict[int, list[str]] = {}
         self._metadata: Metadata | None = None
         self._kinds: dict[str, Kind] = {}
         self._result: RunResult | None = None
@@ -168,6 +169,14 @@ class _RecordingBuilder:
             content = bytes(message.data)
             allowance.take_values(content)
             self._add_json(channel, message.sequence, content)
+        elif channel.topic == channels.LOG:
+            allowance.take_text(len(message.data))
+            self._add_line(message.data)
+
+    def _add_line(self, content: memoryview) -> None:
+        source, text = decode_log_line(content)
+        if source == channels.APP and self._ticks:  # a ring may have deleted the tick of its first lines
+            self._printed.setdefault(self._ticks[-1].number, []).append(text)
 
     def _add_json(self, channel: _Channel, sequence: int, content: bytes) -> None:
         if channel.device is not None:
@@ -208,6 +217,7 @@ class _RecordingBuilder:
             result=self._result,
             truth=[each for each in self._truth if each.tick >= first],
             logged=self._logged,
+            printed=self._printed,
             ended_early=self._ended_early,
             is_cut=not (is_whole and (self._result or self._ended_early)),
             damage=damage,

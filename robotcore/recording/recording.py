@@ -68,6 +68,8 @@ class Recording:
     """The ground truth after each tick; empty if no simulator measured it."""
     logged: Mapping[int, Mapping[str, LoggedValue]] = field(default_factory=dict)
     """The values that the app logged, by the number of the tick and by name. A tick without a value has no entry."""
+    printed: Mapping[int, Sequence[str]] = field(default_factory=dict)
+    """The lines that the app printed, by the number of the tick. A tick without a line has no entry."""
     ended_early: str = ""
     """Why the recording ended before its run, such as its size limit; empty if it did not."""
     is_cut: bool = False

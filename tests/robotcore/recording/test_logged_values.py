@@ -107,6 +107,11 @@ def test_prints_of_the_app_are_log_lines(logged_file: Path) -> None:
     assert len(printed) == 20
 
 
+def test_the_reader_has_the_prints_of_each_tick_and_no_line_of_the_framework(logged: Recording) -> None:
+    assert [*logged.printed] == [tick.number for tick in logged.ticks]
+    assert logged.printed[1] == ["tick 2", "at 0.4 m\\udc80"]
+
+
 def test_replay_does_not_compare_logged_values(logged: Recording) -> None:
     changed = {tick: {**values, "distance": LoggedValue(9.0, "m")} for tick, values in logged.logged.items()}
     assert replay(replace(logged, logged=changed), app=APP).is_equal
