@@ -6,7 +6,10 @@ It needs Chromium and Playwright. The pictures are in docs/images.
 from __future__ import annotations
 
 import shutil
+import subprocess
+import sys
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from threading import Thread
 
 from playwright.sync_api import Browser, sync_playwright
@@ -14,6 +17,7 @@ from playwright.sync_api import Browser, sync_playwright
 from robotcore import RunRequest, run
 from robotcore.live.address import Address
 from robotcore.live.live_view import LiveView
+from robotcore.recording.recorder import Recorder
 
 FOLDER = Path(__file__).parents[1] / "docs" / "images"
 SHOTS = (
@@ -25,6 +29,9 @@ SHOTS = (
 
 RUN_MS = 6_000
 """The time of the run in the first screenshot, in milliseconds."""
+
+SHOWN_S = 16.0
+"""The time that the screenshot of two recordings shows, in seconds."""
 
 
 def take_screenshot(browser: Browser, link: str, file: str, width: int, height: int, colours: str) -> None:
@@ -42,6 +49,28 @@ def take_screenshot(browser: Browser, link: str, file: str, width: int, height: 
     page.close()
 
 
+def show_recordings(browser: Browser, folder: Path) -> None:
+    """Write the screenshot of a recording beside another of the same app."""
+    files = []
+    for backend in ("kinematic", "mujoco"):
+        files.append(str(folder / f"{backend}.mcap"))
+        recorder = Recorder(Path(files[-1]))
+        run(RunRequest("green-search", backend=backend, seed=7), [recorder], [recorder.layer])
+    command = [sys.executable, "-m", "robotcore", "view", *files]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:  # noqa: S603
+        assert process.stdout
+        page = browser.new_page(viewport={"width": 1440, "height": 1000}, device_scale_factor=1)
+        page.goto(process.stdout.readline().split()[-1])
+        page.wait_for_timeout(1000)
+        page.locator("#slider").evaluate(
+            "(slider, time) => { slider.value = time; slider.dispatchEvent(new Event('input')); }", SHOWN_S
+        )
+        page.wait_for_timeout(1000)
+        page.screenshot(path=FOLDER / "live-page-recordings.png")
+        page.close()
+        process.terminate()
+
+
 def main() -> None:
     view = LiveView(Address())
     request = RunRequest("green-search", seed=7, realtime=True, steerable=True, timeout_s=60)
@@ -55,6 +84,8 @@ def main() -> None:
         for shot in SHOTS:
             take_screenshot(browser, view.link, *shot)
         first.keyboard.press("Space")
+        with TemporaryDirectory() as folder:
+            show_recordings(browser, Path(folder))
         browser.close()
     thread.join()
 

@@ -36,6 +36,8 @@ class Access:
     """The token that a viewer needs; empty for a page on loopback, which needs none."""
     names: Sequence[str]
     """The names of this machine that a browser may use."""
+    has_frames: bool = False
+    """Whether a page of the server contains other pages of the server."""
 
     def is_host_allowed(self, host: str) -> bool:
         """Return whether the header ``Host`` of a request names this machine."""
@@ -95,13 +97,13 @@ class AccessControl:
 
         async def send_with_headers(message: Message) -> None:
             if message["type"] == "http.response.start":
-                MutableHeaders(scope=message).update(_build_headers(host))
+                MutableHeaders(scope=message).update(_build_headers(host, has_frames=self._access.has_frames))
             await send(message)
 
         await app(scope, receive, send_with_headers)
 
 
-def _build_headers(host: str) -> dict[str, Any]:
+def _build_headers(host: str, *, has_frames: bool) -> dict[str, Any]:
     socket = f"ws://{host} wss://{host}" if host.isascii() and not set(host) & set(" ;,'\"") else ""
     policy = {
         "default-src": "'none'",
@@ -111,12 +113,13 @@ def _build_headers(host: str) -> dict[str, Any]:
         "connect-src": f"'self' {socket}",
         "base-uri": "'none'",
         "form-action": "'none'",
-        "frame-ancestors": "'none'",
+        "frame-ancestors": "'self'" if has_frames else "'none'",
+        "frame-src": "'self'" if has_frames else "'none'",
     }
     return {
         "Content-Security-Policy": "; ".join(f"{name} {value}" for name, value in policy.items()),
         "X-Content-Type-Options": "nosniff",
-        "X-Frame-Options": "DENY",
+        "X-Frame-Options": "SAMEORIGIN" if has_frames else "DENY",
         "Referrer-Policy": "no-referrer",
         "Cross-Origin-Resource-Policy": "same-origin",
         "Cross-Origin-Opener-Policy": "same-origin",

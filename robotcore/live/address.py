@@ -76,6 +76,12 @@ class Address(NamedTuple):
             raise self._build_error(error) from error
         return listener
 
+    def list_hosts(self) -> list[str]:
+        """Return the names by which a browser may reach the page, besides IP addresses."""
+        if self.is_loopback:
+            return ["localhost", self.host]
+        return [self.host, "localhost", socket.gethostname(), f"{socket.gethostname()}.local"]
+
     def build_link(self, port: int, token: str) -> str:
         """Return the link to the page.
 

@@ -63,7 +63,9 @@ class Hub:
                 for viewer in self.viewers:
                     viewer.add_tick()
             case kind:
-                if kind == "run":
+                if kind == "history":
+                    self._path, self._lines = list(content["path"]), deque(content["lines"], maxlen=MAX_LINES)
+                elif kind == "run":
                     self._run = content
                 elif kind == "end":
                     self._end = content

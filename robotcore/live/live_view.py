@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import socket
 from collections import deque
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
@@ -66,8 +65,7 @@ class LiveView:
         """The link to the page."""
         self.is_public = bool(token)
         """Whether other machines can reach the page. The link then contains the token."""
-        names = [address.host, "localhost", socket.gethostname(), f"{socket.gethostname()}.local"]
-        self._page = PageProcess(listener, token, ["localhost", address.host] if address.is_loopback else names)
+        self._page = PageProcess(listener, token, address.list_hosts())
         self._wall = MonotonicClock()
         self._run: RunContext | None = None
         self._snapshots: Snapshots | None = None
@@ -89,13 +87,7 @@ class LiveView:
 
     def describe_link(self) -> str:
         """Return the link to the page as text, with a QR code for phones if other machines can reach the page."""
-        if not self.is_public:
-            return f"The live page: {self.link}"
-        import segno
-
-        code = io.StringIO()
-        segno.make(self.link, micro=False).terminal(out=code, compact=True)
-        return f"The live page, also for other machines: {self.link}\n{code.getvalue()}"
+        return describe_link(self.link, is_public=self.is_public)
 
     def begin(self, run: RunContext) -> None:
         self._run, self._snapshots = run, Snapshots(run)
@@ -182,7 +174,7 @@ class LiveView:
         assert run
         if not self._page.send(Message(describe_run(run))):
             return
-        if (world := draw_world(run)) is not None:
+        if (world := draw_world(run.world if run.truth else None)) is not None:
             self._page.send(build_picture_message("@world", world))
         is_open = True
         while is_open:
@@ -233,6 +225,17 @@ class LiveView:
         self._map_due = now + MAP_PERIOD_S
         with suppress(ValueError, IndexError):  # the app may change its map meanwhile
             yield build_picture_message("@map", grid.draw(moment.pose, (), MAP_PX))
+
+
+def describe_link(link: str, *, is_public: bool) -> str:
+    """Return the link to a page as text, with a QR code for phones if other machines can reach the page."""
+    if not is_public:
+        return f"The live page: {link}"
+    import segno
+
+    code = io.StringIO()
+    segno.make(link, micro=False).terminal(out=code, compact=True)
+    return f"The live page, also for other machines: {link}\n{code.getvalue()}"
 
 
 def require_extra() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from robotcore.autonomy.navigation import OccupancyGrid
-from robotcore.description import DeviceDescription, RobotDescription
+from robotcore.description import DeviceDescription, RobotDescription, WorldDescription
 from robotcore.hal.backend import Capability, load_backend
 from robotcore.hal.device import Sensor, list_values
 from robotcore.hal.kind import load_kind
@@ -42,7 +42,7 @@ def describe_run(run: RunContext) -> dict[str, Any]:
             describe_device(each, description) for each in description.devices if each.name in run.robot.devices
         ],
         "footprint": [list(corner) for corner in description.body.footprint],
-        "bounds": measure_bounds(run),
+        "bounds": measure_bounds(run.world if run.truth else None),
         "drive": describe_drive(run),
         "can_pace": run.pace is not None,
         "can_steer": run.operator is not None,
@@ -80,18 +80,18 @@ def describe_drive(run: RunContext) -> dict[str, Any] | None:
     }
 
 
-def measure_bounds(run: RunContext) -> list[float] | None:
-    """Return the edges of the picture of the world: left, bottom, right and top, in metres. None without a world."""
-    if run.world is None or run.truth is None:
+def measure_bounds(world: WorldDescription | None) -> list[float] | None:
+    """Return the edges of the picture of a world: left, bottom, right and top, in metres. None without a world."""
+    if world is None:
         return None
-    transform = MapTransform.fit(run.world, [], PICTURE_PX)
+    transform = MapTransform.fit(world, [], PICTURE_PX)
     reach = transform.origin[0] / transform.scale
     return [-reach, -reach, reach, reach]
 
 
-def draw_world(run: RunContext) -> Image | None:
-    """Return the picture of the world from above, without the robot; None for a run that shows no world."""
-    return draw_map(run.world, [], PICTURE_PX) if run.world and run.truth else None
+def draw_world(world: WorldDescription | None) -> Image | None:
+    """Return the picture of a world from above, without the robot. None without a world."""
+    return draw_map(world, [], PICTURE_PX) if world else None
 
 
 def find_grid(behaviour: Behaviour) -> OccupancyGrid | None:

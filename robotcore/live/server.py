@@ -80,7 +80,7 @@ async def serve_viewer(socket: WebSocket, hub: Hub, access: Access) -> None:
     """Serve one viewer, until it leaves, does not read, or sends what the page does not send."""
     await socket.accept()
     with suppress(WebSocketDisconnect, asyncio.TimeoutError, RuntimeError):
-        if not access.is_token_right(await asyncio.wait_for(_read_token(socket), HELLO_S)):
+        if not access.is_token_right(await asyncio.wait_for(read_token(socket), HELLO_S)):
             await socket.close(WRONG_TOKEN)
             return
         if hub.is_full:
@@ -102,7 +102,8 @@ async def serve_viewer(socket: WebSocket, hub: Hub, access: Access) -> None:
             hub.leave(viewer)
 
 
-async def _read_token(socket: WebSocket) -> object:
+async def read_token(socket: WebSocket) -> object:
+    """Return the token in the first message of a viewer; None if it has none."""
     try:
         hello = json.loads(await socket.receive_text())
     except (ValueError, KeyError, RecursionError):
@@ -201,18 +202,11 @@ def encode_picture(content: dict[str, Any], pixels: bytes) -> bytes:
     return b"".join((bytes([len(name)]), name, encoded.tobytes()))
 
 
-async def serve(listener: socket.socket) -> None:
-    """Serve the page until the run has ended."""
-    loop, ended = asyncio.get_running_loop(), asyncio.Event()
-    pipe = RunPipe(sys.stdin.buffer, loop)
-    first = await asyncio.to_thread(pipe.read)
-    if first is None:
-        return
-    hub = Hub(ActionPipe(sys.stdout.fileno(), loop).write)
-    access = Access(first[0]["token"], tuple(first[0]["hosts"]))
-    server = uvicorn.Server(
+def build_server(app: Starlette) -> uvicorn.Server:
+    """Return a server of an application, with the limits of the page."""
+    return uvicorn.Server(
         uvicorn.Config(
-            build_app(hub, access),
+            app,
             http=LimitedHttp,
             h11_max_incomplete_event_size=MAX_REQUEST_BYTES,
             ws=LimitedWebSocket,
@@ -228,6 +222,18 @@ async def serve(listener: socket.socket) -> None:
             timeout_graceful_shutdown=1,
         )
     )
+
+
+async def serve(listener: socket.socket) -> None:
+    """Serve the page until the run has ended."""
+    loop, ended = asyncio.get_running_loop(), asyncio.Event()
+    pipe = RunPipe(sys.stdin.buffer, loop)
+    first = await asyncio.to_thread(pipe.read)
+    if first is None:
+        return
+    hub = Hub(ActionPipe(sys.stdout.fileno(), loop).write)
+    access = Access(first[0]["token"], tuple(first[0]["hosts"]))
+    server = build_server(build_app(hub, access))
     serving = asyncio.create_task(server.serve([listener]))
     start_thread(lambda: pipe.pass_on(hub, ended), "run")
     await asyncio.wait([serving, asyncio.create_task(ended.wait())], return_when=asyncio.FIRST_COMPLETED)

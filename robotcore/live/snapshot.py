@@ -139,7 +139,7 @@ class Snapshots:
     def _list_devices(self, moment: Moment) -> Iterator[tuple[str, dict[str, Any]]]:
         for sensor in self._sensors:
             if (sample := moment.samples.get(sensor.name)) is not None:
-                yield sensor.name, self._describe_sample(sensor, sample, moment.record.time)
+                yield sensor.name, describe_sample(sensor, sample, moment.record.time)
         for actuator in self._actuators:
             if (command := moment.commands.get(actuator.name)) is not None:
                 values = {} if isinstance(command, np.ndarray) else {"command": to_json(command)}
@@ -150,17 +150,6 @@ class Snapshots:
                 if isinstance(motor, AppMotor) and velocities:
                     velocity = sum(velocities) / len(velocities)
                     yield motor.name, {"values": {"command": to_json(velocity)}, "text": f"{velocity:.2f} rad/s"}
-
-    @staticmethod
-    def _describe_sample(sensor: Sensor[Any], sample: Any, now: float) -> dict[str, Any]:
-        try:
-            return describe_sample(sensor, sample, now)
-        except Exception as error:  # noqa: BLE001  the kind may be of another package
-            return {
-                "values": {},
-                "text": describe_exception(error, __file__),
-                "age": round(max(0.0, now - sample.time), 3),
-            }
 
 
 def describe_pace(pace: PaceControl) -> dict[str, Any]:
@@ -176,8 +165,18 @@ def list_velocities(motor: str, left: Sequence[str], right: Sequence[str], sent:
 def describe_sample(sensor: Sensor[Any], sample: Any, now: float) -> dict[str, Any]:
     """Return the values of a sample, its text, its age in seconds, and its rays if it has rays.
 
+    If the sensor's kind raises, the text is the error.
+
     now: the robot's time in seconds.
     """
+    age = {"age": round(max(0.0, now - sample.time), 3)}
+    try:
+        return _describe_values(sensor, sample) | age
+    except Exception as error:  # noqa: BLE001  the kind may be of another package
+        return {"values": {}, "text": describe_exception(error, __file__), **age}
+
+
+def _describe_values(sensor: Sensor[Any], sample: Any) -> dict[str, Any]:
     sample_type: Any = type(sample)
     fields = {value.field: getattr(sample, value.field) for value in list_values(sample_type)}
     described: dict[str, Any] = {
@@ -187,7 +186,6 @@ def describe_sample(sensor: Sensor[Any], sample: Any, now: float) -> dict[str, A
             if not isinstance(value, (tuple, list)) or len(value) <= MAX_NUMBERS
         },
         "text": sensor.format_sample(sample),
-        "age": round(max(0.0, now - sample.time), 3),
     }
     if sensor.has_rays:
         start, end, distances = sensor.list_rays(sample)

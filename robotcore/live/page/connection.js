@@ -22,7 +22,7 @@ export class Connection {
 
   connect() {
     const scheme = location.protocol === "https:" ? "wss:" : "ws:";
-    this.socket = new WebSocket(`${scheme}//${location.host}/live`);
+    this.socket = new WebSocket(`${scheme}//${location.host}${location.pathname}live`);
     this.socket.binaryType = "arraybuffer";
     this.socket.onopen = () => {
       this.send({ type: "hello", token: readToken() });

@@ -39,6 +39,7 @@ function receive(message) {
 
 function beginRun(message) {
   [run, tick, hasEnded, mapPicture] = [message, null, false, null];
+  document.body.classList.toggle("is-recording", Boolean(run.is_recording));
   const place = [run.backend, run.robot, run.world, run.seed === null ? null : `seed ${run.seed}`];
   get("app").textContent = run.app;
   document.title = `${run.app} on ${run.backend}`;
@@ -74,8 +75,10 @@ function buildMilestone(name) {
   return item;
 }
 
-function showHistory({ path, lines }) {
+function showHistory({ path, lines, wheels = [] }) {
   overhead.setPath(path);
+  if (run) plot.reset(run.drive);
+  wheels.forEach((each) => plot.add(each));
   get("log").replaceChildren();
   lines.forEach(addLine);
 }
@@ -84,12 +87,16 @@ function showTick(message) {
   [tick, tickAt] = [message, performance.now()];
   get("screen-close").hidden = false;
   overhead.add(tick);
+  (tick.wheels ?? []).forEach((each) => plot.add(each));
   plot.add(tick);
+  const until = run.is_recording ? Infinity : tickAt + NOTICE_MS;
+  if (run.is_recording) notices.clear();
   for (const cause of tick.interventions) {
     if (UNNAMED_CAUSES.includes(cause)) continue;
-    notices.set(`${cause} ${cause === "range guard" ? "holds" : "limits"} the robot`, tickAt + NOTICE_MS);
+    notices.set(`${cause} ${cause === "range guard" ? "holds" : "limits"} the robot`, until);
   }
-  for (const fault of tick.faults) notices.set(`fault: ${fault}`, tickAt + NOTICE_MS);
+  for (const fault of tick.faults) notices.set(`fault: ${fault}`, until);
+  if (run.is_recording && tick.is_hand_driven) notices.set("a person drives the robot", until);
 }
 
 function addLine({ level, time, text }) {
@@ -254,11 +261,19 @@ async function stop() {
   await pressEstop(connection).catch(() => {}); // the server ends with the run
 }
 
+// The keys of the player, which contains the page of a recording.
+function passKey(event) {
+  if (!["Space", "ArrowLeft", "ArrowRight"].includes(event.code)) return;
+  event.preventDefault();
+  if (event.type === "keydown" && !(event.repeat && event.code === "Space")) parent.postMessage(event.code, location.origin);
+}
+
 get("estop").addEventListener("pointerdown", stop);
 get("screen-close").addEventListener("click", hideScreen);
 maps.onchoose = cameras.tabs.onchoose = requestDrawing;
 for (const type of ["keydown", "keyup"]) {
   window.addEventListener(type, (event) => {
+    if (run?.is_recording) return passKey(event);
     if (event.code !== "Space") return;
     event.preventDefault(); // the key must not also press the button that has the focus
     if (type === "keydown" && !event.repeat) stop();
@@ -274,7 +289,7 @@ get("speed").addEventListener("change", ({ target }) => {
 window.addEventListener("resize", requestDrawing);
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", requestDrawing);
 setInterval(() => {
-  const isQuiet = tick && !hasEnded && performance.now() - tickAt > QUIET_MS; // such as a paused run
+  const isQuiet = tick && !hasEnded && !run.is_recording && performance.now() - tickAt > QUIET_MS; // such as a paused run
   if (connection.isOpen && tick) get("link").dataset.state = isQuiet ? "quiet" : "open";
   showNotices();
 }, 300);
