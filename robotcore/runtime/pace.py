@@ -57,8 +57,9 @@ class PaceControl:
                 kind="speed-not-positive",
                 speed=speed,
             )
-        self._speed = float(speed)
-        self._start = None
+        if speed != self._speed:
+            self._speed = float(speed)
+            self._start = None
 
     @property
     def is_paused(self) -> bool:
@@ -93,8 +94,8 @@ class PaceControl:
         if self._speed == math.inf:
             return True
         has_waited = False
-        while self._start and not self._is_paused:
-            real, simulated = self._start
+        while (start := self._start) and not self._is_paused:  # another thread may set it to None
+            real, simulated = start
             now = self._wall.now()
             if (left := real + (time - simulated) / self._speed - now) <= 0:
                 if left == 0 or has_waited:

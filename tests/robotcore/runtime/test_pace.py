@@ -104,6 +104,12 @@ class TestSpeed:
         run.loop.run()
         assert run.gaps == pytest.approx([0.01 + NAP_S, TICK_S, TICK_S])
 
+    def test_the_same_speed_again_changes_nothing(self, paced: Callable[..., PacedRun]) -> None:
+        run = paced(1.0)
+        run.wall.on_sleep = run.on_tick = lambda: setattr(run.pace, "speed", 1.0)
+        run.loop.run()
+        assert run.gaps == pytest.approx([TICK_S] * 3)
+
     def test_a_machine_that_is_too_slow_for_real_time_has_overruns_and_loses_the_time(
         self, paced: Callable[..., PacedRun]
     ) -> None:
