@@ -149,6 +149,11 @@ function requestDrawing() {
   isDirty = true;
 }
 
+// The value of a name that an app or a robot's file has chosen, such as "constructor".
+function getOwn(values, name) {
+  return Object.hasOwn(values, name) ? values[name] : undefined;
+}
+
 function draw() {
   isDirty = false;
   if (!run) return;
@@ -157,9 +162,9 @@ function draw() {
   if (!tick) return;
   get("state").textContent = tick.state;
   get("time").textContent = `${tick.time.toFixed(1)} s`;
-  for (const [name, card] of cards) card.update(tick.devices[name]);
+  for (const [name, card] of cards) card.update(getOwn(tick.devices, name));
   for (const item of get("milestones").children) {
-    const time = tick.milestones[item.dataset.name];
+    const time = getOwn(tick.milestones, item.dataset.name);
     item.classList.toggle("is-reached", time !== undefined);
     item.lastChild.textContent = time === undefined ? "" : `${time.toFixed(1)} s`;
   }

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from threading import Event, Thread
-from typing import Any
+from typing import Any, ClassVar
 
 from robotcore import Behaviour, Robot, Role, RunRequest, Status, run
 from robotcore.live.address import Address
@@ -20,7 +20,7 @@ class Circles(Behaviour):
 
     needs = frozenset({Role.DRIVE, Role.CAMERA, Role.RANGE})
     wants = frozenset({Role.DISPLAY})
-    milestones = ("turning", "never")
+    milestones: ClassVar[tuple[str, ...]] = ("turning", "never")
 
     def step(self, robot: Robot) -> Status:
         if self.state == "start":

@@ -9,7 +9,7 @@ from playwright.sync_api import Browser, Page, expect
 
 from robotcore.errors import EmergencyStopError
 from robotcore.live.address import Address
-from tests.robotcore.live.live_run import StartRun
+from tests.robotcore.live.live_run import Circles, StartRun
 
 pytestmark = pytest.mark.slow
 
@@ -47,6 +47,14 @@ def test_it_shows_the_names_the_state_the_milestones_the_values_and_every_device
     expect(page.locator("#log")).to_contain_text("the circles begin")
     expect(page.locator("#log")).to_contain_text("state: turning")
     expect(page.locator(".device[data-device=nose] .value")).to_contain_text(re.compile("[0-9] m$|nothing in range"))
+
+
+def test_a_milestone_may_have_the_name_of_a_property_of_every_object(page: Page, start_run: StartRun) -> None:
+    class Oddly(Circles):
+        milestones = ("constructor", "__proto__", "turning")
+
+    page.goto(start_run(app=Oddly).view.link)
+    expect(page.locator("#milestones li")).to_have_text(["constructor", "__proto__", re.compile("turning.* s")])
 
 
 @pytest.mark.parametrize("press", ["button", "space bar", "a lost socket"])
