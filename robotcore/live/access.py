@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hmac
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from ipaddress import ip_address
@@ -28,8 +29,8 @@ class Access:
     >>> access = Access("", ("localhost",))
     >>> [access.is_host_allowed(host) for host in ("localhost:8080", "127.0.0.1", "[::1]:8080")]
     [True, True, True]
-    >>> [access.is_host_allowed(host) for host in ("evil.example", "192.168.0.7:8080")]
-    [False, False]
+    >>> [access.is_host_allowed(host) for host in ("evil.example", "192.168.0.7:8080", "[::1]evil", "127.0.0.1:x@evil")]
+    [False, False, False, False]
     """
 
     token: str
@@ -66,10 +67,9 @@ class Access:
 
 
 def _split_port(host: str) -> str:
-    """Return the host of a header ``Host`` without its port."""
-    if host.startswith("["):
-        return host[1:].partition("]")[0]
-    return host.partition(":")[0]
+    """Return the host of a header ``Host`` without its port; an empty text for a malformed header."""
+    match = re.fullmatch(r"(?:\[([^\[\]]+)\]|([^\[\]:]+))(?::[0-9]*)?", host)
+    return (match[1] or match[2]) if match else ""
 
 
 class AccessControl:
