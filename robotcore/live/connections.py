@@ -90,6 +90,9 @@ class LimitedWebSocket(WebSocketsSansIOProtocol):
                     return
         super().handle_events()
 
+    def keepalive_timeout(self) -> None:
+        self.transport.abort()  # a close would wait until the client reads
+
     def on_task_complete(self, task: asyncio.Task[None]) -> None:
         super().on_task_complete(task)
         self.loop.call_later(CLOSING_S, self.transport.abort)

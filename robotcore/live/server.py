@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import logging
 import os
 import socket
 import sys
@@ -39,6 +40,9 @@ HELLO_S = 5.0
 
 MAX_MESSAGE_BYTES = 4096
 """The greatest size of a message of a viewer."""
+
+PING_S = 5.0
+"""The time between two pings of a viewer, and the longest wait for its answer, in seconds."""
 
 MAX_WAITING = 32
 """The number of actions that wait for the run, above which it gets no more commands to actuators."""
@@ -90,13 +94,13 @@ async def serve_viewer(socket: WebSocket, hub: Hub, access: Access) -> None:
         hub.enter(viewer)
         try:
             tasks = [asyncio.create_task(viewer.send_all()), asyncio.create_task(_read_all(socket, hub, viewer))]
-            done, pending = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+            await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
             viewer.is_dropped = True  # before Python 3.12, `asyncio.wait_for` may lose the cancellation
-            for task in pending:
+            for task in tasks:
                 task.cancel()
-            await asyncio.gather(*pending, return_exceptions=True)
-            for task in done:
-                task.result()
+            for result in await asyncio.gather(*tasks, return_exceptions=True):
+                if isinstance(result, Exception):
+                    raise result
             await socket.close(ENDED if viewer.is_ending else FLOOD)
         finally:
             hub.leave(viewer)
@@ -212,8 +216,8 @@ def build_server(app: Starlette) -> uvicorn.Server:
             ws=LimitedWebSocket,
             ws_max_size=MAX_MESSAGE_BYTES,
             ws_per_message_deflate=False,
-            ws_ping_interval=5,
-            ws_ping_timeout=20,
+            ws_ping_interval=PING_S,
+            ws_ping_timeout=PING_S,
             lifespan="off",
             log_level="critical",
             backlog=MAX_CONNECTIONS,
@@ -256,5 +260,6 @@ def main(descriptor: int) -> None:
 
     descriptor: the file descriptor of a socket that listens.
     """
+    logging.getLogger("asyncio").setLevel(logging.CRITICAL)  # such as an error for each refused connection
     with socket.socket(fileno=descriptor) as listener:
         asyncio.run(serve(listener))

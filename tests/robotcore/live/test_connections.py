@@ -12,6 +12,7 @@ import pytest
 from robotcore.errors import EmergencyStopError
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.live.connections import MAX_CONNECTIONS, MAX_RATE_HZ, REQUEST_S
+from robotcore.live.server import PING_S
 from tests.robotcore.live.client import Client
 from tests.robotcore.live.live_run import LiveRun, StartRun
 
@@ -122,6 +123,19 @@ def test_a_request_that_never_ends_is_closed(wires: Wires) -> None:
     assert not is_closed(wire, REQUEST_S - 2.0)
     wire.sendall(b"X: y\r\n")
     assert is_closed(wire, 2.0 + SOON_S)
+
+
+def test_a_viewer_who_answers_no_ping_is_disconnected(run: LiveRun, wires: Wires) -> None:
+    other = Client(run)
+    other.receive("tick")
+    wires.upgrade().sendall(HELLO)
+    while other.receive("viewers")["count"] != 2:
+        pass
+    clock = MonotonicClock()
+    while other.receive("viewers")["count"] != 1:
+        pass
+    assert clock.now() < 2 * PING_S + SOON_S
+    other.close()
 
 
 def test_connections_that_do_nothing_keep_neither_the_estop_nor_a_viewer_out(run: LiveRun, wires: Wires) -> None:
