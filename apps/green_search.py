@@ -7,7 +7,16 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from robotcore import Behaviour, Interval, Positive, Robot, Role, Status, Stopping, Truth
-from robotcore.autonomy.navigation import FACING_RAD, BallTracker, Navigator, StopPoint, drive_to, explore, turn_to
+from robotcore.autonomy.navigation import (
+    FACING_RAD,
+    BallTracker,
+    Navigator,
+    OccupancyGrid,
+    StopPoint,
+    drive_to,
+    explore,
+    turn_to,
+)
 from robotcore.autonomy.routines import Routine, race, until, wait
 from robotcore.autonomy.vision import DEFAULT_TOLERANCE
 from robotcore.errors import RoutineError
@@ -51,6 +60,11 @@ class GreenSearch(Behaviour):
     @property
     def stopping(self) -> Stopping:
         return Stopping(self.stop_distance_m, self.speed_m_s)
+
+    @property
+    def grid(self) -> OccupancyGrid:
+        """The map of the search. The live page shows it."""
+        return self._navigator.map.grid
 
     def verify(self, truth: Truth) -> bool:
         """Return whether the robot stands 0.15 to 0.40 m in front of the ball and sees it."""

@@ -176,7 +176,7 @@ def test_drives_to_no_blob_that_vanishes_within_three_pictures(
 
 def test_ball_that_no_picture_shows_on_a_free_straight_path_is_gone(app: GreenSearch, rig: Rig) -> None:
     rig.eye.image, rig.nose.distance = draw_ball(6), 1.5
-    grid = app._navigator.map.grid
+    grid = app.grid
     grid.evidence[grid.disc(0.0, 0.0, 2.0)] = -1.0
     assert play(app, rig, 1.0)[-1] == "approach"
     rig.eye.image = picture()
