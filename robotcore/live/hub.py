@@ -15,6 +15,12 @@ MAX_VIEWERS = 16
 MAX_LINES = 300
 """The number of log lines that a new viewer gets."""
 
+MAX_WHEELS = 500
+"""The number of ticks whose velocities of the wheels a new viewer gets: 20 s with 25 in a second."""
+
+WHEEL_KEYS = ("time", "asked", "sent", "measured")
+"""The parts of a tick that the plot of the wheels shows."""
+
 MAX_PATH_POINTS = 3000
 """A longer path loses every second of its points."""
 
@@ -22,7 +28,8 @@ MAX_PATH_POINTS = 3000
 class Hub:
     """Passes each message of the run to the viewers, and their actions to the run.
 
-    A new viewer gets the description of the run, the path so far, the last lines, and the newest pictures.
+    A new viewer gets the description of the run, the path so far, the last lines and velocities of the wheels, and the
+    newest pictures.
 
     act: sends an action to the run.
     """
@@ -34,6 +41,7 @@ class Hub:
         self._timing: dict[str, Any] | None = None
         self._lines: deque[dict[str, Any]] = deque(maxlen=MAX_LINES)
         self._path: list[list[Any]] = []
+        self._wheels: deque[dict[str, Any]] = deque(maxlen=MAX_WHEELS)
         self._is_pressed = False
         self._driver: Viewer | None = None
         self.tick = b""
@@ -60,11 +68,13 @@ class Hub:
             case "tick":
                 self.tick = encode(content)
                 self._extend_path(content["path"])
+                self._wheels += [*content.get("wheels", ()), {key: content[key] for key in WHEEL_KEYS}]
                 for viewer in self.viewers:
                     viewer.add_tick()
             case kind:
                 if kind == "history":
                     self._path, self._lines = list(content["path"]), deque(content["lines"], maxlen=MAX_LINES)
+                    self._wheels = deque(content["wheels"], maxlen=MAX_WHEELS)
                 elif kind == "run":
                     self._run = content
                 elif kind == "end":
@@ -80,7 +90,8 @@ class Hub:
         self.viewers.add(viewer)
         if self._run:
             viewer.add_message(encode(self._run))
-        viewer.add_message(encode({"type": "history", "path": self._path, "lines": list(self._lines)}))
+        history = {"path": self._path, "lines": list(self._lines), "wheels": list(self._wheels)}
+        viewer.add_message(encode({"type": "history", **history}))
         viewer.add_tick()
         if self._timing:
             viewer.add_message(encode(self._timing))

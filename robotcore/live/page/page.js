@@ -75,7 +75,7 @@ function buildMilestone(name) {
   return item;
 }
 
-function showHistory({ path, lines, wheels = [] }) {
+function showHistory({ path, lines, wheels }) {
   overhead.setPath(path);
   if (run) plot.reset(run.drive);
   wheels.forEach((each) => plot.add(each));

@@ -135,14 +135,28 @@ def test_a_viewer_gets_the_run_the_ticks_and_the_pictures(run: LiveRun, enter: E
     assert picture.shape == (240, 320, 3)
 
 
-def test_a_late_viewer_gets_the_path_so_far(enter: Enter) -> None:
+def test_a_late_viewer_gets_the_path_and_the_velocities_of_the_wheels_so_far(enter: Enter) -> None:
     first = enter()
-    while first.receive("tick")["time"] < 1.0:
+    begin = first.receive("tick")["time"]
+    while first.receive("tick")["time"] < begin + 1.0:
         pass
     second = enter()
-    path = second.receive("history")["path"]
+    history = second.receive("history")
+    path, wheels = history["path"], history["wheels"]
     assert len(path) > 3
     assert path[0][2] == "turning"
+    assert wheels[0]["time"] <= begin
+    assert wheels[-1]["time"] > begin + 0.9
+    assert wheels[-1]["sent"][1] > wheels[-1]["sent"][0] > 0
+
+
+def test_a_viewer_gets_the_map_of_the_app(start_run: StartRun) -> None:
+    run = start_run(app="green-search", seed=7, world=None)
+    client = Client(run)
+    drawing = cv2.imdecode(np.frombuffer(client.receive_picture("@map"), np.uint8), cv2.IMREAD_COLOR)
+    assert drawing is not None
+    assert len(np.unique(drawing)) > 1
+    client.close()
 
 
 def test_the_number_of_viewers_is_known_to_each(enter: Enter) -> None:
