@@ -33,7 +33,7 @@ class RaceResult(NamedTuple):
 
 @warn_if_dropped
 def wait(robot: Robot, seconds: float) -> Routine[None]:
-    """Wait for a time. The robot stops if nothing else drives it, because a velocity is in force for a few ticks only.
+    """Wait for a time. The robot stops if no other routine drives it, because a velocity is in force for a few ticks.
 
     seconds: the time, in seconds.
     """
@@ -148,9 +148,9 @@ def repeat(build: Callable[[], Routine[Any]], times: int | None = None) -> Routi
 def with_timeout(robot: Robot, seconds: float, routine: Routine[T]) -> Routine[T]:
     """Run a routine, and return its result. Close it if it takes longer than a time.
 
-    seconds: the greatest time, in seconds.
+    seconds: the longest time, in seconds.
 
-    Raises RoutineTimeoutError, a TimeoutError, if the time is over.
+    Raises RoutineTimeoutError, which is a TimeoutError, if the routine takes longer.
     """
     time = _require_time("with_timeout", seconds)
     (routine,) = take_generators("with_timeout", [routine])
@@ -164,6 +164,7 @@ def with_timeout(robot: Robot, seconds: float, routine: Routine[T]) -> Routine[T
                     return result  # type: ignore[no-any-return]
                 yield
             text = f"{name_routine(routine)} took longer than {time:g} s"
+            text += ". Give it more seconds, or catch RoutineTimeoutError"
             raise RoutineTimeoutError(text, seconds=time)
 
     return run()

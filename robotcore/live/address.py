@@ -1,7 +1,8 @@
-"""The address of the live page: where it listens, and its links."""
+"""The address at which the live page listens, and the link to the page."""
 
 from __future__ import annotations
 
+import errno
 import secrets
 import socket
 from contextlib import suppress
@@ -36,9 +37,9 @@ class Address(NamedTuple):
         host = host.removeprefix("[").removesuffix("]") or LOOPBACK
         is_port = port.isascii() and port.isdecimal() and int(port) < 2**16
         if not is_port or any(each.isspace() or each in "/@#?" for each in host) or host.endswith(".py"):
+            hint = ". If it is the app, write --view after it" if host.endswith(".py") else ""
             raise UsageError(
-                f"--view {text}: not an address. Give HOST:PORT, such as 0.0.0.0:8080, or only a port. Without an "
-                "address, --view must follow the app",
+                f"--view {text}: not an address. Give HOST:PORT, such as 0.0.0.0:8080, or only a port{hint}",
                 kind="not-an-address",
                 address=text,
             )
@@ -93,9 +94,11 @@ class Address(NamedTuple):
         return f"http://{host}:{port}/" + (f"#token={token}" if token else "")
 
     def _build_error(self, error: OSError) -> UsageError:
+        is_host_wrong = isinstance(error, socket.gaierror) or error.errno == errno.EADDRNOTAVAIL
+        host_remedy = "Give an address of this machine, or 0.0.0.0 for all of them"
+        remedy = host_remedy if is_host_wrong else "Choose another port, or leave it out for a free one"
         return UsageError(
-            f"--view {self.host}:{self.port}: the page cannot listen there: {error.strerror or error}. Choose another "
-            "port, or leave it out for a free one",
+            f"--view {self.host}:{self.port}: the page cannot listen there: {error.strerror or error}. {remedy}",
             kind="cannot-listen",
             host=self.host,
             port=self.port,

@@ -1,4 +1,4 @@
-"""The process of the live page, as its run uses it.
+"""Starts and ends the process of the live page, and exchanges messages with it.
 
 The page has its own process, so that no viewer can slow the loop of the run.
 """
@@ -64,7 +64,7 @@ class PageProcess:
                 start_new_session=True,
             )
         except OSError as error:
-            raise ResourceError("the system refuses the process of the live page") from error
+            raise ResourceError(f"the system refuses the process of the live page: {error.strerror}") from error
         self._listener.close()
         output = self._process.stdout
         assert output

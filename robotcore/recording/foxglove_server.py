@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from foxglove.websocket import ChannelView, Client
 
 HOST, PORT = "127.0.0.1", 8765
-"""The address at which Foxglove looks first. The protocol has no password, so only this machine can connect."""
+"""The address that Foxglove proposes. The protocol has no password, so only programs on this machine can connect."""
 
 QUEUE_BYTES = 8 * 2**20
 """The size of the queue to the thread that sends. If it is full, pictures and ticks are dropped."""
@@ -58,7 +58,7 @@ class FoxgloveServer:
         from foxglove.websocket import Capability, ServerListener
 
         class Listener(ServerListener):
-            """Notes that a client wants a channel, which may have a message that is sent only once."""
+            """Notes that a client has subscribed to a channel. Such a channel may have a message that is sent only once."""
 
             def on_subscribe(_self, client: Client, channel: ChannelView) -> None:  # noqa: N805
                 self._has_new_client.set()
@@ -69,7 +69,7 @@ class FoxgloveServer:
         self.layer = self._collector.layer
         """The layer of the run that records the calls of the app."""
         self.failure = ""
-        """Why the server has stopped to send before the end of the run; empty if it has not."""
+        """The error because of which the server sends nothing more. Empty if there is none."""
         self._thread: Thread | None = None
         self._result: RunResult | None = None
         try:

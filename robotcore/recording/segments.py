@@ -83,7 +83,7 @@ def build_in_progress_error(path: Path) -> RecordingError:
 def build_join_error(path: Path, error: OSError) -> RecordingError:
     """Return the error for segments that cannot be joined, with the cause in ``error``."""
     folder = locate_segments(path).name
-    remedy = f"Make room, or copy {path.name} and {folder} to another disk. Then: robotcore info {path.name}"
+    remedy = f"Free disk space, or copy {path.name} and {folder} to another disk. Then: robotcore info {path.name}"
     problem = f"the segments of the recording cannot be joined: {error.strerror}"
     return RecordingError(path, problem, remedy, kind="segments-not-joined")
 

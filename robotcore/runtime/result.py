@@ -114,7 +114,7 @@ class RunResult:
     def dispute(self) -> str:
         """A clause if the app reports a success and the verification does not. Otherwise an empty text."""
         if self.outcome is Outcome.SUCCESS and self.verified is False:
-            return f"the {self.verifier} does not agree"
+            return f"not confirmed by the {self.verifier}"
         return ""
 
     @property

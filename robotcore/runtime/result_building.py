@@ -78,7 +78,7 @@ def build_result(
 
 
 def _explain_timeout(plan: Plan, loop: Loop) -> str:
-    reason = f"not done after {plan.request.timeout_s:g} s, in {plan.behaviour.state!r}"
+    reason = f"not done after {plan.request.timeout_s:g} s, in state {plan.behaviour.state!r}"
     if loop.intervention_timer.measure().get(RangeGuard.cause, 0.0) < loop.time / 2:
         return reason
     sensors = " or ".join(sensor.name for sensor in plan.description.sensors_ahead)

@@ -109,7 +109,7 @@ def test_failing_runs_are_reported_by_reason_with_a_command_and_all_of_them_by_a
     assert done.status == 0
     repeats = r"robotcore run green-search --world open --seed \d+ --timeout 0\.1"
     assert re.search(
-        r"  \d+ × timeout, not done after 0\.1 s, in 'search'\n"
+        r"  \d+ × timeout, not done after 0\.1 s, in state 'search'\n"
         rf"    in open on kinematic: seeds [\d, ]+ and \d+ more\n    {repeats}\n",
         done.out,
     )

@@ -28,7 +28,7 @@ def test_view_prints_the_link_on_stderr_and_runs_in_real_time(cli: Cli) -> None:
 def test_view_before_the_app_is_wrong_usage(cli: Cli) -> None:
     answer = cli("run", "--view", "my_app.py", "avoid-obstacles")
     assert answer.status == 2
-    assert "--view must follow the app" in answer.err
+    assert "write --view after it" in answer.err
 
 
 def test_an_open_robot_has_a_page_until_it_is_closed(capsys: pytest.CaptureFixture[str]) -> None:
