@@ -71,7 +71,7 @@ _BLOCKAGES = {
 
 
 class _Portable(BaseException):
-    """An exception that can be pickled, whatever arguments its constructor takes.
+    """An exception that can be pickled, with any arguments of its constructor.
 
     An app may define a subclass, which another process cannot always import. Such an error is unpickled as its nearest
     base class in this module, with the same text, kind and fields.

@@ -1,4 +1,4 @@
-"""Commands that list what is installed: ``apps``, ``backends``, ``faults``, ``kinds``, ``robots`` and ``worlds``."""
+"""Commands that list the installed parts: ``apps``, ``backends``, ``faults``, ``kinds``, ``robots`` and ``worlds``."""
 
 from __future__ import annotations
 

@@ -111,15 +111,35 @@ def parse_faults(_context: click.Context, _parameter: click.Parameter, values: t
 Command = Callable[..., Any]
 
 backend_option = click.option(
-    "--option", "options", metavar="KEY=VALUE", type=parse_pair, multiple=True, help="An option of the backend."
+    "--option",
+    "options",
+    metavar="KEY=VALUE",
+    type=parse_pair,
+    multiple=True,
+    help="Set an option of the backend, such as port=/dev/ttyUSB0.",
 )
-host_option = click.option("--host", help="Short for --option host=…")
-port_option = click.option("--port", help="Short for --option port=…, such as a serial port.")
+host_option = click.option(
+    "--host", help="The host name or address of the simulator or robot: short for --option host=…"
+)
+port_option = click.option(
+    "--port", help="The network or serial port of the simulator or robot: short for --option port=…"
+)
 
 _OPTIONS = (
-    click.option("--robot", default="rover", show_default=True, help="A robot's name, or its .toml file."),
     click.option(
-        "--rate", "rate_hz", metavar="HZ", type=float, default=20.0, show_default=True, help="Ticks per second."
+        "--robot",
+        default="rover",
+        show_default=True,
+        help="A robot's name, or its .toml file. List: `robotcore robots`.",
+    ),
+    click.option(
+        "--rate",
+        "rate_hz",
+        metavar="HZ",
+        type=float,
+        default=20.0,
+        show_default=True,
+        help="Ticks per second. The app decides once per tick.",
     ),
     click.option(
         "--timeout",
@@ -136,7 +156,7 @@ _OPTIONS = (
     click.option(
         "--judge",
         metavar="APP",
-        help="The name or file of an app whose verify method replaces that of APP.",
+        help="The name or file of an app. Its method verify, not that of APP, decides whether the run was a success.",
     ),
     click.option(
         "--fault",
@@ -144,10 +164,15 @@ _OPTIONS = (
         metavar="SPEC",
         multiple=True,
         callback=parse_faults,
-        help='Inject a fault, such as "camera drop=0.2 after=5", or those in a .toml file. See `robotcore faults`.',
+        help='Inject a fault, such as "camera drop=0.2 after=5", or those in a .toml file. List: `robotcore faults`.',
     ),
     click.option(
-        "--set", "settings", metavar="KEY=VALUE", type=parse_pair, multiple=True, help="A setting of the app."
+        "--set",
+        "settings",
+        metavar="KEY=VALUE",
+        type=parse_pair,
+        multiple=True,
+        help="Change a setting of the app, such as speed_m_s=0.2. List: `robotcore apps`.",
     ),
     backend_option,
 )

@@ -68,7 +68,7 @@ def info(
 @click.command("compare", cls=AnsweringCommand)
 @click.argument("first", type=_FILE)
 @click.argument("second", type=_FILE)
-@click.option("--picture", metavar="FILE", type=_FILE, help="Draw both paths as a PNG.")
+@click.option("--picture", metavar="FILE", type=_FILE, help="Draw both paths, seen from above, as a PNG.")
 @_as_json
 def compare(first: Path, second: Path, picture: Path | None, *, as_json: bool) -> int:
     """Compare two recordings.
@@ -110,7 +110,7 @@ def compare(first: Path, second: Path, picture: Path | None, *, as_json: bool) -
 @click.option(
     "--set", "settings", metavar="KEY=VALUE", type=parse_pair, multiple=True, help="Change a setting of the app."
 )
-@click.option("--picture", metavar="FILE", type=_FILE, help="Draw the replay as a PNG.")
+@click.option("--picture", metavar="FILE", type=_FILE, help="Draw the replay, seen from above, as a PNG.")
 @click.option(
     "--record",
     metavar="FILE",
@@ -119,7 +119,9 @@ def compare(first: Path, second: Path, picture: Path | None, *, as_json: bool) -
 )
 @click.option("--force", "is_forced", is_flag=True, help="Overwrite an existing recording.")
 @click.option(
-    "--watch", metavar="FILE.py", help="As --app FILE.py, and replay again when a .py file of its folder is saved."
+    "--watch",
+    metavar="FILE.py",
+    help="Like --app FILE.py. Replays again when a .py file in the folder of FILE.py is saved.",
 )
 @_as_json
 def replay(
@@ -139,7 +141,7 @@ def replay(
     names it.
 
     With another app or with --set, shows how the decisions on the recorded samples differ. Logged values are shown, and
-    not compared. Ctrl-C ends --watch.
+    not compared. With --watch, Ctrl-C ends the command.
 
     Exit status: 0 if all decisions are equal or if another app ran to its end, 1 if a decision differs. An error has
     the exit status of `robotcore run`.

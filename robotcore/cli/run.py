@@ -41,9 +41,11 @@ _FIRST_SIMULATOR = "pybullet"
 @click.command("run", cls=RunCommand)
 @click.argument("app")
 @click.option(
-    "--backend", default="kinematic", show_default=True, help="The simulator or robot. See `robotcore backends`."
+    "--backend", default="kinematic", show_default=True, help="The simulator or robot. List: `robotcore backends`."
 )
-@click.option("--world", help="A world's name, or its .toml file. Default in simulators: arena.")
+@click.option(
+    "--world", help="A world's name, or its .toml file. Default in simulators: arena. List: `robotcore worlds`."
+)
 @click.option("--seed", type=int, help="The seed of the world's random variations.")
 @run_options
 @host_option
@@ -52,7 +54,10 @@ _FIRST_SIMULATOR = "pybullet"
     "--picture", metavar="FILE", type=click.Path(path_type=Path), help="Draw the run, seen from above, as a PNG."
 )
 @click.option(
-    "--record", metavar="FILE", type=click.Path(path_type=Path), help="Record the run as an .mcap file, for Foxglove."
+    "--record",
+    metavar="FILE",
+    type=click.Path(path_type=Path),
+    help="Record the run as an .mcap file, for `robotcore replay` and for Foxglove.",
 )
 @click.option("--force", "is_forced", is_flag=True, help="Overwrite an existing recording.")
 @click.option(
@@ -75,7 +80,8 @@ _FIRST_SIMULATOR = "pybullet"
     metavar="[HOST:PORT]",
     is_flag=False,
     flag_value="",
-    help="Show the run on a web page, in real time, and drive from there. Default: a free port on 127.0.0.1.",
+    help="Show the run on a web page, in real time, and drive from there. Default: a free port of 127.0.0.1, which "
+    "only this machine can reach. 0.0.0.0:8080 is for other machines too.",
 )
 @click.option(
     "--foxglove",
@@ -83,14 +89,14 @@ _FIRST_SIMULATOR = "pybullet"
     type=click.IntRange(0, 2**16 - 1),
     is_flag=False,
     flag_value=8765,
-    help="Show the run in Foxglove, in real time: its channels at a port of 127.0.0.1. Default: 8765.",
+    help="Show the run in Foxglove, in real time. Foxglove connects to this port of 127.0.0.1. Default: 8765.",
 )
 @click.option("--gui", is_flag=True, help="Open the simulator's window, and run in real time.")
 @click.option("--realtime", is_flag=True, help="Slow simulated time down to real time.")
 @click.option(
     "--profile", "is_profiled", is_flag=True, help="Show the slowest phases, devices and lines of the app at the end."
 )
-@click.option("--no-estop-key", is_flag=True, help="Leave the terminal to the app: the space bar is no e-stop.")
+@click.option("--no-estop-key", is_flag=True, help="Leave the terminal to the app. The space bar is then no e-stop.")
 @click.option("--keys", is_flag=True, help="Drive by the keys of the terminal in place of the app, in real time.")
 @click.option("--json", "as_json", is_flag=True, help="Print one line of JSON at the end, and nothing else.")
 def command(
@@ -111,9 +117,11 @@ def command(
 ) -> int:
     """Run APP on a backend, and print its result. In a terminal, the space bar is the e-stop.
 
+    APP is a name of `robotcore apps`, or a .py file. The e-stop stops every motor and ends the run.
+
     Exit status: 0 success, 1 failure, timeout or a success that the simulator does not confirm, 2 wrong usage, 3 a
-    device or backend failed, 4 the safety stage stopped the run, 5 the app raised, 128 + the signal's number when
-    interrupted.
+    device or backend failed, 4 the safety stage stopped the run, 5 the app raised an exception, 128 + n interrupted by
+    signal n.
     """
     from robotcore.deploy.systemd_notify import Notifier
     from robotcore.runtime.signals import SignalGuard

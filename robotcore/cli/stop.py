@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from robotcore.runtime.active_runs import ActiveRun
 
 END_S = 5.0
-"""The longest wait for the end of a run, in s. Its motors stand long before its devices are closed."""
+"""The longest wait for the end of a run, in seconds. Its motors stand long before its devices are closed."""
 
 
 @click.command("stop")

@@ -27,10 +27,11 @@ class TeleopCommand(RunCommand):
 
 
 def _drive(**values: Any) -> Any:
-    """Drive a robot by hand: by a web page, keys or a gamepad.
+    """Drive a robot by hand: from a web page, by keys or by a gamepad.
 
-    --view prints the link of the page. The keys are those of the terminal, with --keys. The command has the options of
-    `robotcore run`. A simulator follows real time. The robot stands until a person drives.
+    With --view, drive from the web page whose link is printed. With --keys, drive by the keys of this terminal. Without
+    them, drive by the gamepad in the robot's file. The robot stands until a person drives. A simulator follows real
+    time. Ctrl-C ends the run. The other options are those of `robotcore run`.
     """
     if not values["keys"] and values["view"] is None:
         _require_gamepad(values)

@@ -26,7 +26,7 @@ DeviceT = TypeVar("DeviceT", bound=Device)
 
 
 class Role(str, Enum):
-    """A part of a robot that an app can require, whatever the name of the device is."""
+    """A part of a robot that an app can require without the name of a device."""
 
     DRIVE = "drive"
     CAMERA = "camera"

@@ -57,7 +57,7 @@ class MemoryDisplay(Display):
 
 
 def check_pictures(_robot: Robot, display: Display) -> None:
-    """Check that a display refuses what is not a picture."""
+    """Check that a display refuses a value that is not a picture."""
     assert_refused(display, np.zeros((4, 4)), np.zeros((0, 4, 3), np.uint8), np.zeros((4, 4, 2), np.uint8))
 
 

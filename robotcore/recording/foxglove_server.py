@@ -58,7 +58,7 @@ class FoxgloveServer:
         from foxglove.websocket import Capability, ServerListener
 
         class Listener(ServerListener):
-            """Notes that a client has subscribed to a channel. Such a channel may have a message that is sent only once."""
+            """Notes a new subscription to a channel, so that the messages that are sent once are sent again."""
 
             def on_subscribe(_self, client: Client, channel: ChannelView) -> None:  # noqa: N805
                 self._has_new_client.set()
