@@ -31,14 +31,15 @@ class PrintCapture:
     def __init__(self) -> None:
         self._copying: _CopyingStream | None = None
         self._thread: int | None = None
+        self._is_writing = False
         self._parts: list[str] = []
         self._room = BURST_CHARACTERS
         self._has_more = False
 
     def __enter__(self) -> None:
         self._thread = get_ident()
-        present = sys.stdout
-        if present is None or present is self._copying:
+        self._restore()
+        if (present := sys.stdout) is None:
             return
         if self._copying is None or self._copying.stream is not present:
             self._copying = _CopyingStream(present, self)
@@ -66,19 +67,29 @@ class PrintCapture:
         self._parts, self._has_more = [], False
         return tuple(lines)
 
-    def keep(self, stream: _CopyingStream, text: str) -> None:
-        """Keep a copy of a text, unless another thread or an earlier stream of this object wrote it."""
-        if self._thread != get_ident() or stream is not self._copying:
-            return
+    def write(self, stream: TextIO, text: str) -> int:
+        """Write a text to a replaced stream. Keep a copy, unless another thread or an outer copying stream wrote it."""
+        if self._is_writing or self._thread != get_ident():
+            return stream.write(text)
+        self._is_writing = True
+        try:
+            written = stream.write(text)
+        finally:
+            self._is_writing = False
         self._parts.append(text[: self._room])
         self._room -= len(text)
         if self._room < 0:
             self._room, self._has_more = 0, True
             self._restore()  # so that further prints in this tick cost nothing more
+        return written
 
     def _restore(self) -> None:
-        if self._copying is not None and sys.stdout is self._copying:  # the app may have set another stream
-            sys.stdout = self._copying.stream
+        """Restore the replaced stream, unless the app has set another one.
+
+        A ``with`` block of the app over several ticks may restore the copying stream of an earlier tick.
+        """
+        while isinstance(sys.stdout, _CopyingStream) and sys.stdout.capture is self:
+            sys.stdout = sys.stdout.stream
 
 
 class _CopyingStream:
@@ -88,15 +99,13 @@ class _CopyingStream:
     """
 
     def __init__(self, stream: TextIO, capture: PrintCapture) -> None:
-        self.stream, self._capture = stream, capture
+        self.stream, self.capture = stream, capture
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self.stream, name)
 
     def write(self, text: str) -> int:
-        written = self.stream.write(text)
-        self._capture.keep(self, text)
-        return written
+        return self.capture.write(self.stream, text)
 
     def writelines(self, lines: Iterable[str]) -> None:
         for line in lines:

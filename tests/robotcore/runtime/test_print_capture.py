@@ -5,6 +5,7 @@ import io
 import os
 import sys
 import threading
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TextIO
 
@@ -77,6 +78,28 @@ def test_stream_that_the_app_puts_around_stdout_gets_each_text_once() -> None:
                 write("a\n")
         assert terminal.getvalue() == "A\nA\n"
         assert prints.take() == ("a", "a")
+
+
+def test_block_of_the_app_over_several_ticks_may_replace_stdout_in_each_of_them() -> None:
+    def print_into_a_text() -> Iterator[None]:
+        while True:
+            with contextlib.redirect_stdout(io.StringIO()):
+                write("hidden\n")
+                yield
+            write("shown\n")
+
+    with contextlib.redirect_stdout(io.StringIO()) as terminal:
+        prints, app = PrintCapture(), print_into_a_text()
+        for _ in range(2 * sys.getrecursionlimit()):
+            with prints:
+                next(app)
+            taken = prints.take()
+        assert taken == ("shown",)
+        app.close()
+        assert sys.stdout.getvalue().count("shown") == 2 * sys.getrecursionlimit() - 1
+        with prints:
+            pass
+        assert sys.stdout is terminal
 
 
 def test_print_fails_as_without_a_copy_if_the_terminal_is_gone() -> None:
