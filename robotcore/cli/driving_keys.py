@@ -51,6 +51,7 @@ UPDATE_S = 0.05
 _ARROW = re.compile(rb"\x1b[\[O][0-9;]*([ABCD])")
 _ARROWS = {b"A": b"w", b"B": b"s", b"C": b"d", b"D": b"a"}
 _OTHER_SEQUENCE = re.compile(rb"\x1b[\[O][0-9;]*[A-Za-z~]")
+_WITH_ALT = re.compile(rb"\x1b[^\[O\x1b]")
 _BEGUN_SEQUENCE = re.compile(rb"\x1b([\[O][0-9;]{0,8})?$")
 
 
@@ -119,7 +120,7 @@ class DrivingKeys:
     def _press_direction(self, key: str) -> None:
         now = self._clock.now()
         self._is_held = key == self._key and now < self._until
-        self._until = max(self._until, now + REPEAT_S) if self._is_held else now + FIRST_S
+        self._until = now + (REPEAT_S if self._is_held else FIRST_S)
         self._key, self._has_taken = key, True
 
     def _choose_velocity(self) -> tuple[float, float]:
@@ -134,7 +135,8 @@ class DrivingKeys:
 
     def _split(self, keys: bytes) -> bytes:
         """Return the keys with a letter for each arrow key. The begin of an escape sequence waits for its end."""
-        keys = _ARROW.sub(lambda found: _ARROWS[found[1]], self._begun + keys)
+        keys = self._begun + _WITH_ALT.sub(b"", keys)
+        keys = _ARROW.sub(lambda found: _ARROWS[found[1]], keys)
         keys = _OTHER_SEQUENCE.sub(b"", keys)
         begun = _BEGUN_SEQUENCE.search(keys)
         self._begun = begun[0] if begun else b""

@@ -99,8 +99,10 @@ def is_log_unit(unit: object) -> bool:
 
 def _to_plain(name: str, value: Any) -> tuple[Logged, str]:
     """Return a value as a float, int, bool or str, and its type as a noun."""
-    if isinstance(value, np.generic):
+    if isinstance(value, np.generic) or (isinstance(value, np.ndarray) and value.ndim == 0):
         value = value.item()
+    if isinstance(value, np.floating):  # a long double, for which Python has no type
+        value = float(value)
     if isinstance(value, bool):
         return value, "boolean"
     if isinstance(value, float):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import reprlib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from threading import Lock
@@ -9,7 +10,7 @@ from typing import Any
 
 from robotcore.description import RobotDescription
 from robotcore.errors import InvalidCommandError, RobotcoreError, UnknownNameError, UsageError
-from robotcore.geometry import to_float
+from robotcore.geometry import to_number
 from robotcore.hal.clock import Clock
 from robotcore.hal.device import Actuator, Device, Sensor
 from robotcore.hal.kind import build_sensor
@@ -80,9 +81,9 @@ class OperatorInput:
     def drive(self, linear: float, angular: float) -> None:
         """Command a velocity for `LEASE_S`: forward in m/s, and the turn rate in rad/s, positive to the left.
 
-        Raises InvalidCommandError, and lets the robot stand, if one is NaN or beyond `MAX_VELOCITY`.
+        Raises InvalidCommandError, and lets the robot stand, if one is not a number from minus to plus `MAX_VELOCITY`.
         """
-        twist = to_float(linear), to_float(angular)
+        twist = to_number(linear), to_number(angular)
         is_valid = all(abs(each) <= MAX_VELOCITY for each in twist)
         with self._lock:
             self.calls += 1
@@ -90,8 +91,8 @@ class OperatorInput:
             self._state = replace(self._state, is_driving=True, linear=speed, angular=turn, renewed=self._clock.now())
         if not is_valid:
             raise InvalidCommandError(
-                f"the person commanded {linear} m/s and {angular} rad/s. Give numbers from {-MAX_VELOCITY:g} to "
-                f"{MAX_VELOCITY:g}"
+                f"the person commanded {reprlib.repr(linear)} m/s and {reprlib.repr(angular)} rad/s. "
+                f"Give numbers from {-MAX_VELOCITY:g} to {MAX_VELOCITY:g}"
             )
 
     def command(self, device: str, value: float | Sequence[float]) -> None:
@@ -106,11 +107,12 @@ class OperatorInput:
         if device not in self._actuators:
             hint = "A person commands actuators that are open, and neither motors, nor displays, nor the steering"
             raise UnknownNameError("actuator", device, list(self._actuators), hint=hint)
-        numbers = tuple(map(to_float, value if isinstance(value, Sequence) else (value,)))
+        values = value if isinstance(value, Sequence) and not isinstance(value, str) else (value,)
+        numbers = tuple(map(to_number, values))
         try:
             self._actuators[device].limit_command(unpack(numbers))
         except RobotcoreError as error:
-            problem = f"{device}: the person commanded {unpack(numbers)}, which it cannot take"
+            problem = f"{device}: the person commanded {reprlib.repr(value)}, which it cannot take"
             raise InvalidCommandError(f"{problem}. Give finite numbers, as many as it needs") from error
         with self._lock:
             self.calls += 1

@@ -80,8 +80,9 @@ class PaceControl:
         with self._lock:
             if not self._is_paused:
                 raise UsageError("the run is not paused. Call pause() before step()", kind="not-paused")
-            if ticks < 1:
-                raise UsageError(f"step has {ticks} ticks; it must have at least 1", kind="no-ticks", ticks=ticks)
+            if not isinstance(ticks, int) or ticks < 1:
+                text = f"step has {ticks!r:.100} ticks; it must have a whole number of at least 1"
+                raise UsageError(text, kind="no-ticks", ticks=ticks)
             self._steps += ticks
 
     def keep_speed(self, time: float, check: Callable[[], object]) -> bool:

@@ -23,8 +23,13 @@ CODE_WIDTH = 60
 
 
 def format_profile(result: RunResult, profiler: Profiler) -> RenderableType:
-    """Return three tables: the phases of a tick, the slowest devices, and the slowest lines of the app."""
-    parts: list[RenderableType] = [Text(), _build_phase_table(result.tick_times_us)]
+    """Return three tables: the phases of a tick, the slowest devices, and the slowest lines of the app.
+
+    A table without values is left out, such as that of the phases of a run that ended in its first tick.
+    """
+    parts: list[RenderableType] = []
+    if result.tick_times_us:
+        parts += [Text(), _build_phase_table(result.tick_times_us)]
     if profiler.layer.times:
         parts += [Text(), _build_device_table(profiler.layer.times)]
     if profiler.line_s:

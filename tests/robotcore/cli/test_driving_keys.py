@@ -108,6 +108,12 @@ def test_an_escape_key_alone_and_other_sequences_do_nothing() -> None:
     assert person.velocity[0] > 0
 
 
+def test_a_letter_with_alt_does_nothing() -> None:
+    person = Person()
+    person.type(b"\x1bd\x1bw")
+    assert not person.operator.is_driving
+
+
 def test_plus_and_minus_change_the_speed_limit_within_its_bounds() -> None:
     person = Person()
     person.type(b"+" * 20)

@@ -196,6 +196,12 @@ def test_profile_names_the_phases_the_devices_and_the_lines_of_the_app(cli: Cli,
     assert all(name in answer.out for name in ("decide", "left_motor", "odd.py:13", "sleep(0.2)"))
 
 
+def test_the_profile_of_a_run_that_ends_in_its_first_tick_has_no_table_of_phases(cli: Cli, app_file: AppFile) -> None:
+    answer = cli("run", app_file("return Status.SUCCESS"), "--profile")
+    assert answer.out
+    assert "phase of a tick" not in answer.out
+
+
 def test_the_profile_of_a_run_with_json_is_on_stderr(cli: Cli) -> None:
     answer = cli(*SHORT, "--profile", "--json")
     assert answer.json["outcome"] == "success"

@@ -33,6 +33,8 @@ def test_last_value_of_a_name_in_a_tick_holds_and_the_next_tick_begins_empty() -
         (-(2**53), -(2**53)),
         (np.int32(3), 3),
         (np.float32(0.5), 0.5),
+        (np.longdouble(0.5), 0.5),
+        (np.array(0.5), 0.5),
         (math.inf, math.inf),
         ("two\nlines", "two\nlines"),
         ("a\udc80", "a\\udc80"),

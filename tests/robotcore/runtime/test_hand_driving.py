@@ -112,6 +112,14 @@ def wheel_radius(person: Person) -> float:
     return person.context.robot.drive.geometry.wheel_radius
 
 
+def test_a_person_commands_servos_but_not_the_steering() -> None:
+    person = Person()
+    drive(Forward, person, robot="picar", timeout_s=0.1)
+    assert person.context.operator
+    assert "steering" in person.context.robot.devices
+    assert "steering" not in person.context.operator.actuators
+
+
 def test_the_generator_of_an_app_stands_still_meanwhile() -> None:
     result = drive(Sequence, Person((range(3, 12), advance), once={12: release}))
     assert result.outcome is Outcome.SUCCESS

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import pytest
 
@@ -62,9 +63,13 @@ def test_release_returns_the_robot_with_no_command_left(operator: OperatorInput)
     assert (sample.is_driving, sample.linear, sample.commands) == (False, 0.0, ())
 
 
-@pytest.mark.parametrize("twist", [(math.nan, 0.0), (0.0, math.inf), (2 * MAX_VELOCITY, 0.0)])
+@pytest.mark.parametrize(
+    "twist",
+    [(math.nan, 0.0), (0.0, math.inf), (2 * MAX_VELOCITY, 0.0), (10**400, 0.0), (None, 0.0)],
+    ids=range(5),
+)
 def test_an_invalid_velocity_is_refused_and_the_robot_stands(
-    operator: OperatorInput, twist: tuple[float, float], raises: Raises
+    operator: OperatorInput, twist: tuple[Any, Any], raises: Raises
 ) -> None:
     operator.drive(0.3, 0.0)
     with raises(InvalidCommandError, "invalid-command"):
@@ -85,10 +90,21 @@ def test_only_the_newest_command_to_each_actuator_remains(operator: OperatorInpu
 
 @pytest.mark.parametrize(
     "device, value",
-    [("pan", math.nan), ("pan", [0.1, 0.2]), ("lamp", 0.5), ("lamp", [0.0, math.inf, 0.0]), ("horn", -1.0)],
+    [
+        ("pan", math.nan),
+        ("pan", [0.1, 0.2]),
+        ("pan", 10**400),
+        ("pan", None),
+        ("pan", "0.5"),
+        ("lamp", 0.5),
+        ("lamp", [0.0, math.inf, 0.0]),
+        ("lamp", ["red", 0.0, 0.0]),
+        ("horn", -1.0),
+    ],
+    ids=range(9),
 )
 def test_a_value_that_the_actuator_cannot_take_is_refused(
-    operator: OperatorInput, device: str, value: float | list[float], raises: Raises
+    operator: OperatorInput, device: str, value: Any, raises: Raises
 ) -> None:
     with raises(InvalidCommandError, "invalid-command"):
         operator.command(device, value)

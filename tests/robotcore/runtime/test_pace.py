@@ -3,6 +3,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import partial
+from typing import Any
 
 import pytest
 
@@ -151,6 +152,14 @@ class TestPause:
         assert run.gaps == pytest.approx([60.0] * 3, abs=0.1)
         assert run.loop.overruns == 0
 
+    def test_the_time_of_a_pause_is_no_overrun_of_the_next_tick(self, paced: Callable[..., PacedRun]) -> None:
+        run = paced(1.0)
+        run.on_tick = lambda: run.pace.pause() if len(run.times) == 1 else None
+        run.wall.on_sleep = lambda: run.pace.resume() if run.wall.t > 1060.0 else None
+        run.loop.run()
+        assert run.gaps == pytest.approx([60.0, TICK_S, TICK_S], abs=0.1)
+        assert run.loop.overruns == 0
+
     def test_a_run_that_is_paused_before_its_first_tick_waits_for_it(self, paced: Callable[..., PacedRun]) -> None:
         run = paced(ticks=1)
         run.pace.pause()
@@ -186,8 +195,8 @@ class TestPause:
         with raises(UsageError, "not-paused"):
             PaceControl().step()
 
-    @pytest.mark.parametrize("ticks", [0, -1])
-    def test_a_step_of_no_ticks_is_refused(self, ticks: int, raises: Raises) -> None:
+    @pytest.mark.parametrize("ticks", [0, -1, 1.5])
+    def test_a_step_of_no_whole_tick_is_refused(self, ticks: Any, raises: Raises) -> None:
         pace = PaceControl()
         pace.pause()
         with raises(UsageError, "no-ticks", ticks=ticks):

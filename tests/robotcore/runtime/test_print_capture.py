@@ -5,7 +5,7 @@ import io
 import os
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Generator
 from pathlib import Path
 from typing import TextIO
 
@@ -81,7 +81,7 @@ def test_stream_that_the_app_puts_around_stdout_gets_each_text_once() -> None:
 
 
 def test_block_of_the_app_over_several_ticks_may_replace_stdout_in_each_of_them() -> None:
-    def print_into_a_text() -> Iterator[None]:
+    def print_into_a_text() -> Generator[None, None, None]:
         while True:
             with contextlib.redirect_stdout(io.StringIO()):
                 write("hidden\n")
@@ -96,7 +96,7 @@ def test_block_of_the_app_over_several_ticks_may_replace_stdout_in_each_of_them(
             taken = prints.take()
         assert taken == ("shown",)
         app.close()
-        assert sys.stdout.getvalue().count("shown") == 2 * sys.getrecursionlimit() - 1
+        assert terminal.getvalue().count("shown") == 2 * sys.getrecursionlimit() - 1
         with prints:
             pass
         assert sys.stdout is terminal
