@@ -23,7 +23,7 @@ def test_the_page_shows_the_parameters_of_each_manoeuvre(call: str) -> None:
 
 
 def test_the_page_names_each_cause_of_a_blockage() -> None:
-    assert {find_code(row[0])[0] for row in read_rows(PAGE, "What blocks a robot")} == set(_BLOCKAGES)
+    assert {find_code(row[0])[0] for row in read_rows(PAGE, "A blocked robot")} == set(_BLOCKAGES)
 
 
 def test_the_numbers_on_the_page_are_those_of_the_code() -> None:
