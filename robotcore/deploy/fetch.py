@@ -47,7 +47,7 @@ class FetchResult:
 
     @property
     def newest(self) -> Path | None:
-        """The path of the robot's newest recording in the folder, or None. A recording's name is its start time."""
+        """The path of the robot's newest recording in the folder, or None. The names have the order of the runs."""
         names = sorted((*self.fetched, *self.present))
         return self.folder / names[-1] if names else None
 

@@ -7,15 +7,14 @@ the health check of a new release.
 from __future__ import annotations
 
 import os
-import re
 import shutil
 import subprocess
 import sys
 import time
+from calendar import timegm
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from itertools import chain, count
 from pathlib import Path
 
 from robotcore.deploy.agent import files, releases
@@ -39,7 +38,7 @@ MIN_RING_BYTES, MAX_RING_BYTES = 10_000_000, 500_000_000
 The recording is copied once at its end, and systemd waits a minute for that.
 """
 
-_RECORDING_NAME = re.compile(r"\d{4}-\d\d-\d\dT\d\d-\d\d-\d\dZ(-\d+)?\.mcap")
+_RECORDING_NAME = "%Y-%m-%dT%H-%M-%SZ.mcap"
 
 ROBOTCORE_ARGUMENTS = (
     "-c",
@@ -139,15 +138,17 @@ def _build_record_options(layout: Layout, release: Release) -> tuple[str, ...]:
     """Return the arguments that record a run into a new file, which may take at most half of the free space.
 
     If recordings keep only the end of their runs, the oldest recordings are deleted first.
+
+    The name of the file is the time, or the second after the newest recording if the clock has gone back. A Raspberry
+    Pi without a real-time clock starts in the past, and the name must not make the newest recording the oldest one.
     """
     if not release.is_recorded:
         return ()
     layout.recordings.mkdir(exist_ok=True)
+    starts = _list_starts(layout)
     if release.record_last:
-        _delete_oldest(layout)
-    began = time.strftime("%Y-%m-%dT%H-%M-%SZ", time.gmtime())
-    paths = (layout.recordings / f"{began}{again}.mcap" for again in chain([""], map("-{}".format, count(2))))
-    path = next(path for path in paths if not path.exists())
+        _delete_recordings(layout, starts[: 1 - KEPT_RECORDINGS])
+    path = layout.recordings / _name_recording(max([int(time.time()), *(start + 1 for start in starts[-1:])]))
     limit = max(1, measure_free_space(layout.home) // 2)
     if not release.record_last or limit < MIN_RING_BYTES:
         return ("--record", str(path), "--record-limit", str(limit))
@@ -155,13 +156,27 @@ def _build_record_options(layout: Layout, release: Release) -> tuple[str, ...]:
     return ("--record", str(path), *ring)
 
 
-def _delete_oldest(layout: Layout) -> None:
-    """Delete the oldest recordings, so that `KEPT_RECORDINGS` remain with that of the next run."""
-    names = sorted(path.name for path in layout.recordings.glob("*.mcap") if _RECORDING_NAME.fullmatch(path.name))
-    for name in names[: 1 - KEPT_RECORDINGS]:
+def _name_recording(start: int) -> str:
+    """Return the name of a recording that starts at a Unix time in s."""
+    return time.strftime(_RECORDING_NAME, time.gmtime(start))
+
+
+def _list_starts(layout: Layout) -> list[int]:
+    """Return the times in the names of the recordings, the oldest first. Files with other names do not count."""
+    starts = []
+    for path in layout.recordings.glob("*.mcap"):
+        with suppress(ValueError):
+            start = timegm(time.strptime(path.name, _RECORDING_NAME))
+            if _name_recording(start) == path.name:
+                starts.append(start)
+    return sorted(starts)
+
+
+def _delete_recordings(layout: Layout, starts: Sequence[int]) -> None:
+    for path in (layout.recordings / _name_recording(start) for start in starts):
         with suppress(OSError):  # the app must start anyway
-            (layout.recordings / name).unlink()
-            shutil.rmtree(locate_segments(layout.recordings / name), ignore_errors=True)
+            path.unlink()
+            shutil.rmtree(locate_segments(path), ignore_errors=True)
 
 
 def _print_error(text: str) -> int:

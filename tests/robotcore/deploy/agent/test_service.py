@@ -108,6 +108,32 @@ def test_the_oldest_recordings_make_room(layout: Layout, systemd: Systemd) -> No
     assert {path.name for path in layout.recordings.iterdir()} == {*names[-19:], "mine.mcap"}
 
 
+def test_the_oldest_recording_is_deleted_even_if_the_clock_jumps(
+    layout: Layout, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    make_ring_release(layout)
+    monkeypatch.setattr(service, "KEPT_RECORDINGS", 3)
+    release, recorded = releases.Release.read(layout.releases / OLD), []
+    for clock in (2_000_000_000, 4_000_000_000, 0, 0, 2_000_000_100):
+        monkeypatch.setattr("robotcore.deploy.agent.service.time.time", lambda clock=clock: clock + 0.5)
+        path = Path(service._build_record_options(layout, release)[1])
+        path.touch()
+        recorded.append(path)
+        assert sorted(layout.recordings.iterdir()) == recorded[-3:]
+    assert recorded[1].name == "2096-10-02T07-06-40Z.mcap"
+    assert recorded[2].name == "2096-10-02T07-06-41Z.mcap"
+
+
+@pytest.mark.parametrize("name", ["2026-13-21T22-40-00Z.mcap", "2026-1-2T22-40-00Z.mcap", "9.mcap"])
+def test_files_with_other_names_are_kept(layout: Layout, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    make_ring_release(layout)
+    monkeypatch.setattr(service, "KEPT_RECORDINGS", 1)
+    layout.recordings.mkdir()
+    layout.recordings.joinpath(name).touch()
+    service._build_record_options(layout, releases.Release.read(layout.releases / OLD))
+    assert [path.name for path in layout.recordings.iterdir()] == [name]
+
+
 def test_a_ring_needs_room_and_the_app_starts_without_it(layout: Layout, monkeypatch: pytest.MonkeyPatch) -> None:
     make_ring_release(layout)
     monkeypatch.setattr(service, "measure_free_space", lambda _: 15_000_000)
