@@ -5,11 +5,12 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping
 from importlib.util import find_spec
+from io import FileIO
 from pathlib import Path
 from typing import Protocol
 
 from robotcore.errors import BackendMissingError, RecordingError
-from robotcore.files import require_regular, require_replaceable, write_all
+from robotcore.files import require_replaceable, write_all
 from robotcore.recording.channel_output import ChannelOutput
 
 CHUNK_BYTES = 2**20
@@ -107,14 +108,7 @@ class _PlainSink:
     """
 
     def __init__(self, path: Path) -> None:
-        from robotcore.recording.segments import remove_segments
-
-        try:
-            require_regular(path)
-            remove_segments(path)
-            self._file = path.open("wb", buffering=0)
-        except OSError as error:
-            raise build_unwritable_error(path, error) from error
+        self._file = create_recording(path)
         self.error: OSError | None = None
         self.size = 0
 
@@ -136,6 +130,28 @@ class _PlainSink:
 
     def close(self) -> None:
         self._file.close()
+
+
+def create_recording(path: Path) -> FileIO:
+    """Open and lock an empty recording. Delete the content and the segments of an earlier one.
+
+    Raises RecordingError if another process writes the recording, or if the file cannot be written.
+    """
+    from robotcore.recording.segments import build_in_progress_error, open_locked, remove_segments
+
+    try:
+        file = open_locked(path, is_new=True)
+    except BlockingIOError as error:
+        raise build_in_progress_error(path) from error
+    except OSError as error:
+        raise build_unwritable_error(path, error) from error
+    try:
+        remove_segments(path)
+        file.truncate(0)
+    except OSError as error:
+        file.close()
+        raise build_unwritable_error(path, error) from error
+    return file
 
 
 def require_recordable(path: Path, *, is_forced: bool = False) -> None:

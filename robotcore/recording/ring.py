@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import os
 import zlib
 from collections import deque
@@ -19,19 +18,14 @@ from robotcore.files import write_all
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.recording.chunks import MAGIC, RECORD, locate_chunk, read_records, unpack
 from robotcore.recording.file_index import CHANNEL_INDEX_BYTES, INDEX_BYTES, take_bytes
-from robotcore.recording.mcap_file import build_unwritable_error
+from robotcore.recording.mcap_file import build_unwritable_error, create_recording
 from robotcore.recording.segments import (
+    DISK_FULL,
     append_segments,
-    build_in_progress_error,
     build_join_error,
     locate_segments,
     measure_free_space,
-    open_locked,
-    remove_segments,
 )
-
-_DISK_FULL = (errno.ENOSPC, errno.EDQUOT)
-"""The error numbers of a full disk, and of a user's full quota."""
 
 SYNC_S = 1.0
 """The interval at which the newest segment is synced to the disk, in seconds. A power cut loses what came later."""
@@ -78,11 +72,11 @@ class Ring:
         self._path, self._last_s = path, last_s
         self._segment_s = min(max(last_s / SEGMENTS, _SHORTEST_SEGMENT_S), _LONGEST_SEGMENT_S)
         self._begun_s = 0.0
+        self._file = create_recording(path)
         try:
-            self._file = _create(path)
-        except BlockingIOError as error:
-            raise build_in_progress_error(path) from error
+            locate_segments(path).mkdir(exist_ok=True)
         except OSError as error:
+            self._file.close()
             raise build_unwritable_error(path, error) from error
         self._limit = min(inf if limit is None else limit, measure_free_space(self._file))
         self._segments: deque[_Segment] = deque()
@@ -216,7 +210,7 @@ class Ring:
         try:
             write_all(file, record)
         except OSError as error:
-            if error.errno not in _DISK_FULL or len(self._segments) == 1:
+            if error.errno not in DISK_FULL or len(self._segments) == 1:
                 raise
             file.seek(at)
             file.truncate()
@@ -255,16 +249,3 @@ class Ring:
         data = take_bytes(builder)
         Chunk("", data, 0, 0, zlib.crc32(data), len(data)).write(builder)
         self._add_metadata(take_bytes(builder))
-
-
-def _create(path: Path) -> FileIO:
-    """Open and lock an empty recording, and make the folder of its segments. Raises OSError."""
-    file = open_locked(path, is_new=True)
-    try:
-        remove_segments(path)
-        file.truncate(0)
-        locate_segments(path).mkdir(exist_ok=True)
-    except BaseException:
-        file.close()
-        raise
-    return file

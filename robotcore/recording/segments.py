@@ -25,6 +25,9 @@ from robotcore.files import require_regular, write_all
 from robotcore.recording.chunks import MAGIC, RECORD
 from robotcore.recording.file_index import write_index
 
+DISK_FULL = (errno.ENOSPC, errno.EDQUOT)
+"""The error numbers of a full disk, and of a user's full quota."""
+
 _SEGMENT_NAME = re.compile(r"(\d{8})(\.at-(\d{1,18}))?")
 _COPY_BYTES = 2**20
 _INDEX_BYTES = 2**17
@@ -82,10 +85,15 @@ def build_in_progress_error(path: Path) -> RecordingError:
 
 def build_join_error(path: Path, error: OSError) -> RecordingError:
     """Return the error for segments that cannot be joined, with the cause in ``error``."""
-    folder = locate_segments(path).name
-    remedy = f"Free disk space, or copy {path.name} and {folder} to another disk. Then: robotcore info {path.name}"
+    file, folder = path.name, locate_segments(path).name
+    if error.errno == errno.ENOENT:
+        remedy = f"{file} or {folder} is missing. Put both into one folder"
+    elif error.errno in DISK_FULL:
+        remedy = f"Free disk space, or copy {file} and {folder} to another disk"
+    else:
+        remedy = f"Copy {file} and {folder} to another disk that can be written"
     problem = f"the segments of the recording cannot be joined: {error.strerror}"
-    return RecordingError(path, problem, remedy, kind="segments-not-joined")
+    return RecordingError(path, problem, f"{remedy}. Then: robotcore info {file}", kind="segments-not-joined")
 
 
 def open_locked(path: Path, *, is_new: bool = False) -> FileIO:

@@ -203,12 +203,12 @@ def test_a_ring_that_is_being_written_is_not_joined(file: Path, raises: Raises) 
             if record.tick == 10:
                 with raises(RecordingError, "recording-in-progress"):
                     read(file)
-                second = Recorder(file, last_s=5.0)
-                with raises(RecordingError, "recording-in-progress"):
-                    second._open_file()
+                for last_s in (5.0, None):
+                    with raises(RecordingError, "recording-in-progress"):
+                        Recorder(file, last_s=last_s)._open_file()
 
     record_ring(file, Reading(), request=RunRequest(IRREGULAR_APP, settings={"ticks": 20}))
-    assert len(read(file).ticks) > 10
+    assert len(read(file).ticks) == 20
 
 
 def _leave_segments(file: Path, monkeypatch: pytest.MonkeyPatch) -> list[Path]:
@@ -268,6 +268,26 @@ def test_a_linked_segment_is_refused(file: Path, monkeypatch: pytest.MonkeyPatch
     first = _leave_segments(file, monkeypatch)[0]
     first.rename(file.parent / "elsewhere")
     first.symlink_to(file.parent / "elsewhere")
+    with raises(RecordingError, "segments-not-joined"):
+        read(file)
+
+
+@pytest.mark.usefixtures("often_flushed")
+def test_a_missing_recording_of_segments_is_named(file: Path, monkeypatch: pytest.MonkeyPatch, raises: Raises) -> None:
+    _leave_segments(file, monkeypatch)
+    file.unlink()
+    with raises(RecordingError, "segments-not-joined"):
+        read(file)
+
+
+@pytest.mark.usefixtures("often_flushed")
+def test_segments_on_a_disk_that_cannot_be_written_are_not_joined(
+    small_disk: Path, monkeypatch: pytest.MonkeyPatch, raises: Raises
+) -> None:
+    file = small_disk / "run.mcap"
+    _leave_segments(file, monkeypatch)
+    command = ["mount", "-o", "remount,ro", str(small_disk)]
+    subprocess.run(command, check=True)
     with raises(RecordingError, "segments-not-joined"):
         read(file)
 
