@@ -1,4 +1,4 @@
-"""Stand until a person drives, by the input of a steerable run or by the robot's gamepad."""
+"""Stand until a person drives, by the operator of the run or by the robot's gamepad."""
 
 from __future__ import annotations
 

@@ -167,7 +167,7 @@ def _draw_request(draw: random.Random, backend: str, robot: str) -> RunRequest:
         timeout_s=draw.uniform(10, 40),
         settings={"seed": draw.randrange(1000)} if app == RANDOM_MANOEUVRES else {},
         faults=tuple(draw.sample(FAULTS, draw.randrange(3))),
-        steerable=True,
+        has_operator=True,
     )
 
 

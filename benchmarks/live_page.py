@@ -122,7 +122,7 @@ class LiveRun:
     def __init__(self, *, has_page: bool = True, **request: Any) -> None:
         self.context, self.view = Context(), LiveView(Address()) if has_page else None
         observers: list[Observer] = [self.context, *([self.view] if self.view else [])]
-        fields = {"app": TurnAndShow, "world": "open", "realtime": True, "steerable": True, **request}
+        fields = {"app": TurnAndShow, "world": "open", "realtime": True, "has_operator": True, **request}
         self._thread = Thread(target=lambda: run(RunRequest(**fields), observers))
         self._thread.start()
         if not self.context.has_begun.wait(60):

@@ -73,7 +73,7 @@ def show_recordings(browser: Browser, folder: Path) -> None:
 
 def main() -> None:
     view = LiveView(Address())
-    request = RunRequest("green-search", seed=7, realtime=True, steerable=True, timeout_s=60)
+    request = RunRequest("green-search", seed=7, realtime=True, has_operator=True, timeout_s=60)
     thread = Thread(target=lambda: run(request, [view]))
     thread.start()
     with sync_playwright() as playwright:

@@ -117,7 +117,7 @@ def main() -> int:
     for index, backend in enumerate(backends):
         wheels = Wheels(backend, len(range(index, options.trials, len(backends))), draw)
         if wheels.count:
-            request = RunRequest("teleop", backend, world="open", timeout_s=3600.0, realtime=True, steerable=True)
+            request = RunRequest("teleop", backend, world="open", timeout_s=3600.0, realtime=True, has_operator=True)
             run(request, [wheels])
         trials += wheels.trials
     print_table(("backend", "the sender is", "trials", "median, ms", "p99, ms", "worst, ms"), _build_rows(trials))

@@ -44,7 +44,7 @@ class EmergencyStopKey:
     former mode while the process is in the background or suspended. An `AppTerminal` stands in for standard input, and
     passes on every other key to an app that reads. While Python's debugger is active, it passes on the space bar too.
 
-    drives: whether the other keys drive the robot, in a steerable run. The app then gets no keys.
+    drives: whether the other keys drive the robot, in a run with an operator. The app then gets no keys.
     """
 
     def __init__(self, *, drives: bool = False) -> None:

@@ -146,7 +146,7 @@ def command(
             on_forced_exit = _make_forced_exit_handler(recorder, notifier, redirection, as_json=as_json)
             has_person = keys or view is not None
             is_realtime = values["realtime"] or has_person or foxglove is not None
-            values |= {"steerable": has_person, "realtime": is_realtime}
+            values |= {"has_operator": has_person, "realtime": is_realtime}
             result = _run(
                 values,
                 drawer,

@@ -42,7 +42,7 @@ class Loop:
     build_step_limit, observer_limit: the watchdog's time limits for the app's step and for the observers.
     outage: the longest time for which a device may be lost, in seconds. The robot stands still while a device is lost.
     waits: the monitor of the app's steps, in a simulation.
-    hand_driving: lets a person drive in place of the app, in a run that is steerable.
+    hand_driving: lets a person drive in place of the app, in a run with an operator.
     pace: the pace of simulated time. None: time passes as the clock lets it.
     check_signals: a function that raises the exception of a signal. It is called after each tick, and in a pause.
     """

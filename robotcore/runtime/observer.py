@@ -41,7 +41,7 @@ class RunContext:
     faults: Sequence[PlannedFault] = ()
     """The injected faults. ``is_active(time)`` of a fault returns whether it is active."""
     operator: OperatorInput | None = None
-    """The input of the person who may drive in place of the app. None if the request is not ``steerable``."""
+    """The input of the person who may drive in place of the app. None if the request has no operator."""
     statistics: TickStatistics = field(default_factory=TickStatistics)
     """The durations of the ticks so far."""
     pace: PaceControl | None = None

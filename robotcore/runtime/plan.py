@@ -97,7 +97,7 @@ class Plan:
         description = backend.load_robot(request.robot, request.options)
         devices = choose_devices(backend, description, request.options, behaviour.needs, behaviour.wants)
         opened = devices
-        if request.steerable:
+        if request.has_operator:
             if description.first_of(OPERATOR.kind):  # in a recording, so the replay opens it
                 devices |= {OPERATOR.name}
             description, opened = add_operator(description), devices | {OPERATOR.name}

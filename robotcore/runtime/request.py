@@ -56,7 +56,7 @@ class RunRequest:
     """The app whose ``verify`` decides whether the run was a success. If it is None, the app judges itself."""
     faults: tuple[str, ...] = ()
     """The specifications of the faults to inject."""
-    steerable: bool = False
+    has_operator: bool = False
     """Whether a person may drive the robot in place of the app, by ``RunContext.operator``."""
 
     def __post_init__(self) -> None:

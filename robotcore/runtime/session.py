@@ -211,7 +211,7 @@ class RunSession:
         outcome = Outcome.ERROR
         try:
             self._truth = self._build_truth(raw)
-            if plan.request.steerable and OPERATOR.name not in raw.devices:  # a replay has its recorded operator
+            if plan.request.has_operator and OPERATOR.name not in raw.devices:  # a replay has its recorded operator
                 self._operator = open_operator(raw, plan.description)
             self._assembled = assembled = self._assemble(raw)
             robot = assembled.robot
@@ -242,7 +242,7 @@ class RunSession:
             observer_limit(safety.watchdog_s * (SIMULATION_FACTOR if is_simulated else 1.0)),
             safety.outage_s,
             WaitMonitor(self._add_note) if is_simulated else None,
-            HandDriving(assembled.robot, plan.description) if plan.request.steerable else None,
+            HandDriving(assembled.robot, plan.description) if plan.request.has_operator else None,
             pace,
             self._signals.check,
         )

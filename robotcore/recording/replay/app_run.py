@@ -140,7 +140,7 @@ def run_app(
         timeout_s=recorded.timeout_s,
         settings=settings,
         options={"recording": tap.recording, "keeps_safety_rules": keeps_safety_rules},
-        steerable=recorded.steerable,
+        has_operator=recorded.has_operator,
     )
     recorders = [recorder] if recorder else []  # it gets a tick first, because the tap may end the replay in the tick
     result = run(request, [*recorders, tap], [tap, *(each.layer for each in recorders)])

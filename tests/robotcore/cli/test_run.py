@@ -144,8 +144,8 @@ def test_defaults_are_those_of_a_request(cli: Cli, monkeypatch: pytest.MonkeyPat
 
 def test_every_field_of_a_request_has_an_option() -> None:
     names = {parameter.name for parameter in command.params}
-    assert set(RunRequest.__dataclass_fields__) - {"steerable"} <= names
-    assert "keys" in names  # which makes the run steerable
+    assert set(RunRequest.__dataclass_fields__) - {"has_operator"} <= names
+    assert "keys" in names  # which adds the operator
 
 
 def test_picture_is_a_png_of_the_run_and_does_not_change_it(cli: Cli, tmp_path: Path, check_text: CheckText) -> None:

@@ -44,7 +44,7 @@ class LiveRun:
         self.view, self.watcher = LiveView(address), Watcher()
         self.result: RunResult | None = None
         self._begun = Event()
-        fields = {"app": Circles, "world": "open", "realtime": True, "steerable": True, "timeout_s": 60.0, **request}
+        fields = {"app": Circles, "world": "open", "realtime": True, "has_operator": True, "timeout_s": 60.0, **request}
         self._request = RunRequest(**fields)
         self._thread = Thread(target=self._run)
         self._thread.start()

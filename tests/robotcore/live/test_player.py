@@ -184,7 +184,7 @@ def test_each_viewer_sees_the_time_that_another_chooses(page: Page, watch: Watch
 
 
 def test_prints_and_hand_driving_are_shown_at_their_ticks(page: Page, watch: Watch, tmp_path: Path) -> None:
-    page.goto(watch(record(tmp_path / "driven.mcap", [HandDriver()], steerable=True)))
+    page.goto(watch(record(tmp_path / "driven.mcap", [HandDriver()], has_operator=True)))
     frame = open_frame(page)
     expect(frame.locator("#log")).to_contain_text("the circles begin")
     slide(page, 1.5)

@@ -119,7 +119,7 @@ def test_a_kind_that_raises_has_the_exception_as_its_text(monkeypatch: pytest.Mo
 
 
 def test_the_pace_the_overruns_and_the_person_are_in_the_message() -> None:
-    snapper = take(steerable=True, realtime=True)
+    snapper = take(has_operator=True, realtime=True)
     message = snapper.snapshots.build_message(snapper.moments[-1], [])
     assert message["pace"] == {"speed": 1.0, "is_paused": False}
     assert message["is_hand_driven"] is False

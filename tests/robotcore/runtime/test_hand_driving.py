@@ -89,7 +89,7 @@ def release(operator: OperatorInput) -> None:
 
 
 def drive(app: Any, person: Person, **asked: Any) -> RunResult:
-    return run(RunRequest(app, **{"world": "open", "timeout_s": 2.0, "steerable": True, **asked}), [person])
+    return run(RunRequest(app, **{"world": "open", "timeout_s": 2.0, "has_operator": True, **asked}), [person])
 
 
 @pytest.fixture(autouse=True)
@@ -128,7 +128,7 @@ def test_the_generator_of_an_app_stands_still_meanwhile() -> None:
 
 def test_without_a_person_the_app_runs_as_in_a_run_that_is_not_steerable() -> None:
     request = RunRequest("green-search", seed=7, timeout_s=3.0)
-    other = RunRequest("green-search", seed=7, timeout_s=3.0, steerable=True)
+    other = RunRequest("green-search", seed=7, timeout_s=3.0, has_operator=True)
     assert run(request).trace_sha256 == run(other).trace_sha256
 
 
@@ -209,7 +209,7 @@ def test_a_command_to_an_actuator_is_sent_once_and_limited() -> None:
         operator.command("lamp", [1.0, 0.5, 0.0])
 
     memory = Memory()
-    request = RunRequest("wave.py", robot="driven.toml", world="open", timeout_s=1.0, steerable=True)
+    request = RunRequest("wave.py", robot="driven.toml", world="open", timeout_s=1.0, has_operator=True)
     run(request, [memory, Person(once={5: turn, 15: release})], [memory.layer])
     commands = [(tick.number, each.device, each.given) for tick in memory.ticks for each in tick.commands]
     assert commands == [(7, "pan", 1.0), (7, "lamp", [1.0, 0.5, 0.0])]
@@ -224,7 +224,7 @@ def test_a_command_to_an_actuator_is_sent_once_and_limited() -> None:
 @pytest.mark.usefixtures("_wave")
 def test_the_sensors_are_read_while_a_person_drives() -> None:
     memory = Memory()
-    request = RunRequest("wave.py", robot="driven.toml", world="open", timeout_s=1.0, steerable=True)
+    request = RunRequest("wave.py", robot="driven.toml", world="open", timeout_s=1.0, has_operator=True)
     run(request, [memory, Person((range(5, 40), advance))], [memory.layer])
     read = {tick.number: {each.device for each in tick.reads if each.by is None} for tick in memory.ticks}
     assert "nose" not in read[5]
@@ -267,7 +267,7 @@ def test_a_hand_driven_run_replays_equal(
         (range(45, 60), lambda operator: operator.drive(-0.1, -1.0)),
         once={30: release, 60: release},
     )
-    request = RunRequest(app, seed=7, timeout_s=4.0, steerable=True, faults=faults)
+    request = RunRequest(app, seed=7, timeout_s=4.0, has_operator=True, faults=faults)
     run(request, [memory, person], [memory.layer])
     found = replay(memory.recording)
     assert found.deviation is None
@@ -296,7 +296,7 @@ def test_a_lost_sensor_that_the_routine_has_not_read_does_not_stop_the_person(tm
 def test_a_recorded_command_to_no_actuator_is_ignored(device: str) -> None:
     memory = Memory()
     person = Person(once={5: lambda operator: operator.drive(0.1, 0.0)})
-    run(RunRequest("avoid-obstacles", timeout_s=1.0, steerable=True), [memory, person], [memory.layer])
+    run(RunRequest("avoid-obstacles", timeout_s=1.0, has_operator=True), [memory, person], [memory.layer])
     changed = {
         key: replace(sample, commands=(OperatorCommand(device, (0.5,), 1),)) if key.device == "operator" else sample
         for key, sample in memory.samples.items()
