@@ -31,6 +31,7 @@ STATE: dict[str, Any] = {
     "for_s": 3.0,
     "restarts": 0,
     "status_text": "",
+    "view_port": None,
     "reason": "",
     "lines": [],
     "starts_with_robot": True,

@@ -11,6 +11,7 @@ from typing import Annotated, Any, TypeVar
 
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, StringConstraints, ValidationError
 
+from robotcore.deploy.agent.releases import DEFAULT_VIEW_PORT, MAX_VIEW_PORT, MIN_VIEW_PORT
 from robotcore.description import (
     RobotDescription,
     StrictModel,
@@ -75,6 +76,8 @@ class DeployTable(StrictModel):
     record: bool = True
     record_last: Annotated[Text, AfterValidator(_require_duration)] = "10min"
     """The time before the end of a run that its recording keeps, such as ``10min``; ``all`` for the whole run."""
+    view: Annotated[int, Field(ge=MIN_VIEW_PORT, le=MAX_VIEW_PORT)] | None = None
+    """The port of the robot's 127.0.0.1 at which the app has its live page; None without a page."""
     seeds: Text = "1-3"
     require: Texts = ()
     extras: Texts = ()
@@ -195,6 +198,8 @@ class DeployOptions:
     """Whether each run on the robot is recorded."""
     record_last: str | None = None
     """The time before the end of a run that its recording keeps, such as ``10min``; ``all`` for the whole run."""
+    has_view: bool = False
+    """Whether the app has a live page, also if the project names no port for it."""
     folder: Path | None = None
     """The project's folder; None for the current folder."""
 
@@ -303,6 +308,8 @@ def _apply_options(options: DeployOptions, table: DeployTable) -> DeployTable:
     changes: dict[str, Any] = {key: value for key, value in chosen.items() if value is not None}
     changes["settings"] = {**table.settings, **options.settings}
     changes["options"] = {**table.options, **options.options}
+    if options.has_view and table.view is None:
+        changes["view"] = DEFAULT_VIEW_PORT
     return table.model_copy(update=changes)
 
 

@@ -188,14 +188,19 @@ def create_release(project: Project, requirements: tuple[str, ...] = (), check_l
     requirements: the requirements that pip installs on the robot.
     check_lines: a line for each check before the push, with its result.
     """
-    stop_options = format_options(RunRequest(project.app, options=project.deploy.options))
+    view, stop_options = project.deploy.view, format_options(RunRequest(project.app, options=project.deploy.options))
     return Release(
         name=f"{datetime.now(timezone.utc):{NAME_FORMAT}}",
         project=project.name,
         app=project.app,
         robot=project.robot,
         backend=project.deploy.backend,
-        run=("run", project.app, *format_options(_build_run_request(project))),
+        run=(
+            "run",
+            project.app,
+            *format_options(_build_run_request(project)),
+            *(("--view", str(view)) if view else ()),
+        ),
         stop=("stop", "--backend", project.deploy.backend, "--robot", project.robot, *stop_options),
         requirements=requirements,
         checks=check_lines,
@@ -204,6 +209,7 @@ def create_release(project: Project, requirements: tuple[str, ...] = (), check_l
         sender=f"{getpass.getuser()}@{platform.node()}",
         is_recorded=project.deploy.record,
         record_last="" if project.deploy.record_last == WHOLE_RUN else project.deploy.record_last,
+        view_port=view,
     )
 
 

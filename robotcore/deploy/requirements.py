@@ -138,8 +138,8 @@ def _require_installable(requirement: Requirement) -> None:
         )
 
 
-RECORD = "record"
-"""The extra of robotcore that recordings need."""
+RECORD, VIEW = "record", "view"
+"""The extras of robotcore that recordings and the live page need."""
 
 _EXTRAS = re.compile(r"robotcore\[([\w,-]+)\]")
 
@@ -160,7 +160,8 @@ def find_extras(project: Project) -> set[str]:
         with suppress(BackendMissingError):  # a broken package, which `robotcore check` reports
             remedies.append(load_registered("device driver", DEVICES, name).remedy)
     named = {extra for remedy in remedies for found in _EXTRAS.findall(remedy) for extra in found.split(",")}
-    return named | ({RECORD} if project.deploy.record else set())
+    needed = {RECORD: project.deploy.record, VIEW: project.deploy.view is not None}
+    return named | {extra for extra, is_needed in needed.items() if is_needed}
 
 
 def _find_driver_names(project: Project) -> set[str]:

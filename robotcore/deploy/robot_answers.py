@@ -45,6 +45,7 @@ def _reject_broken(kind: str) -> str:
 ReleaseName = Annotated[str, AfterValidator(require_name)]
 RemoteFolder = Annotated[str, AfterValidator(require_remote_folder)]
 Count = Annotated[int, Field(ge=0, lt=1 << 63)]
+Port = Annotated[int, Field(gt=0, lt=1 << 16)]
 Texts = Annotated[list[str], Field(max_length=MAX_ITEMS)]
 Version = Annotated[str, StringConstraints(pattern=r"^\d{1,2}\.\d{1,3}\.\d{1,3}(?:(?:a|b|rc)\d{1,3})?\+?$")]
 LibcVersion = Annotated[str, StringConstraints(pattern=r"^(?:\d{1,3}(?:\.\d{1,3}){1,3})?$")]
@@ -183,6 +184,8 @@ class StatusAnswer(RobotMessage):
     """The number of times that systemd has restarted the app after a failure."""
     status_text: str
     """The last status text of the app."""
+    view_port: Port | None
+    """The port of the robot's 127.0.0.1 at which the current release has its live page; None without a page."""
     reason: str
     """The cause of the app's last failure; empty without a failure."""
     lines: Texts
@@ -222,6 +225,7 @@ class ListedRelease(RobotMessage):
     sender: str
     is_recorded: bool
     record_last: str
+    view_port: Port | None = None
     outcome: str | None
     reason: str
 

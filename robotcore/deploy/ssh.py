@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import select
+import socket
 import subprocess
 import tempfile
 from contextlib import ExitStack, suppress
@@ -47,6 +48,9 @@ BREAK_GRACE_S = 1
 
 If the connection breaks, a call may fail shortly before ssh ends.
 """
+
+FORWARD_ATTEMPTS = 3
+"""The number of ports that are tried. Another program may take a free port before ssh does."""
 
 SOCKET_FOLDER = "/tmp"  # noqa: S108  the socket is in a private folder in it
 """The folder for the private folder with ssh's socket.
@@ -133,13 +137,38 @@ class SshConnection:
         if error.kind in {CALL_FAILED, RSYNC_FAILED}:
             with suppress(subprocess.TimeoutExpired):
                 self._master.wait(BREAK_GRACE_S)
-                log = self._read_log()
-                words = f" ({find_last_line(log)})" if log.strip() else ""
-                return DeployError(
-                    f"{self.host}: the connection broke{words}. Check that the robot is on and in reach, and try again",
-                    kind=BROKEN,
-                )
+                return self._explain_break()
         return error
+
+    def forward(self, port: int) -> int:
+        """Forward a free port of this machine's 127.0.0.1 to a port of the robot's 127.0.0.1, and return the free port.
+
+        The forwarding ends with the connection. Raises DeployError if ssh refuses.
+        """
+        *options, name = self.ssh_command
+        for _ in range(FORWARD_ATTEMPTS):
+            with socket.create_server(("127.0.0.1", 0)) as listener:
+                local: int = listener.getsockname()[1]
+            command = [*options, "-O", "forward", "-L", f"127.0.0.1:{local}:127.0.0.1:{port}", name]
+            done = subprocess.run(command, capture_output=True, check=False)  # noqa: S603  constants and numbers
+            if done.returncode == 0:
+                return local
+        cause = find_last_line(decode_output(done.stderr))
+        text = f"{self.host}: ssh cannot forward a port: {cause}. Try again, or update ssh on this computer"
+        raise self.find_cause(DeployError(text, kind=CALL_FAILED))
+
+    def wait(self) -> None:
+        """Wait until the connection breaks. Raises DeployError then."""
+        self._master.wait()
+        raise self._explain_break()
+
+    def _explain_break(self) -> DeployError:
+        log = self._read_log()
+        words = f" ({find_last_line(log)})" if log.strip() else ""
+        return DeployError(
+            f"{self.host}: the connection broke{words}. Check that the robot is on and in reach, and try again",
+            kind=BROKEN,
+        )
 
     def _start(self) -> subprocess.Popen[bytes]:
         command = (*LAUNCHER, "ssh", *self._build_options(), "--", self.host.name, "cat")

@@ -18,6 +18,7 @@ from robotcore.cli.output import write_lines
         "releases:rollback",
         "app:status",
         "app:logs",
+        "view",
         "app:start",
         "app:stop",
         "releases:remove",

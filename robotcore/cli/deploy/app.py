@@ -122,7 +122,7 @@ def _write_state(host: RobotAddress, state: StatusAnswer) -> None:
     times = "once" if state.restarts == 1 else f"{state.restarts} times"
     write_line(f"{host}: {state.release} {state.state}{since}{f', restarted {times}' if state.restarts else ''}")
     room = f"{format_bytes(state.recordings.bytes)}; {format_bytes(state.free_bytes)} free"
-    for name, text in (*_describe_app(state), ("recordings", f"{state.recordings.files}, {room}")):
+    for name, text in (*_describe_app(host, state), ("recordings", f"{state.recordings.files}, {room}")):
         write_line(f"  {name:<13}{text}".rstrip() if name else f"    {text}")
     if not state.lingers:
         write_line("  warning      the app ends with the last login. On the robot: sudo loginctl enable-linger")
@@ -130,12 +130,14 @@ def _write_state(host: RobotAddress, state: StatusAnswer) -> None:
         write_line(f"  note         the app does not start with the robot: {host.format_command('start')}")
 
 
-def _describe_app(state: StatusAnswer) -> Iterator[tuple[str, str]]:
+def _describe_app(host: RobotAddress, state: StatusAnswer) -> Iterator[tuple[str, str]]:
     """Yield the name and the text of each line about the app. The name of a line of its output is empty."""
     if state.pending:
         yield "checking", f"{state.pending}; if it is not healthy, the release before it runs again"
     if state.status_text:
         yield "status", state.status_text
+    if state.view_port and state.state == "running":
+        yield "live page", host.format_command("view")
     if state.reason:
         yield "restarted" if state.state in GOOD_STATES else "failed", state.reason
         yield from (("", line) for line in state.lines)

@@ -35,6 +35,9 @@ HEALTHY_WITHIN_S, SETTLE_S = 60.0, 4.0
 A Raspberry Pi needs long to import NumPy and OpenCV, and its camera needs time to settle.
 """
 
+DEFAULT_VIEW_PORT, MIN_VIEW_PORT, MAX_VIEW_PORT = 8080, 1024, 65535
+"""The port of the robot's 127.0.0.1 for the live page, and its limits. Smaller ones need root."""
+
 RESULT_FILE = "outcome.json"
 HEALTHY, UNHEALTHY, STOPPED = "healthy", "unhealthy", "stopped"
 """The outcomes of a health check.
@@ -81,6 +84,8 @@ class Release:
     """Whether the robot records each run of the app."""
     record_last: str = ""
     """The time before the end of a run that its recording keeps, such as ``10min``; empty for the whole run."""
+    view_port: int | None = None
+    """The port of the robot's 127.0.0.1 at which the app has its live page; None without a page."""
 
     def write(self, folder: Path) -> None:
         """Write the manifest into a release's folder."""

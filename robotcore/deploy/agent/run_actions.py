@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
@@ -12,7 +13,14 @@ from robotcore.deploy.agent import systemd_units as units
 from robotcore.deploy.agent.errors import AgentError
 from robotcore.deploy.agent.files import Layout, hold_lock, measure_free_space, measure_recording
 from robotcore.deploy.agent.health_check import HealthCheck, build_health_answer, follow_check, wait_until_settled
-from robotcore.deploy.agent.releases import HEALTHY, HEALTHY_WITHIN_S, UNHEALTHY, HealthResult, read_outcome
+from robotcore.deploy.agent.releases import (
+    HEALTHY,
+    HEALTHY_WITHIN_S,
+    UNHEALTHY,
+    HealthResult,
+    Release,
+    read_outcome,
+)
 from robotcore.deploy.agent.rpc import report_progress
 from robotcore.deploy.agent.systemctl import UnitState
 from robotcore.deploy.agent.systemd_units import HEALTH_CHECK, SERVICE, START_LIMIT_S, list_installed_units
@@ -151,6 +159,7 @@ def read_status(layout: Layout) -> dict[str, Any]:
         "for_s": time.monotonic() - state.active_since_s if state.is_up else None,
         "restarts": state.restarts,
         "status_text": "" if state_name == "stopped" else state.status_text,  # the text may be another release's
+        "view_port": _read_view_port(layout, name),
         "reason": reason,
         "lines": lines,
         "starts_with_robot": state.is_enabled,
@@ -158,6 +167,12 @@ def read_status(layout: Layout) -> dict[str, Any]:
         "recordings": {"files": len(sizes), "bytes": sum(sizes)},
         "free_bytes": measure_free_space(layout.home),
     }
+
+
+def _read_view_port(layout: Layout, name: str | None) -> int | None:
+    with suppress(OSError, ValueError):  # no release, or its manifest is damaged
+        return Release.read(layout.releases / name).view_port if name else None
+    return None
 
 
 def _name_state(state: UnitState) -> str:

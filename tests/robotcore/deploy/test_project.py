@@ -7,6 +7,7 @@ import pytest
 
 from robotcore.deploy.project import DeployOptions, DeployTable, build_project
 from robotcore.deploy.push import UNTIL_STOPPED_S, create_release
+from robotcore.deploy.requirements import find_extras
 from robotcore.errors import DescriptionError, UnknownNameError, UsageError
 from tests.robotcore.deploy.projects import DRIVES_ON, TABLE, write, write_project
 from tests.texts import Raises
@@ -50,6 +51,20 @@ def test_recordings_keep_ten_minutes_unless_the_project_names_another_duration(t
     assert write_project(tmp_path).deploy.record_last == "10min"
     assert write_project(tmp_path, TABLE + 'record_last = "all"\n').deploy.record_last == "all"
     assert write_project(tmp_path, record_last="2h").deploy.record_last == "2h"
+
+
+def test_the_live_page_has_a_port_that_needs_no_root(tmp_path: Path, raises: Raises) -> None:
+    assert write_project(tmp_path).deploy.view is None
+    assert create_release(write_project(tmp_path)).view_port is None
+    project = write_project(tmp_path, TABLE + "view = 8080\n")
+    release = create_release(project)
+    assert (release.view_port, release.run[-2:]) == (8080, ("--view", "8080"))
+    assert write_project(tmp_path, TABLE + "view = 9000\n", has_view=True).deploy.view == 9000
+    assert write_project(tmp_path, has_view=True).deploy.view == 8080
+    assert "view" in find_extras(project)
+    assert "view" not in find_extras(write_project(tmp_path))
+    with raises(DescriptionError, "out-of-bounds", hide=[tmp_path]):
+        write_project(tmp_path, TABLE + "view = 80\n")
 
 
 def test_files_are_named_from_the_current_folder_and_stored_relative_to_the_project(tmp_path: Path) -> None:

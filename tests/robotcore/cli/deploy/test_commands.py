@@ -1,7 +1,11 @@
 from __future__ import annotations
 
 import os
+import re
+import signal
+from http.server import BaseHTTPRequestHandler, HTTPServer
 from pathlib import Path
+from threading import Thread, Timer
 from typing import Any
 
 import pytest
@@ -17,7 +21,7 @@ from tests.texts import CheckText
 
 OLD, NEW = "2026-11-21T22-40-03Z", "2026-11-21T22-52-10Z"
 
-COMMANDS = ("push", "list", "rollback", "status", "logs", "start", "stop", "remove", "fetch")
+COMMANDS = ("push", "list", "rollback", "status", "logs", "start", "stop", "remove", "fetch", "view")
 
 STATE: dict[str, Any] = {
     "release": NEW,
@@ -28,6 +32,7 @@ STATE: dict[str, Any] = {
     "for_s": 3723.4,
     "restarts": 2,
     "status_text": "approach, 12.4 s",
+    "view_port": None,
     "reason": "",
     "lines": [],
     "starts_with_robot": True,
@@ -118,13 +123,23 @@ LAST = {"name": NEW, "outcome": "unhealthy", "reason": "it ended with status 5"}
     [
         ({}, 0),
         ({"restarts": 1}, 0),
+        ({"view_port": 8080}, 0),
         ({"reason": "it ended with status 5", "lines": ["ValueError: no"]}, 0),
         ({**FAILED, "pending": NEW, "lingers": False, "starts_with_robot": False}, 1),
         (EMPTY, 1),
         ({**EMPTY, "last": LAST}, 1),
         ({**EMPTY, "pending": NEW}, 1),
     ],
-    ids=["runs", "restarted once", "restarted with a reason", "failed", "empty", "first push failed", "first check"],
+    ids=[
+        "runs",
+        "restarted once",
+        "with a page",
+        "restarted with a reason",
+        "failed",
+        "empty",
+        "first push failed",
+        "first check",
+    ],
 )
 def test_status_describes_the_state(
     deploy: Deploy,
@@ -208,6 +223,37 @@ def test_refusal_cannot_forge_a_line(
     assert (result.status, result.out) == (3, "")
     assert result.err.removesuffix("\n").isprintable()
     check_text(result.err)
+
+
+class Page(BaseHTTPRequestHandler):
+    """Answers as the live page does, and presses Ctrl-C soon after."""
+
+    def do_GET(self) -> None:
+        self.send_response(200)
+        self.end_headers()
+        Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()
+
+    def log_message(self, *_arguments: object) -> None:
+        pass
+
+
+def test_view_prints_the_link_and_forwards_until_ctrl_c(deploy: Deploy, add_action: AddAction) -> None:
+    with HTTPServer(("127.0.0.1", 0), Page) as server:
+        add_action("status", build_action({**STATE, "view_port": server.server_port}))
+        thread = Thread(target=server.handle_request)
+        thread.start()
+        result = deploy("view")
+        thread.join()
+    assert (result.status, result.err) == (130, "")
+    assert re.fullmatch(r"The live page of robot, until Ctrl-C: http://127\.0\.0\.1:\d+/\n", result.out)
+
+
+def test_view_of_a_robot_without_a_page_is_an_error_in_one_line(deploy: Deploy, add_action: AddAction) -> None:
+    add_action("status", build_action(STATE))
+    result = deploy("view")
+    assert (result.status, result.out) == (3, "")
+    assert result.err.count("\n") == 1
+    assert "robotcore deploy push --view robot" in result.err
 
 
 def test_spinner_does_not_interpret_markup_of_a_robot() -> None:

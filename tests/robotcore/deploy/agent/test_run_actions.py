@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 
 import pytest
 
@@ -9,7 +10,7 @@ from robotcore.deploy.agent import systemd_units as units
 from robotcore.deploy.agent.errors import AgentError
 from robotcore.deploy.agent.files import Layout
 from robotcore.deploy.agent.health_check import HealthCheck
-from robotcore.deploy.agent.releases import HealthResult
+from robotcore.deploy.agent.releases import MANIFEST, HealthResult, Release
 from tests.robotcore.deploy.agent import systemd_states as at
 from tests.robotcore.deploy.agent.sample_releases import NEW, OLD, put_release, put_releases
 from tests.robotcore.deploy.agent.systemd_double import ScriptedSystemd
@@ -56,12 +57,23 @@ def test_status_of_a_running_app(layout: Layout, systemd: ScriptedSystemd) -> No
         "state": "running",
         "restarts": 1,
         "status_text": "searching, 30 s",
+        "view_port": None,
         "reason": "",
         "lines": [],
         "starts_with_robot": True,
         "lingers": True,
         "recordings": {"files": 1, "bytes": 1000},
     }
+
+
+def test_status_has_the_port_of_the_live_page(layout: Layout, systemd: ScriptedSystemd) -> None:
+    put_releases(layout, OLD, current=OLD)
+    systemd.set_states(at.AGAIN_RUNS)
+    folder = layout.releases / OLD
+    replace(Release.read(folder), view_port=8080).write(folder)
+    assert run_actions.read_status(layout)["view_port"] == 8080
+    (folder / MANIFEST).write_text("damaged")
+    assert run_actions.read_status(layout)["view_port"] is None
 
 
 def test_status_has_the_last_lines_of_a_failed_app(layout: Layout, systemd: ScriptedSystemd) -> None:
