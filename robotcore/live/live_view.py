@@ -17,7 +17,7 @@ from robotcore.live.address import Address, build_token
 from robotcore.live.messages import Message
 from robotcore.live.page_process import PageProcess, build_picture_message
 from robotcore.live.run_description import MAP_PX, describe_run, draw_world, find_grid
-from robotcore.live.snapshot import Moment, Snapshots
+from robotcore.live.snapshot import Snapshot, SnapshotBuilder
 from robotcore.optics import Image
 from robotcore.runtime.observer import RunContext
 from robotcore.runtime.operator_input import LEASE_S
@@ -68,20 +68,20 @@ class LiveView:
         self._page = PageProcess(listener, token, address.list_hosts())
         self._wall = MonotonicClock()
         self._run: RunContext | None = None
-        self._snapshots: Snapshots | None = None
+        self._builder: SnapshotBuilder | None = None
         self._thread: Thread | None = None
         self._changed = Condition()
-        self._moment: Moment | None = None
+        self._newest: Snapshot | None = None
         self._is_new = False
         self._causes: dict[str, None] = {}
-        self._held: frozenset[str] = frozenset()
+        self._active_causes: frozenset[str] = frozenset()
         self._state = ""
         self._lines: deque[dict[str, Any]] = deque(maxlen=MAX_LINES)
-        self._warned = ""
+        self._last_warning = ""
         self._end: dict[str, Any] | None = None
         self._is_closing = False
         self._viewers = 0
-        self._sent: dict[str, Image] = {}
+        self._sent_pictures: dict[str, Image] = {}
         """The picture of each name that the page has."""
         self._map_due = self._summary_due = 0.0
 
@@ -90,16 +90,16 @@ class LiveView:
         return describe_link(self.link, is_public=self.is_public)
 
     def begin(self, run: RunContext) -> None:
-        self._run, self._snapshots = run, Snapshots(run)
+        self._run, self._builder = run, SnapshotBuilder(run)
         self._page.start(self._handle_action)
         self._thread = start_thread(self._send_all, "live page")
 
     def tick(self, record: TickRecord) -> None:
-        if self._snapshots is None:
+        if self._builder is None:
             return
-        moment = self._snapshots.take(record)
+        snapshot = self._builder.take(record)
         with self._changed:
-            self._moment, self._is_new = moment, True
+            self._newest, self._is_new = snapshot, True
             self._add_lines(record)
             self._changed.notify()
 
@@ -132,17 +132,17 @@ class LiveView:
         self._causes |= dict.fromkeys(each.cause for each in record.interventions)
         state = record.status_text
         texts = [("Info", f"state: {state}")] if state != self._state else []
-        texts += [("Warning", f"{cause} changes the command") for cause in sorted(causes - self._held)]
+        texts += [("Warning", f"{cause} changes the command") for cause in sorted(causes - self._active_causes)]
         texts += [("Warning", warning) for warning in record.warnings]
         texts += [("Info", line) for line in record.printed]
-        self._state, self._held = state, causes
+        self._state, self._active_causes = state, causes
         for level, text in texts:
             self._add_line(level, text)
 
     def _handle_action(self, action: dict[str, Any]) -> None:
         assert self._run
         if action.get("type") == "viewers":
-            self._viewers, self._sent = action["count"], {}
+            self._viewers, self._sent_pictures = action["count"], {}
         elif not self._is_late(action):
             try:
                 execute_action(self._run, action)
@@ -151,7 +151,7 @@ class LiveView:
         elif action["type"] == "actuate":
             self._add_line("Warning", f"a viewer's command to {action['device']} came too late, and has no effect")
         with self._changed:  # a paused run has no ticks, so the page would not show the change
-            self._is_new = self._moment is not None
+            self._is_new = self._newest is not None
             self._changed.notify()
 
     def _is_late(self, action: dict[str, Any]) -> bool:
@@ -161,12 +161,12 @@ class LiveView:
 
     def _warn(self, text: str) -> None:
         """Add a warning, unless it is the last one again."""
-        if text != self._warned:
-            self._warned = text
+        if text != self._last_warning:
+            self._last_warning = text
             self._add_line("Warning", text)
 
     def _add_line(self, level: str, text: str) -> None:
-        time = self._moment.record.time if self._moment else 0.0
+        time = self._newest.record.time if self._newest else 0.0
         self._lines.append({"type": "line", "level": level, "time": round(time, 3), "text": text})
 
     def _send_all(self) -> None:
@@ -182,11 +182,11 @@ class LiveView:
             with self._changed:
                 self._changed.wait_for(lambda: self._is_new or self._is_closing)
                 is_open = not self._is_closing
-                moment, self._is_new = self._moment, False
+                snapshot, self._is_new = self._newest, False
                 causes, self._causes = list(self._causes), {}
                 lines, self._lines = list(self._lines), deque(maxlen=MAX_LINES)
             try:
-                is_open &= all(map(self._page.send, self._build_messages(moment, causes, lines)))
+                is_open &= all(map(self._page.send, self._build_messages(snapshot, causes, lines)))
             except Exception as error:  # noqa: BLE001  any exception of a device's class: the page goes on without it
                 self._warn(f"the live page cannot show all of the run: {type(error).__name__}: {error}")
             with self._changed:
@@ -195,20 +195,20 @@ class LiveView:
             self._page.send(Message(self._end))
 
     def _build_messages(
-        self, moment: Moment | None, causes: Sequence[str], lines: Sequence[dict[str, Any]]
+        self, snapshot: Snapshot | None, causes: Sequence[str], lines: Sequence[dict[str, Any]]
     ) -> Iterator[Message]:
-        assert self._snapshots
+        assert self._builder
         yield from map(Message, lines)
-        if moment is None:
+        if snapshot is None:
             return
-        yield Message(self._snapshots.build_message(moment, causes))
+        yield Message(self._builder.build_message(snapshot, causes))
         if self._viewers:
-            sent = self._sent
-            for name, image in self._snapshots.list_pictures(moment):
-                if name in moment.commands or sent.get(name) is not image:  # an app may draw on a shown picture again
+            sent = self._sent_pictures
+            for name, image in self._builder.list_pictures(snapshot):
+                if name in snapshot.commands or sent.get(name) is not image:  # an app may draw on a shown picture again
                     sent[name] = image
                     yield build_picture_message(name, image)
-            yield from self._draw_map(moment)
+            yield from self._draw_map(snapshot)
             yield from self._summarise_ticks()
 
     def _summarise_ticks(self) -> Iterator[Message]:
@@ -217,14 +217,14 @@ class LiveView:
             self._summary_due = self._wall.now() + SUMMARY_PERIOD_S
             yield Message({"type": "timing", "phases": self._run.statistics.summarise()})
 
-    def _draw_map(self, moment: Moment) -> Iterator[Message]:
+    def _draw_map(self, snapshot: Snapshot) -> Iterator[Message]:
         assert self._run
         grid, now = find_grid(self._run.behaviour), self._wall.now()
         if grid is None or now < self._map_due:
             return
         self._map_due = now + MAP_PERIOD_S
         with suppress(ValueError, IndexError):  # the app may change its map meanwhile
-            yield build_picture_message("@map", grid.draw(moment.pose, (), MAP_PX))
+            yield build_picture_message("@map", grid.draw(snapshot.pose, (), MAP_PX))
 
 
 def describe_link(link: str, *, is_public: bool) -> str:

@@ -39,7 +39,7 @@ MAX_NEW_POINTS = 5000
 """The number of points of the path that wait for the page. Older ones are lost."""
 
 
-class Moment(NamedTuple):
+class Snapshot(NamedTuple):
     """The state of a run at the end of a tick. Its parts do not change later."""
 
     record: TickRecord
@@ -55,8 +55,8 @@ class Moment(NamedTuple):
     """The newest values that the app has logged, by name."""
 
 
-class Snapshots:
-    """Takes the snapshots of a run, and builds their messages.
+class SnapshotBuilder:
+    """Builds the snapshots of a run, and the messages of the snapshots.
 
     `take` belongs to the loop and is short. The other methods belong to the thread that sends.
     """
@@ -73,7 +73,7 @@ class Snapshots:
         self._path_end: Pose | None = None
         self._logged: Mapping[str, LoggedValue] = NOTHING_LOGGED
 
-    def take(self, record: TickRecord) -> Moment:
+    def take(self, record: TickRecord) -> Snapshot:
         """Return the present state of the run. This reads no device."""
         state = record.state
         truth = self._run.truth.pose if self._run.truth else None
@@ -83,7 +83,7 @@ class Snapshots:
             self._logged = {**self._logged, **record.logged}
         if state not in self._milestones and state in self._run.behaviour.milestones:
             self._milestones[str.__str__(state)] = record.time
-        return Moment(
+        return Snapshot(
             record,
             pose,
             truth,
@@ -102,26 +102,28 @@ class Snapshots:
         """Return the points of the path since the last call."""
         return [self._new_path.popleft() for _ in range(len(self._new_path))]
 
-    def build_message(self, moment: Moment, causes: Sequence[str]) -> dict[str, Any]:
-        """Return the message of a moment, without its pictures.
+    def build_message(self, snapshot: Snapshot, causes: Sequence[str]) -> dict[str, Any]:
+        """Return the message of a snapshot, without its pictures.
 
         causes: the causes of the interventions since the last message.
         """
-        record = moment.record
+        record = snapshot.record
         return {
             "type": "tick",
             "tick": record.tick,
             "time": round(record.time, 3),
             "state": record.status_text,
             "milestones": to_json(self._milestones.copy()),
-            "pose": to_json(moment.pose),
-            "truth": to_json(moment.truth),
+            "pose": to_json(snapshot.pose),
+            "truth": to_json(snapshot.truth),
             "path": self._take_path(),
             "asked": to_json(record.asked),
             "sent": to_json(record.sent),
-            "measured": to_json(self._speeds.measure(moment.samples)) if self._speeds else None,
-            "devices": dict(self._list_devices(moment)),
-            "logged": {name: {"value": to_json(value), "unit": unit} for name, (value, unit) in moment.logged.items()},
+            "measured": to_json(self._speeds.measure(snapshot.samples)) if self._speeds else None,
+            "devices": dict(self._list_devices(snapshot)),
+            "logged": {
+                name: {"value": to_json(value), "unit": unit} for name, (value, unit) in snapshot.logged.items()
+            },
             "interventions": list(causes),
             "is_hand_driven": bool(self._run.operator and self._run.operator.is_driving),
             "pace": describe_pace(self._run.pace) if self._run.pace else None,
@@ -129,22 +131,22 @@ class Snapshots:
             "faults": [str(fault) for fault in self._run.faults if fault.is_active(record.time)],
         }
 
-    def list_pictures(self, moment: Moment) -> Iterator[tuple[str, Image]]:
+    def list_pictures(self, snapshot: Snapshot) -> Iterator[tuple[str, Image]]:
         """Yield the name and the newest picture of each display and each camera."""
-        for name, shown in (*moment.commands.items(), *moment.samples.items()):
+        for name, shown in (*snapshot.commands.items(), *snapshot.samples.items()):
             image = shown.image if isinstance(shown, Frame) else shown
             if is_picture(image):
                 yield name, image
 
-    def _list_devices(self, moment: Moment) -> Iterator[tuple[str, dict[str, Any]]]:
+    def _list_devices(self, snapshot: Snapshot) -> Iterator[tuple[str, dict[str, Any]]]:
         for sensor in self._sensors:
-            if (sample := moment.samples.get(sensor.name)) is not None:
-                yield sensor.name, describe_sample(sensor, sample, moment.record.time)
+            if (sample := snapshot.samples.get(sensor.name)) is not None:
+                yield sensor.name, describe_sample(sensor, sample, snapshot.record.time)
         for actuator in self._actuators:
-            if (command := moment.commands.get(actuator.name)) is not None:
+            if (command := snapshot.commands.get(actuator.name)) is not None:
                 values = {} if isinstance(command, np.ndarray) else {"command": to_json(command)}
                 yield actuator.name, {"values": values, "text": actuator.format_state()}
-        if (sent := moment.record.sent) and (drive := self._run.description.drive):
+        if (sent := snapshot.record.sent) and (drive := self._run.description.drive):
             for motor in self._run.robot.motors.values():
                 velocities = list_velocities(motor.name, drive.left_motors, drive.right_motors, sent)
                 if isinstance(motor, AppMotor) and velocities:

@@ -23,7 +23,7 @@ from robotcore.live.address import Address
 from robotcore.live.hub import MAX_VIEWERS
 from robotcore.live.messages import Message
 from robotcore.live.server import FLOOD, FULL, WRONG_TOKEN
-from robotcore.live.snapshot import Snapshots
+from robotcore.live.snapshot import SnapshotBuilder
 from tests.robotcore.live.client import Client
 from tests.robotcore.live.live_run import LiveRun, StartRun
 
@@ -340,7 +340,7 @@ def test_a_state_that_cannot_be_shown_is_one_warning_and_the_page_goes_on(
     client = enter()
     client.receive("tick")
     with monkeypatch.context() as patch:
-        patch.setattr(Snapshots, "build_message", fail)
+        patch.setattr(SnapshotBuilder, "build_message", fail)
         while "ZeroDivisionError: no width" not in client.receive("line")["text"]:
             pass
     assert client.receive("tick")

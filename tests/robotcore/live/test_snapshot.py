@@ -13,7 +13,7 @@ from robotcore.kinds.lidar import Scan
 from robotcore.kinds.range_sensor import RangeSensor
 from robotcore.live.messages import encode, to_json
 from robotcore.live.run_description import describe_run, find_grid
-from robotcore.live.snapshot import MAX_RAYS, Moment, Snapshots, WheelSpeeds, describe_sample
+from robotcore.live.snapshot import MAX_RAYS, Snapshot, SnapshotBuilder, WheelSpeeds, describe_sample
 from robotcore.runtime.behaviour import Behaviour
 from robotcore.runtime.request import RunRequest
 from robotcore.runtime.session import RunContext
@@ -27,11 +27,11 @@ class Snapper(Watcher):
 
     def begin(self, run: RunContext) -> None:
         super().begin(run)
-        self.snapshots, self.moments = Snapshots(run), list[Moment]()
+        self.builder, self.snapshots = SnapshotBuilder(run), list[Snapshot]()
         self.description = describe_run(run)
 
     def tick(self, record: TickRecord) -> None:
-        self.moments.append(self.snapshots.take(record))
+        self.snapshots.append(self.builder.take(record))
 
 
 def take(**request: Any) -> Snapper:
@@ -48,7 +48,7 @@ def test_a_snapshot_reads_no_device_and_changes_no_run() -> None:
 
 def test_a_message_has_the_values_of_its_tick() -> None:
     snapper = take()
-    message = snapper.snapshots.build_message(snapper.moments[4], ["range guard"])
+    message = snapper.builder.build_message(snapper.snapshots[4], ["range guard"])
     encode(message)
     assert (message["tick"], message["state"], message["interventions"]) == (4, "turning", ["range guard"])
     assert message["milestones"] == {"turning": 0.0}
@@ -59,17 +59,17 @@ def test_a_message_has_the_values_of_its_tick() -> None:
 
 def test_each_point_of_the_path_is_sent_once() -> None:
     snapper = take()
-    first = snapper.snapshots.build_message(snapper.moments[-1], [])["path"]
+    first = snapper.builder.build_message(snapper.snapshots[-1], [])["path"]
     assert len(first) > 2
-    start = snapper.moments[0].truth
+    start = snapper.snapshots[0].truth
     assert start
     assert first[0] == (start.x, start.y, "turning")
-    assert snapper.snapshots.build_message(snapper.moments[-1], [])["path"] == []
+    assert snapper.builder.build_message(snapper.snapshots[-1], [])["path"] == []
 
 
 def test_the_pictures_are_those_of_displays_before_those_of_cameras() -> None:
     snapper = take()
-    assert [name for name, _ in snapper.snapshots.list_pictures(snapper.moments[-1])] == ["screen", "eye"]
+    assert [name for name, _ in snapper.builder.list_pictures(snapper.snapshots[-1])] == ["screen", "eye"]
 
 
 def test_the_description_is_json_and_names_each_device_of_the_run() -> None:
@@ -113,21 +113,21 @@ def test_a_kind_that_raises_has_the_exception_as_its_text(monkeypatch: pytest.Mo
 
     snapper = take()
     monkeypatch.setattr(RangeSensor, "format_sample", fail)
-    devices = snapper.snapshots.build_message(snapper.moments[-1], [])["devices"]
+    devices = snapper.builder.build_message(snapper.snapshots[-1], [])["devices"]
     assert "ZeroDivisionError: a kind of another package" in devices["nose"]["text"]
     assert devices["eye"]["text"] == "320x240 pixels"
 
 
 def test_the_pace_the_overruns_and_the_person_are_in_the_message() -> None:
     snapper = take(has_operator=True, realtime=True)
-    message = snapper.snapshots.build_message(snapper.moments[-1], [])
+    message = snapper.builder.build_message(snapper.snapshots[-1], [])
     assert message["pace"] == {"speed": 1.0, "is_paused": False}
     assert message["is_hand_driven"] is False
     assert message["overruns"] >= 0
     context = snapper.calls[0][1]
     context.operator.drive(0.1, 0.0)
     context.pace.pause()
-    message = snapper.snapshots.build_message(snapper.moments[-1], [])
+    message = snapper.builder.build_message(snapper.snapshots[-1], [])
     assert message["pace"]["is_paused"]
     assert message["is_hand_driven"] is True
 
