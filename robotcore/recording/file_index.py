@@ -95,9 +95,11 @@ class _Index:
             if opcode == Opcode.METADATA:
                 self._metadata.append(MetadataIndex(at, length, Metadata.read(stream).name))
             else:
-                one = Attachment.read(stream)
-                about = one.log_time, one.create_time, len(one.data), one.name, one.media_type
-                self._attachments.append(AttachmentIndex(at, length, *about))
+                attachment = Attachment.read(stream)
+                times = attachment.log_time, attachment.create_time
+                self._attachments.append(
+                    AttachmentIndex(at, length, *times, len(attachment.data), attachment.name, attachment.media_type)
+                )
 
     def _add_chunk(self, at: int, length: int) -> None:
         header = locate_chunk(self._file.read(min(length - RECORD.size, CHUNK_HEADER_BYTES)), at + RECORD.size)

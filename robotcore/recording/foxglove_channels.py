@@ -23,13 +23,13 @@ if TYPE_CHECKING:
     from foxglove.messages import Pose as FoxglovePose
 
 
-ODOMETRY, TRUE, BODY = "odom", "truth", "base_link"
+ODOMETRY_FRAME, TRUTH_FRAME, BODY_FRAME = "odom", "truth", "base_link"
 """The coordinate frames: the start of the odometry, the world of a simulator, and the robot's body.
 
 ``odom`` and ``base_link`` are names of REP 105.
 """
 
-TRUE_BODY = f"{BODY}_true"
+TRUE_BODY_FRAME = f"{BODY_FRAME}_true"
 """The coordinate frame of the robot's body at its true pose."""
 
 
@@ -140,7 +140,7 @@ def open_channel(output: ChannelOutput, device: Device, *, is_jpeg: bool, warn: 
             shown = _open_images(output, device.name, device.name, is_jpeg=True)
             return lambda frame, at: shown(replace(frame, time=at), at)
         case Sensor():
-            return _open_rays(output, device, warn) if device.has_rays else _open_numbers(output, device)
+            return _open_rays(output, device, warn) if device.has_rays else _open_samples(output, device)
     return None
 
 
@@ -201,16 +201,16 @@ def open_calibration(output: ChannelOutput, camera: Camera) -> Callable[[float],
 
 
 def _open_rays(output: ChannelOutput, sensor: Sensor[Any], warn: Callable[[str], None]) -> Write:
-    """Open the channels of the numbers and of scans. A kind whose rays cannot be listed gets no further scans."""
+    """Open the channels of the samples and of scans. A kind whose rays cannot be listed gets no further scans."""
     from foxglove.channels import LaserScanChannel
 
-    write_number = _open_numbers(output, sensor)
+    write_sample = _open_samples(output, sensor)
     scans = LaserScanChannel(f"{build_topic(sensor.name)}/scan", context=output.context)
     has_failed = False
 
     def write(sample: Any, at: float) -> None:
         nonlocal has_failed
-        write_number(sample, at)
+        write_sample(sample, at)
         if has_failed:
             return
         try:
@@ -238,8 +238,8 @@ def _build_scan(sensor: Sensor[Any], sample: Any) -> LaserScan:
     )
 
 
-def _open_numbers(output: ChannelOutput, sensor: Sensor[Any]) -> Write:
+def _open_samples(output: ChannelOutput, sensor: Sensor[Any]) -> Write:
     sample: Any = load_kind(sensor.kind).sample
     schema = name_schema(sample.__name__, sample)
-    numbers = output.open_json_channel(build_topic(sensor.name), schema, {DEVICE: sensor.name})
-    return lambda sample, at: numbers(to_json(sample), to_nanoseconds(at))
+    write = output.open_json_channel(build_topic(sensor.name), schema, {DEVICE: sensor.name})
+    return lambda sample, at: write(to_json(sample), to_nanoseconds(at))

@@ -17,10 +17,10 @@ from robotcore.recording.codec import to_json, to_plain
 from robotcore.recording.event_log import Level, LogLine, RunLog, build_last_line
 from robotcore.recording.events import GroundTruthSample, RecordedError, Tick
 from robotcore.recording.foxglove_channels import (
-    BODY,
-    ODOMETRY,
-    TRUE,
-    TRUE_BODY,
+    BODY_FRAME,
+    ODOMETRY_FRAME,
+    TRUE_BODY_FRAME,
+    TRUTH_FRAME,
     build_optical_name,
     build_pose_transform,
     build_transform,
@@ -155,12 +155,12 @@ class RecordingWriter:
         transforms = []
         if odometry_pose:
             message = PoseInFrame(
-                timestamp=to_timestamp(self._now), frame_id=ODOMETRY, pose=to_pose_message(odometry_pose)
+                timestamp=to_timestamp(self._now), frame_id=ODOMETRY_FRAME, pose=to_pose_message(odometry_pose)
             )
             self._pose.log(message, log_time=to_nanoseconds(self._now))
-            transforms.append(build_pose_transform(ODOMETRY, BODY, odometry_pose, self._now))
+            transforms.append(build_pose_transform(ODOMETRY_FRAME, BODY_FRAME, odometry_pose, self._now))
         if truth:
-            transforms.append(build_pose_transform(TRUE, TRUE_BODY, truth.pose, self._now))
+            transforms.append(build_pose_transform(TRUTH_FRAME, TRUE_BODY_FRAME, truth.pose, self._now))
         if transforms:
             self._moving.log(FrameTransforms(transforms=transforms), log_time=to_nanoseconds(self._now))
 
@@ -180,11 +180,11 @@ class RecordingWriter:
 
 def _build_static_transforms(metadata: Metadata) -> Iterator[FrameTransform]:
     if metadata.world:
-        yield build_pose_transform(TRUE, ODOMETRY, metadata.world.start.pose, 0.0)
+        yield build_pose_transform(TRUTH_FRAME, ODOMETRY_FRAME, metadata.world.start.pose, 0.0)
     for device in metadata.description.devices:
         if mount := metadata.description.mounts.get(device.name):
             turn = (0.0, mount.pitch_rad, mount.yaw_rad)
-            yield build_transform(BODY, device.name, (mount.x_m, mount.y_m, mount.z_m), turn)
+            yield build_transform(BODY_FRAME, device.name, (mount.x_m, mount.y_m, mount.z_m), turn)
         if device.kind == "camera":
             turn = (-math.pi / 2, 0.0, -math.pi / 2)
             yield build_transform(device.name, build_optical_name(device.name), (0.0, 0.0, 0.0), turn)
