@@ -44,16 +44,17 @@ class EmergencyStopKey:
     former mode while the process is in the background or suspended. An `AppTerminal` stands in for standard input, and
     passes on every other key to an app that reads. While Python's debugger is active, it passes on the space bar too.
 
-    drives: whether the other keys drive the robot, in a run with an operator. The app then gets no keys.
+    has_driving_keys: whether the other keys drive the robot, in a run with an operator. The app then gets no keys.
     """
 
-    def __init__(self, *, drives: bool = False) -> None:
+    def __init__(self, *, has_driving_keys: bool = False) -> None:
         self._stdin = self._terminal = sys.stdin.fileno()
         self._app: AppTerminal | None = None
         self._saved_mode: list[Any] | None = None
         self._lock = RLock()
         self._run: RunContext | None = None
-        self._drives, self._interval = drives, UPDATE_S if drives else POLL_S
+        self._has_driving_keys = has_driving_keys
+        self._interval = UPDATE_S if has_driving_keys else POLL_S
         self._driving_keys: DrivingKeys | None = None
         self._has_ended = Event()
         self._is_paused = False
@@ -69,7 +70,7 @@ class EmergencyStopKey:
         import termios
 
         self._run = run
-        if self._drives and run.operator:
+        if self._has_driving_keys and run.operator:
             self._driving_keys = DrivingKeys(run.operator, run.robot.drive)
         try:
             keys = _open_non_blocking(self._terminal)

@@ -127,7 +127,7 @@ def command(
     from robotcore.runtime.signals import SignalGuard
 
     with SignalGuard() as interrupts:
-        drawer = _make_picture_recorder(picture)
+        drawer = _build_picture_recorder(picture)
         recorder = build_recorder(
             record,
             dict(values["options"]),
@@ -136,14 +136,14 @@ def command(
             limit=record_limit,
             last_s=record_last,
         )
-        profiler = _make_profiler() if is_profiled else None
+        profiler = _build_profiler() if is_profiled else None
         notifier = Notifier.from_environment(os.environ)
         prepare_result(as_json=as_json)
         if keys:
             _require_keys(has_estop_key=not no_estop_key)
-        written = [] if as_json else _describe_project(values["robot"])
+        written = [] if as_json else _suggest_project_robot(values["robot"])
         with redirect_prints(as_json=as_json) as redirection:
-            on_forced_exit = _make_forced_exit_handler(recorder, notifier, redirection, as_json=as_json)
+            on_forced_exit = _build_forced_exit_handler(recorder, notifier, redirection, as_json=as_json)
             has_person = keys or view is not None
             is_realtime = values["realtime"] or has_person or foxglove is not None
             values |= {"has_operator": has_person, "realtime": is_realtime}
@@ -186,7 +186,7 @@ def _require_keys(*, has_estop_key: bool) -> None:
     write_line(HELP, is_error=True)
 
 
-def _describe_project(robot: str) -> list[str]:
+def _suggest_project_robot(robot: str) -> list[str]:
     """Return a line if --robot is not given, and the pyproject.toml in this folder names another robot."""
     is_default = click.get_current_context().get_parameter_source("robot") is ParameterSource.DEFAULT
     if not is_default or not Path("pyproject.toml").is_file():
@@ -235,7 +235,7 @@ def _save_picture(result: RunResult, drawer: PictureRecorder, picture: Path) -> 
         return replace(result, exit_status=result.exit_status or 1, reason=result.reason or str(error)), False
 
 
-def _make_picture_recorder(picture: Path | None) -> PictureRecorder | None:
+def _build_picture_recorder(picture: Path | None) -> PictureRecorder | None:
     if picture is None:
         return None
     from robotcore.view.page import require_writable
@@ -245,7 +245,7 @@ def _make_picture_recorder(picture: Path | None) -> PictureRecorder | None:
     return PictureRecorder()
 
 
-def _make_profiler() -> Profiler:
+def _build_profiler() -> Profiler:
     from robotcore.runtime.profiler import Profiler
 
     return Profiler()
@@ -272,7 +272,7 @@ def _run(
         page = stack.enter_context(closing(_open_page(view))) if view is not None else None
         server = stack.enter_context(closing(_open_foxglove(foxglove))) if foxglove is not None else None
         in_terminal: list[EmergencyStopKey | ProgressLine] = []
-        estop_key = EmergencyStopKey(drives=has_driving_keys) if has_estop_key and can_listen() else None
+        estop_key = EmergencyStopKey(has_driving_keys=has_driving_keys) if has_estop_key and can_listen() else None
         if estop_key:
             stack.enter_context(closing(estop_key))
             in_terminal.append(estop_key)
@@ -315,7 +315,7 @@ def _open_foxglove(port: int) -> FoxgloveServer:
     return server
 
 
-def _make_forced_exit_handler(
+def _build_forced_exit_handler(
     recorder: Recorder | None, notifier: Notifier | None, redirection: ExitStack, *, as_json: bool
 ) -> Callable[[RunResult], None]:
     """Return a function that writes the result of a run whose app hangs, before the process is ended by force.

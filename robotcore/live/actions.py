@@ -11,7 +11,7 @@ if TYPE_CHECKING:  # the process of the page imports this module, and starts fas
 PRESS_REASON = "the e-stop was pressed on the live page"
 
 MIN_SPEED, MAX_SPEED = 0.05, 100.0
-"""The least and the greatest pace that a viewer can choose, as simulated seconds in a second."""
+"""The least and the greatest speed of simulated time that a viewer can choose, in seconds per second."""
 
 MAX_STEPS = 100
 MAX_NUMBERS = 8
@@ -24,7 +24,7 @@ def read_action(message: dict[str, Any]) -> dict[str, Any]:
     """Return the action in a viewer's message, with checked values. Raises ValueError for any other message."""
     match message:
         case {"type": "drive", "linear": linear, "angular": angular}:
-            return {"type": "drive", "linear": _read_share(linear), "angular": _read_share(angular)}
+            return {"type": "drive", "linear": _read_ratio(linear), "angular": _read_ratio(angular)}
         case {"type": "actuate", "device": str(device), "value": [*numbers]} if (
             len(device) <= MAX_NAME_CHARACTERS and 0 < len(numbers) <= MAX_NUMBERS
         ):
@@ -69,8 +69,8 @@ def _read_number(value: object) -> float:
     return float(value)
 
 
-def _read_share(value: object) -> float:
-    """Return a share of the greatest velocity, from -1 to 1."""
+def _read_ratio(value: object) -> float:
+    """Return the ratio of a velocity to the greatest one, from -1 to 1."""
     if abs(share := _read_number(value)) > 1:
         raise ValueError("not from -1 to 1")
     return share

@@ -40,12 +40,12 @@ class HandDriving:
             return False
         read_sensors(self._robot)
         if was_driving and sample.is_driving:
-            self._obey(sample)
+            self._command_devices(sample)
         else:
             self._stop()
         return True
 
-    def _obey(self, sample: OperatorSample) -> None:
+    def _command_devices(self, sample: OperatorSample) -> None:
         if self._robot.has(Role.DRIVE):
             if sample.is_silent:
                 self._robot.drive.stop()

@@ -10,8 +10,8 @@ from threading import Lock
 from robotcore.errors import UsageError
 from robotcore.hal.wall_clock import MonotonicClock
 
-NAP_S = 0.02
-"""The longest time until a waiting loop obeys a new speed, a step, a signal or the e-stop, in seconds."""
+POLL_S = 0.02
+"""The interval at which a waiting loop checks the speed, the steps, the signals and the e-stop, in seconds."""
 
 
 class PaceControl:
@@ -103,7 +103,7 @@ class PaceControl:
                     return True
                 self._start = now, time
                 return self._speed > 1
-            self._wall.sleep_until(now + min(left, NAP_S))
+            self._wall.sleep_until(now + min(left, POLL_S))
             has_waited = True
             check()
         self._start = self._wall.now(), time
@@ -116,7 +116,7 @@ class PaceControl:
         check: a function that is called while this waits, and raises an exception to end the wait.
         """
         while self._is_paused and not self._take_step():
-            self._wall.sleep_until(self._wall.now() + NAP_S)
+            self._wall.sleep_until(self._wall.now() + POLL_S)
             check()
             self._start = self._wall.now(), time
 

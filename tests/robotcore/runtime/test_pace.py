@@ -12,7 +12,7 @@ from robotcore.hal.robot import Robot
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.runtime.behaviour import Status
 from robotcore.runtime.loop import Loop
-from robotcore.runtime.pace import NAP_S, PaceControl
+from robotcore.runtime.pace import POLL_S, PaceControl
 from robotcore.safety.latch import EmergencyStop
 from robotcore.safety.watchdog import TimeLimit
 from tests.robotcore.fakes import FunctionApp, Rig
@@ -103,7 +103,7 @@ class TestSpeed:
 
         run.wall.on_sleep = speed_up
         run.loop.run()
-        assert run.gaps == pytest.approx([0.01 + NAP_S, TICK_S, TICK_S])
+        assert run.gaps == pytest.approx([0.01 + POLL_S, TICK_S, TICK_S])
 
     def test_the_same_speed_again_changes_nothing(self, paced: Callable[..., PacedRun]) -> None:
         run = paced(1.0)
@@ -165,7 +165,7 @@ class TestPause:
         run.pace.pause()
         run.wall.on_sleep = run.pace.resume
         run.loop.run()
-        assert run.times == pytest.approx([1000.0 + NAP_S])
+        assert run.times == pytest.approx([1000.0 + POLL_S])
 
     def test_each_step_runs_one_tick(self, paced: Callable[..., PacedRun]) -> None:
         run = paced(ticks=6)
