@@ -208,6 +208,9 @@ def encode_picture(content: dict[str, Any], pixels: bytes) -> bytes:
 
 def build_server(app: Starlette) -> uvicorn.Server:
     """Return a server of an application, with the limits of the page."""
+    logging.getLogger("asyncio").setLevel(
+        logging.CRITICAL
+    )  # else it logs, such as an error for each refused connection
     return uvicorn.Server(
         uvicorn.Config(
             app,
@@ -260,6 +263,5 @@ def main(descriptor: int) -> None:
 
     descriptor: the file descriptor of a socket that listens.
     """
-    logging.getLogger("asyncio").setLevel(logging.CRITICAL)  # such as an error for each refused connection
     with socket.socket(fileno=descriptor) as listener:
         asyncio.run(serve(listener))
