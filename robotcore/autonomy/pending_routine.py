@@ -76,7 +76,7 @@ def warn_if_dropped(function: Callable[P, Generator[None, None, T]]) -> Callable
 def require_not_ended(routine: Generator[Any, Any, Any]) -> None:
     """Raise UsageError if a generator has ended."""
     if isinstance(routine, GeneratorType) and getgeneratorstate(routine) == GEN_CLOSED:
-        text = f"the routine {name_routine(routine)} has ended before. Build a new one for each run"
+        text = f"the routine {name_routine(routine)} has already ended. Build a new one for each run"
         raise UsageError(text, kind="routine-ended")
 
 

@@ -11,7 +11,7 @@ from robotcore.runtime.operator_input import OperatorInput
 
 HELP = (
     "Drive: arrow keys or WASD, Q and E for arcs. A tap is a slow step; hold a key to go on. X: stand. "
-    "+ and -: speed. R: return the robot to the app. Space: e-stop. Ctrl-C: end"
+    "+ and -: speed limit. R: return the robot to the app. Space: e-stop. Ctrl-C: end"
 )
 
 DIRECTIONS = {

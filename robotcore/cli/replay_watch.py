@@ -26,7 +26,8 @@ FileVersions = dict[Path, tuple[int, int]]
 def watch_app(app: str, first: Sequence[str], later: Sequence[str], *, is_quiet: bool) -> int:
     """Run a command of robotcore at once, and again when a ``.py`` file in the folder of an app is saved.
 
-    Each command has a process of its own. So it imports all modules of the app anew, and no end of it ends the watch.
+    Each command has a process of its own. So it imports all modules of the app anew, and its crash does not end the
+    watch.
     Return the exit status of the signal that ends the watch, such as that of Ctrl-C.
 
     app: the file of the app, such as ``my_app.py`` or ``my_app.py:MyApp``.

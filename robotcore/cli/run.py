@@ -181,7 +181,7 @@ def _require_keys(*, has_estop_key: bool) -> None:
         text = "--keys needs the space bar as the e-stop. Leave --no-estop-key out"
         raise UsageError(text, kind="keys-without-estop")
     if not can_listen():
-        text = "--keys needs a terminal: standard input is none, or this job is in the background"
+        text = "--keys needs a terminal in the foreground. Run the command there, or drive from a web page with --view"
         raise UsageError(text, kind="keys-without-terminal")
     write_line(HELP, is_error=True)
 
@@ -198,7 +198,7 @@ def _suggest_project_robot(robot: str) -> list[str]:
         if table and table.robot and table.robot != robot:
             names = {"--robot": table.robot, "--world": table.world}
             options = shlex.join(word for name, value in names.items() if value for word in (name, value))
-            return [f"The robot was {robot}. For that of {FILE}: {options}"]
+            return [f"The robot was {robot}. To run the robot of {FILE}, add: {options}"]
     return []
 
 

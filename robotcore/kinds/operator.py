@@ -15,7 +15,7 @@ from robotcore.text import format_number
 
 
 class OperatorDescription(DeviceDescription):
-    """The person who drives a robot. A run that a person may drive adds it, so a robot's file does not have it."""
+    """The person who drives a robot. A run with ``has_operator`` adds this device, so no robot's file has it."""
 
     kind: Literal["operator"]
 
@@ -36,7 +36,7 @@ class OperatorSample:
     """The commands of the person at one time."""
 
     is_driving: Annotated[bool, Unit("")]
-    """Whether the person drives. The app then does not."""
+    """Whether the person drives. The run then does not call the app."""
     is_silent: Annotated[bool, Unit("")]
     """Whether the person drives, but has sent no velocity for longer than the lease. The wheels then stop."""
     linear: Annotated[float, Unit("m/s")]

@@ -1,4 +1,4 @@
-"""Who may use the page: checks of the host, the origin and the token, and the headers of each answer."""
+"""The checks of the host, the origin and the token of a request, and the headers of each answer."""
 
 from __future__ import annotations
 

@@ -120,7 +120,7 @@ class RateLimit:
 
 
 def make_room(connections: Iterable[Any]) -> None:
-    """Close a connection if there are too many: not a viewer's, and the oldest of the address that has most.
+    """Close a connection that is not a viewer's if there are too many: the oldest one of the address with the most.
 
     So a client cannot take all connections away from a press of the e-stop, which needs its own for an instant only.
     """

@@ -138,7 +138,7 @@ class Hub:
                 raise ValueError("not a message")
 
     def _execute(self, viewer: Viewer, action: dict[str, Any]) -> None:
-        """Send an action to the run: driving only from the driver, and the others also if nobody drives."""
+        """Send an action to the run: driving only from the driver, and the others also if no viewer drives."""
         needs_driver = action["type"] in {"drive", "actuate"}
         if viewer is self._driver or (self._driver is None and not needs_driver):
             self._act(action)
@@ -147,7 +147,7 @@ class Hub:
                 self._describe_viewers()
 
     def _describe_viewers(self) -> None:
-        """Send to each viewer how many they are, and who drives."""
+        """Send to each viewer the number of viewers, and which one drives."""
         count = len(self.viewers)
         self._act({"type": "viewers", "count": count})
         for viewer in self.viewers:

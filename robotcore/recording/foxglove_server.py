@@ -96,7 +96,7 @@ class FoxgloveServer:
     def describe_link(self) -> str:
         """Return the address and the file of the layout as text."""
         layout = files("robotcore.recording") / "foxglove-layout.json"
-        return f"For Foxglove: {self.link}\nIts layout: {layout}"
+        return f"The run in Foxglove: {self.link}\nThe layout for Foxglove: {layout}"
 
     def begin(self, run: RunContext) -> None:
         self._collector.begin(run)

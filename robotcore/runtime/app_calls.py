@@ -21,9 +21,9 @@ from robotcore.safety.thread_reserve import Reserve
 class AppCalls:
     """Calls an app on a robot, and copies the texts that it prints.
 
-    latch: its error is raised in place of an exception of the app, because it is the cause.
-    reserve: releases its memory for an exception of the app.
-    waits: the monitor of the app's steps, in a simulation.
+    latch: the first error of the run. It is raised in place of an exception of the app, because it is the cause.
+    reserve: the memory that is released for an exception of the app.
+    waits: the monitor of the app's steps in a simulation; None on a real robot.
     """
 
     def __init__(

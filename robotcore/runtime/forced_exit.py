@@ -19,8 +19,8 @@ SHUTDOWN_GRACE_S = 0.2
 class ForcedExit:
     """Writes texts and the result of a run, each in a reserved thread and with a time limit.
 
-    observers: they get the result first.
-    on_forced_exit: gets it last.
+    observers: the observers of the run, which get the result first.
+    on_forced_exit: a function that gets the result last.
     """
 
     def __init__(

@@ -30,7 +30,7 @@ class HandDriving:
         self._newest_command = 0
 
     def drive(self) -> bool:
-        """Carry out the commands of this tick. Return whether the person drives, so that the app must not be called.
+        """Carry out the commands of this tick. Return False if the run must call the app, because no person drives.
 
         In the tick in which the person takes the robot or releases it, the wheels stop.
         """

@@ -22,7 +22,7 @@ from robotcore.kinds.motor import Motor
 from robotcore.kinds.operator import OperatorCommand, OperatorDescription, OperatorSample
 
 LEASE_S = 0.2
-"""The time in seconds of the machine's clock after which a velocity expires that is not sent again."""
+"""A velocity expires after this time, in seconds of the machine's clock, unless it is sent again."""
 
 MAX_VELOCITY = 1000.0
 """The greatest velocity that a person can command, in m/s or rad/s. The limits of the robot are far below it."""
@@ -66,7 +66,7 @@ class OperatorInput:
         self._state = _State()  # replaced as a whole, so that the loop reads it without the lock
         self._commands = 0
         self.calls = 0
-        """The number of calls of `drive`, `command` and `release`. A sender sees by it that another one has called."""
+        """The number of calls of `drive`, `command` and `release`. A sender detects by it the calls of another."""
 
     @property
     def is_driving(self) -> bool:

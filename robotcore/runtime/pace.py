@@ -20,7 +20,7 @@ class PaceControl:
     The loop waits only between two ticks, so that a run has the same trace at each pace. While it waits, a signal or
     the e-stop still ends the run.
 
-    speed: the simulated time in a second of real time, in seconds; ``math.inf`` for as fast as possible.
+    speed: the ratio of simulated time to real time (the real-time factor). ``math.inf`` is as fast as possible.
 
     Raises UsageError if ``speed`` is not a positive number.
 
@@ -46,7 +46,7 @@ class PaceControl:
 
     @property
     def speed(self) -> float:
-        """The simulated time in a second of real time, in seconds. A slow machine does not reach a high speed."""
+        """The ratio of simulated time to real time. A slow machine does not reach a high speed."""
         return self._speed
 
     @speed.setter

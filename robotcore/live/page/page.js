@@ -234,7 +234,7 @@ function showConnection(state) {
   if (state === "token") {
     showScreen("bad", "!", "This page needs its link", "Open the link that robotcore printed at the start of the run. It has a token that this page lacks.");
   } else if (state === "full") {
-    showScreen("fair", "!", "Too many viewers", "Close this page somewhere else, then load it again.");
+    showScreen("fair", "!", "Too many viewers", "Close the page in another window or on another device, then load it here again.");
   } else if (!hasEnded) {
     showScreen("fair", "…", "Connection lost", "The page connects again by itself. The robot may still move: the stop button keeps trying.");
   }

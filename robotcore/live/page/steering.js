@@ -46,7 +46,7 @@ export class Steering {
   // isHandDriven: whether the robot waits for a person in place of the app.
   show(isHandDriven) {
     this.isHandDriven = isHandDriven;
-    const texts = { you: "you drive", other: "another viewer drives", nobody: isHandDriven ? "nobody drives, the robot stands" : "the app drives" };
+    const texts = { you: "you drive", other: "another viewer drives", nobody: isHandDriven ? "no viewer drives, the app waits" : "the app drives" };
     get("drive-state").textContent = texts[this.driver];
     get("take").textContent = this.driver === "other" ? "Take over" : "Drive";
     get("take").hidden = this.driver === "you";

@@ -30,7 +30,7 @@ class TickTimer(Layer):
         """The time of the app's step in this tick. None until `begin_commit`."""
 
     def begin_tick(self) -> None:
-        """Begin a tick that does not follow the one before at once, such as the first tick."""
+        """Begin the first tick, or the first one after a time without ticks."""
         self._tick_at = read_timer()
 
     def begin_decision(self) -> None:

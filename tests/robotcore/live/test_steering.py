@@ -195,7 +195,7 @@ def test_a_second_viewer_watches_and_can_take_over(browser: Browser, page: Page,
     other.keyboard.down("ArrowUp")
     wait_for(lambda: is_forward(standing_run))
     other.context.close()
-    expect(page.locator("#drive-state")).to_have_text("nobody drives, the robot stands")
+    expect(page.locator("#drive-state")).to_have_text("no viewer drives, the app waits")
 
 
 def test_the_slider_of_a_servo_turns_it_only_for_the_driver(page: Page, start_run: StartRun) -> None:

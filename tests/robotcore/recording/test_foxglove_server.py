@@ -210,14 +210,14 @@ def test_a_port_that_is_taken_is_wrong_usage(server: FoxgloveServer, raises: Rai
 def test_the_command_prints_the_address_and_the_layout(cli: Cli) -> None:
     answer = cli("run", "avoid-obstacles", "--set", "duration_s=0.3", "--foxglove", "0", "--json")
     link, layout = answer.err.splitlines()
-    assert link.startswith("For Foxglove: ws://127.0.0.1:")
-    assert layout == f"Its layout: {files('robotcore.recording') / 'foxglove-layout.json'}"
+    assert link.startswith("The run in Foxglove: ws://127.0.0.1:")
+    assert layout == f"The layout for Foxglove: {files('robotcore.recording') / 'foxglove-layout.json'}"
     assert answer.status == 0
 
 
 def test_an_open_robot_prints_the_address(capsys: pytest.CaptureFixture[str]) -> None:
     with robotcore.open("rover", world="open", foxglove=0) as robot:
-        assert capsys.readouterr().out.startswith("For Foxglove: ws://127.0.0.1:")
+        assert capsys.readouterr().out.startswith("The run in Foxglove: ws://127.0.0.1:")
         robot.wait(0.1)
 
 
