@@ -135,7 +135,7 @@ class DeviceDriver(StrictModel, ABC):
     modules: ClassVar[tuple[str, ...]] = ()
     """The Python modules that the driver needs. Checks search for them without an import."""
     remedy: ClassVar[str] = ""
-    """The sentence that tells the user how to install ``modules``."""
+    """The sentence for the user with the command that installs ``modules``."""
     connector: ClassVar[str] = ""
     """The connector of the device that only some backends have, such as GPIO; empty for one that all have."""
     supply: ClassVar[tuple[str, ...]] = ()

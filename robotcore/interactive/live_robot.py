@@ -103,7 +103,7 @@ class LiveRobot(Robot):
         ...     robot.wait(1.0)
         """
         if self._run.pace is None:
-            text = f"the time of {self.name} passes by itself. Only a simulator in lockstep has a pace"
+            text = f"the time of {self.name} passes by itself, so it has no pace. Use a simulator such as kinematic"
             raise UsageError(text, kind="no-pace")
         return self._run.pace
 

@@ -69,7 +69,7 @@ class Playback:
         self._index = RecordingIndex(recording, self._cameras)
         self._read_frame = lru_cache(CACHED_PICTURES)(recording.samples.__getitem__)
         self.problems = list(self._list_problems())
-        """What the recording lacks, as sentences."""
+        """The parts that the recording lacks, as sentences."""
 
     def find(self, time: float) -> int:
         """Return the place of the last tick at a time or before; 0 before the first one."""

@@ -93,7 +93,7 @@ def _build_picture(name: str, image: Image) -> tuple[dict[str, Any], bytes]:
 
 
 def _ignore(action: dict[str, Any]) -> None:
-    """Do nothing: a recording obeys no command."""
+    """Do nothing, because a recording has no actuators."""
 
 
 class Player:

@@ -1,4 +1,4 @@
-"""What a recording has at each tick: samples, pictures, commands, values, log lines and the path."""
+"""The content of a recording at each tick: samples, pictures, commands, values, log lines and the path."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Series(Generic[T]):
 
 
 class RecordingIndex:
-    """Finds what a recording has at a tick. A tick is named by its place in the recording, from 0.
+    """Finds the content of a recording at a tick. A tick is named by its place in the recording, from 0.
 
     It has keys of pictures, and no picture.
 

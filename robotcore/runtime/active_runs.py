@@ -136,7 +136,7 @@ def _make_private(folder: Path) -> Path:
 
 
 def _list_folders() -> list[Path]:
-    """Return the possible folders. The first one does not exist for a system service, so a stop looks at both."""
+    """Return the possible folders. The first one does not exist for a system service, so a stop checks both."""
     user = os.getuid()
     runtime = Path(os.environ.get("XDG_RUNTIME_DIR") or f"/run/user/{user}")
     return [runtime / FOLDER, Path(tempfile.gettempdir(), f"{FOLDER}-{user}")]

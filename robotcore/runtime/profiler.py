@@ -81,7 +81,7 @@ class AppLine(NamedTuple):
 class Profiler:
     """An observer that measures a run: ``run(request, [profiler], [profiler.layer])``.
 
-    A thread looks every 2 ms which line of the app the loop executes. A call counts for the line that makes it, and
+    A thread samples every 2 ms which line of the app the loop executes. A call counts for the line that makes it, and
     is named. The lines are those of the files in the folder of the app.
     """
 

@@ -170,6 +170,6 @@ def _use(device: Device) -> None:
     if isinstance(device, Motor):
         device.set_velocity(SPEED_RAD_S)
     elif isinstance(device, Actuator):
-        device.send(None)  # a closed actuator looks at no command
+        device.send(None)  # a closed actuator checks no command
     elif isinstance(device, Sensor):
         device.read()

@@ -79,7 +79,7 @@ def _load_robot(robot: str, backend: str | None, options: Mapping[str, str]) -> 
 
 
 def _choose_backends() -> list[str]:
-    """Return the backends of this board, or all backends if no backend knows this machine."""
+    """Return the backends of this board, or all backends if this machine is the board of none."""
     from contextlib import suppress
 
     from robotcore.hal.backend import load_backend
