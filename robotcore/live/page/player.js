@@ -9,7 +9,8 @@ const SHOWN_S = 0.05; // a smaller difference of times is a rounding error of th
 let recordings = [];
 let socket = null;
 let isBusy = false; // the server has not answered the last message
-let wanted = null;
+let wanted = null; // the newest message that waits for this answer
+let stepsLeft = 0; // the steps that wait for it
 let time = 0;
 let isPlaying = false;
 let frameAt = 0;
@@ -22,7 +23,7 @@ function connect() {
   socket.onclose = (event) => {
     setPlaying(false);
     get("clock").textContent = event.code === 4401 ? "this page needs its link" : "not connected";
-    isBusy = false;
+    [isBusy, stepsLeft] = [false, 0];
     if (event.code !== 4401) setTimeout(connect, RETRY_MS);
   };
 }
@@ -31,6 +32,7 @@ function receive(message) {
   if (message.type === "player") return begin(message);
   isBusy = false;
   if (wanted) return flush();
+  if (stepsLeft) return sendStep();
   if (!isPlaying) show(message.time);
 }
 
@@ -83,12 +85,21 @@ function show(seconds) {
 }
 
 function seek(seconds) {
+  stepsLeft = 0;
   show(Math.min(Number(get("slider").max), Math.max(Number(get("slider").min), seconds)));
   send({ type: "seek", time });
 }
 
 function step(by) {
   setPlaying(false);
+  stepsLeft += by;
+  if (!isBusy) sendStep();
+}
+
+function sendStep() {
+  const by = Math.sign(stepsLeft);
+  if (!by) return;
+  stepsLeft -= by;
   send({ type: "step", by });
 }
 

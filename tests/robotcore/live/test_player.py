@@ -126,6 +126,19 @@ def test_the_slider_shows_the_recorded_state_and_picture_of_its_time(page: Page,
     expect(frame.locator("#log")).to_contain_text("milestone: turning")
 
 
+def test_each_press_of_a_key_is_one_tick_also_if_the_person_types_fast(
+    page: Page, watch: Watch, recorded: Path
+) -> None:
+    page.goto(watch(recorded))
+    expect(page.locator("#clock")).to_have_text("0.00 s of 4.00 s")
+    for _ in range(30):
+        page.keyboard.press("ArrowRight")
+    expect(page.locator("#clock")).to_have_text("1.50 s of 4.00 s")
+    for _ in range(10):
+        page.keyboard.press("ArrowLeft")
+    expect(page.locator("#clock")).to_have_text("1.00 s of 4.00 s")
+
+
 def test_play_pause_and_one_tick_at_a_time(page: Page, watch: Watch, recorded: Path) -> None:
     page.goto(watch(recorded))
     frame = open_frame(page)
