@@ -5,7 +5,9 @@ from __future__ import annotations
 import os
 import zlib
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from io import FileIO
 from math import inf
 from pathlib import Path
@@ -56,8 +58,8 @@ class Ring:
     """The file object to which foxglove-sdk writes a ring recording. It deletes the oldest segments.
 
     The chunks before the first flush have the metadata of the run, and are never deleted. `segments` describes the
-    files. The first error is stored in ``error``, and all later bytes are discarded. If the disk is full, the ring
-    becomes smaller.
+    files. The first error is stored in ``error``, and all later bytes are discarded. While the disk is full, the ring
+    is smaller, and a chunk for which it has no room is lost.
 
     path: the recording. An existing file is overwritten.
     last_s: the time that the ring holds at least, in seconds on the robot's clock.
@@ -68,7 +70,7 @@ class Ring:
     def __init__(self, path: Path, last_s: float, limit: int | None = None) -> None:
         self.error: OSError | None = None
         self.dropped_until_s: float | None = None
-        """The time of the last message that was deleted, in seconds; None if the ring has the whole run."""
+        """The time of the last message that was deleted or lost, in seconds; None if the ring has the whole run."""
         self._path, self._last_s = path, last_s
         self._segment_s = min(max(last_s / SEGMENTS, _SHORTEST_SEGMENT_S), _LONGEST_SEGMENT_S)
         self._begun_s = 0.0
@@ -78,12 +80,15 @@ class Ring:
         except OSError as error:
             self._file.close()
             raise build_unwritable_error(path, error) from error
-        self._limit = min(inf if limit is None else limit, measure_free_space(self._file))
+        self._greatest_limit = self._limit = inf if limit is None else limit
         self._segments: deque[_Segment] = deque()
         self._newest: FileIO | None = None
         self._number = 0
         self._unparsed = bytearray()
-        self._chunk = b""
+        self._chunk, self._chunk_end_s = b"", 0.0
+        self._definitions = b""
+        self._loss: OSError | None = None
+        """The error because of which the ring does not have the newest chunk."""
         self._channels: set[int] = set()
         self._written = self._metadata_size = 0
         self._has_metadata = self._is_over = False
@@ -125,8 +130,7 @@ class Ring:
         if self._file.closed:
             return
         try:
-            if self._newest:
-                self._newest.close()
+            self._close_newest()
             append_segments(self._path, self._file)
         except OSError as error:
             raise build_join_error(self._path, error) from error
@@ -150,14 +154,14 @@ class Ring:
     def _add(self, record: bytes) -> None:
         opcode = record[0]
         if self._metadata_size and opcode == Opcode.DATA_END:
-            self._end()
+            self._end(self._loss)
             return
         if not self._has_metadata:
             self._add_metadata(record)
         else:
             if opcode == Opcode.CHUNK:
                 self._begin_chunk(record)
-            self._write_newest(record)
+            self._write_or_shrink(partial(self._append, record))
         if opcode == Opcode.MESSAGE_INDEX:
             self._keep_definitions(int.from_bytes(record[RECORD.size : RECORD.size + 2], "little"))
 
@@ -165,57 +169,59 @@ class Ring:
         self.error, self._is_over = error, True
 
     def _add_metadata(self, record: bytes) -> None:
-        write_all(self._file, record)
+        _write_at(self._file, record, self._metadata_size)
         self._metadata_size += len(record)
         if record[0] == Opcode.CHUNK:
             os.fsync(self._file.fileno())
 
     def _begin_chunk(self, record: bytes) -> None:
-        """Delete the segments that are too old, and begin a new segment if the newest one is complete."""
+        """Delete the segments that are too old, and end the newest one if it is complete."""
         self._chunk = record
-        end_s = locate_chunk(record[RECORD.size :], 0).end_ns / 1e9
+        self._chunk_end_s = end_s = locate_chunk(record[RECORD.size :], 0).end_ns / 1e9
         while len(self._segments) > 1 and end_s - self._segments[0].end_s >= self._last_s + self._segment_s:
             self._drop_oldest()
-        newest = self._segments[-1] if self._segments else None
-        if newest is None or end_s - self._begun_s >= self._segment_s or newest.size >= self._limit / SEGMENTS:
-            self._begun_s = newest.end_s if newest else 0.0
-            newest = self._begin_segment()
-        newest.end_s = end_s
-        newest.index_size += INDEX_BYTES
-
-    def _begin_segment(self) -> _Segment:
-        if self._newest:
+        if self._newest and (
+            end_s - self._begun_s >= self._segment_s or self._segments[-1].size >= self._limit / SEGMENTS
+        ):
             os.fsync(self._newest.fileno())
-            self._newest.close()
+            self._close_newest()
+
+    def _begin_segment(self) -> FileIO:
+        self._limit = min(self._greatest_limit, self.size + measure_free_space(self._file))
+        self._begun_s = self._segments[-1].end_s if self._segments else self.dropped_until_s or 0.0
         self._number += 1
         segment = _Segment(locate_segments(self._path) / f"{self._number:08d}")
         self._newest = segment.file.open("xb", buffering=0)
         self._segments.append(segment)
-        return segment
+        return self._newest
 
-    def _write_newest(self, record: bytes) -> None:
-        """Append a record to the newest segment. If the disk is full, delete the oldest segments."""
-        if not self._newest:
+    def _append(self, record: bytes) -> None:
+        """Append a record to the newest segment, or discard it if its chunk is lost."""
+        is_chunk = record[0] == Opcode.CHUNK
+        if not self._newest and not is_chunk:
             return
+        self._add_definitions()
+        file = self._newest or self._begin_segment()
         newest = self._segments[-1]
-        newest.index_size += CHANNEL_INDEX_BYTES
+        newest.end_s = self._chunk_end_s
         self._make_room(len(record))
-        while not self._try_write(self._newest, record, newest.size):
-            self._limit = self.size
-            self._make_room(len(record))
+        _write_at(file, record, newest.size)
         newest.size += len(record)
+        newest.index_size += INDEX_BYTES if is_chunk else CHANNEL_INDEX_BYTES
+        self._loss = None
 
-    def _try_write(self, file: FileIO, record: bytes, at: int) -> bool:
-        """Write a record at an offset. Return False if the disk is full and an older segment can be deleted."""
-        try:
-            write_all(file, record)
-        except OSError as error:
-            if error.errno not in DISK_FULL or len(self._segments) == 1:
-                raise
-            file.seek(at)
-            file.truncate()
-            return False
-        return True
+    def _write_or_shrink(self, write: Callable[[], None]) -> None:
+        """Write. If the disk is full, delete the oldest segment and try again until the ring is empty."""
+        while error := _try(write):
+            self._limit = self.size
+            is_empty = self.size == self._metadata_size
+            if self._segments:
+                self._drop_oldest()
+            if not self._segments:
+                self._loss = error
+            if is_empty:
+                self.dropped_until_s = self._chunk_end_s
+                return
 
     def _make_room(self, size: int) -> None:
         """Delete the oldest segments until the limit has room for ``size`` bytes, the index and the joining."""
@@ -228,8 +234,15 @@ class Ring:
 
     def _drop_oldest(self) -> None:
         oldest = self._segments.popleft()
+        if not self._segments:
+            self._close_newest()  # an open file keeps its room on the disk
         oldest.file.unlink()
         self.dropped_until_s = oldest.end_s
+
+    def _close_newest(self) -> None:
+        if self._newest:
+            self._newest.close()
+            self._newest = None
 
     def _keep_definitions(self, channel: int) -> None:
         """Add the schemas and channels of the newest chunk to the metadata if it is the first with this channel."""
@@ -248,4 +261,28 @@ class Ring:
                 record.write(builder)
         data = take_bytes(builder)
         Chunk("", data, 0, 0, zlib.crc32(data), len(data)).write(builder)
-        self._add_metadata(take_bytes(builder))
+        self._definitions += take_bytes(builder)
+        self._write_or_shrink(self._add_definitions)
+
+    def _add_definitions(self) -> None:
+        """Add the new schemas and channels to the metadata. Without them, later chunks could not be read."""
+        if self._definitions:
+            self._add_metadata(self._definitions)
+            self._definitions = b""
+
+
+def _try(write: Callable[[], None]) -> OSError | None:
+    """Write. Return the error if the disk is full."""
+    try:
+        write()
+    except OSError as error:
+        if error.errno not in DISK_FULL:
+            raise
+        return error
+    return None
+
+
+def _write_at(file: FileIO, data: bytes, at: int) -> None:
+    """Write all bytes at an offset. A part may be there from a write that has failed."""
+    file.seek(at)
+    write_all(file, data)
