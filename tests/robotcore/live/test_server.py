@@ -25,46 +25,12 @@ from robotcore.live.messages import Message
 from robotcore.live.server import FLOOD, FULL, WRONG_TOKEN
 from robotcore.live.snapshot import SnapshotBuilder
 from tests.robotcore.live.client import Client
+from tests.robotcore.live.hostile_messages import HOSTILE
 from tests.robotcore.live.live_run import LiveRun, StartRun
 
 pytestmark = pytest.mark.slow
 
 EVERYWHERE = "0.0.0.0"  # noqa: S104  pages for other machines are tested too
-
-HOSTILE: list[str | bytes] = [
-    b"",
-    b"\x00\xff" * 50,
-    "null",
-    "[]",
-    "7",
-    "true",
-    "{",
-    "[" * 3000,
-    '{"type": "ack"}',
-    '{"type": "ack", "tick": NaN}',
-    '{"type": "ack", "tick": 1e999}',
-    '{"type": "ack", "picture": 7}',
-    '{"type": "estop ", "reason": "x"}',
-    '{"type": ["estop"]}',
-    '{"type": "run"}',
-    '{"type": "viewers", "count": 1}',
-    '{"type": "hello", "token": null}',
-    '{"type": "' + "x" * 5000 + '"}',
-    '{"type": "drive", "linear": NaN, "angular": 0}',
-    '{"type": "drive", "linear": 1e999, "angular": 0}',
-    '{"type": "drive", "linear": 1.5, "angular": 0}',
-    '{"type": "drive", "linear": "1", "angular": 0}',
-    '{"type": "drive", "linear": true, "angular": 0}',
-    '{"type": "drive", "linear": 1}',
-    '{"type": "actuate", "device": "pan", "value": []}',
-    '{"type": "actuate", "device": "pan", "value": [null]}',
-    '{"type": "actuate", "device": 3, "value": [1]}',
-    '{"type": "pace", "speed": 0}',
-    '{"type": "pace", "speed": 1e300}',
-    '{"type": "pace", "is_paused": 1}',
-    '{"type": "pace", "steps": 1e6}',
-    "\ud800".encode("utf-8", "surrogatepass"),
-]
 
 
 @pytest.fixture
