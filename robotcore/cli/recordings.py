@@ -146,6 +146,8 @@ def replay(
     Exit status: 0 if all decisions are equal or if another app ran to its end, 1 if a decision differs. An error has
     the exit status of `robotcore run`.
     """
+    if watch:
+        return _watch(file, watch, app, settings, picture, record, is_forced=is_forced, as_json=as_json)
     from robotcore.recording import read
     from robotcore.view.page import require_writable
 
@@ -155,8 +157,6 @@ def replay(
         require_writable(picture)
     recording = read(file)
     recorder = _build_replay_recorder(recording, record, is_forced=is_forced)
-    if watch:
-        return _watch(file, watch, app, settings, picture, record, is_forced=is_forced, as_json=as_json)
     with redirect_prints(as_json=as_json):
         result = _replay(recording, file, app, dict(settings), recorder)
     _, recorded = finish_recording(result.result, recorder) if recorder else (None, "")
@@ -209,13 +209,9 @@ def _watch(
     arguments += [f"--picture={picture}"] if picture else []
     arguments += [f"--record={record}"] if record else []
     arguments += ["--json"] if as_json else []
-    overwriting = [*arguments, "--force"] if record else arguments
-    return watch_app(
-        watched,
-        [*(overwriting if is_forced else arguments), "--", str(file)],
-        [*overwriting, "--", str(file)],
-        is_quiet=as_json,
-    )
+    first = [*arguments, *(["--force"] if is_forced else []), "--", str(file)]
+    later = [*arguments, *(["--force"] if record else []), "--", str(file)]
+    return watch_app(watched, first, later, is_quiet=as_json)
 
 
 def _build_replay_recorder(recording: Recording, file: Path | None, *, is_forced: bool) -> Recorder | None:

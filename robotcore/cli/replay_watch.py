@@ -16,7 +16,10 @@ from robotcore.runtime.apps import app_path, is_app_file
 POLL_S = 0.2
 """The interval at which the files are checked, in seconds."""
 
-_PROGRAM = "import sys; sys.path.remove(''); from robotcore.cli.main import main; main()"
+END_S, FORWARDED_END_S = 1.0, 10.0
+"""The longest waits for the end of a command after a signal, and after the same signal was sent to it, in seconds."""
+
+_PROGRAM = "import sys; sys.path[:] = filter(None, sys.path); from robotcore.cli.main import main; main()"
 """The command line of robotcore, without the current folder in the import path."""
 
 FileVersions = dict[Path, tuple[int, int]]
@@ -28,7 +31,8 @@ def watch_app(app: str, first: Sequence[str], later: Sequence[str], *, is_quiet:
 
     Each command has a process of its own. So it imports all modules of the app anew, and its crash does not end the
     watch.
-    Return the exit status of the signal that ends the watch, such as that of Ctrl-C.
+    Return the exit status of the signal that ends the watch, such as that of Ctrl-C. A usage error of the first command
+    ends the watch too.
 
     app: the file of the app, such as ``my_app.py`` or ``my_app.py:MyApp``.
     first: the arguments of the first command.
@@ -42,7 +46,9 @@ def watch_app(app: str, first: Sequence[str], later: Sequence[str], *, is_quiet:
     try:
         while True:
             before = _list_versions(path)
-            subprocess.run([sys.executable, "-c", _PROGRAM, *arguments], check=False)  # noqa: S603  robotcore itself
+            status = _run(arguments)
+            if arguments is first and status == UsageError.exit_status:
+                return status
             if not is_quiet:
                 write_line(f"Watching {path}. Ctrl-C ends.")
             while not _has_settled(path, before, clock):
@@ -50,6 +56,30 @@ def watch_app(app: str, first: Sequence[str], later: Sequence[str], *, is_quiet:
             arguments = later
     except Interrupted as interrupt:
         return interrupt.exit_status
+
+
+def _run(arguments: Sequence[str]) -> int:
+    with subprocess.Popen([sys.executable, "-c", _PROGRAM, *arguments]) as child:  # noqa: S603  robotcore itself
+        try:
+            return child.wait()
+        except Interrupted as interrupt:
+            _end(child, interrupt.signal_number)
+            raise
+
+
+def _end(child: subprocess.Popen[bytes], signal_number: int) -> None:
+    """Let a command end its recording after a signal, and kill it if it does not end.
+
+    A terminal sends the signal of Ctrl-C to the command too. A second one would interrupt its end.
+    """
+    try:
+        child.wait(END_S)
+    except subprocess.TimeoutExpired:
+        child.send_signal(signal_number)
+        with suppress(subprocess.TimeoutExpired):
+            child.wait(FORWARDED_END_S)
+    finally:
+        child.kill()
 
 
 def _has_settled(path: Path, before: FileVersions, clock: MonotonicClock) -> bool:

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
 import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from time import sleep
 
 import pytest
 
+from robotcore import Outcome
+from robotcore.cli import replay_watch
+from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.recording import read
 from tests.robotcore.cli.conftest import Cli
 from tests.robotcore.recording.conftest import record
@@ -29,6 +34,9 @@ class Ahead(Behaviour):
 LOGGING = APP.replace("        return", '        robot.log("time", robot.clock.now(), "s")\n        return')
 
 
+WAITING = APP.replace("        return", "        __import__('time').sleep(100)\n        return")
+
+
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Return the current folder, with an app and the recording of its run."""
@@ -44,7 +52,9 @@ class Watch:
     def __init__(self, *options: str) -> None:
         command = [sys.executable, "-m", "robotcore", "replay", "run.mcap", "--watch", "ahead.py", *options]
         pipe = subprocess.PIPE
-        self.process = subprocess.Popen(command, stdout=pipe, stderr=subprocess.STDOUT, text=True)
+        self.process = subprocess.Popen(
+            command, stdout=pipe, stderr=subprocess.STDOUT, text=True, start_new_session=True
+        )
 
     def read_answer(self, end: str = "Watching ") -> str:
         """Return the output up to the line that begins with ``end``."""
@@ -85,6 +95,76 @@ def test_replay_runs_again_after_each_save_until_ctrl_c(folder: Path, watch: Wat
     watch.process.send_signal(signal.SIGINT)
     assert watch.process.wait(10) == -signal.SIGINT
     assert watch.process.communicate()[0] == ""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("is_of_terminal", [False, True])
+def test_ctrl_c_during_a_replay_completes_its_recording(folder: Path, *, is_of_terminal: bool) -> None:
+    (folder / "ahead.py").write_text(WAITING)
+    again = folder / "again.mcap"
+    watching = Watch("--record", "again.mcap")
+    while not again.exists() or not again.stat().st_size:
+        assert watching.process.poll() is None
+        sleep(0.1)
+    if is_of_terminal:
+        os.killpg(watching.process.pid, signal.SIGINT)
+    else:
+        watching.process.send_signal(signal.SIGINT)
+    answer, _ = watching.process.communicate()
+    assert watching.process.returncode == -signal.SIGINT
+    recording = read(again)
+    assert not recording.is_cut
+    assert recording.result
+    assert recording.result.outcome is Outcome.INTERRUPTED
+    assert "\nThe recording: again.mcap\n" in answer
+
+
+@pytest.mark.slow
+def test_command_that_ignores_a_signal_is_killed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("robotcore.cli.replay_watch.END_S", 0.1)
+    monkeypatch.setattr("robotcore.cli.replay_watch.FORWARDED_END_S", 0.1)
+    program = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN); print(flush=True); signal.pause()"
+    with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE) as child:
+        assert child.stdout
+        child.stdout.readline()
+        replay_watch._end(child, signal.SIGINT)
+    assert child.returncode == -signal.SIGKILL
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("option", ["--force", "--record=run.mcap", "--set=length=5"])
+def test_usage_error_of_the_first_replay_ends_the_watch(folder: Path, option: str) -> None:
+    watching = Watch(option)
+    answer, _ = watching.process.communicate()
+    assert watching.process.returncode == 2
+    assert answer.startswith("error: ")
+    assert answer.count("\n") == 1
+
+
+def test_replay_waits_while_an_editor_writes(tmp_path: Path) -> None:
+    app = tmp_path / "ahead.py"
+    app.write_text("saved")
+    before = replay_watch._list_versions(app)
+
+    class Clock(MonotonicClock):
+        def sleep_until(self, deadline: float) -> bool:
+            app.write_text("written while the watch waits")
+            return True
+
+    app.write_text("written before")
+    assert not replay_watch._has_settled(app, before, Clock())
+    assert replay_watch._has_settled(app, before, MonotonicClock())
+
+
+@pytest.mark.slow
+def test_watch_works_without_the_current_folder_in_the_import_path(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PYTHONSAFEPATH", "1")
+    watching = Watch()
+    assert watching.read_answer().startswith("bit-equal")
+    watching.process.terminate()
+    assert watching.process.communicate()[0] == ""
 
 
 @pytest.mark.slow
