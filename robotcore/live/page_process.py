@@ -53,8 +53,10 @@ class PageProcess:
         Raises ResourceError if the operating system refuses the process or a thread.
         """
         descriptor = self._listener.fileno()
-        # The folders of this process come after Python's own, so that no file of an app replaces a module of Python.
-        code = f"import sys; sys.path += {sys.path!r}; from robotcore.live.server import main; main({descriptor})"
+        # Python's own folders come first, and that of the script or the app last. So no file of them replaces a module
+        # of Python or of a package. A script named click.py would start a page that starts the script.
+        folders = [*sys.path[1:], *sys.path[:1]]
+        code = f"import sys; sys.path += {folders!r}; from robotcore.live.server import main; main({descriptor})"
         try:
             self._process = subprocess.Popen(  # noqa: S603  the Python that runs this
                 [sys.executable, "-I", "-S", "-c", code],

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
 import urllib.request
+from pathlib import Path
 
 import pytest
 
@@ -39,6 +42,24 @@ def test_an_open_robot_has_a_page_until_it_is_closed(capsys: pytest.CaptureFixtu
             assert b"robotcore" in answer.read()
     with pytest.raises(OSError, match="refused"):
         urllib.request.urlopen(link, timeout=10)  # noqa: S310
+
+
+def test_no_file_beside_a_script_replaces_a_package_of_the_page(tmp_path: Path) -> None:
+    (tmp_path / "uvicorn.py").write_text("import os\nos.abort()\n")
+    script = tmp_path / "script.py"
+    script.write_text(
+        "import robotcore, urllib.request\n"
+        "with robotcore.open('rover', world='open', view='127.0.0.1:0') as robot:\n"
+        "    link = input()\n"
+        "    print(urllib.request.urlopen(link, timeout=10).status)\n"
+    )
+    with subprocess.Popen(
+        [sys.executable, script], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdin
+        assert process.stdout
+        link = process.stdout.readline().removeprefix("The live page: ")
+        assert process.communicate(link)[0] == "200\n"
 
 
 def test_the_address_of_an_open_robot_is_checked(raises: Raises) -> None:
