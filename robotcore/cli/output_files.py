@@ -126,6 +126,8 @@ def finish_recording(result: RunResult, recorder: Recorder) -> tuple[RunResult, 
     result = recorder.complete(result)
     lost = f", {recorder.dropped} picture(s) dropped, so it cannot be replayed" if recorder.dropped else ""
     cut = ", cut: the disk did not store its end in time" if recorder.is_writing else ""
+    if cut and _is_unfinished(recorder):
+        cut += f". Finish it: robotcore info {recorder.path}"
     early = f"; {recorder.ended_early}" if recorder.ended_early else ""
     begin = "" if recorder.begins_s is None else f", from {recorder.begins_s:.1f} s to the end of the run"
     return result, f"The recording: {recorder.path}{begin}{lost}{cut}{early}"

@@ -193,8 +193,16 @@ class Recorder:
         if self._thread:
             self._thread.join(JOIN_S)
             if self._thread.is_alive():
-                problem = f"the disk has not responded for {JOIN_S:g} s"
-                self._set_failure(RecordingError(self.path, problem, "Use another disk", kind="disk-hangs"))
+                self._set_failure(self._build_late_error())
+
+    def _build_late_error(self) -> RecordingError:
+        if self._ring:
+            problem = f"the segments were not joined within {JOIN_S:g} s"
+            return RecordingError(
+                self.path, problem, f"Finish it: robotcore info {self.path}", kind="segments-not-joined"
+            )
+        problem = f"the disk has not responded for {JOIN_S:g} s"
+        return RecordingError(self.path, problem, "Use another disk", kind="disk-hangs")
 
     def _build_metadata(self, run: RunContext) -> Metadata:
         return build_metadata(run)

@@ -12,6 +12,7 @@ from robotcore import Outcome, RunResult
 from robotcore.cli.output_files import finish_recording
 from robotcore.recording import read
 from robotcore.recording.recorder import Recorder
+from robotcore.recording.segments import locate_segments
 from tests.robotcore.cli.conftest import AppFile, Cli
 from tests.texts import CheckText
 
@@ -68,6 +69,9 @@ def test_a_recording_without_its_end_is_reported_as_cut(tmp_path: Path, check_te
     recorder = Recorder(tmp_path / "run.mcap")
     recorder._thread = threading.Thread(target=is_written.wait)
     recorder._thread.start()
+    _, answer = finish_recording(RUN, recorder)
+    check_text(answer)
+    locate_segments(recorder.path).mkdir()
     _, answer = finish_recording(RUN, recorder)
     check_text(answer)
     is_written.set()
