@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import errno
 import os
+import random
 import signal
 import subprocess
 import sys
 import threading
+from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -16,11 +18,14 @@ import pytest
 from mcap.reader import make_reader
 
 from robotcore.errors import RecordingError
+from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.recording import Recording, read
+from robotcore.recording.mcap_file import McapFile
 from robotcore.recording.reader import skip_incomplete_beginning
 from robotcore.recording.recorder import Recorder
 from robotcore.recording.replay import evaluate, replay
-from robotcore.recording.segments import has_segments, locate_segments
+from robotcore.recording.ring import Ring
+from robotcore.recording.segments import append_segments, has_segments, locate_segments
 from robotcore.runtime.result import Outcome
 from robotcore.runtime.session import RunRequest, run
 from robotcore.runtime.trace import TickRecord
@@ -359,3 +364,97 @@ def test_an_error_of_the_disk_ends_the_recording_and_not_the_run(
         raise recorder.failure
     assert not has_segments(file)
     read(file)
+
+
+@pytest.mark.usefixtures("often_flushed")
+def test_a_slow_join_is_reported(file: Path, monkeypatch: pytest.MonkeyPatch, raises: Raises) -> None:
+    may_join = threading.Event()
+
+    def join(*arguments: Any) -> None:
+        may_join.wait(60.0)
+        append_segments(*arguments)
+
+    monkeypatch.setattr("robotcore.recording.ring.append_segments", join)
+    monkeypatch.setattr("robotcore.recording.recorder.JOIN_S", 0.1)
+    recorder = record_ring(file, request=RunRequest(IRREGULAR_APP, settings={"ticks": 5}))
+    with raises(RecordingError, "segments-not-joined"):
+        raise recorder.failure or AssertionError
+    may_join.set()
+    assert recorder._thread
+    recorder._thread.join()
+    assert len(read(file).ticks) == 5
+
+
+@pytest.mark.usefixtures("often_flushed")
+def test_metadata_and_segments_are_synced_to_the_disk_during_the_run(
+    file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    synced, sync = list[str](), os.fsync
+
+    def collect(handle: int) -> None:
+        synced.append(Path(f"/proc/self/fd/{handle}").readlink().name)
+        sync(handle)
+
+    monkeypatch.setattr("robotcore.recording.ring.SYNC_S", 0.0)
+    monkeypatch.setattr("robotcore.recording.ring.os.fsync", collect)
+    record_ring(file, request=RunRequest(IRREGULAR_APP, settings={"ticks": 40}))
+    assert synced[0] == "run.mcap"
+    assert synced.count("00000001") > 1
+
+
+@pytest.mark.usefixtures("often_flushed")
+def test_a_link_that_replaces_a_recording_is_not_followed(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    other = file.with_name("other.txt")
+    other.write_text("text")
+
+    def replace(path: Path) -> None:
+        path.symlink_to(other)
+
+    monkeypatch.setattr("robotcore.recording.segments.require_regular", replace)
+    with pytest.raises(RecordingError):
+        Recorder(file)._open_file()
+    assert other.read_text() == "text"
+
+
+def test_a_fast_simulation_is_flushed_on_the_clock_of_the_robot(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    class StoppedClock(MonotonicClock):
+        def now(self) -> float:
+            return 0.0
+
+    monkeypatch.setattr("robotcore.recording.recorder.MonotonicClock", StoppedClock)
+    record_ring(file, request=RunRequest("avoid-obstacles", settings={"duration_s": 5}))
+    with file.open("rb") as opened:
+        summary = make_reader(opened).get_summary()
+    assert summary
+    assert len(summary.chunk_indexes) >= 10
+
+
+def _write_in_ring(file: Path, limit: int, messages: Iterable[bytes], monkeypatch: pytest.MonkeyPatch) -> int:
+    """Write each message to a chunk of its own. Return the greatest size of all files."""
+    usage, unlink = DiskUsage(file), Path.unlink
+
+    def measure(self: Path, *, missing_ok: bool = False) -> None:
+        usage.measure()
+        unlink(self, missing_ok=missing_ok)
+
+    output = McapFile(file, Ring(file, 3600.0, limit))
+    output.flush()
+    write = output.open_json_channel("/text", {"type": "object"})
+    for number, message in enumerate(messages):
+        write(message, number * 10_000_000)
+        output.flush()
+        usage.measure()
+    monkeypatch.setattr(Path, "unlink", measure)
+    output.close()
+    usage.measure()
+    return usage.largest
+
+
+def test_a_ring_has_room_for_the_joining_of_large_chunks(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    noise = (random.Random(number).randbytes(1_000_000).hex().encode() for number in range(20))
+    assert 5_000_000 < _write_in_ring(file, 8_000_000, noise, monkeypatch) <= 8_000_000
+
+
+@pytest.mark.slow
+def test_a_ring_has_room_for_the_index_of_many_small_chunks(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert 500_000 < _write_in_ring(file, 1_000_000, [b"{}"] * 8000, monkeypatch) <= 1_000_000
