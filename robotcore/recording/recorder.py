@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 
 from robotcore.errors import BackendMissingError, RecordingError, RobotcoreError
 from robotcore.hal.wall_clock import MonotonicClock
+from robotcore.recording.complete_ticks import CompleteTicks
 from robotcore.recording.mcap_file import McapFile, require_extra
 from robotcore.recording.recording import Metadata, build_metadata
 from robotcore.recording.tick_collector import TickCollector
@@ -121,6 +122,7 @@ class Recorder:
         self._notes: list[str] = []
         self.path, self._is_jpeg, self._limit, self._last_s = path, is_jpeg, limit, last_s
         self._ring: Ring | None = None
+        self._ticks = CompleteTicks()
         self._queue: WriteQueue[Entry] = WriteQueue(room)
         self._is_stepped = False
         self._collector = TickCollector(lambda: self._is_stepped or self._queue.has_room())
@@ -148,8 +150,9 @@ class Recorder:
 
     @property
     def begins_s(self) -> float | None:
-        """The time at which the recording begins, in seconds; None if it begins with the run."""
-        return self._ring.dropped_until_s if self._ring else None
+        """The time of the first complete tick in seconds; None if the recording begins with the run."""
+        until = self._ring.dropped_until_s if self._ring else None
+        return None if until is None else self._ticks.find_begin(until)
 
     def complete(self, result: RunResult) -> RunResult:
         """Return the result with the number of dropped pictures, and notes about the content that the file lacks."""
@@ -226,7 +229,9 @@ class Recorder:
             if entry := self._queue.get():
                 writer.write(entry)
                 unsaved += 1
-                if self._ring:  # a ring loses little of a fast simulation, and has short segments
+                if self._ring:
+                    self._ticks.add(entry.record.time, entry.events, self._ring.dropped_until_s)
+                    # a ring loses little of a fast simulation, and has short segments
                     robot_due = min(robot_due, entry.record.time + FLUSH_S)
                 if self._limit is not None and self._last_s is None and file.size >= self._limit:
                     self._end_early(writer, entry)

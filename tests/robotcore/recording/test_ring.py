@@ -130,6 +130,11 @@ def test_a_ring_without_the_beginning_is_evaluated_and_not_replayed(ring: Record
     assert evaluation.ticks == len(ring.ticks)
 
 
+def test_the_recorder_and_the_reader_name_the_same_beginning(file: Path) -> None:
+    recorder = record_ring(file)
+    assert recorder.begins_s == read(file).ticks[0].time
+
+
 def test_a_ring_that_is_longer_than_the_run_is_a_whole_recording(file: Path) -> None:
     recorder = record_ring(file, request=RunRequest(IRREGULAR_APP, settings={"ticks": 40}), last_s=3600.0)
     recording = read(file)
