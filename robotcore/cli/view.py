@@ -10,6 +10,7 @@ import click
 
 from robotcore.cli.output import write_line, write_lines
 from robotcore.errors import UsageError
+from robotcore.extras import require_extra
 
 MAX_FILES = 2
 
@@ -25,11 +26,11 @@ def command(files: tuple[Path, ...], address: str | None) -> None:
     The page has a time slider, and plays the run or shows tick after tick. Ctrl-C ends it.
     """
     from robotcore.live.address import Address, build_token
-    from robotcore.live.live_view import describe_link, require_extra
+    from robotcore.live.live_view import describe_link
 
     if len(files) > MAX_FILES:
         raise UsageError("robotcore view shows at most two recordings", kind="too-many-files", count=len(files))
-    require_extra()
+    require_extra("view", "the page")
     from robotcore.live.playback import Playback
     from robotcore.live.playback_server import serve
 

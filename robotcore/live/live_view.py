@@ -6,11 +6,11 @@ import io
 from collections import deque
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from importlib.util import find_spec
 from threading import Condition, Thread
 from typing import Any
 
-from robotcore.errors import BackendMissingError, RobotcoreError
+from robotcore.errors import RobotcoreError
+from robotcore.extras import require_extra
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.live.actions import execute_action
 from robotcore.live.address import Address, build_token
@@ -58,7 +58,7 @@ class LiveView:
     """
 
     def __init__(self, address: Address) -> None:
-        require_extra()
+        require_extra("view", "the live page")
         listener = address.listen()
         token = build_token(address)
         self.link = address.build_link(listener.getsockname()[1], token)
@@ -236,13 +236,3 @@ def describe_link(link: str, *, is_public: bool) -> str:
     code = io.StringIO()
     segno.make(link, micro=False).terminal(out=code, compact=True)
     return f"The live page, also for other machines: {link}\n{code.getvalue()}"
-
-
-def require_extra() -> None:
-    """Raise BackendMissingError if a library of the extra ``view`` is not installed."""
-    if missing := [name for name in ("starlette", "uvicorn", "websockets", "segno") if find_spec(name) is None]:
-        raise BackendMissingError(
-            f"the live page needs {' and '.join(missing)}. pip install 'robotcore[view]'",
-            kind="library-missing",
-            extra="view",
-        )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from robotcore.extras import require_extra
 from robotcore.recording.events import (
     DriveCommand,
     GroundTruthSample,
@@ -15,7 +16,6 @@ from robotcore.recording.events import (
     Tick,
     WheelAngles,
 )
-from robotcore.recording.mcap_file import require_extra
 from robotcore.recording.recording import Metadata, Recording
 
 __all__ = [
@@ -57,7 +57,7 @@ def read(path: Path) -> Recording:
     >>> [read.device for read in last.reads if read.by is None]
     ['nose']
     """
-    require_extra()
+    require_extra("record", "a recording")
     from robotcore.recording.reader import read_file
     from robotcore.recording.segments import join_segments
 

@@ -7,9 +7,9 @@ from threading import Event, Thread
 from typing import TYPE_CHECKING
 
 from robotcore.errors import UsageError
+from robotcore.extras import require_extra
 from robotcore.recording.channel_output import ChannelOutput
 from robotcore.recording.foxglove_channels import to_nanoseconds
-from robotcore.recording.mcap_file import require_extra
 from robotcore.recording.recorder import WriteQueue
 from robotcore.recording.recording import Metadata, build_metadata
 from robotcore.recording.tick_collector import TickCollector
@@ -53,7 +53,7 @@ class FoxgloveServer:
     """
 
     def __init__(self, port: int = PORT) -> None:
-        require_extra()
+        require_extra("record", "--foxglove")
         from foxglove import start_server
         from foxglove.websocket import Capability, ServerListener
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping
-from importlib.util import find_spec
 from io import FileIO
 from pathlib import Path
 from typing import Protocol
 
-from robotcore.errors import BackendMissingError, RecordingError
+from robotcore.errors import RecordingError
+from robotcore.extras import require_extra
 from robotcore.files import require_replaceable, write_all
 from robotcore.recording.channel_output import ChannelOutput
 
@@ -31,7 +31,7 @@ class McapFile(ChannelOutput):
     """
 
     def __init__(self, path: Path, sink: Sink | None = None) -> None:
-        require_extra()
+        require_extra("record", "a recording")
         import foxglove
         from foxglove.mcap import MCAPWriteOptions
 
@@ -159,7 +159,7 @@ def require_recordable(path: Path, *, is_forced: bool = False) -> None:
 
     is_forced: whether an existing recording may be overwritten.
     """
-    require_extra()
+    require_extra("record", "a recording")
     from robotcore.recording.segments import has_segments
 
     if path.suffix.lower() != ".mcap":
@@ -189,12 +189,3 @@ def build_unwritable_error(path: Path, error: OSError) -> RecordingError:
         "Name a file that can be written, on a disk with free space",
         kind="file-not-writable",
     )
-
-
-REMEDY = "pip install 'robotcore[record]'"
-
-
-def require_extra() -> None:
-    """Raise BackendMissingError if a library of the extra ``record`` is not installed."""
-    if missing := [name for name in ("foxglove", "mcap") if find_spec(name) is None]:
-        raise BackendMissingError(f"{' and '.join(missing)} must be installed to record or read runs. {REMEDY}")

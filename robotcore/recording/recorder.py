@@ -12,9 +12,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 from robotcore.errors import BackendMissingError, RecordingError, RobotcoreError
+from robotcore.extras import require_extra
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.recording.complete_ticks import CompleteTicks
-from robotcore.recording.mcap_file import McapFile, require_extra
+from robotcore.recording.mcap_file import McapFile
 from robotcore.recording.recording import Metadata, build_metadata
 from robotcore.recording.tick_collector import TickCollector
 from robotcore.recording.writer import Entry, RecordingWriter
@@ -178,7 +179,7 @@ class Recorder:
     def _open_file(self) -> McapFile:
         if self._last_s is None:
             return McapFile(self.path)
-        require_extra()
+        require_extra("record", "a recording")
         from robotcore.recording.ring import Ring
 
         self._ring = Ring(self.path, self._last_s, self._limit)

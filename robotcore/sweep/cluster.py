@@ -13,7 +13,8 @@ from itertools import islice
 from queue import Empty, SimpleQueue
 from typing import Any
 
-from robotcore.errors import BackendError, BackendMissingError, RobotcoreError
+from robotcore.errors import BackendError, RobotcoreError
+from robotcore.extras import require_extra
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.runtime.plan import RunRequest
 from robotcore.sweep.cluster_worker import JobBundle, format_mismatch, perform_job
@@ -79,15 +80,8 @@ class ClusterEngine:
                 yield workers.await_output(request, future)
 
     def _connect(self) -> Any:  # distributed leaves much untyped
-        try:
-            distributed = import_module("distributed")
-        except ImportError as error:
-            raise BackendMissingError(
-                "the sweep needs distributed, which is not installed. pip install 'robotcore[cluster]'",
-                kind="library-missing",
-                module="distributed",
-                extra="cluster",
-            ) from error
+        require_extra("cluster", "--cluster")
+        distributed = import_module("distributed")
         logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # the errors below replace its messages
         try:
             # A Dask client would retry for a long time, or leave a thread, if no scheduler is at the address.

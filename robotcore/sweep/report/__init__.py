@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
-from importlib.util import find_spec
 from pathlib import Path
 
 from robotcore.description import WorldDescription
-from robotcore.errors import BackendMissingError, UsageError
+from robotcore.errors import UsageError
+from robotcore.extras import require_extra
 from robotcore.files import replace_text, require_replaceable
 from robotcore.sweep.record import Record
 from robotcore.sweep.statistics import Requirement
@@ -50,13 +50,7 @@ def require_writable(directory: Path) -> None:
 
     Raises BackendMissingError if Jinja2 is missing, and UsageError if the folder cannot be written.
     """
-    if find_spec("jinja2") is None:
-        raise BackendMissingError(
-            "--report needs Jinja2, which is not installed. pip install 'robotcore[sweep]'",
-            kind="library-missing",
-            module="jinja2",
-            extra="sweep",
-        )
+    require_extra("sweep", "--report")
     with _make_folder(directory):
         require_replaceable(directory / PAGE)
 

@@ -116,7 +116,7 @@ def test_a_file_that_is_no_recording_is_named(
 def test_missing_extra_is_named_with_its_remedy(
     cli: Cli, search_recording: Path, monkeypatch: pytest.MonkeyPatch, command: str, check_text: CheckText
 ) -> None:
-    monkeypatch.setattr("robotcore.recording.mcap_file.find_spec", lambda _: None)
+    monkeypatch.setattr("robotcore.extras.find_spec", lambda _: None)
     answers = cli(command, *[str(search_recording)] * (2 if command == "compare" else 1))
     assert answers.status == 3
     check_text(answers.err)

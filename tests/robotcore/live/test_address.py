@@ -6,7 +6,6 @@ from urllib.parse import urlsplit
 import pytest
 
 from robotcore.errors import BackendMissingError, UsageError
-from robotcore.live import live_view
 from robotcore.live.address import Address, build_token, find_own_address
 from robotcore.live.live_view import LiveView
 from tests.texts import Raises
@@ -70,6 +69,6 @@ def test_the_link_has_a_token_and_a_qr_code_only_for_other_machines() -> None:
 
 
 def test_a_missing_library_is_named(monkeypatch: pytest.MonkeyPatch, raises: Raises) -> None:
-    monkeypatch.setattr(live_view, "find_spec", lambda name: None if name == "segno" else name)
-    with raises(BackendMissingError, "library-missing", extra="view"):
+    monkeypatch.setattr("robotcore.extras.find_spec", lambda name: None if name == "segno" else name)
+    with raises(BackendMissingError, "library-missing", extra="view", modules=["segno"]):
         LiveView(Address())

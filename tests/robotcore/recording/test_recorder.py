@@ -212,8 +212,8 @@ def test_check_for_writing_keeps_the_file_and_the_recording_overwrites_it(file: 
 def test_missing_extra_is_reported(
     raises: Raises, file: Path, monkeypatch: pytest.MonkeyPatch, ask: Callable[[Path], object]
 ) -> None:
-    monkeypatch.setattr("robotcore.recording.mcap_file.find_spec", lambda _: None)
-    with raises(BackendMissingError):
+    monkeypatch.setattr("robotcore.extras.find_spec", lambda _: None)
+    with raises(BackendMissingError, "library-missing", extra="record", modules=["foxglove", "mcap"]):
         ask(file)
 
 

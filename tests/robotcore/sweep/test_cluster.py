@@ -104,7 +104,7 @@ def test_an_address_without_a_scheduler_is_refused(raises: Raises) -> None:
 
 def test_a_missing_library_is_reported_with_its_extra(monkeypatch: pytest.MonkeyPatch, raises: Raises) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
-    with raises(BackendMissingError, "library-missing", module="distributed", extra="cluster"):
+    with raises(BackendMissingError, "library-missing", extra="cluster", modules=["distributed"]):
         _run(ClusterEngine("tcp://127.0.0.1:1"), make_sweep("green-search"))
 
 

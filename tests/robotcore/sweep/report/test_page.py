@@ -13,7 +13,6 @@ import pytest
 
 from robotcore.errors import BackendMissingError
 from robotcore.runtime.result import Outcome
-from robotcore.sweep import report
 from robotcore.sweep.record import Record
 from robotcore.sweep.report import write_report
 from robotcore.sweep.report.failures import MAX_DETAILED, MAX_LISTED
@@ -187,6 +186,6 @@ def test_failing_runs_are_sorted_and_many_are_folded(tmp_path: Path) -> None:
 def test_a_missing_library_is_reported_with_its_extra(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, raises: Raises
 ) -> None:
-    monkeypatch.setattr(report, "find_spec", lambda _: None)
-    with raises(BackendMissingError, "library-missing", module="jinja2", extra="sweep"):
+    monkeypatch.setattr("robotcore.extras.find_spec", lambda _: None)
+    with raises(BackendMissingError, "library-missing", extra="sweep", modules=["jinja2"]):
         write_page([make_pass()], tmp_path)
