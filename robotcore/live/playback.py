@@ -81,7 +81,6 @@ class Playback:
         request, description = metadata.request, metadata.description
         return {
             "type": "run",
-            "is_recording": True,
             "app": app_name(request.app_reference),
             "backend": request.backend,
             "robot": description.name,

@@ -13,7 +13,7 @@ from typing import Any
 from starlette.applications import Starlette
 from starlette.middleware import Middleware
 from starlette.requests import Request
-from starlette.responses import FileResponse, Response
+from starlette.responses import FileResponse, HTMLResponse, Response
 from starlette.routing import BaseRoute, Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket, WebSocketDisconnect
@@ -170,8 +170,12 @@ def build_app(player: Player, access: Access) -> Starlette:
     async def show_player(_request: Request) -> Response:
         return FileResponse(PAGE / "player.html")
 
+    # The class, and not the first message, hides the stop button, so that the page never shows it.
+    classes = "is-recording" if len(player.screens) == 1 else "is-recording is-pair"
+    page = (PAGE / "index.html").read_text().replace("<body>", f'<body class="{classes}">')
+
     async def show_page(_request: Request) -> Response:
-        return FileResponse(PAGE / "index.html")
+        return HTMLResponse(page)
 
     async def control(socket: WebSocket) -> None:
         await serve_controls(socket, player, access)

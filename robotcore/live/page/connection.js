@@ -1,6 +1,7 @@
 // The socket to the page's server. It connects again if it is lost.
 
 const RETRY_MS = 1000;
+export const LINK_HINT = "Open the whole link that the command printed, with its #token=…";
 const FINAL_CODES = { 4401: "token", 4429: "full" };
 
 export function readToken() {

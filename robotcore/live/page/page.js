@@ -1,6 +1,6 @@
 // The live page: shows the messages of a run, and presses its e-stop.
 
-import { Connection, pressEstop } from "./connection.js";
+import { Connection, LINK_HINT, pressEstop } from "./connection.js";
 import { buildControl } from "./controls.js";
 import { DeviceCard } from "./drawings.js";
 import { Overhead } from "./overhead.js";
@@ -23,6 +23,7 @@ let cards = new Map();
 let tick = null;
 let tickAt = 0;
 let hasEnded = false;
+const isRecording = document.body.classList.contains("is-recording");
 let isDirty = false;
 let mapPicture = null;
 const notices = new Map();
@@ -38,8 +39,8 @@ function receive(message) {
 }
 
 function beginRun(message) {
-  [run, tick, hasEnded, mapPicture] = [message, null, false, null];
-  document.body.classList.toggle("is-recording", Boolean(run.is_recording));
+  [run, tick, mapPicture] = [message, null, null];
+  setEnded(false);
   const place = [run.backend, run.robot, run.world, run.seed === null ? null : `seed ${run.seed}`];
   get("app").textContent = run.app;
   document.title = `${run.app} on ${run.backend}`;
@@ -89,14 +90,14 @@ function showTick(message) {
   overhead.add(tick);
   (tick.wheels ?? []).forEach((each) => plot.add(each));
   plot.add(tick);
-  const until = run.is_recording ? Infinity : tickAt + NOTICE_MS;
-  if (run.is_recording) notices.clear();
+  const until = isRecording ? Infinity : tickAt + NOTICE_MS;
+  if (isRecording) notices.clear();
   for (const cause of tick.interventions) {
     if (UNNAMED_CAUSES.includes(cause)) continue;
     notices.set(`${cause} ${cause === "range guard" ? "holds" : "limits"} the robot`, until);
   }
   for (const fault of tick.faults) notices.set(`fault: ${fault}`, until);
-  if (run.is_recording && tick.is_hand_driven) notices.set("a person drives the robot", until);
+  if (isRecording && tick.is_hand_driven) notices.set("a person drives the robot", until);
 }
 
 function addLine({ level, time, text }) {
@@ -126,9 +127,24 @@ function showTiming({ phases }) {
 }
 
 function showViewers({ count, driver }) {
-  steering.showDriver(driver);
-  for (const control of document.querySelectorAll(".control")) control.disabled = driver !== "you";
+  showDriver(driver);
   get("viewers").textContent = count === 1 ? "1 viewer" : `${count} viewers`;
+}
+
+// driver: "you", "other" or "nobody"; without a connection, "lost".
+function showDriver(driver) {
+  const shown = hasEnded ? "ended" : driver;
+  steering.showDriver(shown);
+  get("pace-card").inert = ["lost", "ended"].includes(shown);
+  for (const control of document.querySelectorAll(".control")) control.disabled = shown !== "you";
+}
+
+// A press of the stop button after the end of the run would have no effect.
+function setEnded(value) {
+  hasEnded = value;
+  document.body.classList.toggle("has-ended", hasEnded);
+  get("estop").disabled = hasEnded;
+  get("estop").lastChild.textContent = hasEnded ? "the run has ended" : "space bar";
 }
 
 async function showPicture(name, blob) {
@@ -160,7 +176,7 @@ function draw() {
   if (!get("map-card").hidden) maps.chosen === "map" && mapPicture ? drawMap() : overhead.draw();
   if (!get("wheels-card").hidden) plot.draw();
   if (!tick) return;
-  get("state").textContent = tick.state;
+  if (!hasEnded) get("state").textContent = tick.state;
   get("time").textContent = `${tick.time.toFixed(1)} s`;
   for (const [name, card] of cards) card.update(getOwn(tick.devices, name));
   for (const item of get("milestones").children) {
@@ -227,21 +243,25 @@ function showNotices() {
 const STATES = { open: "open", lost: "lost", token: "lost", full: "lost" };
 
 function showConnection(state) {
-  get("link").dataset.state = STATES[state];
+  get("link").dataset.state = hasEnded ? "quiet" : STATES[state];
   if (state === "open") return;
-  steering.showDriver("nobody");
+  showDriver("lost");
   get("viewers").textContent = "not connected";
   if (state === "token") {
-    showScreen("bad", "!", "This page needs its link", "Open the link that robotcore printed at the start of the run. It has a token that this page lacks.");
+    showScreen("bad", "!", "This page needs its whole link", LINK_HINT);
   } else if (state === "full") {
     showScreen("fair", "!", "Too many viewers", "Close the page in another window or on another device, then load it here again.");
+  } else if (isRecording) {
+    showScreen("fair", "■", "The viewer has ended", "Start robotcore view again.");
   } else if (!hasEnded) {
     showScreen("fair", "…", "Connection lost", "The page connects again by itself. The robot may still move: the stop button keeps trying.");
   }
 }
 
 function showEnd({ headline, reason, exit_status: status, notes }) {
-  hasEnded = true;
+  setEnded(true);
+  showDriver("ended");
+  get("state").textContent = `ended: ${headline}`;
   const isStopped = headline.startsWith("stopped");
   showScreen(status === 0 ? "good" : "bad", status === 0 ? "✓" : isStopped ? "■" : "✕", `The run has ended: ${headline}`, reason, notes);
 }
@@ -268,7 +288,7 @@ async function stop() {
 
 // The keys of the player, which contains the page of a recording.
 function passKey(event) {
-  if (!["Space", "ArrowLeft", "ArrowRight"].includes(event.code)) return;
+  if (!["Space", "ArrowLeft", "ArrowRight", "Home", "End"].includes(event.code)) return;
   event.preventDefault();
   if (event.type === "keydown" && !(event.repeat && event.code === "Space")) parent.postMessage(event.code, location.origin);
 }
@@ -278,7 +298,7 @@ get("screen-close").addEventListener("click", hideScreen);
 maps.onchoose = cameras.tabs.onchoose = requestDrawing;
 for (const type of ["keydown", "keyup"]) {
   window.addEventListener(type, (event) => {
-    if (run?.is_recording) return passKey(event);
+    if (isRecording) return passKey(event);
     if (event.code !== "Space") return;
     event.preventDefault(); // the key must not also press the button that has the focus
     if (type === "keydown" && !event.repeat) stop();
@@ -294,7 +314,7 @@ get("speed").addEventListener("change", ({ target }) => {
 window.addEventListener("resize", requestDrawing);
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", requestDrawing);
 setInterval(() => {
-  const isQuiet = tick && !hasEnded && !run.is_recording && performance.now() - tickAt > QUIET_MS; // such as a paused run
+  const isQuiet = tick && !hasEnded && !isRecording && performance.now() - tickAt > QUIET_MS; // such as a paused run
   if (connection.isOpen && tick) get("link").dataset.state = isQuiet ? "quiet" : "open";
   showNotices();
 }, 300);

@@ -1,6 +1,6 @@
 // The player: one page for each recording, and one time for all of them.
 
-import { readToken } from "./connection.js";
+import { LINK_HINT, readToken } from "./connection.js";
 
 const get = (id) => document.getElementById(id);
 const RETRY_MS = 1000;
@@ -22,9 +22,10 @@ function connect() {
   socket.onmessage = (event) => receive(JSON.parse(event.data));
   socket.onclose = (event) => {
     setPlaying(false);
-    get("clock").textContent = event.code === 4401 ? "this page needs its link" : "not connected";
     [isBusy, stepsLeft] = [false, 0];
-    if (event.code !== 4401) setTimeout(connect, RETRY_MS);
+    if (event.code === 4401) return add(get("screens"), "p", LINK_HINT);
+    get("clock").textContent = "not connected";
+    setTimeout(connect, RETRY_MS);
   };
 }
 
@@ -90,6 +91,12 @@ function seek(seconds) {
   send({ type: "seek", time });
 }
 
+// end: "min" or "max", the first tick or the last one.
+function jump(end) {
+  setPlaying(false);
+  seek(Number(get("slider")[end]));
+}
+
 function step(by) {
   setPlaying(false);
   stepsLeft += by;
@@ -135,7 +142,7 @@ get("slider").addEventListener("input", () => {
   setPlaying(false);
   seek(Number(get("slider").value));
 });
-const KEYS = new Map([["Space", toggle], ["ArrowLeft", () => step(-1)], ["ArrowRight", () => step(1)]]);
+const KEYS = new Map([["Space", toggle], ["ArrowLeft", () => step(-1)], ["ArrowRight", () => step(1)], ["Home", () => jump("min")], ["End", () => jump("max")]]);
 window.addEventListener("message", ({ origin, data }) => origin === location.origin && KEYS.get(data)?.()); // a key in a page
 for (const type of ["keydown", "keyup"]) {
   window.addEventListener(type, (event) => {

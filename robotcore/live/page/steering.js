@@ -40,13 +40,17 @@ export class Steering {
     if (driver !== "you") this.letGo();
     this.driver = driver;
     get("drive-card").dataset.driver = driver;
+    get("drive-card").inert = ["lost", "ended"].includes(driver);
     this.show(this.isHandDriven ?? false);
   }
 
   // isHandDriven: whether the robot waits for a person in place of the app.
   show(isHandDriven) {
     this.isHandDriven = isHandDriven;
-    const texts = { you: "you drive", other: "another viewer drives", nobody: isHandDriven ? "no viewer drives, the app waits" : "the app drives" };
+    const texts = {
+      you: "you drive", other: "another viewer drives", lost: "not connected", ended: "the run has ended",
+      nobody: isHandDriven ? "no viewer drives, the app waits" : "the app drives",
+    };
     get("drive-state").textContent = texts[this.driver];
     get("take").textContent = this.driver === "other" ? "Take over" : "Drive";
     get("take").hidden = this.driver === "you";

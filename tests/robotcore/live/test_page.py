@@ -14,6 +14,7 @@ from tests.robotcore.live.live_run import Circles, StartRun
 pytestmark = pytest.mark.slow
 
 MAX_PAGE_BYTES = 150_000
+LINK_HINT = "Open the whole link that the command printed, with its #token=…"
 
 
 def read_canvas(page: Page, selector: str) -> str:
@@ -111,11 +112,43 @@ def test_a_finished_run_says_so_and_its_last_state_can_be_seen(page: Page, start
     expect(page.locator("#time")).to_have_text("3.0 s")
 
 
-def test_a_wrong_token_sees_nothing(page: Page, start_run: StartRun) -> None:
+def test_the_last_state_of_a_finished_run_keeps_the_result_and_has_no_active_control(
+    page: Page, start_run: StartRun
+) -> None:
+    run = start_run(timeout_s=3.0)
+    page.goto(run.view.link)
+    page.locator("#screen-close").click()
+    page.wait_for_timeout(500)
+    page.set_viewport_size({"width": 1200, "height": 800})  # the page draws again
+    expect(page.locator("#state")).to_have_text("ended: timeout")
+    expect(page.locator("#estop")).to_be_disabled()
+    expect(page.locator("#estop")).to_have_text("STOPthe run has ended")
+    expect(page.locator("#drive-state")).to_have_text("the run has ended")
+    assert page.evaluate("['drive-card', 'pace-card'].every((id) => document.getElementById(id).inert)")
+    expect(page.locator(".control:enabled")).to_have_count(0)
+    label = "getComputedStyle(document.querySelector('[data-device=left_motor] .value'), '::before').content"
+    assert page.evaluate(label) == '"last: "'
+
+
+def test_the_controls_are_active_in_the_next_run(page: Page, start_run: StartRun) -> None:
+    run = start_run()
+    page.goto(run.view.link)
+    expect(page.locator("#state")).to_have_text("turning")
+    run.stop()
+    expect(page.locator("#state")).to_have_text("ended: stopped")
+    start_run(Address(port=int(run.view.link.rstrip("/").rpartition(":")[2])))
+    expect(page.locator("#state")).to_have_text("turning")
+    page.locator("#take").click()
+    expect(page.locator("#drive-state")).to_have_text("you drive")
+    expect(page.locator("#estop")).to_be_enabled()
+
+
+@pytest.mark.parametrize("ending", ["", "#token=wrong"])
+def test_a_viewer_without_the_token_sees_nothing(page: Page, start_run: StartRun, ending: str) -> None:
     run = start_run(Address("0.0.0.0"))  # noqa: S104
     link = run.view.link
-    page.goto(link.partition("#")[0] + "#token=wrong")
-    expect(page.locator("#screen-title")).to_have_text("This page needs its link")
+    page.goto(link.partition("#")[0] + ending)
+    expect(page.locator("#screen-text")).to_have_text(LINK_HINT)
     expect(page.locator("#app")).to_have_text("robotcore")
     assert page.locator(".device").count() == 0
     page.goto(link)

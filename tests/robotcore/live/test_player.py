@@ -9,7 +9,7 @@ import signal
 import socket
 import subprocess
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Literal
@@ -28,12 +28,30 @@ from robotcore.runtime.trace import TickRecord
 from tests.robotcore.cli.conftest import Cli
 from tests.robotcore.cli.conftest import cli as cli  # noqa: PLC0414  a fixture
 from tests.robotcore.live.live_run import Circles
+from tests.robotcore.live.test_page import LINK_HINT
 from tests.texts import CheckText
 
 pytestmark = pytest.mark.slow
 
-Watch = Callable[..., str]
-"""Start ``robotcore view`` with arguments, and return the page's link."""
+
+class Watch:
+    """Starts ``robotcore view`` with arguments, and returns the page's link. The end of the test ends the command."""
+
+    def __init__(self, stack: ExitStack) -> None:
+        self._stack = stack
+
+    def __call__(self, *arguments: object) -> str:
+        command = [sys.executable, "-m", "robotcore", "view", *map(str, arguments)]
+        self._process = self._stack.enter_context(
+            subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+        )
+        self._stack.callback(self._process.terminate)
+        assert self._process.stdout
+        return self._process.stdout.readline().rpartition(" ")[2].strip()
+
+    def stop(self) -> None:
+        self._process.terminate()
+        self._process.wait(10)
 
 
 class LatePicture(Behaviour):
@@ -79,17 +97,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def watch() -> Iterator[Watch]:
     with ExitStack() as stack:
-
-        def start(*arguments: object) -> str:
-            command = [sys.executable, "-m", "robotcore", "view", *map(str, arguments)]
-            process = stack.enter_context(
-                subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
-            )
-            stack.callback(process.terminate)
-            assert process.stdout
-            return process.stdout.readline().rpartition(" ")[2].strip()
-
-        yield start
+        yield Watch(stack)
 
 
 def open_frame(page: Page, number: int = 1) -> FrameLocator:
@@ -168,6 +176,19 @@ def test_play_pause_and_one_tick_at_a_time(page: Page, watch: Watch, recorded: P
     page.locator("#slider").focus()
     page.keyboard.press("ArrowRight")
     expect(page.locator("#clock")).to_have_text("2.05 s of 4.00 s")
+
+
+def test_home_and_end_show_the_first_and_the_last_tick(page: Page, watch: Watch, recorded: Path) -> None:
+    page.goto(watch(recorded))
+    frame = open_frame(page)
+    expect(frame.locator("#time")).to_have_text("0.0 s")
+    page.keyboard.press("End")
+    expect(frame.locator("#time")).to_have_text("4.0 s")
+    expect(page.locator("#clock")).to_have_text("4.00 s of 4.00 s")
+    frame.locator("h1").click()
+    page.keyboard.press("Home")  # in the frame, which passes the keys of the player
+    expect(frame.locator("#time")).to_have_text("0.0 s")
+    expect(page.locator("#clock")).to_have_text("0.00 s of 4.00 s")
 
 
 def test_the_speed_of_playing(page: Page, watch: Watch, recorded: Path) -> None:
@@ -324,6 +345,29 @@ def test_ctrl_c_ends_the_command_without_a_traceback(recorded: Path) -> None:
             process.send_signal(signal.SIGINT)
             assert process.communicate(timeout=10) == ("", "")
     assert process.returncode == 0
+
+
+def test_the_end_of_the_command_is_shown_as_the_end_of_the_viewer(page: Page, watch: Watch, recorded: Path) -> None:
+    page.goto(watch(recorded))
+    frame = open_frame(page)
+    expect(frame.locator("#time")).to_have_text("0.0 s")
+    watch.stop()
+    expect(frame.locator("#screen-title")).to_have_text("The viewer has ended")
+    expect(frame.locator("#screen-text")).to_have_text("Start robotcore view again.")
+    expect(page.locator("#clock")).to_have_text("not connected")
+
+
+def test_a_recording_has_no_stop_button_also_while_it_connects(page: Page, watch: Watch, recorded: Path) -> None:
+    page.route("**/*.js", lambda route: route.abort())  # the page stays as it is before the connection
+    page.goto(watch(recorded) + "1/")
+    expect(page.locator("#where")).to_have_text("connecting …")
+    expect(page.locator("#estop")).to_be_hidden()
+
+
+def test_the_player_without_its_token_says_what_to_open(page: Page, watch: Watch, recorded: Path) -> None:
+    port = watch(recorded, "--view", "0.0.0.0:0").partition("/#token=")[0].rpartition(":")[2]
+    page.goto(f"http://127.0.0.1:{port}/")
+    expect(page.locator("#screens")).to_have_text(LINK_HINT)
 
 
 def test_recordings_of_the_same_name_are_shown_with_their_folders(watch: Watch, recorded: Path, tmp_path: Path) -> None:
