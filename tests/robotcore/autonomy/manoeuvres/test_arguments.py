@@ -89,7 +89,7 @@ MANOEUVRES: dict[str, Callable[[Robot], Routine[object]]] = {
 def test_a_message_shows_the_public_name_of_a_manoeuvre(name: str) -> None:
     routine = MANOEUVRES[name](open_robot())
     routine.close()
-    with pytest.raises(UsageError, match=f"^the routine {name} has ended"):
+    with pytest.raises(UsageError, match=f"^the routine {name} has already ended"):
         sequence(routine)
 
 
