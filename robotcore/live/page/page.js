@@ -65,8 +65,17 @@ function beginRun(message) {
     if (control) card.element.append(control);
   }
   get("devices").replaceChildren(...[...cards.values()].map((card) => card.element));
+  arrangeDevices();
   get("estop").classList.remove("is-pressed");
   hideScreen();
+}
+
+// Fills the rows of the devices evenly, so that the last row does not have one device alone.
+function arrangeDevices() {
+  const list = get("devices");
+  const most = Math.max(1, Math.floor((list.clientWidth + 14) / (172 + 14))); // with the gap of style.css
+  const rows = Math.ceil(cards.size / most) || 1;
+  list.style.setProperty("--columns", Math.ceil(cards.size / rows) || 1);
 }
 
 function buildMilestone(name) {
@@ -311,7 +320,10 @@ get("speed").addEventListener("change", ({ target }) => {
   send({ type: "pace", speed: target.value === "" ? null : Number(target.value) });
   target.blur();
 });
-window.addEventListener("resize", requestDrawing);
+window.addEventListener("resize", () => {
+  arrangeDevices();
+  requestDrawing();
+});
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", requestDrawing);
 setInterval(() => {
   const isQuiet = tick && !hasEnded && !isRecording && performance.now() - tickAt > QUIET_MS; // such as a paused run

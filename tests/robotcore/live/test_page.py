@@ -9,6 +9,7 @@ from playwright.sync_api import Browser, Page, expect
 
 from robotcore.errors import EmergencyStopError
 from robotcore.live.address import Address
+from tests.robotcore.live.chromium import measure
 from tests.robotcore.live.live_run import Circles, StartRun
 
 pytestmark = pytest.mark.slow
@@ -76,6 +77,27 @@ def test_the_estop_stops_the_simulated_wheels_and_ends_the_run(page: Page, start
     assert run.wheels == [0, 0]
     expect(page.locator("#screen-title")).to_have_text("The run has ended: stopped")
     expect(page.locator("#screen-text")).to_contain_text("live page")
+
+
+@pytest.mark.parametrize("width", [1000, 1600])
+def test_a_robot_without_a_camera_leaves_no_empty_column(page: Page, start_run: StartRun, width: int) -> None:
+    page.set_viewport_size({"width": width, "height": 900})
+    page.goto(start_run(app="bump-and-turn", robot="tracer").view.link)
+    expect(page.locator("#state")).to_have_text("drive")
+    parts = ("#wheels-card", "#drive-card", "#map-card", "#pace-card")
+    wheels, drive, overhead, pace = (measure(page.locator(each)) for each in parts)
+    assert wheels["x"] == drive["x"] < overhead["x"]
+    assert wheels["y"] == overhead["y"]
+    assert wheels["y"] + wheels["height"] + 14 == pytest.approx(drive["y"], abs=1)
+    is_beside = pace["x"] >= overhead["x"] + overhead["width"]
+    assert is_beside if width == 1600 else pace["y"] >= overhead["y"] + overhead["height"]
+
+
+def test_no_device_is_alone_in_the_last_row(page: Page, start_run: StartRun) -> None:
+    page.goto(start_run().view.link)  # 7 devices, and 6 have the place in a row of 1280 pixels
+    expect(page.locator(".device")).to_have_count(7)
+    rows = page.locator(".device").evaluate_all("cards => cards.map((card) => card.getBoundingClientRect().top)")
+    assert [rows.count(row) for row in sorted({*rows})] == [4, 3]
 
 
 def test_a_range_guard_and_a_fault_are_named(page: Page, start_run: StartRun) -> None:

@@ -27,6 +27,7 @@ from robotcore.runtime.result import RunResult
 from robotcore.runtime.trace import TickRecord
 from tests.robotcore.cli.conftest import Cli
 from tests.robotcore.cli.conftest import cli as cli  # noqa: PLC0414  a fixture
+from tests.robotcore.live.chromium import find_bottom, measure
 from tests.robotcore.live.live_run import Circles
 from tests.robotcore.live.test_page import LINK_HINT
 from tests.texts import CheckText
@@ -281,6 +282,32 @@ def test_two_recordings_of_different_length_side_by_side(
     expect(open_frame(page, 1).locator("#time")).to_have_text("2.5 s")
     expect(open_frame(page, 2).locator("#time")).to_have_text("1.0 s")
     expect(page.locator("section:nth-of-type(2) h2")).to_have_text("short.mcapended at 1.00 s")
+
+
+@pytest.mark.parametrize("width, height", [(1280, 900), (390, 844)])
+def test_two_recordings_show_their_cameras_and_their_paths_without_scrolling(
+    browser: Browser, watch: Watch, recorded: Path, width: int, height: int
+) -> None:
+    page = browser.new_page(viewport={"width": width, "height": height})
+    page.goto(watch(recorded, recorded))
+    for number in (1, 2):
+        frame = open_frame(page, number)
+        expect(frame.locator("#camera")).to_have_attribute("data-count", re.compile("[1-9]"))
+        bottom = find_bottom(page.locator(f"section:nth-of-type({number}) iframe"))
+        for canvas in map(frame.locator, ("#camera", "#map")):
+            assert measure(canvas)["width"] > 120
+            assert find_bottom(canvas) <= bottom
+    page.close()
+
+
+def test_a_notice_in_a_recording_moves_nothing(page: Page, watch: Watch, tmp_path: Path) -> None:
+    page.goto(watch(record(tmp_path / "driven.mcap", [HandDriver()], has_operator=True)))
+    frame = open_frame(page)
+    expect(frame.locator("#camera")).to_have_attribute("data-count", re.compile("[1-9]"))
+    before = measure(frame.locator("#map"))
+    slide(page, 1.5)
+    expect(frame.locator("#notices li")).to_be_visible()
+    assert measure(frame.locator("#map")) == before
 
 
 def test_a_jpeg_recording_and_one_without_pictures(page: Page, watch: Watch, tmp_path: Path) -> None:
