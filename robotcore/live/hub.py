@@ -44,6 +44,7 @@ class Hub:
         self._wheels: deque[dict[str, Any]] = deque(maxlen=MAX_WHEELS)
         self._is_pressed = False
         self._driver: Viewer | None = None
+        self._time = 0.0
         self.tick = b""
         """The newest tick, as JSON."""
         self.pictures: dict[str, bytes] = {}
@@ -66,7 +67,7 @@ class Hub:
                 for viewer in self.viewers:
                     viewer.add_picture(content["name"])
             case "tick":
-                self.tick = encode(content)
+                self.tick, self._time = encode(content), content["time"]
                 self._extend_path(content["path"])
                 self._wheels += [*content.get("wheels", ()), {key: content[key] for key in WHEEL_KEYS}]
                 for viewer in self.viewers:
@@ -109,6 +110,7 @@ class Hub:
         if viewer is self._driver:
             self._driver = None
             self._act({"type": "drive", "linear": 0.0, "angular": 0.0})
+            self._add_line("the viewer who drove has left, and the robot stands")
         self._describe_viewers()
 
     def press_estop(self) -> None:
@@ -130,6 +132,8 @@ class Hub:
             case {"type": "ack", "tick": int(_)}:
                 viewer.acknowledge_tick()
             case {"type": "take"}:
+                if viewer is not self._driver:
+                    self._add_line("another viewer drives now" if self._driver else "a viewer drives now")
                 self._driver = viewer
                 self._describe_viewers()
             case dict(message):
@@ -144,6 +148,7 @@ class Hub:
             self._act(action)
             if action["type"] == "release":
                 self._driver = None
+                self._add_line("a viewer has returned the robot to the app")
                 self._describe_viewers()
 
     def _describe_viewers(self) -> None:
@@ -153,6 +158,11 @@ class Hub:
         for viewer in self.viewers:
             driver = "nobody" if self._driver is None else "you" if viewer is self._driver else "other"
             viewer.add_message(encode({"type": "viewers", "count": count, "driver": driver}))
+
+    def _add_line(self, text: str) -> None:
+        """Add a line to the log of the page, unless it is the last one again."""
+        if not self._lines or self._lines[-1]["text"] != text:
+            self.receive({"type": "line", "level": "Info", "time": self._time, "text": text}, b"")
 
     def _tell(self, content: dict[str, Any]) -> None:
         text = encode(content)

@@ -41,6 +41,8 @@ export class Steering {
     this.driver = driver;
     get("drive-card").dataset.driver = driver;
     get("drive-card").inert = ["lost", "ended"].includes(driver);
+    if (driver === "you" && getComputedStyle(get("drive-card")).position === "fixed") window.scrollTo(0, 0); // to the camera
+    this.isHinted = false;
     this.show(this.isHandDriven ?? false);
   }
 
@@ -51,8 +53,11 @@ export class Steering {
       you: "you drive", other: "another viewer drives", lost: "not connected", ended: "the run has ended",
       nobody: isHandDriven ? "no viewer drives, the app waits" : "the app drives",
     };
-    get("drive-state").textContent = texts[this.driver];
-    get("take").textContent = this.driver === "other" ? "Take over" : "Drive";
+    const button = this.driver === "other" ? "Take over" : "Drive";
+    const isHinted = this.isHinted || (this.run?.app === "teleop" && !isHandDriven); // that app only stands
+    const canTake = ["nobody", "other"].includes(this.driver);
+    get("drive-state").textContent = isHinted && canTake ? `press ${button} first` : texts[this.driver];
+    get("take").textContent = button;
     get("take").hidden = this.driver === "you";
     get("release").hidden = this.driver === "other" || !(isHandDriven || this.driver === "you");
   }
@@ -73,10 +78,17 @@ export class Steering {
   }
 
   press(event) {
-    if (this.driver !== "you" || !KEYS[event.code] || event.ctrlKey || event.metaKey || event.altKey) return;
+    if (!KEYS[event.code] || event.ctrlKey || event.metaKey || event.altKey) return;
     if (event.target.matches("input[type=range], select") && event.code.startsWith("Arrow")) return;
+    if (this.driver !== "you") return this.hint();
     event.preventDefault();
     this.keys.add(event.code);
+  }
+
+  // Shows how to take the robot, because an input of a viewer who does not drive has no effect.
+  hint() {
+    this.isHinted = true;
+    this.show(this.isHandDriven ?? false);
   }
 
   listenToStick(stick) {
@@ -86,7 +98,7 @@ export class Steering {
       this.moveStick([(event.clientX - box.left - half) / half, (event.clientY - box.top - half) / half]);
     };
     stick.addEventListener("pointerdown", (event) => {
-      if (this.driver !== "you") return;
+      if (this.driver !== "you") return this.hint();
       stick.setPointerCapture(event.pointerId);
       move(event);
     });

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import signal
 from collections.abc import Callable
 from pathlib import Path
@@ -12,6 +13,7 @@ from playwright.sync_api import Browser, Page, expect
 import robotcore
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.runtime.operator_input import LEASE_S
+from tests.robotcore.live.chromium import find_bottom, measure
 from tests.robotcore.live.client import Client
 from tests.robotcore.live.live_run import LiveRun, StartRun
 
@@ -81,10 +83,44 @@ def test_the_left_key_turns_to_the_left(page: Page, standing_run: LiveRun) -> No
 
 def test_keys_without_taking_the_robot_do_nothing(page: Page, standing_run: LiveRun) -> None:
     page.goto(standing_run.view.link)
-    expect(page.locator("#drive-state")).to_have_text("the app drives")
+    page.locator("#take").wait_for()
     page.keyboard.down("ArrowUp")
     page.wait_for_timeout(500)
     assert is_standing(standing_run)
+
+
+def test_the_page_of_teleop_says_how_to_begin(page: Page, standing_run: LiveRun) -> None:
+    page.goto(standing_run.view.link)
+    expect(page.locator("#drive-state")).to_have_text("press Drive first")
+    page.locator("#take").click()
+    expect(page.locator("#drive-state")).to_have_text("you drive")
+
+
+@pytest.mark.parametrize("input_", ["key", "joystick"])
+def test_a_viewer_who_does_not_drive_gets_a_hint(page: Page, start_run: StartRun, input_: str) -> None:
+    page.goto(start_run().view.link)
+    expect(page.locator("#drive-state")).to_have_text("the app drives")
+    if input_ == "key":
+        page.keyboard.press("KeyW")
+    else:
+        page.locator("#stick").click()
+    expect(page.locator("#drive-state")).to_have_text("press Drive first")
+    page.locator("#take").click()
+    page.locator("#release").click()
+    expect(page.locator("#drive-state")).to_have_text("the app drives")
+
+
+def test_the_log_names_each_change_of_the_viewer_who_drives(
+    browser: Browser, page: Page, standing_run: LiveRun
+) -> None:
+    open_and_take(page, standing_run)
+    page.locator("#release").click()
+    page.locator("#take").click()
+    other = browser.new_context().new_page()
+    open_and_take(other, standing_run)
+    other.context.close()
+    texts = ["a viewer drives", "has returned the robot to the app", "a viewer drives", "another viewer drives", "left"]
+    expect(page.locator("#log li:not(:has-text('state'))")).to_have_text([re.compile(each) for each in texts])
 
 
 def test_a_finger_on_the_joystick_of_a_phone_moves_the_robot(browser: Browser, standing_run: LiveRun) -> None:
@@ -102,6 +138,21 @@ def test_a_finger_on_the_joystick_of_a_phone_moves_the_robot(browser: Browser, s
     wait_for(lambda: is_forward(standing_run))
     touch.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
     wait_for(lambda: is_standing(standing_run))
+    context.close()
+
+
+def test_a_phone_shows_the_camera_and_the_whole_joystick_while_its_viewer_drives(
+    browser: Browser, standing_run: LiveRun
+) -> None:
+    context = browser.new_context(viewport={"width": 360, "height": 640}, has_touch=True, is_mobile=True)
+    page = context.new_page()
+    page.goto(standing_run.view.link)
+    page.locator("#take").tap()
+    expect(page.locator("#drive-state")).to_have_text("you drive")
+    parts = [page.locator(each) for each in (".bar", "#camera", "#drive-card")]
+    assert find_bottom(parts[0]) <= measure(parts[1])["y"]
+    assert find_bottom(parts[1]) <= measure(parts[2])["y"]
+    assert find_bottom(page.locator("#stick")) <= measure(page.locator("#estop"))["y"]
     context.close()
 
 
