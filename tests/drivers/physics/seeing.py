@@ -130,6 +130,7 @@ class Texturing(EngineTests):
         assert (differences[is_near] <= 2).mean() > 0.98
         assert (differences <= 2).mean() > 0.9
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(
         "texture", [None, Texture(pattern="checker", scale_m=0.8, contrast=0.5)], ids=["plain", "pattern"]
     )
@@ -148,6 +149,7 @@ class Texturing(EngineTests):
         assert (differences[is_near] <= 2).mean() > (0.98 if texture else 0.995)
         assert len(np.unique(theirs[is_near].reshape(-1, 3), axis=0)) >= 3
 
+    @pytest.mark.slow
     def test_picture_and_lines_on_the_floor_change_no_motion(self, tmp_path: Path) -> None:
         course = load_course(tmp_path, text=COURSE + LINES)
         bare = course.model_copy(update={"lines": (), "floor": course.floor.model_copy(update={"image": None})})
@@ -167,6 +169,7 @@ class Texturing(EngineTests):
         mine, other = masks["box"]
         assert ours[mine].mean(axis=0) == pytest.approx(theirs[other].mean(axis=0), abs=2.0)
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("name, seed", [("arena", 1), ("arena", 9), ("clutter", 4), ("open", 10), ("occluded", 11)])
     def test_colours_of_a_randomised_world_equal_the_built_in_simulator(self, name: str, seed: int) -> None:
         drawn = randomise(draw_world(load_world(name), ROVER, seed), seed).world

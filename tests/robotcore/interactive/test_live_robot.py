@@ -60,6 +60,7 @@ def test_simulation_stands_still_between_two_calls(robot: LiveRobot) -> None:
     assert robot.clock.now() == 1.5
 
 
+@pytest.mark.slow
 def test_long_pause_after_the_first_manoeuvre_is_no_tick(robot: LiveRobot) -> None:
     robot.drive.straight(0.0)
     robot.wait(10.0)
@@ -132,6 +133,7 @@ def test_two_sessions_at_once() -> None:
         assert second.drive.pose.x < -0.09
 
 
+@pytest.mark.slow
 def test_next_open_closes_a_robot_that_the_program_has_lost() -> None:
     def open_and_lose() -> RunSession:
         robot = robotcore.open(world="open")
@@ -171,6 +173,7 @@ def interrupt(after_s: float, number: int = signal.SIGINT) -> None:
     threading.Timer(after_s, os.kill, (os.getpid(), number)).start()
 
 
+@pytest.mark.slow
 def test_ctrl_c_ends_the_call_and_the_robot_stays_open() -> None:
     with robotcore.open(world="open", realtime=True) as robot:
         interrupt(0.3)

@@ -61,6 +61,7 @@ def test_sound_driver_fails_no_rule(suite: type[ConformanceSuite]) -> None:
     assert find_failing_rules(suite) == set()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("broken", BROKEN, ids=[broken.problem for broken in BROKEN])
 def test_broken_driver_fails_its_own_rules_and_no_others(broken: Broken) -> None:
     assert find_failing_rules(broken.suite) == broken.rules

@@ -133,6 +133,7 @@ def test_stream_that_begins_inside_a_packet_is_read(rig: Rig) -> None:
 
 
 @every_lidar
+@pytest.mark.slow
 @pytest.mark.parametrize("damage", ["lost byte", "noise"])
 def test_damaged_turn_makes_no_scan_and_the_next_one_does(rig: Rig, damage: str) -> None:
     lidar = rig.open()
