@@ -43,7 +43,7 @@ class Hub:
         self._path: list[list[Any]] = []
         self._wheels: deque[dict[str, Any]] = deque(maxlen=MAX_WHEELS)
         self._is_pressed = False
-        self._driver: Viewer | None = None
+        self._operator: Viewer | None = None
         self._time = 0.0
         self.tick = b""
         """The newest tick, as JSON."""
@@ -84,7 +84,7 @@ class Hub:
                     self._lines.append(content)
                 elif kind == "timing":
                     self._timing = content
-                self._tell(content)
+                self._broadcast(content)
 
     def enter(self, viewer: Viewer) -> None:
         """Add a viewer, and send it the present state."""
@@ -107,8 +107,8 @@ class Hub:
         if viewer not in self.viewers:
             return
         self.viewers.remove(viewer)
-        if viewer is self._driver:
-            self._driver = None
+        if viewer is self._operator:
+            self._operator = None
             self._act({"type": "drive", "linear": 0.0, "angular": 0.0})
             self._add_line("the viewer who drove has left, and the robot stands")
         self._describe_viewers()
@@ -132,9 +132,9 @@ class Hub:
             case {"type": "ack", "tick": int(_)}:
                 viewer.acknowledge_tick()
             case {"type": "take"}:
-                if viewer is not self._driver:
-                    self._add_line("another viewer drives now" if self._driver else "a viewer drives now")
-                self._driver = viewer
+                if viewer is not self._operator:
+                    self._add_line("another viewer drives now" if self._operator else "a viewer drives now")
+                self._operator = viewer
                 self._describe_viewers()
             case dict(message):
                 self._execute(viewer, read_action(message))
@@ -142,12 +142,12 @@ class Hub:
                 raise ValueError("not a message")
 
     def _execute(self, viewer: Viewer, action: dict[str, Any]) -> None:
-        """Send an action to the run: driving only from the driver, and the others also if no viewer drives."""
-        needs_driver = action["type"] in {"drive", "actuate"}
-        if viewer is self._driver or (self._driver is None and not needs_driver):
+        """Send an action of the viewer who drives to the run. Without one, any viewer may pause or release."""
+        needs_operator = action["type"] in {"drive", "actuate"}
+        if viewer is self._operator or (self._operator is None and not needs_operator):
             self._act(action)
             if action["type"] == "release":
-                self._driver = None
+                self._operator = None
                 self._add_line("a viewer has returned the robot to the app")
                 self._describe_viewers()
 
@@ -156,15 +156,15 @@ class Hub:
         count = len(self.viewers)
         self._act({"type": "viewers", "count": count})
         for viewer in self.viewers:
-            driver = "nobody" if self._driver is None else "you" if viewer is self._driver else "other"
-            viewer.add_message(encode({"type": "viewers", "count": count, "driver": driver}))
+            operator = "none" if self._operator is None else "you" if viewer is self._operator else "other"
+            viewer.add_message(encode({"type": "viewers", "count": count, "operator": operator}))
 
     def _add_line(self, text: str) -> None:
         """Add a line to the log of the page, unless it is the last one again."""
         if not self._lines or self._lines[-1]["text"] != text:
             self.receive({"type": "line", "level": "Info", "time": self._time, "text": text}, b"")
 
-    def _tell(self, content: dict[str, Any]) -> None:
+    def _broadcast(self, content: dict[str, Any]) -> None:
         text = encode(content)
         for viewer in self.viewers:
             viewer.add_message(text)

@@ -95,7 +95,7 @@ class Playback:
             "bounds": measure_bounds(metadata.world if self._index.truth else None),
             "drive": self._describe_drive(),
             "can_pace": False,
-            "can_steer": False,
+            "has_operator": False,
             "actuators": [],
         }
 

@@ -45,7 +45,7 @@ def describe_run(run: RunContext) -> dict[str, Any]:
         "bounds": measure_bounds(run.world if run.truth else None),
         "drive": describe_drive(run),
         "can_pace": run.pace is not None,
-        "can_steer": run.operator is not None,
+        "has_operator": run.operator is not None,
         "actuators": list(run.operator.actuators) if run.operator else [],
     }
 

@@ -6,7 +6,7 @@ import { DeviceCard } from "./drawings.js";
 import { Overhead } from "./overhead.js";
 import { WheelPlot } from "./plot.js";
 import { Pictures, Tabs } from "./pictures.js";
-import { Steering } from "./steering.js";
+import { Driving } from "./driving.js";
 
 const get = (id) => document.getElementById(id);
 const MAX_LOG_LINES = 300;
@@ -29,7 +29,7 @@ let mapPicture = null;
 const notices = new Map();
 
 const send = (message) => connection.send(message);
-const steering = new Steering(send);
+const driving = new Driving(send);
 const connection = new Connection({ receive, show: showPicture, change: showConnection });
 
 function receive(message) {
@@ -55,7 +55,7 @@ function beginRun(message) {
   get("measured-key").hidden = !run.drive?.is_measured;
   get("milestones-card").hidden = !run.milestones.length;
   get("milestones").replaceChildren(...run.milestones.map(buildMilestone));
-  steering.reset(run);
+  driving.reset(run);
   get("pace-card").hidden = !run.can_pace;
   get("timing-card").hidden = true;
   const shown = run.devices.filter((device) => device.kind !== "operator"); // the joystick is its drawing
@@ -135,15 +135,15 @@ function showTiming({ phases }) {
   }));
 }
 
-function showViewers({ count, driver }) {
-  showDriver(driver);
+function showViewers({ count, operator }) {
+  showOperator(operator);
   get("viewers").textContent = count === 1 ? "1 viewer" : `${count} viewers`;
 }
 
-// driver: "you", "other" or "nobody"; without a connection, "lost".
-function showDriver(driver) {
-  const shown = hasEnded ? "ended" : driver;
-  steering.showDriver(shown);
+// operator: "you", "other" or "none"; without a connection, "lost".
+function showOperator(operator) {
+  const shown = hasEnded ? "ended" : operator;
+  driving.showOperator(shown);
   get("pace-card").inert = ["lost", "ended"].includes(shown);
   for (const control of document.querySelectorAll(".control")) control.disabled = shown !== "you";
 }
@@ -195,7 +195,7 @@ function draw() {
   }
   showPose();
   showPace();
-  steering.show(tick.is_hand_driven);
+  driving.show(tick.is_hand_driven);
   get("overruns").textContent = tick.overruns === 1 ? "1 overrun" : `${tick.overruns} overruns`;
   showValues();
   showNotices();
@@ -254,7 +254,7 @@ const STATES = { open: "open", lost: "lost", token: "lost", full: "lost" };
 function showConnection(state) {
   get("link").dataset.state = hasEnded ? "quiet" : STATES[state];
   if (state === "open") return;
-  showDriver("lost");
+  showOperator("lost");
   get("viewers").textContent = "not connected";
   if (state === "token") {
     showScreen("bad", "!", "This page needs its whole link", LINK_HINT);
@@ -269,7 +269,7 @@ function showConnection(state) {
 
 function showEnd({ headline, reason, exit_status: status, notes }) {
   setEnded(true);
-  showDriver("ended");
+  showOperator("ended");
   get("state").textContent = `ended: ${headline}`;
   const isStopped = headline.startsWith("stopped");
   showScreen(status === 0 ? "good" : "bad", status === 0 ? "✓" : isStopped ? "■" : "✕", `The run has ended: ${headline}`, reason, notes);

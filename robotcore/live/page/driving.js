@@ -10,20 +10,20 @@ const KEYS = {
 const get = (id) => document.getElementById(id);
 const clamp = (value) => Math.min(1, Math.max(-1, value));
 
-export class Steering {
+export class Driving {
   // send: sends a message to the server.
   constructor(send) {
     this.send = send;
     this.keys = new Set();
     this.stick = null;
-    this.driver = "nobody";
+    this.operator = "none";
     get("take").addEventListener("click", () => this.send({ type: "take" }));
     get("release").addEventListener("click", () => this.release());
     get("limit").addEventListener("input", () => this.showLimit());
     window.addEventListener("keydown", (event) => this.press(event));
     window.addEventListener("keyup", (event) => this.keys.delete(event.code));
-    for (const type of ["blur", "pagehide"]) window.addEventListener(type, () => this.letGo());
-    document.addEventListener("visibilitychange", () => document.hidden && this.letGo());
+    for (const type of ["blur", "pagehide"]) window.addEventListener(type, () => this.releaseInputs());
+    document.addEventListener("visibilitychange", () => document.hidden && this.releaseInputs());
     this.listenToStick(get("stick"));
     this.showLimit();
     setInterval(() => this.drive(), PERIOD_MS);
@@ -31,17 +31,17 @@ export class Steering {
 
   reset(run) {
     this.run = run;
-    this.letGo();
-    get("drive-card").hidden = !(run.can_steer && run.drive);
-    this.showDriver("nobody");
+    this.releaseInputs();
+    get("drive-card").hidden = !(run.has_operator && run.drive);
+    this.showOperator("none");
   }
 
-  showDriver(driver) {
-    if (driver !== "you") this.letGo();
-    this.driver = driver;
-    get("drive-card").dataset.driver = driver;
-    get("drive-card").inert = ["lost", "ended"].includes(driver);
-    if (driver === "you" && getComputedStyle(get("drive-card")).position === "fixed") window.scrollTo(0, 0); // to the camera
+  showOperator(operator) {
+    if (operator !== "you") this.releaseInputs();
+    this.operator = operator;
+    get("drive-card").dataset.operator = operator;
+    get("drive-card").inert = ["lost", "ended"].includes(operator);
+    if (operator === "you" && getComputedStyle(get("drive-card")).position === "fixed") window.scrollTo(0, 0); // to the camera
     this.isHinted = false;
     this.show(this.isHandDriven ?? false);
   }
@@ -51,15 +51,15 @@ export class Steering {
     this.isHandDriven = isHandDriven;
     const texts = {
       you: "you drive", other: "another viewer drives", lost: "not connected", ended: "the run has ended",
-      nobody: isHandDriven ? "no viewer drives, the app waits" : "the app drives",
+      none: isHandDriven ? "no viewer drives, the app waits" : "the app drives",
     };
-    const button = this.driver === "other" ? "Take over" : "Drive";
+    const button = this.operator === "other" ? "Take over" : "Drive";
     const isHinted = this.isHinted || (this.run?.app === "teleop" && !isHandDriven); // that app only stands
-    const canTake = ["nobody", "other"].includes(this.driver);
-    get("drive-state").textContent = isHinted && canTake ? `press ${button} first` : texts[this.driver];
+    const canTake = ["none", "other"].includes(this.operator);
+    get("drive-state").textContent = isHinted && canTake ? `press ${button} first` : texts[this.operator];
     get("take").textContent = button;
-    get("take").hidden = this.driver === "you";
-    get("release").hidden = this.driver === "other" || !(isHandDriven || this.driver === "you");
+    get("take").hidden = this.operator === "you";
+    get("release").hidden = this.operator === "other" || !(isHandDriven || this.operator === "you");
   }
 
   showLimit() {
@@ -68,11 +68,11 @@ export class Steering {
   }
 
   release() {
-    this.letGo();
+    this.releaseInputs();
     this.send({ type: "release" });
   }
 
-  letGo() {
+  releaseInputs() {
     this.keys.clear();
     this.moveStick(null);
   }
@@ -80,7 +80,7 @@ export class Steering {
   press(event) {
     if (!KEYS[event.code] || event.ctrlKey || event.metaKey || event.altKey) return;
     if (event.target.matches("input[type=range], select") && event.code.startsWith("Arrow")) return;
-    if (this.driver !== "you") return this.hint();
+    if (this.operator !== "you") return this.hint();
     event.preventDefault();
     this.keys.add(event.code);
   }
@@ -98,7 +98,7 @@ export class Steering {
       this.moveStick([(event.clientX - box.left - half) / half, (event.clientY - box.top - half) / half]);
     };
     stick.addEventListener("pointerdown", (event) => {
-      if (this.driver !== "you") return this.hint();
+      if (this.operator !== "you") return this.hint();
       stick.setPointerCapture(event.pointerId);
       move(event);
     });
@@ -122,7 +122,7 @@ export class Steering {
   }
 
   drive() {
-    if (this.driver !== "you" || !this.run) return;
+    if (this.operator !== "you" || !this.run) return;
     const inputs = [...this.keys].map((code) => KEYS[code]);
     inputs.push(this.stick ? [-this.stick[1], -this.stick[0]] : [0, 0], this.readGamepad());
     const [linear, angular] = [0, 1].map((axis) => this.limit * clamp(inputs.reduce((sum, input) => sum + input[axis], 0)));

@@ -315,7 +315,7 @@ def test_the_times_of_the_ticks_are_shown(page: Page, start_run: StartRun) -> No
 def test_a_viewer_who_does_not_drive_moves_nothing(standing_run: LiveRun) -> None:
     driver, other = Client(standing_run), Client(standing_run)
     driver.send(type="take")
-    while other.receive("viewers")["driver"] != "other":
+    while other.receive("viewers")["operator"] != "other":
         pass
     clock = MonotonicClock()
     while clock.now() < 1.0:
