@@ -18,7 +18,7 @@ MAX_FILES = 2
 @click.command("view")
 @click.argument("files", type=click.Path(path_type=Path), nargs=-1, required=True)
 @click.option(
-    "--view", "address", metavar="HOST:PORT", help="Where the page listens. Default: a free port on 127.0.0.1."
+    "--listen", "address", metavar="HOST:PORT", help="Where the page listens. Default: a free port on 127.0.0.1."
 )
 def command(files: tuple[Path, ...], address: str | None) -> None:
     """Show a recording on a web page, or two side by side.

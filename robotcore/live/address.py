@@ -39,7 +39,7 @@ class Address(NamedTuple):
         if not is_port or any(each.isspace() or each in "/@#?" for each in host) or host.endswith(".py"):
             hint = ". If it is the app, write --view after it" if host.endswith(".py") else ""
             raise UsageError(
-                f"--view {text}: not an address. Give HOST:PORT, such as 0.0.0.0:8080, or only a port{hint}",
+                f"{text!r} is not an address. Give HOST:PORT, such as 0.0.0.0:8080, or only a port{hint}",
                 kind="not-an-address",
                 address=text,
             )
@@ -98,7 +98,7 @@ class Address(NamedTuple):
         host_remedy = "Give an address of this machine, or 0.0.0.0 for all of them"
         remedy = host_remedy if is_host_wrong else "Choose another port, or leave it out for a free one"
         return UsageError(
-            f"--view {self.host}:{self.port}: the page cannot listen there: {error.strerror or error}. {remedy}",
+            f"the page cannot listen at {self.host}:{self.port}: {error.strerror or error}. {remedy}",
             kind="cannot-listen",
             host=self.host,
             port=self.port,

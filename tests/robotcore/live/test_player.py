@@ -337,7 +337,7 @@ def test_the_intact_part_of_a_bad_file_is_shown_with_what_is_missing(
 
 
 def test_the_page_needs_its_token_and_its_own_origin(watch: Watch, recorded: Path) -> None:
-    link = watch(recorded, "--view", "0.0.0.0:0")
+    link = watch(recorded, "--listen", "0.0.0.0:0")
     place, _, token = link.removeprefix("http://").partition("/#token=")
     place = f"127.0.0.1:{place.rpartition(':')[2]}"
     for path in ("player", "1/live"):
@@ -392,7 +392,7 @@ def test_a_recording_has_no_stop_button_also_while_it_connects(page: Page, watch
 
 
 def test_the_player_without_its_token_says_what_to_open(page: Page, watch: Watch, recorded: Path) -> None:
-    port = watch(recorded, "--view", "0.0.0.0:0").partition("/#token=")[0].rpartition(":")[2]
+    port = watch(recorded, "--listen", "0.0.0.0:0").partition("/#token=")[0].rpartition(":")[2]
     page.goto(f"http://127.0.0.1:{port}/")
     expect(page.locator("#screens")).to_have_text(LINK_HINT)
 
@@ -418,7 +418,7 @@ def test_bad_input_is_wrong_usage(cli: Cli, recorded: Path, tmp_path: Path, chec
             [str(empty)],
             [str(tmp_path)],
             [str(recorded)] * 3,
-            [str(recorded), "--view", port],
+            [str(recorded), "--listen", port],
         ):
             answer = cli("view", *arguments)
             assert answer.status == 2
