@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Iterable
 from typing import Any
 
+from starlette.websockets import WebSocket
 from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 from websockets.frames import Frame, Opcode
@@ -35,6 +36,10 @@ MAX_REQUEST_BYTES = 16_384
 
 CHUNK_BYTES = 1024
 """The server parses so many bytes, and checks its limits, before it parses the next ones."""
+
+
+WIRE = "robotcore.wire"
+"""The key of a WebSocket's scope with its `LimitedWebSocket`."""
 
 
 class Listener(socket.socket):
@@ -76,19 +81,19 @@ class LimitedHttp(H11Protocol):
 
 
 class LimitedWebSocket(WebSocketsSansIOProtocol):
-    """A WebSocket that counts each frame, also pings. The first frame must be a text: the token."""
+    """A WebSocket that counts each frame, also pings. The first frame must be a text: the token.
 
+    It may be replaced like a `LimitedHttp` until the application calls `mark_viewer`.
+    """
+
+    is_viewer = False
+    """Whether the server has accepted the client's token."""
     _has_text = False
 
     def connection_made(self, transport: Any) -> None:
         super().connection_made(transport)
         self.started = self.loop.time()
         self._rate = RateLimit(MAX_RATE_HZ, self.started)
-
-    @property
-    def is_viewer(self) -> bool:
-        """Whether the client has sent a token that the server did not refuse."""
-        return self._has_text and not self.close_sent
 
     def data_received(self, data: bytes) -> None:
         for start in range(0, len(data), CHUNK_BYTES):
@@ -104,12 +109,21 @@ class LimitedWebSocket(WebSocketsSansIOProtocol):
                     return
         super().handle_events()
 
+    async def run_asgi(self) -> None:
+        self.scope[WIRE] = self  # type: ignore[literal-required]
+        await super().run_asgi()
+
     def keepalive_timeout(self) -> None:
         self.transport.abort()  # a close would wait until the client reads
 
     def on_task_complete(self, task: asyncio.Task[None]) -> None:
         super().on_task_complete(task)
         self.loop.call_later(CLOSING_S, self.transport.abort)
+
+
+def mark_viewer(socket: WebSocket) -> None:
+    """Keep a WebSocket whose client has sent the right token, if there are too many connections."""
+    socket.scope[WIRE].is_viewer = True
 
 
 class RateLimit:

@@ -20,6 +20,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from robotcore.errors import RecordingError
 from robotcore.live.access import Access, AccessControl
+from robotcore.live.connections import mark_viewer
 from robotcore.live.hub import MAX_LINES, MAX_PATH_POINTS, Hub
 from robotcore.live.messages import encode
 from robotcore.live.page_process import build_picture_message
@@ -202,6 +203,7 @@ async def serve_controls(socket: WebSocket, player: Player, access: Access) -> N
         if not access.is_token_right(await asyncio.wait_for(read_token(socket), HELLO_S)):
             await socket.close(WRONG_TOKEN)
             return
+        mark_viewer(socket)
         sending = asyncio.create_task(_send_times(socket, player))
         try:
             while True:

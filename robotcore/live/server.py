@@ -27,7 +27,14 @@ from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from robotcore.live.access import Access, AccessControl
-from robotcore.live.connections import MAX_ACCEPTED, MAX_REQUEST_BYTES, LimitedHttp, LimitedWebSocket, Listener
+from robotcore.live.connections import (
+    MAX_ACCEPTED,
+    MAX_REQUEST_BYTES,
+    LimitedHttp,
+    LimitedWebSocket,
+    Listener,
+    mark_viewer,
+)
 from robotcore.live.hub import Hub
 from robotcore.live.messages import HEAD, MAX_JSON_BYTES, MAX_PICTURE_BYTES
 from robotcore.live.viewer import Viewer
@@ -90,6 +97,7 @@ async def serve_viewer(socket: WebSocket, hub: Hub, access: Access) -> None:
         if hub.is_full:
             await socket.close(FULL)
             return
+        mark_viewer(socket)
         viewer = Viewer(socket, hub)
         hub.enter(viewer)
         try:

@@ -11,12 +11,15 @@ import pytest
 
 from robotcore.errors import EmergencyStopError
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.live.connections import MAX_CONNECTIONS, MAX_RATE_HZ, REQUEST_S
-from robotcore.live.server import PING_S
+from robotcore.live.address import Address
+from robotcore.live.connections import MAX_CONNECTIONS, MAX_RATE_HZ, REQUEST_S, make_room
+from robotcore.live.server import HELLO_S, PING_S
 from tests.robotcore.live.client import TIMEOUT_S, Client
 from tests.robotcore.live.live_run import LiveRun, StartRun
 
 pytestmark = pytest.mark.slow
+
+EVERYWHERE = "0.0.0.0"  # noqa: S104  pages for other machines are tested too
 
 SOON_S = 10.0
 """The longest wait for a busy machine, in seconds."""
@@ -24,6 +27,7 @@ SOON_S = 10.0
 PING = b"\x89\x80" + b"\x00" * 4
 TEXT_BEGIN = b"\x01\x80" + b"\x00" * 4
 HELLO = b"\x81\x90" + b"\x00" * 4 + b'{"type":"hello"}'
+UNFINISHED_TEXT = b"\x01\x81" + b"\x00" * 4 + b"{"
 CONTINUATION = b"\x00\x80" + b"\x00" * 4
 
 
@@ -136,6 +140,56 @@ def test_a_viewer_who_answers_no_ping_is_disconnected(run: LiveRun, wires: Wires
         pass
     assert clock.now() < 2 * PING_S + SOON_S
     other.close()
+
+
+def test_sockets_without_the_token_block_no_estop(start_run: StartRun) -> None:
+    run = start_run(Address(EVERYWHERE))
+    with ExitStack() as stack:
+        wires = Wires(run, stack)
+        sockets = [wires.upgrade() for _ in range(MAX_CONNECTIONS)]
+        for each in sockets:
+            each.sendall(UNFINISHED_TEXT)
+        assert wires.press_estop() == b"HTTP/1.1 204 No Content"
+        assert isinstance(run.wait().error, EmergencyStopError)
+
+
+def test_a_viewer_keeps_its_socket_while_others_come(run: LiveRun, wires: Wires) -> None:
+    before = Client(run)
+    before.receive("run")
+    for _ in range(MAX_CONNECTIONS + 20):
+        wires.upgrade().sendall(UNFINISHED_TEXT)
+    assert before.receive("tick")
+    before.close()
+
+
+def test_a_socket_that_sends_no_token_is_closed(wires: Wires) -> None:
+    wire = wires.upgrade()
+    assert not is_closed(wire, HELLO_S / 2)
+    assert is_closed(wire)
+
+
+class Opened:
+    """A connection from an address. It notes whether it was closed."""
+
+    def __init__(self, address: str, started: float, *, is_viewer: bool = False) -> None:
+        self.client, self.started, self.is_viewer = (address, 1), started, is_viewer
+        self.transport, self.is_ended = self, False
+
+    def is_closing(self) -> bool:
+        return self.is_ended
+
+    def abort(self) -> None:
+        self.is_ended = True
+
+
+def test_the_oldest_connection_of_the_address_with_the_most_makes_room() -> None:
+    lone = Opened("192.0.2.1", 0.0)
+    viewers = [Opened("192.0.2.3", 0.1, is_viewer=True) for _ in range(MAX_CONNECTIONS // 2)]
+    many = [Opened("192.0.2.2", 1.0 + number) for number in range(MAX_CONNECTIONS // 2 - 1)]
+    make_room([lone, *viewers, *many])
+    assert not any(each.is_ended for each in [lone, *viewers, *many])
+    make_room([lone, *viewers, *many, newest := Opened("192.0.2.2", 500.0)])
+    assert [each for each in [lone, *viewers, *many, newest] if each.is_ended] == many[:1]
 
 
 def test_connections_that_do_nothing_keep_neither_the_estop_nor_a_viewer_out(run: LiveRun, wires: Wires) -> None:
