@@ -8,6 +8,7 @@ from robotcore.description import RobotDescription
 from robotcore.errors import DeviceError
 from robotcore.hal.device import Actuator, Sensor
 from robotcore.hal.robot import Robot, Role
+from robotcore.kinds.buzzer import Buzzer
 from robotcore.kinds.operator import Operator, OperatorSample
 from robotcore.runtime.operator_input import unpack
 
@@ -28,11 +29,14 @@ class HandDriving:
         self._other_motors = [motor for name, motor in robot.motors.items() if name not in wheels]
         self._is_driving = False
         self._newest_command = 0
+        self._sounding: dict[str, Buzzer] = {}
+        """The buzzers that the person has switched on."""
 
     def drive(self) -> bool:
         """Carry out the commands of this tick. Return False if the run must call the app, because no person drives.
 
-        In the tick in which the person takes the robot or releases it, the wheels stop.
+        In the tick in which the person takes the robot or releases it, the wheels stop. A buzzer that the person has
+        switched on is silent when the person is silent, and after the release.
         """
         sample = self._operator.read()
         was_driving, self._is_driving = self._is_driving, sample.is_driving
@@ -56,13 +60,22 @@ class HandDriving:
                 actuator = self._robot.devices.get(command.device)
                 if isinstance(actuator, Actuator):  # a damaged recording may name any device
                     actuator.send(unpack(command.value))
+                if isinstance(actuator, Buzzer):
+                    self._sounding[actuator.name] = actuator
                 self._newest_command = command.number
+        if sample.is_silent:
+            self._silence_buzzers()
 
     def _stop(self) -> None:
         if self._robot.has(Role.DRIVE):
             self._robot.drive.stop()
         for motor in self._other_motors:
             motor.stop()
+        self._silence_buzzers()
+
+    def _silence_buzzers(self) -> None:
+        while self._sounding:
+            self._sounding.popitem()[1].stop()
 
 
 def read_sensors(robot: Robot) -> None:

@@ -202,6 +202,26 @@ def _wave(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     Path("driven.toml").write_text(f"{ROVER}\n{SERVO}\n{LAMP}\n{ARM}")
 
 
+HONK = """
+from robotcore import Behaviour, Role, Status
+from robotcore.kinds import Buzzer
+
+
+class Honk(Behaviour):
+    needs = {Role.DRIVE, Buzzer}
+
+    def step(self, robot):
+        return Status.RUNNING
+"""
+
+
+@pytest.fixture
+def _horn(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("honk.py").write_text(HONK)
+    Path("loud.toml").write_text(f'{ROVER}\n[[devices]]\nkind = "buzzer"\nname = "horn"')
+
+
 @pytest.mark.usefixtures("_wave")
 def test_a_command_to_an_actuator_is_sent_once_and_limited() -> None:
     def turn(operator: OperatorInput) -> None:
@@ -217,6 +237,25 @@ def test_a_command_to_an_actuator_is_sent_once_and_limited() -> None:
     assert arm[5] == [1.0]
     assert arm[6] == [None]  # the motor outside the drive stops
     assert arm[10] == []
+    assert replay(memory.recording).is_equal
+    assert replay(memory.recording).is_exact
+
+
+@pytest.mark.usefixtures("_horn")
+@pytest.mark.parametrize("end", ["release", "silence"])
+def test_a_buzzer_of_the_person_is_silent_after_the_person(monkeypatch: pytest.MonkeyPatch, end: str) -> None:
+    def finish(operator: OperatorInput) -> None:
+        if end == "release":
+            operator.release()
+        else:
+            monkeypatch.setattr("robotcore.runtime.operator_input.LEASE_S", -1.0)
+
+    memory = Memory()
+    person = Person((range(3, 15), advance), once={6: lambda operator: operator.command("horn", 440.0), 15: finish})
+    request = RunRequest("honk.py", robot="loud.toml", world="open", timeout_s=1.0, has_operator=True)
+    run(request, [memory, person], [memory.layer])
+    commands = [(tick.number, each.device, each.given) for tick in memory.ticks for each in tick.commands]
+    assert commands == [(7, "horn", 440.0), (16, "horn", 0.0)]
     assert replay(memory.recording).is_equal
     assert replay(memory.recording).is_exact
 
