@@ -61,8 +61,8 @@ FLOODERS, FLOOD_PERIOD_S = 30, 1.0
 PING = b"\x89\x80" + b"\x00" * 4
 COMMANDS = (
     {"type": "take"},
-    {"type": "drive", "linear": 1.0, "angular": 0.0},
-    {"type": "actuate", "device": "pan", "value": [0.5]},
+    {"type": "drive", "linear": 1.0, "angular": 0.0, "sent": 0.0},
+    {"type": "actuate", "device": "pan", "value": [0.5], "sent": 0.0},
     {"type": "pace", "speed": 5.0},
     {"type": "pace", "is_paused": True},
     {"type": "estop"},

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
+from robotcore.geometry import to_number
+
 if TYPE_CHECKING:  # the process of the page imports this module, and starts faster without the runtime
     from robotcore.runtime.observer import RunContext
 
@@ -21,14 +23,19 @@ MAX_NAME_CHARACTERS = 100
 
 
 def read_action(message: dict[str, Any]) -> dict[str, Any]:
-    """Return the action in a viewer's message, with checked values. Raises ValueError for any other message."""
+    """Return the action in a viewer's message, with checked values. Raises ValueError for any other message.
+
+    ``sent`` of a command that moves something is the time on the viewer's clock, in ms.
+    """
     match message:
-        case {"type": "drive", "linear": linear, "angular": angular}:
-            return {"type": "drive", "linear": _read_ratio(linear), "angular": _read_ratio(angular)}
-        case {"type": "actuate", "device": str(device), "value": [*numbers]} if (
+        case {"type": "drive", "linear": linear, "angular": angular, "sent": sent}:
+            ratios = {"linear": _read_ratio(linear), "angular": _read_ratio(angular)}
+            return {"type": "drive", **ratios, "sent": _read_number(sent)}
+        case {"type": "actuate", "device": str(device), "value": [*numbers], "sent": sent} if (
             len(device) <= MAX_NAME_CHARACTERS and 0 < len(numbers) <= MAX_NUMBERS
         ):
-            return {"type": "actuate", "device": device, "value": [_read_number(each) for each in numbers]}
+            values = [_read_number(each) for each in numbers]
+            return {"type": "actuate", "device": device, "value": values, "sent": _read_number(sent)}
         case {"type": "pace", "speed": speed} if speed is None or MIN_SPEED <= _read_number(speed) <= MAX_SPEED:
             return {"type": "pace", "speed": speed}
         case {"type": "pace", "is_paused": bool(is_paused)}:
@@ -64,9 +71,9 @@ def execute_action(run: RunContext, action: dict[str, Any]) -> None:
 
 
 def _read_number(value: object) -> float:
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+    if not math.isfinite(number := to_number(value)):
         raise ValueError("not a finite number")
-    return float(value)
+    return number
 
 
 def _read_ratio(value: object) -> float:

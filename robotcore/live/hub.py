@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 from collections import deque
 from collections.abc import Callable
@@ -144,6 +145,10 @@ class Hub:
     def _execute(self, viewer: Viewer, action: dict[str, Any]) -> None:
         """Send an action of the viewer who drives to the run. Without one, any viewer may pause or release."""
         needs_operator = action["type"] in {"drive", "actuate"}
+        if needs_operator and viewer.delays.is_late(action.pop("sent") / 1000, asyncio.get_running_loop().time()):
+            if viewer is self._operator:
+                self._add_line("the commands of the viewer who drives come too late, and have no effect")
+            return
         if viewer is self._operator or (self._operator is None and not needs_operator):
             self._act(action)
             if action["type"] == "release":

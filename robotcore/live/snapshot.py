@@ -171,7 +171,7 @@ def describe_sample(sensor: Sensor[Any], sample: Any, now: float) -> dict[str, A
 
     now: the robot's time in seconds.
     """
-    age = {"age": round(max(0.0, now - sample.time), 3)}
+    age = {"age": to_json(round(max(0.0, now - sample.time), 3))}
     try:
         return _describe_values(sensor, sample) | age
     except Exception as error:  # noqa: BLE001  the kind may be of another package
@@ -192,7 +192,7 @@ def _describe_values(sensor: Sensor[Any], sample: Any) -> dict[str, Any]:
     if sensor.has_rays:
         start, end, distances = sensor.list_rays(sample)
         step = -(-len(distances) // MAX_RAYS)
-        described["rays"] = {"start": start, "end": end, "distances": to_json(distances[::step])}
+        described["rays"] = to_json({"start": start, "end": end, "distances": distances[::step]})
         described["mount"] = to_json(sensor.mount)
     return described
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 from collections import deque
 from typing import Protocol
 
@@ -16,6 +17,53 @@ MAX_OPEN_TICKS = 3
 
 SENDING_S = 5.0
 """A viewer who does not read a message for this time, in seconds, is dropped."""
+
+
+LATE_S = 0.2
+"""A command that needed so many seconds more than the fastest one of its viewer is late, and has no effect.
+
+It is `robotcore.runtime.operator_input.LEASE_S`, without an import of the runtime.
+"""
+
+MAX_LATE_S = 2.0
+"""A viewer whose commands all come late for this time, in seconds, is disconnected. Its clock may have stood still."""
+
+MAX_DRIFT = 1e-3
+"""The greatest difference of the rates of two clocks. NTP changes the rate of a clock by up to 5e-4."""
+
+
+class Delays:
+    """Finds the late commands of a viewer, by the viewer's own clock.
+
+    The clock has any zero. So a command counts as in time if its way took hardly longer than the shortest one so far.
+
+    >>> delays = Delays()
+    >>> [delays.is_late(sent=0.0, now=50.0), delays.is_late(sent=0.1, now=50.1), delays.is_late(sent=0.2, now=52.0)]
+    [False, False, True]
+    """
+
+    def __init__(self) -> None:
+        self._shortest, self._now = math.inf, 0.0
+        self._late_since: float | None = None
+
+    def is_late(self, sent: float, now: float) -> bool:
+        """Return whether a command has waited for too long on its way.
+
+        sent: the time at which the viewer sent it, on its own clock in seconds.
+        now: the time at which it came, in seconds.
+
+        Raises ValueError if each command for `MAX_LATE_S` was late.
+        """
+        self._shortest = min(self._shortest + (now - self._now) * MAX_DRIFT, now - sent)
+        self._now = now
+        if now - sent <= self._shortest + LATE_S:
+            self._late_since = None
+            return False
+        if self._late_since is None:
+            self._late_since = now
+        if now - self._late_since > MAX_LATE_S:
+            raise ValueError("the commands come late")
+        return True
 
 
 class Source(Protocol):
@@ -36,6 +84,7 @@ class Viewer:
         self._messages: deque[bytes] = deque()
         self._pictures: dict[str, None] = {}
         self._open_pictures: set[str] = set()
+        self.delays = Delays()
         self._has_tick, self._open_ticks = False, 0
         self._wake, self.is_done = asyncio.Event(), asyncio.Event()
         self.is_ending = False
@@ -43,9 +92,11 @@ class Viewer:
         self.is_dropped = False
 
     def add_message(self, text: bytes) -> None:
-        """Send a message after those that wait already."""
-        self._messages.append(text)
-        self.is_dropped |= len(self._messages) > MAX_MESSAGES
+        """Send a message after those that wait already, or drop the viewer if too many wait."""
+        if len(self._messages) < MAX_MESSAGES:
+            self._messages.append(text)
+        else:
+            self.is_dropped = True
         self._wake.set()
 
     def add_tick(self) -> None:
@@ -84,7 +135,7 @@ class Viewer:
         self._wake.set()
 
     async def _send_pending(self) -> None:
-        while self._messages:
+        while self._messages and not self.is_dropped:
             await self._send(self._messages.popleft())
         if self._has_tick and self._source.tick and self._open_ticks < MAX_OPEN_TICKS:
             self._has_tick = False

@@ -41,6 +41,8 @@ export class Connection {
   }
 
   send(message) {
+    // A velocity that waits here behind others would come too late.
+    if (message.type === "drive" && this.socket.bufferedAmount > 0) return;
     if (this.isOpen) this.socket.send(JSON.stringify(message));
   }
 

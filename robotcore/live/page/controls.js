@@ -9,7 +9,7 @@ export function buildControl(device, actuators, send) {
   if (!build) return null;
   const fields = document.createElement("fieldset");
   fields.className = "control";
-  build(fields, device, (...value) => send({ type: "actuate", device: device.name, value }));
+  build(fields, device, (...value) => send({ type: "actuate", device: device.name, value, sent: performance.now() }));
   return fields;
 }
 

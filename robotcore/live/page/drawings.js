@@ -237,7 +237,7 @@ export class DeviceCard {
       this.value.textContent = sample.text;
       this.value.classList.toggle("is-long", sample.text.length > 32);
     }
-    if (sample.age === undefined) return;
+    if ((sample.age ?? null) === null) return;
     this.age.textContent = sample.age < 1 ? `${Math.round(sample.age * 1000)} ms` : `${sample.age.toFixed(1)} s`;
     this.age.title = "the age of the sample";
     this.age.classList.toggle("is-old", sample.age > OLD_S && this.device.kind !== "battery");

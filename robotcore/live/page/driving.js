@@ -126,6 +126,6 @@ export class Driving {
     const inputs = [...this.keys].map((code) => KEYS[code]);
     inputs.push(this.stick ? [-this.stick[1], -this.stick[0]] : [0, 0], this.readGamepad());
     const [linear, angular] = [0, 1].map((axis) => this.limit * clamp(inputs.reduce((sum, input) => sum + input[axis], 0)));
-    this.send({ type: "drive", linear, angular });
+    this.send({ type: "drive", linear, angular, sent: performance.now() });
   }
 }

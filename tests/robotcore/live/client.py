@@ -10,6 +10,7 @@ from urllib.parse import urlsplit
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin
 
+from robotcore.hal.wall_clock import MonotonicClock
 from tests.robotcore.live.live_run import LiveRun
 
 TIMEOUT_S = 10.0
@@ -17,23 +18,27 @@ CLOSING_S = 0.5
 
 
 class Client:
-    """A viewer of a run. It acknowledges what it gets.
+    """A viewer of a run. It acknowledges what it gets, and sends the time with each command that moves something.
 
     origin: the origin of the page that opens the socket; empty for the run's own page.
-    token: the token; None for that of the run's link.
+    token: the token; None for that of the link.
+    link: the link; empty for that of the run.
     """
 
-    def __init__(self, run: LiveRun, origin: str = "", token: str | None = None) -> None:
-        parts = urlsplit(run.view.link)
+    def __init__(self, run: LiveRun, origin: str = "", token: str | None = None, link: str = "") -> None:
+        parts = urlsplit(link or run.view.link)
         self.origin = f"http://{parts.netloc}"
         url, self._stack = f"ws://{parts.netloc}/live", ExitStack()
         connection = connect(
             url, origin=Origin(origin or self.origin), max_size=None, open_timeout=TIMEOUT_S, close_timeout=CLOSING_S
         )
+        self._clock = MonotonicClock()
         self.socket: ClientConnection = self._stack.enter_context(connection)
         self.send(type="hello", token=parts.fragment.removeprefix("token=") if token is None else token)
 
     def send(self, **message: Any) -> None:
+        if message["type"] in {"drive", "actuate"}:
+            message = {"sent": 1000 * self._clock.now(), **message}
         self.socket.send(json.dumps(message))
 
     def receive(self, kind: str) -> dict[str, Any]:

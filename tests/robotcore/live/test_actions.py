@@ -7,12 +7,14 @@ import pytest
 
 from robotcore.live.actions import MAX_NAME_CHARACTERS, MAX_NUMBERS, MAX_SPEED, MAX_STEPS, MIN_SPEED, read_action
 
+NO_RATIOS = (math.nan, math.inf, 10**400, 1.01, True, "1", None)
+
 
 @pytest.mark.parametrize(
     "action",
     [
-        {"type": "drive", "linear": -1.0, "angular": 1.0},
-        {"type": "actuate", "device": "pan", "value": [0.5]},
+        {"type": "drive", "linear": -1.0, "angular": 1.0, "sent": 5.0},
+        {"type": "actuate", "device": "pan", "value": [0.5], "sent": 5.0},
         {"type": "pace", "speed": None},
         {"type": "pace", "speed": MIN_SPEED},
         {"type": "pace", "speed": MAX_SPEED},
@@ -35,15 +37,18 @@ def test_other_fields_of_a_message_are_left_out() -> None:
         {},
         {"type": "estop now"},
         {"type": "viewers", "count": 3},
-        *({"type": "drive", "linear": each, "angular": 0} for each in (math.nan, math.inf, 1.01, True, "1", None)),
-        {"type": "drive", "linear": 0, "angular": -1.01},
-        {"type": "drive", "linear": 0},
-        {"type": "actuate", "device": "pan", "value": 0.5},
-        {"type": "actuate", "device": "pan", "value": [math.inf]},
-        {"type": "actuate", "device": "pan", "value": [0.0] * (MAX_NUMBERS + 1)},
-        {"type": "actuate", "device": None, "value": [0.0]},
-        {"type": "actuate", "device": "x" * (MAX_NAME_CHARACTERS + 1), "value": [0.0]},
-        *({"type": "pace", "speed": each} for each in (0, -1, MAX_SPEED + 1, math.nan, "1")),
+        *({"type": "drive", "linear": each, "angular": 0, "sent": 0} for each in NO_RATIOS),
+        *({"type": "drive", "linear": 0, "angular": 0, "sent": each} for each in (math.nan, 10**400, None)),
+        {"type": "drive", "linear": 0, "angular": -1.01, "sent": 0},
+        {"type": "drive", "linear": 0, "sent": 0},
+        {"type": "drive", "linear": 0, "angular": 0},
+        {"type": "actuate", "device": "pan", "value": [0.5]},
+        {"type": "actuate", "device": "pan", "value": 0.5, "sent": 0},
+        {"type": "actuate", "device": "pan", "value": [math.inf], "sent": 0},
+        {"type": "actuate", "device": "pan", "value": [0.0] * (MAX_NUMBERS + 1), "sent": 0},
+        {"type": "actuate", "device": None, "value": [0.0], "sent": 0},
+        {"type": "actuate", "device": "x" * (MAX_NAME_CHARACTERS + 1), "value": [0.0], "sent": 0},
+        *({"type": "pace", "speed": each} for each in (0, -1, MAX_SPEED + 1, 10**400, math.nan, "1")),
         *({"type": "pace", "steps": each} for each in (0, MAX_STEPS + 1, 1.5)),
         {"type": "pace", "is_paused": 0},
     ],
