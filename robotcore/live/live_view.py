@@ -38,6 +38,10 @@ SUMMARY_PERIOD_S = 1.0
 MAX_LINES = 500
 """The number of lines that wait for the page. Older ones are lost."""
 
+LOST_PAGE = (
+    "the live page has ended; its e-stop is gone: Ctrl-C ends the run. A robot that a viewer drove stands until then"
+)
+
 CLOSING_S = 1.0
 """The longest wait until the page has the end of the run, in seconds."""
 
@@ -46,7 +50,7 @@ class LiveView:
     """An observer that shows its run on a web page, from which each viewer can press the e-stop and one can drive.
 
     The page's own process serves the viewers, and a thread sends the newest state to it. So `tick` never waits. If the
-    process ends, the run continues, but the wheels of a robot that a viewer drives stop.
+    process ends, the run says so and continues, but a robot that a viewer drives stands.
 
     The constructor listens at the address. Raises UsageError if the system refuses that, and BackendMissingError if a
     library of the extra ``view`` is missing.
@@ -91,7 +95,7 @@ class LiveView:
 
     def begin(self, run: RunContext) -> None:
         self._run, self._builder = run, SnapshotBuilder(run)
-        self._page.start(self._handle_action)
+        self._page.start(self._handle_action, self._report_page_end)
         self._thread = start_thread(self._send_all, "live page")
 
     def tick(self, record: TickRecord) -> None:
@@ -141,7 +145,7 @@ class LiveView:
 
     def _handle_action(self, action: dict[str, Any]) -> None:
         assert self._run
-        if action.get("type") == "viewers":
+        if action["type"] == "viewers":
             self._viewers, self._sent_pictures = action["count"], {}
         elif not self._is_late(action):
             try:
@@ -150,9 +154,21 @@ class LiveView:
                 self._add_line("Warning", str(refusal))
         elif action["type"] == "actuate":
             self._add_line("Warning", f"a viewer's command to {action['device']} came too late, and has no effect")
-        with self._changed:  # a paused run has no ticks, so the page would not show the change
-            self._is_new = self._newest is not None
-            self._changed.notify()
+        if action["type"] in {"viewers", "pace", "release"}:
+            with self._changed:  # a paused run has no ticks, so the page would not show the change
+                self._is_new = self._newest is not None
+                self._changed.notify()
+
+    def _report_page_end(self) -> None:
+        """Say that the page's process has ended, and end a pause, which no viewer can end now.
+
+        A robot that a viewer drove stands, because its commands have expired, and the app does not continue.
+        """
+        assert self._run
+        if not self._is_closing:
+            self._run.add_note(LOST_PAGE)
+            if self._run.pace:
+                self._run.pace.resume()
 
     def _is_late(self, action: dict[str, Any]) -> bool:
         """Return whether an action moves something and has waited for too long, as while the run was suspended."""

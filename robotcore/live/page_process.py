@@ -47,8 +47,10 @@ class PageProcess:
         self._process: subprocess.Popen[bytes] | None = None
         self._reader: Thread | None = None
 
-    def start(self, handle: HandleAction) -> None:
+    def start(self, handle: HandleAction, report_end: Callable[[], None]) -> None:
         """Start the process. It outlives Ctrl-C in the terminal, so that the page can show the end of the run.
+
+        report_end: a function that a thread calls when the process has ended, for any reason.
 
         Raises ResourceError if the operating system refuses the process or a thread.
         """
@@ -70,7 +72,7 @@ class PageProcess:
         self._listener.close()
         output = self._process.stdout
         assert output
-        self._reader = start_thread(lambda: self._read_actions(output, handle), "live page actions")
+        self._reader = start_thread(lambda: self._read_actions(output, handle, report_end), "live page actions")
         self.send(Message(self._settings))
 
     def send(self, message: Message) -> bool:
@@ -113,12 +115,13 @@ class PageProcess:
             self._process.kill()
 
     @staticmethod
-    def _read_actions(output: IO[bytes], handle: HandleAction) -> None:
+    def _read_actions(output: IO[bytes], handle: HandleAction, report_end: Callable[[], None]) -> None:
         while line := output.readline(MAX_ACTION_BYTES):
             with suppress(ValueError):  # a line that the process did not finish
                 action = json.loads(line)
                 if isinstance(action, dict):
                     handle(action)
+        report_end()
 
 
 def build_picture_message(name: str, image: Image) -> Message:

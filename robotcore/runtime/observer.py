@@ -48,6 +48,8 @@ class RunContext:
     """The pace of simulated time. None on a real robot, and in a simulator whose time passes by itself."""
     count_overruns: Callable[[], int] = lambda: 0
     """Returns the number of ticks so far that took longer than their period."""
+    add_note: Callable[[str], None] = lambda _note: None
+    """Adds a note to the result, and writes it on stderr. Any thread may call it."""
 
 
 class Observer(Protocol):

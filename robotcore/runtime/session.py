@@ -59,11 +59,11 @@ __all__ = ["Observer", "RunContext", "RunRequest", "RunResult", "run"]
 WAKE_UP_S = 0.3
 """The wait for new samples after a suspension of the program, in seconds."""
 
-SHUTDOWN_THREADS = 8
+SHUTDOWN_THREADS = 9
 """The number of reserved threads for the calls that may hang on a forced exit.
 
 The calls are the latch, the closing of the robot, the observers and ``on_forced_exit``. Others write two notes of the
-watchdog, one about steps that wait, and the lines of all threads.
+watchdog, one about steps that wait, one of an observer, and the lines of all threads.
 """
 
 
@@ -263,6 +263,7 @@ class RunSession:
             self._statistics,
             pace,
             partial(getattr, self._loop, "overruns"),
+            self._add_note,
         )
         with self._signals.defer():
             for observer in self._observers:

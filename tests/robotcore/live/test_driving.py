@@ -4,14 +4,21 @@ from __future__ import annotations
 
 import re
 import signal
+import socket
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
+from threading import Thread
+from typing import Any
+from urllib.parse import urlsplit
 
 import pytest
 from playwright.sync_api import Browser, Page, expect
+from websockets.exceptions import ConnectionClosed
 
 import robotcore
 from robotcore.hal.wall_clock import MonotonicClock
+from robotcore.live.live_view import LOST_PAGE
 from robotcore.runtime.operator_input import LEASE_S
 from tests.robotcore.live.chromium import find_bottom, measure
 from tests.robotcore.live.client import Client
@@ -44,6 +51,14 @@ def wait_for(condition: Callable[[], bool], seconds: float = 10.0) -> None:
     while not condition():
         assert clock.now() < seconds, "it did not happen in time"
         clock.sleep_until(clock.now() + 0.01)
+
+
+def drive_until(client: Client, condition: Callable[[], bool], **fields: float) -> None:
+    def drive() -> bool:
+        client.send(type="drive", linear=0.5, angular=0, **fields)
+        return condition()
+
+    wait_for(drive)
 
 
 def is_forward(run: LiveRun) -> bool:
@@ -342,10 +357,130 @@ def test_a_silent_driver_stands_after_the_lease(standing_run: LiveRun) -> None:
     client.close()
 
 
-def test_commands_that_waited_while_the_run_was_suspended_have_no_effect(standing_run: LiveRun) -> None:
+class Channel:
+    """A proxy to a page. While ``is_held``, it keeps what the viewer sends."""
+
+    def __init__(self, run: LiveRun) -> None:
+        self.is_held, self._kept = False, b""
+        self._page = int(urlsplit(run.view.link).port or 0)
+        self._listener = socket.create_server(("127.0.0.1", 0))
+        self.link = f"http://127.0.0.1:{self._listener.getsockname()[1]}/"
+        Thread(target=self._serve, daemon=True).start()
+
+    def _serve(self) -> None:
+        viewer = self._listener.accept()[0]
+        self._server = socket.create_connection(("127.0.0.1", self._page))
+        Thread(target=self._pass_back, args=(viewer,), daemon=True).start()
+        with viewer, suppress(OSError):
+            while data := viewer.recv(65_536):
+                self._kept += data
+                if not self.is_held:
+                    self.deliver(len(self._kept))
+
+    def _pass_back(self, viewer: socket.socket) -> None:
+        with suppress(OSError):
+            while data := self._server.recv(65_536):
+                viewer.sendall(data)
+
+    def deliver(self, size: int) -> None:
+        """Send the first bytes that were kept."""
+        self._server.sendall(self._kept[:size])
+        self._kept = self._kept[size:]
+
+    @property
+    def size(self) -> int:
+        return len(self._kept)
+
+    def close(self) -> None:
+        self._listener.close()
+        self._server.close()
+
+
+def test_commands_that_the_network_held_back_have_no_effect(standing_run: LiveRun) -> None:
+    channel, clock = Channel(standing_run), MonotonicClock()
+    client = Client(standing_run, link=channel.link)
+    client.send(type="take")
+    drive_until(client, lambda: is_forward(standing_run))
+    channel.is_held = True
+    for _ in range(10):
+        client.send(type="drive", linear=1, angular=0)
+    wait_for(lambda: is_standing(standing_run))
+    driven = channel.size
+    assert driven
+    clock.sleep_until(clock.now() + 5 * LEASE_S)
+    channel.deliver(driven)  # what the viewer sent before it let go
+    since, moved = clock.now(), []
+    while clock.now() < since + 3 * LEASE_S:
+        moved.append(not is_standing(standing_run))
+        clock.sleep_until(clock.now() + 0.01)
+    assert not any(moved)
+    channel.is_held = False
+    drive_until(client, lambda: is_forward(standing_run))
+    client.close()
+    channel.close()
+
+
+def test_a_viewer_whose_clock_stood_still_is_disconnected(standing_run: LiveRun) -> None:
+    client = Client(standing_run)
+    client.send(type="take")
+    client.send(type="drive", linear=1, angular=0, sent=1e9)
+    with pytest.raises(ConnectionClosed):
+        drive_until(client, lambda: False, sent=0)
+    client.close()
+
+
+@pytest.mark.parametrize("is_driven", [True, False])
+def test_a_run_says_that_its_page_has_ended_and_goes_on(
+    start_run: StartRun, capfd: pytest.CaptureFixture[str], *, is_driven: bool
+) -> None:
+    run = start_run()
+    client = Client(run)
+    if is_driven:
+        client.send(type="take")
+        client.send(type="drive", linear=1, angular=0)
+        wait_for(lambda: bool(run.context.operator and run.context.operator.is_driving))
+    client.send(type="pace", is_paused=True)
+    wait_for(lambda: bool(run.context.pace and run.context.pace.is_paused))
+    process, ticks = run.view._page._process, len(run.watcher.calls)
+    assert process
+    process.kill()
+    wait_for(lambda: len(run.watcher.calls) > ticks + 20)
+    assert is_standing(run) == is_driven
+    assert capfd.readouterr().err.count(LOST_PAGE) == 1
+    run.stop()
+    assert run.wait().notes.count(LOST_PAGE) == 1
+    client.close()
+
+
+def test_a_run_whose_page_is_closed_at_its_end_has_no_note_of_it(start_run: StartRun) -> None:
+    run = start_run()
+    run.stop()
+    assert LOST_PAGE not in run.wait().notes
+
+
+def test_a_paused_run_sends_its_tick_only_for_a_change(standing_run: LiveRun) -> None:
+    client = Client(standing_run)
+    client.send(type="take")
+    client.send(type="drive", linear=0, angular=0)
+    client.send(type="pace", is_paused=True)
+    while not client.receive("tick")["pace"]["is_paused"]:
+        pass
+    for _ in range(20):
+        client.send(type="drive", linear=0, angular=0)
+    MonotonicClock().sleep_until(2 * LEASE_S)
+    late = Client(standing_run)
+    times = [each["time"] for each in late.receive("history")["wheels"]]
+    assert len(times) - len(set(times)) < 5
+    for each in (client, late):
+        each.close()
+
+
+def test_commands_that_waited_while_the_run_was_suspended_have_no_effect(start_run: StartRun) -> None:
+    standing_run = start_run(app="teleop", robot="scout")
     client, clock, moved = Client(standing_run), MonotonicClock(), []
     client.send(type="take")
     with standing_run.view._changed:  # the loop and the thread with the actions wait for this lock
+        client.send(type="pace", speed=1.0)
         for _ in range(10):
             client.send(type="drive", linear=1.0, angular=0.0)
             client.send(type="actuate", device="pan", value=[0.5])
@@ -353,6 +488,10 @@ def test_commands_that_waited_while_the_run_was_suspended_have_no_effect(standin
     while clock.now() < 6 * LEASE_S:
         moved.append(not is_standing(standing_run))
     assert not any(moved)
+    pan: Any = standing_run.context.robot.devices["pan"]
+    assert pan.latest != 0.5
     client.send(type="drive", linear=1.0, angular=0.0)
     wait_for(lambda: is_forward(standing_run))
+    client.send(type="actuate", device="pan", value=[0.5])
+    wait_for(lambda: pan.latest == 0.5)
     client.close()
