@@ -64,9 +64,3 @@ export class Connection {
     }
   }
 }
-
-// The e-stop works without a token and without the socket.
-export function pressEstop(connection) {
-  connection.send({ type: "estop" });
-  return fetch("estop", { method: "POST", headers: { "x-robotcore": "estop" }, keepalive: true });
-}

@@ -24,11 +24,15 @@ function buildServo(fields, { name, settings }, command) {
 }
 
 function buildLed(fields, { name, settings }, command) {
-  const input = addInput(fields, settings.is_rgb ? { type: "color", value: "#000000" } : { type: "range", min: 0, max: 1, step: 0.01, value: 0 });
-  input.setAttribute("aria-label", `brightness of ${name}`);
-  input.addEventListener("input", () => {
-    if (!settings.is_rgb) return command(...Array(3).fill(Number(input.value)));
-    command(...[1, 3, 5].map((place) => parseInt(input.value.slice(place, place + 2), 16) / 255));
+  const inputs = (settings.is_rgb ? ["red", "green", "blue"] : ["brightness"]).map((part) => {
+    const input = addInput(fields, { type: "range", min: 0, max: 1, step: 0.01, value: 0 });
+    input.setAttribute("aria-label", `${part} of ${name}`);
+    input.style.accentColor = part; // a brightness keeps the colour of the page
+    return input;
+  });
+  fields.addEventListener("input", () => {
+    const values = inputs.map((input) => Number(input.value));
+    command(...(settings.is_rgb ? values : Array(3).fill(values[0])));
   });
 }
 
@@ -45,5 +49,6 @@ function buildBuzzer(fields, { name, settings }, command) {
     button.setPointerCapture(event.pointerId);
     play(true);
   });
-  for (const type of ["pointerup", "pointercancel", "lostpointercapture"]) button.addEventListener(type, () => play(false));
+  button.addEventListener("keydown", (event) => event.code === "Enter" && !event.repeat && play(true));
+  for (const type of ["pointerup", "pointercancel", "lostpointercapture", "keyup", "blur"]) button.addEventListener(type, () => play(false));
 }

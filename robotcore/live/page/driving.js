@@ -21,8 +21,9 @@ export class Driving {
     get("release").addEventListener("click", () => this.release());
     get("limit").addEventListener("input", () => this.showLimit());
     window.addEventListener("keydown", (event) => this.press(event));
-    window.addEventListener("keyup", (event) => this.keys.delete(event.code));
-    for (const type of ["blur", "pagehide"]) window.addEventListener(type, () => this.releaseInputs());
+    window.addEventListener("keyup", (event) => (event.key === "Meta" ? this.releaseInputs() : this.keys.delete(event.code)));
+    window.addEventListener("contextmenu", (event) => event.defaultPrevented || this.releaseInputs());
+    for (const type of ["blur", "pagehide", "focusin"]) window.addEventListener(type, () => this.releaseInputs());
     document.addEventListener("visibilitychange", () => document.hidden && this.releaseInputs());
     this.listenToStick(get("stick"));
     this.showLimit();
@@ -72,14 +73,16 @@ export class Driving {
     this.send({ type: "release" });
   }
 
+  // Releases each input where the release of a key may get lost: in a menu, another window or a key combination.
   releaseInputs() {
     this.keys.clear();
     this.moveStick(null);
   }
 
   press(event) {
-    if (!KEYS[event.code] || event.ctrlKey || event.metaKey || event.altKey) return;
-    if (event.target.matches("input[type=range], select") && event.code.startsWith("Arrow")) return;
+    if (event.ctrlKey || event.metaKey || event.altKey) return this.releaseInputs();
+    if (!KEYS[event.code]) return;
+    if (event.target.matches("input[type=range]") && event.code.startsWith("Arrow")) return;
     if (this.operator !== "you") return this.hint();
     event.preventDefault();
     this.keys.add(event.code);
@@ -97,12 +100,17 @@ export class Driving {
       const half = box.width / 2;
       this.moveStick([(event.clientX - box.left - half) / half, (event.clientY - box.top - half) / half]);
     };
+    stick.addEventListener("contextmenu", (event) => event.preventDefault()); // a long touch asks for this menu
     stick.addEventListener("pointerdown", (event) => {
+      if (event.button !== 0) return;
       if (this.operator !== "you") return this.hint();
       stick.setPointerCapture(event.pointerId);
       move(event);
     });
-    stick.addEventListener("pointermove", (event) => stick.hasPointerCapture(event.pointerId) && move(event));
+    stick.addEventListener("pointermove", (event) => {
+      if (!stick.hasPointerCapture(event.pointerId)) return;
+      event.buttons & 1 ? move(event) : this.moveStick(null); // the pointerup of a chord comes with its last button
+    });
     for (const type of ["pointerup", "pointercancel", "lostpointercapture"]) stick.addEventListener(type, () => this.moveStick(null));
   }
 

@@ -1,17 +1,21 @@
 // The live page: shows the messages of a run, and presses its e-stop.
 
-import { Connection, LINK_HINT, pressEstop } from "./connection.js";
+import { Connection, LINK_HINT } from "./connection.js";
 import { buildControl } from "./controls.js";
 import { DeviceCard } from "./drawings.js";
+import { Estop } from "./estop.js";
 import { Overhead } from "./overhead.js";
 import { WheelPlot } from "./plot.js";
 import { Pictures, Tabs } from "./pictures.js";
 import { Driving } from "./driving.js";
+import { hideScreen, offerClosing, showScreen } from "./screen.js";
+import { SpeedButtons } from "./speeds.js";
 
 const get = (id) => document.getElementById(id);
 const MAX_LOG_LINES = 300;
 const QUIET_MS = 1500;
 const NOTICE_MS = 1200;
+const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10, null];
 const UNNAMED_CAUSES = ["acceleration limit"]; // it changes nearly every command, and is no problem
 
 const overhead = new Overhead(get("map"));
@@ -30,6 +34,8 @@ const notices = new Map();
 
 const send = (message) => connection.send(message);
 const driving = new Driving(send);
+const estop = new Estop(get("estop"), send);
+const speeds = new SpeedButtons(get("speed"), SPEEDS, (speed) => send({ type: "pace", speed }));
 const connection = new Connection({ receive, show: showPicture, change: showConnection });
 
 function receive(message) {
@@ -66,7 +72,7 @@ function beginRun(message) {
   }
   get("devices").replaceChildren(...[...cards.values()].map((card) => card.element));
   arrangeDevices();
-  get("estop").classList.remove("is-pressed");
+  offerClosing(false);
   hideScreen();
 }
 
@@ -95,7 +101,7 @@ function showHistory({ path, lines, wheels }) {
 
 function showTick(message) {
   [tick, tickAt] = [message, performance.now()];
-  get("screen-close").hidden = false;
+  offerClosing(true);
   overhead.add(tick);
   (tick.wheels ?? []).forEach((each) => plot.add(each));
   plot.add(tick);
@@ -148,12 +154,10 @@ function showOperator(operator) {
   for (const control of document.querySelectorAll(".control")) control.disabled = shown !== "you";
 }
 
-// A press of the stop button after the end of the run would have no effect.
 function setEnded(value) {
   hasEnded = value;
   document.body.classList.toggle("has-ended", hasEnded);
-  get("estop").disabled = hasEnded;
-  get("estop").lastChild.textContent = hasEnded ? "the run has ended" : "space bar";
+  hasEnded ? estop.end() : estop.reset();
 }
 
 async function showPicture(name, blob) {
@@ -207,7 +211,7 @@ function showPace() {
   get("pace-state").textContent = isPaused ? "paused" : "";
   get("pause").textContent = isPaused ? "Resume" : "Pause";
   get("step").disabled = !isPaused;
-  if (document.activeElement !== get("speed")) get("speed").value = speed === null ? "" : String(speed);
+  speeds.show(speed);
 }
 
 // The values that the app logs.
@@ -252,6 +256,7 @@ function showNotices() {
 const STATES = { open: "open", lost: "lost", token: "lost", full: "lost" };
 
 function showConnection(state) {
+  if (state === "token" || state === "full") setEnded(false); // a run answers, which the page cannot show
   get("link").dataset.state = hasEnded ? "quiet" : STATES[state];
   if (state === "open") return;
   showOperator("lost");
@@ -275,51 +280,22 @@ function showEnd({ headline, reason, exit_status: status, notes }) {
   showScreen(status === 0 ? "good" : "bad", status === 0 ? "✓" : isStopped ? "■" : "✕", `The run has ended: ${headline}`, reason, notes);
 }
 
-function showScreen(mood, mark, title, text, notes = []) {
-  get("screen").dataset.mood = mood;
-  get("screen-mark").textContent = mark;
-  get("screen-title").textContent = title;
-  get("screen-text").textContent = text;
-  get("screen-notes").replaceChildren(...notes.map((note) => Object.assign(document.createElement("li"), { textContent: note })));
-  get("screen-close").hidden = !tick;
-  get("screen").hidden = false;
-}
-
-function hideScreen() {
-  get("screen").hidden = true;
-}
-
-async function stop() {
-  if (hasEnded) return;
-  get("estop").classList.add("is-pressed");
-  await pressEstop(connection).catch(() => {}); // the server ends with the run
-}
-
 // The keys of the player, which contains the page of a recording.
 function passKey(event) {
+  if (event.ctrlKey || event.metaKey || event.altKey) return;
   if (!["Space", "ArrowLeft", "ArrowRight", "Home", "End"].includes(event.code)) return;
   event.preventDefault();
   if (event.type === "keydown" && !(event.repeat && event.code === "Space")) parent.postMessage(event.code, location.origin);
 }
 
-get("estop").addEventListener("pointerdown", stop);
-get("screen-close").addEventListener("click", hideScreen);
 maps.onchoose = cameras.tabs.onchoose = requestDrawing;
 for (const type of ["keydown", "keyup"]) {
   window.addEventListener(type, (event) => {
-    if (isRecording) return passKey(event);
-    if (event.code !== "Space") return;
-    event.preventDefault(); // the key must not also press the button that has the focus
-    if (type === "keydown" && !event.repeat) stop();
+    isRecording ? passKey(event) : estop.handleKey(event);
   }, { capture: true });
 }
-get("estop").addEventListener("keydown", (event) => event.code === "Enter" && stop());
 get("pause").addEventListener("click", () => send({ type: "pace", is_paused: !tick?.pace.is_paused }));
 get("step").addEventListener("click", () => send({ type: "pace", steps: 1 }));
-get("speed").addEventListener("change", ({ target }) => {
-  send({ type: "pace", speed: target.value === "" ? null : Number(target.value) });
-  target.blur();
-});
 window.addEventListener("resize", () => {
   arrangeDevices();
   requestDrawing();

@@ -1,9 +1,11 @@
 // The player: one page for each recording, and one time for all of them.
 
 import { LINK_HINT, readToken } from "./connection.js";
+import { SpeedButtons } from "./speeds.js";
 
 const get = (id) => document.getElementById(id);
 const RETRY_MS = 1000;
+const SPEEDS = [0.1, 0.5, 1, 2, 5, 10];
 const SHOWN_S = 0.05; // a smaller difference of times is a rounding error of the slider
 
 let recordings = [];
@@ -13,6 +15,7 @@ let wanted = null; // the newest message that waits for this answer
 let stepsLeft = 0; // the steps that wait for it
 let time = 0;
 let isPlaying = false;
+let speed = null;
 let frameAt = 0;
 
 function connect() {
@@ -38,8 +41,8 @@ function receive(message) {
 }
 
 function begin(message) {
-  if (!recordings.length) get("screens").replaceChildren(...message.recordings.map(buildScreen));
   recordings = message.recordings;
+  get("screens").replaceChildren(...recordings.map(buildScreen)); // those of a new command may be others
   document.title = recordings.map((each) => each.name).join(", ");
   get("slider").min = Math.min(...recordings.map((each) => each.begin));
   get("slider").max = Math.max(...recordings.map((each) => each.end));
@@ -122,10 +125,15 @@ function play(now) {
   if (!isBusy) {
     const passed = Math.max(0, now - frameAt) / 1000;
     frameAt = now;
-    seek(time + passed * Number(get("speed").value));
+    seek(time + passed * speed);
     if (time >= Number(get("slider").max)) return setPlaying(false);
   }
   requestAnimationFrame(play);
+}
+
+function setSpeed(value) {
+  speed = value;
+  speeds.show(speed);
 }
 
 function toggle() {
@@ -134,6 +142,8 @@ function toggle() {
 }
 
 const token = readToken(); // before the pages of the recordings, which read it from the session
+const speeds = new SpeedButtons(get("speed"), SPEEDS, setSpeed);
+setSpeed(1);
 connect();
 get("play").addEventListener("click", toggle);
 get("back").addEventListener("click", () => step(-1));
@@ -146,9 +156,8 @@ const KEYS = new Map([["Space", toggle], ["ArrowLeft", () => step(-1)], ["ArrowR
 window.addEventListener("message", ({ origin, data }) => origin === location.origin && KEYS.get(data)?.()); // a key in a page
 for (const type of ["keydown", "keyup"]) {
   window.addEventListener(type, (event) => {
-    if (!KEYS.has(event.code) || event.target.matches("select") || event.ctrlKey || event.metaKey || event.altKey) return;
+    if (!KEYS.has(event.code) || event.ctrlKey || event.metaKey || event.altKey) return;
     event.preventDefault(); // the key must not also press the button, or move the slider, that has the focus
     if (type === "keydown" && !(event.repeat && event.code === "Space")) KEYS.get(event.code)();
   });
 }
-get("speed").addEventListener("change", ({ target }) => target.blur());

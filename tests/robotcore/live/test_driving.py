@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import signal
 import socket
@@ -225,6 +226,60 @@ def test_a_hidden_page_lets_go(page: Page, standing_run: LiveRun) -> None:
     wait_for(lambda: is_standing(standing_run))
 
 
+LOSSES = {
+    "the focus moves": "document.querySelector('#limit').focus()",
+    "a menu opens": "document.body.dispatchEvent(new MouseEvent('contextmenu', {bubbles: true, cancelable: true}))",
+    "a key combination begins": "press('keydown', {code: 'MetaLeft', key: 'Meta', metaKey: true})",
+    "a key combination ends": "press('keyup', {code: 'MetaLeft', key: 'Meta'})",
+}
+PRESS = "const press = (type, key) => document.body.dispatchEvent(new KeyboardEvent(type, {bubbles: true, ...key}))"
+
+
+@pytest.mark.parametrize("loss", LOSSES)
+def test_a_key_whose_release_may_get_lost_is_released(page: Page, standing_run: LiveRun, loss: str) -> None:
+    open_and_take(page, standing_run)
+    page.keyboard.down("KeyW")
+    wait_for(lambda: is_forward(standing_run))
+    page.evaluate(f"() => {{ {PRESS}; {LOSSES[loss]}; }}")
+    wait_for(lambda: is_standing(standing_run), STOP_S)
+
+
+def test_no_part_of_the_page_opens_a_native_list_which_would_take_the_keys(page: Page, standing_run: LiveRun) -> None:
+    open_and_take(page, standing_run)
+    assert {*page.locator("input").evaluate_all("inputs => inputs.map((input) => input.type)")} == {"range"}
+    expect(page.locator("select")).to_have_count(0)
+
+
+def test_a_key_that_was_pressed_at_a_takeover_is_released(browser: Browser, page: Page, standing_run: LiveRun) -> None:
+    open_and_take(page, standing_run)
+    page.keyboard.down("KeyW")
+    wait_for(lambda: is_forward(standing_run))
+    other = browser.new_context().new_page()
+    open_and_take(other, standing_run)
+    expect(page.locator("#drive-state")).to_have_text("another viewer drives")
+    page.evaluate("document.getElementById('take').click()")  # without a change of the focus
+    expect(page.locator("#drive-state")).to_have_text("you drive")
+    page.wait_for_timeout(500)
+    assert is_standing(standing_run)
+    other.context.close()
+
+
+def test_only_the_left_button_of_a_mouse_moves_the_joystick(page: Page, standing_run: LiveRun) -> None:
+    open_and_take(page, standing_run)
+    box = measure(page.locator("#stick"))
+    x, y = box["x"] + box["width"] / 2, box["y"] + 20
+    page.mouse.move(x, y)
+    page.mouse.down(button="right")
+    page.wait_for_timeout(500)
+    assert is_standing(standing_run)
+    page.mouse.up(button="right")
+    page.mouse.down()
+    wait_for(lambda: is_forward(standing_run))
+    page.mouse.down(button="right")
+    page.mouse.up()
+    wait_for(lambda: is_standing(standing_run), STOP_S)
+
+
 def test_a_hidden_page_does_not_read_the_gamepad(page: Page, standing_run: LiveRun) -> None:
     page.add_init_script(GAMEPAD)
     open_and_take(page, standing_run)
@@ -281,7 +336,7 @@ def test_a_light_and_a_buzzer_have_controls(page: Page, start_run: StartRun, tmp
     run = start_run(app="teleop", robot=str(robot))
     page.goto(run.view.link)
     page.locator("#take").click()
-    page.locator(".device[data-device=lamp] input").fill("#ff0000")
+    page.get_by_label("red of lamp").fill("1")
     expect(page.locator(".device[data-device=lamp] .value")).to_have_text("1.00 0.00 0.00")
     page.locator(".device[data-device=horn] button").hover()
     page.mouse.down()
@@ -303,10 +358,12 @@ def test_a_simulation_pauses_steps_and_changes_its_speed(page: Page, start_run: 
     assert len(run.watcher.calls) == count + 1
     page.locator("#pause").click()
     wait_for(lambda: len(run.watcher.calls) > count + 3)
-    page.locator("#speed").select_option("0.1")
     pace = run.context.pace
     assert pace
-    wait_for(lambda: pace.speed == 0.1)
+    for label, speed in (("no limit", math.inf), ("0.1×", 0.1)):
+        page.locator("#speed button", has_text=label).click()
+        wait_for(lambda: pace.speed == speed)  # noqa: B023
+        expect(page.locator("#speed [aria-pressed=true]")).to_have_text(label)
     page.keyboard.press("Space")
     assert run.wait().exit_status == 4
 
