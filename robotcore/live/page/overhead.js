@@ -23,6 +23,7 @@ export class Overhead {
 
   setPath(path) {
     this.path = path;
+    this.poses = [];
     this.states = [...new Set(path.map((point) => point[2]))];
   }
 
@@ -66,7 +67,7 @@ export class Overhead {
     this.drawPath(context, Math.max(2.5, 0.024 * scale));
     const pose = this.tick?.truth ?? this.tick?.pose;
     if (pose && !pose.includes(null)) {
-      this.drawRays(context);
+      this.drawRays(context, pose);
       this.drawRobot(context, pose);
     }
   }
@@ -110,16 +111,17 @@ export class Overhead {
   }
 
   // Returns the pose at the time of a sample, so that the echoes of a turning robot are where the bodies are.
-  findPose(age) {
+  // pose: that of the newest tick.
+  findPose(age, pose) {
     const time = this.tick.time - age + 1e-3;
-    return (this.poses.findLast((each) => each.time <= time) ?? this.poses[0]).pose;
+    return (this.poses.findLast((each) => each.time <= time) ?? this.poses[0])?.pose ?? pose;
   }
 
-  drawRays(context) {
+  drawRays(context, newest) {
     for (const device of Object.values(this.tick.devices)) {
       if (!device.rays) continue;
       const { start, end, distances } = device.rays;
-      const pose = this.findPose(device.age);
+      const pose = this.findPose(device.age, newest);
       const [x, y] = toWorld(pose, device.mount);
       const heading = pose[2] + device.mount[2];
       const ends = distances.map((distance, index) => {

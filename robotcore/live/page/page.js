@@ -56,7 +56,9 @@ function beginRun(message) {
   cameras.reset();
   maps.reset(["world"]);
   notices.clear();
-  get("log").replaceChildren();
+  for (const id of ["log", "values"]) get(id).replaceChildren();
+  for (const id of ["state", "time", "pose"]) get(id).textContent = "";
+  get("values-card").hidden = true;
   get("map-card").hidden = get("wheels-card").hidden = !run.drive;
   get("measured-key").hidden = !run.drive?.is_measured;
   get("milestones-card").hidden = !run.milestones.length;
@@ -219,7 +221,7 @@ function showValues() {
   const list = get("values");
   const names = Object.keys(tick.logged);
   get("values-card").hidden = !names.length;
-  if (names.length * 2 !== list.childElementCount) {
+  if (names.join("\n") !== [...list.querySelectorAll("dt")].map((name) => name.textContent).join("\n")) {
     list.replaceChildren(...names.flatMap((name) => [Object.assign(document.createElement("dt"), { textContent: name }), document.createElement("dd")]));
   }
   names.forEach((name, index) => {

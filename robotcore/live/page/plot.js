@@ -21,7 +21,9 @@ export class WheelPlot {
   }
 
   add(tick) {
-    if (this.points.length && tick.time < this.points.at(-1).time) this.points = [];
+    const last = this.points.at(-1)?.time;
+    if (tick.time < last) this.points = [];
+    if (tick.time === last) this.points.pop(); // a paused run sends its last tick again
     const { time, asked, sent, measured } = tick;
     this.points.push({ time, asked, sent, measured });
     while (this.points[0].time < time - WINDOW_S) this.points.shift();
@@ -81,8 +83,9 @@ export class WheelPlot {
 
   // The greatest magnitude, so that the lines fill the plot: a 1, 2 or 5 with zeros.
   findScale(index) {
-    const values = this.points.flatMap((point) => SERIES.map(({ key }) => Math.abs(point[key]?.[index] ?? 0)));
-    const most = Math.min(Math.max(...values, 1), 2 * this.limit);
+    const measure = (point) => Math.max(...SERIES.map(({ key }) => Math.abs(point[key]?.[index] ?? 0)));
+    const greatest = this.points.reduce((most, point) => Math.max(most, measure(point)), 1);
+    const most = Math.min(greatest, 2 * this.limit);
     const power = 10 ** Math.floor(Math.log10(most));
     return [1, 2, 5, 10].map((each) => each * power).find((each) => each >= most);
   }

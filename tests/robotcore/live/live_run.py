@@ -34,6 +34,17 @@ class Circles(Behaviour):
         return Status.RUNNING
 
 
+class Battery(Behaviour):
+    """Logs a value, reads no sensor and stands."""
+
+    needs = frozenset({Role.DRIVE})
+    name = "battery"
+
+    def step(self, robot: Robot) -> Status:
+        robot.log(self.name, 11.0, "V")
+        return Status.RUNNING
+
+
 class LiveRun:
     """A run with a live page. It begins at once, and `stop` ends it.
 

@@ -343,6 +343,10 @@ def test_a_light_and_a_buzzer_have_controls(page: Page, start_run: StartRun, tmp
     expect(page.locator(".device[data-device=horn] .value")).to_have_text("440.00 Hz")
     page.mouse.up()
     expect(page.locator(".device[data-device=horn] .value")).to_have_text("0.00 Hz")
+    page.keyboard.down("Enter")
+    expect(page.locator(".device[data-device=horn] .value")).to_have_text("440.00 Hz")
+    page.keyboard.up("Enter")
+    expect(page.locator(".device[data-device=horn] .value")).to_have_text("0.00 Hz")
 
 
 def test_a_simulation_pauses_steps_and_changes_its_speed(page: Page, start_run: StartRun) -> None:

@@ -10,7 +10,7 @@ from playwright.sync_api import Browser, Page, expect
 from robotcore.errors import EmergencyStopError
 from robotcore.live.address import Address
 from tests.robotcore.live.chromium import measure
-from tests.robotcore.live.live_run import Circles, StartRun
+from tests.robotcore.live.live_run import Battery, Circles, StartRun
 
 pytestmark = pytest.mark.slow
 
@@ -129,6 +129,71 @@ def test_the_last_state_of_a_finished_run_keeps_the_result_and_has_no_active_con
     expect(page.locator(".control:enabled")).to_have_count(0)
     label = "getComputedStyle(document.querySelector('[data-device=left_motor] .value'), '::before').content"
     assert page.evaluate(label) == '"last: "'
+
+
+class Heat(Battery):
+    name = "heat"
+
+
+def test_the_next_run_shows_nothing_of_the_one_before(page: Page, start_run: StartRun) -> None:
+    run = start_run(app=Battery)
+    page.goto(run.view.link)
+    expect(page.locator("#values dt")).to_have_text("battery")
+    expect(page.locator("#pose")).to_contain_text("heading")
+    page.evaluate(
+        """() => new MutationObserver((records) => {
+            window.texts = [...(window.texts ?? []), document.getElementById('pose').textContent];
+        }).observe(document.getElementById('pose'), {childList: true})"""
+    )
+    port = int(run.view.link.rstrip("/").rpartition(":")[2])
+    run.stop()
+    start_run(Address(port=port), app=Heat)
+    expect(page.locator("#values dt")).to_have_text("heat")
+    assert "" in page.evaluate("window.texts")
+
+
+def test_the_plot_keeps_one_point_for_each_time_and_draws_any_number_of_them(page: Page, start_run: StartRun) -> None:
+    page.goto(start_run().view.link)
+    counts = page.evaluate(
+        """async () => {
+            const { WheelPlot } = await import('/page/plot.js');
+            const plot = new WheelPlot(document.getElementById('wheels'));
+            const add = (time) => plot.add({ time, asked: [0, 0], sent: [0, 0], measured: [0, 0] });
+            for (let index = 0; index < 9; index++) add(5);
+            const counts = [plot.points.length];
+            for (let index = 0; index < 50000; index++) add(6 + index / 10000);
+            plot.draw();
+            return [...counts, plot.points.length];
+        }"""
+    )
+    assert counts == [1, 50_001]
+
+
+def test_rays_after_a_seek_have_a_pose_after_the_seek(page: Page, start_run: StartRun) -> None:
+    page.goto(start_run().view.link)
+    found = page.evaluate(
+        """async () => {
+            const { Overhead } = await import('/page/overhead.js');
+            const overhead = new Overhead(document.getElementById('map'));
+            const add = (time) => overhead.add({ time, pose: [time, 0, 0], truth: null, path: [] });
+            for (let time = 0; time < 60; time++) add(time);
+            overhead.setPath([]);
+            const before = overhead.findPose(0.05, [7, 0, 0])[0];
+            add(10);
+            return [before, overhead.findPose(0.05)[0]];
+        }"""
+    )
+    assert found == [7, 10]
+
+
+def test_the_screen_gets_the_focus_and_enter_closes_it(page: Page, start_run: StartRun) -> None:
+    run = start_run()
+    page.goto(run.view.link)
+    expect(page.locator("#state")).to_have_text("turning")
+    run.stop()
+    expect(page.locator("#screen-close")).to_be_focused()
+    page.keyboard.press("Enter")
+    expect(page.locator("#screen")).to_be_hidden()
 
 
 def test_the_controls_are_active_in_the_next_run(page: Page, start_run: StartRun) -> None:

@@ -163,6 +163,9 @@ def test_play_pause_and_one_tick_at_a_time(page: Page, watch: Watch, recorded: P
     expect(page.locator("#clock")).to_have_text("0.10 s of 4.00 s")
     page.keyboard.press("ArrowLeft")
     expect(page.locator("#clock")).to_have_text("0.05 s of 4.00 s")
+    page.keyboard.press("Control+ArrowRight")
+    page.wait_for_timeout(200)
+    expect(page.locator("#clock")).to_have_text("0.05 s of 4.00 s")
     page.keyboard.press("Space")  # no e-stop
     expect(page.locator("#play")).to_have_text("Pause")
     expect(frame.locator("#time")).to_have_text("4.0 s", timeout=15_000)
@@ -382,6 +385,19 @@ def test_the_end_of_the_command_is_shown_as_the_end_of_the_viewer(page: Page, wa
     expect(frame.locator("#screen-title")).to_have_text("The viewer has ended")
     expect(frame.locator("#screen-text")).to_have_text("Start robotcore view again.")
     expect(page.locator("#clock")).to_have_text("not connected")
+
+
+def test_a_second_command_at_the_same_port_shows_its_own_recordings(
+    page: Page, watch: Watch, recorded: Path, tmp_path: Path
+) -> None:
+    other = record(tmp_path / "other.mcap", timeout_s=1.0)
+    link = watch(recorded, recorded)
+    page.goto(link)
+    expect(page.locator("section")).to_have_count(2)
+    watch.stop()
+    watch(other, "--listen", link.rstrip("/").rpartition(":")[2])
+    expect(page.locator("h2 span:first-child")).to_have_text(["other.mcap"])
+    expect(open_frame(page).locator("#time")).to_have_text("0.0 s")
 
 
 def test_a_recording_has_no_stop_button_also_while_it_connects(page: Page, watch: Watch, recorded: Path) -> None:
