@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Collection, Mapping
 from collections.abc import Set as AbstractSet
-from contextlib import suppress
+from contextlib import ExitStack, closing, suppress
 from math import inf
 from pathlib import Path
 from typing import Any
@@ -144,38 +144,38 @@ def _open(
 ) -> LiveRobot:
     plan = Plan.resolve(request)
     keeper, signals = _ContextKeeper(), SignalGuard()
-    server = _open_foxglove(foxglove) if foxglove is not False else None
-    page = _open_page(view) if view else None
-    observers: list[Observer] = [each for each in (keeper, recorder, page, server) if each]
-    taps = [each.layer for each in (recorder, server) if each]
-    session = RunSession(plan, observers, taps, signals, print_reason, 1.0)
+    with ExitStack() as opened:
+        server = opened.enter_context(closing(_open_foxglove(foxglove))) if foxglove is not False else None
+        page = opened.enter_context(closing(_open_page(view))) if view else None
+        observers: list[Observer] = [each for each in (keeper, recorder, page, server) if each]
+        taps = [each.layer for each in (recorder, server) if each]
+        session = RunSession(plan, observers, taps, signals, print_reason, 1.0)
 
-    def finish(result: RunResult) -> RunResult:
-        if recorder and recorder.failure:
-            raise recorder.failure
-        return recorder.complete(result) if recorder and recorder.has_begun else result
+        def finish(result: RunResult) -> RunResult:
+            if recorder and recorder.failure:
+                raise recorder.failure
+            return recorder.complete(result) if recorder and recorder.has_begun else result
 
-    live = None
-    try:
-        with signals:
-            loop = _open_loop(session)
-            assert isinstance(request.app, LiveApp)
-            request.app.truth = keeper.context.truth
-            live = LiveRobot(session, loop, keeper.context, signals, finish)
-        live.wait(0.0)
-    except BaseException as error:
-        if live:
-            live.close()
+        live = None
+        try:
+            with signals:
+                loop = _open_loop(session)
+                assert isinstance(request.app, LiveApp)
+                request.app.truth = keeper.context.truth
+                live = LiveRobot(session, loop, keeper.context, signals, finish)
+            live.wait(0.0)
+        except BaseException as error:
+            if live:
+                live.close()
+                raise
+            if session.result is None:  # a signal came before or after `session.open`
+                with suppress(Interrupted):
+                    session.close(error)
+            opened.close()
+            if isinstance(error, Interrupted):
+                raise_again(error.signal_number)
             raise
-        if session.result is None:  # a signal came before or after `session.open`
-            with suppress(Interrupted):
-                session.close(error)
-        for each in (page, server):
-            if each:
-                each.close()
-        if isinstance(error, Interrupted):
-            raise_again(error.signal_number)
-        raise
+        opened.pop_all()
     return live
 
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import re
+import socket
 import subprocess
 import sys
 import urllib.request
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -14,6 +16,7 @@ import robotcore
 from robotcore.errors import UsageError
 from tests.robotcore.cli.conftest import Cli
 from tests.robotcore.cli.conftest import cli as cli  # noqa: PLC0414  a fixture
+from tests.robotcore.live.test_driving import wait_for
 from tests.texts import Raises
 
 pytestmark = pytest.mark.slow
@@ -65,6 +68,21 @@ def test_no_file_beside_a_script_replaces_a_package_of_the_page(tmp_path: Path) 
 def test_the_address_of_an_open_robot_is_checked(raises: Raises) -> None:
     with raises(UsageError, "not-an-address", address="my_app.py"):
         robotcore.open("rover", view="my_app.py")
+
+
+def test_a_page_that_cannot_listen_leaves_no_port_of_foxglove() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken, socket.create_server(("127.0.0.1", 0)) as other:
+        page, port = taken.getsockname()[1], other.getsockname()[1]
+        other.close()
+        with pytest.raises(UsageError):
+            robotcore.open("rover", view=f"127.0.0.1:{page}", foxglove=port)
+        wait_for(lambda: is_free(port))  # the server ends in the background
+
+
+def is_free(port: int) -> bool:
+    with suppress(OSError), socket.create_server(("127.0.0.1", port)):
+        return True
+    return False
 
 
 def test_a_robot_that_cannot_be_opened_leaves_no_page(capsys: pytest.CaptureFixture[str]) -> None:
