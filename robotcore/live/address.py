@@ -30,10 +30,15 @@ class Address(NamedTuple):
 
     @classmethod
     def parse(cls, text: str) -> Address:
-        """Return the address in a text: ``HOST:PORT``, a port or a host. Raises UsageError for another text."""
+        """Return the address in a text: ``HOST:PORT``, a port or a host. Raises UsageError for another text.
+
+        An IPv6 address with a port needs brackets.
+        """
         host, colon, port = text.rpartition(":")
         if not colon:
             host, port = ("", text) if text.isdecimal() else (text, "0")
+        elif text.endswith("]") or _is_ipv6(text):
+            host, port = text, "0"
         host = host.removeprefix("[").removesuffix("]") or LOOPBACK
         is_port = port.isascii() and port.isdecimal() and int(port) < 2**16
         if not is_port or any(each.isspace() or each in "/@#?" for each in host) or host.endswith(".py"):
@@ -43,7 +48,7 @@ class Address(NamedTuple):
                 kind="not-an-address",
                 address=text,
             )
-        return cls(host, int(port))
+        return cls(_complete(host), int(port))
 
     @property
     def is_loopback(self) -> bool:
@@ -103,6 +108,19 @@ class Address(NamedTuple):
             host=self.host,
             port=self.port,
         )
+
+
+def _is_ipv6(text: str) -> bool:
+    with suppress(ValueError):
+        return ip_address(text).version == 6
+    return False
+
+
+def _complete(host: str) -> str:
+    """Return a short IPv4 address, such as 0 or 127.1, with its four numbers, and any other host unchanged."""
+    with suppress(OSError):
+        return socket.inet_ntoa(socket.inet_aton(host))
+    return host
 
 
 def build_token(address: Address) -> str:

@@ -21,13 +21,20 @@ EVERYWHERE = "0.0.0.0"  # noqa: S104  pages for other machines are tested too
         ("rover.local", ("rover.local", 0)),
         ("0.0.0.0:80", (EVERYWHERE, 80)),
         ("[::]:80", ("::", 80)),
+        ("[::1]", ("::1", 0)),
+        ("::", ("::", 0)),
+        ("::1", ("::1", 0)),
+        ("0:80", (EVERYWHERE, 80)),
+        ("127.1:80", ("127.0.0.1", 80)),
     ],
 )
 def test_an_address_is_a_host_a_port_or_both(text: str, address: tuple[str, int]) -> None:
     assert Address.parse(text) == address
 
 
-@pytest.mark.parametrize("text", ["app.py", "localhost:x", "localhost:70000", "http://localhost:80", "a b:80", ":-1"])
+@pytest.mark.parametrize(
+    "text", ["app.py", "localhost:x", "localhost:70000", "http://localhost:80", "a b:80", ":-1", "[::1]x", "1 2:80"]
+)
 def test_another_text_is_no_address(text: str, raises: Raises) -> None:
     with raises(UsageError, "not-an-address", address=text):
         Address.parse(text)
