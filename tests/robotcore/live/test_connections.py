@@ -5,14 +5,16 @@ from __future__ import annotations
 import socket
 from collections.abc import Iterator
 from contextlib import ExitStack, suppress
+from typing import Any
 from urllib.parse import urlsplit
 
 import pytest
+from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from robotcore.errors import EmergencyStopError
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.live.address import Address
-from robotcore.live.connections import MAX_CONNECTIONS, MAX_RATE_HZ, REQUEST_S, make_room
+from robotcore.live.connections import CHUNK_BYTES, MAX_CONNECTIONS, MAX_RATE_HZ, REQUEST_S, LimitedHttp, make_room
 from robotcore.live.server import HELLO_S, PING_S
 from tests.robotcore.live.client import TIMEOUT_S, Client
 from tests.robotcore.live.live_run import LiveRun, StartRun
@@ -120,6 +122,22 @@ def test_sockets_that_flood_pings_do_not_delay_the_estop(run: LiveRun, wires: Wi
 def test_a_connection_ends_with_its_first_answer(wires: Wires, line: str) -> None:
     wire = wires.connect(wires.build_request(line, "Content-Length: 1000"))
     assert is_closed(wire)
+
+
+def test_bytes_after_a_request_are_not_parsed(monkeypatch: pytest.MonkeyPatch) -> None:
+    parsed: list[bytes] = []
+
+    def parse(http: Any, data: bytes) -> None:
+        parsed.append(data)
+        http.cycle = "the answer to the request"
+
+    monkeypatch.setattr(H11Protocol, "data_received", parse)
+    http: Any = LimitedHttp.__new__(LimitedHttp)
+    http.cycle, http.transport = None, Opened("192.0.2.1", 0.0)
+    http.transport.get_protocol = lambda: http
+    http.data_received(b"a" * CHUNK_BYTES + b"b")
+    http.data_received(b"c")
+    assert parsed == [b"a" * CHUNK_BYTES]
 
 
 def test_a_request_that_never_ends_is_closed(wires: Wires) -> None:

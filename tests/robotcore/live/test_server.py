@@ -147,6 +147,12 @@ def test_a_host_that_is_not_this_machine_gets_nothing(run: LiveRun, path: str) -
     assert request(run, "GET", path).status == 200
 
 
+def test_only_a_page_with_a_token_answers_to_an_address_of_the_network(run: LiveRun, start_run: StartRun) -> None:
+    assert request(run, "GET", "/", host="192.168.0.7:80").status == 421
+    assert request(run, "POST", "/estop", host="192.168.0.7:80", x_robotcore="estop").status == 421
+    assert request(start_run(Address(EVERYWHERE)), "GET", "/", host="192.168.0.7:80").status == 200
+
+
 def test_the_estop_of_a_form_of_another_site_is_refused(run: LiveRun) -> None:
     assert request(run, "POST", "/estop").status == 403
     assert request(run, "GET", "/estop", x_robotcore="estop").status == 405
@@ -163,6 +169,7 @@ def test_the_page_may_load_only_its_own_files(run: LiveRun) -> None:
     policy = request(run, "GET", "/").getheader("content-security-policy") or ""
     assert "default-src 'none'" in policy
     assert "script-src 'self';" in policy
+    assert "frame-ancestors 'none'" in policy
     assert request(run, "GET", "/page/../server.py").status == 404
     assert request(run, "GET", "/page/%2e%2e/server.py").status == 404
 

@@ -107,6 +107,23 @@ def test_the_rays_of_a_large_scan_are_thinned() -> None:
     assert described["age"] == 1.0
 
 
+def test_a_sample_whose_numbers_json_lacks_has_none_in_their_place() -> None:
+    class Lidar:
+        has_rays, mount = True, Pose(0.0, 0.0, 0.0)
+
+        def format_sample(self, sample: Scan) -> str:
+            return "a damaged scan"
+
+        def list_rays(self, sample: Scan) -> tuple[float, float, tuple[float, ...]]:
+            return -math.inf, math.nan, sample.distances
+
+    lidar: Any = Lidar()
+    described = describe_sample(lidar, Scan((1.0,), -math.inf, 0), 1.0)
+    assert encode(described)
+    assert described["age"] is None
+    assert described["rays"] == {"start": None, "end": None, "distances": [1.0]}
+
+
 def test_a_kind_that_raises_has_the_exception_as_its_text(monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(sensor: object, sample: object) -> str:
         raise ZeroDivisionError("a kind of another package")
