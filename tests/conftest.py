@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -16,7 +17,7 @@ from tests.texts import pytest_addoption as pytest_addoption  # noqa: PLC0414  a
 from tests.texts import raises as raises  # noqa: PLC0414  a fixture
 
 GRACE_S = 2.0
-"""Seconds for the end of a thread after the test."""
+"""Seconds for the end of a thread or a child process after the test."""
 
 KEPT = "Dask-"
 """Dask keeps threads whose names begin so, from their first use to the end of the process."""
@@ -31,8 +32,12 @@ def _nothing_is_left_running() -> Iterator[None]:
         thread.join(GRACE_S)
     if alive := [thread.name for thread in left if thread.is_alive()]:
         pytest.fail(f"the test left threads running: {', '.join(alive)}; close what started them")
-    if born := _children() - children:
-        pytest.fail(f"the test left child processes: {sorted(born)}; end them and wait for them")
+    end = time.monotonic() + GRACE_S
+    while (born := _children() - children) and time.monotonic() < end:
+        time.sleep(0.05)
+    if born:
+        names = ", ".join(f"{child} ({_read(Path(f'/proc/{child}/stat'))[:40]})" for child in sorted(born))
+        pytest.fail(f"the test left child processes: {names}; end them and wait for them")
 
 
 def _children() -> set[int]:
