@@ -350,7 +350,7 @@ def test_a_light_and_a_buzzer_have_controls(page: Page, start_run: StartRun, tmp
 
 
 def test_a_simulation_pauses_steps_and_changes_its_speed(page: Page, start_run: StartRun) -> None:
-    run = start_run()
+    run = start_run(timeout_s=3600.0)  # without a limit, simulated time passes fast
     page.goto(run.view.link)
     page.locator("#pause").click()
     expect(page.locator("#pace-state")).to_have_text("paused")
