@@ -26,6 +26,7 @@ class MujocoBackend(SimulatorBackend):
     summary = "MuJoCo rigid-body physics, in process, on Python 3.10 to 3.13, also on 64-bit ARM"
     capabilities = frozenset({Capability.CONTACTS, Capability.POSE, Capability.LOCKSTEP})
     needs_world = True
+    encoder_rate_hz = 200.0
     has_gui = True
     brings_physics = True
     exports = ("mjcf",)

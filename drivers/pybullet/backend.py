@@ -34,6 +34,7 @@ class PyBulletBackend(SimulatorBackend):
     summary = "Bullet rigid-body physics, in process"
     capabilities = frozenset({Capability.CONTACTS, Capability.POSE, Capability.LOCKSTEP})
     needs_world = True
+    encoder_rate_hz = 200.0
     has_gui = True
     brings_physics = True
     modules = ("pybullet",)

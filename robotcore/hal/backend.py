@@ -131,6 +131,12 @@ class Backend(ABC):
     """Whether only one program at a time can use the backend's robot or simulator."""
     is_smoke_tested: ClassVar[bool] = True
     """Whether `robotcore doctor` checks that the backend is installed, and opens a robot if it is a simulator."""
+    encoder_rate_hz: ClassVar[float | None] = None
+    """The number of times in a second at which a run reads the drive's encoders for the odometry.
+
+    None reads them once a tick. A backend sets it if a read of an encoder takes little time, and if another thread may
+    read an encoder too, unless the clock is in lockstep.
+    """
     exports: ClassVar[tuple[str, ...]] = ()
     """The formats that `export` supports."""
     modules: ClassVar[tuple[str, ...]] = ()

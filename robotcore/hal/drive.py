@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from robotcore.geometry import DifferentialGeometry, Pose, Twist, Wheels, to_float
 from robotcore.hal.clock import Clock
@@ -100,27 +100,47 @@ class DifferentialDrive:
         return f"<DifferentialDrive at x={x:.2f} m, y={y:.2f} m, heading={heading:.2f} rad>"
 
 
+class WheelPath(NamedTuple):
+    """The angles of the two wheels, and how the wheels came to them since the last reading."""
+
+    angles: Wheels
+    """The present angles in radians."""
+    between: tuple[Wheels, ...] = ()
+    """The angles between the last reading and this one in radians, the oldest first. Without them, one arc leads to the
+    present angles."""
+
+
 class Odometry:
     """Computes the pose of a robot from the angles of its two driven wheels.
 
-    Each call of `pose` adds an arc. The arc is exact if the ratio of the wheels' velocities was constant since the last
-    call. ``latest`` is the result of the last call.
+    Each call of `pose` adds an arc for each pair of angles in the path since the last call. An arc is exact if the
+    ratio of the wheels' velocities was constant in it. ``latest`` is the result of the last call.
+
+    read_path: returns the path of the wheels since its last call.
+
+    >>> path = WheelPath(Wheels(1.0, 3.0), between=(Wheels(1.0, 1.0),))  # straight on, and then to the left
+    >>> Odometry(DifferentialGeometry(wheel_radius=0.05, track=0.2), lambda: path).pose()
+    Pose(x=0.0979 m, y=0.0123 m, heading=0.5 rad)
     """
 
-    def __init__(self, geometry: DifferentialGeometry, angles: Callable[[], Wheels]) -> None:
+    def __init__(self, geometry: DifferentialGeometry, read_path: Callable[[], WheelPath]) -> None:
         self._geometry = geometry
-        self._angles = angles
+        self._read_path = read_path
         self.latest = Pose(0.0, 0.0, 0.0)
         self._last = Wheels(0.0, 0.0)
 
     def pose(self) -> Pose:
-        """Read the wheel angles, and return the new pose."""
-        angles = self._angles()
-        last = self._last
+        """Read the path of the wheels, and return the new pose."""
+        path = self._read_path()
+        for angles in path.between:
+            self._add_arc(angles)
+        self._add_arc(path.angles)
+        return self.latest
+
+    def _add_arc(self, angles: Wheels) -> None:
+        last, self._last = self._last, angles
         rolled = self._geometry.to_twist(Wheels(angles.left - last.left, angles.right - last.right))
         self.latest = self.latest.advance(rolled.linear, rolled.angular)
-        self._last = angles
-        return self.latest
 
 
 class CommandIntegrator:
@@ -149,6 +169,8 @@ class CommandIntegrator:
         """
         left = right = 0.0
         until = self._clock.now()
+        if until <= time:
+            return Wheels(left, right)
         for since, velocity in reversed(tuple(self._history)):
             if until <= time:
                 break

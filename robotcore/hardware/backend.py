@@ -26,6 +26,8 @@ class HardwareBackend(Backend):
     section: ClassVar[str]
     """The name of the section in a robot's file that lists the driver and the settings of each device."""
 
+    encoder_rate_hz = 200.0
+
     missing_connectors: ClassVar[frozenset[str]] = frozenset()
     """The connectors that the backend does not have. Error messages do not suggest the drivers that need one."""
 

@@ -14,6 +14,7 @@ from pydantic import Field
 from robotcore import errors
 from robotcore.errors import Interrupted, RobotcoreError
 from robotcore.geometry import Pose, Wheels
+from robotcore.hal.drive import WheelPath
 from robotcore.safety.velocity_limits import Intervention
 
 GUARD, ODOMETRY = "guard", "odometry"
@@ -149,6 +150,18 @@ class WheelAngles:
 
     angles: Wheels | None = None
     error: RecordedError | None = None
+    between: Annotated[tuple[Wheels, ...], Field(max_length=10_000)] = ()
+    """The angles between the last reading and this one. Older recordings have none."""
+
+    @classmethod
+    def from_path(cls, path: WheelPath | None, error: RecordedError | None) -> WheelAngles:
+        """Return the event of a reading, which returned a path or raised an error."""
+        return cls(path.angles, error, path.between) if path else cls(None, error)
+
+    @property
+    def path(self) -> WheelPath | None:
+        """The path of the wheels. None if the reading raised an error."""
+        return WheelPath(self.angles, self.between) if self.angles else None
 
 
 @dataclass(frozen=True, slots=True)

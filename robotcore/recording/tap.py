@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 from robotcore.errors import DeviationError, RecordingEndedError, RobotcoreError
 from robotcore.geometry import Wheels
 from robotcore.hal.device import Actuator, Sample, SampleT, Sensor
+from robotcore.hal.drive import WheelPath
 from robotcore.hal.sample_types import require_types
 from robotcore.kinds.camera import Frame
 from robotcore.kinds.display import Display
@@ -181,12 +182,12 @@ class RecordingTap(Tap):
 
         return MotorOutput(motor.name, lambda rad_s: record(rad_s, partial(motor.set_velocity, rad_s)), stop)
 
-    def angles(self, read: Callable[[], Wheels]) -> Callable[[], Wheels]:
-        def read_angles() -> Wheels:
+    def wheel_path(self, read: Callable[[], WheelPath]) -> Callable[[], WheelPath]:
+        def read_path() -> WheelPath:
             with self.set_reader(ODOMETRY):
-                return self.record("turned", WheelAngles, read)
+                return self.record("turned", WheelAngles.from_path, read)
 
-        return read_angles
+        return read_path
 
     def _keep(self, device: str, sample: Sample) -> int | None:
         """Store a sample, and return its number; None if it is a picture that is dropped."""

@@ -111,8 +111,9 @@ def parse_tick(content: bytes, before: Tick | None) -> Tick:
     for each in tick.interventions:
         _require_seconds(f"the time of an intervention in tick {tick.number}", each.time)
     for turned in tick.turned:
-        for angle in turned.angles or ():
-            _require_angle(angle)
+        for wheels in (turned.angles or (), *turned.between):
+            for angle in wheels:
+                _require_angle(angle)
     if invalid := {error.kind for error in _list_device_errors(tick) if not _is_device_error(error)}:
         raise ValueError(f"tick {tick.number} has a device error of an unknown class: {', '.join(sorted(invalid))}")
     error = tick.error

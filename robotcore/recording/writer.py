@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from robotcore.description import RobotDescription
 from robotcore.geometry import Pose, Wheels
-from robotcore.hal.drive import Odometry
+from robotcore.hal.drive import Odometry, WheelPath
 from robotcore.kinds.camera import Camera, Frame
 from robotcore.recording import foxglove_channels as channels
 from robotcore.recording.channel_output import ChannelOutput
@@ -203,15 +203,15 @@ class TickBuilder:
     """Builds the recorded ticks of a run, one after the other, with the poses of the odometry."""
 
     def __init__(self, description: RobotDescription) -> None:
-        self._angles, self._pose = Wheels(0.0, 0.0), Pose(0.0, 0.0, 0.0)
+        self._path, self._pose = WheelPath(Wheels(0.0, 0.0)), Pose(0.0, 0.0, 0.0)
         drive = description.drive
-        self._odometry = Odometry(drive.geometry, lambda: self._angles) if drive else None
+        self._odometry = Odometry(drive.geometry, lambda: self._path) if drive else None
 
     def build(self, record: TickRecord, events: TickEvents, error: RecordedError | None) -> Tick:
         """Return the recorded tick. ``error`` is the error that ends the run in this tick, or None."""
         for turned in events.turned:
-            if turned.angles and self._odometry:
-                self._angles = turned.angles
+            if turned.path and self._odometry:
+                self._path = turned.path
                 self._pose = self._odometry.pose()
         return Tick(
             number=record.tick,

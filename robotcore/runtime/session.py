@@ -215,6 +215,8 @@ class RunSession:
                 self._operator = open_operator(raw, plan.description)
             self._assembled = assembled = self._assemble(raw)
             robot = assembled.robot
+            if assembled.polling:
+                assembled.polling.begin()
             outcome = yield self._begin(assembled, self._truth)
         finally:
             self._reserve.release_memory()
@@ -298,6 +300,7 @@ class RunSession:
             self._activity,
             self._reserve,
             TickTimer(self._statistics),
+            plan.backend.encoder_rate_hz,
         )
         self._reserve.hold(len(raw.motors))
         raw.clock.prepare_calls()
@@ -344,6 +347,8 @@ class RunSession:
         self._activity.begin(self._close_limit)
         try:
             with suppress(_CloseTimeoutError), self._guardian:
+                if self._assembled and self._assembled.polling:
+                    self._assembled.polling.end()
                 if self._is_hung or (self._assembled and self._assembled.motor_stops.are_hung):
                     closing = self._reserve.call(robot.close)
                     if not closing.is_done_within(SHUTDOWN_GRACE_S) or closing.failure:

@@ -15,7 +15,7 @@ from robotcore.errors import DeviceError, UnmetNeedError, UsageError
 from robotcore.geometry import Pose, Wheels, wrap_angle
 from robotcore.hal.backend import Backend, Capability, Setup
 from robotcore.hal.device import Sensor
-from robotcore.hal.drive import Odometry
+from robotcore.hal.drive import Odometry, WheelPath
 from robotcore.hal.robot import Robot, Role
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.kinds.encoder import Encoder
@@ -264,7 +264,7 @@ class TestBench:
         if robot.truth or self.measure_pose(robot) is not None:
             return partial(self.read_pose, robot)
         left, right = self._find_encoders(robot) or pytest.skip(UNMEASURED_MOTION)
-        return Odometry(self.drive.geometry, lambda: Wheels(left.read().angle, right.read().angle)).pose
+        return Odometry(self.drive.geometry, lambda: WheelPath(Wheels(left.read().angle, right.read().angle))).pose
 
     def _find_encoders(self, robot: Robot) -> tuple[Encoder, Encoder] | None:
         sides = self.drive.left_encoders, self.drive.right_encoders

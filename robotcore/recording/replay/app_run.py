@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections import defaultdict, deque
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -79,8 +80,14 @@ class TickReader:
         return failed
 
     def next_angles(self) -> WheelAngles | None:
-        """Return the next recorded wheel angles; after the last ones, these again. None if none were recorded."""
-        return self._angles.popleft() if len(self._angles) > 1 else next(iter(self._angles), None)
+        """Return the next recorded wheel angles. None if none were recorded.
+
+        After the last ones, it returns these again, but without the way to them, because the wheels are there already.
+        """
+        angles = self._angles.popleft() if self._angles else None
+        if angles and not self._angles:
+            self._angles.append(replace(angles, between=()))
+        return angles
 
 
 class ReplayTap(Tap, ABC):

@@ -11,6 +11,7 @@ from typing import Any
 from robotcore.errors import RecordingEndedError
 from robotcore.geometry import Wheels
 from robotcore.hal.device import Actuator, SampleT, Sensor
+from robotcore.hal.drive import WheelPath
 from robotcore.recording import MotorCommand, Recording
 from robotcore.recording.events import ActuatorCommand
 from robotcore.recording.logged_summary import LoggedSeries
@@ -164,10 +165,10 @@ class DecisionComparator(ReplayTap):
     def standalone_motor(self, motor: MotorOutput) -> MotorOutput:
         return self._recorder.standalone_motor(motor)
 
-    def angles(self, read: Callable[[], Wheels]) -> Callable[[], Wheels]:
-        def reader() -> Wheels:
+    def wheel_path(self, read: Callable[[], WheelPath]) -> Callable[[], WheelPath]:
+        def reader() -> WheelPath:
             turned = self.current.next_angles()
-            return turned.angles if turned and turned.angles else read()
+            return turned.path if turned and turned.path else read()
 
         return reader
 

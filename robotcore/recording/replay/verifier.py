@@ -10,6 +10,7 @@ from typing import Any, NoReturn, TypeVar
 from robotcore.errors import DeviationError, RecordingEndedError, RobotcoreError, SafetyStop
 from robotcore.geometry import Wheels
 from robotcore.hal.device import Actuator, SampleT, Sensor
+from robotcore.hal.drive import WheelPath
 from robotcore.kinds.display import Display
 from robotcore.recording import DriveCommand, MotorCommand, RecordedError, Recording
 from robotcore.recording.codec import to_plain
@@ -170,17 +171,17 @@ class Verifier(ReplayTap):
 
         return MotorOutput(motor.name, set_velocity, stop)
 
-    def angles(self, read: Callable[[], Wheels]) -> Callable[[], Wheels]:
-        """Return a reader of the recorded wheel angles."""
+    def wheel_path(self, read: Callable[[], WheelPath]) -> Callable[[], WheelPath]:
+        """Return a reader of the recorded path of the wheels."""
 
-        def reader() -> Wheels:
+        def reader() -> WheelPath:
             if self._stage:
                 self._stage.begin_tick()
             self._trip_emergency_stop()
             turned = self.current.next_angles()
             if turned and turned.error:
                 self.raise_recorded(turned.error)
-            return turned.angles if turned and turned.angles else read()
+            return turned.path if turned and turned.path else read()
 
         return reader
 

@@ -23,6 +23,7 @@ from robotcore.runtime.layers.base import Layer, MotorOutput, Reader, Send, Tap
 from robotcore.runtime.layers.checks import CallMonitorLayer, MaxAgeLayer
 from robotcore.runtime.layers.devices import AppMotor, wrap_actuator, wrap_sensor
 from robotcore.runtime.layers.drive import build_drive, build_output
+from robotcore.runtime.layers.encoder_polling import EncoderPolling, build_polling
 from robotcore.runtime.layers.guardian import GuardianLayer
 from robotcore.runtime.layers.imperfections import PERFECT, ImperfectionLayer
 from robotcore.runtime.layers.standalone_motor import StandaloneGuard
@@ -56,6 +57,8 @@ class AssembledRobot:
     """The taps, which record or compare the calls of the app."""
     timer: TickTimer | None = None
     """Measures the phases of each tick."""
+    polling: EncoderPolling | None = None
+    """The polls of the drive's encoders between the ticks. None if there are none."""
 
     def suspend(self, cause: str) -> None:
         """Stop every motor between two ticks, for example before the program is suspended.
@@ -81,6 +84,7 @@ def assemble(
     activity: ActivityMonitor | None = None,
     reserve: Reserve | None = None,
     timer: TickTimer | None = None,
+    encoder_rate_hz: float | None = None,
 ) -> AssembledRobot:
     """Build the app's robot from the robot that a backend opened.
 
@@ -95,19 +99,23 @@ def assemble(
     activity: the record of the loop thread's activity for the watchdog.
     reserve: the reserved threads and memory for stops.
     timer: measures the phases of each tick.
+    encoder_rate_hz: the number of reads of the drive's encoders in a second; None for one read a tick. In real time,
+        they begin with `EncoderPolling.begin`.
     """
     reserve = reserve or Reserve(MonotonicClock())
     safety, activity, latch = description.safety, activity or ActivityMonitor(), Latch(reserve)
     for tap in taps:
         tap.latch(latch)
     watched = CallMonitorLayer(activity, safety.answer_s, raw.name)
+    polling = build_polling(raw.devices, description.drive, raw.clock, encoder_rate_hz, rate_hz)
     clock = raw.clock
-    for layer in (watched, *faults):
+    for layer in (*([polling] if polling else []), watched, *faults):
         clock = layer.clock(clock)
     ticks = TickClock(clock)
     # This tuple is the order of all layers, from the driver up to the app. The safety stage lies between the
     # layers' motor outputs and the taps' command hooks.
     layers: tuple[Layer, ...] = (
+        *([polling] if polling else []),
         watched,
         *([guard] if guard else []),
         ImperfectionLayer(conditions, seed, description.drive),
@@ -145,6 +153,7 @@ def assemble(
             joints,
             guard.take_stops if guard else lambda: 0,
             timer,
+            polling,
         )
         suspend_functions.append(guarded.suspend)
     for name, motor in raw.motors.items():
@@ -163,7 +172,16 @@ def assemble(
     )
     command_filter = guarded.command_filter if guarded else None
     return AssembledRobot(
-        robot, ticks, latch, command_filter, motor_stops, activity, tuple(suspend_functions), tuple(taps), timer
+        robot,
+        ticks,
+        latch,
+        command_filter,
+        motor_stops,
+        activity,
+        tuple(suspend_functions),
+        tuple(taps),
+        timer,
+        polling,
     )
 
 

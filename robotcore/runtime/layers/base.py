@@ -6,9 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from robotcore.geometry import Wheels
 from robotcore.hal.clock import Clock
 from robotcore.hal.device import Actuator, SampleT, Sensor
+from robotcore.hal.drive import WheelPath
 from robotcore.kinds.motor import Motor
 from robotcore.safety.command_filter import CommandFilter
 from robotcore.safety.latch import Latch
@@ -62,7 +62,7 @@ class Layer:
 
 
 class Tap(Layer):
-    """A layer that also gets the app's commands and the wheel angles for the odometry.
+    """A layer that also gets the app's commands and the path of the wheels for the odometry.
 
     The recorder and the replay are taps.
     """
@@ -75,8 +75,8 @@ class Tap(Layer):
         """Return the output with which the app commands a motor outside the drive. It may wrap ``motor``."""
         return motor
 
-    def angles(self, read: Callable[[], Wheels]) -> Callable[[], Wheels]:
-        """Return the function that reads the wheel angles for the odometry, in radians. It may call ``read``."""
+    def wheel_path(self, read: Callable[[], WheelPath]) -> Callable[[], WheelPath]:
+        """Return the function that reads the path of the wheels for the odometry. It may call ``read``."""
         return read
 
     def latch(self, latch: Latch) -> None:

@@ -11,13 +11,21 @@ from robotcore.description import AckermannDrive, Drive, RobotDescription
 from robotcore.geometry import Wheels
 from robotcore.hal.clock import Clock
 from robotcore.hal.device import Device, Sensor
-from robotcore.hal.drive import CommandIntegrator, DifferentialDrive, Odometry
+from robotcore.hal.drive import CommandIntegrator, DifferentialDrive, Odometry, WheelPath
 from robotcore.hal.joint import Joints
 from robotcore.kinds.encoder import Encoder, EncoderDescription
 from robotcore.kinds.motor import VelocityOutput
 from robotcore.runtime.layers.base import Send, Tap
+from robotcore.runtime.layers.encoder_polling import EncoderPolling, TimedAngles, find_encoders
 from robotcore.runtime.layers.timing import TickTimer
-from robotcore.runtime.layers.wheel_angles import SteeredAngles, read_angles, read_present_angles
+from robotcore.runtime.layers.wheel_angles import (
+    PolledAngles,
+    ReadCourse,
+    SteeredAngles,
+    WheelPathReader,
+    read_angles,
+    read_present_angles,
+)
 from robotcore.safety.command_filter import CommandFilter, SafetyFilter
 from robotcore.safety.latch import Latch
 from robotcore.safety.motor_stop import StopGroup
@@ -52,6 +60,7 @@ def build_drive(
     joints: Joints,
     take_guardian_stops: Callable[[], int],
     timer: TickTimer | None,
+    polling: EncoderPolling | None,
 ) -> GuardedDrive:
     """Build the drive and its command filter.
 
@@ -60,29 +69,36 @@ def build_drive(
     limit: the largest velocity of each wheel, in rad/s.
     description: the robot's description, with the safety limits.
     drive: the description of the drive.
-    taps: the taps that get the drive's commands and the wheel angles.
+    taps: the taps that get the drive's commands and the path of the wheels.
     motor_stops: stops the robot's motors.
     joints: the assumed motion of the servos, which may turn sensors or steer.
     take_guardian_stops: a function that returns the number of stops by the guardian since its last call.
     timer: measures the time of the rules.
+    polling: the polls of the encoders between the ticks.
     """
     safety, commanded = description.safety, CommandIntegrator(clock)
     opened = [devices.get(each.name) for each in description.sensors_ahead]
     ahead = [SensorAhead(device, description, joints) for device in opened if isinstance(device, Sensor)]
     fixed = [sensor for sensor in ahead if sensor.is_fixed]
-    left, right = _find_encoders(devices, drive.left_encoders), _find_encoders(devices, drive.right_encoders)
+    left, right = find_encoders(devices, drive.left_encoders), find_encoders(devices, drive.right_encoders)
     steer = partial(_steer_angles, drive, joints, clock, is_measured=bool(left and right) and left != right)
     rules: list[Rule] = []
-    measured: Callable[[], Wheels] = commanded.angles
+    measured = _time_angles(commanded.angles, clock)
     if left and right:
-        measured = partial(read_present_angles, left, right, commanded)
+        read_present = partial(read_present_angles, left, right, commanded)
+        measured = (
+            PolledAngles(read_present, polling, commanded, clock) if polling else _time_angles(read_present, clock)
+        )
+        checked = steer(_time_angles(partial(read_angles, left, right), clock))  # one arc a tick is enough for a check
         rules = [
             *_build_tracking_checks(description, drive, left, right, clock, latch, commanded),
             StuckRangeCheck(
-                latch, fixed, Odometry(drive.geometry, steer(partial(read_angles, left, right))).pose, safety.stuck_m
+                latch, fixed, Odometry(drive.geometry, WheelPathReader(checked, drive.geometry)).pose, safety.stuck_m
             ),
         ]
-    measured = steer(measured)
+    counts = _compute_counts(description)
+    count = max((counts[each.name] for each in (*left, *right)), default=0.0)
+    read_path: Callable[[], WheelPath] = WheelPathReader(steer(measured), drive.geometry, count)
     can_turn_on_spot = not description.min_turn_radius_m
     if not can_turn_on_spot:  # first, so that no other rule slows the robot down for a turn that it cannot make
         rules.append(SteeringLimit(*(curvature * drive.track_m / 2 for curvature in description.curvatures)))
@@ -110,8 +126,8 @@ def build_drive(
     )
     command_filter: CommandFilter = safety_filter
     for tap in taps:
-        command_filter, measured = tap.command_filter(command_filter), tap.angles(measured)
-    odometry = Odometry(drive.geometry, measured)
+        command_filter, read_path = tap.command_filter(command_filter), tap.wheel_path(read_path)
+    odometry = Odometry(drive.geometry, read_path)
     guarded = DifferentialDrive(
         drive.geometry,
         command_filter,
@@ -140,9 +156,11 @@ def build_output(drive: Drive, motors: Mapping[str, VelocityOutput], steer: Send
     return output
 
 
-def _steer_angles(
-    drive: Drive, joints: Joints, clock: Clock, read: Callable[[], Wheels], *, is_measured: bool
-) -> Callable[[], Wheels]:
+def _time_angles(read: Callable[[], Wheels], clock: Clock) -> ReadCourse:
+    return lambda: (TimedAngles(clock.now(), read()),)
+
+
+def _steer_angles(drive: Drive, joints: Joints, clock: Clock, read: ReadCourse, *, is_measured: bool) -> ReadCourse:
     """Return a function that reads the wheel angles, for a robot that steers with the steering angle.
 
     is_measured: whether an encoder measures each wheel, so that the steering angle does not count.
@@ -152,8 +170,9 @@ def _steer_angles(
     return SteeredAngles(read, joints[drive.steering_servo], clock, drive.track_m / 2 / drive.wheelbase)
 
 
-def _find_encoders(devices: Mapping[str, Device], names: Sequence[str]) -> list[Encoder]:
-    return [device for device in map(devices.get, names) if isinstance(device, Encoder)]
+def _compute_counts(description: RobotDescription) -> dict[str, float]:
+    """Return the rotation of a wheel for one count of each encoder, in rad."""
+    return {each.name: math.tau / each.counts_per_turn for each in description.all_of(EncoderDescription)}
 
 
 def _build_tracking_checks(
@@ -166,7 +185,7 @@ def _build_tracking_checks(
     commanded: CommandIntegrator,
 ) -> Iterator[WheelTrackingCheck]:
     """Yield a check for each pair of encoders. A side with fewer encoders repeats its last one."""
-    steps = {each.name: math.tau / each.counts_per_turn for each in description.all_of(EncoderDescription)}
+    counts = _compute_counts(description)
     count = max(len(left), len(right))
     for pair in zip(*(([*side] + [side[-1]] * count)[:count] for side in (left, right)), strict=True):
         yield WheelTrackingCheck(
@@ -177,5 +196,5 @@ def _build_tracking_checks(
             (drive.motor_by_device[pair[0].name], drive.motor_by_device[pair[1].name]),
             (pair[0].name, pair[1].name),
             description.safety.follow_s,
-            max(steps[each.name] for each in pair),
+            max(counts[each.name] for each in pair),
         )

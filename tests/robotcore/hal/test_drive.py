@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from robotcore.geometry import DifferentialGeometry, Pose, Wheels
 from robotcore.hal.clock import SteppedClock
-from robotcore.hal.drive import CommandIntegrator, DifferentialDrive, Odometry
+from robotcore.hal.drive import CommandIntegrator, DifferentialDrive, Odometry, WheelPath
 
 GEOMETRY = DifferentialGeometry(wheel_radius=0.05, track=0.2)
 velocities = st.floats(-50, 50)
@@ -63,7 +63,9 @@ class TestDifferentialDrive:
         assert (stage.stops, stage.asked) == (1, [])
 
     def test_pose_is_that_of_the_odometry(self) -> None:
-        drive = DifferentialDrive(GEOMETRY, KeepingStage(), Odometry(GEOMETRY, lambda: Wheels(20.0, 20.0)), 10.0)
+        drive = DifferentialDrive(
+            GEOMETRY, KeepingStage(), Odometry(GEOMETRY, lambda: WheelPath(Wheels(20.0, 20.0))), 10.0
+        )
         assert drive.pose == drive.pose == pytest.approx((1.0, 0.0, 0.0))
 
     def test_greatest_velocities_follow_from_the_wheels(self) -> None:
@@ -74,8 +76,7 @@ class TestDifferentialDrive:
 
 class TestOdometry:
     def test_odometry_is_exact_on_an_arc_at_any_sampling_rate(self) -> None:
-        angles = iter([Wheels(4.0, 6.0)])
-        pose = Odometry(GEOMETRY, lambda: next(angles)).pose()
+        pose = Odometry(GEOMETRY, lambda: WheelPath(Wheels(4.0, 6.0))).pose()
         turn = (6.0 - 4.0) * 0.05 / 0.2
         radius = 5.0 * 0.05 / turn
         assert pose == pytest.approx((radius * math.sin(turn), radius * (1 - math.cos(turn)), turn))
@@ -84,11 +85,17 @@ class TestOdometry:
         quarter = 0.1 * (math.pi / 2) / 0.05
         turn_left, ahead = Wheels(-quarter, quarter), Wheels(20 - quarter, 20 + quarter)
         readings = iter([Wheels(0.0, 0.0), turn_left, ahead])
-        odometry = Odometry(GEOMETRY, lambda: next(readings))
+        odometry = Odometry(GEOMETRY, lambda: WheelPath(next(readings)))
         poses = [odometry.pose() for _ in range(3)]
         assert poses[0] == Pose(0.0, 0.0, 0.0)
         assert poses[1] == pytest.approx((0.0, 0.0, math.pi / 2))
         assert poses[2] == pytest.approx((0.0, 1.0, math.pi / 2))
+
+    def test_odometry_follows_the_angles_between_two_readings(self) -> None:
+        turn_left = Wheels(-math.pi, math.pi)
+        path = WheelPath(Wheels(20 - math.pi, 20 + math.pi), between=(Wheels(0.0, 0.0), turn_left))
+        odometry = Odometry(GEOMETRY, lambda: path)
+        assert odometry.pose() == odometry.latest == pytest.approx((0.0, 1.0, math.pi / 2))
 
 
 class TestCommandedWheels:
@@ -116,5 +123,5 @@ class TestCommandedWheels:
 
 
 def _drive(stage: KeepingStage) -> DifferentialDrive:
-    odometry = Odometry(GEOMETRY, lambda: Wheels(0.0, 0.0))
+    odometry = Odometry(GEOMETRY, lambda: WheelPath(Wheels(0.0, 0.0)))
     return DifferentialDrive(GEOMETRY, stage, odometry, max_wheel_velocity=10.0)

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 from robotcore.errors import DeviceError
 from robotcore.geometry import Pose, Wheels
 from robotcore.hal.backend import Setup
-from robotcore.hal.drive import Odometry
+from robotcore.hal.drive import Odometry, WheelPath
 from robotcore.hal.robot import Robot
 from robotcore.kinds.motor import Motor
 from robotcore.testing import ConformanceSuite, TestSupport
@@ -101,7 +101,9 @@ class TestSabertooth(SerialBench, ConformanceSuite):
 
     def board(self) -> BoardDouble:
         line = Sabertooths()
-        self.odometry = Odometry(self.drive.geometry, lambda: Wheels(line.wheels.left.angle, line.wheels.right.angle))
+        self.odometry = Odometry(
+            self.drive.geometry, lambda: WheelPath(Wheels(line.wheels.left.angle, line.wheels.right.angle))
+        )
         return line
 
     def measure_pose(self, robot: Robot) -> Pose:

@@ -13,6 +13,7 @@ from robotcore.errors import (
 )
 from robotcore.geometry import Wheels
 from robotcore.hal.device import Actuator, SampleT, Sensor
+from robotcore.hal.drive import WheelPath
 from robotcore.hal.robot import Robot, Role
 from robotcore.kinds.camera import CameraDescription
 from robotcore.runtime.layers import assemble
@@ -123,11 +124,11 @@ class RecordingTap(Tap):
         inner.ask = lambda wheels: self.calls.append(wheels) or ask(wheels)  # type: ignore[method-assign,func-returns-value]
         return inner
 
-    def angles(self, read: Callable[[], Wheels]) -> Callable[[], Wheels]:
-        return lambda: Wheels(2.0, 2.0)
+    def wheel_path(self, read: Callable[[], WheelPath]) -> Callable[[], WheelPath]:
+        return lambda: WheelPath(Wheels(2.0, 2.0))
 
 
-def test_tap_gets_the_apps_command_before_any_rule_and_can_replace_the_wheel_angles() -> None:
+def test_tap_gets_the_apps_command_before_any_rule_and_can_replace_the_path_of_the_wheels() -> None:
     rig, tap = Rig(), RecordingTap()
     robot = assemble(rig.raw, ROVER, 20, taps=[tap]).robot
     assert robot.drive.set_wheels(12.0, 6.0) == (3.0, 1.5)
