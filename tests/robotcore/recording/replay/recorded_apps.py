@@ -188,6 +188,20 @@ class Weave(Behaviour):
         return Status.SUCCESS if now > 2.8 else Status.RUNNING
 
 
+@dataclass
+class BangBang(Behaviour):
+    """Turns its wheels to and fro. Its state has the pose, which it reads ``reads`` times in a tick."""
+
+    reads: int = 1
+    needs = frozenset({Role.DRIVE})
+
+    def step(self, robot: Robot) -> Status:
+        now = robot.clock.now()
+        self.state = " ".join(repr(tuple(robot.drive.pose)) for _ in range(self.reads))
+        robot.drive.set_wheels(*[(12.0, 0.0), (12.0, 12.0), (0.0, 12.0), (-12.0, 0.0)][int(5 * now) % 4])
+        return Status.SUCCESS if now > 2.0 else Status.RUNNING
+
+
 class RoutineApp(Behaviour):
     """Turns to the left while its range sensor measures, and drives for two seconds. It commands zero at its end."""
 
