@@ -20,6 +20,9 @@ AZIMUTH_DEG, ELEVATION_DEG, DISTANCE_RATIO = 90.0, -60.0, 1.45
 """The view of a new window: from the south, down on the middle of the world. The distance is relative to the world's
 width."""
 
+FRAME_S = 0.04
+"""The least simulated time between two updates of the window, in seconds. An update takes longer than many steps."""
+
 CLOSING_S = 5.0
 """The time limit for the end of the window's thread, in seconds."""
 
@@ -38,6 +41,7 @@ class Window:
         Raises BackendError if the window cannot be opened, or if another window is open.
         """
         self._model, self._data, self._shown = copy(model), data, copy(data)
+        self._due_s = 0.0
         if not WINDOW_LOCK.acquire(blocking=False):
             raise BackendError(
                 "mujoco: another robot has a window already. Close that robot first, or leave --gui out",
@@ -54,15 +58,20 @@ class Window:
             camera.azimuth, camera.elevation = AZIMUTH_DEG, ELEVATION_DEG
 
     def show(self) -> None:
-        """Update the window to the current state. Raises BackendError if the user has closed the window."""
+        """Update the window to the current state, after `FRAME_S` of simulated time.
+
+        Raises BackendError if the user has closed the window.
+        """
         from mujoco import mj_copyData
 
         if not self._viewer.is_running():
             raise BackendError(
                 "mujoco: the window was closed. Run again, and leave the window open", kind="window-closed"
             )
-        mj_copyData(self._shown, self._model, self._data)
-        self._viewer.sync()
+        if self._data.time >= self._due_s:
+            self._due_s = self._data.time + FRAME_S
+            mj_copyData(self._shown, self._model, self._data)
+            self._viewer.sync()
 
     def close(self) -> None:
         """Close the window, and wait for its thread. Further calls do nothing."""

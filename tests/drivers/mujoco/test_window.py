@@ -33,3 +33,13 @@ def test_a_window_can_open_after_another_was_closed(monkeypatch: pytest.MonkeyPa
         with MujocoBackend().open(setup(world(), devices=["nose"], gui=True)):
             assert WINDOW_LOCK.locked()
     assert not WINDOW_LOCK.locked()
+
+
+def test_window_is_updated_at_most_every_40_ms_of_simulated_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    viewer = MagicMock()
+    monkeypatch.setattr("drivers.mujoco.window._require_screen", lambda: None)
+    monkeypatch.setattr("drivers.mujoco.window._launch_viewer", lambda *_: (viewer, set()))
+    with MujocoBackend().open(setup(world(), devices=["nose"], gui=True)) as robot:
+        for step in range(1, 241):
+            robot.clock.sleep_until(step / 240)
+    assert viewer.sync.call_count == pytest.approx(24, abs=1)
