@@ -95,7 +95,8 @@ class Rig:
         self.pty = Pty(folder)
         self.clock = SteppedClock(RATE_HZ, lambda _steps: None, PERIOD_S)
         self.powered = Powered(board, self.pty, self.clock)
-        self._setup = Setup(connect_devices(devices, self.pty.path), worlds.empty(), frozenset(devices), RATE_HZ)
+        self.description = connect_devices(devices, self.pty.path)
+        self._setup = Setup(self.description, worlds.empty(), frozenset(devices), RATE_HZ)
         self._robot: Robot | None = None
 
     @property
