@@ -41,6 +41,7 @@ OUTPUT_FAILED = 1
         "recordings:replay",
         "recordings:compare",
         "recordings:info",
+        "fidelity",
         "view",
         "run:demo",
         "lists:apps",

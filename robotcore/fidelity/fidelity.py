@@ -75,6 +75,11 @@ class Fidelity:
     """Sentences about the sources of the measures, and about what the simulation does not have."""
 
     @property
+    def encoder_step_rad(self) -> float:
+        """The angle of one count of the recorded robot's encoders, in radians; 0 without encoders."""
+        return _find_encoder_step(self.recording.metadata.description)
+
+    @property
     def duration_s(self) -> float:
         """The duration of the compared part of the recording, in seconds."""
         return float(self.recorded.run.times[-1])
@@ -204,7 +209,7 @@ def _place_start(pose: Pose) -> Start:
 
 
 def _list_reads(recorded: RunData, robot: RobotDescription) -> dict[int, list[str]]:
-    """Return the sensors to read in each tick: sensors with rays as in the run, and cameras for the compared pictures."""
+    """Return the sensors to read in each tick: those with rays as in the run, and cameras for the pictures."""
     known = {*list_ray_sensors(robot), *(camera.name for camera in robot.all_of("camera"))}
     ticks: dict[str, Iterable[int]] = {name: series.reads for name, series in recorded.ranges.items()}
     ticks |= {name: series.pictures for name, series in recorded.pictures.items()}
@@ -231,7 +236,7 @@ def _list_notes(
     robot: RobotDescription | None,
 ) -> Iterator[str]:
     recorded, backend = recording.metadata.description, recording.metadata.request.backend
-    yield describe_path(measured.source, recorded, robot)
+    yield describe_path(measured.source, robot)
     yield from describe_motors(backend, columns[-1].conversions)
     yield from describe_world(recording, measured, world)
     yield from describe_recording(recording, ticks)

@@ -118,8 +118,8 @@ def compare(
     for index, side in enumerate(SIDES):
         if side in recorded.angles and side in simulated.angles:
             pair = recorded.angles[side], simulated.angles[side]
-            if difference := _compare_wheels(*pair, recorded.times, commands, index, step_rad):
-                wheels[side] = difference
+            if wheel := _compare_wheels(*pair, recorded.times, commands, index, step_rad):
+                wheels[side] = wheel
     ranges = {
         name: _compare_ranges(series, simulated.ranges[name])
         for name, series in recorded.ranges.items()
@@ -166,7 +166,9 @@ def _compare_wheels(
     commanded = (integrate(commands, times)[:, side] - integrate(commands, times - window)[:, side])[is_known] / window
     rms, largest = _compute_rms(difference), float(np.abs(difference).max())
     wanted, fastest = _compute_rms(commanded), float(np.abs(commanded).max())
-    return WheelDifference(rms, largest, rms / wanted if wanted else None, largest / fastest if fastest else None, window)
+    return WheelDifference(
+        rms, largest, rms / wanted if wanted else None, largest / fastest if fastest else None, window
+    )
 
 
 def _compute_rms(values: Array) -> float:
@@ -231,5 +233,5 @@ def _measure_shift(first: Array, second: Array) -> float | None:
     if not (first.std() and second.std()):
         return None
     window = cv2.createHanningWindow(first.shape[::-1], cv2.CV_64F)
-    (x, y), response = cv2.phaseCorrelate(first, second, window)
+    (x, y), response = cv2.phaseCorrelate(first.copy(), second.copy(), window)  # OpenCV 5 changes its arguments
     return math.hypot(x, y) if response >= MIN_RESPONSE else None

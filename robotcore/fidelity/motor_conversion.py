@@ -1,4 +1,4 @@
-"""The velocity of a wheel by another model of its motor, for a command that was sent as a duty by the recorded model."""
+"""The velocity of a wheel by a model of its motor, for a command that another model has converted to a duty."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from robotcore.errors import BackendMissingError, UsageError
 from robotcore.hal.backend import Backend, load_backend
 from robotcore.hardware import DeviceDriver, HardwareBackend
 from robotcore.hardware.motor_model import MotorModel
+
 
 @dataclass(frozen=True)
 class MotorConversion:
@@ -61,9 +62,9 @@ def build_conversions(backend: str, recorded: RobotDescription, robot: RobotDesc
     for motor, other in _pair_motors(recorded, robot):
         driver, new = before.get(motor), after.get(other)
         if driver and new and getattr(driver, "control", None) is None:
-            models = getattr(driver, "model", None), getattr(new, "model", None)
-            if isinstance(models[0], MotorModel) and isinstance(models[1], MotorModel):
-                found[other] = MotorConversion(*models, driver.duty_steps)
+            old, true = getattr(driver, "model", None), getattr(new, "model", None)
+            if isinstance(old, MotorModel) and isinstance(true, MotorModel):
+                found[other] = MotorConversion(old, true, driver.duty_steps)
     return found
 
 

@@ -25,7 +25,7 @@ def describe_recording(recording: Recording, ticks: Sequence[Tick]) -> Iterator[
         yield f"a failure of {names} stopped the wheels, in the simulation too"
 
 
-def describe_path(source: PathSource, recorded: RobotDescription, robot: RobotDescription | None) -> str:
+def describe_path(source: PathSource, robot: RobotDescription | None) -> str:
     """Return a sentence about the source of the recorded path.
 
     robot: the description in a file; None without one.
@@ -34,7 +34,9 @@ def describe_path(source: PathSource, recorded: RobotDescription, robot: RobotDe
         return "the recorded path is the true path of a simulator"
     if source is PathSource.NONE:
         return "the recorded path is unknown, because neither a simulator nor encoders measured it"
-    wheels = f"the wheels of {robot.source}" if robot else "the recorded wheels, so an error of their size has no effect"
+    wheels = (
+        f"the wheels of {robot.source}" if robot else "the recorded wheels, so an error of their size has no effect"
+    )
     return f"the recorded path is computed by odometry, with {wheels}"
 
 

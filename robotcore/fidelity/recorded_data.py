@@ -24,7 +24,7 @@ from robotcore.geometry import Pose, Wheels
 from robotcore.hal.drive import Odometry
 from robotcore.kinds.camera import Frame
 from robotcore.kinds.encoder import EncoderDescription
-from robotcore.recording import Read, Recording, Tick
+from robotcore.recording import Recording, SampleKey, Tick
 from robotcore.recording.summary import build_true_path, is_plausible
 
 MAX_PICTURES = 100
@@ -137,10 +137,10 @@ def _read_angles(recording: Recording, ticks: Sequence[Tick], robot: RobotDescri
 
 def _read_encoders(recording: Recording, ticks: Sequence[Tick], names: Sequence[str]) -> AngleSeries | None:
     found: dict[str, list[tuple[float, float]]] = {name: [] for name in names}
-    for _, read in _list_new_reads(recording, ticks, names):
-        sample = recording.samples[read.key]  # type: ignore[index]
+    for _, key in _list_new_samples(recording, ticks, names):
+        sample = recording.samples[key]
         if np.isfinite(angle := getattr(sample, "angle", np.nan)):
-            found[read.device].append((sample.time - ticks[0].time, angle))
+            found[key.device].append((sample.time - ticks[0].time, angle))
     if not names or min(map(len, found.values())) < 2:
         return None
     return AngleSeries.mean([AngleSeries(*np.array(sorted(pairs)).T) for pairs in found.values()])
@@ -154,37 +154,36 @@ def _read_odometry_angles(ticks: Sequence[Tick]) -> dict[str, AngleSeries | None
     return {side: AngleSeries(times, angles[:, index]) for index, side in enumerate(SIDES)}
 
 
-def _list_new_reads(
-    recording: Recording, ticks: Sequence[Tick], devices: Sequence[str] | dict[str, str]
-) -> Iterator[tuple[int, Read]]:
-    """Yield the index of the tick and the read of each new sample of these devices that the recording has."""
-    last: dict[str, int | None] = {}
+def _list_new_samples(
+    recording: Recording, ticks: Sequence[Tick], devices: Sequence[str]
+) -> Iterator[tuple[int, SampleKey]]:
+    """Yield the index of the tick and the key of each new sample of these devices that the recording has."""
+    last: dict[str, SampleKey] = {}
     for index, tick in enumerate(ticks):
         for read in tick.reads:
-            if read.device in devices and read.key in recording.samples and last.get(read.device) != read.number:
-                last[read.device] = read.number
-                yield index, read
+            if read.device in devices and (key := read.key) in recording.samples and last.get(read.device) != key:
+                assert key
+                last[read.device] = key
+                yield index, key
 
 
 def _read_ranges(recording: Recording, ticks: Sequence[Tick], name: str, distance_field: str) -> RangeSeries | None:
     series = RangeSeries()
-    for index, read in _list_new_reads(recording, ticks, (name,)):
-        distances = read_distances(recording.samples[read.key], distance_field)  # type: ignore[index]
+    for index, key in _list_new_samples(recording, ticks, (name,)):
+        sample = recording.samples[key]
+        distances = read_distances(sample, distance_field)
         if not np.isnan(distances).any():
-            series.add(index, distances, (read.time or 0.0) - ticks[0].time)
+            series.add(index, distances, sample.time - ticks[0].time)
     series.reads = [index for index, tick in enumerate(ticks) if any(read.device == name for read in tick.reads)]
     return series if series.times else None
 
 
 def _read_pictures(recording: Recording, ticks: Sequence[Tick], name: str, width_px: int) -> PictureSeries | None:
-    reads = list(_list_new_reads(recording, ticks, (name,)))
-    if not reads:
-        return None
-    series = PictureSeries(width_px)
-    for place in np.linspace(0, len(reads) - 1, min(len(reads), MAX_PICTURES)).astype(int):
-        index, read = reads[place]
+    samples, series = list(_list_new_samples(recording, ticks, (name,))), PictureSeries(width_px)
+    for place in np.linspace(0, len(samples) - 1, min(len(samples), MAX_PICTURES)).astype(int):
+        index, key = samples[place]
         try:
-            frame = recording.samples[read.key]  # type: ignore[index]
+            frame = recording.samples[key]
         except RecordingError:  # a damaged picture is left out
             continue
         if isinstance(frame, Frame) and min(frame.image.shape[:2]) > 1:

@@ -141,12 +141,14 @@ def unwrap(poses: Iterable[Pose | None]) -> Array:
 
 def list_ray_sensors(robot: RobotDescription) -> dict[str, str]:
     """Return the field of the distances in the samples of each sensor with rays, by the sensor's name."""
-    found = {}
-    for each in robot.devices:
-        kind = load_kind(each.kind)
-        if getattr(kind.device, "has_rays", False):
-            found.update({each.name: value.field for value in list_values(kind.sample) if value.unit == "m"})
-    return found
+    kinds = {each.name: load_kind(each.kind) for each in robot.devices}
+    return {
+        name: value.field
+        for name, kind in kinds.items()
+        if getattr(kind.device, "has_rays", False)
+        for value in list_values(kind.sample)
+        if value.unit == "m"
+    }
 
 
 def read_distances(sample: Any, name: str) -> Array:
