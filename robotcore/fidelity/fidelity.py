@@ -20,6 +20,7 @@ from robotcore.fidelity.notes import (
     describe_path,
     describe_recording,
     describe_world,
+    get_title,
 )
 from robotcore.fidelity.recorded_data import RecordedData, read_recorded
 from robotcore.fidelity.run_data import RunData, list_ray_sensors
@@ -158,7 +159,7 @@ def measure_fidelity(
     room = world or recording.metadata.world
     measured = read_recorded(recording, ticks, robot or recorded, _find_odometry_start(room, ticks))
     columns = []
-    for title, described in ((AS_RECORDED, recorded), *([(robot.source, robot)] if robot else [])):
+    for title, described in ((AS_RECORDED, recorded), *([(get_title(robot), robot)] if robot else [])):
         replay = _build_replay(recording, ticks, commands, measured.run, described, room, options or {})
         done = simulate(simulator, replay)
         differences = compare(measured.run, done.data, commands, _find_encoder_step(recorded))

@@ -10,6 +10,7 @@ from robotcore.fidelity.commands import WheelCommand, list_wheel_commands
 from robotcore.hal.backend import Backend, Capability, load_backend, loadable_backends
 from robotcore.hardware import HardwareBackend
 from robotcore.recording import Recording, Tick
+from robotcore.recording.summary import explain_missing_end
 from robotcore.text import pluralize
 
 MAX_DURATION_S = 3600.0
@@ -56,9 +57,10 @@ def choose_ticks(recording: Recording, name: str, duration_s: float | None) -> S
         ticks = [tick for tick in ticks if tick.time - ticks[0].time <= duration_s]
     duration = ticks[-1].time - ticks[0].time if ticks else 0.0
     if duration <= 0:
+        reason = explain_missing_end(recording)
         raise UsageError(
-            f"{name}: {pluralize(len(ticks), 'tick')} in {duration:g} s are too few to compare. Record a longer run, "
-            "or compare more of it",
+            f"{name}: {pluralize(len(ticks), 'tick')} in {duration:g} s are too few to compare"
+            f"{f', because {reason}' if reason else ''}. Record a longer run, or compare more of it",
             kind="recording-too-short",
             file=name,
         )
@@ -102,7 +104,7 @@ def require_same_drive(recorded: RobotDescription, robot: RobotDescription) -> N
     if recorded.drive and (robot.drive is None or robot.drive.kind != recorded.drive.kind):
         drive = f"a drive of the kind {robot.drive.kind!r}" if robot.drive else "no drive"
         raise UsageError(
-            f"--robot {robot.source}: it has {drive}, but that of the recorded robot {recorded.name!r} has the kind "
+            f"--robot {robot.file or robot.name}: it has {drive}, but that of the recorded robot {recorded.name!r} has the kind "
             f"{recorded.drive.kind!r}. Name a file of the recorded robot",
             kind="other-drive",
             robot=robot.name,

@@ -11,18 +11,27 @@ from robotcore.recording import Recording, Tick
 from robotcore.recording.run_comparison import build_room
 from robotcore.recording.summary import explain_missing_end
 
+MAX_MESSAGE = 120
+"""The maximum number of characters of a recorded error in a sentence."""
+
+
+def get_title(robot: RobotDescription) -> str:
+    """Return the file of a robot, or the name of a shipped robot."""
+    return robot.file or robot.name
+
 
 def describe_recording(recording: Recording, ticks: Sequence[Tick]) -> Iterator[str]:
     """Yield sentences about the begin, the end and the faults of a recorded run."""
-    if ticks[0].number:
+    if ticks[0].number and ticks[0].time > 0:
         yield f"the recording begins at {ticks[0].time:.1f} s of its run; the simulated wheels begin at rest"
     if explanation := explain_missing_end(recording):
         yield explanation
     if faults := recording.metadata.request.faults:
         yield f"the recorded run had injected faults, and the simulation has none: {'; '.join(faults)}"
-    if lost := {tick.error.attributes.get("device") for tick in ticks if tick.error}:
-        names = ", ".join(sorted(str(name) for name in lost if name)) or "the run"
-        yield f"a failure of {names} stopped the wheels, in the simulation too"
+    if failed := next((tick for tick in ticks if tick.error), None):
+        assert failed.error
+        text = failed.error.message[:MAX_MESSAGE]
+        yield f"an error stopped the wheels at {failed.time:.1f} s, in the simulation too: {text}"
 
 
 def describe_path(source: PathSource, robot: RobotDescription | None) -> str:
@@ -35,7 +44,7 @@ def describe_path(source: PathSource, robot: RobotDescription | None) -> str:
     if source is PathSource.NONE:
         return "the recorded path is unknown, because neither a simulator nor encoders measured it"
     wheels = (
-        f"the wheels of {robot.source}" if robot else "the recorded wheels, so an error of their size has no effect"
+        f"the wheels of {get_title(robot)}" if robot else "the recorded wheels, so an error of their size has no effect"
     )
     return f"the recorded path is computed by odometry, with {wheels}"
 
@@ -67,11 +76,11 @@ def describe_world(recording: Recording, measured: RecordedData, world: WorldDes
 def describe_other_robot(recorded: RobotDescription, robot: RobotDescription, measured: RecordedData) -> Iterator[str]:
     """Yield sentences about the differences of a robot's file from the recorded robot."""
     if robot.name != recorded.name:
-        yield f"{robot.source} describes the robot {robot.name}, and {recorded.name} was recorded"
+        yield f"{get_title(robot)} describes the robot {robot.name}, and {recorded.name} was recorded"
     kinds = {each.name: each.kind for each in robot.devices}
     compared = {each.name: each.kind for each in recorded.devices if each.name in measured.run.sensors}
     if missing := [name for name, kind in compared.items() if kinds.get(name) != kind]:
         verb = "is" if len(missing) == 1 else "are"
-        yield f"{robot.source} has no device {', '.join(missing)}, which {verb} left out"
+        yield f"{get_title(robot)} has no device {', '.join(missing)}, which {verb} left out"
     if measured.run.angles and robot.drive and not robot.drive.encoders:
-        yield f"{robot.source} has no encoders, so the speeds of its wheels are left out"
+        yield f"{get_title(robot)} has no encoders, so the speeds of its wheels are left out"

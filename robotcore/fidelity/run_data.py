@@ -21,6 +21,9 @@ Array = NDArray[np.float64]
 
 SIDES = ("left", "right")
 
+MAX_DISTANCES = 10_000_000
+"""The maximum number of distances of a sensor that are compared, to limit the memory."""
+
 PICTURE_WIDTH_PX = 80
 """The width of the grey pictures that are compared, in pixels."""
 
@@ -51,11 +54,14 @@ class RangeSeries:
     """The capture time of each sample in seconds."""
     reads: list[int] = field(default_factory=list)
     """The indices of the ticks in which the sensor was read, also without a new sample."""
+    _count: int = 0
 
     def add(self, tick: int, distances: Array, time: float) -> None:
-        """Add a sample that was read in a tick."""
-        self.distances[tick] = distances
-        self.times.append(time)
+        """Add a sample that was read in a tick. After `MAX_DISTANCES` distances, further samples are left out."""
+        self._count += len(distances)
+        if self._count <= MAX_DISTANCES:
+            self.distances[tick] = distances
+            self.times.append(time)
 
     @property
     def lost_share(self) -> float | None:

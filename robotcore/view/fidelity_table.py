@@ -117,7 +117,7 @@ def _format_lost(measured: RangeDifference) -> str:
 _RANGE: Measures = {
     "median": lambda ranges: None if ranges.median_m is None else f"{ranges.median_m:.3f} m",
     "95 %": lambda ranges: None if ranges.p95_m is None else f"{ranges.p95_m:.3f} m",
-    "lost echoes": _format_lost,
+    "no echo": _format_lost,
 }
 
 
