@@ -35,9 +35,10 @@ class MujocoMotor(Motor):
         super().__init__(description.name, description.max_velocity_rad_s)
         body.find_joints(self.name)
         self._controls, self._number = data.ctrl, model.actuator(self.name).id
+        self._respond = description.respond
 
     def _apply(self, rad_s: float) -> None:
-        self._controls[self._number] = rad_s
+        self._controls[self._number] = self._respond(rad_s)
 
 
 class Steering:
@@ -97,8 +98,8 @@ class MujocoCamera(BodyCamera):
 class CameraSet:
     """Opens the cameras of a robot. The first camera opens OpenGL, so a robot without cameras does not need OpenGL."""
 
-    def __init__(self, model: MjModel, data: MjData, world: WorldDescription) -> None:
-        self._model, self._data, self._sky = model, data, world.light.sky_colour
+    def __init__(self, model: MjModel, data: MjData, world: WorldDescription, seed: int) -> None:
+        self._model, self._data, self._sky, self._seed = model, data, world.light.sky_colour, seed
         self._things = {thing.name: model.geom(visual_name(thing.name)).id for thing in (*world.prisms, *world.targets)}
         self._renderer: Renderer | None = None
 
@@ -108,7 +109,7 @@ class CameraSet:
             self._renderer = self._renderer or Renderer(self._model, self._data, self._sky)
         except NoOpenGL as missing:
             raise DeviceError(description.name, str(missing), kind="no-opengl") from missing
-        return MujocoCamera(description, clock, body.transform, locate, self._renderer, self._things)
+        return MujocoCamera(description, clock, body.transform, locate, self._renderer, self._things, self._seed)
 
     def close(self) -> None:
         """Release OpenGL. Further calls do nothing."""

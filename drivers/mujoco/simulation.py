@@ -50,7 +50,7 @@ class Simulation:
         self._ignored = {self._box, *np.flatnonzero(self.model.geom_type == mjtGeom.mjGEOM_PLANE).tolist()}
         self._contacts = ContactCounter()
         self._steering = self._open_steering()
-        self._cameras = CameraSet(self.model, self.data, world)
+        self._cameras = CameraSet(self.model, self.data, world, setup.seed)
         self._closing = ExitStack()
         self._closing.callback(self._cameras.close)
         self._window: Window | None = None

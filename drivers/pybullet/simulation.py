@@ -73,7 +73,8 @@ class Simulation:
         locate = self.simulation_state.joints.locate
         if isinstance(description, CameraDescription):
             renderer = BulletRenderer(bullet, self._scene.light)
-            return BodyCamera(description, self.clock, body.transform, locate, renderer, self._scene.things)
+            things = self._scene.things
+            return BodyCamera(description, self.clock, body.transform, locate, renderer, things, self._seed)
         return simulate_device(description, self.simulation_state)
 
     def pose(self) -> Pose:
