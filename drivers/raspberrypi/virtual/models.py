@@ -367,8 +367,8 @@ def find_unmodelled(bindings: Iterable[DeviceBinding]) -> list[DeviceBinding]:
 def describe_hardware(binding: DeviceBinding) -> DeviceDescription:
     """Return the description of a device's hardware, for the simulator.
 
-An encoder's counts are all of its edges. An ultrasonic module also measures walls beyond its ``max_range_m``. Its
-    driver decides when it measures. A motor turns at full duty as fast as its model states.
+    An encoder's counts are all of its edges. An ultrasonic module also measures walls beyond its ``max_range_m``, and
+    its driver decides when it measures. A motor turns at full duty as fast as its model states.
     """
     match binding.driver, binding.description:
         case (MotorDriver() | ChannelMotorDriver()) as driver, MotorDescription() as description:
