@@ -156,6 +156,7 @@ def measure_fidelity(
     commands = require_commands(recording, ticks, name)
     if robot:
         require_same_drive(recorded, robot)
+        robot = robot.idealise() if recording.metadata.request.ideal else robot
     room = world or recording.metadata.world
     measured = read_recorded(recording, ticks, robot or recorded, _find_odometry_start(room, ticks))
     columns = []

@@ -104,8 +104,8 @@ def require_same_drive(recorded: RobotDescription, robot: RobotDescription) -> N
     if recorded.drive and (robot.drive is None or robot.drive.kind != recorded.drive.kind):
         drive = f"a drive of the kind {robot.drive.kind!r}" if robot.drive else "no drive"
         raise UsageError(
-            f"--robot {robot.file or robot.name}: it has {drive}, but that of the recorded robot {recorded.name!r} has the kind "
-            f"{recorded.drive.kind!r}. Name a file of the recorded robot",
+            f"--robot {robot.file or robot.name}: it has {drive}, but that of the recorded robot {recorded.name!r} has "
+            f"the kind {recorded.drive.kind!r}. Name a file of the recorded robot",
             kind="other-drive",
             robot=robot.name,
         )

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from robotcore.description import RobotDescription, WorldDescription
+from robotcore.description import DeviceDescription, RobotDescription, WorldDescription
 from robotcore.errors import DeviceError, DeviceGroupError
 from robotcore.fidelity.commands import ServoCommand, WheelCommand
 from robotcore.fidelity.motor_conversion import MotorConversion
@@ -30,6 +30,7 @@ from robotcore.hal.clock import SteppedClock
 from robotcore.hal.device import Actuator, Sensor
 from robotcore.hal.robot import Robot
 from robotcore.hal.truth import TruthSource
+from robotcore.kinds.motor import MotorDescription
 from robotcore.runtime.layers.base import MotorOutput
 from robotcore.runtime.layers.drive import build_output
 from robotcore.runtime.layers.imperfections import ImperfectionLayer
@@ -102,21 +103,21 @@ def simulate(backend: Backend, replay: Replay) -> SimulatedRun:
 
 def _simulate(backend: Backend, replay: Replay) -> RunData:
     # The sections of the file name real devices, and none of them is opened.
-    robot = replay.robot.model_copy(update={"backends": {}, "devices": tuple(_allow_reach(replay))})
+    devices = tuple(_extend_reach(each, replay.conversions.get(each.name)) for each in replay.robot.devices)
+    robot = replay.robot.model_copy(update={"backends": {}, "devices": devices})
     setup = Setup(robot, replay.world, replay.devices, replay.rate_hz, replay.seed, options=replay.options)
     with backend.open(setup) as opened:
         return _Simulation(opened, replay).run()
 
 
-def _allow_reach(replay: Replay) -> list[Any]:
-    """Return the devices, with motors that reach the velocities of their conversions."""
-    devices = []
-    for each in replay.robot.devices:
-        conversion, copied = replay.conversions.get(each.name), each
-        if conversion and conversion.reach > each.max_velocity_rad_s:  # type: ignore[attr-defined]
-            copied = each.model_copy(update={"max_velocity_rad_s": conversion.reach})
-        devices.append(copied)
-    return devices
+def _extend_reach(device: DeviceDescription, conversion: MotorConversion | None) -> DeviceDescription:
+    """Return a device. A motor reaches the velocities of its conversion, and responds to commands as before."""
+    if conversion is None or not isinstance(device, MotorDescription) or conversion.reach <= device.max_velocity_rad_s:
+        return device
+    band, before, reach = device.dead_band_rad_s, device.max_velocity_rad_s, conversion.reach
+    scale = before / (before - band) * (reach - band) / reach
+    gains = {"forward_gain": device.forward_gain * scale, "backward_gain": device.backward_gain * scale}
+    return device.model_copy(update={"max_velocity_rad_s": reach, **gains})
 
 
 class _BlendedMotor:
