@@ -11,7 +11,6 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 
-import robotcore.description
 from robotcore import Behaviour, Robot, Role, RunRequest, Status, run
 from robotcore.description import RobotDescription, load_robot, load_world
 from robotcore.errors import DescriptionError, UsageError
@@ -21,27 +20,10 @@ from robotcore.fidelity.measures import Differences
 from robotcore.geometry import Pose
 from robotcore.recording import GroundTruthSample, RecordedError, Recording
 from robotcore.runtime.trace import TickRecord
+from tests.robotcore.fidelity.drives import ROVER, record, write_truth
 from tests.robotcore.recording.replay.memory import Memory, change_tick, record_run
 from tests.robotcore.runs import Watcher
 from tests.texts import CheckText, Raises
-
-ROBOTS = Path(robotcore.description.__file__).parent / "robots"
-ROVER = (ROBOTS / "rover.toml").read_text()
-MODEL = "model = { dead_band = 0.10, forward_rad_s = 14.0, backward_rad_s = 14.0 }"
-
-
-class Winding(Behaviour):
-    """Drives curves in both directions, and reads the range sensor and the camera."""
-
-    needs: ClassVar = {Role.DRIVE, Role.RANGE, Role.CAMERA}
-
-    def step(self, robot: Robot) -> Status:
-        time = robot.clock.now()
-        robot.range.read()
-        if round(time * 20) % 5 == 0:
-            robot.camera.read()
-        robot.drive.set_velocity(-0.15 if 2 < time < 3 else 0.2, math.copysign(0.8, math.sin(time * 2)))
-        return Status.RUNNING
 
 
 class Standing(Behaviour):
@@ -53,10 +35,6 @@ class Standing(Behaviour):
         return Status.RUNNING
 
 
-def record(app: type[Behaviour] = Winding, **asked: Any) -> Recording:
-    return record_run(app, **{"world": "arena", "seed": 3, "timeout_s": 4.0, **asked})
-
-
 @pytest.fixture(scope="module")
 def recording() -> Recording:
     return record()
@@ -64,15 +42,7 @@ def recording() -> Recording:
 
 @pytest.fixture
 def truth(tmp_path: Path) -> str:
-    """Write the description of a rover with other motors, wheels and lag than the shipped one, and return its file."""
-    text = ROVER.replace(MODEL, "model = { dead_band = 0.15, forward_rad_s = 12.9, backward_rad_s = 13.8 }", 1)
-    text = text.replace(MODEL, "model = { dead_band = 0.07, forward_rad_s = 15.0, backward_rad_s = 14.3 }", 1)
-    for old, new in (("track_m = 0.155", "track_m = 0.159"), ("_radius_m = 0.0325", "_radius_m = 0.0333")):
-        assert old in text
-        text = text.replace(old, new)
-    file = tmp_path / "true.toml"
-    file.write_text(text.replace("lag_s = 0.05", "lag_s = 0.09"))
-    return str(file)
+    return write_truth(tmp_path / "true.toml")
 
 
 @pytest.fixture
