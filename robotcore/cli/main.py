@@ -53,6 +53,7 @@ OUTPUT_FAILED = 1
         "descriptions:check",
         "descriptions:export",
         "wiring",
+        "calibrate",
         "doctor",
         "firmware",
         "deploy",
