@@ -187,6 +187,7 @@ def _build_replay(
     metadata = recording.metadata
     room = world or WorldDescription(name="floor", floor=Floor(length_m=FLOOR_SIDE_M, width_m=FLOOR_SIDE_M))
     return Replay(
+        recorded=metadata.description,
         robot=robot.with_conditions(room.conditions),
         world=room.model_copy(update={"start": _place_start(recorded.start or room.start.pose)}),
         times=recorded.times.tolist(),

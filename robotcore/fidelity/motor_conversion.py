@@ -1,71 +1,109 @@
-"""The velocity of a wheel by a model of its motor, for a command that another model has converted to a duty."""
+"""The command for a simulated motor that corresponds to a recorded velocity of its wheel."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from robotcore.description import RobotDescription
+from robotcore.description import Drive, RobotDescription
 from robotcore.errors import BackendMissingError, UsageError
 from robotcore.hal.backend import Backend, load_backend
 from robotcore.hardware import DeviceDriver, HardwareBackend
 from robotcore.hardware.motor_model import MotorModel
+from robotcore.kinds.motor import MotorDescription
+
+
+@dataclass(frozen=True)
+class DutyModels:
+    """The model that converted commands to duties, and a model that gives the velocities of the wheel for them."""
+
+    recorded: MotorModel
+    """The model of the recorded description."""
+    other: MotorModel
+    """The model of the simulated description."""
+    steps: int = 0
+    """The number of duties that the driver distinguishes in each direction. 0: the resolution has no effect."""
+
+    def convert(self, rad_s: float) -> float:
+        """Return the velocity by the other model, in rad/s, at the duty of a velocity by the recorded model."""
+        duty = self.recorded.duty(rad_s)
+        return self.other.velocity(round(duty * self.steps) / self.steps if self.steps else duty)
 
 
 @dataclass(frozen=True)
 class MotorConversion:
-    """Converts a recorded command to the velocity that another model gives at the same duty.
+    """Converts a recorded velocity of a wheel to the command for a simulated motor.
 
+    A recorded velocity is the one that the wheel has by the recorded description.
+
+    >>> motor = MotorDescription(kind="motor", name="left_motor", max_velocity_rad_s=10.0)
     >>> recorded = MotorModel(forward_rad_s=10.0, backward_rad_s=10.0)
     >>> true = MotorModel(dead_band=0.2, forward_rad_s=12.0, backward_rad_s=12.0)
-    >>> convert = MotorConversion(recorded, true, duty_steps=100)
+    >>> convert = MotorConversion(motor, DutyModels(recorded, true, steps=100))
     >>> convert(6.0), convert(1.0)
     (6.0, 0.0)
     """
 
-    recorded: MotorModel
-    """The model with which the recorded run converted commands to duties."""
-    model: MotorModel
-    """The model that gives the velocity of the wheel at a duty."""
-    duty_steps: int = 0
-    """The number of duties that the driver distinguishes in each direction. 0: the resolution has no effect."""
+    recorded: MotorDescription
+    """The recorded description of the motor, whose errors the recorded run compensated."""
+    models: DutyModels | None = None
+    """The models of the motor in both descriptions; None if one of them has none."""
 
     def __call__(self, rad_s: float) -> float:
-        """Return the velocity of the wheel in rad/s for a recorded command in rad/s."""
-        duty = self.recorded.duty(rad_s)
-        return self.model.velocity(round(duty * self.duty_steps) / self.duty_steps if self.duty_steps else duty)
+        """Return the command for the simulated motor, in rad/s. It may exceed the greatest command of the motor."""
+        limit = self.recorded.max_velocity_rad_s
+        command = max(-limit, min(self.recorded.compensate(rad_s), limit))
+        return self.models.convert(command) if self.models else command
 
     @property
     def reach(self) -> float:
-        """The greatest velocity that the conversion returns, in rad/s."""
-        return max(abs(self(sign * self.recorded.reach(sign))) for sign in (1, -1))
+        """The greatest command that the conversion returns, in rad/s."""
+        return max(abs(self(sign * math.inf)) for sign in (1, -1))
 
 
 def build_conversions(backend: str, recorded: RobotDescription, robot: RobotDescription) -> dict[str, MotorConversion]:
-    """Return the conversion of each motor of the drive that has a model in both descriptions.
+    """Return the conversion of each motor of the drive, by the names of the motors of the simulated description.
 
-    backend: the name of the recorded run's backend.
-    recorded: the description of the recording. A motor whose encoder corrects its velocity has no conversion.
-    robot: the description for the simulation. The result has the names of its motors.
+    backend: the name of the recorded run's backend. A motor has no models if it is a simulator, or if an encoder
+        corrected the motor's velocity.
+    recorded: the description of the recording.
+    robot: the description for the simulation.
 
     Raises DescriptionError if the motors' tables of ``robot`` have a mistake.
     """
-    if not (opened := load_hardware(backend)) or not recorded.drive or not robot.drive:
-        return {}
+    assert recorded.drive
+    assert robot.drive
+    drivers, others = _bind_both(backend, recorded, robot)
+    described = {motor.name: motor for motor in recorded.all_of(MotorDescription)}
+    return {
+        other: MotorConversion(described[motor], _find_models(drivers.get(motor), others.get(other)))
+        for motor, other in _pair_motors(recorded.drive, robot.drive)
+    }
+
+
+def _find_models(driver: DeviceDriver | None, other: DeviceDriver | None) -> DutyModels | None:
+    recorded, true = getattr(driver, "model", None), getattr(other, "model", None)
+    if driver is None or getattr(driver, "control", None) is not None:
+        return None
+    if not (isinstance(recorded, MotorModel) and isinstance(true, MotorModel)):
+        return None
+    return DutyModels(recorded, true, driver.duty_steps)
+
+
+Drivers = Mapping[str, DeviceDriver]
+
+
+def _bind_both(backend: str, recorded: RobotDescription, robot: RobotDescription) -> tuple[Drivers, Drivers]:
+    """Return the drivers of the motors in both descriptions; none for a simulator."""
+    if (opened := load_hardware(backend)) is None:
+        return {}, {}
     try:
         before = _bind_motors(opened, recorded)
     except UsageError:  # a driver of the recording is not installed here
-        return {}
-    after = before if robot is recorded else _bind_motors(opened, robot)
-    found = {}
-    for motor, other in _pair_motors(recorded, robot):
-        driver, new = before.get(motor), after.get(other)
-        if driver and new and getattr(driver, "control", None) is None:
-            old, true = getattr(driver, "model", None), getattr(new, "model", None)
-            if isinstance(old, MotorModel) and isinstance(true, MotorModel):
-                found[other] = MotorConversion(old, true, driver.duty_steps)
-    return found
+        return {}, {}
+    return before, before if robot is recorded else _bind_motors(opened, robot)
 
 
 def load_hardware(name: str) -> HardwareBackend | None:
@@ -77,18 +115,16 @@ def load_hardware(name: str) -> HardwareBackend | None:
     return backend if isinstance(backend, HardwareBackend) else None
 
 
-def _bind_motors(backend: HardwareBackend, robot: RobotDescription) -> Mapping[str, DeviceDriver]:
+def _bind_motors(backend: HardwareBackend, robot: RobotDescription) -> Drivers:
     if backend.section not in robot.backends or robot.drive is None:
         return {}
     tables: Any = robot.backends[backend.section]
     return {each.name: each.driver for each in backend.bind(robot, set(robot.drive.motors) & set(tables))}
 
 
-def _pair_motors(recorded: RobotDescription, robot: RobotDescription) -> Iterator[tuple[str, str]]:
+def _pair_motors(recorded: Drive, robot: Drive) -> Iterator[tuple[str, str]]:
     """Yield the motors of both drives at the same place. A side with fewer recorded motors repeats its last one."""
-    assert recorded.drive
-    assert robot.drive
-    old, new = recorded.drive, robot.drive
-    for names, others in ((old.left_motors, new.left_motors), (old.right_motors, new.right_motors)):
+    sides = (recorded.left_motors, robot.left_motors), (recorded.right_motors, robot.right_motors)
+    for names, others in sides:
         for index, other in enumerate(others):
             yield names[min(index, len(names) - 1)], other

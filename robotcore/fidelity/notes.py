@@ -55,7 +55,7 @@ def describe_motors(backend: str, conversions: Mapping[str, MotorConversion]) ->
     backend: the backend of the recorded run.
     conversions: the conversions of the commands to the motors.
     """
-    if conversions:
+    if any(conversion.models for conversion in conversions.values()):
         yield "the wheels turn by the models of their motors, at the duties that were sent"
     elif load_hardware(backend):
         yield "the wheels turn as commanded, because no motor has a model in both descriptions and no control"

@@ -32,6 +32,7 @@ from robotcore.hal.robot import Robot
 from robotcore.hal.truth import TruthSource
 from robotcore.kinds.motor import MotorDescription
 from robotcore.runtime.layers.base import MotorOutput
+from robotcore.runtime.layers.compensation import CompensationLayer
 from robotcore.runtime.layers.drive import build_output
 from robotcore.runtime.layers.imperfections import ImperfectionLayer
 from robotcore.safety.wheel_output import WheelOutput
@@ -47,7 +48,10 @@ NO_OPENGL = "no-opengl"
 class Replay:
     """The commands and the reads of a recorded run, and the simulated robot that repeats them."""
 
+    recorded: RobotDescription
+    """The description of the recording. The readings of its sensors were compensated with it."""
     robot: RobotDescription
+    """The description of the simulated robot."""
     world: WorldDescription
     """The world, with the start of the recorded run as its start."""
     times: Sequence[float]
@@ -55,7 +59,7 @@ class Replay:
     wheel_commands: Sequence[WheelCommand]
     servo_commands: Sequence[ServoCommand] = ()
     conversions: Mapping[str, MotorConversion] = field(default_factory=dict)
-    """The conversion of the commands to each motor, by its name."""
+    """The conversion of the velocities of each wheel to commands, by the name of the motor."""
     reads: Mapping[int, Sequence[str]] = field(default_factory=dict)
     """The names of the sensors to read in each tick, by the index of the tick."""
     rate_hz: float = 20.0
@@ -151,6 +155,7 @@ class _Simulation:
         # Without steps, every time is one at which a command can change.
         self._step = self._clock.step if isinstance(self._clock, SteppedClock) else 0.0
         self._layer = ImperfectionLayer(replay.world.conditions, replay.seed, replay.robot.drive)
+        self._compensation = CompensationLayer(replay.recorded)
         self._motors: list[_BlendedMotor] = []
         self._output = self._build_output()
         self._readers = {name: self._build_reader(name) for name in opened.devices}
@@ -183,8 +188,7 @@ class _Simulation:
         outputs = {}
         for name, motor in self._robot.motors.items():
             layered = self._layer.motor(MotorOutput.from_motor(motor))
-            conversion = self._replay.conversions.get(name)
-            blended = _BlendedMotor(layered.set_velocity, conversion or float)
+            blended = _BlendedMotor(layered.set_velocity, self._replay.conversions.get(name, float))
             self._motors.append(blended)
             outputs[name] = replace(layered, set_velocity=blended.set_velocity)
         servo = self._robot.devices.get(drive.steering_servo or "")
@@ -192,7 +196,9 @@ class _Simulation:
 
     def _build_reader(self, name: str) -> Callable[[], Any]:
         device = self._robot.devices[name]
-        return self._layer.sensor(device, device.read) if isinstance(device, Sensor) else lambda: None
+        if not isinstance(device, Sensor):
+            return lambda: None
+        return self._compensation.sensor(device, self._layer.sensor(device, device.read))
 
     def _command(self, command: WheelCommand) -> None:
         """Send a command to the motors, in the middle of a step if the clock has steps."""

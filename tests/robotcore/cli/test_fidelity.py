@@ -80,10 +80,3 @@ def test_the_picture_does_not_replace_a_file_that_the_command_reads(
         answer = cli("fidelity", real[0], "--robot", real[1], "--picture", file)
         assert answer.status == 2
         check_text(answer.err, hide=[file])
-
-
-def test_a_file_that_is_no_recording_is_refused(cli: Cli, tmp_path: Path, check_text: CheckText) -> None:
-    (tmp_path / "text.mcap").write_text("no recording")
-    answer = cli("fidelity", str(tmp_path / "text.mcap"), "--json")
-    assert (answer.status, answer.json["kind"]) == (2, "not-a-recording")
-    check_text(answer.err)

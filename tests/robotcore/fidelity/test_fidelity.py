@@ -64,7 +64,14 @@ def last(fidelity: Fidelity) -> Differences:
     return fidelity.columns[-1].differences
 
 
-@pytest.mark.parametrize("asked", [{}, {"randomise": True}, {"rate_hz": 7.0}, {"ideal": True}], ids=str)
+IMPERFECT = str(Path(__file__).parents[3] / "benchmarks" / "imperfect_rover.toml")
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [{}, {"randomise": True}, {"rate_hz": 7.0}, {"ideal": True}, {"robot": IMPERFECT}],
+    ids=" ".join,
+)
 def test_a_run_of_a_simulator_is_repeated_exactly_by_the_same_simulator(asked: dict[str, Any]) -> None:
     found = last(measure(record(**asked)))
     assert found.path

@@ -9,8 +9,9 @@ import pytest
 
 from robotcore.description import RobotDescription, load_robot
 from robotcore.errors import DescriptionError
-from robotcore.fidelity.motor_conversion import MotorConversion, build_conversions
+from robotcore.fidelity.motor_conversion import DutyModels, MotorConversion, build_conversions
 from robotcore.hardware.motor_model import MotorModel
+from robotcore.kinds.motor import MotorDescription
 from tests.texts import Raises
 
 ROVER, FREENOVE = load_robot("rover"), load_robot("freenove-4wd")
@@ -43,7 +44,24 @@ def test_a_duty_has_the_resolution_of_the_driver() -> None:
 
 def test_the_reach_is_that_of_the_true_model_at_full_duty() -> None:
     recorded = MotorModel(forward_rad_s=10.0, backward_rad_s=8.0)
-    assert MotorConversion(recorded, MotorModel(forward_rad_s=9.0, backward_rad_s=12.0)).reach == 12.0
+    models = DutyModels(recorded, MotorModel(forward_rad_s=9.0, backward_rad_s=12.0))
+    assert MotorConversion(make_motor(max_velocity_rad_s=20.0), models).reach == 12.0
+    assert MotorConversion(make_motor(max_velocity_rad_s=5.0), models).reach == pytest.approx(7.5)
+    assert MotorConversion(make_motor(max_velocity_rad_s=5.0)).reach == 5.0
+
+
+def make_motor(**keys: Any) -> MotorDescription:
+    return MotorDescription(kind="motor", name="left_motor", **keys)
+
+
+def test_a_recorded_velocity_was_compensated_on_the_way_to_the_motor() -> None:
+    motor = make_motor(max_velocity_rad_s=10.0, dead_band_rad_s=2.0, backward_gain=0.9)
+    convert = MotorConversion(motor)
+    assert [convert(each) for each in (5.0, -9.0, 0.0)] == pytest.approx([6.0, -10.0, 0.0])
+    assert convert(100.0) == 10.0
+    model = MotorModel(forward_rad_s=20.0, backward_rad_s=20.0)
+    double = MotorModel(forward_rad_s=40.0, backward_rad_s=40.0)
+    assert MotorConversion(motor, DutyModels(model, double))(5.0) == pytest.approx(12.0)
 
 
 @pytest.mark.parametrize(
@@ -60,12 +78,17 @@ def test_the_reach_is_that_of_the_true_model_at_full_duty() -> None:
 def test_without_a_model_in_both_descriptions_a_wheel_turns_as_commanded(
     backend: str, recorded: RobotDescription, robot: RobotDescription
 ) -> None:
-    assert build_conversions(backend, recorded, robot) == {}
+    found = build_conversions(backend, recorded, robot)
+    assert [(name, each(5.0), each.models) for name, each in found.items()] == [
+        ("left_motor", 5.0, None),
+        ("right_motor", 5.0, None),
+    ]
 
 
 def test_a_wheel_that_an_encoder_corrects_turns_as_commanded() -> None:
     controlled = with_table(ROVER, "left_motor", control={})
-    assert list(build_conversions("raspberrypi", controlled, WEAK)) == ["right_motor"]
+    found = build_conversions("raspberrypi", controlled, WEAK)
+    assert [name for name, each in found.items() if each.models] == ["right_motor"]
 
 
 def test_a_mistake_in_the_robots_file_is_an_error(raises: Raises) -> None:
@@ -82,7 +105,8 @@ def test_motors_are_paired_by_their_places_and_not_by_their_names() -> None:
     other = RobotDescription.model_validate_json(text)
     assert other.drive
     found = build_conversions("raspberrypi", WEAK, other)
-    assert {name: each.recorded.dead_band for name, each in found.items()} == {"port_motor": 0.2, "starboard": 0.1}
+    bands = {name: each.models.recorded.dead_band for name, each in found.items() if each.models}
+    assert bands == {"port_motor": 0.2, "starboard": 0.1}
 
 
 def test_each_wheel_of_a_side_has_its_own_conversion() -> None:
@@ -91,4 +115,5 @@ def test_each_wheel_of_a_side_has_its_own_conversion() -> None:
     changed = with_table(FREENOVE, drive.left_motors[1], model=TRUE_MODEL)
     found = build_conversions("raspberrypi", FREENOVE, changed)
     assert sorted(found) == sorted(drive.motors)
-    assert [name for name, each in found.items() if each.model.dead_band == 0.2] == [drive.left_motors[1]]
+    changed_motors = [name for name, each in found.items() if each.models and each.models.other.dead_band == 0.2]
+    assert changed_motors == [drive.left_motors[1]]

@@ -13,7 +13,7 @@ from drivers.kinematic.backend import KinematicBackend
 from robotcore.description import RobotDescription, load_robot
 from robotcore.errors import DeviceError, DeviceGroupError
 from robotcore.fidelity.commands import ServoCommand, WheelCommand
-from robotcore.fidelity.motor_conversion import MotorConversion
+from robotcore.fidelity.motor_conversion import DutyModels, MotorConversion
 from robotcore.fidelity.run_data import RunData
 from robotcore.fidelity.simulated_run import Replay, simulate
 from robotcore.geometry import Wheels
@@ -45,7 +45,7 @@ def repeat(
     robot: RobotDescription = QUICK,
     **others: Any,
 ) -> RunData:
-    replay = Replay(robot, worlds.empty(), times, [WheelCommand(*each) for each in commands], **others)
+    replay = Replay(ROVER, robot, worlds.empty(), times, [WheelCommand(*each) for each in commands], **others)
     return simulate(KinematicBackend(), replay).data
 
 
@@ -78,31 +78,53 @@ def test_of_two_commands_at_one_time_the_later_one_holds() -> None:
     assert measure_ways(repeat([(0.05, FORWARD), (0.05, STOPPED)], [0.0, 0.5]))[-1] == 0.0
 
 
+def convert(robot: RobotDescription, models: DutyModels | None = None) -> dict[str, MotorConversion]:
+    return {motor.name: MotorConversion(motor, models) for motor in robot.all_of(MotorDescription)}
+
+
+RECORDED = MotorModel(forward_rad_s=12.0, backward_rad_s=12.0)
 TRUE = MotorModel(forward_rad_s=30.0, backward_rad_s=30.0)
-CONVERSIONS = {
-    name: MotorConversion(MotorModel(forward_rad_s=12.0, backward_rad_s=12.0), TRUE)
-    for name in ("left_motor", "right_motor")
-}
 
 
 def test_a_wheel_may_turn_faster_than_the_greatest_command() -> None:
-    full = [(0.0, Wheels(12.0, 12.0))]
-    assert measure_ways(repeat(full, [0.0, 0.5], conversions=CONVERSIONS))[-1] == pytest.approx(15 * RADIUS_M)
+    conversions = convert(ROVER, DutyModels(RECORDED, TRUE))
+    data = repeat([(0.0, Wheels(12.0, 12.0))], [0.0, 0.5], conversions=conversions)
+    assert measure_ways(data)[-1] == pytest.approx(15 * RADIUS_M)
 
 
 def test_a_greater_reach_does_not_change_the_response_below_it() -> None:
     robot = change_motors(QUICK, dead_band_rad_s=2.0, forward_gain=0.9)
-    commands = [(0.0, Wheels(8.0, 8.0))]
+    commands, fast = [(0.0, Wheels(8.0, 8.0))], MotorModel(forward_rad_s=20.0, backward_rad_s=20.0)
+    wide = convert(change_motors(ROVER, max_velocity_rad_s=20.0), DutyModels(fast, fast))
     direct = measure_ways(repeat(commands, [0.0, 0.5], robot))
-    model = MotorModel(forward_rad_s=20.0, backward_rad_s=20.0)
-    same = dict.fromkeys(CONVERSIONS, MotorConversion(model, model))
-    assert measure_ways(repeat(commands, [0.0, 0.5], robot, conversions=same)) == pytest.approx(direct)
+    assert measure_ways(repeat(commands, [0.0, 0.5], robot, conversions=wide)) == pytest.approx(direct)
+
+
+def test_the_recorded_errors_of_a_wheel_are_compensated_and_those_of_the_simulated_one_are_not() -> None:
+    weak = change_motors(QUICK, dead_band_rad_s=2.0, forward_gain=0.9)
+    commands = [(0.0, FORWARD)]
+    same, other = (repeat(commands, [0.0, 1.0], robot, conversions=convert(weak)) for robot in (weak, QUICK))
+    assert measure_ways(same)[-1] == pytest.approx(6.0 * RADIUS_M)
+    assert measure_ways(other)[-1] == pytest.approx((2 + 6.0 / 0.9 * 10 / 12) * RADIUS_M)
+
+
+def test_the_offset_of_a_range_sensor_is_compensated_as_in_the_recorded_run() -> None:
+    def shift(offset_m: float) -> RobotDescription:
+        devices = (
+            each.model_copy(update={"offset_m": offset_m}) if each.name == "nose" else each for each in ROVER.devices
+        )
+        return ROVER.model_copy(update={"devices": tuple(devices)})
+
+    world = worlds.wall(ROVER.mounts["nose"], 1.0)
+    replay = Replay(shift(0.1), shift(0.3), world, [0.0, 0.1], [], reads={0: ["nose"]})
+    (distance,) = simulate(KinematicBackend(), replay).data.ranges["nose"].distances[0]
+    assert distance == pytest.approx(1.2, abs=1e-3)
 
 
 def test_the_gains_of_the_wheels_are_those_of_the_world() -> None:
     world = worlds.empty()
     conditions = world.conditions.model_copy(update={"wheel_gain_left": 0.5, "wheel_gain_right": 0.5})
-    replay = Replay(QUICK, world, [0.0, 1.0], [WheelCommand(0.0, FORWARD)])
+    replay = Replay(ROVER, QUICK, world, [0.0, 1.0], [WheelCommand(0.0, FORWARD)])
     slow = replace(replay, world=world.model_copy(update={"conditions": conditions}))
     assert measure_ways(simulate(KinematicBackend(), slow).data)[-1] == pytest.approx(3.0 * RADIUS_M)
 
@@ -110,7 +132,7 @@ def test_the_gains_of_the_wheels_are_those_of_the_world() -> None:
 def test_a_camera_is_read_in_the_ticks_of_the_recording_and_turns_with_its_servo() -> None:
     scout = load_robot("scout")
     world = worlds.box(scout.mounts["nose"], 1.0, "red")
-    still = Replay(scout, world, [0.0, 0.5, 1.0], [], reads={0: ["eye"], 2: ["eye"]})
+    still = Replay(scout, scout, world, [0.0, 0.5, 1.0], [], reads={0: ["eye"], 2: ["eye"]})
     turned = replace(still, servo_commands=[ServoCommand(0.5, "pan", 1.0)])
     before, after = (simulate(KinematicBackend(), each).data.pictures["eye"].pictures for each in (still, turned))
     assert list(before) == list(after) == [0, 2]
@@ -135,7 +157,7 @@ class BrokenBackend(KinematicBackend):
 
 
 def test_cameras_are_left_out_if_the_simulator_cannot_draw() -> None:
-    replay = Replay(ROVER, worlds.empty(), [0.0, 0.1], [], reads={0: ["eye", "nose"], 1: ["eye"]})
+    replay = Replay(ROVER, ROVER, worlds.empty(), [0.0, 0.1], [], reads={0: ["eye", "nose"], 1: ["eye"]})
     run = simulate(BlindBackend(), replay)
     assert (set(run.missing), list(run.data.ranges), list(run.data.pictures)) == ({"eye"}, ["nose"], [])
     assert not simulate(KinematicBackend(), replay).missing
@@ -143,4 +165,4 @@ def test_cameras_are_left_out_if_the_simulator_cannot_draw() -> None:
 
 def test_another_failure_of_the_simulator_is_raised(raises: Raises) -> None:
     with raises(DeviceError):
-        simulate(BrokenBackend(), Replay(ROVER, worlds.empty(), [0.0, 0.1], []))
+        simulate(BrokenBackend(), Replay(ROVER, ROVER, worlds.empty(), [0.0, 0.1], []))
