@@ -9,10 +9,10 @@ from typing import Any
 from robotcore.calibration.least_squares import Estimate
 from robotcore.description.editing import RobotEditor
 
-DEVIATIONS = 3.0
+DEVIATIONS = 2.0
 """A value of the file is corrected if it differs from the measured one by more than this many standard deviations."""
 
-MIN_SHARE = 0.005
+MIN_SHARE = 0.001
 """A value of the file is not corrected if it differs from the measured one by less than this share."""
 
 

@@ -63,24 +63,29 @@ class Fit:
         return [Estimate(float(value), float(each)) for value, each in zip(self.parameters, deviations, strict=True)]
 
 
-def fit_linear(columns: Array, values: Array) -> Fit:
+def fit_linear(columns: Array, values: Array, *, least_variance: float = 0.0) -> Fit:
     """Return the factors of the columns whose sum is nearest to the values.
 
     columns: the values of each function, (samples, factors).
     values: the measured values, (samples,).
+    least_variance: as for `fit_nonlinear`.
     """
     inverse = np.asarray(np.linalg.pinv(columns.T @ columns), np.float64)
     factors = inverse @ (columns.T @ values)
     residuals = values - columns @ factors
-    return Fit(factors, inverse * _estimate_variance(residuals, len(factors)), residuals)
+    return Fit(factors, inverse * _estimate_variance(residuals, len(factors), least_variance), residuals)
 
 
-def fit_nonlinear(residuals: Callable[[Array], Array], start: Array, lower: Array, upper: Array) -> Fit:
+def fit_nonlinear(
+    residuals: Callable[[Array], Array], start: Array, lower: Array, upper: Array, *, least_variance: float = 0.0
+) -> Fit:
     """Return the parameters within limits that minimise the sum of the squared residuals, by damped Gauss-Newton steps.
 
     residuals: returns the residuals for parameters, (samples,).
     start: the first parameters.
     lower, upper: the limits of the parameters, each finite.
+    least_variance: the known variance of the residuals. The covariance is computed with a larger one if the residuals
+        are larger.
     """
     scale = np.maximum(np.abs(start), 1e-3 * (upper - lower))
     here, damping = np.clip(start, lower, upper), 1e-3
@@ -103,7 +108,7 @@ def fit_nonlinear(residuals: Callable[[Array], Array], start: Array, lower: Arra
             break
     slope = _differentiate(residuals, here, scale, upper)
     inverse = np.asarray(np.linalg.pinv(slope.T @ slope), np.float64)
-    return Fit(here, inverse * _estimate_variance(now, len(here)), now)
+    return Fit(here, inverse * _estimate_variance(now, len(here), least_variance), now)
 
 
 def _differentiate(residuals: Callable[[Array], Array], here: Array, scale: Array, upper: Array) -> Array:
@@ -115,15 +120,15 @@ def _differentiate(residuals: Callable[[Array], Array], here: Array, scale: Arra
     return np.column_stack(columns)
 
 
-def _estimate_variance(residuals: Array, parameters: int) -> float:
+def _estimate_variance(residuals: Array, parameters: int, least: float) -> float:
     """Return the variance of the noise, increased as if only the independent ones of the residuals were measured.
 
     Neighbouring residuals are alike if the resolution of a sensor, and not its noise, makes them.
     """
     free = len(residuals) - parameters
     if free < 1:
-        return float("inf")
+        return least or float("inf")
     total = float(residuals @ residuals)
     alike = float(residuals[1:] @ residuals[:-1]) / total if total else 0.0
     likeness = min(max(alike, 0.0), 0.98)
-    return total / free * (1 + likeness) / (1 - likeness)
+    return max(total / free * (1 + likeness) / (1 - likeness), least)

@@ -1,4 +1,4 @@
-"""The app that drives a robot by a plan of commands, and logs the samples of its encoders and its IMU."""
+"""The app that drives a robot by a plan of commands, and logs the samples of its sensors."""
 
 from __future__ import annotations
 
@@ -10,11 +10,12 @@ import numpy as np
 
 from robotcore.autonomy.routines import Routine
 from robotcore.calibration.least_squares import Array
-from robotcore.geometry import Pose, wrap_angle
+from robotcore.geometry import Pose, Wheels, wrap_angle
 from robotcore.hal.robot import Robot, Role
 from robotcore.hal.truth import Truth
 from robotcore.kinds.encoder import Encoder
 from robotcore.kinds.imu import Imu
+from robotcore.kinds.range_sensor import RangeSensor
 from robotcore.runtime.behaviour import Behaviour, Status
 from robotcore.runtime.observer import RunContext
 from robotcore.runtime.result import RunResult
@@ -52,6 +53,7 @@ class ProbeLog:
 
     def __init__(self) -> None:
         self._steps: list[tuple[float, ProbeStep]] = []
+        self._sent: list[tuple[float, Wheels]] = []
         self._samples: dict[str, list[tuple[float, float]]] = defaultdict(list)
         self._end = 0.0
 
@@ -59,11 +61,19 @@ class ProbeLog:
         """Add a step that begins at a time in seconds."""
         self._steps.append((time, step))
 
-    def add(self, device: str, time: float, angle: float) -> None:
-        """Add a sample, unless its time is that of the last one. The time is in seconds, and the angle in radians."""
+    def add(self, device: str, time: float, value: float) -> None:
+        """Add a sample, unless its time is that of the last one.
+
+        time: the time of the sample, in seconds.
+        value: an angle in radians, or a distance in metres.
+        """
         series = self._samples[device]
         if not series or time > series[-1][0]:
-            series.append((time, angle))
+            series.append((time, value))
+
+    def add_sent(self, time: float, velocities: Wheels) -> None:
+        """Add the velocities that were sent at a time in seconds, after all limits, in rad/s."""
+        self._sent.append((time, velocities))
 
     def finish(self, time: float) -> None:
         """End the last step at a time in seconds."""
@@ -71,9 +81,8 @@ class ProbeLog:
 
     def list_steps(self, side: Side) -> list[CommandStep]:
         """Return the steps of one side. Steps with the same command in a row are one step."""
-        ends = [*(start for start, _ in self._steps[1:]), self._end]
         merged: list[CommandStep] = []
-        for (start, step), end in zip(self._steps, ends, strict=True):
+        for (start, step), end in zip(self._steps, self.edges[1:], strict=True):
             command = step.left if side == "left" else step.right
             if merged and merged[-1].command == command:
                 merged[-1] = merged[-1]._replace(end=end)
@@ -82,19 +91,29 @@ class ProbeLog:
         return merged
 
     def read_series(self, device: str) -> tuple[Array, Array]:
-        """Return the times and the angles of a device, each (samples,), in seconds and radians."""
+        """Return the times and the values of a device, each (samples,): angles in radians, or distances in metres."""
         series = np.array(self._samples[device]).reshape(-1, 2)
         return series[:, 0], series[:, 1]
 
+    def integrate_sent(self, side: Side) -> tuple[Array, Array]:
+        """Return the times, and the angles by which the sent velocities turn a wheel, each (ticks,), in s and rad."""
+        times = np.array([time for time, _ in self._sent])
+        velocities = np.array([sent.left if side == "left" else sent.right for _, sent in self._sent])
+        turned = np.diff(times, append=self._end) * velocities
+        return np.append(times, self._end), np.append(0.0, np.cumsum(turned))
+
+    @property
+    def edges(self) -> list[float]:
+        """The time at which each step begins, and the time at which the last one ends, in seconds."""
+        return [*(start for start, _ in self._steps), self._end]
+
     def measure_turns(self, device: str) -> list[float]:
         """Return the angle by which a device has turned in each step, until the next step begins, in radians."""
-        times, angles = self.read_series(device)
-        edges = [*(start for start, _ in self._steps), self._end]
-        return [float(each) for each in np.diff(np.interp(edges, times, angles))]
+        return [float(each) for each in np.diff(np.interp(self.edges, *self.read_series(device)))]
 
 
 class Probe(Behaviour):
-    """Sends the commands of a plan, and logs the angles of the encoders and the headings of the IMU in each tick.
+    """Sends the commands of a plan, and logs the samples of the encoders, the IMU and the range sensors in each tick.
 
     A heading counts whole turns. The robot stands before the first step and after the last one.
 
@@ -103,7 +122,7 @@ class Probe(Behaviour):
     """
 
     needs = frozenset({Role.DRIVE})
-    wants = frozenset({Encoder, Imu})
+    wants = frozenset({Encoder, Imu, RangeSensor})
 
     def __init__(self, steps: Sequence[ProbeStep], full_rad_s: float) -> None:
         self.steps, self.full_rad_s, self.log = steps, full_rad_s, ProbeLog()
@@ -120,7 +139,8 @@ class Probe(Behaviour):
             start = robot.clock.now()
             self.log.begin(start, step)
             while robot.clock.now() < start + step.duration_s - ROUNDING_S:
-                robot.drive.set_wheels(step.left * self.full_rad_s, step.right * self.full_rad_s)
+                sent = robot.drive.set_wheels(step.left * self.full_rad_s, step.right * self.full_rad_s)
+                self.log.add_sent(robot.clock.now(), sent)
                 self._read(robot)
                 yield
         robot.drive.stop()
@@ -138,6 +158,9 @@ class Probe(Behaviour):
             turned = wrap_angle(sample.heading - last)
             self._last_heading[imu.name] = last + turned
             self.log.add(imu.name, sample.time, last + turned)
+        for sensor in robot.all(RangeSensor):
+            echo = sensor.read()
+            self.log.add(sensor.name, echo.time, echo.distance)
 
 
 class TruthKeeper:

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from typing import NamedTuple, Protocol
 
 from robotcore.calibration.probe import Probe, ProbeStep, TruthKeeper
-from robotcore.calibration.probing_robot import CalibratedRobot
+from robotcore.calibration.probing_robot import PROBED_KINDS, CalibratedRobot
 from robotcore.description import Drive
 from robotcore.errors import CalibrationError
-from robotcore.runtime.behaviour import Behaviour
 from robotcore.runtime.observer import Observer
 from robotcore.runtime.request import RunRequest
 from robotcore.runtime.result import Outcome, RunResult
 
 RATE_HZ = 100.0
 """The number of ticks in a second of a probe."""
+
+REST_S = 0.2
+"""The rest before a drive, in seconds."""
 
 SPARE_S = 5.0
 """The time limit of a run is this much longer than the plan, in seconds."""
@@ -67,47 +69,51 @@ class Probing:
         assert self.robot.description.drive
         return self.robot.description.drive
 
-    def run_probe(self, steps: Sequence[ProbeStep], observers: Sequence[Observer] = ()) -> Probe:
-        """Drive the robot by a plan of duties, or of velocities if its motors take those, and return the probe.
+    def run_probe(
+        self,
+        steps: Sequence[ProbeStep],
+        observers: Sequence[Observer] = (),
+        *,
+        takes_duties: bool = True,
+        kinds: Collection[str] = PROBED_KINDS,
+    ) -> Probe:
+        """Drive the robot by a plan of commands, and return the probe.
+
+        takes_duties: whether the commands are duties if the motors have models. Otherwise they are velocities.
+        kinds: the kinds of the devices to open.
 
         Raises the error that ended the run.
         """
-        probe = Probe(steps, self.robot.full_rad_s)
-        with self.robot.open_file(takes_duties=True) as file:
-            self.perform(probe, file, self.rate_hz, probe.duration_s, observers)
-        return probe
-
-    def perform(
-        self, app: Behaviour, file: str, rate_hz: float, duration_s: float, observers: Sequence[Observer] = ()
-    ) -> RunResult:
-        """Run an app with a file of the robot. Raises the error that ended the run.
-
-        duration_s: the time that the app takes, in seconds.
-        """
-        request = RunRequest(
-            app,
-            self.robot.backend.name,
-            file,
-            self._world,
-            self._seed,
-            rate_hz,
-            duration_s + SPARE_S,
-            options=self.robot.options,
-        )
-        result = self._perform(request, observers)
+        full_rad_s = self.robot.full_rad_s if takes_duties else self.robot.max_velocity_rad_s
+        probe = Probe(steps, full_rad_s)
+        with self.robot.open_file(takes_duties=takes_duties, kinds=kinds) as file:
+            request = RunRequest(
+                probe,
+                self.robot.backend.name,
+                file,
+                self._world,
+                self._seed,
+                self.rate_hz,
+                probe.duration_s + SPARE_S,
+                options=self.robot.options,
+            )
+            result = self._perform(request, observers)
         if result.error:
             raise result.error
         if result.outcome is not Outcome.SUCCESS:
             text = f"the measurement did not reach its end: {result.headline}. Repeat the command"
             raise CalibrationError(text, kind="unfinished", outcome=result.outcome.value)
-        return result
+        return probe
 
-    def drive_straight(self, command: float, duration_s: float, settle_s: float, title: str) -> Displacement:
-        """Drive with one command for all wheels, and return how far the robot has moved.
+    def drive_straight(
+        self, command: float, duration_s: float, settle_s: float, title: str, *, takes_duties: bool = True
+    ) -> tuple[Displacement, Probe]:
+        """Drive with one command for all wheels, and return how far the robot has moved, with the probe.
 
         command: the share of the full command.
         settle_s: the rest after the drive, in seconds.
         title: the words for this drive, such as ``drive 1 of 4``.
+        takes_duties: as in `run_probe`.
         """
         direction = "forward" if command > 0 else "backward"
         instruction = (
@@ -116,15 +122,15 @@ class Probing:
         )
         self.prepare(instruction)
         keeper = TruthKeeper()
-        rest = ProbeStep(0.2)
-        self.run_probe([rest, ProbeStep(duration_s, command, command), ProbeStep(settle_s)], [keeper])
+        steps = [ProbeStep(REST_S), ProbeStep(duration_s, command, command), ProbeStep(settle_s)]
+        probe = self.run_probe(steps, [keeper], takes_duties=takes_duties)
         if moved := keeper.displacement:
-            return Displacement(*moved)
+            return Displacement(*moved), probe
         along = self.person.ask(
             f"{title}: the distance that the middle of the axle has moved along the line, in metres"
         )
         beside = self.person.ask(f"{title}: its distance from the line in metres, positive to the left")
-        return Displacement(along if command > 0 else -abs(along), beside)
+        return Displacement(along if command > 0 else -abs(along), beside), probe
 
     def prepare(self, instruction: str) -> None:
         """Ask the person to prepare a real robot, and wait until it is done."""

@@ -80,8 +80,11 @@ class CalibratedRobot:
     @property
     def full_rad_s(self) -> float:
         """The velocity that a probe commands for the full command, in rad/s."""
-        if self.models:
-            return FULL_RAD_S
+        return FULL_RAD_S if self.models else self.max_velocity_rad_s
+
+    @property
+    def max_velocity_rad_s(self) -> float:
+        """The greatest velocity that all wheels can have, in rad/s."""
         assert self.description.drive
         names = self.description.drive.motors
         motors = (each for each in self.description.all_of(MotorDescription) if each.name in names)
@@ -128,12 +131,12 @@ class CalibratedRobot:
         return table
 
     def _linearise(self, table: dict[str, Any]) -> None:
-        assert self.section
         table["drive"].pop("max_acceleration_rad_s2", None)
         table["safety"] = {**table.get("safety", {}), "follow_s": FOLLOW_S, "lease_ticks": LEASE_TICKS}
         devices = {each["name"]: each for each in table["devices"]}
         for name, model in self.models.items():
             full = {"dead_band": 0.0, "forward_rad_s": FULL_RAD_S, "backward_rad_s": FULL_RAD_S}
+            assert self.section, "models are those of a section"
             settings = table[self.section][name]
             settings["model"] = {**full, "max_duty": model.max_duty}
             settings.pop("control", None)

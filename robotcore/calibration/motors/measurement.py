@@ -9,12 +9,12 @@ from enum import Enum
 
 import numpy as np
 
-from robotcore.calibration.least_squares import Estimate
-from robotcore.calibration.motors.plans import list_levels, plan_for_encoders, plan_for_imu
-from robotcore.calibration.motors.response import Response, fit_response
+from robotcore.calibration.least_squares import Array, Estimate
+from robotcore.calibration.motors.plans import IMU_REST_S, list_levels, plan_for_encoders, plan_for_imu
+from robotcore.calibration.motors.response import Response, fit_response, shorten_rests
 from robotcore.calibration.motors.velocity_curve import CurvePoint, VelocityCurve, fit_velocity_curve
 from robotcore.calibration.motors.wheel_check import check_wheels
-from robotcore.calibration.probe import SIDES, Side
+from robotcore.calibration.probe import SIDES, ProbeLog, Side
 from robotcore.calibration.probing import Displacement, Probing
 from robotcore.description import AckermannDrive, Drive
 from robotcore.errors import CalibrationError, UsageError
@@ -97,10 +97,22 @@ def _measure_by_encoders(probing: Probing) -> list[MotorResult]:
     found = {}
     for side in SIDES:
         for motor, encoder in encoders[side].items():
-            times, angles = probe.log.read_series(encoder)
+            times, angles = _read_angles(probe.log, drive, encoder)
             response = fit_response(probe.log.list_steps(side), times, angles)
             found[motor] = MotorResult(motor, encoder, _fit_curve(motor, response), response)
     return list(found.values())
+
+
+def _read_angles(log: ProbeLog, drive: Drive, encoder: str) -> tuple[Array, Array]:
+    """Return the times and the angles of an encoder.
+
+    The wheels of a robot that steers roll along one arc. Their mean does not depend on the angle of the servo.
+    """
+    times, angles = log.read_series(encoder)
+    if not isinstance(drive, AckermannDrive):
+        return times, angles
+    series = (log.read_series(name) for name in drive.encoders)
+    return times, np.mean([np.interp(times, *each) for each in series], axis=0)
 
 
 def _pair_encoders(drive: Drive, side: Side) -> dict[str, str]:
@@ -129,10 +141,11 @@ def _measure_by_imu(probing: Probing) -> list[MotorResult]:
             devices=(imu.name,),
         )
     results = []
-    for side, motors in (("left", drive.left_motors), ("right", drive.right_motors)):
-        sign = -1 if side == "left" else 1
+    for side in SIDES:
+        sign, motors = (-1, drive.left_motors) if side == "left" else (1, drive.right_motors)
         angles = sign * headings * drive.geometry.track / drive.geometry.wheel_radius
-        response = fit_response(probe.log.list_steps(side), times, angles, has_drift=True)  # type: ignore[arg-type]
+        steps = shorten_rests(probe.log.list_steps(side), IMU_REST_S)
+        response = fit_response(steps, times, angles, has_drift=True)
         _require_forward(side, motors, response, imu.name)
         results += [MotorResult(motor, imu.name, _fit_curve(motor, response), response) for motor in motors]
     return results
@@ -170,7 +183,7 @@ def _measure_by_tape(probing: Probing, distance_m: float) -> list[MotorResult]:
         speed = abs(_predict_rad_s(probing, command)) * drive.wheel_radius_m
         duration = min(max(distance_m / speed if speed else MAX_DRIVE_S, MIN_DRIVE_S), MAX_DRIVE_S)
         duration = round(duration * probing.rate_hz) / probing.rate_hz
-        moved = probing.drive_straight(command, duration, SETTLE_S, f"drive {number} of {len(commands)}")
+        moved, _ = probing.drive_straight(command, duration, SETTLE_S, f"drive {number} of {len(commands)}")
         for side, rolled in zip(SIDES, split_arc(moved, drive), strict=True):
             velocity = rolled / drive.wheel_radius_m / duration
             deviation = TAPE_ERROR_M / drive.wheel_radius_m / duration

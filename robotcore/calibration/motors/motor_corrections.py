@@ -12,8 +12,8 @@ from robotcore.calibration.probing_robot import CalibratedRobot
 from robotcore.hardware.motor_model import MotorModel
 from robotcore.kinds.motor import MotorDescription
 
-LEAST_DEAD_BAND, LEAST_LAG_S, LEAST_TRIM = 0.003, 0.003, 0.01
-"""The least differences that count. The dead band has the resolution of a third of a percent of duty."""
+LEAST_DEAD_BAND, LEAST_LAG_S, LEAST_TRIM = 0.001, 0.003, 0.005
+"""The least differences that count. """
 
 REMAINING = {"dead_band_rad_s": 0.0, "forward_gain": 1.0, "backward_gain": 1.0}
 """The keys of a motor's description that describe an error behind a model, and their values without the error."""

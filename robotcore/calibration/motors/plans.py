@@ -23,7 +23,7 @@ IMU_LEVELS = LEVELS[::2]
 """The commands of a plan in which one wheel drives at a time."""
 
 IMU_REST_S = 2.0
-"""The rest at the beginning and at the end, in which the drift of an IMU is measured, in seconds."""
+"""The rest before and after the steps of a side, in which the drift of an IMU is measured, in seconds."""
 
 
 def list_levels(max_command: float, shares: Sequence[float] = LEVELS) -> list[float]:
@@ -58,7 +58,8 @@ def plan_for_encoders(max_command: float, *, turns_on_spot: bool) -> list[ProbeS
 
 def plan_for_imu(max_command: float) -> list[ProbeStep]:
     """Return the plan in which one side drives at a time, and the robot turns about the other side."""
-    return [ProbeStep(IMU_REST_S), *_pivot("left", max_command), *_pivot("right", max_command), ProbeStep(IMU_REST_S)]
+    rest = ProbeStep(IMU_REST_S)
+    return [rest, *_pivot("left", max_command), rest, *_pivot("right", max_command), rest]
 
 
 def _pivot(side: Side, max_command: float) -> Iterator[ProbeStep]:

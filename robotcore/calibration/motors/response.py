@@ -83,6 +83,13 @@ def fit_response(steps: Sequence[CommandStep], times: Array, angles: Array, *, h
     return Response(tuple(zip(driven, fit.estimates, strict=False)), lag, delay, rms)
 
 
+def shorten_rests(steps: Sequence[CommandStep], duration_s: float) -> list[CommandStep]:
+    """Return steps whose rests before the first command and after the last one are at most ``duration_s`` long."""
+    first, *middle, last = steps
+    first = first._replace(start=max(first.start, first.end - duration_s))
+    return [first, *middle, last._replace(end=min(last.end, last.start + duration_s))]
+
+
 def _respond(passed: Array, lag: float) -> Array:
     """Return the angle of a wheel whose command was set to 1 rad/s, after a time in seconds."""
     positive = np.maximum(passed, 0.0)

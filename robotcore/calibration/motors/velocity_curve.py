@@ -23,7 +23,7 @@ MAX_DEAD_BAND = 0.9
 MIN_R_SQUARED = 0.98
 """The least share of the velocities' variance that the curve must explain."""
 
-MODEL_ERROR = 0.003
+MODEL_ERROR = 0.001
 """The share of the greatest velocity by which a real motor's velocities differ from the curve at least. With it, the
 precise velocities of a fine encoder do not outweigh those at other duties."""
 
@@ -87,7 +87,9 @@ def fit_velocity_curve(points: Sequence[CurvePoint]) -> VelocityCurve:
 
     start = np.array([0.1, speed[is_forward].max(), speed[~is_forward].max()])
     lower, upper = np.array([0.0, 0.0, 0.0]), np.array([MAX_DEAD_BAND, *(20 * start[1:])])
-    fit = fit_nonlinear(lambda parameters: compute_errors(parameters) / deviation, start, lower, upper)
+    fit = fit_nonlinear(
+        lambda parameters: compute_errors(parameters) / deviation, start, lower, upper, least_variance=1.0
+    )
     errors = compute_errors(fit.parameters)
     spread = speed * np.sign(command)
     explained = 1 - float(errors @ errors) / max(float(np.sum((spread - spread.mean()) ** 2)), 1e-12)

@@ -58,7 +58,11 @@ def _find_problem(
             yield "sides-swapped", encoder, text
             return
         text = f"{motor} was commanded to turn forward, and {encoder} counted {_describe(turned)}"
-        yield "no-motion", encoder, f"{text}: the wheel does not turn, or the encoder does not count"
+        yield (
+            "no-motion",
+            encoder,
+            f"{text}: the wheel does not turn, something blocks the robot, or the encoder does not count",
+        )
     elif turned < 0:
         text = f"{motor} was commanded to turn forward, and {encoder} counted {_describe(turned)}"
         yield "counts-backward", encoder, f"{text}: the motor turns backward, or the encoder counts backward"
