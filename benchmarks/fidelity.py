@@ -16,7 +16,6 @@ The exit status is 1 if the median of the ratios before / after or before / agai
 
 from __future__ import annotations
 
-import math
 import subprocess
 import sys
 from collections.abc import Iterable
@@ -26,12 +25,12 @@ from pathlib import Path
 from random import Random
 from statistics import median
 from tempfile import TemporaryDirectory
-from typing import ClassVar, NamedTuple
+from typing import NamedTuple
 
 import robotcore.description
 from benchmarks.report import parse_options, print_table
-from robotcore import Behaviour, Outcome, Robot, Role, RunRequest, Status, run
-from robotcore.autonomy.routines import Routine
+from benchmarks.winding_drive import WindingDrive
+from robotcore import Outcome, RunRequest, run
 from robotcore.description import load_robot
 from robotcore.fidelity.fidelity import measure_fidelity
 from robotcore.recording import Recording, read
@@ -39,7 +38,6 @@ from robotcore.recording.recorder import Recorder
 from robotcore.sweep.engine import count_cores
 
 GOAL = 5.0
-SPEED_M_S, TURN_RAD_S, SPOT_S = 0.2, 0.9, 1.5
 ROVER = Path(robotcore.description.__file__).parent / "robots" / "rover.toml"
 PARTS = ("motors", "drive")
 """The parts of the robot that `robotcore calibrate` measures, in their order."""
@@ -50,32 +48,6 @@ WORLD = """name = "hall"
 length_m = 20.0
 width_m = 20.0
 """
-
-
-class WindingDrive(Behaviour):
-    """Drives 5 m: curves to both sides, turns on the spot, and a part of the way backward."""
-
-    needs: ClassVar = {Role.DRIVE}
-    parts: ClassVar = [
-        (1.0, 0.0),
-        (0.6, 1.0),
-        (0.0, -1.0),
-        (0.8, -1.0),
-        (-0.6, 0.5),
-        (0.0, 1.0),
-        (1.0, 0.4),
-        (-0.4, 0.0),
-        (0.6, -0.6),
-    ]
-    """The way in metres, and the turn rate as a share of `TURN_RAD_S`. A turn on the spot takes `SPOT_S`."""
-
-    def run(self, robot: Robot) -> Routine[Status]:
-        for way, turn in self.parts:
-            until = robot.clock.now() + (abs(way) / SPEED_M_S or SPOT_S)
-            while robot.clock.now() < until:
-                robot.drive.set_velocity(math.copysign(SPEED_M_S, way) if way else 0.0, turn * TURN_RAD_S)
-                yield
-        return Status.SUCCESS
 
 
 class Errors(NamedTuple):
