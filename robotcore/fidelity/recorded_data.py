@@ -21,7 +21,6 @@ from robotcore.fidelity.run_data import (
     unwrap,
 )
 from robotcore.geometry import Pose, Wheels
-from robotcore.hal.drive import Odometry
 from robotcore.kinds.camera import Frame
 from robotcore.kinds.encoder import EncoderDescription
 from robotcore.recording import Recording, SampleKey, Tick
@@ -96,15 +95,16 @@ def _compute_odometry(recording: Recording, ticks: Sequence[Tick], robot: RobotD
     assert recorded.drive
     assert robot.drive
     left, right = (_compute_scale(recorded, robot, side) for side in SIDES)
-    first = next((each.angles for tick in ticks for each in tick.turned if each.angles), Wheels(0.0, 0.0))
-    angles = Wheels(0.0, 0.0)
-    odometry = Odometry(robot.drive.geometry, lambda: angles)
+    geometry, pose = robot.drive.geometry, Pose(0.0, 0.0, 0.0)
+    last: Wheels | None = None
     for tick in ticks:
-        measured = [each.angles for each in tick.turned if each.angles]
+        measured = [each for each in tick.turned if each.angles]
         for each in measured:
-            angles = Wheels((each.left - first.left) * left, (each.right - first.right) * right)
-            odometry.pose()
-        yield odometry.latest if measured else None
+            for angles in (*getattr(each, "between", ()), each.angles):
+                before, last = last or angles, angles
+                turned = Wheels((angles.left - before.left) * left, (angles.right - before.right) * right)
+                pose = pose.advance(*geometry.to_twist(turned))
+        yield pose if measured else None
 
 
 def _compute_scale(recorded: RobotDescription, robot: RobotDescription, side: str) -> float:
