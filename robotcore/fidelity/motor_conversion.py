@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 from robotcore.description import Drive, RobotDescription
 from robotcore.errors import BackendMissingError, UsageError
 from robotcore.hal.backend import Backend, load_backend
-from robotcore.hardware import DeviceDriver, HardwareBackend
+from robotcore.hardware import DeviceDriver, Drivers, HardwareBackend
 from robotcore.hardware.motor_model import MotorModel
 from robotcore.kinds.motor import MotorDescription
 
@@ -90,9 +90,6 @@ def _find_models(driver: DeviceDriver | None, other: DeviceDriver | None) -> Dut
     if not (isinstance(recorded, MotorModel) and isinstance(true, MotorModel)):
         return None
     return DutyModels(recorded, true, driver.duty_steps)
-
-
-Drivers = Mapping[str, DeviceDriver]
 
 
 def _bind_both(backend: str, recorded: RobotDescription, robot: RobotDescription) -> tuple[Drivers, Drivers]:
