@@ -88,7 +88,7 @@ def measure_robot(simulator: str, seed: str) -> Errors:
     with TemporaryDirectory() as folder:
         truth, own, world = (Path(folder, name) for name in ("true.toml", "my_robot.toml", "hall.toml"))
         truth.write_text(draw_truth(Random(seed)), encoding="utf-8")
-        own.write_text(ROVER.read_text(encoding="utf-8"), encoding="utf-8")
+        own.write_text(read_rover(), encoding="utf-8")
         world.write_text(WORLD, encoding="utf-8")
         options = {"truth": str(truth), "simulator": simulator}
         first = record_drive(Path(folder, "first.mcap"), own, world, options)
@@ -101,9 +101,14 @@ def measure_robot(simulator: str, seed: str) -> Errors:
     )
 
 
+def read_rover() -> str:
+    """Return the file of the shipped rover, with a body that is wide enough for each track that is drawn."""
+    return ROVER.read_text(encoding="utf-8").replace("width_m = 0.185", "width_m = 0.195")
+
+
 def draw_truth(draw: Random) -> str:
     """Return the file of a rover with errors of its motors, its track and its wheels."""
-    text = ROVER.read_text(encoding="utf-8")
+    text = read_rover()
     for _ in range(2):
         band, forward, backward = draw.uniform(0.05, 0.18), draw.uniform(12.6, 15.4), draw.uniform(12.6, 15.4)
         model = f"{{ dead_band = {band:.4f}, forward_rad_s = {forward:.3f}, backward_rad_s = {backward:.3f} }}"
