@@ -3,8 +3,8 @@
     python -m benchmarks.hostile_recordings
 
 The files of `tests.robotcore.recording.hostile_files`, and files with random changes, go through `robotcore info`
-with all its outputs, `replay`, `replay --set` and `compare`, each in its own process. Memory is the largest resident
-size of a process with its interpreter and libraries, less the size of the file. Time is processor time.
+with all its outputs, `replay`, `replay --set`, `compare` and `fidelity`, each in its own process. Memory is the largest
+resident size of a process with its interpreter and libraries, less the size of the file. Time is processor time.
 
 The exit status is 1 if a bound is broken, if a traceback or a control character is printed, or if an app runs that a
 recording names.
@@ -99,6 +99,7 @@ def _measure(name: str, base: Path, file: Path) -> Iterator[Cost]:
     yield _run(name, file, "replay", str(file))
     yield _run(name, file, "replay", str(file), "--set", "speed_m_s=0.1")
     yield _run(name, file, "compare", str(base), str(file))
+    yield _run(name, file, "fidelity", str(file), "--picture", "b.png")
 
 
 def _run(name: str, file: Path, *command: str) -> Cost:

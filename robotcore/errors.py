@@ -16,6 +16,7 @@
     │   ├── DeviceClosedError                a device was used after it was closed
     │   ├── DeviceLostError                  a device is disconnected, and its driver searches for it
     │   └── DeviceGroupError                 several devices failed at once
+    ├── CalibrationError                     a measurement of the robot is too poor to be written: exit 1
     ├── DeviationError                       a replay differs from its recording: exit 1
     ├── DeployError                          a robot cannot be reached, or refuses a release: exit 3
     ├── FirmwareError                        a board's firmware cannot be built or flashed: exit 3
@@ -290,6 +291,12 @@ class RecordingEndedError(BackendError, EOFError):
     def __init__(self, ticks: int, time: float) -> None:
         text = f"the recording ends here, after {ticks} ticks, at {time:g} s. The app did not end by then"
         super().__init__(text, ticks=ticks, time_s=time)
+
+
+class CalibrationError(RobotcoreError):
+    """A calibration has no result, or its result is too uncertain to be written to the robot's file."""
+
+    kind = "calibration"
 
 
 class DeviationError(RobotcoreError):

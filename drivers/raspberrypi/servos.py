@@ -84,7 +84,9 @@ def write_duty(pin: Any, number: int, duty: float) -> None:
     number: the number of the GPIO.
     """
     handle = getattr(pin.factory, "_handle", None)
-    if handle is None:
+    if hasattr(pin, "set_duty"):  # a virtual pin
+        pin.set_duty(duty)
+    elif handle is None:
         pin.state = duty
     else:
         import lgpio

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from robotcore.cli.output import as_json, write_json, write_lines, write_table
+from robotcore.cli.options import refuse_without
+from robotcore.cli.output import as_json, write_content, write_json, write_lines, write_table
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -72,12 +73,20 @@ def kinds(*, as_json: bool) -> None:
 
 
 @click.command("robots")
+@click.argument("name", required=False)
 @as_json
-def robots(*, as_json: bool) -> None:
-    """List the robots that --robot accepts by name."""
-    from robotcore.description import robot_names
+def robots(name: str | None, *, as_json: bool) -> None:
+    """List the robots that --robot accepts by name.
 
-    rows = [_robot_row(name) for name in robot_names()]
+    With NAME, prints the file of that robot. Copy it to change it: `robotcore robots rover > my_robot.toml`.
+    """
+    from robotcore.description import read_shipped, robot_names
+
+    if name is not None:
+        refuse_without("the list of robots", "Leave it out to print a robot's file", json=as_json)
+        write_content(read_shipped(name))
+        return
+    rows = [_robot_row(each) for each in robot_names()]
     if as_json:
         write_json(rows)
     else:

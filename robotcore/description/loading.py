@@ -84,6 +84,17 @@ def world_names() -> list[str]:
     return _list_shipped("world")
 
 
+def read_shipped(name: str) -> str:
+    """Return the text of a shipped robot's file. Raises UnknownNameError for an unknown name.
+
+    >>> read_shipped("rover").splitlines()[2]
+    'name = "rover"'
+    """
+    if name not in (names := robot_names()):
+        raise UnknownNameError("robot", name, names)
+    return _shipped_folder("robot").joinpath(f"{name}.toml").read_text(encoding="utf-8")
+
+
 def is_own(name_or_file: str) -> bool:
     """Return whether a text is the path of a user's file, not the name of a shipped robot or world.
 
@@ -104,6 +115,11 @@ def load_robot(name_or_file: str) -> RobotDescription:
     (0.155, ['left_motor', 'right_motor'])
     """
     return _make_robot(*_read(name_or_file, "robot"), _file_of(name_or_file))
+
+
+def parse_robot(file: str, content: bytes) -> RobotDescription:
+    """Return the description in the content of a user's file. Raises DescriptionError for mistakes in it."""
+    return _make_robot(file, _parse(file, content), file)
 
 
 def load_world(name_or_file: str) -> WorldDescription:
@@ -136,6 +152,15 @@ def read_table(file: str) -> Table:
     Raises UsageError for a file that cannot be read, and DescriptionError for a file that is not TOML.
     """
     return _parse(file, read_limited(Path(file), MAX_FILE_BYTES))
+
+
+def read_toml(file: str, content: bytes) -> Table:
+    """Return the content of a robot's file, with lists and tables that can be changed.
+
+    Raises DescriptionError for a content that is not TOML.
+    """
+    _parse(file, content)
+    return tomllib.loads(content.decode("utf-8-sig"))
 
 
 def load_any(name_or_file: str) -> RobotDescription | WorldDescription:

@@ -40,7 +40,9 @@ class Truth:
     """The true state of a simulated robot. An app's `verify` gets it at the end of a run."""
 
     def __init__(self, source: TruthSource, robot: RobotDescription, world: WorldDescription) -> None:
-        self._source, self._robot, self._world = source, robot, world
+        self._source, self._world = source, world
+        state = getattr(source, "simulation_state", None)  # its robot may differ from the robot's file
+        self._robot = robot = state.robot if state else robot
         camera, ball = robot.first_of("camera"), world.target
         tall = max(camera.mount.z_m if camera else 0.0, 2 * ball.radius_m if ball else 0.0)
         self.line = LineProgress(world.lines[0]) if world.lines else None

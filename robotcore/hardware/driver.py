@@ -144,6 +144,8 @@ class DeviceDriver(StrictModel, ABC):
     """Names that users may write in place of ``name``, such as chips. Error messages then suggest this driver."""
     reports_direction: ClassVar[bool] = False
     """Whether the driver's motors have the property ``direction``, as `DutyMotor` has."""
+    duty_steps: ClassVar[int] = 0
+    """The number of duties that the output of a motor distinguishes in each direction; 0 if it needs no mention."""
 
     @abstractmethod
     def open(self, description: Any, context: DeviceContext) -> Device:

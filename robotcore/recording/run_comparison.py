@@ -8,6 +8,7 @@ from functools import cached_property
 from itertools import zip_longest
 from typing import Any
 
+from robotcore.description import WorldDescription
 from robotcore.recording import Recording
 from robotcore.recording.summary import (
     PosePath,
@@ -23,6 +24,14 @@ from robotcore.runtime.result import RunResult
 
 Room = tuple[Sequence[object], ...]
 """The floor's length and width, its picture and its lines, and the outline of each object, in metres."""
+
+
+def build_room(world: WorldDescription) -> Room:
+    """Return the floor, its picture, its lines and the objects of a world, seen from above."""
+    floor, image = world.floor, world.floor.image
+    picture = (image.limits, image.content) if image else ()
+    return ((floor.length_m, floor.width_m), picture, world.lines, *(thing.outline for thing in world.bodies))
+
 
 _DIGITS = 4
 """The number of decimals in JSON, so that lengths are rounded to 0.1 mm."""
@@ -61,11 +70,7 @@ class RunSummary:
     def room(self) -> Room | None:
         """The floor, its picture, its lines and the objects of the world, seen from above; None without a world."""
         world = self.recording.metadata.world
-        if world is None:
-            return None
-        floor, image = world.floor, world.floor.image
-        picture = (image.limits, image.content) if image else ()
-        return ((floor.length_m, floor.width_m), picture, world.lines, *(thing.outline for thing in world.bodies))
+        return build_room(world) if world else None
 
     @property
     def drift(self) -> float | None:

@@ -117,7 +117,8 @@ def read_own_files(sweep: Sweep) -> dict[Path, bytes]:
     """Return the contents of the user's files by their absolute paths, sorted.
 
     These are the files of the app and the judge, all modules beside them, the descriptions of the robot and the worlds,
-    and the pictures on the floors. Raises UsageError if a file cannot be read.
+    those that an option of the backend names, and the pictures on the floors. Raises UsageError if a file cannot be
+    read.
     """
     contents = {}
     for file in sorted(set(_list_own_files(sweep))):
@@ -137,7 +138,9 @@ def _list_own_files(sweep: Sweep) -> Iterator[Path]:
         # A folder, and the lock file of an editor, .#app.py, cannot be imported.
         yield from (each for each in app.parent.glob("*.py") if each.is_file() and not each.name.startswith("."))
     worlds = [name for name in sweep.worlds if is_own(name)]
-    yield from (Path(name).absolute() for name in (sweep.request.robot, *worlds) if is_own(name))
+    options = (str(value) for value in sweep.request.options.values())
+    descriptions = (sweep.request.robot, *worlds, *(each for each in options if each.endswith(".toml")))
+    yield from (Path(name).absolute() for name in descriptions if is_own(name))
     yield from (picture.absolute() for picture in map(find_floor_image, worlds) if picture)
 
 

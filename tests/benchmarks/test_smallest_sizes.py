@@ -39,6 +39,7 @@ EXACT = {
 
 BOUNDED = {
     "detector": "--frames 4",
+    "fidelity": "--robots 1 --simulators kinematic",
     "flight_recorder": "--hours 0.01 --last 10 --kills 1 --ring 1",
     "floor_pictures": "--pairs 1 --ticks 1",
     "guardian": "--trials 1",

@@ -11,7 +11,7 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from drivers.raspberrypi.backend import RaspberryPiBackend
-from robotcore.description import DeviceDescription, RobotDescription, StrictModel
+from robotcore.description import DeviceDescription, RobotDescription, StrictModel, load_robot
 from robotcore.errors import DescriptionError, UsageError
 from robotcore.hal.backend import Backend, Capability, Setup, load_backend
 from robotcore.hal.check_finding import Finding
@@ -33,11 +33,18 @@ class VirtualPiOptions(StrictModel):
     lost_echoes: Annotated[float, Field(ge=0, le=1)] = 0.0
     """The share of lost ultrasonic echoes, from 0 to 1. The seed of the run determines which echoes are lost."""
 
+    truth: Annotated[str, Field(min_length=1)] | None = None
+    """The file of the true robot, which is simulated and connected to the pins. None: the robot's own file.
+
+    The drivers are opened with the robot's own file, as on a robot whose file has mistakes.
+    """
+
 
 class VirtualPiBackend(RaspberryPiBackend):
     """Opens robots on virtual pins: motors, encoders and ultrasonic sensors use the drivers of the real Pi.
 
-    Other devices (cameras, range sensors on a bus, displays) are replaced by those of the simulator.
+    Other devices (cameras, range sensors on a bus, displays) are replaced by those of the simulator. With the option
+    ``truth``, the simulated robot differs from the robot's file, and only the ground truth shows it.
 
     is_lost: called for each ultrasonic echo; returns whether the echo is lost. It overrides ``lost_echoes``.
     """
@@ -73,8 +80,12 @@ class VirtualPiBackend(RaspberryPiBackend):
         return [each for each in needing if each.name not in tables and not list_drivers(type(each))]
 
     def notes(self, setup: Setup) -> list[str]:
+        from drivers.raspberrypi.virtual.hardware import load_truth
         from drivers.raspberrypi.virtual.models import SIMULATED_DRIVERS, find_unmodelled
 
+        options = setup.options_as(VirtualPiOptions)
+        if options.truth is not None:
+            load_truth(options.truth, self.section, setup.robot)
         bindings = find_unmodelled(self.bind(setup.robot, setup.devices))
         driverless = [each for each in self._find_driverless(setup.robot) if each.name in setup.devices]
         return [
@@ -107,25 +118,32 @@ class VirtualPiBackend(RaspberryPiBackend):
         return ()
 
     def open(self, setup: Setup) -> Robot:
-        from drivers.raspberrypi.virtual.models import VirtualPins, connect_pins, describe_hardware
+        from drivers.raspberrypi.virtual.hardware import adopt_devices, describe_own_hardware, load_true_hardware
+        from drivers.raspberrypi.virtual.models import MODELLED_DRIVERS, VirtualPins, connect_pins
 
         options = setup.options_as(VirtualPiOptions)
         simulator = self._load_simulator(options.simulator)
         bindings = self.bind(setup.robot, setup.devices)
-        hardware = {binding.name: describe_hardware(binding) for binding in bindings}
-        built = setup.robot.model_copy(
-            update={"devices": tuple(hardware.get(device.name, device) for device in setup.robot.devices)}
-        )
+        if options.truth is None:
+            hardware = describe_own_hardware(setup, bindings)
+        else:
+            simulated = simulator.openable(load_robot(options.truth), {})
+            hardware = load_true_hardware(setup, options.truth, self.section, simulated)
+        built = replace(setup, robot=hardware.robot, devices=hardware.devices, options={})
         is_lost = self._is_lost or _build_echo_loss(options.lost_echoes, setup.seed)
+        on_pins = {each.name for each in bindings if isinstance(each.driver, MODELLED_DRIVERS)}
         with ExitStack() as undo:
-            simulated = undo.enter_context(simulator.open(replace(setup, robot=built, options={})))
-            pins = undo.enter_context(VirtualPins(simulated.clock))
-            on_pins = {each.name for each in bindings if connect_pins(each, simulated, pins, is_lost)}
+            robot = undo.enter_context(simulator.open(built))
+            pins = undo.enter_context(VirtualPins(robot.clock))
+            for each in hardware.bindings:
+                if each.name in robot.devices:
+                    connect_pins(each, robot, pins, is_lost)
+            own = {name: device for name, device in robot.devices.items() if name not in on_pins}
+            if options.truth is not None:
+                described = {each.name: each for each in setup.chosen_devices if each.name not in on_pins}
+                own = {device.name: device for device in adopt_devices(described, own)}
             release = undo.pop_all().close
-        own = {name: device for name, device in simulated.devices.items() if name not in on_pins}
-        return open_robot(
-            setup, bindings, simulated.clock, pins=pins, release=release, truth=simulated.truth, opened=own
-        )
+        return open_robot(setup, bindings, robot.clock, pins=pins, release=release, truth=robot.truth, opened=own)
 
     def _load_simulator(self, name: str) -> Backend:
         simulator = load_backend(name)

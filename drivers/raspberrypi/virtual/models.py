@@ -17,12 +17,12 @@ from drivers.raspberrypi.gamepads import EventGamepadDriver
 from drivers.raspberrypi.i2c import ChipDriver
 from drivers.raspberrypi.lights import LightDriver
 from drivers.raspberrypi.line_sensors import PinLineSensorDriver
-from drivers.raspberrypi.motors.boards import HBridge, PhaseEnable
-from drivers.raspberrypi.pwm.motors import HBridgeChannelDriver, PhaseChannelDriver
+from drivers.raspberrypi.motors.boards import HBridge, MotorDriver, PhaseEnable
+from drivers.raspberrypi.pwm.motors import ChannelMotorDriver, HBridgeChannelDriver, PhaseChannelDriver
 from drivers.raspberrypi.pwm.servos import ChannelServoDriver
 from drivers.raspberrypi.pwm.settings import ChannelDriver
 from drivers.raspberrypi.ranging.ultrasonic_driver import Ultrasonic, speed_of_sound
-from drivers.raspberrypi.servos import PinServoDriver
+from drivers.raspberrypi.servos import FRAME_HZ, PinServoDriver, PulseDriver
 from drivers.raspberrypi.virtual.pwm_chip import VirtualChannel, VirtualPwmChip
 from robotcore.description import DeviceDescription
 from robotcore.hal.clock import MIN_PHYSICS_RATE_HZ, Clock, SteppedClock
@@ -34,7 +34,7 @@ from robotcore.kinds.bumper import Bumper
 from robotcore.kinds.button import Button
 from robotcore.kinds.encoder import Encoder, EncoderDescription
 from robotcore.kinds.line_sensor import THRESHOLD, LineSensor
-from robotcore.kinds.motor import Motor
+from robotcore.kinds.motor import Motor, MotorDescription
 from robotcore.kinds.range_sensor import RangeSensor
 from robotcore.kinds.servo import Servo
 
@@ -87,6 +87,10 @@ class VirtualPin(MockPWMPin):  # type: ignore[misc]  # gpiozero has no types
     def clear_states(self) -> None:
         """Set the time of the last change to the current time."""
         self._last_change = self._factory.ticks()
+
+    def set_duty(self, duty: float) -> None:
+        """Set the duty of an output with PWM, from 0 to 1, without rounding."""
+        super()._set_state(duty)
 
     def _set_state(self, value: float) -> None:
         super()._set_state(int(value * 100) / 100)
@@ -247,17 +251,21 @@ def read_phase_and_enable(phase: float, enable: float) -> float:
     return -enable if phase else enable
 
 
-def wire_servo(servo: Servo, driver: ChannelServoDriver, chip: VirtualPwmChip) -> None:
-    """Connect a servo to a channel. Without pulses it holds its angle."""
-    channel = chip.channels[driver.channel]
+def wire_servo(
+    servo: Servo, driver: PulseDriver, output: VirtualPin | VirtualChannel, frequency_hz: Callable[[], float]
+) -> None:
+    """Connect a servo to a pin or a channel. Without pulses it holds its angle.
+
+    frequency_hz: returns the number of pulses in a second.
+    """
 
     def turn() -> None:
-        if channel.state:
+        if output.state:
             least, greatest = driver.pulses
-            share = (channel.state / chip.frequency_hz - least) / (greatest - least)
+            share = (output.state / frequency_hz() - least) / (greatest - least)
             servo.set_angle(servo.min_angle + share * (servo.max_angle - servo.min_angle))
 
-    channel.on_change(turn)
+    output.on_change(turn)
 
 
 def connect_channels(driver: ChannelDriver, actuator: Motor | Servo, pins: VirtualPins) -> None:
@@ -272,7 +280,7 @@ def connect_channels(driver: ChannelDriver, actuator: Motor | Servo, pins: Virtu
             sign = -1 if on.forward_is_high else 1
             wire_motor(motor, on.model, inputs, lambda phase, pwm: sign * read_phase_and_enable(phase, pwm))
         case ChannelServoDriver() as on, Servo() as servo:
-            wire_servo(servo, on, chip)
+            wire_servo(servo, on, chip.channels[on.channel], lambda: chip.frequency_hz)
 
 
 def drive_outputs(row: LineSensor, outputs: Sequence[VirtualPin], active_high: bool) -> None:  # noqa: FBT001
@@ -292,13 +300,12 @@ MODELLED_DRIVERS = (
     LightDriver,
     PinBuzzerDriver,
     PinLineSensorDriver,
+    PinServoDriver,
 )
 """The drivers of the devices that have a model."""
 
-SIMULATED_DRIVERS = (CameraDriver, ChipDriver, EventGamepadDriver, PinServoDriver)
-"""The drivers of devices that are not on pins, and of servos, whose pulses virtual pins would round too much.
-
-The simulator's own devices replace these devices."""
+SIMULATED_DRIVERS = (CameraDriver, ChipDriver, EventGamepadDriver)
+"""The drivers of devices that are not on pins. The simulator's own devices replace these devices."""
 
 MAX_ECHO_M = 4.3
 """The distance of the farthest wall whose echo an HC-SR04 receives, in metres."""
@@ -331,6 +338,8 @@ def connect_pins(binding: DeviceBinding, simulated: Robot, pins: VirtualPins, is
             update = partial(drive_outputs, row, [pin(each) for each in on.gpios], on.active_high)
             update()
             clock.call_every(_step_of(clock), update, "line-sensors")
+        case PinServoDriver() as on, _, Servo() as servo:
+            wire_servo(servo, on, pin(on.gpio), lambda: FRAME_HZ)
         case LightDriver() | PinBuzzerDriver(), _, _:
             pass  # nothing reacts to a light or a tone
         case _:
@@ -358,10 +367,13 @@ def find_unmodelled(bindings: Iterable[DeviceBinding]) -> list[DeviceBinding]:
 def describe_hardware(binding: DeviceBinding) -> DeviceDescription:
     """Return the description of a device's hardware, for the simulator.
 
-    An encoder's counts are all of its edges. An ultrasonic module also measures walls beyond its ``max_range_m``. Its
-    driver decides when it measures.
+    An encoder's counts are all of its edges. An ultrasonic module also measures walls beyond its ``max_range_m``, and
+    its driver decides when it measures. A motor turns at full duty as fast as its model states.
     """
     match binding.driver, binding.description:
+        case (MotorDriver() | ChannelMotorDriver()) as driver, MotorDescription() as description:
+            fastest = max(description.max_velocity_rad_s, driver.model.forward_rad_s, driver.model.backward_rad_s)
+            return description.model_copy(update={"max_velocity_rad_s": fastest})
         case EncoderDriver() as driver, EncoderDescription() as description:
             return description.model_copy(update={"counts_per_turn": driver.edges_per_turn(description)})
         case Ultrasonic(), description:

@@ -8,8 +8,8 @@ from xml.etree.ElementTree import Element
 from robotcore.sweep.failure_analysis import Split
 from robotcore.sweep.record import GroupKey, Record
 from robotcore.sweep.report.drawing import (
-    Axis,
     Point,
+    SvgAxis,
     dot,
     element,
     group,
@@ -46,7 +46,7 @@ def plot_success(groups: Sequence[Group]) -> str:
     if all(each.verified is None for each in groups):
         return ""
     right = WIDTH - measure_labels(map(format_verified, groups))
-    axis = Axis(0, 100, measure_labels(each.name for each in groups), right)
+    axis = SvgAxis(0, 100, measure_labels(each.name for each in groups), right)
     bottom = _SUCCESS_TOP + _SUCCESS_ROW * len(groups)
     rows = (
         group(_draw_share(each, axis, _SUCCESS_TOP + _SUCCESS_ROW * (index + 0.5)), class_="success")
@@ -57,7 +57,7 @@ def plot_success(groups: Sequence[Group]) -> str:
     return render_svg(WIDTH, bottom + _FOOT, description, [grid, *rows])
 
 
-def _draw_share(each: Group, axis: Axis, y: float) -> Iterator[Element]:
+def _draw_share(each: Group, axis: SvgAxis, y: float) -> Iterator[Element]:
     yield axis.draw_label(y, each.name)
     if each.verified_share is not None and each.verified_95 is not None:
         low, high = (axis.at(100 * edge) for edge in each.verified_95)
@@ -77,7 +77,7 @@ def _format_seconds(value: float) -> str:
 def plot_arrivals(series: Sequence[Series], milestone: str) -> str:
     """Return a chart as SVG with a curve for each group: the share of runs that reached a milestone, over time."""
     time = _make_time_axis(series, [milestone], _LEFT)
-    share = Axis(0, 100, HEIGHT - _FOOT, _TOP)
+    share = SvgAxis(0, 100, HEIGHT - _FOOT, _TOP)
     counts = (f"{each.group.name} {len(each.list_times(milestone))} of {each.group.runs}" for each in series)
     parts = [
         time.draw_grid(_TOP, HEIGHT - _FOOT, _format_seconds),
@@ -87,14 +87,14 @@ def plot_arrivals(series: Sequence[Series], milestone: str) -> str:
     return render_svg(WIDTH, HEIGHT, f"Share of runs that reached {milestone}, over time: {', '.join(counts)}", parts)
 
 
-def _draw_share_axis(share: Axis) -> Iterator[Element]:
+def _draw_share_axis(share: SvgAxis) -> Iterator[Element]:
     for value in share.list_ticks(4):
         y = share.at(value)
         yield line((_LEFT, y), (WIDTH - _RIGHT, y))
         yield text((_LEFT - 8, y + 4), _format_percent(value), text_anchor="end")
 
 
-def _make_steps(each: Series, time: Axis, share: Axis, milestone: str) -> Iterator[Point]:
+def _make_steps(each: Series, time: SvgAxis, share: SvgAxis, milestone: str) -> Iterator[Point]:
     """Yield the corners of a curve: an empirical distribution function up to the right edge of the chart."""
     reached = 0.0
     yield time.start, share.at(reached)
@@ -124,12 +124,12 @@ def plot_milestones(series: Sequence[Series], milestones: Sequence[str]) -> str:
     return render_svg(WIDTH, bottom + _FOOT, description, [grid, *rows])
 
 
-def _make_time_axis(series: Sequence[Series], milestones: Sequence[str], start: float) -> Axis:
+def _make_time_axis(series: Sequence[Series], milestones: Sequence[str], start: float) -> SvgAxis:
     slowest = max((time for each in series for name in milestones for time in each.list_times(name)), default=0.0)
-    return Axis(0, max(1.04 * slowest, 1.0), start, WIDTH - _RIGHT)
+    return SvgAxis(0, max(1.04 * slowest, 1.0), start, WIDTH - _RIGHT)
 
 
-def _draw_milestone(series: Sequence[Series], name: str, time: Axis, top: float, tall: float) -> Iterator[Element]:
+def _draw_milestone(series: Sequence[Series], name: str, time: SvgAxis, top: float, tall: float) -> Iterator[Element]:
     yield time.draw_label(top + tall / 2, name)
     for index, each in enumerate(series):
         if quantiles := each.compute_quantiles(name):
@@ -155,7 +155,7 @@ def plot_condition(split: Split, records: Iterable[Record]) -> str:
         if GroupKey.from_record(record) == split.group and value is not None and not isinstance(value, str):
             values[record.is_failure].append(value)
     both = values[False] + values[True]
-    axis = Axis(min(both), max(both), _RUG_LEFT, WIDTH - _RIGHT)
+    axis = SvgAxis(min(both), max(both), _RUG_LEFT, WIDTH - _RIGHT)
     threshold = axis.at(split.value)
     left, right = (axis.start, threshold) if split.sign == "<" else (threshold, axis.end)
     parts = [
@@ -168,7 +168,7 @@ def plot_condition(split: Split, records: Iterable[Record]) -> str:
     return render_svg(WIDTH, _RUG_BOTTOM + _RUG_FOOT, description, parts)
 
 
-def _draw_rug(name: str, values: Sequence[float], axis: Axis, top: float) -> Iterator[Element]:
+def _draw_rug(name: str, values: Sequence[float], axis: SvgAxis, top: float) -> Iterator[Element]:
     yield axis.draw_label(top + _RUG_ROW / 2, name)
     for value in subsample(sorted(values), MAX_MARKS):
         x, margin = axis.at(value), (_RUG_ROW - _RUG_MARK) / 2

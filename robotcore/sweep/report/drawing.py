@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 from xml.etree.ElementTree import Element, tostring
+
+from robotcore.view.line_chart import Axis
 
 Attribute = str | float
 Point = tuple[float, float]
@@ -78,43 +78,8 @@ def _format_value(value: Attribute) -> str:
     return value if isinstance(value, str) else f"{value:.1f}".removesuffix(".0")
 
 
-@dataclass(frozen=True)
-class Axis:
-    """A linear axis of a chart: maps values to coordinates in SVG.
-
-    >>> axis = Axis(low=0, high=100, start=50, end=450)
-    >>> axis.at(25)
-    150.0
-    >>> axis.list_ticks(4)
-    [0, 50, 100]
-    """
-
-    low: float
-    """The value at the coordinate ``start``."""
-
-    high: float
-    """The value at the coordinate ``end``. It is greater than ``low``."""
-
-    start: float
-    """The coordinate of the value ``low``."""
-
-    end: float
-    """The coordinate of the value ``high``. It may be less than ``start``."""
-
-    def at(self, value: float) -> float:
-        """Return the coordinate of a value."""
-        return self.start + (value - self.low) / (self.high - self.low) * (self.end - self.start)
-
-    def list_ticks(self, count: int) -> list[float]:
-        """Return about ``count`` round values of the axis, at steps of 1, 2 or 5 times a power of ten.
-
-        Source: P. S. Heckbert, Nice numbers for graph labels, Graphics Gems (1990).
-        """
-        rough = (self.high - self.low) / count
-        unit = 10 ** math.floor(math.log10(rough))
-        step = unit * next(size for size in (1, 2, 5, 10) if size * unit >= rough * (1 - 1e-9))
-        first, last = math.ceil(self.low / step - 1e-9), math.floor(self.high / step + 1e-9)
-        return [index * step for index in range(first, last + 1)]
+class SvgAxis(Axis):
+    """A linear axis of a chart in SVG."""
 
     def draw_grid(self, top: float, bottom: float, format_tick: Callable[[float], str]) -> Element:
         """Return the grid of a horizontal axis: vertical lines from ``top`` to ``bottom`` with a number below each."""

@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from robotcore import plugins as registry
+from robotcore.description import read_shipped
 from tests.robotcore.cli.conftest import Cli
 from tests.texts import CheckText
 
@@ -65,3 +66,11 @@ def test_a_table_has_the_rows_of_the_json(cli: Cli, name: str) -> None:
     table = cli(name).out.splitlines()
     for each in names:
         assert sum(line.startswith(f"{each} ") for line in table) == names.count(each)
+
+
+def test_robots_prints_the_file_of_a_robot_to_copy_it(cli: Cli, check_text: CheckText) -> None:
+    assert cli("robots", "rover").out == read_shipped("rover")
+    assert cli("robots", "rover", "--json").status == 2
+    unknown = cli("robots", "rovr")
+    assert unknown.status == 2
+    check_text(unknown.err)

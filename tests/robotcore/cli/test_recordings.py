@@ -1,4 +1,4 @@
-"""``robotcore replay``, ``compare`` and ``info``, on files that ``run --record`` wrote."""
+"""``robotcore replay``, ``compare``, ``info`` and ``fidelity``, on files that ``run --record`` wrote."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from robotcore.recording.chunks import ChunkedFile, ChunkLocation
 from tests.robotcore.cli.conftest import AppFile, Cli, RecordedRun
 from tests.texts import CheckText
 
-COMMANDS = ("replay", "info", "compare")
+COMMANDS = ("replay", "info", "compare", "fidelity")
 HEAD_BYTES = 9
 """The length of a record's head in an MCAP file, in bytes. The head has the record's kind and length."""
 

@@ -63,6 +63,15 @@ def test_the_picture_on_the_floor_of_a_world_counts(tmp_path: Path) -> None:
     assert _digest(sweep) != before
 
 
+def test_a_file_that_an_option_of_the_backend_names_counts(tmp_path: Path) -> None:
+    truth = tmp_path / "truth.toml"
+    truth.touch()
+    sweep = make_sweep("green-search")
+    options = {"truth": str(truth), "simulator": "kinematic"}
+    sweep = replace(sweep, request=replace(sweep.request, options=options))
+    assert set(read_own_files(sweep)) == {truth}
+
+
 def test_a_judge_counts_with_the_modules_beside_it(app_file: AppFile, tmp_path: Path) -> None:
     judge = tmp_path / "judge" / "strict.py"
     judge.parent.mkdir()

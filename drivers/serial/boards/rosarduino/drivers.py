@@ -10,7 +10,7 @@ from pydantic import Field
 
 from drivers.serial.boards.devices import BoardBattery
 from drivers.serial.boards.drivers import BatteryDriver, Board, BoardDriver, BoardTimeout, EncoderDriver, MotorDriver
-from drivers.serial.boards.rosarduino.board import ArduinoProtocol
+from drivers.serial.boards.rosarduino.board import FULL_DUTY, ArduinoProtocol
 from drivers.serial.boards.rosarduino.devices import (
     ENCODER,
     MUTE_PINGS,
@@ -135,6 +135,7 @@ class ArduinoMotor(ArduinoDriver, MotorDriver):
     name = "ros-arduino-motor"
     summary = "a motor on an Arduino with ROSArduinoBridge or robotcore_bridge, on a serial line"
     reports_direction = True
+    duty_steps = FULL_DUTY
 
     board_timeout_s: BoardTimeout = 0.5
     model: Model | None = None

@@ -11,6 +11,7 @@ from pydantic import Field
 from drivers.serial.boards.devices import BoardOutput
 from drivers.serial.boards.drivers import BoardDriver, BoardTimeout
 from drivers.serial.boards.sabertooth.protocol import (
+    FULL_DUTY,
     HIGHEST_ADDRESS,
     LOWEST_ADDRESS,
     SETTLING_S,
@@ -55,6 +56,7 @@ class SabertoothMotor(BoardDriver):
     described = MotorDescription
     aliases = ("sabertooth", "syren", "dimension engineering")
     reports_direction = True
+    duty_steps = FULL_DUTY
     protocol_name = "Sabertooth packet serial"
     default_baud = 9600
     is_mute = True

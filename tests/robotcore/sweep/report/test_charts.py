@@ -12,11 +12,11 @@ import pytest
 from robotcore.description import load_world
 from robotcore.sweep.failure_analysis import explain
 from robotcore.sweep.report.charts import MAX_STEPS, plot_arrivals, plot_condition, plot_success
-from robotcore.sweep.report.drawing import Axis
 from robotcore.sweep.report.failures import MAX_ENDINGS, count_endings
 from robotcore.sweep.report.maps import draw_maps
 from robotcore.sweep.report.series import build_series, find_goal, list_milestones
 from robotcore.sweep.statistics import compare_backends, group_records
+from robotcore.view.line_chart import Axis
 from tests.robotcore.description.courses import load_course
 from tests.robotcore.sweep.report.samples import PATH, make_fail, make_many, make_pass
 

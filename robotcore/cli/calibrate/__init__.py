@@ -1,0 +1,22 @@
+"""``robotcore calibrate``: measure the parts of a robot, and correct its file."""
+
+from __future__ import annotations
+
+import click
+
+from robotcore.cli.command_classes import LazyGroup
+from robotcore.cli.output import write_lines
+
+
+@click.group(
+    "calibrate",
+    cls=LazyGroup,
+    package="robotcore.cli.calibrate",
+    commands=("motors", "drive"),
+    invoke_without_command=True,
+)
+@click.pass_context
+def command(context: click.Context) -> None:
+    """Measure the parts of a robot, and correct its file."""
+    if context.invoked_subcommand is None:
+        write_lines(context.get_help())

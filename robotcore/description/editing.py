@@ -1,0 +1,206 @@
+"""Changes values in a robot's file, and keeps its comments, its order and its format."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import os
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from robotcore.description.file_reading import read_limited
+from robotcore.description.loading import MAX_FILE_BYTES, is_own, load_robot, parse_robot, read_toml
+from robotcore.description.robot import RobotDescription
+from robotcore.errors import UsageError
+from robotcore.files import replace_file, require_replaceable
+
+BYTE_ORDER_MARK = "\ufeff"
+
+
+def round_measured(value: float, uncertainty: float) -> float:
+    """Return a measured value without the digits that its uncertainty makes meaningless.
+
+    The last digit that stays is the second one of the uncertainty, so that rounding adds no error of importance.
+
+    uncertainty: the standard deviation of the value, in the unit of the value. With 0, six digits stay.
+
+    >>> round_measured(13.28517, 0.0317), round_measured(0.0325, 0.0), round_measured(13.28517, 4.0)
+    (13.285, 0.0325, 13.3)
+    """
+    if not (math.isfinite(value) and math.isfinite(uncertainty)) or value == 0:
+        return value
+    scale = abs(uncertainty) or abs(value) * 1e-4
+    return round(value, 1 - math.floor(math.log10(scale)))
+
+
+class RobotEditor:
+    """Changes values in the file of a robot. Nothing is written until `write`.
+
+    >>> from tempfile import TemporaryDirectory
+    >>> from robotcore.description.loading import read_shipped
+    >>> with TemporaryDirectory() as folder:
+    ...     file = Path(folder, "my_robot.toml")
+    ...     _ = file.write_text(read_shipped("rover"))
+    ...     editor = RobotEditor(str(file))
+    ...     editor.set_drive(track_m=0.152)
+    ...     editor.set_device("left_motor", lag_s=0.07)
+    ...     editor.set_section("raspberrypi", "left_motor", model={"dead_band": 0.13})
+    ...     editor.write()
+    ...     load_robot(str(file)).drive.track_m
+    0.152
+    """
+
+    def __init__(self, robot: str) -> None:
+        """Read the file of a robot.
+
+        robot: the path of a user's file.
+
+        Raises UsageError for a shipped robot and for a file that cannot be read, and DescriptionError for mistakes in
+        the file.
+        """
+        if not is_own(robot):
+            load_robot(robot)  # an unknown name has its own error
+            raise UsageError(
+                f"{robot} is a shipped robot, whose file cannot be changed. Copy it: robotcore robots {robot} > "
+                f"my_{robot.replace('-', '_')}.toml. Then name the copy with --robot",
+                kind="shipped-robot",
+                robot=robot,
+            )
+        import tomlkit
+
+        self.file = robot
+        self._content = read_limited(Path(robot), MAX_FILE_BYTES)
+        load_robot(robot)
+        self._before = self._content.decode("utf-8")
+        self._newline = "\r\n" if "\r\n" in self._before else "\n"
+        plain = self._before.removeprefix(BYTE_ORDER_MARK).replace("\r\n", "\n")
+        self._mark = BYTE_ORDER_MARK if self._before.startswith(BYTE_ORDER_MARK) else ""
+        self._document: Any = tomlkit.parse(plain)
+        self._expected: Any = read_toml(robot, plain.encode())
+
+    def set_drive(self, **values: Any) -> None:
+        """Set keys of ``[drive]``. Raises UsageError if the file has no such table."""
+        self._set(("drive",), values)
+
+    def set_device(self, device: str, **values: Any) -> None:
+        """Set keys in the table of ``[[devices]]`` with a name. Raises UsageError if there is none."""
+        numbers = [number for number, each in enumerate(self._expected["devices"]) if each.get("name") == device]
+        if not numbers:
+            raise self._missing(f"[[devices]] with the name {device!r}")
+        self._set(("devices", numbers[0]), values)
+
+    def set_section(self, section: str, device: str, **values: Any) -> None:
+        """Set keys in the table of a device in a backend's section. A mapping changes keys of an inner table.
+
+        Raises UsageError if the file has no such table.
+        """
+        self._set((section, device), values)
+
+    def _set(self, path: tuple[str | int, ...], values: Mapping[str, Any]) -> None:
+        for tree in (self._document, self._expected):
+            table = tree
+            for key in path:
+                if isinstance(key, str) and key not in table:
+                    raise self._missing(f"[{'.'.join(map(str, path))}]")
+                table = table[key]
+            _update(table, values)
+
+    def _missing(self, table: str) -> UsageError:
+        text = f"{self.file}: it has no table {table}. Add it, and check the file: robotcore check {self.file}"
+        return UsageError(text, kind="no-such-table", file=self.file)
+
+    @property
+    def text(self) -> str:
+        """The new text of the file."""
+        new: str = self._document.as_string()
+        return self._mark + new.replace("\n", self._newline)
+
+    @property
+    def has_changed(self) -> bool:
+        """Whether the new text differs from the file."""
+        return self.text != self._before
+
+    @property
+    def diff(self) -> str:
+        """The changes as a unified diff; ``""`` without one."""
+        before, after = (each.replace("\r\n", "\n").splitlines(keepends=True) for each in (self._before, self.text))
+        return "".join(difflib.unified_diff(before, after, self.file, f"{self.file} (new)"))
+
+    def parse(self) -> RobotDescription:
+        """Return the description in the new text. Raises DescriptionError for mistakes in it."""
+        description = parse_robot(self.file, self.text.encode())
+        if read_toml(self.file, self.text.encode()) != self._expected:
+            raise UsageError(
+                f"{self.file}: its format does not allow the change. Change the values by hand:\n{self.diff}",
+                kind="not-editable",
+                file=self.file,
+            )
+        return description
+
+    def require_writable(self) -> None:
+        """Raise UsageError if the file could not be written."""
+        try:
+            require_replaceable(Path(self.file))
+        except OSError as error:
+            raise self._refuse(error) from error
+
+    def write(self, check: Callable[[RobotDescription], object] = lambda _robot: None) -> None:
+        """Write the new text in place of the file. If anything fails, the file keeps its old content.
+
+        check: checks the new description, such as by a backend's `check`. It raises an exception for mistakes.
+
+        Raises the errors of `parse`, and UsageError if the file has changed since it was read or cannot be written.
+        """
+        check(self.parse())
+        if read_limited(Path(self.file), MAX_FILE_BYTES) != self._content:
+            text = f"{self.file}: another program has changed the file in the meantime, so it was not written. Repeat"
+            raise UsageError(f"{text} the command", kind="file-changed", file=self.file)
+        content = self.text.encode()
+        try:
+            self.require_writable()
+            with replace_file(Path(self.file)) as part, part.open("wb") as new:
+                new.write(content)
+                new.flush()
+                os.fsync(new.fileno())
+        except OSError as error:
+            raise self._refuse(error) from error
+        self._content, self._before = content, self.text
+
+    def _refuse(self, error: OSError) -> UsageError:
+        text = f"{self.file}: cannot be written: {error.strerror}. Allow it, or name a copy of the file with --robot"
+        return UsageError(text, kind="unwritable-file", file=self.file)
+
+
+def _update(table: Any, values: Mapping[str, Any]) -> None:
+    """Set values in a table of tomlkit, or in a plain dict. A value that is equal keeps its format."""
+    for key, value in values.items():
+        if isinstance(value, Mapping) and key in table:
+            _update(table[key], value)
+        elif key in table:
+            if table[key] != value:
+                table[key] = value
+        elif type(table) is dict:
+            table[key] = value
+        else:
+            _add(table, key, value)
+
+
+def _add(table: Any, key: str, value: Any) -> None:
+    """Add a key behind the last one of a table, before the comments that precede the next table."""
+    from tomlkit import inline_table, item
+    from tomlkit.items import InlineTable, Table
+
+    if isinstance(value, Mapping):
+        new: Any = inline_table()
+        new.update(value)
+    else:
+        new = item(value)
+    if isinstance(table, InlineTable):
+        new.trivia.trail = " "  # before the closing bracket
+    body = table.value.body if isinstance(table, Table) else []
+    after = next((number for number in range(len(body), 0, -1) if body[number - 1][0] is not None), len(body))
+    comments = body[after:]
+    del body[after:]
+    table[key] = new
+    body.extend(comments)

@@ -1,0 +1,253 @@
+"""Compare a recorded run with simulations of it, one by the robot's recorded description and one by a robot's file."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from typing import Any
+
+from robotcore.description import Floor, RobotDescription, Start, WorldDescription
+from robotcore.errors import UsageError
+from robotcore.fidelity.commands import WheelCommand, list_servo_commands
+from robotcore.fidelity.inputs import choose_ticks, load_simulator, require_commands, require_same_drive
+from robotcore.fidelity.measures import Differences, compare
+from robotcore.fidelity.motor_conversion import MotorConversion, build_conversions
+from robotcore.fidelity.notes import (
+    describe_motors,
+    describe_other_robot,
+    describe_path,
+    describe_recording,
+    describe_world,
+    get_title,
+)
+from robotcore.fidelity.recorded_data import RecordedData, read_recorded
+from robotcore.fidelity.run_data import RunData, list_ray_sensors
+from robotcore.fidelity.simulated_run import Replay, simulate
+from robotcore.geometry import Pose, wrap_angle
+from robotcore.kinds.encoder import EncoderDescription
+from robotcore.recording import Recording, Tick
+from robotcore.recording.summary import is_plausible
+from robotcore.text import pluralize
+
+AS_RECORDED = "as recorded"
+"""The title of the simulation with the recorded description."""
+
+FLOOR_SIDE_M = 10.0
+"""The side of the floor without a world, in metres. The ground beyond it is the same."""
+
+FARTHEST_M = 100.0
+"""The greatest coordinate of a start in a world, in metres."""
+
+
+@dataclass(frozen=True, eq=False)
+class SimulatedColumn:
+    """A simulation of the recorded run, and its differences from it."""
+
+    title: str
+    """`AS_RECORDED`, or the name of the robot's file."""
+    robot: RobotDescription
+    run: RunData
+    differences: Differences
+    conversions: Mapping[str, MotorConversion]
+    """The conversions of the recorded commands, by the names of the motors."""
+    missing: frozenset[str] = frozenset()
+    """The cameras that the simulator could not open."""
+
+
+@dataclass(frozen=True, eq=False)
+class Fidelity:
+    """A recorded run, its simulations, and their differences."""
+
+    name: str
+    """The name of the recording's file."""
+    recording: Recording
+    backend: str
+    """The name of the simulator."""
+    world: WorldDescription | None
+    """The simulated world; None for an empty floor."""
+    recorded: RecordedData
+    commands: Sequence[WheelCommand]
+    """The recorded commands to the wheels."""
+    columns: tuple[SimulatedColumn, ...]
+    """The simulation with the recorded description, and the one with a robot's file if there is one."""
+    notes: tuple[str, ...]
+    """Sentences about the sources of the measures, and about what the simulation does not have."""
+
+    @property
+    def encoder_step_rad(self) -> float:
+        """The angle of one count of the recorded robot's encoders, in radians; 0 without encoders."""
+        return _find_encoder_step(self.recording.metadata.description)
+
+    @property
+    def duration_s(self) -> float:
+        """The duration of the compared part of the recording, in seconds."""
+        return float(self.recorded.run.times[-1])
+
+    @cached_property
+    def measures(self) -> dict[str, float]:
+        """The measures of the last column by their dotted JSON keys, such as ``path.end_m``, without unknown ones."""
+        return dict(_flatten(asdict(self.columns[-1].differences)))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the JSON fields. An unknown value is None."""
+        request, differences = self.recording.metadata.request, [asdict(each.differences) for each in self.columns]
+        return {
+            "file": self.name,
+            "app": request.app_reference,
+            "backend": request.backend,
+            "robot": self.recording.metadata.description.name,
+            "simulator": self.backend,
+            "world": self.world.name if self.world else None,
+            "duration_s": self.duration_s,
+            "ticks": len(self.recorded.run.times),
+            "path_source": self.recorded.source.value,
+            "as_recorded": differences[0],
+            "with_robot": differences[1] if len(differences) > 1 else None,
+            "notes": list(self.notes),
+        }
+
+
+def _flatten(values: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, float]]:
+    for key, value in values.items():
+        if isinstance(value, Mapping):
+            yield from _flatten(value, f"{prefix}{key}.")
+        elif value is not None:
+            yield f"{prefix}{key}", value
+
+
+def measure_fidelity(
+    recording: Recording,
+    name: str,
+    backend: str = "kinematic",
+    *,
+    robot: RobotDescription | None = None,
+    world: WorldDescription | None = None,
+    duration_s: float | None = None,
+    options: Mapping[str, Any] | None = None,
+) -> Fidelity:
+    """Repeat the commands of a recorded run in a simulator, and return how far the two runs part.
+
+    name: the name of the recording's file, for messages.
+    backend: the name of the simulator.
+    robot: another description of the robot, for a second simulation; None for the recorded description only.
+    world: the world of the simulation; None for the recorded world, or for an empty floor if none was recorded.
+    duration_s: the length of the part to compare, in seconds from the first tick; None for the whole recording.
+    options: the options of the simulator.
+
+    Raises UsageError if the recording has no commands to wheels, the backend is no simulator, or the robot has another
+    drive. Raises DeviceError or BackendError if the simulator fails.
+
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from robotcore import RunRequest, run
+    >>> from robotcore.recording import read
+    >>> from robotcore.recording.recorder import Recorder
+    >>> with TemporaryDirectory() as folder:
+    ...     recorder = Recorder(Path(folder, "run.mcap"))
+    ...     result = run(RunRequest("avoid-obstacles", timeout_s=2.0), [recorder], [recorder.layer])
+    ...     fidelity = measure_fidelity(read(Path(folder, "run.mcap")), "run.mcap")
+    >>> fidelity.columns[0].differences.path.end_m
+    0.0
+    """
+    simulator, recorded = load_simulator(backend), recording.metadata.description
+    ticks = choose_ticks(recording, name, duration_s)
+    commands = require_commands(recording, ticks, name)
+    if robot:
+        require_same_drive(recorded, robot)
+        robot = robot.idealise() if recording.metadata.request.ideal else robot
+    room = world or recording.metadata.world
+    measured = read_recorded(recording, ticks, robot or recorded, _find_odometry_start(room, ticks))
+    columns = []
+    for title, described in ((AS_RECORDED, recorded), *([(get_title(robot), robot)] if robot else [])):
+        replay = _build_replay(recording, ticks, commands, measured.run, described, room, options or {})
+        done = simulate(simulator, replay)
+        differences = compare(measured.run, done.data, commands, _find_encoder_step(recorded))
+        columns.append(SimulatedColumn(title, described, done.data, differences, replay.conversions, done.missing))
+    notes = tuple(_list_notes(recording, ticks, measured, columns, room, robot))
+    return Fidelity(name, recording, backend, room, measured, commands, tuple(columns), notes)
+
+
+def _find_odometry_start(world: WorldDescription | None, ticks: Sequence[Tick]) -> Pose:
+    """Return the pose in the world at which the odometry of these ticks begins."""
+    start, first = world.start.pose if world else Pose(0.0, 0.0, 0.0), ticks[0].pose
+    return start.compose(first) if first and is_plausible(first) else start
+
+
+def _build_replay(
+    recording: Recording,
+    ticks: Sequence[Tick],
+    commands: Sequence[WheelCommand],
+    recorded: RunData,
+    robot: RobotDescription,
+    world: WorldDescription | None,
+    options: Mapping[str, Any],
+) -> Replay:
+    metadata = recording.metadata
+    room = world or WorldDescription(name="floor", floor=Floor(length_m=FLOOR_SIDE_M, width_m=FLOOR_SIDE_M))
+    return Replay(
+        recorded=metadata.description,
+        robot=robot.with_conditions(room.conditions),
+        world=room.model_copy(update={"start": _place_start(recorded.start or room.start.pose)}),
+        times=recorded.times.tolist(),
+        wheel_commands=commands,
+        servo_commands=list_servo_commands(ticks, frozenset(servo.name for servo in robot.all_of("servo"))),
+        conversions=build_conversions(metadata.request.backend, metadata.description, robot),
+        reads=_list_reads(recorded, robot) if world else {},
+        rate_hz=metadata.request.rate_hz,
+        seed=metadata.request.seed or 0,
+        options=options,
+    )
+
+
+def _place_start(pose: Pose) -> Start:
+    if max(abs(pose.x), abs(pose.y)) > FARTHEST_M:
+        raise UsageError(
+            f"the recorded run begins at x = {pose.x:g} m, y = {pose.y:g} m, more than {FARTHEST_M:g} m from the "
+            "middle of the world. Name the recording of another run",
+            kind="start-too-far",
+        )
+    return Start(x_m=pose.x, y_m=pose.y, yaw_rad=wrap_angle(pose.heading))
+
+
+def _list_reads(recorded: RunData, robot: RobotDescription) -> dict[int, list[str]]:
+    """Return the sensors to read in each tick: those with rays as in the run, and cameras for the pictures."""
+    known = {*list_ray_sensors(robot), *(camera.name for camera in robot.all_of("camera"))}
+    ticks: dict[str, Iterable[int]] = {name: series.reads for name, series in recorded.ranges.items()}
+    ticks |= {name: series.pictures for name, series in recorded.pictures.items()}
+    reads: dict[int, list[str]] = {}
+    for name, indices in ticks.items():
+        for index in indices if name in known else ():
+            reads.setdefault(index, []).append(name)
+    return reads
+
+
+def _find_encoder_step(robot: RobotDescription) -> float:
+    """Return the angle of a count of the drive's encoders in radians; 0 without encoders."""
+    names = robot.drive.encoders if robot.drive else ()
+    counts = [each.counts_per_turn for each in robot.all_of(EncoderDescription) if each.name in names]
+    return math.tau / min(counts) if counts else 0.0
+
+
+def _list_notes(
+    recording: Recording,
+    ticks: Sequence[Tick],
+    measured: RecordedData,
+    columns: Sequence[SimulatedColumn],
+    world: WorldDescription | None,
+    robot: RobotDescription | None,
+) -> Iterator[str]:
+    recorded, backend = recording.metadata.description, recording.metadata.request.backend
+    yield describe_path(measured.source, robot)
+    yield from describe_motors(backend, columns[-1].conversions)
+    yield from describe_world(recording, measured, world)
+    yield from describe_recording(recording, ticks)
+    if robot:
+        yield from describe_other_robot(recorded, robot, measured)
+    if missing := sorted(columns[0].missing):
+        yield f"the simulator draws no pictures on this machine, so those of {', '.join(missing)} are left out"
+    for column in columns:
+        if column.run.contacts and column.run.contacts != measured.run.contacts:
+            known = "an unknown number" if measured.run.contacts is None else measured.run.contacts
+            yield f"{column.title}: {pluralize(column.run.contacts, 'contact')} with obstacles, recorded: {known}"
