@@ -10,8 +10,15 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from robotcore.errors import CalibrationError
-from robotcore.kinds.range_sensor import Range, RangeSensorDescription
+from robotcore.autonomy.manoeuvres import straight
+from robotcore.autonomy.routines import Routine, wait
+from robotcore.calibration.chart import Chart, Series
+from robotcore.canvas import SERIES
+from robotcore.errors import BlockedError, CalibrationError
+from robotcore.hal.robot import Robot
+from robotcore.hal.simulation_state import SimulationState
+from robotcore.kinds.range_sensor import Range, RangeSensor, RangeSensorDescription
+from robotcore.raycast import FAN_SETBACK_M, Fan
 
 Array = NDArray[np.float64]
 
@@ -38,6 +45,15 @@ SIGNIFICANT = 3.0
 
 TAPE_M = 0.002
 """The standard deviation of a distance that a person measures by a tape, in metres."""
+
+APPROACH_M_S = 0.1
+"""The velocity with which the robot drives towards the wall, in m/s."""
+
+SETTLE_S = 0.5
+"""The time for which the robot stands before it measures, in seconds. It is longer than the delay of a sensor."""
+
+MIN_TRUE_M, MAX_TRUE_M = 0.0, 20.0
+"""The limits of a true distance, in metres."""
 
 
 @dataclass
@@ -197,3 +213,51 @@ def _evaluate(stop: Stop, period: float) -> StopResult:
     spread = 1.4826 * float(np.median(np.abs(echoes - middle)))
     wall = echoes[np.abs(echoes - middle) <= max(OUTLIER_FACTOR * spread, TAPE_M)]
     return StopResult(stop.distance_m, float(wall.mean()), float(wall.std(ddof=1)), len(echoes), lost)
+
+
+def measure_true_distance(state: SimulationState, sensor: str) -> float:
+    """Return the true distance from a simulated range sensor to the nearest body in its cone, in metres."""
+    truth = next(each for each in state.robot.all_of(RangeSensorDescription) if each.name == sensor)
+    fan = Fan(truth.cone_rad, MIN_TRUE_M, MAX_TRUE_M)
+    start, directions = fan.rays(state.joints.locate(truth.mount))
+    return fan.reading(state.cast(start, directions, MAX_TRUE_M + 2 * FAN_SETBACK_M))
+
+
+def listen(robot: Robot, sensor: RangeSensor, distance_m: float, seconds: float) -> Routine[Stop]:
+    """Collect the samples of a sensor for a time, while the robot stands.
+
+    distance_m: the true distance to the wall, in metres.
+    """
+    stop, end = Stop(distance_m), robot.clock.now() + seconds
+    while robot.clock.now() < end:
+        stop.add(sensor.read())
+        yield
+    return stop
+
+
+def approach(robot: Robot, step_m: float) -> Routine[bool]:
+    """Drive straight forward. Return False if the range guard stops the robot before the wall.
+
+    step_m: the distance in metres.
+    """
+    try:
+        yield from straight(robot, step_m, speed=APPROACH_M_S)
+    except BlockedError:
+        return False
+    yield from wait(robot, SETTLE_S)
+    return True
+
+
+def build_description_values(fit: RangeFit) -> dict[str, float]:
+    """Return the keys of the sensor's table for the errors that no setting of a driver corrects."""
+    return {"noise_m": round(fit.noise_m, 4), "loss": round(fit.loss, 3)}
+
+
+def draw_errors(fit: RangeFit, sensor: str) -> Chart:
+    """Return a chart of the errors at each distance, and of the fit."""
+    seen = [each for each in fit.stops if each.is_in_range]
+    ends = seen[0].distance_m, seen[-1].distance_m
+    line = [(distance, fit.offset_m + fit.scale * distance) for distance in ends]
+    dots = [(each.distance_m, each.error_m) for each in seen]
+    series = (Series("mean of the echoes", dots), Series("fit", line, True, SERIES[1]))
+    return Chart(f"Errors of {sensor}", "distance in m", "error in m", series)

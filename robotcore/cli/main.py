@@ -53,6 +53,7 @@ OUTPUT_FAILED = 1
         "descriptions:export",
         "wiring",
         "doctor",
+        "test-devices",
         "calibrate",
         "firmware",
         "deploy",

@@ -86,7 +86,9 @@ class RobotChanges:
             write_line(f"{self._robot} has these values already.")
         else:
             write_lines(self.diff.rstrip("\n"))
-            write_line(f"Written to {self._robot}." if self.is_written else "Nothing was written. Add --write to write it.")
+            write_line(
+                f"Written to {self._robot}." if self.is_written else "Nothing was written. Add --write to write it."
+            )
 
     def _show_values(self) -> None:
         import tomlkit

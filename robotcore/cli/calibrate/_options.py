@@ -58,7 +58,12 @@ class CalibratedSetup:
 
 
 def load_calibrated_robot(
-    robot: str, backend: str, world: str | None, seed: int | None, options: tuple[tuple[str, str], ...], port: str | None
+    robot: str,
+    backend: str,
+    world: str | None,
+    seed: int | None,
+    options: tuple[tuple[str, str], ...],
+    port: str | None,
 ) -> CalibratedSetup:
     """Return the robot that the options name. Raises the errors of loading a robot and a backend."""
     from robotcore.hal.backend import Capability, load_backend

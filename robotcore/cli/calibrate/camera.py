@@ -77,7 +77,9 @@ class Results:
     type=click.Path(path_type=Path, exists=True, dir_okay=False),
     help="Take the pictures of the board from a recording.",
 )
-@click.option("--colour", default="green", show_default=True, help="About which colour the object has: name or degrees.")
+@click.option(
+    "--colour", default="green", show_default=True, help="About which colour the object has: name or degrees."
+)
 @click.option("--plot", metavar="FILE.png", type=click.Path(path_type=Path), help="Draw the measurements and the fits.")
 @write_option
 @as_json
@@ -126,7 +128,9 @@ def command(
 
         require_writable(plot)
     results = Results(RobotChanges(robot, is_writing=is_writing))
-    reasons = _find_reasons(setup.description, camera, is_simulated=setup.is_simulated, has_files=bool(pictures or recording))
+    reasons = _find_reasons(
+        setup.description, camera, is_simulated=setup.is_simulated, has_files=bool(pictures or recording)
+    )
     for part in parts:
         if reason := reasons.get(part):
             raise UsageError(f"--only {part}: {reason}", kind="part-not-possible", part=part)
@@ -170,7 +174,7 @@ def _find_camera(description: RobotDescription, name: str | None) -> CameraDescr
 
     cameras = {camera.name: camera for camera in description.all_of("camera")}
     if not cameras:
-        text = f"{description.source} has no camera. Add one: [[devices]] with kind = \"camera\""
+        text = f'{description.source} has no camera. Add one: [[devices]] with kind = "camera"'
         raise UsageError(text, kind="no-camera")
     if name is not None and name not in cameras:
         raise UnknownNameError("camera", name, list(cameras))
@@ -272,7 +276,12 @@ def _measure_board(results: Results, camera: CameraDescription, board: Any, live
 def _add_intrinsics(
     results: Results, camera: CameraDescription, board: Any, selection: ViewSelection, without: Sequence[Image]
 ) -> None:
-    from robotcore.calibration.camera.intrinsics import build_description_values, draw_views, fit_intrinsics, require_board
+    from robotcore.calibration.camera.intrinsics import (
+        build_description_values,
+        draw_views,
+        fit_intrinsics,
+        require_board,
+    )
 
     require_board(selection, board, without)
     results.charts.append(draw_views(selection, camera.name))

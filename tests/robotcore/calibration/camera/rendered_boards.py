@@ -50,9 +50,10 @@ class TrueCamera:
     def draw(cls, random_: random.Random, width: int = 640, height: int = 480) -> TrueCamera:
         """Draw a camera like those of robots: 45° to 80° wide, with a lens that bends lines visibly."""
         focal_length = width / 2 / math.tan(math.radians(random_.uniform(45, 80)) / 2)
-        centre = (width - 1) / 2 + random_.uniform(-0.03, 0.03) * width, (height - 1) / 2 + random_.uniform(
-            -0.03, 0.03
-        ) * height
+        centre = (
+            (width - 1) / 2 + random_.uniform(-0.03, 0.03) * width,
+            (height - 1) / 2 + random_.uniform(-0.03, 0.03) * height,
+        )
         k1, k2 = random_.uniform(-0.30, 0.10), random_.uniform(-0.05, 0.08)
         tangential = random_.uniform(-0.002, 0.002), random_.uniform(-0.002, 0.002)
         return cls(width, height, focal_length, centre, (k1, k2, *tangential, 0.0), random_.uniform(1.0, 6.0))
