@@ -152,4 +152,6 @@ def _test_plainly(tester: DeviceTester, devices: Sequence[Any]) -> None:
 
 def _list(values: Mapping[str, Any]) -> str:
     """Return keys and values as in a robot's file, such as ``a = 21, b = 20``."""
-    return ", ".join(f"{key} = {str(value).lower() if isinstance(value, bool) else value}" for key, value in values.items())
+    return ", ".join(
+        f"{key} = {str(value).lower() if isinstance(value, bool) else value}" for key, value in values.items()
+    )

@@ -93,7 +93,7 @@ def _turn(tester: DeviceTester, motor: Any) -> _Pulse:
             encoder=encoder,
             encoder_direction=encoder_direction,
         )
-        if pulse.direction or (answer is None and encoder):
+        if pulse.direction or (answer is None and _has_turned(tester, angles)):
             break
     return pulse
 
@@ -105,10 +105,12 @@ def _build_question(tester: DeviceTester, motor: str, before: Mapping[str, float
 
     def answer(state: SimulationState) -> str | None:
         turned = {name: angle - before[name] for name, angle in state.measure_wheels().items() if name in before}
-        name = max(turned, key=lambda each: abs(turned[each]), default="")
-        if not name or abs(turned[name]) < LEAST_RAD:
+        first, *others = [*sorted(turned, key=lambda name: -abs(turned[name])), ""]
+        if not first or abs(turned[first]) < LEAST_RAD:
             return NONE
-        return f"{labels[name][0]}{'f' if turned[name] > 0 else 'b'}" if name in labels else None
+        if first not in labels or abs(turned[first]) < DOMINANCE * abs(turned.get(others[0], 0.0)):
+            return None  # on the floor, the wheels of a robot that steers turn together
+        return f"{labels[first][0]}{'f' if turned[first] > 0 else 'b'}"
 
     text = f"{motor} got a pulse forward. Which wheel turned, and in which direction would the robot have driven?"
     return Question("wheel", text, {**choices, NONE: "no wheel turned"}, answer)
@@ -151,58 +153,75 @@ def _read_angles(tester: DeviceTester) -> dict[str, float]:
 def _find_turned(tester: DeviceTester, before: Mapping[str, float]) -> tuple[str | None, int]:
     """Return the only encoder that has turned, and its direction; None and 0 if none has turned, or several have."""
     turned = {name: angle - before[name] for name, angle in _read_angles(tester).items()}
-    counts: dict[str, Any] = {each.name: each for each in tester.description.all_of("encoder")}
-    ranked = sorted(turned, key=lambda name: -abs(turned[name]))
-    if not ranked:
-        return None, 0
-    first, second = ranked[0], abs(turned[ranked[1]]) if len(ranked) > 1 else 0.0
-    least = max(LEAST_RAD, LEAST_COUNTS * math.tau / counts[first].counts_per_turn)
-    if abs(turned[first]) < least or abs(turned[first]) < DOMINANCE * second:
+    first, *others = [*sorted(turned, key=lambda name: -abs(turned[name])), ""]
+    if not _list_turned(tester, turned) or abs(turned[first]) < DOMINANCE * abs(turned.get(others[0], 0.0)):
         return None, 0
     return first, 1 if turned[first] > 0 else -1
+
+
+def _list_turned(tester: DeviceTester, turned: Mapping[str, float]) -> list[str]:
+    """Return the encoders that have turned by more than their resolution."""
+    counts = {each.name: each.counts_per_turn for each in tester.description.all_of("encoder")}
+    return [name for name in turned if abs(turned[name]) > max(LEAST_RAD, LEAST_COUNTS * math.tau / counts[name])]
+
+
+def _has_turned(tester: DeviceTester, before: Mapping[str, float]) -> bool:
+    return bool(_list_turned(tester, {name: angle - before[name] for name, angle in _read_angles(tester).items()}))
 
 
 def _judge_motors(tester: DeviceTester, pulses: Sequence[_Pulse]) -> None:
     source: dict[str, str] = {}
     for pulse in pulses:
-        if pulse.is_seen and pulse.wheel is None:
-            text = f"turns no wheel, not even at {SPEEDS[-1]:.0%} of its greatest velocity"
-            remedy = "Check the supply of the motor, its wires, its pins and the dead band of its model"
-            tester.fail(pulse.motor, text, remedy, "motor-dead")
-        elif pulse.wheel and pulse.wheel in source:
+        if pulse.wheel is None:
+            _report_no_wheel(tester, pulse)
+        elif pulse.wheel in source:
             text = f"turns the same wheel as {source[pulse.wheel]}"
             tester.fail(pulse.motor, text, "Give them different pins", "same-wheel")
-        elif pulse.wheel:
-            source[pulse.wheel] = pulse.motor
         else:
-            _report_unseen(tester, pulse)
-    swapped = {wheel: motor for wheel, motor in source.items() if wheel != motor}
-    is_permutation = set(swapped) == set(swapped.values())
-    if swapped and is_permutation:
-        text = ", ".join(f"{motor} turns the wheel of {wheel}" for wheel, motor in swapped.items())
-        tester.reconnect(swapped, text, remedy="Swap their wires", kind="motors-swapped")
-    elif swapped:
-        for wheel, motor in swapped.items():
-            text = f"turns the wheel of {wheel}"
-            tester.fail(motor, text, f"Correct the pins of {wheel} and {motor}", "motor-on-other-wheel")
+            source[pulse.wheel] = pulse.motor
+    swapped = _swap(tester, source, "{source} turns the wheel of {name}", "motor")
     for pulse in pulses:
-        if not pulse.wheel or source[pulse.wheel] != pulse.motor or (pulse.wheel in swapped and not is_permutation):
+        wheel = pulse.wheel
+        if wheel is None or source[wheel] != pulse.motor or (wheel != pulse.motor and not swapped):
             continue
         if pulse.direction < 0:
-            text = f"turns {'the' if pulse.wheel in swapped else 'its'} wheel backward"
+            text = f"turns {'its' if wheel == pulse.motor else 'the'} wheel backward"
             remedy = "Swap the two wires of the motor"
-            tester.correct(pulse.wheel, text, REVERSED, remedy=remedy, kind="motor-reversed")
-        elif pulse.wheel not in swapped:
+            tester.correct(wheel, text, REVERSED, remedy=remedy, kind="motor-reversed")
+        elif wheel == pulse.motor:
             tester.confirm(pulse.motor, "turns its wheel forward")
 
 
-def _report_unseen(tester: DeviceTester, pulse: _Pulse) -> None:
+def _swap(tester: DeviceTester, source: Mapping[str, str], text: str, kind: str) -> bool:
+    """Report devices that are connected in place of others. Return whether their wires could be swapped.
+
+    source: the name of the device whose wires belong to each device.
+    text: says what is wrong, with the names of both.
+    """
+    swapped = {name: other for name, other in source.items() if name != other}
+    if set(swapped) == set(swapped.values()):
+        if swapped:
+            message = ", ".join(text.format(name=name, source=other) for name, other in swapped.items())
+            tester.reconnect(swapped, message, remedy="Swap their wires", kind=f"{kind}s-swapped")
+        return bool(swapped)
+    for name, other in swapped.items():
+        remedy = f"Correct the pins of {name} and {other}"
+        tester.fail(other, text.format(name=name, source="it"), remedy, f"{kind}-on-other-wheel")
+    return False
+
+
+def _report_no_wheel(tester: DeviceTester, pulse: _Pulse) -> None:
+    """Report a motor for which no person, and no truth, has named a wheel that turned."""
+    if pulse.is_seen:
+        text = f"turns no wheel, not even at {SPEEDS[-1]:.0%} of its greatest velocity"
+        remedy = "Check the supply of the motor, its wires, its pins and the dead band of its model"
+        tester.fail(pulse.motor, text, remedy, "motor-dead")
+        return
     drive = tester.description.drive
     pairs = drive.motor_by_device.items() if drive else ()
     its = next((name for name, motor in pairs if motor == pulse.motor and name != motor), None)
     if pulse.encoder is None:
-        reason = "no person has seen whether it turned" + (f", and {its} counted nothing" if its else "")
-        tester.skip(pulse.motor, reason)
+        tester.skip(pulse.motor, "no person has seen which wheel turned, and no single encoder has counted")
     elif pulse.encoder == its and pulse.encoder_direction > 0:
         tester.confirm(pulse.motor, f"turns the wheel of {its} forward; no person has confirmed the side and direction")
     else:
@@ -212,38 +231,28 @@ def _report_unseen(tester: DeviceTester, pulse: _Pulse) -> None:
 
 
 def _judge_encoders(tester: DeviceTester, pulses: Sequence[_Pulse]) -> None:
-    drive = tester.description.drive
-    if drive is None:
+    if (drive := tester.description.drive) is None:
         return
     own = {drive.motor_by_device[name]: name for name in drive.encoders if name in tester.robot.devices}
-    source: dict[str, _Pulse] = {}
-    for pulse in pulses:
-        if pulse.wheel in own and pulse.encoder:
-            source.setdefault(own[pulse.wheel], pulse)
-    moved = {own[pulse.wheel] for pulse in pulses if pulse.wheel in own}
-    counted = {pulse.encoder for pulse in pulses if pulse.encoder}
-    swapped = {name: pulse.encoder for name, pulse in source.items() if pulse.encoder and pulse.encoder != name}
-    is_permutation = set(swapped) == set(swapped.values())
-    if swapped and is_permutation:
-        text = ", ".join(f"{encoder} is on the wheel of {name}" for name, encoder in swapped.items())
-        tester.reconnect(swapped, text, remedy="Swap their wires", kind="encoders-swapped")
+    turned = {own[pulse.wheel]: pulse for pulse in reversed(pulses) if pulse.wheel in own}
+    source = {name: pulse.encoder for name, pulse in turned.items() if pulse.encoder}
+    swapped = _swap(tester, source, "{source} is on the wheel of {name}", "encoder")
+    counted = {pulse.encoder for pulse in pulses}
     for name in own.values():
-        if name in moved and name not in source and name not in counted:
-            text = "counts nothing when its wheel turns"
-            remedy = "Check its supply, its wires, its pins, and whether its disc turns with the wheel"
-            tester.fail(name, text, remedy, "encoder-dead")
-        elif name in swapped and not is_permutation:
-            text = f"counts nothing; {swapped[name]} is on its wheel"
-            tester.fail(name, text, f"Correct the pins of {name} and {swapped[name]}", "encoder-on-other-wheel")
-        elif name in source:
-            pulse = source[name]
-            if not tester.has_own_direction(name) or pulse.encoder_direction == pulse.direction:
-                if name not in swapped:
-                    tester.confirm(name, "counts in the direction of its wheel")
-            else:
+        pulse = turned.get(name)
+        if pulse is None:
+            reason = "no person has seen its wheel turn" if name in counted else "its wheel did not turn alone"
+            tester.skip(name, reason)
+        elif name not in source:
+            if name not in counted:
+                remedy = "Check its supply, its wires, its pins, and whether its disc turns with the wheel"
+                tester.fail(name, "counts nothing when its wheel turns", remedy, "encoder-dead")
+        elif source[name] == name or swapped:
+            is_right = pulse.encoder_direction == pulse.direction or not tester.has_own_direction(name)
+            if not is_right:
                 _report_reversed_encoder(tester, name)
-        elif name not in moved:
-            tester.skip(name, "its wheel did not turn")
+            elif source[name] == name:
+                tester.confirm(name, "counts in the direction of its wheel")
 
 
 def _report_reversed_encoder(tester: DeviceTester, name: str) -> None:
