@@ -1,118 +1,75 @@
-"""Draws the measurements of a calibration and the fit, as a PNG."""
+"""Draws charts of measurements on a canvas: axes, points and curves."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
-from pathlib import Path
+from collections.abc import Iterable, Sequence
 
-import numpy as np
+from robotcore.canvas import FADED, INK, RULE, Canvas, Colour, measure_text
 
-from robotcore.canvas import FADED, INK, PAPER, RULE, SERIES, Canvas, Colour, Point, encode_png
-from robotcore.errors import UsageError
-from robotcore.optics import Image
+_TEXT_PX, _TITLE_PX = 10, 13
+_LEFT, _RIGHT, _TOP, _FOOT = 62, 16, 40, 46
 
-WIDTH, HEIGHT = 800, 500
-LEFT, RIGHT, TOP, BOTTOM = 84, 24, 58, 58
-"""The margins around the area of the values, in pixels."""
-
-TEXT, TITLE = 10.0, 14.0
-"""The heights of letters, in pixels."""
-
-TICKS = 6
-"""About this many values are written along an axis."""
+Point = tuple[float, float]
 
 
-@dataclass(frozen=True)
-class Series:
-    """Points of a chart."""
-
-    label: str
-    points: Sequence[Point]
-    is_line: bool = False
-    """Whether a line joins the points. Otherwise each is a dot."""
-    colour: Colour = SERIES[0]
-
-
-@dataclass(frozen=True)
 class Chart:
-    """A chart of points and lines.
+    """A chart in a rectangle of a canvas.
 
-    >>> chart = Chart("Errors", "distance in m", "error in m", (Series("echoes", [(0.2, 0.01), (1.0, 0.02)]),))
-    >>> chart.draw().shape
-    (500, 800, 3)
+    place: the left and the upper edge of the rectangle, in pixels.
+    size: the width and the height of the rectangle, in pixels.
+    x_range, y_range: the values at the ends of the axes.
     """
 
-    title: str
-    x_label: str
-    y_label: str
-    series: Sequence[Series]
+    def __init__(self, canvas: Canvas, place: Point, size: Point, x_range: Point, y_range: Point) -> None:
+        self._canvas, self._place, self._size = canvas, place, size
+        self._x_range, self._y_range = x_range, y_range
 
-    def draw(self) -> Image:
-        """Return the chart as a BGR picture."""
-        canvas = Canvas(WIDTH, HEIGHT, PAPER)
-        points = [point for series in self.series for point in series.points]
-        x_axis = _Axis.cover([x for x, _ in points], LEFT, WIDTH - RIGHT)
-        y_axis = _Axis.cover([y for _, y in points], HEIGHT - BOTTOM, TOP)
-        canvas.write_text((LEFT, 26), self.title, INK, TITLE, bold=True)
-        for value in x_axis.ticks:
-            x = x_axis.place(value)
-            canvas.draw_line([(x, TOP), (x, HEIGHT - BOTTOM)], RULE, 1)
-            canvas.write_text((x - 12, HEIGHT - BOTTOM + 20), f"{value:g}", FADED, TEXT)
-        for value in y_axis.ticks:
-            y = y_axis.place(value)
-            canvas.draw_line([(LEFT, y), (WIDTH - RIGHT, y)], RULE, 1)
-            canvas.write_text((8, y + TEXT / 2), f"{value:g}", FADED, TEXT)
-        canvas.write_text((LEFT, HEIGHT - 14), self.x_label, INK, TEXT)
-        canvas.write_text((8, TOP - 14), self.y_label, INK, TEXT)
-        right: float = WIDTH / 2
-        for series in self.series:
-            places = [(x_axis.place(x), y_axis.place(y)) for x, y in series.points]
-            if series.is_line and len(places) > 1:
-                canvas.draw_line(places, series.colour, 2)
-            elif not series.is_line:
-                for place in places:
-                    canvas.fill_circle(place, 3.5, series.colour)
-            canvas.fill_circle((right, TOP - 18), 4, series.colour)
-            right += canvas.write_text((right + 10, TOP - 14), series.label, INK, TEXT) + 34
-        return canvas.render()
+    def draw_axes(self, title: str, x_label: str, y_label: str) -> None:
+        """Draw the title, the grid and the labels of the axes."""
+        canvas, (left, top), (width, height) = self._canvas, self._place, self._size
+        for value in list_ticks(*self._x_range):
+            x, _ = self.locate(value, self._y_range[0])
+            canvas.draw_line([(x, top + _TOP), (x, top + height - _FOOT)], RULE, 1)
+            text = f"{value:g}"
+            at = (x - measure_text(text, _TEXT_PX) / 2, top + height - _FOOT + 18)
+            canvas.write_text(at, text, FADED, _TEXT_PX)
+        for value in list_ticks(*self._y_range):
+            _, y = self.locate(self._x_range[0], value)
+            canvas.draw_line([(left + _LEFT, y), (left + width - _RIGHT, y)], RULE, 1)
+            text = f"{value:g}"
+            at = (left + _LEFT - 8 - measure_text(text, _TEXT_PX), y + _TEXT_PX / 2)
+            canvas.write_text(at, text, FADED, _TEXT_PX)
+        canvas.write_text((left + _LEFT, top + 16), title, INK, _TITLE_PX, bold=True)
+        canvas.write_text((left + _LEFT, top + 33), y_label, FADED, _TEXT_PX)
+        at = (left + width - _RIGHT - measure_text(x_label, _TEXT_PX), top + height - _FOOT + 36)
+        canvas.write_text(at, x_label, FADED, _TEXT_PX)
 
+    def draw_points(self, points: Iterable[Point], colour: Colour) -> None:
+        """Draw a dot for each point of the chart's values."""
+        for point in points:
+            self._canvas.fill_circle(self.locate(*point), 3.5, colour)
 
-def save_charts(charts: Sequence[Chart], path: Path) -> None:
-    """Write charts below each other as a PNG. Raises UsageError if the file cannot be written."""
-    try:
-        path.write_bytes(encode_png(np.vstack([chart.draw() for chart in charts])))
-    except OSError as error:
-        text = f"the plot {path} cannot be written: {error.strerror}. Name another file with --plot"
-        raise UsageError(text, kind="unwritable-plot", file=str(path)) from error
+    def draw_curve(self, points: Sequence[Point], colour: Colour, width: float = 1.5) -> None:
+        """Draw a line through points of the chart's values."""
+        self._canvas.draw_line([self.locate(*point) for point in points], colour, width)
+
+    def locate(self, x: float, y: float) -> Point:
+        """Return the place of a point of the chart's values on the canvas, in pixels."""
+        (left, top), (width, height) = self._place, self._size
+        across = (x - self._x_range[0]) / (self._x_range[1] - self._x_range[0])
+        up = (y - self._y_range[0]) / (self._y_range[1] - self._y_range[0])
+        return left + _LEFT + across * (width - _LEFT - _RIGHT), top + height - _FOOT - up * (height - _TOP - _FOOT)
 
 
-@dataclass(frozen=True)
-class _Axis:
-    low: float
-    high: float
-    begin: float
-    end: float
-    ticks: Sequence[float]
+def list_ticks(least: float, most: float, count: int = 5) -> list[float]:
+    """Return about ``count`` round values between two ends.
 
-    @classmethod
-    def cover(cls, values: Sequence[float], begin: float, end: float) -> _Axis:
-        """Return an axis for all values, from the pixel ``begin`` to the pixel ``end``."""
-        finite = [value for value in values if math.isfinite(value)] or [0.0]
-        low, high = min(finite), max(finite)
-        span = high - low or abs(high) or 1.0
-        low, high = low - 0.05 * span, high + 0.05 * span
-        step = _round_step((high - low) / TICKS)
-        first = math.ceil(low / step)
-        ticks = [round(number * step, 12) for number in range(first, math.floor(high / step) + 1)]
-        return cls(low, high, begin, end, ticks)
-
-    def place(self, value: float) -> float:
-        return self.begin + (value - self.low) / (self.high - self.low) * (self.end - self.begin)
-
-
-def _round_step(step: float) -> float:
-    """Return 1, 2 or 5 times a power of ten that is at least ``step``."""
-    power = 10.0 ** math.floor(math.log10(step))
-    return next(factor * power for factor in (1, 2, 5, 10) if factor * power >= step * (1 - 1e-9))
+    >>> list_ticks(-1.0, 1.0)
+    [-1.0, -0.5, 0.0, 0.5, 1.0]
+    """
+    raw = (most - least) / max(count - 1, 1)
+    scale = 10.0 ** math.floor(math.log10(raw))
+    step = next(factor * scale for factor in (1, 2, 2.5, 5, 10) if factor * scale >= raw * (1 - 1e-9))
+    first = math.ceil(least / step - 1e-9)
+    return [number * step for number in range(first, math.floor(most / step + 1e-9) + 1)]

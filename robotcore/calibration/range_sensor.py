@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from robotcore.autonomy.manoeuvres import straight
 from robotcore.autonomy.routines import Routine, wait
-from robotcore.calibration.chart import Chart, Series
+from robotcore.calibration.plot import Plot, Series
 from robotcore.canvas import SERIES
 from robotcore.errors import BlockedError, CalibrationError
 from robotcore.hal.robot import Robot
@@ -253,11 +253,11 @@ def build_description_values(fit: RangeFit) -> dict[str, float]:
     return {"noise_m": round(fit.noise_m, 4), "loss": round(fit.loss, 3)}
 
 
-def draw_errors(fit: RangeFit, sensor: str) -> Chart:
+def draw_errors(fit: RangeFit, sensor: str) -> Plot:
     """Return a chart of the errors at each distance, and of the fit."""
     seen = [each for each in fit.stops if each.is_in_range]
     ends = seen[0].distance_m, seen[-1].distance_m
     line = [(distance, fit.offset_m + fit.scale * distance) for distance in ends]
     dots = [(each.distance_m, each.error_m) for each in seen]
     series = (Series("mean of the echoes", dots), Series("fit", line, True, SERIES[1]))
-    return Chart(f"Errors of {sensor}", "distance in m", "error in m", series)
+    return Plot(f"Errors of {sensor}", "distance in m", "error in m", series)

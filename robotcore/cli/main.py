@@ -52,6 +52,7 @@ OUTPUT_FAILED = 1
         "descriptions:check",
         "descriptions:export",
         "wiring",
+        "calibrate",
         "doctor",
         "test-devices",
         "calibrate",

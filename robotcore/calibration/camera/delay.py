@@ -13,7 +13,7 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
-from robotcore.calibration.chart import Chart, Series
+from robotcore.calibration.plot import Plot, Series
 from robotcore.canvas import SERIES
 from robotcore.errors import CalibrationError
 from robotcore.kinds.camera import Frame
@@ -283,9 +283,9 @@ def list_turn_rates(ticks: int, tick_s: float, limit_rad_s: float) -> Iterator[f
         yield limit_rad_s * envelope * wave
 
 
-def draw_delay(fit: DelayFit, camera: str) -> Chart:
+def draw_delay(fit: DelayFit, camera: str) -> Plot:
     """Return a chart of the error at each delay that was tried."""
     points = [(shift, math.degrees(error)) for shift, error in zip(fit.shifts_s, fit.errors_rad, strict=True)]
     chosen = [(fit.stamp_error_s, 0.0), (fit.stamp_error_s, max(error for _, error in points))]
     series = (Series("error of the rotation", points, True), Series("best delay", chosen, True, SERIES[1]))
-    return Chart(f"Delay of {camera} after its time stamps", "delay in s", "degrees", series)
+    return Plot(f"Delay of {camera} after its time stamps", "delay in s", "degrees", series)

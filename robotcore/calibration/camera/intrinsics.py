@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotcore.calibration.camera.board import Board, Corners, ViewSelection
-from robotcore.calibration.chart import Chart, Series
+from robotcore.calibration.plot import Plot, Series
 from robotcore.canvas import SERIES
 from robotcore.description.editing import round_measured
 from robotcore.errors import CalibrationError
@@ -275,10 +275,10 @@ def build_description_values(fit: IntrinsicsFit, camera: CameraDescription) -> d
     return values
 
 
-def draw_views(selection: ViewSelection, camera: str) -> Chart:
+def draw_views(selection: ViewSelection, camera: str) -> Plot:
     """Return a chart of the corners in all views, in the picture of a camera."""
     width, height = selection.size
     corners = [(float(u), height - 1 - float(v)) for view in selection.views for u, v in view]
     frame = [(0.0, 0.0), (width - 1.0, 0.0), (width - 1.0, height - 1.0), (0.0, height - 1.0), (0.0, 0.0)]
     series = (Series("corners of the board", corners), Series("edge of the picture", frame, True, SERIES[1]))
-    return Chart(f"Views of the board by {camera}", "columns", "rows", series)
+    return Plot(f"Views of the board by {camera}", "columns", "rows", series)

@@ -1,4 +1,4 @@
-"""``robotcore calibrate``: measure the parts of a robot, and write the results to the robot's file."""
+"""``robotcore calibrate``: measure the parts of a robot, and correct its file."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from robotcore.cli.output import write_lines
     "calibrate",
     cls=LazyGroup,
     package="robotcore.cli.calibrate",
-    commands=("camera", "range"),
+    commands=("motors", "drive", "camera", "range"),
     invoke_without_command=True,
 )
 @click.pass_context
 def command(context: click.Context) -> None:
-    """Measure the parts of a robot, and write the results to its file.
+    """Measure the parts of a robot, and correct its file.
 
     Without --write, a command prints the changes and leaves the file as it is.
     """

@@ -22,7 +22,7 @@ from robotcore.errors import CalibrationError, UsageError
 
 if TYPE_CHECKING:
     from robotcore.calibration.camera.board import ViewSelection
-    from robotcore.calibration.chart import Chart
+    from robotcore.calibration.plot import Plot
     from robotcore.description import RobotDescription
     from robotcore.interactive.live_robot import LiveRobot
     from robotcore.kinds.camera import Camera, CameraDescription
@@ -55,7 +55,7 @@ class Results:
     """The reason why a part did not run, by part."""
     failures: dict[str, CalibrationError] = field(default_factory=dict)
     """The errors of parts that had no result, by part."""
-    charts: list[Chart] = field(default_factory=list)
+    plots: list[Plot] = field(default_factory=list)
     lines: list[str] = field(default_factory=list)
     """The text for the user."""
 
@@ -161,10 +161,10 @@ def command(
                     prompt("Put the robot on the floor with free space around it: it turns to and fro for 8 s")
                     run(DELAY, lambda: _measure_delay(results, camera, live, device))
     results.changes.finish(setup.backend)
-    if plot and results.charts:
-        from robotcore.calibration.chart import save_charts
+    if plot and results.plots:
+        from robotcore.calibration.plot import save_plots
 
-        save_charts(results.charts, plot)
+        save_plots(results.plots, plot)
     return _write_results(results, setup.description, camera, as_json=as_json)
 
 
@@ -284,7 +284,7 @@ def _add_intrinsics(
     )
 
     require_board(selection, board, without)
-    results.charts.append(draw_views(selection, camera.name))
+    results.plots.append(draw_views(selection, camera.name))
     fit = fit_intrinsics(selection, board)
     values = build_description_values(fit, camera)
     results.changes.set_device(camera.name, values)
@@ -315,7 +315,7 @@ def _measure_delay(results: Results, camera: CameraDescription, live: LiveRobot,
     record = live.run(record_turn(live, device, RATE_HZ))
     fit = fit_delay(record, device.intrinsics.horizontal_fov, 1 / RATE_HZ)
     latency = max(0.0, round(fit.latency_s, 3))
-    results.charts.append(draw_delay(fit, camera.name))
+    results.plots.append(draw_delay(fit, camera.name))
     results.changes.set_device(camera.name, {"latency_s": latency})
     results.add(
         DELAY,

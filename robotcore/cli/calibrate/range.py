@@ -121,9 +121,9 @@ def command(
     changed = _apply(changes, setup.backend, setup.description, sensor, fit)
     changes.finish(setup.backend)
     if plot:
-        from robotcore.calibration.chart import save_charts
+        from robotcore.calibration.plot import save_plots
 
-        save_charts([draw_errors(fit, sensor.name)], plot)
+        save_plots([draw_errors(fit, sensor.name)], plot)
     if as_json:
         measured = {**asdict(fit), "stops": [{**asdict(each), "loss": each.loss} for each in fit.stops]}
         answer = {"robot": setup.description.name, "sensor": sensor.name, **measured, "values": changes.values}

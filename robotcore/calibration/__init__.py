@@ -1,0 +1,1 @@
+"""Measures the parts of a robot, and corrects the robot's file."""

@@ -1,0 +1,1 @@
+"""Measures the wheel radius and the track of a robot."""

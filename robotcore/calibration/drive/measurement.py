@@ -1,0 +1,243 @@
+"""Measures the wheel radius and the track: by straight drives and by turns on the spot."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from robotcore.calibration.drive.geometry_fit import (
+    Spin,
+    StraightDrive,
+    bend_arc,
+    fit_radius,
+    fit_radius_ratio,
+    fit_track,
+)
+from robotcore.calibration.drive.room_profile import fit_full_turn
+from robotcore.calibration.least_squares import Array, Estimate, fit_linear
+from robotcore.calibration.probe import Probe, ProbeStep, Side, TruthKeeper
+from robotcore.calibration.probing import Probing
+from robotcore.calibration.probing_robot import PROBED_KINDS
+from robotcore.description import AckermannDrive
+from robotcore.errors import CalibrationError, UsageError
+
+SPEED_M_S, TURN_RAD_S = 0.2, 1.0
+"""The velocity of a straight drive, and the turn rate of a turn on the spot."""
+
+MAX_SHARE = 0.6
+"""The greatest share of the wheels' greatest velocity with which the robot drives."""
+
+SETTLE_S, STAND_S = 1.0, 2.0
+"""The rests after a straight drive, and before and after a turn, in seconds."""
+
+TAPE_ERROR_M, TAPE_ERROR_RAD = 0.003, math.radians(1.0)
+"""The standard deviations of a distance and of an angle that a person measures."""
+
+GYRO_ERROR_RAD = math.radians(0.5)
+WALL_ERROR_M = 0.005
+"""The standard deviations of a turn by an IMU, and of a distance by a range sensor."""
+
+COMMAND_ERROR = 0.01
+"""The standard deviation of a wheel's angle without an encoder, as a share of it."""
+
+
+class Reference(str, Enum):
+    """The instrument with which a motion is compared."""
+
+    TAPE = "tape"
+    IMU = "imu"
+    WALL = "wall"
+
+
+@dataclass(frozen=True)
+class DriveResult:
+    """The measured geometry of a drive."""
+
+    radius: Estimate
+    """The mean wheel radius in metres."""
+    track: Estimate | None
+    """The track in metres, the effective one of wheels that skid. None for a robot that steers."""
+    ratio: Estimate | None
+    """The radius of the right wheel, divided by that of the left wheel."""
+    drives: tuple[StraightDrive, ...]
+    spins: tuple[Spin, ...]
+    has_encoders: bool
+    straight_by: Reference
+    turns_by: Reference
+
+
+def measure_drive(
+    probing: Probing, straight_by: Reference, turns_by: Reference, distance_m: float, turns: int
+) -> DriveResult:
+    """Drive the robot, and return the geometry of its drive.
+
+    distance_m: the length of a straight drive, in metres.
+    turns: the number of turns on the spot in each direction.
+
+    Raises UsageError for a reference that the robot lacks, and CalibrationError if the motion cannot be measured.
+    """
+    robot, drive = probing.robot.description, probing.drive
+    if turns_by is Reference.IMU and robot.first_of("imu") is None:
+        raise _refuse("--turns-by imu", "the robot has no IMU")
+    if Reference.WALL in (straight_by, turns_by) and robot.first_of("range_sensor") is None:
+        raise _refuse("wall", "the robot has no range sensor")
+    drives = _drive_to_wall(probing, distance_m) if straight_by is Reference.WALL else _drive_along(probing, distance_m)
+    radius = fit_radius(drives, drive.wheel_radius_m)
+    if not drive.encoders:
+        radius = Estimate(radius.value, math.hypot(radius.deviation, COMMAND_ERROR * radius.value))
+    spins: list[Spin] = []
+    track = None
+    if not isinstance(drive, AckermannDrive):
+        spins = _spin(probing, turns_by, turns, radius.value)
+        track = fit_track(spins, radius, drive.geometry.track)
+    ratio = fit_radius_ratio(drives, (track or Estimate(drive.geometry.track, 0.0)).value)
+    return DriveResult(
+        radius, track, ratio, tuple(drives), tuple(spins), bool(drive.encoders), straight_by, turns_by
+    )  # fmt: skip
+
+
+def _drive_along(probing: Probing, distance_m: float) -> list[StraightDrive]:
+    speed = min(SPEED_M_S, MAX_SHARE * _fastest_m_s(probing))
+    drives = []
+    for number, direction in enumerate((1, -1), start=1):
+        command = direction * speed / _fastest_m_s(probing)
+        title = f"straight drive {number} of 2"
+        moved, probe = probing.drive_straight(command, distance_m / speed, SETTLE_S, title, takes_duties=False)
+        left, right = (_measure_wheel(probing, probe, side) for side in ("left", "right"))
+        way, turn = bend_arc(moved)
+        drives.append(StraightDrive(left, right, way, TAPE_ERROR_M, turn))
+    return drives
+
+
+def _drive_to_wall(probing: Probing, distance_m: float) -> list[StraightDrive]:
+    nose = probing.robot.description.first_of("range_sensor")
+    probing.prepare(
+        f"Put the robot {distance_m + 0.4:.1f} m in front of a wall, and let it face the wall at a right angle. It "
+        f"drives {distance_m:g} m to the wall and back"
+    )
+    speed = min(SPEED_M_S, MAX_SHARE * _fastest_m_s(probing))
+    command, duration = speed / _fastest_m_s(probing), distance_m / speed
+    rest = ProbeStep(STAND_S)
+    steps = [rest, ProbeStep(duration, command, command), rest, ProbeStep(duration, -command, -command), rest]
+    probe = probing.run_probe(steps, takes_duties=False, kinds=PROBED_KINDS | {"range_sensor"})
+    edges = probe.log.edges
+    stands = [(edges[number] + STAND_S / 2, edges[number + 1]) for number in (0, 2, 4)]
+    times, distances = probe.log.read_series(nose.name)
+    at = [_average(times, distances, stand, nose.name) for stand in stands]
+    angles = {side: _read_wheel(probing, probe, side) for side in ("left", "right")}
+    drives = []
+    for first, then in ((0, 1), (1, 2)):
+        ends = [stands[first][1], stands[then][1]]
+        left, right = (float(np.diff(np.interp(ends, *angles[side]))[0]) for side in ("left", "right"))
+        drives.append(StraightDrive(left, right, at[first] - at[then], WALL_ERROR_M))
+    return drives
+
+
+def _average(times: Array, distances: Array, stand: tuple[float, float], sensor: str) -> float:
+    values = distances[(times >= stand[0]) & (times <= stand[1])]
+    values = values[np.isfinite(values)]
+    if not len(values):
+        text = f"{sensor} measures no wall. Put the robot in front of a wall within its range, or give less --distance"
+        raise CalibrationError(text, kind="no-wall", device=sensor)
+    return float(np.median(values))
+
+
+def _spin(probing: Probing, turns_by: Reference, turns: int, radius_m: float) -> list[Spin]:
+    track = probing.drive.geometry.track
+    if turns_by is Reference.TAPE and not probing.robot.is_simulated:
+        # A person reads only the last part of a turn. So the first estimate must be right to half a turn.
+        first = _spin_once(probing, turns_by, 1, track, radius_m, "first turn")
+        track = fit_track([first], Estimate(radius_m, 0.0), track).value
+    left = _spin_once(probing, turns_by, turns, track, radius_m, "turns to the left")
+    return [left, _spin_once(probing, turns_by, -turns, track, radius_m, "turns to the right")]
+
+
+def _spin_once(probing: Probing, turns_by: Reference, turns: int, track_m: float, radius_m: float, title: str) -> Spin:
+    """Turn on the spot, and return the turn.
+
+    turns: the number of turns, positive to the left.
+    track_m, radius_m: the best estimates so far, which decide how long the wheels turn.
+    """
+    direction, fastest = (1 if turns > 0 else -1), probing.robot.max_velocity_rad_s
+    wheel_rad_s = min(TURN_RAD_S * track_m / 2 / radius_m, MAX_SHARE * fastest)
+    duration = abs(turns) * math.tau * track_m / 2 / radius_m / wheel_rad_s
+    command, rest = direction * wheel_rad_s / fastest, ProbeStep(STAND_S)
+    where = "Put the robot on the floor with free space around it"
+    mark = ", along a straight line" if turns_by is Reference.TAPE else ""
+    near = ", within 1 m of a wall" if turns_by is Reference.WALL else ""
+    probing.prepare(f"{title}: {where}{mark}{near}. It turns {abs(turns)} times on the spot")
+    keeper = TruthKeeper()
+    kinds = PROBED_KINDS | ({"range_sensor"} if turns_by is Reference.WALL else set())
+    steps = [rest, ProbeStep(duration, -command, command), rest]
+    probe = probing.run_probe(steps, [keeper], takes_duties=False, kinds=kinds)
+    left, right = (_measure_wheel(probing, probe, side) for side in ("left", "right"))
+    measure: dict[Reference, Callable[[], Estimate]] = {
+        Reference.TAPE: lambda: _ask_turn(probing, keeper, turns, title),
+        Reference.IMU: lambda: _read_gyro(probing, probe),
+        Reference.WALL: lambda: _compare_distances(probing, probe, track_m, radius_m),
+    }
+    turn = measure[turns_by]()
+    return Spin(left, right, turn.value, turn.deviation)
+
+
+def _ask_turn(probing: Probing, keeper: TruthKeeper, turns: int, title: str) -> Estimate:
+    if keeper.start is not None:
+        return Estimate(keeper.turned, TAPE_ERROR_RAD)
+    beyond = probing.person.ask(
+        f"{title}: the angle from the line to the robot's direction now, in degrees, positive to the left"
+    )
+    return Estimate(turns * math.tau + math.radians(beyond), TAPE_ERROR_RAD)
+
+
+def _read_gyro(probing: Probing, probe: Probe) -> Estimate:
+    """Return the turn by the IMU, without the drift that it has in both rests."""
+    times, headings = probe.log.read_series(probing.robot.description.first_of("imu").name)
+    edges = probe.log.edges
+    rests = [(times >= edges[0]) & (times <= edges[1]), (times >= edges[2] + STAND_S / 2) & (times <= edges[3])]
+    columns = [np.where(rest, 1.0, 0.0) for rest in rests]
+    used = rests[0] | rests[1]
+    fit = fit_linear(np.column_stack([*columns, times - edges[1]])[used], headings[used])
+    start, end, _ = fit.estimates
+    return Estimate(end.value - start.value, math.hypot(start.deviation, end.deviation, GYRO_ERROR_RAD))
+
+
+def _compare_distances(probing: Probing, probe: Probe, track_m: float, radius_m: float) -> Estimate:
+    """Return the turn by the repetition of the measured distances."""
+    edges = probe.log.edges
+    times, distances = probe.log.read_series(probing.robot.description.first_of("range_sensor").name)
+    left, right = (np.interp(times, *_read_wheel(probing, probe, side)) for side in ("left", "right"))
+    turned = (right - left) * radius_m / track_m
+    moving = (times >= edges[1]) & (times <= edges[2])
+    full = fit_full_turn(turned[moving], distances[moving])
+    whole = float(turned[-1] - turned[0])
+    return Estimate(whole * math.tau / full.value, abs(whole) * math.tau / full.value**2 * full.deviation)
+
+
+def _measure_wheel(probing: Probing, probe: Probe, side: Side) -> float:
+    """Return the angle by which the wheels of a side have turned in a probe, in radians."""
+    _, angles = _read_wheel(probing, probe, side)
+    return float(angles[-1] - angles[0])
+
+
+def _read_wheel(probing: Probing, probe: Probe, side: Side) -> tuple[Array, Array]:
+    """Return the times and the mean angles of the wheels of a side, by the encoders, or else by the commands."""
+    drive = probing.drive
+    encoders = drive.left_encoders if side == "left" else drive.right_encoders
+    if not encoders:
+        return probe.log.integrate_sent(side)
+    series = [probe.log.read_series(name) for name in encoders]
+    times = series[0][0]
+    return times, np.mean([np.interp(times, *each) for each in series], axis=0)
+
+
+def _fastest_m_s(probing: Probing) -> float:
+    return probing.robot.max_velocity_rad_s * probing.drive.wheel_radius_m
+
+
+def _refuse(option: str, reason: str) -> UsageError:
+    text = f"{option}: {reason}. Take another reference"
+    return UsageError(text, kind="reference-missing")

@@ -1,0 +1,134 @@
+"""Least squares with standard deviations: linear, and by Gauss-Newton steps for a few parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robotcore.description.editing import round_measured
+
+Array = NDArray[np.float64]
+
+MAX_STEPS = 60
+"""The greatest number of Gauss-Newton steps."""
+
+TOLERANCE = 1e-9
+"""The fit ends if a step changes the sum of squares by less than this share."""
+
+MIN_UNCERTAINTY = 1e-3
+"""No value of a robot is certain to a smaller share, because batteries, tyres and motors change."""
+
+DIFFERENCE = 1e-4
+"""The step of the numeric derivative, as a share of a parameter's scale."""
+
+
+class Estimate(NamedTuple):
+    """A measured value and its uncertainty.
+
+    >>> Estimate(13.28517, 0.0317).rounded, Estimate(13.28517, 0.0).rounded
+    (13.285, 13.285)
+    """
+
+    value: float
+    deviation: float
+    """The standard deviation, in the unit of the value."""
+
+    @property
+    def rounded(self) -> float:
+        """The value without the digits that its uncertainty, or that of each measurement, makes meaningless."""
+        return round_measured(self.value, max(self.deviation, MIN_UNCERTAINTY * abs(self.value)))
+
+    def scale(self, factor: float) -> Estimate:
+        """Return the estimate of the value times a known factor."""
+        return Estimate(self.value * factor, self.deviation * abs(factor))
+
+
+@dataclass(frozen=True)
+class Fit:
+    """The parameters that minimise the sum of the squared residuals."""
+
+    parameters: Array
+    covariance: Array
+    """The covariance of the parameters, with the variance of the residuals as that of the noise."""
+    residuals: Array
+
+    @property
+    def estimates(self) -> list[Estimate]:
+        """The parameters with their standard deviations."""
+        deviations = np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
+        return [Estimate(float(value), float(each)) for value, each in zip(self.parameters, deviations, strict=True)]
+
+
+def fit_linear(columns: Array, values: Array, *, least_variance: float = 0.0) -> Fit:
+    """Return the factors of the columns whose sum is nearest to the values.
+
+    columns: the values of each function, (samples, factors).
+    values: the measured values, (samples,).
+    least_variance: as for `fit_nonlinear`.
+    """
+    inverse = np.asarray(np.linalg.pinv(columns.T @ columns), np.float64)
+    factors = inverse @ (columns.T @ values)
+    residuals = values - columns @ factors
+    return Fit(factors, inverse * _estimate_variance(residuals, len(factors), least_variance), residuals)
+
+
+def fit_nonlinear(
+    residuals: Callable[[Array], Array], start: Array, lower: Array, upper: Array, *, least_variance: float = 0.0
+) -> Fit:
+    """Return the parameters within limits that minimise the sum of the squared residuals, by damped Gauss-Newton steps.
+
+    residuals: returns the residuals for parameters, (samples,).
+    start: the first parameters.
+    lower, upper: the limits of the parameters, each finite.
+    least_variance: the known variance of the residuals. The covariance is computed with a larger one if the residuals
+        are larger.
+    """
+    scale = np.maximum(np.abs(start), 1e-3 * (upper - lower))
+    here, damping = np.clip(start, lower, upper), 1e-3
+    now = residuals(here)
+    for _ in range(MAX_STEPS):
+        slope = _differentiate(residuals, here, scale, upper)
+        normal = slope.T @ slope
+        step = -np.linalg.pinv(normal + damping * np.diag(np.diag(normal))) @ (slope.T @ now)
+        there = np.clip(here + step, lower, upper)
+        then = residuals(there)
+        gain = float(now @ now - then @ then)
+        if gain <= 0:
+            damping *= 10
+            if damping > 1e9:
+                break
+            continue
+        is_last = gain < TOLERANCE * float(now @ now)
+        here, now, damping = there, then, damping / 10
+        if is_last:
+            break
+    slope = _differentiate(residuals, here, scale, upper)
+    inverse = np.asarray(np.linalg.pinv(slope.T @ slope), np.float64)
+    return Fit(here, inverse * _estimate_variance(now, len(here), least_variance), now)
+
+
+def _differentiate(residuals: Callable[[Array], Array], here: Array, scale: Array, upper: Array) -> Array:
+    columns = []
+    for number, size in enumerate(scale * DIFFERENCE):
+        step = np.zeros_like(here)
+        step[number] = -size if here[number] + size > upper[number] else size
+        columns.append((residuals(here + step) - residuals(here)) / step[number])
+    return np.column_stack(columns)
+
+
+def _estimate_variance(residuals: Array, parameters: int, least: float) -> float:
+    """Return the variance of the noise, increased as if only the independent ones of the residuals were measured.
+
+    Neighbouring residuals are alike if the resolution of a sensor, and not its noise, makes them.
+    """
+    free = len(residuals) - parameters
+    if free < 1:
+        return least or float("inf")
+    total = float(residuals @ residuals)
+    alike = float(residuals[1:] @ residuals[:-1]) / total if total else 0.0
+    likeness = min(max(alike, 0.0), 0.98)
+    return max(total / free * (1 + likeness) / (1 - likeness), least)

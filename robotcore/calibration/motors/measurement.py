@@ -1,0 +1,228 @@
+"""Measures the motors of a drive: by the encoders, by an IMU, or by a tape measure."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from robotcore.calibration.least_squares import Array, Estimate
+from robotcore.calibration.motors.plans import IMU_REST_S, list_levels, plan_for_encoders, plan_for_imu
+from robotcore.calibration.motors.response import Response, fit_response, shorten_rests
+from robotcore.calibration.motors.velocity_curve import CurvePoint, VelocityCurve, fit_velocity_curve
+from robotcore.calibration.motors.wheel_check import check_wheels
+from robotcore.calibration.probe import SIDES, ProbeLog, Side
+from robotcore.calibration.probing import Displacement, Probing
+from robotcore.description import AckermannDrive, Drive
+from robotcore.errors import CalibrationError, UsageError
+from robotcore.kinds.encoder import EncoderDescription
+
+TAPE_LEVELS = (1.0, 0.5)
+"""The commands of the drives along a tape measure, as shares of the greatest one."""
+
+TAPE_ERROR_M = 0.003
+"""The standard deviation of a distance by a tape measure, in metres."""
+
+MIN_DRIVE_S, MAX_DRIVE_S = 1.0, 20.0
+"""The limits of the duration of a drive along a tape measure, in seconds."""
+
+SETTLE_S = 1.0
+"""The rest after such a drive, in which the robot coasts, in seconds."""
+
+
+class Method(str, Enum):
+    """The measuring instrument of a calibration."""
+
+    ENCODER = "encoder"
+    IMU = "imu"
+    TAPE = "tape"
+
+
+@dataclass(frozen=True)
+class MotorResult:
+    """The measured properties of a motor."""
+
+    motor: str
+    instrument: str
+    """The name of the encoder or of the IMU that measured it, or ``tape measure``."""
+    curve: VelocityCurve
+    response: Response | None
+    """The response to steps of the command. None if only distances were measured."""
+
+
+def choose_method(probing: Probing) -> Method:
+    """Return the best method that the devices of the robot allow."""
+    robot = probing.robot.description
+    assert robot.drive
+    if robot.drive.encoders:
+        return Method.ENCODER
+    has_imu = bool(robot.all_of("imu")) and not isinstance(robot.drive, AckermannDrive)
+    return Method.IMU if has_imu else Method.TAPE
+
+
+def measure_motors(probing: Probing, method: Method, distance_m: float = 1.0) -> list[MotorResult]:
+    """Drive the robot, and return the properties of each motor of its drive.
+
+    distance_m: the length of a drive along a tape measure, in metres.
+
+    Raises UsageError for a method that the robot does not allow, and CalibrationError if a motor cannot be measured.
+    """
+    measure = {Method.ENCODER: _measure_by_encoders, Method.IMU: _measure_by_imu}.get(method)
+    results = measure(probing) if measure else _measure_by_tape(probing, distance_m)
+    for each in results:
+        if not each.curve.is_fitting:
+            raise CalibrationError(
+                f"{each.motor}: its velocities are not those of a motor with a dead band (R² is "
+                f"{each.curve.r_squared:.2f}). Check that nothing blocks the robot, that its wheels do not slip, and "
+                "that the battery is charged",
+                kind="poor-fit",
+                device=each.motor,
+                r_squared=each.curve.r_squared,
+            )
+    return results
+
+
+def _measure_by_encoders(probing: Probing) -> list[MotorResult]:
+    robot, drive = probing.robot.description, probing.drive
+    encoders = {side: _pair_encoders(drive, side) for side in SIDES}
+    if not all(encoders.values()):
+        raise _refuse(Method.ENCODER, "[drive] names no encoders")
+    on_spot = not robot.min_turn_radius_m
+    probe = probing.run_probe(plan_for_encoders(probing.robot.max_command, turns_on_spot=on_spot))
+    resolutions = {each.name: math.tau / each.counts_per_turn for each in robot.all_of(EncoderDescription)}
+    check_wheels(probe.log, encoders, resolutions, is_alone=on_spot)
+    found = {}
+    for side in SIDES:
+        for motor, encoder in encoders[side].items():
+            times, angles = _read_angles(probe.log, drive, encoder)
+            response = fit_response(probe.log.list_steps(side), times, angles)
+            found[motor] = MotorResult(motor, encoder, _fit_curve(motor, response), response)
+    return list(found.values())
+
+
+def _read_angles(log: ProbeLog, drive: Drive, encoder: str) -> tuple[Array, Array]:
+    """Return the times and the angles of an encoder.
+
+    The wheels of a robot that steers roll along one arc. Their mean does not depend on the angle of the servo.
+    """
+    times, angles = log.read_series(encoder)
+    if not isinstance(drive, AckermannDrive):
+        return times, angles
+    series = (log.read_series(name) for name in drive.encoders)
+    return times, np.mean([np.interp(times, *each) for each in series], axis=0)
+
+
+def _pair_encoders(drive: Drive, side: Side) -> dict[str, str]:
+    """Return the encoder that measures each motor of a side. A motor without one gets the last encoder of its side."""
+    motors, encoders = (
+        (drive.left_motors, drive.left_encoders) if side == "left" else (drive.right_motors, drive.right_encoders)
+    )
+    if not encoders:
+        return {}
+    return {motor: encoders[min(number, len(encoders) - 1)] for number, motor in enumerate(motors)}
+
+
+def _measure_by_imu(probing: Probing) -> list[MotorResult]:
+    robot, drive = probing.robot.description, probing.drive
+    if (imu := robot.first_of("imu")) is None:
+        raise _refuse(Method.IMU, "the robot has no IMU")
+    if robot.min_turn_radius_m:
+        raise _refuse(Method.IMU, "a robot that steers cannot turn about one wheel")
+    probe = probing.run_probe(plan_for_imu(probing.robot.max_command))
+    times, headings = probe.log.read_series(imu.name)
+    if float(np.ptp(headings)) < 1.0:
+        raise CalibrationError(
+            f"{imu.name} measured a turn of {float(np.ptp(headings)):.2f} rad only. Put the robot on the floor, and "
+            "check its motors and its IMU with robotcore test-devices",
+            kind="no-motion",
+            devices=(imu.name,),
+        )
+    results = []
+    for side in SIDES:
+        sign, motors = (-1, drive.left_motors) if side == "left" else (1, drive.right_motors)
+        angles = sign * headings * drive.geometry.track / drive.geometry.wheel_radius
+        steps = shorten_rests(probe.log.list_steps(side), IMU_REST_S)
+        response = fit_response(steps, times, angles, has_drift=True)
+        _require_forward(side, motors, response, imu.name)
+        results += [MotorResult(motor, imu.name, _fit_curve(motor, response), response) for motor in motors]
+    return results
+
+
+def _require_forward(side: str, motors: Sequence[str], response: Response, imu: str) -> None:
+    if sum(np.sign(step.command) * velocity.value for step, velocity in response.velocities) < 0:
+        raise CalibrationError(
+            f"{imu} measured turns to the {side} while {' and '.join(motors)} drove forward. Check with robotcore "
+            "test-devices which wheel turns, and in which direction",
+            kind="turns-backward",
+            devices=tuple(motors),
+        )
+
+
+def _fit_curve(motor: str, response: Response) -> VelocityCurve:
+    points = [CurvePoint(step.command, velocity) for step, velocity in response.velocities]
+    return fit_curve_of(motor, points)
+
+
+def fit_curve_of(motor: str, points: Sequence[CurvePoint]) -> VelocityCurve:
+    """Return the curve of a motor. Raises CalibrationError with the motor's name."""
+    try:
+        return fit_velocity_curve(points)
+    except CalibrationError as error:
+        raise CalibrationError(f"{motor}: {error}", kind=error.kind, device=motor, **error.fields) from error
+
+
+def _measure_by_tape(probing: Probing, distance_m: float) -> list[MotorResult]:
+    drive = probing.drive
+    points: dict[Side, list[CurvePoint]] = {"left": [], "right": []}
+    levels = list_levels(probing.robot.max_command, TAPE_LEVELS)
+    commands = [sign * level for level in levels for sign in (1, -1)]
+    for number, command in enumerate(commands, start=1):
+        speed = abs(_predict_rad_s(probing, command)) * drive.wheel_radius_m
+        duration = min(max(distance_m / speed if speed else MAX_DRIVE_S, MIN_DRIVE_S), MAX_DRIVE_S)
+        duration = round(duration * probing.rate_hz) / probing.rate_hz
+        moved, _ = probing.drive_straight(command, duration, SETTLE_S, f"drive {number} of {len(commands)}")
+        for side, rolled in zip(SIDES, split_arc(moved, drive), strict=True):
+            velocity = rolled / drive.wheel_radius_m / duration
+            deviation = TAPE_ERROR_M / drive.wheel_radius_m / duration
+            points[side].append(CurvePoint(command, Estimate(velocity, deviation)))
+    pairs: Iterator[tuple[Side, str]] = (
+        (side, motor) for side in SIDES for motor in (drive.left_motors if side == "left" else drive.right_motors)
+    )
+    found = {
+        motor: MotorResult(motor, "tape measure", fit_curve_of(motor, points[side]), None) for side, motor in pairs
+    }
+    return list(found.values())
+
+
+def split_arc(moved: Displacement, drive: Drive) -> tuple[float, float]:
+    """Return the ways of the left and the right wheels along an arc between two points, in metres.
+
+    The robot stood along the x axis of the displacement, and its wheels turned at constant velocities.
+
+    >>> from robotcore.description import load_robot
+    >>> drive = load_robot("rover").drive
+    >>> split_arc(Displacement(1.0, 0.0), drive)
+    (1.0, 1.0)
+    """
+    turn = 2 * math.atan(moved.left_m / moved.forward_m) if moved.forward_m else 0.0
+    half = turn / 2
+    way = moved.forward_m / math.cos(half) / (math.sin(half) / half if half else 1.0)
+    if isinstance(drive, AckermannDrive):
+        return way, way
+    beside = turn * drive.geometry.track / 2
+    return way - beside, way + beside
+
+
+def _predict_rad_s(probing: Probing, command: float) -> float:
+    """Return the velocity at a command by the present model of the first motor, in rad/s."""
+    models = probing.robot.models
+    return next(iter(models.values())).velocity(command) if models else command * probing.robot.full_rad_s
+
+
+def _refuse(method: Method, reason: str) -> UsageError:
+    others = ", ".join(f"--by {each.value}" for each in Method if each is not method)
+    text = f"--by {method.value}: {reason}. Leave --by out, or give one of {others}"
+    return UsageError(text, kind="method-not-possible", method=method.value)

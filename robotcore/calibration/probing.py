@@ -1,0 +1,138 @@
+"""Runs probes on a robot, and measures how far it has moved, by a person or by the ground truth of a simulator."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Sequence
+from typing import NamedTuple, Protocol
+
+from robotcore.calibration.probe import Probe, ProbeStep, TruthKeeper
+from robotcore.calibration.probing_robot import PROBED_KINDS, CalibratedRobot
+from robotcore.description import Drive
+from robotcore.errors import CalibrationError
+from robotcore.runtime.observer import Observer
+from robotcore.runtime.request import RunRequest
+from robotcore.runtime.result import Outcome, RunResult
+
+RATE_HZ = 100.0
+"""The number of ticks in a second of a probe."""
+
+REST_S = 0.2
+"""The rest before a drive, in seconds."""
+
+SPARE_S = 5.0
+"""The time limit of a run is this much longer than the plan, in seconds."""
+
+
+class Displacement(NamedTuple):
+    """The distance from the place of a robot before a drive to that after it, in the direction that it faced before."""
+
+    forward_m: float
+    left_m: float
+    """The distance to the left, in metres; negative to the right."""
+
+
+class Person(Protocol):
+    """The person beside a real robot."""
+
+    def prepare(self, instruction: str) -> None:
+        """Ask the person to prepare the robot, and wait until it is done. Raises UsageError if there is no person."""
+
+    def ask(self, question: str) -> float:
+        """Return the number that the person has measured."""
+
+
+Perform = Callable[[RunRequest, Sequence[Observer]], RunResult]
+"""A function that performs a run, such as `robotcore.run`."""
+
+
+class Probing:
+    """Runs the probes of a calibration.
+
+    robot: the robot.
+    perform: performs a run.
+    person: the person who prepares a real robot and measures; a simulator needs none.
+    world: the name or the file of the world of a simulator.
+    seed: the seed of the runs.
+    """
+
+    rate_hz = RATE_HZ
+
+    def __init__(
+        self, robot: CalibratedRobot, perform: Perform, person: Person, world: str | None, seed: int | None = None
+    ) -> None:
+        self.robot, self._perform, self.person = robot, perform, person
+        self._world, self._seed = world, seed
+
+    @property
+    def drive(self) -> Drive:
+        """The description of the drive."""
+        assert self.robot.description.drive
+        return self.robot.description.drive
+
+    def run_probe(
+        self,
+        steps: Sequence[ProbeStep],
+        observers: Sequence[Observer] = (),
+        *,
+        takes_duties: bool = True,
+        kinds: Collection[str] = PROBED_KINDS,
+    ) -> Probe:
+        """Drive the robot by a plan of commands, and return the probe.
+
+        takes_duties: whether the commands are duties if the motors have models. Otherwise they are velocities.
+        kinds: the kinds of the devices to open.
+
+        Raises the error that ended the run.
+        """
+        full_rad_s = self.robot.full_rad_s if takes_duties else self.robot.max_velocity_rad_s
+        probe = Probe(steps, full_rad_s)
+        with self.robot.open_file(takes_duties=takes_duties, kinds=kinds) as file:
+            request = RunRequest(
+                probe,
+                self.robot.backend.name,
+                file,
+                self._world,
+                self._seed,
+                self.rate_hz,
+                probe.duration_s + SPARE_S,
+                options=self.robot.options,
+            )
+            result = self._perform(request, observers)
+        if result.error:
+            raise result.error
+        if result.outcome is not Outcome.SUCCESS:
+            text = f"the measurement did not reach its end: {result.headline}. Repeat the command"
+            raise CalibrationError(text, kind="unfinished", outcome=result.outcome.value)
+        return probe
+
+    def drive_straight(
+        self, command: float, duration_s: float, settle_s: float, title: str, *, takes_duties: bool = True
+    ) -> tuple[Displacement, Probe]:
+        """Drive with one command for all wheels, and return how far the robot has moved, with the probe.
+
+        command: the share of the full command.
+        settle_s: the rest after the drive, in seconds.
+        title: the words for this drive, such as ``drive 1 of 4``.
+        takes_duties: as in `run_probe`.
+        """
+        direction = "forward" if command > 0 else "backward"
+        instruction = (
+            f"{title}, {direction}. Put the robot along a straight line on the floor, with a tape measure beside it, "
+            "and mark the middle of its axle"
+        )
+        self.prepare(instruction)
+        keeper = TruthKeeper()
+        steps = [ProbeStep(REST_S), ProbeStep(duration_s, command, command), ProbeStep(settle_s)]
+        probe = self.run_probe(steps, [keeper], takes_duties=takes_duties)
+        if moved := keeper.displacement:
+            return Displacement(*moved), probe
+        along = self.person.ask(
+            f"{title}: the distance that the middle of the axle has moved along the line, in metres"
+        )
+        beside = self.person.ask(f"{title}: its distance from the line in metres, positive to the left")
+        return Displacement(along if command > 0 else -abs(along), beside), probe
+
+    def prepare(self, instruction: str) -> None:
+        """Ask the person to prepare a real robot, and wait until it is done."""
+        if not self.robot.is_simulated:
+            self.person.prepare(instruction)

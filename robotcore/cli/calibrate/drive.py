@@ -1,0 +1,142 @@
+"""``robotcore calibrate drive``: measure the wheel radius and the track of a robot."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from robotcore.cli.calibrate._session import CalibrationCommand, CalibrationSession, calibration_options
+from robotcore.cli.output import write_json, write_line, write_table
+
+if TYPE_CHECKING:
+    from robotcore.calibration.corrections import Correction
+    from robotcore.calibration.drive.measurement import DriveResult
+    from robotcore.description import Drive
+
+
+@click.command("drive", cls=CalibrationCommand)
+@calibration_options
+@click.option(
+    "--straight-by",
+    type=click.Choice(["tape", "wall"]),
+    default="tape",
+    show_default=True,
+    help="The reference of the straight drives: a tape measure, or a wall in front of the first range sensor.",
+)
+@click.option(
+    "--turns-by",
+    type=click.Choice(["tape", "imu", "wall"]),
+    help="The reference of the turns: an angle that you measure, the IMU, or the distances around the robot. "
+    "Default: the IMU, else tape.",
+)
+@click.option(
+    "--distance",
+    "distance_m",
+    metavar="METRES",
+    type=click.FloatRange(0.2, 20),
+    default=2.0,
+    show_default=True,
+    help="The length of a straight drive.",
+)
+@click.option(
+    "--turns",
+    type=click.IntRange(1, 20),
+    default=5,
+    show_default=True,
+    help="The number of turns on the spot in each direction.",
+)
+def command(
+    straight_by: str,
+    turns_by: str | None,
+    distance_m: float,
+    turns: int,
+    plot: Path | None,
+    *,
+    as_json: bool,
+    **values: Any,
+) -> int:
+    """Measure the wheel radius and the track of a robot, and correct the robot's file.
+
+    The robot drives straight, and turns on the spot. Calibrate the motors first. In a simulator, the ground truth is
+    the tape measure.
+    """
+    from robotcore.calibration.drive.drive_corrections import correct_drive
+    from robotcore.calibration.drive.measurement import Reference, measure_drive
+
+    session = CalibrationSession(plot=plot, **values)
+    probing = session.probing
+    has_imu = probing.robot.description.first_of("imu") is not None
+    reference = Reference(turns_by or ("imu" if has_imu else "tape"))
+    result = measure_drive(probing, Reference(straight_by), reference, distance_m, turns)
+    corrections = correct_drive(result, probing.drive)
+    if plot:
+        _save_plot(plot, result, session)
+    if not as_json:
+        _write_result(result, corrections, probing.drive)
+    answer = session.finish(corrections, as_json=as_json)
+    if plot and not as_json:
+        write_line(f"The plot: {plot}")
+    if as_json:
+        names = {"robot": session.calibrated.robot, "backend": session.backend.name}
+        write_json({**names, **_to_dict(result), **answer})
+    return 0
+
+
+def _save_plot(plot: Path, result: DriveResult, session: CalibrationSession) -> None:
+    from robotcore.calibration.drive.drive_chart import draw_drive
+    from robotcore.canvas import encode_png
+    from robotcore.view.page import save_png
+
+    heading = f"The drive of {session.calibrated.description.name} on {session.backend.name}"
+    save_png(encode_png(draw_drive(result, session.probing.drive, heading)), plot, "--plot")
+
+
+def _write_result(result: DriveResult, corrections: list[Correction], drive: Drive) -> None:
+    rows = (
+        (each.key, f"{each.old:g}", f"{each.new:g}", f"{each.measured.deviation:.2g}", "is corrected" * each.is_needed)
+        for each in corrections
+    )
+    write_table(("property", "in the file", "measured", "±", ""), rows)
+    write_line()
+    for line in _list_remarks(result, drive):
+        write_line(line)
+
+
+def _list_remarks(result: DriveResult, drive: Drive) -> Iterator[str]:
+    from robotcore.description import AckermannDrive, SkidDrive
+
+    radius = result.radius.value
+    errors = [1000 * (each.way_m - radius * each.mean_rad) for each in result.drives]
+    yield f"straight drives by {result.straight_by.value}: residuals of {_join(errors, '.1f')} mm"
+    if result.track:
+        turns = [57.3 * (each.turn_rad - radius * each.difference_rad / result.track.value) for each in result.spins]
+        yield f"turns by {result.turns_by.value}: residuals of {_join(turns, '.2f')} degrees"
+    if not result.has_encoders:
+        yield "The wheels have no encoders, so the velocities of the motors must be right: robotcore calibrate motors"
+    if result.ratio and abs(result.ratio.value - 1) > 2 * result.ratio.deviation:
+        yield (
+            f"The radius of the right wheels is {result.ratio.value:.4f} ± {result.ratio.deviation:.4f} of that of the "
+            "left wheels. The file has one radius, which is the mean"
+        )
+    if isinstance(drive, SkidDrive):
+        yield "track_factor holds for this floor. Measure it again on another one"
+    if isinstance(drive, AckermannDrive):
+        yield "Not measured: track_m, wheelbase_m, and the angles of the steering servo"
+
+
+def _join(values: list[float], form: str) -> str:
+    return " and ".join(f"{each:{form}}" for each in values)
+
+
+def _to_dict(result: DriveResult) -> dict[str, Any]:
+    estimates = {"wheel_radius_m": result.radius, "effective_track_m": result.track, "radius_ratio": result.ratio}
+    return {
+        **{key: each and each._asdict() for key, each in estimates.items()},
+        "straight_by": result.straight_by.value,
+        "turns_by": result.turns_by.value,
+        "straight_drives": [vars(each) for each in result.drives],
+        "spins": [vars(each) for each in result.spins],
+    }

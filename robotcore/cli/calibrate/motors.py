@@ -1,0 +1,136 @@
+"""``robotcore calibrate motors``: measure the dead band, the velocities and the lag of the motors of a drive."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from robotcore.cli.calibrate._session import CalibrationCommand, CalibrationSession, calibration_options
+from robotcore.cli.output import write_json, write_line, write_table
+
+if TYPE_CHECKING:
+    from robotcore.calibration.corrections import Correction
+    from robotcore.calibration.least_squares import Estimate
+    from robotcore.calibration.motors.measurement import MotorResult
+
+FLOOR = (
+    "Put the robot on a stand, so that its wheels turn freely, or on the floor with 1 m of free space around it. It "
+    "turns on the spot at up to full speed. Take the charged battery with which it drives"
+)
+PIVOT = (
+    "Put the robot on the floor with 1 m of free space around it. It turns about one wheel, then about the other, at "
+    "up to full speed. Take the charged battery with which it drives"
+)
+
+
+@click.command("motors", cls=CalibrationCommand)
+@calibration_options
+@click.option(
+    "--by",
+    "method",
+    type=click.Choice(["encoder", "imu", "tape"]),
+    help="The measuring instrument. Default: the encoders, else the IMU, else a tape measure.",
+)
+@click.option(
+    "--distance",
+    "distance_m",
+    metavar="METRES",
+    type=click.FloatRange(0.2, 10),
+    default=1.0,
+    show_default=True,
+    help="The length of a drive along a tape measure.",
+)
+def command(method: str | None, distance_m: float, plot: Path | None, *, as_json: bool, **values: Any) -> int:
+    """Measure the dead band, the velocities and the lag of the motors of a drive, and correct the robot's file.
+
+    The robot turns its wheels at several duties, on a stand or in an open space. In a simulator, the ground truth is
+    the tape measure.
+    """
+    from robotcore.calibration.motors.measurement import Method, choose_method, measure_motors
+    from robotcore.calibration.motors.motor_corrections import correct_motor
+
+    session = CalibrationSession(plot=plot, **values)
+    probing = session.probing
+    chosen = Method(method) if method else choose_method(probing)
+    if chosen is not Method.TAPE:
+        probing.prepare(FLOOR if chosen is Method.ENCODER else PIVOT)
+    results = measure_motors(probing, chosen, distance_m)
+    corrections = [each for result in results for each in correct_motor(result, session.calibrated)]
+    if plot:
+        _save_plot(plot, results, session)
+    if not as_json:
+        _write_results(results, corrections, session)
+    answer = session.finish(corrections, as_json=as_json)
+    if plot and not as_json:
+        write_line(f"The plot: {plot}")
+    if as_json:
+        names = {"robot": session.calibrated.robot, "backend": session.backend.name, "method": chosen.value}
+        write_json({**names, "motors": {each.motor: _to_dict(each) for each in results}, **answer})
+    return 0
+
+
+def _save_plot(plot: Path, results: list[MotorResult], session: CalibrationSession) -> None:
+    from robotcore.calibration.motors.motor_chart import draw_motors
+    from robotcore.canvas import encode_png
+    from robotcore.view.page import save_png
+
+    heading = f"The motors of {session.calibrated.description.name} on {session.backend.name}"
+    save_png(encode_png(draw_motors(results, session.calibrated.models, heading)), plot, "--plot")
+
+
+def _write_results(results: list[MotorResult], corrections: list[Correction], session: CalibrationSession) -> None:
+    known = {(each.table[1], each.key): each for each in corrections}
+    has_models = bool(session.calibrated.models)
+    rows = [
+        (result.motor, *cells)
+        for result in results
+        for cells in _list_cells(result, known, session.calibrated.full_rad_s, has_models=has_models)
+    ]
+    write_table(("motor", "property", "in the file", "measured", "±", ""), rows)
+    write_line()
+    for result in results:
+        curve = result.curve
+        write_line(
+            f"{result.motor}, by {result.instrument}: R² {curve.r_squared:.5f}, residuals of "
+            f"{curve.residual_rad_s:.3g} rad/s at {len(curve.points)} commands"
+        )
+
+
+def _list_cells(
+    result: MotorResult, known: dict[tuple[str, str], Correction], full_rad_s: float, *, has_models: bool
+) -> Iterator[tuple[str, ...]]:
+    curve, response = result.curve, result.response
+    dead_band = curve.dead_band if has_models else curve.dead_band.scale(full_rad_s)
+    properties: list[tuple[str, str, Estimate]] = [
+        ("dead_band", "dead band, duty" if has_models else "dead band, rad/s", dead_band),
+        ("forward_rad_s", "full forward, rad/s", curve.forward),
+        ("backward_rad_s", "full backward, rad/s", curve.backward),
+    ]
+    if response:
+        properties += [("lag_s", "lag, s", response.lag), ("", "delay, s", response.delay)]
+    shown = {key for key, _, _ in properties}
+    own = ((key, each.measured) for (name, key), each in known.items() if name == result.motor)
+    properties += [(key, key.replace("_", " "), measured) for key, measured in own if key not in shown]
+    for key, words, estimate in properties:
+        correction = known.get((result.motor, key))
+        old = f"{correction.old:g}" if correction else ""
+        value = f"{correction.new:g}" if correction else f"{estimate.rounded:g}"
+        is_wrong = correction is not None and correction.is_needed
+        yield words, old, value, f"{estimate.deviation:.2g}", "is corrected" if is_wrong else ""
+
+
+def _to_dict(result: MotorResult) -> dict[str, Any]:
+    curve, response = result.curve, result.response
+    estimates = {"dead_band": curve.dead_band, "forward_rad_s": curve.forward, "backward_rad_s": curve.backward}
+    if response:
+        estimates |= {"lag_s": response.lag, "delay_s": response.delay}
+    return {
+        "instrument": result.instrument,
+        **{key: each._asdict() for key, each in estimates.items()},
+        "r_squared": curve.r_squared,
+        "residual_rad_s": curve.residual_rad_s,
+        "points": [{"command": each.command, **each.velocity._asdict()} for each in curve.points],
+    }
