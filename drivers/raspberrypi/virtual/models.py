@@ -32,10 +32,12 @@ from robotcore.hardware import DeviceBinding
 from robotcore.hardware.motor_model import MotorModel
 from robotcore.kinds.bumper import Bumper
 from robotcore.kinds.button import Button
+from robotcore.kinds.buzzer import Buzzer
 from robotcore.kinds.encoder import Encoder, EncoderDescription
+from robotcore.kinds.led import Led
 from robotcore.kinds.line_sensor import THRESHOLD, LineSensor
 from robotcore.kinds.motor import Motor, MotorDescription
-from robotcore.kinds.range_sensor import RangeSensor
+from robotcore.kinds.range_sensor import RangeSensor, RangeSensorDescription
 from robotcore.kinds.servo import Servo
 
 PI_4B = "c03115"
@@ -268,6 +270,24 @@ def wire_servo(
     output.on_change(turn)
 
 
+def wire_light(light: Led, pins: Sequence[VirtualPin], active_high: bool) -> None:  # noqa: FBT001
+    """Connect a light to the pins of its colours, or to its only pin. A person sees what it shows."""
+
+    def show() -> None:
+        parts = [float(pin.state) if active_high else 1 - float(pin.state) for pin in pins]
+        red, green, blue = parts if len(parts) > 1 else parts * 3
+        light.set_colour(red, green, blue)
+
+    for pin in pins:
+        pin.on_change(show)
+    show()
+
+
+def wire_buzzer(buzzer: Buzzer, pin: VirtualPin) -> None:
+    """Connect a passive buzzer to its pin. A person hears its tone."""
+    pin.on_change(lambda: buzzer.play(float(pin.frequency or 0.0) if pin.state else 0.0))
+
+
 def connect_channels(driver: ChannelDriver, actuator: Motor | Servo, pins: VirtualPins) -> None:
     """Connect the simulator's motor or servo to the channels of its driver."""
     chip = pins.open_i2c(driver.bus, driver.address)
@@ -340,8 +360,10 @@ def connect_pins(binding: DeviceBinding, simulated: Robot, pins: VirtualPins, is
             clock.call_every(_step_of(clock), update, "line-sensors")
         case PinServoDriver() as on, _, Servo() as servo:
             wire_servo(servo, on, pin(on.gpio), lambda: FRAME_HZ)
-        case LightDriver() | PinBuzzerDriver(), _, _:
-            pass  # nothing reacts to a light or a tone
+        case LightDriver() as on, _, Led() as light:
+            wire_light(light, [pin(each) for each in on.gpios], on.active_high)
+        case PinBuzzerDriver() as on, _, Buzzer() as buzzer:
+            wire_buzzer(buzzer, pin(on.gpio))
         case _:
             return False
     return True
@@ -367,8 +389,8 @@ def find_unmodelled(bindings: Iterable[DeviceBinding]) -> list[DeviceBinding]:
 def describe_hardware(binding: DeviceBinding) -> DeviceDescription:
     """Return the description of a device's hardware, for the simulator.
 
-    An encoder's counts are all of its edges. An ultrasonic module also measures walls beyond its ``max_range_m``, and
-    its driver decides when it measures. A motor turns at full duty as fast as its model states.
+    An encoder's counts are all of its edges. An ultrasonic module also measures walls beyond its ``max_range_m``, its
+    driver decides when it measures, and it has the offset that its driver subtracts. A motor turns at full duty as fast as its model states.
     """
     match binding.driver, binding.description:
         case (MotorDriver() | ChannelMotorDriver()) as driver, MotorDescription() as description:
@@ -376,6 +398,13 @@ def describe_hardware(binding: DeviceBinding) -> DeviceDescription:
             return description.model_copy(update={"max_velocity_rad_s": fastest})
         case EncoderDriver() as driver, EncoderDescription() as description:
             return description.model_copy(update={"counts_per_turn": driver.edges_per_turn(description)})
-        case Ultrasonic(), description:
-            return description.model_copy(update={"max_range_m": MAX_ECHO_M, "latency_s": 0.0, "rate_hz": None})
+        case Ultrasonic() as driver, RangeSensorDescription() as description:
+            return description.model_copy(
+                update={
+                    "max_range_m": MAX_ECHO_M,
+                    "offset_m": description.offset_m + driver.zero_offset_m,
+                    "latency_s": 0.0,
+                    "rate_hz": None,
+                }
+            )
     return binding.description

@@ -13,6 +13,8 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
+from robotcore.calibration.plot import Plot, Series
+from robotcore.canvas import SERIES
 from robotcore.errors import CalibrationError
 from robotcore.kinds.camera import Frame
 from robotcore.optics import Image, Intrinsics
@@ -279,3 +281,11 @@ def list_turn_rates(ticks: int, tick_s: float, limit_rad_s: float) -> Iterator[f
         envelope = min(1.0, 4 * time / duration, 4 * (1 - time / duration))
         wave = 0.6 * math.sin(math.tau * 0.5 * time) + 0.4 * math.sin(math.tau * 0.83 * time)
         yield limit_rad_s * envelope * wave
+
+
+def draw_delay(fit: DelayFit, camera: str) -> Plot:
+    """Return a chart of the error at each delay that was tried."""
+    points = [(shift, math.degrees(error)) for shift, error in zip(fit.shifts_s, fit.errors_rad, strict=True)]
+    chosen = [(fit.stamp_error_s, 0.0), (fit.stamp_error_s, max(error for _, error in points))]
+    series = (Series("error of the rotation", points, True), Series("best delay", chosen, True, SERIES[1]))
+    return Plot(f"Delay of {camera} after its time stamps", "delay in s", "degrees", series)

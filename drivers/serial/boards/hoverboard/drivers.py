@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import Annotated, Literal
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
 from drivers.serial.boards.drivers import BatteryDriver, BoardDriver, EncoderDriver, MotorDriver
 from drivers.serial.boards.hoverboard.protocol import LIMIT, STANDING, STOP, HoverboardProtocol, Mixer
 from robotcore.description import RobotDescription
+from robotcore.hal.device_tester import REVERSED
 from robotcore.hardware import Connection, DeviceContext, Drivers
 from robotcore.hardware.motor_control import Control, open_motor, require_drivable
 from robotcore.hardware.motor_model import Model, OutputMotor
@@ -68,6 +69,9 @@ class HoverboardMotor(HoverboardDriver, MotorDriver):
     control: Control | None = None
     """The settings of velocity control by the wheel's encoder, for mode "duty"."""
 
+    def correct(self, mistake: str, observed: Any = None) -> Mapping[str, Any] | None:
+        return {"inverted": not self.inverted} if mistake == REVERSED else None
+
     @property
     def mixer(self) -> Mixer:
         return Mixer(self.speed_coefficient, self.steer_coefficient, self.tank_steering)
@@ -82,7 +86,7 @@ class HoverboardMotor(HoverboardDriver, MotorDriver):
             self._check_duty(description, robot)
         elif self.model or self.control:
             raise ValueError("in mode speed the board controls the velocity; remove model and control")
-        elif description.max_velocity_rad_s > (reach := self.mixer.straight / self.unit_per_rad_s):
+        elif description.max_velocity_rad_s > (reach := self.mixer.straight / self.unit_per_rad_s / self.trim):
             raise ValueError(
                 f"the board turns a wheel at {reach:.3g} rad/s at most, but max_velocity_rad_s of {description.name} "
                 f"is {description.max_velocity_rad_s:g}; lower it, or correct max_rpm or speed_coefficient"
@@ -127,6 +131,9 @@ class HoverboardEncoder(HoverboardDriver, EncoderDriver):
 
     inverted: bool = False
     """Whether the wheel's angle changes its sign, because it counts the wrong way."""
+
+    def correct(self, mistake: str, observed: Any = None) -> Mapping[str, Any] | None:
+        return {"inverted": not self.inverted} if mistake == REVERSED else None
 
     def rad_per_unit(self, description: EncoderDescription, robot: RobotDescription) -> float:
         # The right motor is mounted the other way round.

@@ -29,7 +29,7 @@ from robotcore.errors import DeviceError
 from robotcore.hardware import DeviceContext, Drivers
 from robotcore.hardware.motor_control import Control, open_motor, require_drivable
 from robotcore.hardware.motor_model import Model
-from robotcore.hardware.polled_samples import RangeSampler, require_timely
+from robotcore.hardware.polled_samples import RangeSampler, RangeSensorDriver, require_timely
 from robotcore.kinds.battery import Battery, BatteryDescription, Voltage
 from robotcore.kinds.encoder import Encoder, EncoderDescription
 from robotcore.kinds.motor import Motor, MotorDescription
@@ -163,7 +163,7 @@ class ArduinoMotor(ArduinoDriver, MotorDriver):
             return open_motor(description, self.model, self.control, lambda: output, context)
         counts = counts_per_turn(description.name, self.port, context.robot)
         unit = counts / math.tau * board.protocol.firmware.control_period_s
-        return CountingMotor(description, self.open_output(description.name, context, unit), unit)
+        return CountingMotor(description, self.open_output(description.name, context, unit), self.trim * unit)
 
     def _set_duty_mode(self, board: Board, motor: str) -> None:
         is_duty_mode = self.model is not None
@@ -200,7 +200,7 @@ class ArduinoEncoder(ArduinoDriver, EncoderDriver):
         return math.tau / edges_per_turn(description, self.counts)
 
 
-class ArduinoSonar(ArduinoDriver):
+class ArduinoSonar(ArduinoDriver, RangeSensorDriver):
     """Opens ultrasonic modules on an Arduino.
 
     robotcore_bridge measures periodically. ROSArduinoBridge measures on request, and processes no other request until
@@ -209,7 +209,6 @@ class ArduinoSonar(ArduinoDriver):
 
     name = "ros-arduino-sonar"
     summary = "an ultrasonic module on an Arduino with ROSArduinoBridge or robotcore_bridge, on a serial line"
-    described = RangeSensorDescription
     part_key = "pin"
     aliases: ClassVar[tuple[str, ...]] = ("arduino", "sonar", "ultrasonic", "hc-sr04")
 
@@ -244,7 +243,7 @@ class ArduinoSonar(ArduinoDriver):
 
     def open(self, description: RangeSensorDescription, context: DeviceContext) -> RangeSensor:
         board = self.open_board(description.name, context)
-        sampler = RangeSampler(description, self.cycles)
+        sampler = RangeSampler(description, self.cycles, self.zero_offset_m)
         if self.pin is None:
             instead = f"set the module's pin in the robot's file, such as pin = 4 in [serial.{description.name}]"
             self.require_robotcore_bridge(board, description.name, "needs the module's pin in each request", instead)
