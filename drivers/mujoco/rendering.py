@@ -13,9 +13,11 @@ from numpy.typing import NDArray
 
 from drivers.mujoco.model.attributes import CAMERA_GROUPS, group_flags
 from drivers.mujoco.model.builder import FAR_M, NEAR_M
-from drivers.mujoco.opengl import Context, NoOpenGL, open_context, select_for_mujoco
+from drivers.mujoco.model.world import visual_name
+from drivers.mujoco.opengl import Context, open_context, select_for_mujoco
+from robotcore.description import WorldDescription
 from robotcore.optics import CameraView, Image
-from robotcore.simulation.rigid_body import ObjectIds
+from robotcore.simulation.rigid_body import NoOpenGL, ObjectIds
 
 if TYPE_CHECKING:
     from mujoco import MjData, MjModel, MjrContext, MjvGLCamera, MjvOption, MjvScene
@@ -30,16 +32,18 @@ class Renderer:
     Several threads may use and close a renderer, but only one at a time.
     """
 
-    def __init__(self, model: MjModel, data: MjData, sky: tuple[int, int, int]) -> None:
+    def __init__(self, model: MjModel, data: MjData, world: WorldDescription) -> None:
         """Create an OpenGL context, and load the model into it.
 
-        sky: the colour of the sky as red, green and blue, each from 0 to 255.
+        world: the world in the model.
 
         Raises NoOpenGL if no OpenGL library works without a screen.
         """
         from mujoco import MjvCamera
 
-        self._model, self._data, self._sky = model, data, sky
+        self.things = {thing.name: model.geom(visual_name(thing.name)).id for thing in (*world.prisms, *world.targets)}
+        """The ids of the visual geoms of the things, by the name of the thing."""
+        self._model, self._data, self._sky = model, data, world.light.sky_colour
         self._scene, self._options, self._camera = _build_scene(model), _build_options(), MjvCamera()
         self._buffer = OffscreenBuffer(model)
 

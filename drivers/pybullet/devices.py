@@ -10,7 +10,8 @@ import numpy as np
 
 from drivers.pybullet.body import Body
 from drivers.pybullet.bullet import Bullet
-from robotcore.description import AckermannDrive, Light
+from drivers.pybullet.scene import BulletScene
+from robotcore.description import AckermannDrive
 from robotcore.description.urdf import STEERING_TORQUE_NM
 from robotcore.hal.clock import Clock
 from robotcore.hal.joint import Joint
@@ -104,8 +105,8 @@ NEAR_M, FAR_M = 0.005, 500.0
 class BulletRenderer:
     """Renders pictures with Bullet's software renderer."""
 
-    def __init__(self, bullet: Bullet, light: Light) -> None:
-        self._bullet, self._light = bullet, light
+    def __init__(self, bullet: Bullet, scene: BulletScene) -> None:
+        self._bullet, self._light, self.things = bullet, scene.light, scene.things
 
     def picture(self, view: CameraView) -> Image:
         """Return the picture of a view, (height, width, 3), BGR."""

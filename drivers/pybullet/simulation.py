@@ -26,8 +26,8 @@ from robotcore.hal.truth import RELEASE_M
 from robotcore.kinds.camera import CameraDescription
 from robotcore.kinds.encoder import EncoderDescription
 from robotcore.kinds.motor import MotorDescription
-from robotcore.simulation.floor_sheet import has_viewer
-from robotcore.simulation.rigid_body import BodyCamera, ContactCounter
+from robotcore.simulation.body_cameras import CameraSet, needs_sheet
+from robotcore.simulation.rigid_body import ContactCounter
 
 
 class Simulation:
@@ -36,10 +36,16 @@ class Simulation:
     The steps of ``clock`` are physics steps of Bullet.
     """
 
-    def __init__(self, bullet: Bullet, setup: Setup, world: WorldDescription, solver_iterations: int) -> None:
+    def __init__(
+        self, bullet: Bullet, setup: Setup, world: WorldDescription, solver_iterations: int, camera: str | None = None
+    ) -> None:
+        """Add the world and the robot to a server. No device is open.
+
+        camera: `CameraOptions.camera`.
+        """
         self._robot, self._world, self._seed = setup.robot, world, setup.seed
         self._bullet = bullet
-        self._scene = BulletScene(bullet, world, has_sheet=has_viewer(setup))
+        self._scene = BulletScene(bullet, world, has_sheet=needs_sheet(setup, camera))
         self._body = Body(bullet, setup.robot, world.start.pose)
         if setup.gui:
             bullet.set_window_view(width_m=max(world.floor.length_m, world.floor.width_m))
@@ -47,6 +53,7 @@ class Simulation:
             self._body.hide()
         self.clock = SteppedClock(setup.rate_hz, self._advance)
         self._motors: list[BulletMotor] = []
+        self._cameras = CameraSet(camera, world, self.clock, self.simulation_state.joints.locate)
         self._steering = self._open_steering()
         self._contacts = ContactCounter()
         self._things = frozenset(self._scene.things.values())
@@ -70,10 +77,8 @@ class Simulation:
             return motor
         if isinstance(description, EncoderDescription):
             return open_encoder(bullet, description, self.clock, body)
-        locate = self.simulation_state.joints.locate
         if isinstance(description, CameraDescription):
-            renderer = BulletRenderer(bullet, self._scene.light)
-            return BodyCamera(description, self.clock, body.transform, locate, renderer, self._scene.things)
+            return self._cameras.open(description, body.transform, lambda: BulletRenderer(bullet, self._scene))
         return simulate_device(description, self.simulation_state)
 
     def pose(self) -> Pose:

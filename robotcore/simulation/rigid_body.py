@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotcore.description import Mount
+from robotcore.errors import DeviceError
 from robotcore.geometry import Pose
 from robotcore.hal.clock import Clock
 from robotcore.kinds.camera import CameraDescription, SimulatedCamera
@@ -25,8 +26,16 @@ Locate = Callable[[Mount], Mount]
 """Returns the present mount of a device for its mount in the robot's file. A servo may have turned it."""
 
 
+class NoOpenGL(Exception):  # noqa: N818  each caller raises an error of robotcore in its place
+    """OpenGL is not available on this machine. The message names the missing library or function."""
+
+
 class Renderer(Protocol):
-    """Renders the pictures of a simulation."""
+    """Renders the pictures of a simulation. Without OpenGL, a renderer that needs it raises NoOpenGL."""
+
+    @property
+    def things(self) -> Mapping[str, int]:
+        """The ids of the things in a segmentation, by the name of the thing."""
 
     def picture(self, view: CameraView) -> Image:
         """Return the picture of a view, (height, width, 3), BGR."""
@@ -36,10 +45,7 @@ class Renderer(Protocol):
 
 
 class BodyCamera(SimulatedCamera):
-    """A camera on a body.
-
-    ``things`` holds the ids of the things in the segmentation, by the name of the thing.
-    """
+    """A camera on a body. ``things`` and ``segmentation`` are those of its renderer."""
 
     def __init__(
         self,
@@ -48,16 +54,18 @@ class BodyCamera(SimulatedCamera):
         transform: Transform,
         locate: Locate,
         renderer: Renderer,
-        things: Mapping[str, int],
     ) -> None:
         super().__init__(description.name, description.intrinsics, clock, lambda: self.picture(self._view()))
-        self.things, self.segmentation = things, renderer.segmentation
+        self.things, self.segmentation = renderer.things, renderer.segmentation
         self._transform, self._renderer = transform, renderer
         self._locate_mount, self._mount = locate, description.mount
 
     def picture(self, view: CameraView) -> Image:
         """Return the picture of a view, which may differ from the view of this camera."""
-        return self._renderer.picture(view)
+        try:
+            return self._renderer.picture(view)
+        except NoOpenGL as error:
+            raise DeviceError(self.name, str(error), kind="no-opengl") from error
 
     def _view(self) -> CameraView:
         rotation, origin = self._transform()

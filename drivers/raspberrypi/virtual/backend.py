@@ -30,6 +30,9 @@ class VirtualPiOptions(StrictModel):
     simulator: str = "kinematic"
     """The backend that simulates the robot."""
 
+    camera: str | None = None
+    """The option ``camera`` of the simulator. None leaves it out."""
+
     lost_echoes: Annotated[float, Field(ge=0, le=1)] = 0.0
     """The share of lost ultrasonic echoes, from 0 to 1. The seed of the run determines which echoes are lost."""
 
@@ -118,13 +121,21 @@ class VirtualPiBackend(RaspberryPiBackend):
         )
         is_lost = self._is_lost or _build_echo_loss(options.lost_echoes, setup.seed)
         with ExitStack() as undo:
-            simulated = undo.enter_context(simulator.open(replace(setup, robot=built, options={})))
+            chosen = {"camera": options.camera} if options.camera else {}
+            simulated = undo.enter_context(simulator.open(replace(setup, robot=built, options=chosen)))
             pins = undo.enter_context(VirtualPins(simulated.clock))
             on_pins = {each.name for each in bindings if connect_pins(each, simulated, pins, is_lost)}
             release = undo.pop_all().close
         own = {name: device for name, device in simulated.devices.items() if name not in on_pins}
         return open_robot(
-            setup, bindings, simulated.clock, pins=pins, release=release, truth=simulated.truth, opened=own
+            setup,
+            bindings,
+            simulated.clock,
+            pins=pins,
+            release=release,
+            truth=simulated.truth,
+            opened=own,
+            notes=simulated.notes,
         )
 
     def _load_simulator(self, name: str) -> Backend:

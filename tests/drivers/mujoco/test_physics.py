@@ -56,6 +56,10 @@ class TestSeeing(seeing.Seeing):
     backend = MujocoBackend
 
 
+class TestPainting(seeing.Painting):
+    backend = MujocoBackend
+
+
 class TestRanging(ranging.Ranging):
     backend = MujocoBackend
 

@@ -18,6 +18,7 @@ from robotcore.description import (
     randomise,
 )
 from robotcore.description.texture import PATTERNS, Pattern
+from robotcore.errors import UsageError
 from robotcore.geometry import Pose
 from robotcore.kinds.camera import CameraDescription
 from robotcore.optics import CameraView
@@ -35,6 +36,7 @@ from tests.drivers.physics.worlds import (
     world,
 )
 from tests.robotcore.description.courses import COURSE, load_course
+from tests.texts import Raises
 
 EYE = Mount(x_m=0.14, z_m=0.10)
 
@@ -96,6 +98,53 @@ class Seeing(EngineTests):
             camera = get_camera(robot)
             view = CameraView.of(camera.intrinsics, Mount(x_m=0.14, z_m=0.10, pitch_rad=0.6), Pose(0.0, 0.0, 0.0))
             assert (robot.camera.read().image == camera.picture(view)).all()
+
+
+class Painting(EngineTests):
+    """Tests of the painted camera, for every engine."""
+
+    def test_a_painted_camera_shows_the_view_from_the_body_of_the_engine(self) -> None:
+        ground = world(ball(0.8, 0.1), box(1.6, yaw=0.3), start=Start(x_m=0.1, y_m=-0.2, yaw_rad=0.3))
+        with self.open_in_world(ground, camera="painted") as robot:
+            drive(robot, 4.0, 6.0, 0.3)
+            painted, truth = robot.camera.read().image, get_truth(robot).pose()
+        view = CameraView.of(load_eye().intrinsics, EYE, truth)
+        expected = Painter(ground).picture(view)
+        assert (painted != expected).any(axis=2).mean() < 0.01  # the body sinks into the floor, and tilts a little
+        assert (painted != Painter(ground).picture(CameraView.of(load_eye().intrinsics, EYE, HERE))).any()
+
+    def test_the_segmentation_of_a_painted_camera_names_the_things_the_floor_and_the_sky(self) -> None:
+        thing = box(1.2, 0.0, width=0.3, height=0.15)
+        masks = []
+        for choice in ("painted", "rendered"):
+            with self.open_in_world(world(ball(0.8, 0.3), thing), camera=choice) as robot:
+                camera = get_camera(robot)
+                numbers = camera.segmentation(CameraView.of(camera.intrinsics, EYE, Pose(0.2, 0.0, 0.1)))
+            assert set(camera.things) == {"ball", "box"}
+            masks.append([numbers == camera.things["ball"], numbers == camera.things["box"], numbers == -1])
+        for ours, theirs in zip(*masks, strict=True):
+            assert (ours != theirs).mean() < 0.002
+            assert ours.any()
+            assert not ours.all()
+
+    def test_painting_changes_no_motion(self) -> None:
+        poses = []
+        for choice in ("painted", "rendered"):
+            with self.open_in_world(world(ball(0.8, 0.3)), camera=choice) as robot:
+                drive(robot, 8.0, 5.0, 0.5)
+                robot.camera.read()
+                poses.append(get_truth(robot).pose())
+        assert poses[0] == poses[1]
+
+    def test_another_source_of_pictures_is_refused(self, raises: Raises) -> None:
+        with raises(UsageError, "invalid-option"):
+            self.open_in_world(world(), camera="drawn")
+
+
+def load_eye() -> CameraDescription:
+    eye = ROVER.first_of(CameraDescription)
+    assert eye
+    return eye
 
 
 MIN_PIXELS = 150

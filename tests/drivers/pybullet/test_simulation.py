@@ -26,6 +26,10 @@ class TestSeeing(seeing.Seeing):
     backend = PyBulletBackend
 
 
+class TestPainting(seeing.Painting):
+    backend = PyBulletBackend
+
+
 class TestRanging(ranging.Ranging):
     backend = PyBulletBackend
 
