@@ -162,7 +162,7 @@ def _list_vertices(backend: str, ball: Ball) -> NDArray[np.float64]:
     around = np.linspace(0, math.tau, BALL_SLICES + 1)[None, :]
     z = np.broadcast_to(np.cos(polar), (BALL_STACKS + 1, BALL_SLICES + 1))
     points = np.stack((np.sin(polar) * np.cos(around), np.sin(polar) * np.sin(around), z), axis=-1).reshape(-1, 3)
-    return middle + ball.radius_m * points
+    return np.asarray(middle + ball.radius_m * points)
 
 
 def _trace_ball(world: WorldDescription, view: CameraView, vertices: NDArray[np.float64]) -> tuple[Mask, Mask]:

@@ -179,6 +179,7 @@ class BuiltMotor(Motor):
         lag = description.lag_s
         self._gain = -math.expm1(-step / lag) if lag else 1.0
         self._mean_gain = 1 - lag / step * self._gain
+        self._respond = description.respond
         self._command = self._velocity = self._sent = 0.0
 
     def drive(self) -> None:
@@ -188,7 +189,7 @@ class BuiltMotor(Motor):
         self._velocity += missing * self._gain
 
     def _apply(self, rad_s: float) -> None:
-        self._command = float(rad_s)  # the remote API encodes no NumPy types
+        self._command = float(self._respond(rad_s))  # the remote API encodes no NumPy types
 
     def _send(self, rad_s: float) -> None:
         if rad_s != self._sent:

@@ -16,8 +16,7 @@ from drivers.coppeliasim.builder import FORWARD, NO_UNDO, Placement, SceneBuilde
 from drivers.coppeliasim.connection import SimulatorConnection
 from robotcore.errors import BackendError
 from robotcore.hal.clock import Clock
-from robotcore.hal.sampling import SampleCache
-from robotcore.kinds.range_sensor import Range, RangeSensor, RangeSensorDescription
+from robotcore.kinds.range_sensor import Echo, RangeSensorDescription, SimulatedRangeSensor
 from robotcore.raycast import FAN_RAYS, FAN_SETBACK_M, Fan
 from robotcore.simulation.remote_scene import Point, Scene
 
@@ -130,36 +129,31 @@ def add_proximity_sensor(
     return sensor
 
 
-class BuiltRangeSensor(RangeSensor):
+class BuiltRangeSensor(SimulatedRangeSensor):
     """A range sensor of a built robot, which measures from a point behind its mount, inside the body."""
 
-    def __init__(self, description: RangeSensorDescription, clock: Clock) -> None:
-        limits = {"min_range": description.min_range_m, "max_range": description.max_range_m}
-        super().__init__(description.name, cone=description.cone_rad, **limits)
-        self._fan = Fan(cone=description.cone_rad, **limits)
-        self._newest_at = SampleCache(clock, self._measure)
+    def __init__(self, description: RangeSensorDescription, clock: Clock, seed: int) -> None:
+        self._fan = Fan(description.cone_rad, description.min_range_m, description.max_range_m)
+        super().__init__(description, clock, self._measure, seed)
 
     @abstractmethod
     def _find_nearest(self) -> tuple[float, Point] | None:
         """Return the reading in metres, and the nearest point as lengths ahead, left and up; None without a point."""
 
-    def _newest(self) -> Range:
-        return self._newest_at()
-
-    def _measure(self, time: float, sequence: int) -> Range:
+    def _measure(self) -> Echo:
         nearest = self._find_nearest()
         if nearest is None or math.isinf(nearest[0]):
-            return Range(math.inf, time, sequence)
+            return Echo(math.inf, None)
         distance, (ahead, left, up) = nearest
-        return Range(distance, time, sequence, (ahead - FAN_SETBACK_M, left, up))
+        return Echo(distance, (ahead - FAN_SETBACK_M, left, up))
 
 
 class ProximityRangeSensor(BuiltRangeSensor):
     """A range sensor that returns the distance to the nearest point that a proximity sensor detects."""
 
-    def __init__(self, scene: Scene, description: RangeSensorDescription, sensor: int, clock: Clock) -> None:
-        super().__init__(description, clock)
+    def __init__(self, scene: Scene, description: RangeSensorDescription, sensor: int, clock: Clock, seed: int) -> None:
         self._scene, self._sensor = scene, sensor
+        super().__init__(description, clock, seed)
 
     def _find_nearest(self) -> tuple[float, Point] | None:
         if (point := self._scene.detect(self._sensor)) is None:
@@ -244,14 +238,19 @@ class FanRangeSensor(BuiltRangeSensor):
     """
 
     def __init__(
-        self, connection: SimulatorConnection, description: RangeSensorDescription, sensor: int, clock: Clock
+        self,
+        connection: SimulatorConnection,
+        description: RangeSensorDescription,
+        sensor: int,
+        clock: Clock,
+        seed: int,
     ) -> None:
-        super().__init__(description, clock)
         self._connection, self._sensor = connection, sensor
         side = np.tan(max(description.cone_rad, BEAM_RAD) / 2)
         self._slopes = np.linspace(side, -side, FAN_RAYS)  # the first pixel is the leftmost
         self._stretch = np.hypot(1.0, self._slopes)
         self._far = compute_fan_reach(description) * (1 - _FAR_TOLERANCE)
+        super().__init__(description, clock, seed)
 
     def _find_nearest(self) -> tuple[float, Point]:
         depths = _read_depths(self._connection, self._sensor)

@@ -40,6 +40,7 @@ from robotcore.kinds.display import DisplayDescription
 from robotcore.kinds.encoder import EncoderDescription
 from robotcore.kinds.motor import MotorDescription
 from robotcore.kinds.range_sensor import RangeSensorDescription
+from robotcore.lens import Lens
 from robotcore.simulation.remote_scene import State
 from robotcore.simulation.remote_scene.devices import SceneCamera, SceneDisplay
 
@@ -52,6 +53,7 @@ class Simulation:
         self._chosen = setup.chosen_devices
         self._motors: list[BuiltMotor] = []
         body = built.robot.body
+        self._seed = setup.seed
         self._contacts = ContactCounter(scene.connection, body, built.world.things)
         self.clock = SteppedClock(setup.rate_hz, self._advance, scene.read_time_step())
         self.truth = CoppeliaSimTruth(scene.connection, body, built.robot.frame, self._contacts)
@@ -73,10 +75,10 @@ class Simulation:
         sensor = self._built.sensors[description.name]
         if isinstance(description, RangeSensorDescription):
             if self._built.has_proximity:
-                return ProximityRangeSensor(scene, description, sensor, clock)
-            return FanRangeSensor(scene.connection, description, sensor, clock)
+                return ProximityRangeSensor(scene, description, sensor, clock, self._seed)
+            return FanRangeSensor(scene.connection, description, sensor, clock, self._seed)
         if isinstance(description, CameraDescription):
-            return SceneCamera(description.name, description.intrinsics, scene, sensor, clock)
+            return SceneCamera(description, scene, sensor, clock, self._seed)
         return SceneDisplay(description.name, scene, sensor)
 
     @property
@@ -202,9 +204,13 @@ def _add_sensor(
         add = add_proximity_sensor if has_proximity else add_fan
         return add(builder, description, body, frame, built_world.detectable)
     if isinstance(description, CameraDescription):
-        size, sky = (description.width_px, description.height_px), compute_sky_grey(world)
+        pinhole, sky = Lens(description.intrinsics).pinhole, compute_sky_grey(world)
         spec = VisionSensorSpec(
-            size, description.horizontal_fov_rad, background=sky, visible=built_world.visible, ignored="depth"
+            (pinhole.width, pinhole.height),
+            pinhole.horizontal_fov,
+            background=sky,
+            visible=built_world.visible,
+            ignored="depth",
         )
         return add_vision_sensor(builder, spec, description.name, frame.compose(place_mount(description.mount)), body)
     if isinstance(description, DisplayDescription):

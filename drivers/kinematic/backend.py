@@ -13,11 +13,11 @@ from robotcore.hal.device import Device
 from robotcore.hal.kind import simulate_device
 from robotcore.hal.robot import Robot
 from robotcore.hardware import SimulatorBackend
-from robotcore.kinds.camera import CameraDescription, SimulatedCamera
+from robotcore.kinds.camera import CameraDescription, Render, SimulatedCamera
 from robotcore.kinds.encoder import EncoderDescription, SimulatedEncoder
 from robotcore.kinds.motor import MotorDescription
 from robotcore.kinds.range_sensor import RangeSensorDescription, SimulatedRangeSensor
-from robotcore.optics import CameraView
+from robotcore.optics import CameraView, Intrinsics
 
 
 class KinematicOptions(StrictModel):
@@ -70,14 +70,17 @@ def _open_device(simulation: Simulation, description: DeviceDescription) -> Devi
     if isinstance(description, RangeSensorDescription):
         sonar, mount = Sonar(description, simulation.world), description.mount
         return SimulatedRangeSensor(
-            description, simulation.clock, lambda: sonar.measure(simulation.body_pose, locate(mount))
+            description,
+            simulation.clock,
+            lambda: sonar.measure(simulation.body_pose, locate(mount)),
+            simulation.simulation_state.seed,
         )
     if isinstance(description, CameraDescription):
-        intrinsics, mount = description.intrinsics, description.mount
-        return SimulatedCamera(
-            name,
-            intrinsics,
-            simulation.clock,
-            lambda: simulation.painter.picture(CameraView.of(intrinsics, locate(mount), simulation.body_pose)),
-        )
+        mount = description.mount
+
+        def capture(pinhole: Intrinsics) -> Render:
+            view = CameraView.of(pinhole, locate(mount), simulation.body_pose)
+            return lambda: simulation.painter.picture(view)
+
+        return SimulatedCamera(description, simulation.clock, capture, simulation.simulation_state.seed)
     return simulate_device(description, simulation.simulation_state)

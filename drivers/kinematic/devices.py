@@ -20,10 +20,10 @@ class KinematicMotor(Motor):
 
     def __init__(self, description: MotorDescription, wheel: Wheel) -> None:
         super().__init__(description.name, description.max_velocity_rad_s)
-        self._wheel = wheel
+        self._wheel, self._respond = wheel, description.respond
 
     def _apply(self, rad_s: float) -> None:
-        self._wheel.target = rad_s
+        self._wheel.target = self._respond(rad_s)
 
 
 Array = NDArray[np.float64]

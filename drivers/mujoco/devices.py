@@ -28,9 +28,10 @@ class MujocoMotor(Motor):
         super().__init__(description.name, description.max_velocity_rad_s)
         body.find_joints(self.name)
         self._controls, self._number = data.ctrl, model.actuator(self.name).id
+        self._respond = description.respond
 
     def _apply(self, rad_s: float) -> None:
-        self._controls[self._number] = rad_s
+        self._controls[self._number] = self._respond(rad_s)
 
 
 class Steering:

@@ -58,7 +58,7 @@ class Simulation:
         self._contacts = ContactCounter()
         self._steering = self._open_steering()
         choice = camera or ("rendered" if os.environ.get(VARIABLE) else None)  # the variable asks for OpenGL
-        self.cameras = CameraSet(choice, world, self.clock, self.simulation_state.joints.locate)
+        self.cameras = CameraSet(choice, self.simulation_state)
         self._closing = ExitStack()
         self._window: Window | None = None
         if setup.gui:

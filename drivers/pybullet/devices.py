@@ -38,7 +38,7 @@ class BulletMotor(Motor):
         self._velocity_control = bullet.VELOCITY_CONTROL
         self._torque = description.max_torque_nm / len(self._joints)
         self._gain = -math.expm1(-step / description.lag_s) if description.lag_s else 1.0
-        self._command = self._velocity = 0.0
+        self._respond, self._command, self._velocity = description.respond, 0.0, 0.0
         self._targets: tuple[float, ...] = ()
         self.drive()
 
@@ -52,7 +52,7 @@ class BulletMotor(Motor):
             self._send()
 
     def _apply(self, rad_s: float) -> None:
-        self._command = rad_s
+        self._command = self._respond(rad_s)
 
     def _send(self) -> None:
         for joint, target in zip(self._joints, self._targets, strict=True):

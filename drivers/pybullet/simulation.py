@@ -53,7 +53,7 @@ class Simulation:
             self._body.hide()
         self.clock = SteppedClock(setup.rate_hz, self._advance)
         self._motors: list[BulletMotor] = []
-        self._cameras = CameraSet(camera, world, self.clock, self.simulation_state.joints.locate)
+        self._cameras = CameraSet(camera, self.simulation_state)
         self._steering = self._open_steering()
         self._contacts = ContactCounter()
         self._things = frozenset(self._scene.things.values())

@@ -154,6 +154,11 @@ _OPTIONS = (
         "--randomise", "--randomize", is_flag=True, help="Also vary colours, light, sensors and wheels with the seed."
     ),
     click.option(
+        "--ideal",
+        is_flag=True,
+        help="Simulate devices without the latency, noise, distortion, lag, dead band and gains of the robot's file.",
+    ),
+    click.option(
         "--judge",
         metavar="APP",
         help="The name or file of an app. Its method verify, not that of APP, decides whether the run was a success.",

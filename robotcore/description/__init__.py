@@ -1,7 +1,7 @@
 """The descriptions of robots and worlds, which are loaded from TOML files."""
 
 from robotcore.description.conditions import Conditions, Light, Randomisation
-from robotcore.description.devices import DeviceDescription, Mount
+from robotcore.description.devices import DeviceDescription, Ideal, Mount, SensorDescription
 from robotcore.description.drive import AckermannDrive, Caster, Drive, DriveWheel, SkidDrive, TwoWheelDrive
 from robotcore.description.floor_image import FloorImage
 from robotcore.description.generation.domain_randomisation import (
@@ -47,6 +47,7 @@ __all__ = [
     "DriveWheel",
     "Floor",
     "FloorImage",
+    "Ideal",
     "Light",
     "Line",
     "Mount",
@@ -54,6 +55,7 @@ __all__ = [
     "RandomisedWorld",
     "RobotDescription",
     "Safety",
+    "SensorDescription",
     "SkidDrive",
     "Start",
     "StrictModel",

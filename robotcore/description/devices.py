@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from contextlib import suppress
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar, Union, get_args
 
 from pydantic import Field, GetCoreSchemaHandler
@@ -19,6 +20,7 @@ from robotcore.plugins import KINDS, kind_names, load_registered
 
 if TYPE_CHECKING:
     from pydantic_core import CoreSchema
+    from typing_extensions import Self
 
 AHEAD_RAD = math.pi / 4
 """The greatest angle, in radians, from the robot's x axis to the direction of a sensor that points ahead."""
@@ -67,6 +69,14 @@ class Mount(StrictModel):
         return Pose(self.x_m, self.y_m, self.yaw_rad)
 
 
+@dataclass(frozen=True)
+class Ideal:
+    """Marks a key of a device that describes an imperfection. `DeviceDescription.idealise` sets the value."""
+
+    value: Any
+    """The value of the key for a device without the imperfection."""
+
+
 class DeviceDescription(StrictModel):
     """The base class of the descriptions of devices. Each kind of device has a subclass.
 
@@ -86,6 +96,12 @@ class DeviceDescription(StrictModel):
         """Return the arguments of the device class's constructor, without the name."""
         return {}
 
+    def idealise(self) -> Self:
+        """Return the description of the same device without imperfections."""
+        fields = type(self).model_fields.items()
+        marks = {name: mark for name, field in fields for mark in field.metadata if isinstance(mark, Ideal)}
+        return self.model_copy(update={name: mark.value for name, mark in marks.items()})
+
     def looks_ahead(self, mount: Mount) -> bool:
         """Return whether a sensor with this mount measures the distance ahead of the robot. By default it does not.
 
@@ -104,6 +120,18 @@ class DeviceDescription(StrictModel):
         """Set the properties of an open device that the description defines, such as its mount."""
         if isinstance(mount := getattr(self, "mount", None), Mount):
             device.mount = mount.pose
+
+
+class SensorDescription(DeviceDescription):
+    """The base class of the descriptions of sensors whose samples can be late or rare. All simulators simulate both."""
+
+    latency_s: Annotated[float, Field(ge=0, le=10), Ideal(0.0)] = 0.0
+    """The time from the measurement of a sample until an app can read it, in seconds.
+
+    A simulator rounds it to its time step.
+    """
+    rate_hz: Annotated[Annotated[float, Field(ge=0.1, le=1000)] | None, Ideal(None)] = None
+    """The number of samples in a second. With None, there is a new sample in each tick."""
 
 
 DescriptionT = TypeVar("DescriptionT", bound=StrictModel)

@@ -48,11 +48,14 @@ def find_doubtful_values(robot: RobotDescription) -> Iterator[str]:
 
 def _find_unusable_sensors(robot: RobotDescription) -> Iterator[str]:
     for device in robot.devices:
-        rate_hz: float = getattr(device, "rate_hz", math.inf)
-        if rate_hz * robot.safety.max_age_s <= 1:
+        rate_hz: float = getattr(device, "rate_hz", None) or math.inf
+        latency_s: float = getattr(device, "latency_s", 0.0)
+        if latency_s + 1 / rate_hz >= robot.safety.max_age_s:
+            key, value = ("latency_s", f"{latency_s:g} s") if latency_s else ("rate_hz", f"{rate_hz:g} Hz")
+            remedy = "Lower it, or raise max_age_s" if latency_s else "Raise one of them"
             yield (
-                f"{device.name}.rate_hz: with {rate_hz:g} Hz, its samples are older than safety.max_age_s, "
-                f"{robot.safety.max_age_s:g} s, so each run stops. Raise one of them"
+                f"{device.name}.{key}: with {value}, its samples are older than safety.max_age_s, "
+                f"{robot.safety.max_age_s:g} s, so each run stops. {remedy}"
             )
     for sensor in robot.sensors_ahead:
         max_range_m: float = getattr(sensor, "max_range_m", math.inf)

@@ -325,6 +325,10 @@ class RobotDescription(StrictModel):
             return tuple(device for device in self.devices if device.kind == kind)
         return tuple(device for device in self.devices if isinstance(device, kind))
 
+    def idealise(self) -> RobotDescription:
+        """Return the description of the same robot whose devices have no imperfections."""
+        return self.model_copy(update={"devices": tuple(device.idealise() for device in self.devices)})
+
     def with_conditions(self, conditions: Conditions) -> RobotDescription:
         """Return the description with the wheel lag of the conditions, if they have one."""
         lag, drive = conditions.wheel_lag_s, self.drive

@@ -120,6 +120,7 @@ class SteppedClock(Clock):
     def __init__(self, rate_hz: float, advance: Callable[[int], None], step_s: float | None = None) -> None:
         if not (math.isfinite(rate_hz) and rate_hz > 0):
             raise UsageError(f"the rate is {rate_hz} Hz; it must be a positive number", kind="rate-not-positive")
+        self.rate_hz = rate_hz
         per_tick = math.ceil(MIN_PHYSICS_RATE_HZ / rate_hz) if step_s is None else _steps_in_a_tick(rate_hz, step_s)
         self.steps_per_second = rate_hz * per_tick
         self._advance = advance
@@ -131,6 +132,10 @@ class SteppedClock(Clock):
     def step(self) -> float:
         """The time step in seconds. Without a fixed step of the simulator, it is 1 / (rate · ⌈240 / rate⌉)."""
         return 1 / self.steps_per_second
+
+    def round_to_steps(self, duration_s: float) -> float:
+        """Return a duration in seconds, rounded to whole steps."""
+        return round(duration_s * self.steps_per_second) / self.steps_per_second
 
     def now(self) -> float:
         return self._count / self.steps_per_second

@@ -19,7 +19,7 @@ from robotcore.errors import (
 from robotcore.hal.device import Actuator, Device, Sensor, build_driver_error, list_values
 from robotcore.hal.sample_text import format_fields, format_repr
 from robotcore.hal.sample_types import list_numbers, require_types
-from robotcore.hal.sampling import SampleCache
+from robotcore.hal.sampling import capture_at_once, delay_samples
 from robotcore.plugins import KINDS, load_registered
 
 if TYPE_CHECKING:
@@ -239,7 +239,8 @@ def simulate_device(description: DeviceDescription, state: SimulationState) -> D
             require_types(description.name, sample)
         return sample
 
-    return build_sensor(description, SampleCache(state.clock, take))
+    samples = delay_samples(state.clock, description, capture_at_once(take))
+    return build_sensor(description, samples, samples.close)
 
 
 def _call_simulation(description: DeviceDescription, function: Callable[..., Any], *args: Any) -> Any:

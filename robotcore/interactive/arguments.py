@@ -14,6 +14,7 @@ ARGUMENTS = {
     "--foxglove": "foxglove",
     "--gui": "gui=True",
     "--host": 'options={"host": …}',
+    "--ideal": "ideal=True",
     "--option file=RUN.mcap": 'options={"file": "RUN.mcap"}',
     "--picture FILE.png": "robot.show()",
     "--port": 'options={"port": …}',

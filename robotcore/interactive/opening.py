@@ -64,6 +64,7 @@ def open(  # noqa: A001  users write robotcore.open
     realtime: bool = False,
     gui: bool = False,
     randomise: bool = False,
+    ideal: bool = False,
     rate_hz: float = 20.0,
     options: Mapping[str, Any] | None = None,
     needs: AbstractSet[Need] | None = None,
@@ -83,6 +84,7 @@ def open(  # noqa: A001  users write robotcore.open
     realtime: whether simulated time passes at the pace of real time.
     gui: whether the simulator opens its window.
     randomise: whether the seed also draws the light, the noise and the wheel errors.
+    ideal: whether the simulated devices have none of the imperfections that the robot's file describes.
     rate_hz: the number of ticks in a second.
     options: the options of the backend, by name.
     needs: the devices to open: roles, names and kinds. None for all devices of the robot.
@@ -114,6 +116,7 @@ def open(  # noqa: A001  users write robotcore.open
             gui=gui,
             realtime=realtime or bool(view) or foxglove is not False,
             randomise=randomise,
+            ideal=ideal,
             faults=specifications,
         )
         return _open(request, _build_recorder(record, record_last_s, is_forced=force), view, foxglove)

@@ -9,14 +9,14 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from robotcore.description import DeviceDescription
+from robotcore.description import SensorDescription
 from robotcore.geometry import wrap_angle
 from robotcore.hal.device import Sensor, Unit
 from robotcore.hal.kind import Kind
 from robotcore.hal.simulation_state import SimulationState
 
 
-class BumperDescription(DeviceDescription):
+class BumperDescription(SensorDescription):
     """A bumper, which detects contacts in a sector of directions."""
 
     kind: Literal["bumper"]

@@ -8,18 +8,24 @@ from functools import cached_property
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
-from robotcore.description import DeviceDescription, Mount
+from robotcore.description import Ideal, Mount, SensorDescription
+from robotcore.errors import Mistake
 from robotcore.hal.clock import Clock
 from robotcore.hal.device import Sensor
 from robotcore.hal.kind import Kind, raise_not_simulated
-from robotcore.hal.sampling import SampleCache
+from robotcore.hal.noise import Noise, build_noise_effect
+from robotcore.hal.sampling import delay_samples
+from robotcore.lens import Lens, is_invertible
 from robotcore.optics import Image, Intrinsics
 
+Coefficient = Annotated[float, Field(ge=-10, le=10)]
+Pixel = Annotated[float, Field(ge=0, le=4096)]
 
-class CameraDescription(DeviceDescription):
-    """A camera, which simulators model as a pinhole camera."""
+
+class CameraDescription(SensorDescription):
+    """A camera, which simulators model as a pinhole camera with a lens."""
 
     kind: Literal["camera"]
     mount: Mount
@@ -28,11 +34,39 @@ class CameraDescription(DeviceDescription):
     height_px: Annotated[int, Field(ge=16, le=4096)]
     """The height of a picture, in pixels."""
     horizontal_fov_rad: Annotated[float, Field(ge=0.01, le=3)]
-    """The full horizontal field of view, in radians. Pixels are square, so the vertical field of view follows."""
+    """The full horizontal field of view of a lens without distortion, in radians.
+
+    It determines the focal length. Pixels are square, so the vertical field of view follows.
+    """
+    centre_px: Annotated[
+        Annotated[tuple[Pixel, Pixel], Field(description="[column, row] of the optical axis, in pixels")] | None,
+        Ideal(None),
+    ] = None
+    """The column and the row of the optical axis, in pixels. With None, the axis is in the middle of the picture."""
+    distortion: Annotated[
+        tuple[Coefficient, Coefficient, Coefficient, Coefficient, Coefficient] | None,
+        Field(description="the list [k1, k2, p1, p2, k3] of OpenCV"),
+        Ideal(None),
+    ] = None
+    """The coefficients k1, k2, p1, p2 and k3 of the lens, as in OpenCV. With None, the lens does not distort."""
+    noise_levels: Annotated[float, Field(ge=0, le=64), Ideal(0.0)] = 0.0
+    """The standard deviation of the noise of a pixel, in grey levels from 0 to 255."""
+
+    @model_validator(mode="after")
+    def _require_lens(self) -> CameraDescription:
+        if self.centre_px and not (self.centre_px[0] < self.width_px and self.centre_px[1] < self.height_px):
+            problem = f"centre_px, {list(self.centre_px)}, is outside of a picture of {self.width_px}x{self.height_px}"
+            raise Mistake(problem, "Give its column and its row", kind="centre-outside")
+        if not self.intrinsics.is_plain and not is_invertible(self.intrinsics):
+            problem = "with this distortion, the lens shows a direction twice or looks more than 80° aside"
+            raise Mistake(problem, "Measure it: robotcore calibrate camera", kind="distortion-not-invertible")
+        return self
 
     @property
     def intrinsics(self) -> Intrinsics:
-        return Intrinsics(self.width_px, self.height_px, self.horizontal_fov_rad)
+        """The pinhole model, and the distortion of the lens."""
+        size = self.width_px, self.height_px
+        return Intrinsics(*size, self.horizontal_fov_rad, self.centre_px, self.distortion or ())
 
     def arguments(self) -> dict[str, Any]:
         return {"intrinsics": self.intrinsics}
@@ -91,24 +125,50 @@ class Camera(Sensor[Frame]):
         return f"{sample.format_values()} pixels"
 
 
-class SimulatedCamera(Camera):
-    """A simulated camera.
+Render = Callable[[], Image]
+"""Renders a picture, (height, width, 3), BGR."""
 
-    take_picture: returns a new picture, (height, width, 3), BGR. The camera makes it read-only.
+
+class SimulatedCamera(Camera):
+    """A simulated camera, with the latency, the lens and the noise of its description.
+
+    capture: stores the camera's present view, and returns a function that renders its picture later. Its argument is
+        the intrinsics of the picture, those of ``lens.pinhole``. A picture is rendered only if an app reads it.
+    seed: the seed of the noise.
+    intrinsics: the intrinsics of the camera; None for those of the description.
     """
 
-    def __init__(self, name: str, intrinsics: Intrinsics, clock: Clock, take_picture: Callable[[], Image]) -> None:
-        super().__init__(name, intrinsics)
+    def __init__(
+        self,
+        description: CameraDescription,
+        clock: Clock,
+        capture: Callable[[Intrinsics], Render],
+        seed: int,
+        intrinsics: Intrinsics | None = None,
+    ) -> None:
+        super().__init__(description.name, intrinsics or description.intrinsics)
+        self.lens = Lens(self.intrinsics)
+        """The lens, which bends the pictures of its pinhole camera."""
+        self._noise = Noise(seed, f"{self.name}:pixels", description.noise_levels) if description.noise_levels else None
 
-        def take(time: float, sequence: int) -> Frame:
-            image = take_picture()
-            image.flags.writeable = False
-            return Frame(image, time, sequence)
+        def begin(time: float, sequence: int) -> Callable[[], Frame]:
+            render = capture(self.lens.pinhole)
+            return lambda: Frame(self._develop(render(), time), time, sequence)
 
-        self._newest_at = SampleCache(clock, take)
+        self._newest_at = delay_samples(clock, description, begin)
+
+    def _develop(self, image: Image, time: float) -> Image:
+        image = self.lens.bend(image)
+        if self._noise:
+            image = build_noise_effect(self._noise)(image, time)
+        image.flags.writeable = False
+        return image
 
     def _newest(self) -> Frame:
         return self._newest_at()
+
+    def _release(self) -> None:
+        self._newest_at.close()
 
 
 def draw_grey(camera: CameraDescription) -> Image:

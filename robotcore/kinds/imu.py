@@ -9,24 +9,24 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from robotcore.description import DeviceDescription
+from robotcore.description import Ideal, SensorDescription
 from robotcore.geometry import wrap_angle
 from robotcore.hal.device import Sensor, Unit
 from robotcore.hal.kind import Kind
 from robotcore.hal.simulation_state import SimulationState
 
 
-class ImuDescription(DeviceDescription):
+class ImuDescription(SensorDescription):
     """An inertial measurement unit. The errors are those of a simulated one."""
 
     kind: Literal["imu"]
-    yaw_rate_noise_rad_s: Annotated[float, Field(ge=0, le=10)] = 0.0
+    yaw_rate_noise_rad_s: Annotated[float, Field(ge=0, le=10), Ideal(0.0)] = 0.0
     """The standard deviation of the turn rate, in rad/s."""
-    yaw_rate_bias_rad_s: Annotated[float, Field(ge=-10, le=10)] = 0.0
+    yaw_rate_bias_rad_s: Annotated[float, Field(ge=-10, le=10), Ideal(0.0)] = 0.0
     """The constant error of the turn rate, in rad/s."""
-    acceleration_noise_m_s2: Annotated[float, Field(ge=0, le=100)] = 0.0
+    acceleration_noise_m_s2: Annotated[float, Field(ge=0, le=100), Ideal(0.0)] = 0.0
     """The standard deviation of each acceleration, in m/s²."""
-    heading_noise_rad: Annotated[float, Field(ge=0, le=math.pi)] = 0.0
+    heading_noise_rad: Annotated[float, Field(ge=0, le=math.pi), Ideal(0.0)] = 0.0
     """The standard deviation of the heading, in radians, in addition to the integrated errors of the turn rate."""
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from robotcore.description import Body, DeviceDescription, Mount
+from robotcore.description import Body, Ideal, Mount, SensorDescription
 from robotcore.description.types import SensorRange
 from robotcore.errors import Mistake
 from robotcore.geometry import wrap_angle
@@ -43,14 +43,11 @@ CHART_PX = 480
 CHART_TEXT_PX = 12
 """The height of the text line in the chart, in pixels."""
 
-ROUNDING_S = 1e-6
-"""Two times count as equal if they differ by less than this, in seconds."""
-
 Bearing = Annotated[float, Field(ge=-math.tau, le=math.tau)]
 """An angle from the lidar's direction, in radians, positive to the left."""
 
 
-class LidarDescription(DeviceDescription):
+class LidarDescription(SensorDescription):
     """A lidar with horizontal rays. The direction of the mount is that of the bearing 0."""
 
     kind: Literal["lidar"]
@@ -70,7 +67,7 @@ class LidarDescription(DeviceDescription):
     """The number of rays in a scan, from right to left at equal angles."""
     rate_hz: Annotated[float, Field(ge=0.5, le=100)] = 10.0
     """The number of scans in a second."""
-    noise_m: Annotated[float, Field(ge=0, le=1)] = 0.0
+    noise_m: Annotated[float, Field(ge=0, le=1), Ideal(0.0)] = 0.0
     """The standard deviation of the distances of a simulated lidar, in metres."""
 
     @model_validator(mode="after")
@@ -222,36 +219,23 @@ def limit_distances(distances: Array, min_range: float, max_range: float) -> tup
     return tuple(np.where((distances >= min_range) & (distances <= max_range), distances, math.inf).tolist())
 
 
-class LidarSimulation:
-    """Takes scans from the state of the simulation. All rays of a scan are measured at the same time."""
-
-    def __init__(self, lidar: LidarDescription, state: SimulationState) -> None:
-        self._lidar, self._state = lidar, state
-        self._bearings = np.array(lidar.bearings)
-        self._newest: Scan | None = None
-        self._revolution = 0
-
-    def __call__(self, time: float, sequence: int) -> Scan:
-        """Return the scan of the present revolution of the lidar, at a time in seconds."""
-        revolution = math.floor((time + ROUNDING_S) * self._lidar.rate_hz)
-        if self._newest is None or revolution > self._revolution:
-            self._revolution, self._newest = revolution, Scan(self._measure(time), time, sequence)
-        return self._newest
-
-    def _measure(self, time: float) -> tuple[float, ...]:
-        lidar = self._lidar
-        mount = self._state.joints.locate(lidar.mount)
-        angles = mount.yaw_rad + self._bearings
-        rays = np.stack((np.cos(angles), np.sin(angles), np.zeros_like(angles)), axis=1)
-        reach_m = lidar.max_range_m + MAX_NOISE * lidar.noise_m
-        distances = self._state.cast(np.array((mount.x_m, mount.y_m, mount.z_m)), rays, reach_m)
-        distances += self._state.draw_noises(lidar.name, lidar.noise_m, time, len(distances))
-        return limit_distances(distances.round(DISTANCE_DECIMALS), lidar.min_range_m, lidar.max_range_m)
-
-
 def simulate(lidar: LidarDescription, state: SimulationState) -> Callable[[float, int], Scan]:
-    """Return a function that takes a scan of the bodies around the lidar, at its height."""
-    return LidarSimulation(lidar, state)
+    """Return a function that takes a scan of the bodies around the lidar, at its height.
+
+    All rays of a scan are measured at the same time.
+    """
+    bearings, reach_m = np.array(lidar.bearings), lidar.max_range_m + MAX_NOISE * lidar.noise_m
+
+    def take(time: float, sequence: int) -> Scan:
+        mount = state.joints.locate(lidar.mount)
+        angles = mount.yaw_rad + bearings
+        rays = np.stack((np.cos(angles), np.sin(angles), np.zeros_like(angles)), axis=1)
+        distances = state.cast(np.array((mount.x_m, mount.y_m, mount.z_m)), rays, reach_m)
+        distances += state.draw_noises(lidar.name, lidar.noise_m, time, len(distances))
+        limited = limit_distances(distances.round(DISTANCE_DECIMALS), lidar.min_range_m, lidar.max_range_m)
+        return Scan(limited, time, sequence)
+
+    return take
 
 
 def validate_sample(lidar: LidarDescription, sample: Scan) -> Scan:

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 
-from robotcore.description import DeviceDescription, Mount
+from robotcore.description import Ideal, Mount, SensorDescription
 from robotcore.hal.device import Sensor, Unit
 from robotcore.hal.kind import Kind
 from robotcore.hal.simulation_state import SimulationState
@@ -21,7 +21,7 @@ THRESHOLD = 0.5
 """A sensor sees the line if its darkness is greater."""
 
 
-class LineSensorDescription(DeviceDescription):
+class LineSensorDescription(SensorDescription):
     """A row of reflectance sensors across the robot. The mount is the middle of the row."""
 
     kind: Literal["line_sensor"]
@@ -30,7 +30,7 @@ class LineSensorDescription(DeviceDescription):
     """The number of sensors in the row."""
     spacing_m: Annotated[float, Field(ge=0.001, le=1)]
     """The distance between the middles of two neighbouring sensors, in metres."""
-    noise: Annotated[float, Field(ge=0, le=1)] = 0.0
+    noise: Annotated[float, Field(ge=0, le=1), Ideal(0.0)] = 0.0
     """The standard deviation of each darkness of a simulated row."""
 
     def arguments(self) -> dict[str, Any]:

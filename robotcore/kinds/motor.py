@@ -6,9 +6,9 @@ import math
 from abc import ABC
 from typing import Annotated, Any, Literal, Protocol
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, model_validator
 
-from robotcore.description import DeviceDescription
+from robotcore.description import DeviceDescription, Ideal
 from robotcore.errors import InvalidCommandError, Mistake
 from robotcore.hal.device import Actuator, build_invalid_command
 from robotcore.hal.kind import Kind
@@ -24,19 +24,56 @@ def _require_measurable_lag(lag: float) -> float:
     return lag
 
 
+Gain = Annotated[float, Field(ge=0.1, le=2), Ideal(1.0)]
+
+
 class MotorDescription(DeviceDescription):
-    """A motor of a wheel. The wheel's velocity follows the command with a first-order lag."""
+    """A motor of a wheel. The wheel's velocity follows the command with a first-order lag.
+
+    The dead band and the gains are the errors that remain behind the motor's driver. Simulators simulate them.
+
+    >>> motor = MotorDescription(
+    ...     kind="motor", name="left_motor", max_velocity_rad_s=10.0, dead_band_rad_s=2.0, backward_gain=0.9
+    ... )
+    >>> motor.respond(6.0), motor.respond(-10.0), motor.respond(1.5)
+    (5.0, -9.0, 0.0)
+    """
 
     kind: Literal["motor"]
     max_velocity_rad_s: Annotated[float, Field(ge=0.001, le=1e4)]
     """The greatest velocity of the wheel, forward and backward, in rad/s."""
-    lag_s: Annotated[float, Field(ge=0, le=10), AfterValidator(_require_measurable_lag)] = 0.05
+    lag_s: Annotated[float, Field(ge=0, le=10), AfterValidator(_require_measurable_lag), Ideal(0.0)] = 0.05
     """The time constant of the wheel's lag, in seconds."""
+    dead_band_rad_s: Annotated[float, Field(ge=0, le=1e3), Ideal(0.0)] = 0.0
+    """The greatest commanded velocity at which the wheel does not turn, in rad/s."""
+    forward_gain: Gain = 1.0
+    """The velocity of the wheel at the command ``max_velocity_rad_s``, divided by the command."""
+    backward_gain: Gain = 1.0
+    """The velocity of the wheel at the command -``max_velocity_rad_s``, divided by the command."""
     max_torque_nm: Annotated[float, Field(ge=1e-6, le=1e4)] = 0.08
     """The greatest torque at the wheel, in N·m."""
 
+    @model_validator(mode="after")
+    def _require_range(self) -> MotorDescription:
+        if self.dead_band_rad_s >= self.max_velocity_rad_s:
+            problem = f"dead_band_rad_s, {self.dead_band_rad_s:g} rad/s, is not below max_velocity_rad_s"
+            raise Mistake(problem, "Correct one of them", kind="dead-band-too-wide")
+        return self
+
     def arguments(self) -> dict[str, Any]:
         return {"max_velocity": self.max_velocity_rad_s}
+
+    def respond(self, rad_s: float) -> float:
+        """Return the velocity that the wheel reaches after the lag, in rad/s: zero in the dead band, linear above it.
+
+        rad_s: the commanded velocity in rad/s.
+        """
+        gain = self.forward_gain if rad_s > 0 else self.backward_gain
+        if not self.dead_band_rad_s:
+            return gain * rad_s
+        above = max(0.0, abs(rad_s) - self.dead_band_rad_s)
+        reach = self.max_velocity_rad_s / (self.max_velocity_rad_s - self.dead_band_rad_s)
+        return math.copysign(gain * reach * above, rad_s) if above else 0.0
 
 
 class Motor(Actuator[float], ABC):

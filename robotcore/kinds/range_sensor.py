@@ -9,14 +9,15 @@ from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import Field, model_validator
 
-from robotcore.description import Body, DeviceDescription, Mount
+from robotcore.description import Body, Ideal, Mount, SensorDescription
 from robotcore.description.types import SensorRange
 from robotcore.errors import Mistake
 from robotcore.hal.clock import Clock
 from robotcore.hal.device import Rays, Sensor, Unit
 from robotcore.hal.kind import Kind
+from robotcore.hal.noise import draw_noise, random_at
 from robotcore.hal.sample_text import format_fields
-from robotcore.hal.sampling import SampleCache
+from robotcore.hal.sampling import capture_at_once, delay_samples
 from robotcore.hal.simulation_state import SimulationState
 from robotcore.raycast import FAN_SETBACK_M, Fan
 
@@ -24,7 +25,7 @@ RAYS = 9
 """The number of rays that show the cone of a sensor."""
 
 
-class RangeSensorDescription(DeviceDescription):
+class RangeSensorDescription(SensorDescription):
     """A sensor that measures the distance to the nearest body in a cone."""
 
     kind: Literal["range_sensor"]
@@ -35,6 +36,12 @@ class RangeSensorDescription(DeviceDescription):
     """The longest distance that the sensor measures, in metres. For a farther body, the sensor returns ``inf``."""
     cone_rad: Annotated[float, Field(ge=0, lt=math.pi)]
     """The full opening angle of the cone, in radians."""
+    offset_m: Annotated[float, Field(ge=-1, le=1), Ideal(0.0)] = 0.0
+    """The constant error of the measured distances, in metres."""
+    noise_m: Annotated[float, Field(ge=0, le=1), Ideal(0.0)] = 0.0
+    """The standard deviation of the measured distances, in metres."""
+    loss: Annotated[float, Field(ge=0, le=1), Ideal(0.0)] = 0.0
+    """The share of measurements without an echo, from 0 to 1. Each returns ``inf``, like a body that is too far."""
 
     @model_validator(mode="after")
     def _ranges_in_order(self) -> RangeSensorDescription:
@@ -127,34 +134,64 @@ class Echo(NamedTuple):
     """The point in the sensor's frame, in metres; None if it is unknown or nothing is within the sensor's range."""
 
 
-class SimulatedRangeSensor(RangeSensor):
-    """A simulated range sensor.
+class EchoErrors:
+    """Adds the offset, the noise and the lost echoes of a description to the distances of a simulated sensor.
 
-    measure: returns the echo that the sensor receives now.
+    The seed, the sensor's name and the time determine the errors.
     """
 
-    def __init__(self, description: RangeSensorDescription, clock: Clock, measure: Callable[[], Echo]) -> None:
+    def __init__(self, sensor: RangeSensorDescription, seed: int) -> None:
+        self._sensor, self._key = sensor, f"{seed}:{sensor.name}"
+
+    def apply(self, reading: Range) -> Range:
+        """Return the reading with its errors, within the sensor's range."""
+        sensor, time = self._sensor, reading.time
+        if sensor.loss and random_at(f"{self._key}:loss", time).random() < sensor.loss:
+            return replace(reading, distance=math.inf, point=None)
+        if not (sensor.offset_m or sensor.noise_m) or math.isinf(reading.distance):
+            return reading
+        noise = draw_noise(f"{self._key}:distance", sensor.noise_m, time) if sensor.noise_m else 0.0
+        distance = reading.distance + sensor.offset_m + noise
+        if distance > sensor.max_range_m:
+            return replace(reading, distance=math.inf, point=None)
+        return replace(reading, distance=max(distance, sensor.min_range_m))
+
+
+class SimulatedRangeSensor(RangeSensor):
+    """A simulated range sensor, with the latency and the errors of its description.
+
+    measure: returns the echo that the sensor would receive now without errors.
+    seed: the seed of the errors.
+    """
+
+    def __init__(
+        self, description: RangeSensorDescription, clock: Clock, measure: Callable[[], Echo], seed: int
+    ) -> None:
         limits = {"min_range": description.min_range_m, "max_range": description.max_range_m}
         super().__init__(description.name, cone=description.cone_rad, **limits)
+        errors = EchoErrors(description, seed)
 
         def take(time: float, sequence: int) -> Range:
             echo = measure()
-            return Range(echo.distance, time, sequence, echo.point)
+            return errors.apply(Range(echo.distance, time, sequence, echo.point))
 
-        self._newest_at = SampleCache(clock, take)
+        self._newest_at = delay_samples(clock, description, capture_at_once(take))
 
     def _newest(self) -> Range:
         return self._newest_at()
 
+    def _release(self) -> None:
+        self._newest_at.close()
+
 
 def simulate(sensor: RangeSensorDescription, state: SimulationState) -> Callable[[float, int], Range]:
-    """Return a function that takes a sample: the nearest hit of a fan of rays."""
-    fan = Fan(sensor.cone_rad, sensor.min_range_m, sensor.max_range_m)
+    """Return a function that takes a sample: the nearest hit of a fan of rays, with the errors of the description."""
+    fan, errors = Fan(sensor.cone_rad, sensor.min_range_m, sensor.max_range_m), EchoErrors(sensor, state.seed)
 
     def take(time: float, sequence: int) -> Range:
         start, directions = fan.rays(state.joints.locate(sensor.mount))
         lengths = state.cast(start, directions, sensor.max_range_m + 2 * FAN_SETBACK_M)
-        return Range(fan.reading(lengths), time, sequence, fan.point(lengths))
+        return errors.apply(Range(fan.reading(lengths), time, sequence, fan.point(lengths)))
 
     return take
 

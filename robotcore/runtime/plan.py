@@ -95,6 +95,9 @@ class Plan:
         settings = list_changes(request.app) if isinstance(request.app, Behaviour) else request.settings
         request = replace(request, app=request.app_reference, settings=settings)
         description = backend.load_robot(request.robot, request.options)
+        if request.ideal:
+            _require_simulator(backend)
+            description = description.idealise()
         devices = choose_devices(backend, description, request.options, behaviour.needs, behaviour.wants)
         opened = devices
         if request.has_operator:
@@ -178,6 +181,15 @@ def _require_window(request: RunRequest, backend: Backend) -> None:
             f"or use --backend {' or '.join(others)}",
             kind="no-window",
             backends=others,
+        )
+
+
+def _require_simulator(backend: Backend) -> None:
+    if Capability.POSE not in backend.capabilities:
+        raise UsageError(
+            f"--ideal needs simulated devices, and the backend {backend.name!r} does not simulate. Leave --ideal out, "
+            "or use --backend kinematic",
+            kind="nothing-to-idealise",
         )
 
 

@@ -52,6 +52,8 @@ class RunRequest:
     """Whether simulated time passes at the pace of real time."""
     randomise: bool = False
     """Whether the seed also draws the light and colours of the world, the sensor noise and the wheel errors."""
+    ideal: bool = False
+    """Whether the simulated devices have none of the imperfections that the robot's file describes."""
     judge: str | None = None
     """The app whose ``verify`` decides whether the run was a success. If it is None, the app judges itself."""
     faults: tuple[str, ...] = ()

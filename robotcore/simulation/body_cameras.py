@@ -11,11 +11,11 @@ import numpy as np
 from robotcore.description import StrictModel, WorldDescription
 from robotcore.errors import DeviceError
 from robotcore.hal.backend import Setup
-from robotcore.hal.clock import Clock
+from robotcore.hal.simulation_state import SimulationState
 from robotcore.kinds.camera import CameraDescription
 from robotcore.optics import CameraView
 from robotcore.simulation.painter import Painter
-from robotcore.simulation.rigid_body import BodyCamera, Locate, NoOpenGL, ObjectIds, Renderer, Transform
+from robotcore.simulation.rigid_body import BodyCamera, NoOpenGL, ObjectIds, Renderer, Transform
 
 
 class CameraOptions(StrictModel):
@@ -58,11 +58,12 @@ class CameraSet:
     """Opens the cameras of a robot, with the renderer that the user chose.
 
     choice: `CameraOptions.camera`.
+    state: the state of the simulation.
     notes: the sentences about the renderer, for the user of a run.
     """
 
-    def __init__(self, choice: str | None, world: WorldDescription, clock: Clock, locate: Locate) -> None:
-        self._choice, self._world, self._clock, self._locate = choice, world, clock, locate
+    def __init__(self, choice: str | None, state: SimulationState) -> None:
+        self._choice, self._state = choice, state
         self.notes: list[str] = []
 
     def open(
@@ -74,7 +75,8 @@ class CameraSet:
         open_renderer: opens the engine's renderer. It raises NoOpenGL if it finds no OpenGL.
         """
         renderer = self._painter if self._choice == "painted" else self._open_renderer(description, open_renderer)
-        return BodyCamera(description, self._clock, transform, self._locate, renderer)
+        state = self._state
+        return BodyCamera(description, state.clock, transform, state.joints.locate, renderer, state.seed)
 
     def _open_renderer(self, description: CameraDescription, open_renderer: Callable[[], Renderer]) -> Renderer:
         try:
@@ -88,4 +90,4 @@ class CameraSet:
 
     @cached_property
     def _painter(self) -> PaintedRenderer:
-        return PaintedRenderer(self._world)
+        return PaintedRenderer(self._state.world)

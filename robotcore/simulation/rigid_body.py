@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Protocol
 
 import numpy as np
@@ -12,8 +13,8 @@ from robotcore.description import Mount
 from robotcore.errors import DeviceError
 from robotcore.geometry import Pose
 from robotcore.hal.clock import Clock
-from robotcore.kinds.camera import CameraDescription, SimulatedCamera
-from robotcore.optics import CameraView, Image
+from robotcore.kinds.camera import CameraDescription, Render, SimulatedCamera
+from robotcore.optics import CameraView, Image, Intrinsics
 
 Array = NDArray[np.float64]
 ObjectIds = NDArray[np.int32]
@@ -54,11 +55,17 @@ class BodyCamera(SimulatedCamera):
         transform: Transform,
         locate: Locate,
         renderer: Renderer,
+        seed: int,
     ) -> None:
-        super().__init__(description.name, description.intrinsics, clock, lambda: self.picture(self._view()))
+        def capture(pinhole: Intrinsics) -> Render:
+            rotation, origin = transform()
+            local = CameraView.of(pinhole, locate(description.mount), Pose(0.0, 0.0, 0.0))
+            view = CameraView(pinhole, origin + rotation @ local.eye, local.rotation @ rotation.T)
+            return partial(self.picture, view)
+
+        super().__init__(description, clock, capture, seed)
         self.things, self.segmentation = renderer.things, renderer.segmentation
-        self._transform, self._renderer = transform, renderer
-        self._locate_mount, self._mount = locate, description.mount
+        self._renderer = renderer
 
     def picture(self, view: CameraView) -> Image:
         """Return the picture of a view, which may differ from the view of this camera."""
@@ -66,11 +73,6 @@ class BodyCamera(SimulatedCamera):
             return self._renderer.picture(view)
         except NoOpenGL as error:
             raise DeviceError(self.name, str(error), kind="no-opengl") from error
-
-    def _view(self) -> CameraView:
-        rotation, origin = self._transform()
-        local = CameraView.of(self.intrinsics, self._locate_mount(self._mount), Pose(0.0, 0.0, 0.0))
-        return CameraView(self.intrinsics, origin + rotation @ local.eye, local.rotation @ rotation.T)
 
 
 class ContactCounter:

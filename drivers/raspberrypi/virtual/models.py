@@ -358,11 +358,12 @@ def find_unmodelled(bindings: Iterable[DeviceBinding]) -> list[DeviceBinding]:
 def describe_hardware(binding: DeviceBinding) -> DeviceDescription:
     """Return the description of a device's hardware, for the simulator.
 
-    An encoder's counts are all of its edges. An ultrasonic module also measures walls beyond its ``max_range_m``.
+    An encoder's counts are all of its edges. An ultrasonic module also measures walls beyond its ``max_range_m``. Its
+    driver decides when it measures.
     """
     match binding.driver, binding.description:
         case EncoderDriver() as driver, EncoderDescription() as description:
             return description.model_copy(update={"counts_per_turn": driver.edges_per_turn(description)})
         case Ultrasonic(), description:
-            return description.model_copy(update={"max_range_m": MAX_ECHO_M})
+            return description.model_copy(update={"max_range_m": MAX_ECHO_M, "latency_s": 0.0, "rate_hz": None})
     return binding.description

@@ -256,7 +256,7 @@ class ColourDetector:
 def _make_blob(region: Region, intrinsics: Intrinsics) -> Blob:
     left, top, width, height = region.box
     is_clipped = left == 0 or top == 0 or left + width == intrinsics.width or top + height == intrinsics.height
-    return Blob(region.centroid, region.box, region.area, intrinsics.bearing(region.centroid[0]), is_clipped)
+    return Blob(region.centroid, region.box, region.area, intrinsics.bearing(*region.centroid), is_clipped)
 
 
 YELLOW = (0, 255, 255)

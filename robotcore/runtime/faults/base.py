@@ -16,10 +16,9 @@ from robotcore.description import StrictModel
 from robotcore.errors import DeviceError
 from robotcore.hal.clock import Clock, ClockWrapper
 from robotcore.hal.device import SampleT, Sensor
-from robotcore.hal.noise import random_at
+from robotcore.hal.noise import Noise, random_at
 from robotcore.runtime.faults.targets import TargetClass
 from robotcore.runtime.layers.base import Layer, Reader
-from robotcore.runtime.layers.imperfections import Noise
 
 
 @dataclass(frozen=True)

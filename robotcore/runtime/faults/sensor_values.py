@@ -9,13 +9,14 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from robotcore.hal.device import Sensor
+from robotcore.hal.noise import build_noise_effect
 from robotcore.kinds.camera import Camera
 from robotcore.kinds.encoder import Angle, Encoder
 from robotcore.kinds.range_sensor import Range, RangeSensor
 from robotcore.optics import Image
 from robotcore.runtime.faults.base import FaultContext, Probability, SensorFault
 from robotcore.runtime.layers.base import Reader
-from robotcore.runtime.layers.imperfections import ProcessedFrames, build_noise_effect
+from robotcore.runtime.layers.imperfections import ProcessedFrames
 
 StandardDeviation = Annotated[float, Field(gt=0, le=1, description="metres")]
 Offset = Annotated[float, Field(ge=-100, le=100, description="metres")]

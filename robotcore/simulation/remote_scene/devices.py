@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from threading import Lock
 
 import numpy as np
@@ -11,7 +12,7 @@ from robotcore.errors import DeviceError
 from robotcore.geometry import Pose, Twist
 from robotcore.hal.clock import Clock
 from robotcore.hal.sampling import SampleCache
-from robotcore.kinds.camera import CameraDescription, SimulatedCamera
+from robotcore.kinds.camera import CameraDescription, Render, SimulatedCamera
 from robotcore.kinds.display import Display
 from robotcore.kinds.encoder import Angle, Encoder, EncoderDescription
 from robotcore.kinds.motor import Motor, MotorDescription
@@ -28,11 +29,12 @@ class SceneMotor(Motor):
 
     def __init__(self, description: MotorDescription, scene: Scene, joint: int, *, is_reversed: bool) -> None:
         super().__init__(description.name, description.max_velocity_rad_s)
-        self._scene, self._joint = scene, joint
+        self._scene, self._joint, self._respond = scene, joint, description.respond
         self._sign = -1.0 if is_reversed else 1.0
 
     def _apply(self, rad_s: float) -> None:
-        self._scene.set_joint_velocity(self._joint, float(self._sign * rad_s))  # a remote API encodes no NumPy types
+        velocity = float(self._sign * self._respond(rad_s))  # a remote API encodes no NumPy types
+        self._scene.set_joint_velocity(self._joint, velocity)
 
 
 class SceneEncoder(Encoder):
@@ -84,14 +86,14 @@ class SceneRangeSensor(SimulatedRangeSensor):
     The samples do not contain the point itself, because the proximity sensor may be rotated about its own axis.
     """
 
-    def __init__(self, description: RangeSensorDescription, scene: Scene, sensor: int, clock: Clock) -> None:
-        super().__init__(description, clock, self._measure)
-        self._scene, self._sensor = scene, sensor
+    def __init__(self, description: RangeSensorDescription, scene: Scene, sensor: int, clock: Clock, seed: int) -> None:
+        def measure() -> Echo:
+            point = scene.detect(sensor)
+            distance = math.inf if point is None else math.hypot(*point)
+            is_beyond = distance > description.max_range_m
+            return Echo(math.inf if is_beyond else max(distance, description.min_range_m), None)
 
-    def _measure(self) -> Echo:
-        point = self._scene.detect(self._sensor)
-        distance = math.inf if point is None else math.hypot(*point)
-        return Echo(math.inf if distance > self.max_range else max(distance, self.min_range), None)
+        super().__init__(description, clock, measure, seed)
 
 
 SAME_FOV_RAD = math.radians(0.5)
@@ -101,18 +103,30 @@ SAME_FOV_RAD = math.radians(0.5)
 class SceneCamera(SimulatedCamera):
     """A camera that takes its pictures from a vision sensor of the scene."""
 
-    def __init__(self, name: str, intrinsics: Intrinsics, scene: Scene, sensor: int, clock: Clock) -> None:
-        super().__init__(name, intrinsics, clock, self._take_picture)
+    def __init__(
+        self,
+        description: CameraDescription,
+        scene: Scene,
+        sensor: int,
+        clock: Clock,
+        seed: int,
+        intrinsics: Intrinsics | None = None,
+    ) -> None:
         self._scene, self._sensor = scene, sensor
 
-    def _take_picture(self) -> Image:
+        def capture(pinhole: Intrinsics) -> Render:
+            image = self._take_picture(pinhole)
+            return lambda: image
+
+        super().__init__(description, clock, capture, seed, intrinsics)
+
+    def _take_picture(self, expected: Intrinsics) -> Image:
         raw = self._scene.read_picture(self._sensor)
-        if (raw.width, raw.height) != (self.intrinsics.width, self.intrinsics.height):
+        if (raw.width, raw.height) != (expected.width, expected.height):
             raise DeviceError(
                 self.name,
                 f"the vision sensor sent a picture of {raw.width}x{raw.height} pixels, expected "
-                f"{self.intrinsics.width}x{self.intrinsics.height}. Do not change its resolution while the robot is "
-                "open",
+                f"{expected.width}x{expected.height}. Do not change its resolution while the robot is open",
                 kind="picture-size",
                 width=raw.width,
                 height=raw.height,
@@ -156,7 +170,7 @@ def from_opencv(image: Image) -> RawPicture:
 
 
 def choose_intrinsics(description: CameraDescription, optics: CameraOptics, *, as_found: bool) -> Intrinsics:
-    """Return the intrinsics of a camera in a scene.
+    """Return the intrinsics of a camera in a scene, whose vision sensors have no lens.
 
     description: the camera of the robot's file.
     optics: the optics of the scene's vision sensor. If its field of view is None, that of ``description`` is used.
@@ -165,7 +179,7 @@ def choose_intrinsics(description: CameraDescription, optics: CameraOptics, *, a
     Raises DeviceError if they differ and ``as_found`` is False. Fields of view may differ by `SAME_FOV_RAD`, because
     servers send them in single precision.
     """
-    described = description.intrinsics
+    described = replace(description.intrinsics, centre=None, distortion=())
     actual = Intrinsics(optics.width, optics.height, optics.horizontal_fov or described.horizontal_fov)
     is_same_size = (actual.width, actual.height) == (described.width, described.height)
     if is_same_size and abs(actual.horizontal_fov - described.horizontal_fov) <= SAME_FOV_RAD:

@@ -137,7 +137,7 @@ def open_in_scene(
         clock = stepped or ServerClock(scene.read_time)
         undo.callback(clock.close)
         opener = _DeviceOpener(
-            setup.robot, scene, clock, {each.description.name: each.settings for each in bound}, found
+            setup.robot, scene, clock, {each.description.name: each.settings for each in bound}, found, setup.seed
         )
         devices = []
         for description in setup.chosen_devices:
@@ -162,6 +162,7 @@ class _DeviceOpener:
     clock: Clock
     bindings: Mapping[str, ObjectBinding]
     found: ObjectsByDevice
+    seed: int
 
     def open(self, description: DeviceDescription) -> Device:
         bound_object = self.found.get(description.name)
@@ -172,7 +173,7 @@ class _DeviceOpener:
         if isinstance(description, EncoderDescription):
             return self._open_encoder(description, bound_object.handle)
         if isinstance(description, RangeSensorDescription):
-            return SceneRangeSensor(description, self.scene, bound_object.handle, self.clock)
+            return SceneRangeSensor(description, self.scene, bound_object.handle, self.clock, self.seed)
         if isinstance(description, CameraDescription):
             return self._open_camera(description, bound_object.handle)
         return SceneDisplay(description.name, self.scene, bound_object.handle)
@@ -187,7 +188,7 @@ class _DeviceOpener:
         binding = self.bindings[description.name]
         as_found = isinstance(binding, CameraBinding) and binding.as_found
         intrinsics = choose_intrinsics(description, self.scene.read_optics(sensor), as_found=as_found)
-        return SceneCamera(description.name, intrinsics, self.scene, sensor, self.clock)
+        return SceneCamera(description, self.scene, sensor, self.clock, self.seed, intrinsics)
 
     def _is_reversed(self, description: DeviceDescription) -> bool:
         binding = self.bindings[description.name]

@@ -8,11 +8,12 @@ import pytest
 
 from robotcore.description import Conditions, load_robot
 from robotcore.hal.clock import SteppedClock
+from robotcore.hal.noise import Noise
 from robotcore.kinds.camera import Frame
 from robotcore.kinds.range_sensor import Range
 from robotcore.optics import Image
 from robotcore.runtime.layers.base import MotorOutput
-from robotcore.runtime.layers.imperfections import ImperfectionLayer, Noise
+from robotcore.runtime.layers.imperfections import ImperfectionLayer
 from tests.robotcore.fakes import EYE, ROVER, NullCamera, NullMotor, NullRange, picture
 
 SHAPE = (24, 32, 3)
