@@ -157,7 +157,7 @@ def _list_vertices(backend: str, ball: Ball) -> NDArray[np.float64]:
     """Return the vertices of the mesh that an engine draws as the ball, (n, 3)."""
     middle = np.array((ball.x_m, ball.y_m, ball.radius_m))
     if backend == "pybullet":
-        return middle + np.array(ball_mesh(ball.radius_m).vertices)
+        return np.asarray(middle + ball_mesh(ball.radius_m).vertices)
     polar = np.linspace(0, math.pi, BALL_STACKS + 1)[:, None]
     around = np.linspace(0, math.tau, BALL_SLICES + 1)[None, :]
     z = np.broadcast_to(np.cos(polar), (BALL_STACKS + 1, BALL_SLICES + 1))

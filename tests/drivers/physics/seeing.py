@@ -18,7 +18,6 @@ from robotcore.description import (
     randomise,
 )
 from robotcore.description.texture import PATTERNS, Pattern
-from robotcore.errors import UsageError
 from robotcore.geometry import Pose
 from robotcore.kinds.camera import CameraDescription
 from robotcore.optics import CameraView
@@ -36,7 +35,6 @@ from tests.drivers.physics.worlds import (
     world,
 )
 from tests.robotcore.description.courses import COURSE, load_course
-from tests.texts import Raises
 
 EYE = Mount(x_m=0.14, z_m=0.10)
 
@@ -135,10 +133,6 @@ class Painting(EngineTests):
                 robot.camera.read()
                 poses.append(get_truth(robot).pose())
         assert poses[0] == poses[1]
-
-    def test_another_source_of_pictures_is_refused(self, raises: Raises) -> None:
-        with raises(UsageError, "invalid-option"):
-            self.open_in_world(world(), camera="drawn")
 
 
 def load_eye() -> CameraDescription:
