@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import cv2
 import numpy as np
 
+from drivers.mujoco.model import build, compile_model
 from drivers.mujoco.model.attributes import CAMERA_GROUPS, RenderGroup, group_flags
 from drivers.mujoco.model.builder import FAR_M, NEAR_M
 from drivers.mujoco.model.world import visual_name
@@ -121,6 +122,16 @@ def _build_options() -> MjvOption:
 @lru_cache(maxsize=8)
 def _plain_image(colour: tuple[int, ...], height: int, width: int) -> Image:
     return np.full((height, width, 3), colour, dtype=np.uint8)
+
+
+def build_renderer(world: WorldDescription) -> Renderer:
+    """Return a renderer of a world without a robot. No picture shows the robot, so the pictures are the same."""
+    from mujoco import MjData, mj_forward
+
+    model = compile_model(build(None, world))
+    data = MjData(model)
+    mj_forward(model, data)
+    return Renderer(model, data, world)
 
 
 class VisibleGeoms:

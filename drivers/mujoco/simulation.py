@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from contextlib import ExitStack
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from drivers.mujoco.body import Body
 from drivers.mujoco.devices import MujocoMotor, Steering, cast_rays
 from drivers.mujoco.model import build, compile_model
 from drivers.mujoco.opengl import VARIABLE
-from drivers.mujoco.rendering import Renderer
+from drivers.mujoco.rendering import Renderer, build_renderer
 from drivers.mujoco.window import Window
 from robotcore.description import AckermannDrive, DeviceDescription, WorldDescription
 from robotcore.description.urdf import BASE
@@ -60,6 +60,7 @@ class Simulation:
         choice = camera or ("rendered" if os.environ.get(VARIABLE) else None)  # the variable asks for OpenGL
         self.cameras = CameraSet(choice, self.simulation_state)
         self._closing = ExitStack()
+        self._closing.callback(self.cameras.close)
         self._window: Window | None = None
         if setup.gui:
             self._window = Window(self.model, self.data, max(world.floor.length_m, world.floor.width_m))
@@ -77,7 +78,8 @@ class Simulation:
             body, joints = self._body, self._body.find_joints(description.name)
             return SimulatedEncoder(description, self.clock, lambda: body.angle(joints))
         if isinstance(description, CameraDescription):
-            return self.cameras.open(description, self._body.transform, lambda: self._renderer)
+            build_other = partial(build_renderer, self._world)
+            return self.cameras.open(description, self._body.transform, lambda: self._renderer, build_other)
         return simulate_device(description, self.simulation_state)
 
     def close(self) -> None:

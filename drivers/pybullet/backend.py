@@ -58,4 +58,4 @@ class PyBulletBackend(SimulatorBackend):
             simulation = Simulation(bullet, setup, setup.world, options.solver_iterations, options.camera)
             devices = self.open_each(setup, simulation.clock, simulation.open)
             undo.pop_all()
-        return Robot(setup.robot.name, simulation.clock, devices, truth=simulation, release=bullet.close)
+        return Robot(setup.robot.name, simulation.clock, devices, truth=simulation, release=simulation.close)

@@ -11,7 +11,7 @@ import numpy as np
 from drivers.pybullet.body import Body
 from drivers.pybullet.bullet import Bullet
 from drivers.pybullet.scene import BulletScene
-from robotcore.description import AckermannDrive
+from robotcore.description import AckermannDrive, WorldDescription
 from robotcore.description.urdf import STEERING_TORQUE_NM
 from robotcore.hal.clock import Clock
 from robotcore.hal.joint import Joint
@@ -148,6 +148,12 @@ class BulletRenderer:
         edges = (pixel / 2 - right, pixel / 2 + right, pixel / 2 - top, pixel / 2 + top)
         matrix: list[float] = self._bullet.computeProjectionMatrix(*edges, NEAR_M, FAR_M)
         return matrix
+
+
+def build_renderer(world: WorldDescription) -> BulletRenderer:
+    """Return a renderer of a world without a robot. A hidden robot changes no picture, so the pictures are the same."""
+    bullet = Bullet.connect(gui=False)
+    return BulletRenderer(bullet, BulletScene(bullet, world))
 
 
 @lru_cache(maxsize=8)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from functools import cached_property
+from functools import cached_property, partial
 
 from drivers.pybullet.body import Body
 from drivers.pybullet.bullet import Bullet
@@ -11,6 +11,7 @@ from drivers.pybullet.devices import (
     BulletMotor,
     BulletRenderer,
     Steering,
+    build_renderer,
     cast_rays,
     open_encoder,
 )
@@ -44,7 +45,7 @@ class Simulation:
         camera: `CameraOptions.camera`.
         """
         self._robot, self._world, self._seed = setup.robot, world, setup.seed
-        self._bullet = bullet
+        self._bullet, self._has_window = bullet, setup.gui
         self._scene = BulletScene(bullet, world, has_sheet=needs_sheet(setup, camera))
         self._body = Body(bullet, setup.robot, world.start.pose)
         if setup.gui:
@@ -78,8 +79,16 @@ class Simulation:
         if isinstance(description, EncoderDescription):
             return open_encoder(bullet, description, self.clock, body)
         if isinstance(description, CameraDescription):
-            return self._cameras.open(description, body.transform, lambda: BulletRenderer(bullet, self._scene))
+            build_other = None if self._has_window else partial(build_renderer, self._world)  # a window shows the robot
+            return self._cameras.open(
+                description, body.transform, lambda: BulletRenderer(bullet, self._scene), build_other
+            )
         return simulate_device(description, self.simulation_state)
+
+    def close(self) -> None:
+        """End the server, and the process that renders pictures. Further calls do nothing."""
+        self._cameras.close()
+        self._bullet.close()
 
     def pose(self) -> Pose:
         return self._body.pose()

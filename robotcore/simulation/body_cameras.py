@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Literal
 
 import numpy as np
@@ -11,11 +12,16 @@ import numpy as np
 from robotcore.description import StrictModel, WorldDescription
 from robotcore.errors import DeviceError
 from robotcore.hal.backend import Setup
+from robotcore.hal.clock import SteppedClock
 from robotcore.hal.simulation_state import SimulationState
 from robotcore.kinds.camera import CameraDescription
 from robotcore.optics import CameraView
 from robotcore.simulation.painter import Painter
+from robotcore.simulation.render_worker import PictureQueue, RenderWorker, has_free_core
 from robotcore.simulation.rigid_body import BodyCamera, NoOpenGL, ObjectIds, Renderer, Transform
+
+ROUNDING = 1e-6
+"""A latency counts as a tick if it is shorter by at most this part of a tick."""
 
 
 class CameraOptions(StrictModel):
@@ -64,21 +70,52 @@ class CameraSet:
 
     def __init__(self, choice: str | None, state: SimulationState) -> None:
         self._choice, self._state = choice, state
+        self._worker: RenderWorker | None = None
         self.notes: list[str] = []
 
     def open(
-        self, description: CameraDescription, transform: Transform, open_renderer: Callable[[], Renderer]
+        self,
+        description: CameraDescription,
+        transform: Transform,
+        open_renderer: Callable[[], Renderer],
+        build_renderer: Callable[[], Renderer] | None,
     ) -> BodyCamera:
         """Open a camera. Raises DeviceError if the user chose the engine's renderer, and it finds no OpenGL.
 
         transform: returns the pose of the robot's frame.
         open_renderer: opens the engine's renderer. It raises NoOpenGL if it finds no OpenGL.
+        build_renderer: builds a renderer of the same pictures in another process. `pickle` must be able to send it.
+            None: only this process can render them.
         """
-        renderer = self._painter if self._choice == "painted" else self._open_renderer(description, open_renderer)
-        state = self._state
-        return BodyCamera(description, state.clock, transform, state.joints.locate, renderer, state.seed)
+        renderer, state = self._open_renderer(description, open_renderer), self._state
+        camera = BodyCamera(description, state.clock, transform, state.joints.locate, renderer, state.seed)
+        if isinstance(renderer, PaintedRenderer):
+            build_renderer = partial(PaintedRenderer, state.world)
+        if build_renderer and isinstance(state.clock, SteppedClock):
+            self._render_ahead(description, camera, build_renderer, state.clock.rate_hz)
+        return camera
+
+    def close(self) -> None:
+        """End the process that renders pictures, if there is one. Further calls do nothing."""
+        if self._worker:
+            self._worker.close()
+
+    def _render_ahead(
+        self,
+        description: CameraDescription,
+        camera: BodyCamera,
+        build_renderer: Callable[[], Renderer],
+        tick_hz: float,
+    ) -> None:
+        """Let another process render the pictures of a camera, if their latency is a tick or more."""
+        if description.latency_s * tick_hz >= 1 - ROUNDING and has_free_core():
+            self._worker = self._worker or RenderWorker(build_renderer)
+            pictures = math.ceil(description.latency_s * (description.rate_hz or tick_hz)) + 2
+            camera.begin_picture = PictureQueue(self._worker, camera.picture, camera.lens.pinhole, pictures).begin
 
     def _open_renderer(self, description: CameraDescription, open_renderer: Callable[[], Renderer]) -> Renderer:
+        if self._choice == "painted":
+            return self._painter
         try:
             return open_renderer()
         except NoOpenGL as missing:

@@ -61,8 +61,10 @@ class BodyCamera(SimulatedCamera):
             rotation, origin = transform()
             local = CameraView.of(pinhole, locate(description.mount), Pose(0.0, 0.0, 0.0))
             view = CameraView(pinhole, origin + rotation @ local.eye, local.rotation @ rotation.T)
-            return partial(self.picture, view)
+            return self.begin_picture(view)
 
+        self.begin_picture: Callable[[CameraView], Render] = lambda view: partial(self.picture, view)
+        """Returns the function that renders the picture of a captured view."""
         super().__init__(description, clock, capture, seed)
         self.things, self.segmentation = renderer.things, renderer.segmentation
         self._renderer = renderer

@@ -60,6 +60,10 @@ class TestPainting(seeing.Painting):
     backend = MujocoBackend
 
 
+class TestRenderingAhead(seeing.RenderingAhead):
+    backend = MujocoBackend
+
+
 class TestRanging(ranging.Ranging):
     backend = MujocoBackend
 

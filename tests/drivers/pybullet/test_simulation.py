@@ -30,6 +30,10 @@ class TestPainting(seeing.Painting):
     backend = PyBulletBackend
 
 
+class TestRenderingAhead(seeing.RenderingAhead):
+    backend = PyBulletBackend
+
+
 class TestRanging(ranging.Ranging):
     backend = PyBulletBackend
 
