@@ -6,21 +6,21 @@ import os
 from contextlib import ExitStack
 
 from drivers.mujoco.simulation import Simulation
-from robotcore.description import RobotDescription, StrictModel, WorldDescription
+from robotcore.description import RobotDescription, WorldDescription
 from robotcore.errors import BackendMissingError, UsageError
 from robotcore.hal.backend import Capability, ModelExport, Setup
 from robotcore.hal.robot import Robot
 from robotcore.hardware import SimulatorBackend
+from robotcore.simulation.body_cameras import CameraOptions
 
 MIN_VERSION = (3, 5)
 
 
-class MujocoOptions(StrictModel):
-    """The options of the backend. It has none, so any option is refused."""
-
-
 class MujocoBackend(SimulatorBackend):
-    """Opens each robot in its own MuJoCo simulation. Equal runs on one platform give bit-identical results."""
+    """Opens each robot in its own MuJoCo simulation. Equal runs on one platform give bit-identical results.
+
+    `CameraOptions` describes the options.
+    """
 
     name = "mujoco"
     summary = "MuJoCo rigid-body physics, in process, on Python 3.10 to 3.13, also on 64-bit ARM"
@@ -64,14 +64,21 @@ class MujocoBackend(SimulatorBackend):
     def open(self, setup: Setup) -> Robot:
         if setup.world is None:
             raise UsageError("the backend 'mujoco' needs a world. Name one with --world", kind="world-missing")
-        setup.options_as(MujocoOptions)
+        options = setup.options_as(CameraOptions)
         self.require_installed()
         with ExitStack() as cleanup:
-            simulation = Simulation(setup, setup.world)
+            simulation = Simulation(setup, setup.world, options.camera)
             cleanup.callback(simulation.close)
             devices = self.open_each(setup, simulation.clock, simulation.open)
             cleanup.pop_all()
-        return Robot(setup.robot.name, simulation.clock, devices, truth=simulation, release=simulation.close)
+        return Robot(
+            setup.robot.name,
+            simulation.clock,
+            devices,
+            truth=simulation,
+            release=simulation.close,
+            notes=simulation.cameras.notes,
+        )
 
     def export(
         self, file_format: str, robot: RobotDescription, world: WorldDescription | None, folder: str | None

@@ -1,4 +1,4 @@
-"""The motors, range sensors and cameras of a robot in a MuJoCo simulation."""
+"""The motors, the steering and the rays of a robot in a MuJoCo simulation."""
 
 from __future__ import annotations
 
@@ -11,18 +11,11 @@ from numpy.typing import NDArray
 
 from drivers.mujoco.body import Body
 from drivers.mujoco.model.attributes import RANGE_GROUPS, group_flags
-from drivers.mujoco.model.world import visual_name
-from drivers.mujoco.opengl import NoOpenGL
-from drivers.mujoco.rendering import Renderer
-from robotcore.description import AckermannDrive, WorldDescription
+from robotcore.description import AckermannDrive
 from robotcore.description.urdf import steering_joint
-from robotcore.errors import DeviceError
-from robotcore.hal.clock import Clock
 from robotcore.hal.joint import Joint
-from robotcore.kinds.camera import CameraDescription
 from robotcore.kinds.motor import Motor, MotorDescription
-from robotcore.optics import CameraView, Image
-from robotcore.simulation.rigid_body import Array, BodyCamera, Locate
+from robotcore.simulation.rigid_body import Array
 
 if TYPE_CHECKING:
     from mujoco import MjData, MjModel
@@ -83,35 +76,3 @@ def cast_rays(model: MjModel, data: MjData, start: Array, rays: Array, reach_m: 
         min(reach_m, mjMAXVAL),
     )
     return np.where(hit >= 0, lengths, math.inf)
-
-
-class MujocoCamera(BodyCamera):
-    """A camera on the robot's body. Its pictures raise DeviceError if OpenGL fails."""
-
-    def picture(self, view: CameraView) -> Image:
-        try:
-            return super().picture(view)
-        except NoOpenGL as error:
-            raise DeviceError(self.name, str(error), kind="no-opengl") from error
-
-
-class CameraSet:
-    """Opens the cameras of a robot. The first camera opens OpenGL, so a robot without cameras does not need OpenGL."""
-
-    def __init__(self, model: MjModel, data: MjData, world: WorldDescription, seed: int) -> None:
-        self._model, self._data, self._sky, self._seed = model, data, world.light.sky_colour, seed
-        self._things = {thing.name: model.geom(visual_name(thing.name)).id for thing in (*world.prisms, *world.targets)}
-        self._renderer: Renderer | None = None
-
-    def open(self, description: CameraDescription, clock: Clock, body: Body, locate: Locate) -> MujocoCamera:
-        """Open a camera. Raises DeviceError if no OpenGL library works without a screen."""
-        try:
-            self._renderer = self._renderer or Renderer(self._model, self._data, self._sky)
-        except NoOpenGL as missing:
-            raise DeviceError(description.name, str(missing), kind="no-opengl") from missing
-        return MujocoCamera(description, clock, body.transform, locate, self._renderer, self._things, self._seed)
-
-    def close(self) -> None:
-        """Release OpenGL. Further calls do nothing."""
-        if self._renderer:
-            self._renderer.close()

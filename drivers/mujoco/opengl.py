@@ -10,6 +10,8 @@ from contextlib import AbstractContextManager, contextmanager
 from ctypes import POINTER, byref, c_char_p, c_int, c_uint, c_void_p
 from typing import Any, ClassVar
 
+from robotcore.simulation.rigid_body import NoOpenGL
+
 
 @contextmanager
 def set_variable(variable: str, value: str) -> Iterator[None]:
@@ -23,10 +25,6 @@ def set_variable(variable: str, value: str) -> Iterator[None]:
             del os.environ[variable]
         else:
             os.environ[variable] = before
-
-
-class NoOpenGL(Exception):  # noqa: N818  each caller raises an error of robotcore in its place
-    """OpenGL is not available on this machine. The message names the missing library or function."""
 
 
 class Context(ABC):

@@ -2,26 +2,30 @@
 
 from __future__ import annotations
 
-import ctypes
-from collections.abc import Callable
+from copy import copy
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from drivers.mujoco.model.attributes import CAMERA_GROUPS, group_flags
+from drivers.mujoco.model import build, compile_model
+from drivers.mujoco.model.attributes import CAMERA_GROUPS, RenderGroup, group_flags
 from drivers.mujoco.model.builder import FAR_M, NEAR_M
-from drivers.mujoco.opengl import Context, NoOpenGL, open_context, select_for_mujoco
-from robotcore.optics import CameraView, Image
-from robotcore.simulation.rigid_body import ObjectIds
+from drivers.mujoco.model.world import visual_name
+from drivers.mujoco.offscreen_buffer import OffscreenBuffer, Pixels
+from robotcore.description import WorldDescription
+from robotcore.optics import CameraView, Image, Intrinsics
+from robotcore.simulation.rigid_body import Array, ObjectIds
 
 if TYPE_CHECKING:
-    from mujoco import MjData, MjModel, MjrContext, MjvGLCamera, MjvOption, MjvScene
+    from mujoco import MjData, MjModel, MjvGLCamera, MjvOption, MjvScene
 
 
 _MAX_GEOMS = 10_000
+
+ROUNDING_M = 0.01
+"""The length by which the bounding sphere of a geom is greater than in the model. MuJoCo draws in single precision."""
 
 
 class Renderer:
@@ -30,37 +34,40 @@ class Renderer:
     Several threads may use and close a renderer, but only one at a time.
     """
 
-    def __init__(self, model: MjModel, data: MjData, sky: tuple[int, int, int]) -> None:
+    def __init__(self, model: MjModel, data: MjData, world: WorldDescription) -> None:
         """Create an OpenGL context, and load the model into it.
 
-        sky: the colour of the sky as red, green and blue, each from 0 to 255.
+        world: the world in the model.
 
         Raises NoOpenGL if no OpenGL library works without a screen.
         """
         from mujoco import MjvCamera
 
-        self._model, self._data, self._sky = model, data, sky
+        self.things = {thing.name: model.geom(visual_name(thing.name)).id for thing in (*world.prisms, *world.targets)}
+        """The ids of the visual geoms of the things, by the name of the thing."""
+        self._data, self._sky = data, world.light.sky_colour
+        self._model = copy(model)
+        self._visible = VisibleGeoms(self._model, data)
         self._scene, self._options, self._camera = _build_scene(model), _build_options(), MjvCamera()
         self._buffer = OffscreenBuffer(model)
 
     def picture(self, view: CameraView) -> Image:
         """Return the picture of a view, of shape (height, width, 3), in BGR."""
-        rgb, depths = self._draw(view)
-        image: Image = np.asarray(cv2.cvtColor(cv2.flip(rgb, 0), cv2.COLOR_RGB2BGR), dtype=np.uint8)
-        is_sky = (cv2.flip(depths, 0) == 0.0).view(np.uint8)
-        cv2.copyTo(
-            _plain_image(self._sky[::-1], *depths.shape), is_sky, image
-        )  # faster: MuJoCo's own sky takes as long as the rest of the picture
-        return image
+        rgba = self._draw(view)
+        bgr = cv2.cvtColor(rgba, cv2.COLOR_RGBA2BGR)
+        is_sky = (rgba.view(np.uint32)[:, :, 0] == 0).view(np.uint8)
+        # This is faster than MuJoCo's own sky, which takes as long as the rest of the picture.
+        cv2.copyTo(_plain_image(self._sky[::-1], *is_sky.shape), is_sky, bgr)
+        return np.asarray(cv2.flip(bgr, 0), dtype=np.uint8)
 
     def segmentation(self, view: CameraView) -> ObjectIds:
         """Return the id of the geom at each pixel of a view, of shape (height, width); -1 for the sky."""
         _set_flags(self._scene, "SEGMENT", "IDCOLOR", on=True)
         try:
-            rgb, _ = self._draw(view)
+            rgba = self._draw(view)
         finally:
             _set_flags(self._scene, "SEGMENT", "IDCOLOR", on=False)
-        codes = rgb[::-1].astype(np.int32) @ (1, 1 << 8, 1 << 16)  # the colour of a geom is its index plus 1
+        codes = rgba[::-1, :, :3].astype(np.int32) @ (1, 1 << 8, 1 << 16)  # the colour of a geom is its index plus 1
         geoms = (-1, *(geom.objid for geom in self._scene.geoms[: self._scene.ngeom]))
         return np.asarray(np.array(geoms, dtype=np.int32)[codes])
 
@@ -68,10 +75,11 @@ class Renderer:
         """Release OpenGL. Further calls do nothing."""
         self._buffer.close()
 
-    def _draw(self, view: CameraView) -> tuple[Image, Depths]:
+    def _draw(self, view: CameraView) -> Pixels:
         from mujoco import mjtCatBit, mjv_updateScene
 
         scene, size = self._scene, view.intrinsics
+        self._visible.select(view)
         category = mjtCatBit.mjCAT_ALL.value
         mjv_updateScene(self._model, self._data, self._options, None, self._camera, category, scene)
         for camera in scene.camera:  # MuJoCo draws from the mean of a left and a right camera
@@ -116,95 +124,44 @@ def _plain_image(colour: tuple[int, ...], height: int, width: int) -> Image:
     return np.full((height, width, 3), colour, dtype=np.uint8)
 
 
-Depths = NDArray[np.float32]
+def build_renderer(world: WorldDescription) -> Renderer:
+    """Return a renderer of a world without a robot. No picture shows the robot, so the pictures are the same."""
+    from mujoco import MjData, mj_forward
 
-_TEXTURE_2D, _MAG_FILTER, _MIN_FILTER, _NEAREST = 0x0DE1, 0x2800, 0x2801, 0x2600
-_CLAMP_VERTEX_COLOR, _FALSE = 0x891A, 0
+    model = compile_model(build(None, world))
+    data = MjData(model)
+    mj_forward(model, data)
+    return Renderer(model, data, world)
 
 
-class OffscreenBuffer:
-    """Draws scenes of a model into memory. The constructor and `draw` raise NoOpenGL if OpenGL fails.
+class VisibleGeoms:
+    """Leaves the geoms out of a model's pictures that are completely outside of the view of the camera.
 
-    Several threads may use and close a buffer, but only one at a time.
+    MuJoCo would compute each of their triangles.
     """
 
-    def __init__(self, model: MjModel) -> None:
-        self._context, self._is_closed = open_context(), False
-        try:
-            self._drawing = _upload_model(model, self._context)
-        except BaseException:
-            self._context.close()
-            raise
+    def __init__(self, model: MjModel, data: MjData) -> None:
+        """Find the geoms that the cameras show. They do not move.
 
-    def draw(self, scene: MjvScene, width: int, height: int) -> tuple[Image, Depths]:
-        """Return the picture of a scene in RGB, (height, width, 3), and its depths, (height, width).
-
-        The first row is the bottom of the picture. The depth of a nearer point is greater. The depth of the sky is 0.
+        model: the model, in which `select` changes the groups of these geoms.
+        data: the state of the model.
         """
-        from mujoco import MjrRect, mjr_readPixels, mjr_render
+        self._all_groups = model.geom_group
+        self._numbers = np.flatnonzero(np.isin(self._all_groups, list(CAMERA_GROUPS)))
+        self._groups = self._all_groups[self._numbers]
+        self._centres = data.geom_xpos[self._numbers].copy()
+        self._radii = model.geom_rbound[self._numbers] + ROUNDING_M
 
-        rgb, depths = np.empty((height, width, 3), np.uint8), np.empty((height, width), np.float32)
-        whole = MjrRect(0, 0, width, height)
-        with self._context.current():
-            _grow_buffer(self._drawing, width, height)
-            mjr_render(whole, scene, self._drawing)
-            mjr_readPixels(rgb, depths, whole, self._drawing)
-        return rgb, depths
-
-    def close(self) -> None:
-        """Release OpenGL, which would otherwise print errors at the end of the process. Further calls do nothing."""
-        if not self._is_closed:
-            self._is_closed = True
-            with self._context.current():
-                self._drawing.free()
-            self._context.close()
+    def select(self, view: CameraView) -> None:
+        """Let the next scene of the model have only those geoms whose bounding spheres reach into a view."""
+        gaps = _compute_sides(view.intrinsics) @ view.to_camera(self._centres).T
+        is_hidden = (gaps > self._radii).any(axis=0)
+        self._all_groups[self._numbers] = np.where(is_hidden, RenderGroup.ROBOT, self._groups)
 
 
-def _upload_model(model: MjModel, context: Context) -> MjrContext:
-    import mujoco
-
-    model.vis.global_.offwidth = model.vis.global_.offheight = (
-        1  # MuJoCo clears the whole buffer, so it grows with the pictures
-    )
-    with context.current(), select_for_mujoco(context):
-        try:
-            drawing = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_50.value)
-        except mujoco.FatalError as error:
-            raise context.build_error(f"MuJoCo cannot draw with {context.name}: {error}") from error
-        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, drawing)
-        drawing.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
-        _disable_smoothing(drawing, context)
-        _disable_clamping(context)
-    return drawing
-
-
-def _grow_buffer(drawing: MjrContext, width: int, height: int) -> None:
-    from mujoco import mjr_resizeOffscreen
-
-    if width > drawing.offWidth or height > drawing.offHeight:
-        mjr_resizeOffscreen(max(width, drawing.offWidth), max(height, drawing.offHeight), drawing)
-
-
-def _disable_smoothing(drawing: MjrContext, context: Context) -> None:
-    """Turn off the smoothing of textures, so that a pixel shows one point of the texture as in the other simulators."""
-    from mujoco import mjtTexture
-
-    bind = _load_function(context, "glBindTexture", ctypes.c_uint, ctypes.c_uint)
-    set_parameter = _load_function(context, "glTexParameteri", ctypes.c_uint, ctypes.c_uint, ctypes.c_int)
-    for number in range(drawing.ntexture):
-        if drawing.textureType[number] == mjtTexture.mjTEXTURE_2D:
-            bind(_TEXTURE_2D, drawing.texture[number])
-            set_parameter(_TEXTURE_2D, _MAG_FILTER, _NEAREST)
-            set_parameter(_TEXTURE_2D, _MIN_FILTER, _NEAREST)
-
-
-def _disable_clamping(context: Context) -> None:
-    """Limit the brightness after the textures are applied, not before, as in the other simulators."""
-    clamp = _load_function(context, "glClampColor", ctypes.c_uint, ctypes.c_uint)
-    clamp(_CLAMP_VERTEX_COLOR, _FALSE)
-
-
-def _load_function(context: Context, name: str, *arguments: type) -> Callable[..., None]:
-    if not (address := context.address_of(name)):
-        raise NoOpenGL(f"{context.name} has no function {name}")
-    return ctypes.CFUNCTYPE(None, *arguments)(address)
+@lru_cache(maxsize=8)
+def _compute_sides(lens: Intrinsics) -> Array:
+    """Return the outward unit normals of the planes through the camera and the edges of its picture, (4, 3)."""
+    across, down, ahead = lens.width / 2, lens.height / 2, lens.focal_length
+    normals = np.array(((ahead, 0.0, -across), (-ahead, 0.0, -across), (0.0, ahead, -down), (0.0, -ahead, -down)))
+    return np.asarray(normals / np.linalg.norm(normals, axis=1, keepdims=True))

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import os
 from contextlib import ExitStack
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
 from drivers.mujoco.body import Body
-from drivers.mujoco.devices import CameraSet, MujocoMotor, Steering, cast_rays
+from drivers.mujoco.devices import MujocoMotor, Steering, cast_rays
 from drivers.mujoco.model import build, compile_model
+from drivers.mujoco.opengl import VARIABLE
+from drivers.mujoco.rendering import Renderer, build_renderer
 from drivers.mujoco.window import Window
 from robotcore.description import AckermannDrive, DeviceDescription, WorldDescription
 from robotcore.description.urdf import BASE
@@ -24,7 +27,7 @@ from robotcore.hal.truth import RELEASE_M
 from robotcore.kinds.camera import CameraDescription
 from robotcore.kinds.encoder import EncoderDescription, SimulatedEncoder
 from robotcore.kinds.motor import MotorDescription
-from robotcore.simulation.floor_sheet import has_viewer
+from robotcore.simulation.body_cameras import CameraSet, needs_sheet
 from robotcore.simulation.rigid_body import ContactCounter
 
 
@@ -36,12 +39,16 @@ class Simulation:
     the positions. So this class calls `mj_step2` and then `mj_step1`, and all of ``data`` belongs to the same time.
     """
 
-    def __init__(self, setup: Setup, world: WorldDescription) -> None:
+    def __init__(self, setup: Setup, world: WorldDescription, camera: str | None = None) -> None:
+        """Build the model. No device is open.
+
+        camera: `CameraOptions.camera`.
+        """
         from mujoco import MjData, mj_step1, mj_step2, mjtGeom
 
         self._robot, self._world, self._seed = setup.robot, world, setup.seed
         self.clock = SteppedClock(setup.rate_hz, self._advance)
-        self.model = compile_model(build(setup.robot, world, self.clock.step, has_sheet=has_viewer(setup)))
+        self.model = compile_model(build(setup.robot, world, self.clock.step, has_sheet=needs_sheet(setup, camera)))
         self.data = MjData(self.model)
         self._finish_step, self._begin_step = mj_step2, mj_step1
         self._begin_step(self.model, self.data)
@@ -50,9 +57,10 @@ class Simulation:
         self._ignored = {self._box, *np.flatnonzero(self.model.geom_type == mjtGeom.mjGEOM_PLANE).tolist()}
         self._contacts = ContactCounter()
         self._steering = self._open_steering()
-        self._cameras = CameraSet(self.model, self.data, world, setup.seed)
+        choice = camera or ("rendered" if os.environ.get(VARIABLE) else None)  # the variable asks for OpenGL
+        self.cameras = CameraSet(choice, self.simulation_state)
         self._closing = ExitStack()
-        self._closing.callback(self._cameras.close)
+        self._closing.callback(self.cameras.close)
         self._window: Window | None = None
         if setup.gui:
             self._window = Window(self.model, self.data, max(world.floor.length_m, world.floor.width_m))
@@ -69,9 +77,9 @@ class Simulation:
         if isinstance(description, EncoderDescription):
             body, joints = self._body, self._body.find_joints(description.name)
             return SimulatedEncoder(description, self.clock, lambda: body.angle(joints))
-        locate = self.simulation_state.joints.locate
         if isinstance(description, CameraDescription):
-            return self._cameras.open(description, self.clock, self._body, locate)
+            build_other = partial(build_renderer, self._world)
+            return self.cameras.open(description, self._body.transform, lambda: self._renderer, build_other)
         return simulate_device(description, self.simulation_state)
 
     def close(self) -> None:
@@ -108,6 +116,13 @@ class Simulation:
     def _measure_wheels(self) -> dict[str, float]:
         motors = self._robot.drive.motors if self._robot.drive else ()
         return {motor: self._body.angle(self._body.find_joints(motor)) for motor in motors}
+
+    @cached_property
+    def _renderer(self) -> Renderer:
+        """The renderer of all cameras. The first camera opens it, so a robot without cameras does not need OpenGL."""
+        renderer = Renderer(self.model, self.data, self._world)
+        self._closing.callback(renderer.close)
+        return renderer
 
     def _open_steering(self) -> Steering | None:
         if not isinstance(drive := self._robot.drive, AckermannDrive):

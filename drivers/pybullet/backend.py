@@ -10,14 +10,14 @@ from pydantic import PositiveInt
 
 from drivers.pybullet.bullet import Bullet, redirect_stdout
 from drivers.pybullet.simulation import Simulation
-from robotcore.description import StrictModel
 from robotcore.errors import UsageError
 from robotcore.hal.backend import Capability, Setup
 from robotcore.hal.robot import Robot
 from robotcore.hardware import SimulatorBackend
+from robotcore.simulation.body_cameras import CameraOptions
 
 
-class PyBulletOptions(StrictModel):
+class PyBulletOptions(CameraOptions):
     """The options of the backend."""
 
     solver_iterations: PositiveInt = 50
@@ -56,7 +56,7 @@ class PyBulletBackend(SimulatorBackend):
         with redirect_stdout(), ExitStack() as undo:
             bullet = Bullet.connect(gui=setup.gui)
             undo.callback(bullet.close)
-            simulation = Simulation(bullet, setup, setup.world, options.solver_iterations)
+            simulation = Simulation(bullet, setup, setup.world, options.solver_iterations, options.camera)
             devices = self.open_each(setup, simulation.clock, simulation.open)
             undo.pop_all()
-        return Robot(setup.robot.name, simulation.clock, devices, truth=simulation, release=bullet.close)
+        return Robot(setup.robot.name, simulation.clock, devices, truth=simulation, release=simulation.close)

@@ -10,7 +10,8 @@ import numpy as np
 
 from drivers.pybullet.body import Body
 from drivers.pybullet.bullet import Bullet
-from robotcore.description import AckermannDrive, Light
+from drivers.pybullet.scene import BulletScene
+from robotcore.description import AckermannDrive, WorldDescription
 from robotcore.description.urdf import STEERING_TORQUE_NM
 from robotcore.hal.clock import Clock
 from robotcore.hal.joint import Joint
@@ -102,8 +103,8 @@ NEAR_M, FAR_M = 0.005, 500.0
 class BulletRenderer:
     """Renders pictures with Bullet's software renderer."""
 
-    def __init__(self, bullet: Bullet, light: Light) -> None:
-        self._bullet, self._light = bullet, light
+    def __init__(self, bullet: Bullet, scene: BulletScene) -> None:
+        self._bullet, self._light, self.things = bullet, scene.light, scene.things
 
     def picture(self, view: CameraView) -> Image:
         """Return the picture of a view, (height, width, 3), BGR."""
@@ -145,6 +146,12 @@ class BulletRenderer:
         edges = (pixel / 2 - right, pixel / 2 + right, pixel / 2 - top, pixel / 2 + top)
         matrix: list[float] = self._bullet.computeProjectionMatrix(*edges, NEAR_M, FAR_M)
         return matrix
+
+
+def build_renderer(world: WorldDescription) -> BulletRenderer:
+    """Return a renderer of a world without a robot. A hidden robot changes no picture, so the pictures are the same."""
+    bullet = Bullet.connect(gui=False)
+    return BulletRenderer(bullet, BulletScene(bullet, world))
 
 
 @lru_cache(maxsize=8)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from functools import cached_property
+from functools import cached_property, partial
 
 from drivers.pybullet.body import Body
 from drivers.pybullet.bullet import Bullet
@@ -11,6 +11,7 @@ from drivers.pybullet.devices import (
     BulletMotor,
     BulletRenderer,
     Steering,
+    build_renderer,
     cast_rays,
     open_encoder,
 )
@@ -26,8 +27,8 @@ from robotcore.hal.truth import RELEASE_M
 from robotcore.kinds.camera import CameraDescription
 from robotcore.kinds.encoder import EncoderDescription
 from robotcore.kinds.motor import MotorDescription
-from robotcore.simulation.floor_sheet import has_viewer
-from robotcore.simulation.rigid_body import BodyCamera, ContactCounter
+from robotcore.simulation.body_cameras import CameraSet, needs_sheet
+from robotcore.simulation.rigid_body import ContactCounter
 
 
 class Simulation:
@@ -36,10 +37,16 @@ class Simulation:
     The steps of ``clock`` are physics steps of Bullet.
     """
 
-    def __init__(self, bullet: Bullet, setup: Setup, world: WorldDescription, solver_iterations: int) -> None:
+    def __init__(
+        self, bullet: Bullet, setup: Setup, world: WorldDescription, solver_iterations: int, camera: str | None = None
+    ) -> None:
+        """Add the world and the robot to a server. No device is open.
+
+        camera: `CameraOptions.camera`.
+        """
         self._robot, self._world, self._seed = setup.robot, world, setup.seed
-        self._bullet = bullet
-        self._scene = BulletScene(bullet, world, has_sheet=has_viewer(setup))
+        self._bullet, self._has_window = bullet, setup.gui
+        self._scene = BulletScene(bullet, world, has_sheet=needs_sheet(setup, camera))
         self._body = Body(bullet, setup.robot, world.start.pose)
         if setup.gui:
             bullet.set_window_view(width_m=max(world.floor.length_m, world.floor.width_m))
@@ -47,6 +54,7 @@ class Simulation:
             self._body.hide()
         self.clock = SteppedClock(setup.rate_hz, self._advance)
         self._motors: list[BulletMotor] = []
+        self._cameras = CameraSet(camera, self.simulation_state)
         self._steering = self._open_steering()
         self._contacts = ContactCounter()
         self._things = frozenset(self._scene.things.values())
@@ -70,12 +78,17 @@ class Simulation:
             return motor
         if isinstance(description, EncoderDescription):
             return open_encoder(description, self.clock, body)
-        locate = self.simulation_state.joints.locate
         if isinstance(description, CameraDescription):
-            renderer = BulletRenderer(bullet, self._scene.light)
-            things = self._scene.things
-            return BodyCamera(description, self.clock, body.transform, locate, renderer, things, self._seed)
+            build_other = None if self._has_window else partial(build_renderer, self._world)  # a window shows the robot
+            return self._cameras.open(
+                description, body.transform, lambda: BulletRenderer(bullet, self._scene), build_other
+            )
         return simulate_device(description, self.simulation_state)
+
+    def close(self) -> None:
+        """End the server, and the process that renders pictures. Further calls do nothing."""
+        self._cameras.close()
+        self._bullet.close()
 
     def pose(self) -> Pose:
         return self._body.pose()

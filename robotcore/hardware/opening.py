@@ -28,6 +28,7 @@ def open_robot(
     release: Callable[[], None] = lambda: None,
     truth: TruthSource | None = None,
     opened: Mapping[str, Device] = MappingProxyType({}),
+    notes: Iterable[str] = (),
 ) -> Robot:
     """Open the devices of a robot with their drivers, and return the robot.
 
@@ -40,6 +41,7 @@ def open_robot(
     release: closes the backend's own resources.
     truth: the source of the true state of a simulated robot.
     opened: the devices that are open already, by name, which need no driver.
+    notes: sentences for the user of a run.
 
     Raises the errors of `open_devices`.
     """
@@ -50,7 +52,7 @@ def open_robot(
         resources.callback(release)
         resources.callback(host.shared.close)
         bindings = [binding for binding in bindings if binding.name not in opened]
-        notes = open_devices(bindings, host, opened)
+        notes = [*notes, *open_devices(bindings, host, opened)]
         for device in opened.values():
             undo.callback(device.close)
         devices = _in_order(setup, opened)

@@ -12,7 +12,6 @@ from robotcore.description import WorldDescription
 from robotcore.description.floor_colours import FloorColours
 from robotcore.description.meshes import Rectangle
 from robotcore.description.png import Pixels
-from robotcore.hal.backend import Setup
 from robotcore.simulation.painter.canvas import fill
 
 TEXEL_M = 0.001
@@ -36,11 +35,6 @@ class FloorSheet(NamedTuple):
     """
     pixels: Pixels
     """Red, green and blue without the light, (rows, columns, 3), from 0 to 255. The first row is at the least y."""
-
-
-def has_viewer(setup: Setup) -> bool:
-    """Return whether a camera or a window of a simulation shows the world. Drawing a sheet takes up to 1 s."""
-    return setup.gui or any(camera.name in setup.devices for camera in setup.robot.all_of("camera"))
 
 
 def draw_floor_sheet(world: WorldDescription) -> FloorSheet | None:

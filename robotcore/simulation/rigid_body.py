@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotcore.description import Mount
+from robotcore.errors import DeviceError
 from robotcore.geometry import Pose
 from robotcore.hal.clock import Clock
 from robotcore.kinds.camera import CameraDescription, Render, SimulatedCamera
@@ -26,8 +27,16 @@ Locate = Callable[[Mount], Mount]
 """Returns the present mount of a device for its mount in the robot's file. A servo may have turned it."""
 
 
+class NoOpenGL(Exception):  # noqa: N818  each caller raises an error of robotcore in its place
+    """OpenGL is not available on this machine. The message names the missing library or function."""
+
+
 class Renderer(Protocol):
-    """Renders the pictures of a simulation."""
+    """Renders the pictures of a simulation. Without OpenGL, a renderer that needs it raises NoOpenGL."""
+
+    @property
+    def things(self) -> Mapping[str, int]:
+        """The ids of the things in a segmentation, by the name of the thing."""
 
     def picture(self, view: CameraView) -> Image:
         """Return the picture of a view, (height, width, 3), BGR."""
@@ -37,10 +46,7 @@ class Renderer(Protocol):
 
 
 class BodyCamera(SimulatedCamera):
-    """A camera on a body.
-
-    ``things`` holds the ids of the things in the segmentation, by the name of the thing.
-    """
+    """A camera on a body. ``things`` and ``segmentation`` are those of its renderer."""
 
     def __init__(
         self,
@@ -49,22 +55,26 @@ class BodyCamera(SimulatedCamera):
         transform: Transform,
         locate: Locate,
         renderer: Renderer,
-        things: Mapping[str, int],
         seed: int,
     ) -> None:
         def capture(pinhole: Intrinsics) -> Render:
             rotation, origin = transform()
             local = CameraView.of(pinhole, locate(description.mount), Pose(0.0, 0.0, 0.0))
             view = CameraView(pinhole, origin + rotation @ local.eye, local.rotation @ rotation.T)
-            return partial(self.picture, view)
+            return self.begin_picture(view)
 
+        self.begin_picture: Callable[[CameraView], Render] = lambda view: partial(self.picture, view)
+        """Returns the function that renders the picture of a captured view."""
         super().__init__(description, clock, capture, seed)
-        self.things, self.segmentation = things, renderer.segmentation
+        self.things, self.segmentation = renderer.things, renderer.segmentation
         self._renderer = renderer
 
     def picture(self, view: CameraView) -> Image:
         """Return the picture of a view, which may differ from the view of this camera."""
-        return self._renderer.picture(view)
+        try:
+            return self._renderer.picture(view)
+        except NoOpenGL as error:
+            raise DeviceError(self.name, str(error), kind="no-opengl") from error
 
 
 class ContactCounter:

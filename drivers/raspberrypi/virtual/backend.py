@@ -30,6 +30,9 @@ class VirtualPiOptions(StrictModel):
     simulator: str = "kinematic"
     """The backend that simulates the robot."""
 
+    camera: str | None = None
+    """The option ``camera`` of the simulator. None leaves it out."""
+
     lost_echoes: Annotated[float, Field(ge=0, le=1)] = 0.0
     """The share of lost ultrasonic echoes, from 0 to 1. The seed of the run determines which echoes are lost."""
 
@@ -130,7 +133,8 @@ class VirtualPiBackend(RaspberryPiBackend):
         else:
             simulated = simulator.openable(load_robot(options.truth), {})
             hardware = load_true_hardware(setup, options.truth, self.section, simulated)
-        built = replace(setup, robot=hardware.robot, devices=hardware.devices, options={})
+        chosen = {"camera": options.camera} if options.camera else {}
+        built = replace(setup, robot=hardware.robot, devices=hardware.devices, options=chosen)
         is_lost = self._is_lost or _build_echo_loss(options.lost_echoes, setup.seed)
         on_pins = {each.name for each in bindings if isinstance(each.driver, MODELLED_DRIVERS)}
         with ExitStack() as undo:
@@ -146,7 +150,16 @@ class VirtualPiBackend(RaspberryPiBackend):
                 adopted = list(adopt_devices(described, own))
                 own = {each.name: mount_device(each, described[each.name], drivers, true) for each in adopted}
             release = undo.pop_all().close
-        return open_robot(setup, bindings, robot.clock, pins=pins, release=release, truth=robot.truth, opened=own)
+        return open_robot(
+            setup,
+            bindings,
+            robot.clock,
+            pins=pins,
+            release=release,
+            truth=robot.truth,
+            opened=own,
+            notes=robot.notes,
+        )
 
     def _load_simulator(self, name: str) -> Backend:
         simulator = load_backend(name)

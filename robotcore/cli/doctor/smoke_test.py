@@ -103,7 +103,11 @@ def _drive(name: str, robot: Robot) -> Finding:
     if robot.has(Role.CAMERA):
         height, width = robot.camera.read().image.shape[:2]
         done.append(f"renders {width} x {height} pixels")
-    return Finding.ok(name, f"{', '.join(done)}, closes", kind="works")
+    said = f"{', '.join(done)}, closes"
+    if robot.notes:
+        problem, remedy = split_remedy(" ".join(robot.notes))
+        return Finding.warning(name, f"{said}; {problem}", remedy, kind="works-with-notes")
+    return Finding.ok(name, said, kind="works")
 
 
 def _check_display(name: str) -> Finding:

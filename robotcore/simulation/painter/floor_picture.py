@@ -38,8 +38,11 @@ class PictureMark:
         height, width = palette.picture.shape
         u = np.arange(columns.start, columns.stop, dtype=np.float32)
         v = np.arange(rows.start, rows.stop, dtype=np.float64)[:, None]
-        across, down, (_, along_v, rest) = self.mapping * ((width,), (height,), (1,))
-        slope = np.minimum(along_v * v + rest, EDGE_ON)  # a camera has no roll, so the slope is that of a whole row
+        across, down, (along_u, along_v, rest) = self.mapping * ((width,), (height,), (1,))
+        slope = along_v * v + rest
+        if along_u:  # the camera rolls, so the slope is not that of a whole row
+            slope = slope + along_u * u
+        slope = np.minimum(slope, EDGE_ON)
         column, row = (
             (a / slope).astype(np.float32) * u + ((b * v + c) / slope).astype(np.float32) for a, b, c in (across, down)
         )

@@ -134,8 +134,12 @@ def _paint_marks(view: CameraView, marks: Iterable[Mark], palette: Palette) -> P
 
 
 def _create_canvas(view: CameraView, palette: Palette) -> PixelBuffer:
-    i = view.intrinsics  # a camera has no roll, so each row is either sky or ground
-    rises = (np.arange(i.height) - i.cy) * view.rotation[1, 2] + i.focal_length * view.rotation[2, 2]
+    i = view.intrinsics
+    right, down, forward = view.rotation[:, 2].tolist()
+    rises = (np.arange(i.height) - i.cy) * down + i.focal_length * forward  # the rays of the middle column
     canvas = np.empty((i.height, i.width), dtype=np.uint32)
     canvas[:] = np.where(rises < 0, palette.ground, palette.sky)[:, None]
+    rows = np.flatnonzero(np.abs(rises) < abs(right) * i.width / 2)  # with sky and ground, if the camera rolls
+    across = (np.arange(i.width) - i.cx) * right
+    canvas[rows] = np.where(rises[rows, None] + across < 0, palette.ground, palette.sky)
     return canvas

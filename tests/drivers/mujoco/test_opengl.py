@@ -12,8 +12,9 @@ import pytest
 from drivers.mujoco import opengl as egl
 from drivers.mujoco import opengl as osmesa
 from drivers.mujoco.backend import MujocoBackend
-from drivers.mujoco.opengl import EglContext, NoOpenGL, load_library, open_context
+from drivers.mujoco.opengl import EglContext, load_library, open_context
 from robotcore.errors import DeviceError, DeviceGroupError
+from robotcore.simulation.rigid_body import NoOpenGL
 from tests.drivers.physics.worlds import ball, setup, world
 
 NOWHERE = ("libNoSuchLibrary.so.1",)
@@ -44,13 +45,30 @@ def no_opengl(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("no_opengl")
-def test_camera_without_opengl_is_refused_with_the_packages_to_install() -> None:
+def test_without_opengl_the_pictures_are_painted_and_a_note_names_the_packages_to_install() -> None:
+    with MujocoBackend().open(setup(world(ball(0.6)))) as robot:
+        painted = robot.camera.read().image
+    (note,) = robot.notes
+    assert {"painted", "libegl1", "libosmesa6"} <= set(re.findall(r"\w+", note))
+    with MujocoBackend().open(setup(world(ball(0.6)), options={"camera": "painted"})) as robot:
+        assert (robot.camera.read().image == painted).all()
+    assert not robot.notes
+
+
+@pytest.mark.usefixtures("no_opengl")
+@pytest.mark.parametrize("variable", [None, "egl"])
+def test_a_rendered_camera_without_opengl_is_refused_with_two_remedies(
+    variable: str | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if variable:
+        monkeypatch.setenv("MUJOCO_GL", variable)
+    options = {} if variable else {"camera": "rendered"}
     with pytest.raises(DeviceGroupError) as raised:
-        MujocoBackend().open(setup(world()))
+        MujocoBackend().open(setup(world(), options=options))
     (failure,) = raised.value.failures
     assert isinstance(failure, DeviceError)
     assert (failure.device, failure.kind) == ("eye", "no-opengl")
-    assert {"libegl1", "libosmesa6"} <= set(re.findall(r"\w+", str(failure)))
+    assert {"libegl1", "painted"} <= set(re.findall(r"\w+", str(failure)))
 
 
 @pytest.mark.usefixtures("no_opengl")

@@ -56,6 +56,14 @@ class TestSeeing(seeing.Seeing):
     backend = MujocoBackend
 
 
+class TestPainting(seeing.Painting):
+    backend = MujocoBackend
+
+
+class TestRenderingAhead(seeing.RenderingAhead):
+    backend = MujocoBackend
+
+
 class TestRanging(ranging.Ranging):
     backend = MujocoBackend
 

@@ -1,6 +1,8 @@
 from __future__ import annotations
 
 import math
+import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -20,8 +22,11 @@ from robotcore.description import (
 from robotcore.description.texture import PATTERNS, Pattern
 from robotcore.geometry import Pose
 from robotcore.kinds.camera import CameraDescription
-from robotcore.optics import CameraView
+from robotcore.optics import CameraView, Image, Intrinsics
+from robotcore.simulation import body_cameras
 from robotcore.simulation.painter import Painter
+from robotcore.simulation.render_worker import RenderWorker
+from robotcore.simulation.render_worker.client import _Process
 from tests.drivers.physics.worlds import (
     LOOKOUT,
     ROVER,
@@ -32,6 +37,7 @@ from tests.drivers.physics.worlds import (
     get_camera,
     get_truth,
     post,
+    setup,
     world,
 )
 from tests.robotcore.description.courses import COURSE, load_course
@@ -96,6 +102,113 @@ class Seeing(EngineTests):
             camera = get_camera(robot)
             view = CameraView.of(camera.intrinsics, Mount(x_m=0.14, z_m=0.10, pitch_rad=0.6), Pose(0.0, 0.0, 0.0))
             assert (robot.camera.read().image == camera.picture(view)).all()
+
+
+class Painting(EngineTests):
+    """Tests of the painted camera, for every engine."""
+
+    def test_a_painted_camera_shows_the_view_from_the_body_of_the_engine(self) -> None:
+        ground = world(ball(0.8, 0.1), box(1.6, yaw=0.3), start=Start(x_m=0.1, y_m=-0.2, yaw_rad=0.3))
+        with self.open_in_world(ground, camera="painted") as robot:
+            drive(robot, 4.0, 6.0, 0.3)
+            painted, truth = robot.camera.read().image, get_truth(robot).pose()
+        view = CameraView.of(load_eye().intrinsics, EYE, truth)
+        expected = Painter(ground).picture(view)
+        assert (painted != expected).any(axis=2).mean() < 0.01  # the body sinks into the floor, and tilts a little
+        assert (painted != Painter(ground).picture(CameraView.of(load_eye().intrinsics, EYE, HERE))).any()
+
+    def test_the_segmentation_of_a_painted_camera_names_the_things_the_floor_and_the_sky(self) -> None:
+        thing = box(1.2, 0.0, width=0.3, height=0.15)
+        masks = []
+        for choice in ("painted", "rendered"):
+            with self.open_in_world(world(ball(0.8, 0.3), thing), camera=choice) as robot:
+                camera = get_camera(robot)
+                numbers = camera.segmentation(CameraView.of(camera.intrinsics, EYE, Pose(0.2, 0.0, 0.1)))
+            assert set(camera.things) == {"ball", "box"}
+            masks.append([numbers == camera.things["ball"], numbers == camera.things["box"], numbers == -1])
+        for ours, theirs in zip(*masks, strict=True):
+            assert (ours != theirs).mean() < 0.002
+            assert ours.any()
+            assert not ours.all()
+
+    def test_painting_changes_no_motion(self) -> None:
+        poses = []
+        for choice in ("painted", "rendered"):
+            with self.open_in_world(world(ball(0.8, 0.3)), camera=choice) as robot:
+                drive(robot, 8.0, 5.0, 0.5)
+                robot.camera.read()
+                poses.append(get_truth(robot).pose())
+        assert poses[0] == poses[1]
+
+
+class RenderingAhead(EngineTests):
+    """Tests that a process renders the pictures of a camera with a latency, for every engine."""
+
+    @pytest.mark.slow
+    @pytest.mark.skipif(sys.platform != "linux", reason="a worker needs Linux")
+    @pytest.mark.parametrize("choice", ["rendered", "painted"])
+    def test_pictures_of_another_process_are_equal_to_the_bit(
+        self, choice: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        course = load_course(tmp_path, text=COURSE + LINES)
+        course = course.model_copy(update={"obstacles": (box(2.0, width=0.4),), "targets": (ball(1.2, 0.3),)})
+        taken = wait_for_workers(monkeypatch)
+        pictures = []
+        for has_core in (True, False):
+            monkeypatch.setattr(body_cameras, "has_free_core", lambda has_core=has_core: has_core)
+            pictures.append(self.watch(course, 0.05, choice))
+            assert len(taken) == 6  # those that were captured after the first read
+        for ours, theirs in zip(*pictures, strict=True):
+            assert np.array_equal(ours, theirs)
+        assert len({picture.tobytes() for picture in pictures[0]}) == 9
+
+    def test_a_latency_of_less_than_a_tick_starts_no_process(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        taken = wait_for_workers(monkeypatch)
+        monkeypatch.setattr(body_cameras, "has_free_core", lambda: True)
+        assert len(self.watch(world(ball(0.8)), 0.04, "painted")) == 10
+        assert not taken
+
+    def watch(self, described: WorldDescription, latency_s: float, choice: str) -> list[np.ndarray]:
+        """Return the pictures of ten ticks of a robot that turns, with the camera of this latency."""
+        devices = [
+            device.model_copy(update={"latency_s": latency_s}) if isinstance(device, CameraDescription) else device
+            for device in ROVER.devices
+        ]
+        late = ROVER.model_copy(update={"devices": tuple(devices)})
+        names = ["left_motor", "right_motor", "eye"]
+        pictures = []
+        with self.backend().open(setup(described, robot=late, devices=names, options={"camera": choice})) as robot:
+            robot.motors["left_motor"].set_velocity(5.0)
+            robot.motors["right_motor"].set_velocity(8.0)
+            for tick in range(10):
+                pictures.append(robot.camera.read().image)
+                robot.clock.sleep_until((tick + 1) / 20)
+        return pictures
+
+
+def wait_for_workers(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Let each worker be ready for its first view. Return a list to which the numbers of taken pictures are added."""
+    taken: list[int] = []
+    is_ready, take = _Process.is_ready, RenderWorker.take
+
+    def wait_until_ready(process: _Process) -> bool:
+        while not is_ready(process):
+            time.sleep(0.01)
+        return True
+
+    def take_noted(worker: RenderWorker, number: int, lens: Intrinsics) -> Image | None:
+        taken.append(number)
+        return take(worker, number, lens)
+
+    monkeypatch.setattr(_Process, "is_ready", wait_until_ready)
+    monkeypatch.setattr(RenderWorker, "take", take_noted)
+    return taken
+
+
+def load_eye() -> CameraDescription:
+    eye = ROVER.first_of(CameraDescription)
+    assert eye
+    return eye
 
 
 MIN_PIXELS = 150

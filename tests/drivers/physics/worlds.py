@@ -85,9 +85,9 @@ class EngineTests:
         devices = [device.name for device in robot.devices if with_camera or not isinstance(device, CameraDescription)]
         return self.backend().open(setup(world(*things, start=start), robot=robot, devices=devices))
 
-    def open_in_world(self, described: WorldDescription) -> Robot:
-        """Open the rover with all its devices in a world."""
-        return self.backend().open(setup(described))
+    def open_in_world(self, described: WorldDescription, **options: str) -> Robot:
+        """Open the rover with all its devices in a world, with these options of the backend."""
+        return self.backend().open(setup(described, options=options))
 
 
 def get_camera(robot: Robot) -> BodyCamera:

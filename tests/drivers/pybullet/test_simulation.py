@@ -26,6 +26,14 @@ class TestSeeing(seeing.Seeing):
     backend = PyBulletBackend
 
 
+class TestPainting(seeing.Painting):
+    backend = PyBulletBackend
+
+
+class TestRenderingAhead(seeing.RenderingAhead):
+    backend = PyBulletBackend
+
+
 class TestRanging(ranging.Ranging):
     backend = PyBulletBackend
 

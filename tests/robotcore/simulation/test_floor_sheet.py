@@ -7,10 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from robotcore.description import Line, WorldDescription, load_robot, load_world
+from robotcore.description import Line, WorldDescription, load_world
 from robotcore.description.floor_colours import FloorColours
-from robotcore.hal.backend import Setup
-from robotcore.simulation.floor_sheet import MAX_SIDE, MAX_TEXELS, TEXEL_M, FloorSheet, draw_floor_sheet, has_viewer
+from robotcore.simulation.floor_sheet import MAX_SIDE, MAX_TEXELS, TEXEL_M, FloorSheet, draw_floor_sheet
 from tests.robotcore.description.courses import COURSE, load_course
 
 PATTERN = 'texture = { pattern = "checker" }\ncolour ='
@@ -77,10 +76,3 @@ def test_large_sheet_has_wider_texels(ends: tuple[tuple[float, float], ...], tex
 
 def test_plain_floor_has_no_sheet() -> None:
     assert draw_floor_sheet(OPEN) is None
-
-
-@pytest.mark.parametrize(
-    "devices, gui, has", [({"eye"}, False, True), ({"nose"}, False, False), ({"nose"}, True, True)]
-)
-def test_sheet_is_needed_for_a_camera_or_a_window(devices: set[str], gui: bool, has: bool) -> None:
-    assert has_viewer(Setup(load_robot("rover"), OPEN, frozenset(devices), gui=gui)) is has

@@ -22,6 +22,7 @@ from robotcore.description import WorldDescription, load_robot
 from robotcore.errors import (
     DeviceClosedError,
     DeviceError,
+    UnknownNameError,
     UsageError,
 )
 from robotcore.hal.backend import Setup
@@ -61,6 +62,24 @@ def test_no_thread_and_no_guardian_is_started() -> None:
         robot.clock.sleep_until(1.0)
         assert threading.enumerate() == before
         assert robot.cutoffs == ()
+
+
+def test_the_option_of_the_cameras_goes_to_the_simulator(raises: Raises) -> None:
+    with raises(UnknownNameError, "unknown-option"):
+        VirtualPiBackend().open(build_setup(camera="painted"))
+
+
+def test_the_notes_of_the_simulator_are_notes_of_the_robot(monkeypatch: pytest.MonkeyPatch) -> None:
+    open_simulated = KinematicBackend.open
+
+    def open_with_note(backend: KinematicBackend, setup: Setup) -> Robot:
+        robot = open_simulated(backend, setup)
+        robot.notes = ("the pictures are painted",)
+        return robot
+
+    monkeypatch.setattr(KinematicBackend, "open", open_with_note)
+    with VirtualPiBackend().open(build_setup()) as robot:
+        assert robot.notes == ("the pictures are painted",)
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from robotcore.cli.doctor.smoke_test import diagnose
-from robotcore.description import load_robot
+from robotcore.description import load_robot, load_world
 from robotcore.errors import DescriptionError, DeviceError, DeviceGroupError, Mistake
 from robotcore.hal.backend import Backend, Setup, load_backend
 from robotcore.hal.check_finding import Finding, Level
@@ -36,6 +36,18 @@ def test_a_simulator_opens_moves_a_robot_and_renders(check_text: CheckText) -> N
     (found,) = diagnose_all(load_backend("kinematic"))
     assert (found.level, found.kind) == (Level.OK, "works")
     check_text(found.message)
+
+
+def test_a_note_of_a_simulator_that_works_is_a_warning_with_its_remedy(
+    monkeypatch: pytest.MonkeyPatch, check_text: CheckText
+) -> None:
+    backend = load_backend("kinematic")
+    opened = backend.open(Setup(load_robot("rover"), load_world("open"), frozenset({"nose"})))
+    opened.notes = ("the pictures are painted, because there is no lib.so.1. Install it",)
+    monkeypatch.setattr(backend, "open", lambda _: opened)
+    (found,) = diagnose_all(backend)
+    assert (found.level, found.kind) == (Level.WARNING, "works-with-notes")
+    check_text(f"{found.message}\n{found.remedy}")
 
 
 def test_only_the_devices_of_the_robot_are_tested(check_text: CheckText) -> None:

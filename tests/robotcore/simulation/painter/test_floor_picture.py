@@ -14,7 +14,7 @@ from robotcore.optics import CameraView, Image, Intrinsics
 from robotcore.simulation.painter import Painter
 from tests.robotcore.description.courses import COURSE, load_course
 from tests.robotcore.description.worlds import box
-from tests.robotcore.simulation.painter.tracer import compute_rays
+from tests.robotcore.simulation.painter.tracer import compute_rays, roll
 
 LENS = Intrinsics(320, 240, 1.0821)
 NOISE = np.random.default_rng(1).integers(0, 256, (40, 60, 3), np.uint8)
@@ -57,6 +57,15 @@ def test_each_pixel_has_the_colour_of_the_floor_on_its_ray(
     view = CameraView.of(LENS, Mount(z_m=z, pitch_rad=pitch), pose)
     differences = find_differences(world, view, Painter(world).picture(view))
     assert (differences <= 2).sum() >= 0.999 * len(differences)
+
+
+@pytest.mark.parametrize("text", [COURSE, COURSE + LINE, PATTERN], ids=["picture", "line", "pattern"])
+@pytest.mark.parametrize("angle", [-0.6, 0.02, 1.6])
+def test_a_camera_that_rolls_shows_the_floor_on_its_rays(tmp_path: Path, text: str, angle: float) -> None:
+    world = load_course(tmp_path, NOISE, text)
+    view = roll(CameraView.of(LENS, Mount(z_m=0.3, pitch_rad=0.5), Pose(-0.2, -0.2, 0.3)), angle)
+    differences = find_differences(world, view, Painter(world).picture(view))
+    assert (differences <= 2).sum() >= 0.999 * len(differences) > 20_000
 
 
 def test_obstacle_hides_the_picture_and_the_picture_has_no_label(tmp_path: Path) -> None:

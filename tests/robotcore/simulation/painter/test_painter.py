@@ -15,7 +15,7 @@ from robotcore.simulation.painter import Painter
 from robotcore.simulation.painter.canvas import fill
 from robotcore.simulation.painter.occlusion import sort_back_to_front
 from tests.drivers.kinematic.rooms import ball, box, post, room
-from tests.robotcore.simulation.painter.tracer import compute_rays, trace_depths, trace_labels
+from tests.robotcore.simulation.painter.tracer import compute_rays, roll, trace_depths, trace_labels
 
 LENS = Intrinsics(160, 120, 1.0821)
 ORIGIN = Pose(0.0, 0.0, 0.0)
@@ -62,6 +62,19 @@ def test_label_of_each_pixel_is_the_first_body_on_its_ray() -> None:
         for _ in range(5):
             seen = create_random_view(random, world)
             assert np.array_equal(painter.labels(seen), trace_labels(world, seen)), seed
+
+
+@pytest.mark.parametrize("angle", [-0.7, 0.002, 0.05, 1.6, 3.0])
+def test_labels_and_sky_are_correct_for_a_camera_that_rolls(angle: float) -> None:
+    random = Random(3)
+    world = create_random_world(random)
+    painter = Painter(world)
+    for _ in range(5):
+        seen = roll(create_random_view(random, world), angle)
+        labels = trace_labels(world, seen)
+        assert np.array_equal(painter.labels(seen), labels)
+        is_sky = (painter.picture(seen) == world.light.sky_colour[::-1]).all(axis=2)
+        assert np.array_equal(is_sky, (labels == 0) & (compute_rays(seen)[..., 2] >= 0))
 
 
 def create_random_screens(random: Random) -> WorldDescription:

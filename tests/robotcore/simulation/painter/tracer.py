@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,3 +61,10 @@ def _to_ball(ball: Ball, eye: Array, rays: Array) -> Array:
     squared, along = (rays * rays).sum(axis=2), rays @ centre
     chord = along**2 - squared * float(centre @ centre - ball.radius_m**2)
     return np.where((chord >= 0) & (along > 0), (along - np.sqrt(np.maximum(chord, 0))) / squared, math.inf)
+
+
+def roll(view: CameraView, angle: float) -> CameraView:
+    """Return the view of a camera that is turned about its optical axis, by an angle in radians."""
+    cos, sin = math.cos(angle), math.sin(angle)
+    turn = np.array(((cos, sin, 0.0), (-sin, cos, 0.0), (0.0, 0.0, 1.0)))
+    return replace(view, rotation=turn @ view.rotation)
