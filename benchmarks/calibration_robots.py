@@ -29,8 +29,8 @@ BACKEND, SECTION, WORLD = "virtualpi", "raspberrypi", "open"
 MOTORS = ("left_motor", "right_motor")
 KEYS = ("dead_band", "forward_rad_s", "backward_rad_s")
 
-TAPE_M, ALIGNMENT_RAD = 0.002, math.radians(0.5)
-"""The standard deviations of a distance that a person measures, and of the direction in which the robot is put."""
+TAPE_M, ANGLE_RAD, ALIGNMENT_RAD = 0.002, math.radians(1.0), math.radians(0.5)
+"""The standard deviations of a distance and an angle by a person, and of the direction in which the robot is put."""
 
 IMU = """
 [[devices]]
@@ -120,6 +120,9 @@ class InaccurateTape(Probing):
             return None
         seen = Pose(0.0, 0.0, self.draw.gauss(0.0, ALIGNMENT_RAD)).to_local(*true)
         return Displacement(*(self.draw.gauss(each, TAPE_M) for each in seen))
+
+    def read_turn(self, keeper: TruthKeeper) -> float | None:
+        return None if (true := super().read_turn(keeper)) is None else self.draw.gauss(true, ANGLE_RAD)
 
 
 def open_probing(patient: Patient, seed: int = 0) -> Probing:

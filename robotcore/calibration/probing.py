@@ -136,6 +136,10 @@ class Probing:
         """Return how far a simulated robot has moved by its ground truth; None on a real robot."""
         return Displacement(*keeper.displacement) if keeper.displacement else None
 
+    def read_turn(self, keeper: TruthKeeper) -> float | None:
+        """Return by how much a simulated robot has turned by its ground truth, in radians; None on a real robot."""
+        return None if keeper.start is None else keeper.turned
+
     def prepare(self, instruction: str) -> None:
         """Ask the person to prepare a real robot, and wait until it is done."""
         if not self.robot.is_simulated:

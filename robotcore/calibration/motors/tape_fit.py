@@ -25,6 +25,9 @@ ALIGNMENT_RAD = math.radians(1.0)
 LAG_ERROR_S = 0.05
 """The standard deviation of the lag in the robot's file, in seconds. Displacements show only the difference of both."""
 
+LAG_DIFFERENCE_S = 0.015
+"""The standard deviation of the difference between the lags of two motors, in seconds. They are of one type."""
+
 MIN_WAY_M = 0.02
 """A robot that has moved less than this has not moved, in metres."""
 
@@ -91,7 +94,7 @@ def fit_tape(
     """Return the curve of each motor.
 
     The lags are fitted too, because a robot whose motors have different lags turns when it starts. But displacements
-    show only the difference of the lags.
+    show only their difference, and not well. So the lags of the file and equal lags are preferred.
 
     drives: drives at two commands or more, forward and backward.
     geometry: the wheel radius and the track, which must be right.
@@ -115,7 +118,8 @@ def fit_tape(
 
     def compute_errors(parameters: Array) -> Array:
         errors = ((model.predict(parameters) - measured) / deviation).ravel()
-        return np.concatenate([errors, (parameters[3::4] - lags) / LAG_ERROR_S])
+        found = parameters[3::4]
+        return np.concatenate([errors, (found - lags) / LAG_ERROR_S, np.diff(found) / LAG_DIFFERENCE_S])
 
     lower = np.tile([0.0, 0.0, 0.0, 1e-3], len(present))
     upper = np.tile([MAX_DEAD_BAND, *(10 * start[1:3]), MAX_LAG_S], len(present))
