@@ -6,13 +6,13 @@ from abc import abstractmethod
 from collections.abc import Sequence
 from typing import Annotated, Any, ClassVar
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from drivers.serial.boards.devices import BoardBattery, BoardEncoder, BoardOutput
 from drivers.serial.driver import SerialDriver, Side
 from drivers.serial.line import Line
 from robotcore.description import RobotDescription
-from robotcore.errors import DeviceError
+from robotcore.errors import DeviceError, Mistake
 from robotcore.hal.cutoff import CutoffSpec
 from robotcore.hardware import DeviceContext
 from robotcore.kinds.battery import Battery, BatteryDescription
@@ -106,6 +106,18 @@ class MotorDriver(BoardDriver):
 
     described = MotorDescription
     side: Side
+    trim: Annotated[float, Field(ge=0.8, le=1.25)] = 1.0
+    """The factor on each velocity that is sent to the board, if its wheel turns too slowly or too fast.
+
+    `robotcore calibrate motors` measures it. A motor with a model has none.
+    """
+
+    @model_validator(mode="after")
+    def _refuse_trim_with_model(self) -> MotorDriver:
+        if self.trim != 1 and getattr(self, "model", None):
+            problem = f"trim is {self.trim:g}, but the motor has a model"
+            raise Mistake(problem, "Remove trim, and correct the model", kind="trim-with-model")
+        return self
 
     @property
     def part(self) -> str:
@@ -117,7 +129,7 @@ class MotorDriver(BoardDriver):
         unit: the board's command value for 1, which is a duty, or a velocity in rad/s.
         """
         board = self.open_board(device, context)
-        return BoardOutput(device, board.line, board.protocol.command, self.side, unit)
+        return BoardOutput(device, board.line, board.protocol.command, self.side, self.trim * unit)
 
     def cutoffs(self, description: MotorDescription, context: DeviceContext) -> Sequence[CutoffSpec]:
         return (self.stop_frame(description.name, self.stop, self.standing, context),)

@@ -38,7 +38,9 @@ def _correct_settings(
     if section is None:
         return
     if (model := robot.models.get(name)) is None:
-        if (trim := robot.trims.get(name)) is not None:
+        assert robot.description.drive
+        has_other = result.instrument in robot.description.drive.encoders or not robot.description.drive.encoders
+        if has_other and (trim := robot.trims.get(name)) is not None:
             yield _correct_trim(result, robot.full_rad_s, (section, name), trim)
         return
     place = (section, name, "model")

@@ -82,7 +82,7 @@ class HoverboardMotor(HoverboardDriver, MotorDriver):
             self._check_duty(description, robot)
         elif self.model or self.control:
             raise ValueError("in mode speed the board controls the velocity; remove model and control")
-        elif description.max_velocity_rad_s > (reach := self.mixer.straight / self.unit_per_rad_s):
+        elif description.max_velocity_rad_s > (reach := self.mixer.straight / self.unit_per_rad_s / self.trim):
             raise ValueError(
                 f"the board turns a wheel at {reach:.3g} rad/s at most, but max_velocity_rad_s of {description.name} "
                 f"is {description.max_velocity_rad_s:g}; lower it, or correct max_rpm or speed_coefficient"

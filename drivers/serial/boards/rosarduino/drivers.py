@@ -163,7 +163,7 @@ class ArduinoMotor(ArduinoDriver, MotorDriver):
             return open_motor(description, self.model, self.control, lambda: output, context)
         counts = counts_per_turn(description.name, self.port, context.robot)
         unit = counts / math.tau * board.protocol.firmware.control_period_s
-        return CountingMotor(description, self.open_output(description.name, context, unit), unit)
+        return CountingMotor(description, self.open_output(description.name, context, unit), self.trim * unit)
 
     def _set_duty_mode(self, board: Board, motor: str) -> None:
         is_duty_mode = self.model is not None

@@ -51,11 +51,11 @@ class WaveshareMotor(WaveshareDriver, MotorDriver):
     board_timeout_s: BoardTimeout = 0.5
 
     def check(self, description: MotorDescription, robot: RobotDescription, drivers: Drivers) -> None:
-        fastest = description.max_velocity_rad_s * _wheel_radius_m(robot)
+        fastest = self.trim * description.max_velocity_rad_s * _wheel_radius_m(robot)
         if fastest > MAX_SPEED_M_S:
             raise ValueError(
                 f"max_velocity_rad_s of {description.name} is {fastest:.3g} m/s, but the board ignores commands above "
-                f"{MAX_SPEED_M_S:g} m/s; lower it to {MAX_SPEED_M_S / _wheel_radius_m(robot):.3g} at most"
+                f"{MAX_SPEED_M_S:g} m/s; lower it to {MAX_SPEED_M_S / self.trim / _wheel_radius_m(robot):.3g} at most"
             )
 
     def open(self, description: MotorDescription, context: DeviceContext) -> Motor:

@@ -278,6 +278,7 @@ REFUSED: dict[str, tuple[str, Devices]] = {
     ),
     "arduino-encoder-on-another-port": ("setting-conflict", with_right_motor(arduino(), port="/dev/ttyACM3")),
     "arduino-control-without-model": ("setting-conflict", arduino(control={})),
+    "arduino-trim-with-model": ("trim-with-model", arduino(model=MODEL, trim=1.1)),
     "arduino-one-side-twice": ("pin-conflict", with_right_motor(arduino(), side="left")),
 }
 

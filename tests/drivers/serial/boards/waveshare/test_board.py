@@ -81,6 +81,12 @@ def test_the_time_out_is_set_before_the_board_turns(open_rig: OpenRig, board: Wa
     assert board.heartbeat_s == 0.3
 
 
+def test_a_trim_multiplies_the_velocity_that_the_board_gets(open_rig: OpenRig, board: WaveshareBoard) -> None:
+    rig = open_rig(board, board_devices("waveshare", {"board_timeout_s": 5.0, "trim": 1.1}))
+    rig.drive(5.0, -5.0)
+    assert (board.wheels.left.command, board.wheels.right.command) == pytest.approx((5.5, -5.5), abs=0.01)
+
+
 def test_a_lost_stop_is_repeated(open_rig: OpenRig, board: WaveshareBoard) -> None:
     rig = open_rover(open_rig, board)
     rig.drive(5.0, 5.0)
