@@ -17,10 +17,6 @@ Levels = Callable[[float], Mapping[int, float]]
 """A function that returns the level of each GPIO at a duty from -1 to 1, in the order in which the levels are set."""
 
 
-PERCENTS = 100
-"""The number of duties of lgpio's software PWM."""
-
-
 class Bridge(Output):
     """The outputs to the inputs of a motor board, for one motor.
 
@@ -100,8 +96,8 @@ def round_to_percent(duty: float) -> float:
     >>> int(0.29 * 100), int(round_to_percent(0.29) * 100)
     (28, 29)
     """
-    percent = round(abs(duty) * PERCENTS)
-    rounded = percent / PERCENTS
-    if int(rounded * PERCENTS) < percent:
+    percent = round(abs(duty) * 100)
+    rounded = percent / 100
+    if int(rounded * 100) < percent:
         rounded = math.nextafter(rounded, 1)
     return math.copysign(rounded, duty)
