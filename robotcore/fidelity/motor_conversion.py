@@ -24,7 +24,7 @@ class DutyModels:
     other: MotorModel
     """The model of the simulated description."""
     steps: int = 0
-    """The number of duties that the driver distinguishes in each direction. 0: the resolution has no effect."""
+    """The number of duties in each direction to which the driver rounds; 0 if the mean duty is exact."""
 
     def convert(self, rad_s: float) -> float:
         """Return the velocity by the other model, in rad/s, at the duty of a velocity by the recorded model."""

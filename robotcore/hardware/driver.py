@@ -145,7 +145,7 @@ class DeviceDriver(StrictModel, ABC):
     reports_direction: ClassVar[bool] = False
     """Whether the driver's motors have the property ``direction``, as `DutyMotor` has."""
     duty_steps: ClassVar[int] = 0
-    """The number of duties that the output of a motor distinguishes in each direction; 0 if it needs no mention."""
+    """The number of duties in each direction to which the output of a motor rounds; 0 if the mean duty is exact."""
     has_own_direction: ClassVar[bool] = True
     """Whether the driver's encoders measure the direction. It is False if they take that of the motor's command."""
 

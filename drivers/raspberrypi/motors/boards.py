@@ -12,7 +12,7 @@ from typing import Annotated, Any, ClassVar
 from pydantic import Field
 
 from drivers.raspberrypi.header import HELD_UP, PULLED_UP, Gpio, gpio
-from drivers.raspberrypi.motors.bridge import PERCENTS, Bridge
+from drivers.raspberrypi.motors.bridge import Bridge
 from drivers.raspberrypi.pins import open_output
 from robotcore.description import RobotDescription
 from robotcore.hal.cutoff import CutoffSpec
@@ -71,7 +71,6 @@ class MotorDriver(DeviceDriver):
     supply = ("ground",)
     remedy = "pip install 'robotcore[pi]'"
     reports_direction = True
-    duty_steps = PERCENTS
 
     signals: ClassVar[tuple[str, ...]]
     """The keys of the settings with the motor's own GPIOs. A GPIO without a level is high while the motor is open."""

@@ -17,14 +17,13 @@ Levels = Callable[[float], Mapping[int, float]]
 """A function that returns the level of each GPIO at a duty from -1 to 1, in the order in which the levels are set."""
 
 
-PERCENTS = 100
-"""The number of duties of lgpio's software PWM."""
-
-
 class Bridge(Output):
     """The outputs to the inputs of a motor board, for one motor.
 
     Before the motor changes its direction, and at a stop, every output is set low.
+
+    A duty is sent in whole percent. What rounding takes from a duty is added to the next one, so that the mean of many
+    duties is exact.
 
     motor: the motor's name, for errors.
     outputs: gpiozero's outputs by their GPIOs, those with PWM last.
@@ -35,10 +34,11 @@ class Bridge(Output):
     def __init__(self, motor: str, outputs: Mapping[int, Any], levels: Levels, opened: ExitStack) -> None:
         self._motor, self._outputs, self._levels, self._opened = motor, outputs, levels, opened
         self._direction = 0
+        self._left_over = 0.0
 
     def turn(self, duty: float) -> None:
         try:
-            self._set_duty(round_to_percent(duty))
+            self._set_duty(self._round(duty))
         except Exception as error:
             raise build_pin_error(self._motor, tuple(self._outputs), error) from error
 
@@ -46,6 +46,14 @@ class Bridge(Output):
         """Close every line, even if an error occurs at another line."""
         with translate_pin_errors(self._motor, tuple(self._outputs)):
             self._opened.close()
+
+    def _round(self, duty: float) -> float:
+        if not duty or duty * self._direction <= 0:
+            self._left_over = 0.0
+        wanted = duty + self._left_over
+        sent = round_to_percent(max(-1.0, min(wanted, 1.0)))
+        self._left_over = wanted - sent if duty else 0.0
+        return sent if sent * duty > 0 else 0.0
 
     def _set_duty(self, duty: float) -> None:
         direction = (duty > 0) - (duty < 0)
@@ -88,8 +96,8 @@ def round_to_percent(duty: float) -> float:
     >>> int(0.29 * 100), int(round_to_percent(0.29) * 100)
     (28, 29)
     """
-    percent = round(abs(duty) * PERCENTS)
-    rounded = percent / PERCENTS
-    if int(rounded * PERCENTS) < percent:
+    percent = round(abs(duty) * 100)
+    rounded = percent / 100
+    if int(rounded * 100) < percent:
         rounded = math.nextafter(rounded, 1)
     return math.copysign(rounded, duty)

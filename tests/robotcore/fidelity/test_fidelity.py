@@ -82,6 +82,17 @@ def test_a_run_of_a_simulator_is_repeated_exactly_by_the_same_simulator(asked: d
     assert found.pictures["eye"].pairs >= 5
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("backend", ["mujoco", "pybullet"])
+def test_a_run_of_a_simulator_with_physics_is_repeated_exactly_too(backend: str) -> None:
+    pytest.importorskip(backend)
+    found = last(measure(record(backend=backend), backend=backend))
+    assert found.path
+    assert found.path.recorded_m > 0.3
+    assert found.path.largest_m < 1e-9
+    assert found.pictures["eye"].grey_share < 1e-6
+
+
 @pytest.mark.parametrize("robot", ["freenove-4wd", "picar", "scout"])
 def test_other_drives_are_repeated_exactly(robot: str) -> None:
     found = last(measure(record(robot=robot, world="open")))

@@ -37,9 +37,13 @@ def test_a_wheel_turns_as_fast_as_the_true_model_at_the_sent_duty() -> None:
 
 
 def test_a_duty_has_the_resolution_of_the_driver() -> None:
-    same = build_conversions("virtualpi", ROVER, ROVER)["right_motor"]
-    assert same(7.0) == pytest.approx(7.0)
-    assert same(7.05) == same(6.95) == pytest.approx(7.0)
+    settings = {"driver": "sabertooth-motor", "port": "/dev/ttyUSB0", "model": {**TRUE_MODEL, "dead_band": 0.0}}
+    tables = {f"{side}_motor": {**settings, "motor": number} for side, number in (("left", 1), ("right", 2))}
+    robot = ROVER.model_copy(update={"backends": {"serial": tables}})
+    found = build_conversions("serial", robot, robot)["left_motor"]
+    assert found(8.0) == pytest.approx(16 * 64 / 127)
+    exact = build_conversions("virtualpi", ROVER, ROVER)["right_motor"]
+    assert exact(7.05) == pytest.approx(7.05)
 
 
 def test_the_reach_is_that_of_the_true_model_at_full_duty() -> None:
