@@ -51,9 +51,7 @@ def main() -> int:
     rows = [(word, str(drawn[word]), str(wrong[word])) for word in MISTAKES]
     print_table(("mistake", "robots with it", "of them not corrected"), rows)
     seconds = (process_time() - begin) / options.robots
-    print(
-        f"\n{options.robots - failures} of {options.robots} files were corrected to the truth, {seconds:.1f} s of CPU each."
-    )
+    print(f"\n{options.robots - failures} of {options.robots} files are right, {seconds:.1f} s of CPU each.")
     return int(failures > 0)
 
 

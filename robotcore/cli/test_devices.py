@@ -13,7 +13,7 @@ from robotcore.cli.calibrate._options import CalibratedSetup, calibrated_robot_o
 from robotcore.cli.command_classes import AnsweringCommand
 from robotcore.cli.live_session import open_live_robot
 from robotcore.cli.options import parse_pair
-from robotcore.cli.output import as_json, redirect_prints, write_finding, write_json, write_line
+from robotcore.cli.output import as_json, redirect_prints, write_finding, write_json
 from robotcore.cli.person import choose, read_answer, read_number, require_ready
 from robotcore.cli.robot_changes import RobotChanges, write_option
 from robotcore.errors import DeviceError, DeviceGroupError, UnknownNameError, UsageError

@@ -50,7 +50,7 @@ class SimulationState:
     measure_wheels: Callable[[], Mapping[str, float]] = dict
     """Returns the true angle of the wheel of each motor of the drive, in radians, by the name of the motor."""
     shown: dict[str, Any] = field(default_factory=dict)
-    """The last command of each actuator that a person only sees or hears, such as a light, by the name of the device."""
+    """The last command of each actuator that a person only sees or hears, such as a light, by its name."""
     touched: dict[str, int] = field(default_factory=dict)
     """The devices that a simulated person touches, such as a pressed button, by name.
 

@@ -6,14 +6,11 @@ import math
 from abc import abstractmethod
 from collections.abc import Callable
 from contextlib import ExitStack
-from typing import Annotated, Generic
-
-from pydantic import Field
+from typing import Generic
 
 from robotcore.description import RobotDescription
 from robotcore.errors import DeviceError
 from robotcore.hal.device import SampleT, build_driver_error
-from robotcore.hardware.driver import DeviceDriver
 from robotcore.kinds.range_sensor import Range, RangeSensor, RangeSensorDescription
 
 
@@ -64,18 +61,6 @@ NOTHING_YET = (
 """The problem in the error of a range sensor without a sample."""
 
 
-class RangeSensorDriver(DeviceDriver):
-    """The base class of the drivers of range sensors, with the setting that corrects their distances."""
-
-    described = RangeSensorDescription
-
-    zero_offset_m: Annotated[float, Field(ge=-1, le=1)] = 0.0
-    """How much the sensor reads too much, in metres. The driver subtracts it from each distance.
-
-    `robotcore calibrate range` measures it. The error that remains is ``offset_m`` of the description.
-    """
-
-
 class RangeSampler:
     """Converts the measurements of a range sensor to samples, and stores the newest sample in ``newest``.
 
@@ -94,12 +79,11 @@ class RangeSampler:
     inf
     """
 
-    def __init__(self, description: RangeSensorDescription, echo_free_cycles: int, zero_offset_m: float = 0.0) -> None:
+    def __init__(self, description: RangeSensorDescription, echo_free_cycles: int) -> None:
         """Create a sampler without a sample.
 
         echo_free_cycles: the number of measurements in a row without an echo that make a sample of ``inf``. With 0,
             measurements without an echo never make a sample.
-        zero_offset_m: see `RangeSensorDriver`.
         """
         self.newest: NewestSample[Range] = NewestSample(
             description.name, DeviceError(description.name, NOTHING_YET, kind="no-sample-yet")
@@ -107,7 +91,6 @@ class RangeSampler:
         self.has_result = False
         """Whether there has been a sample or a failure."""
         self._description, self._echo_free_cycles = description, echo_free_cycles
-        self._zero_offset = zero_offset_m
         self._last: Range | None = None
         self._empty = 0
 
@@ -117,7 +100,6 @@ class RangeSampler:
         time: the time of the measurement on the robot's clock, in seconds.
         """
         self._empty = 0
-        distance -= self._zero_offset
         is_near = distance <= self._description.max_range_m
         self._put(max(distance, self._description.min_range_m) if is_near else math.inf, time)
 

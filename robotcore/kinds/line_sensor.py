@@ -154,7 +154,8 @@ def _cover(tester: DeviceTester, row: LineSensor, number: int) -> tuple[bool, ..
     def hold(state: SimulationState) -> None:
         state.touched[row.name] = number
 
-    text = f"Put {row.name} above a white floor. Hold something black under sensor {number + 1} of {row.count} from the left"
+    place = f"sensor {number + 1} of {row.count} from the left"
+    text = f"Put {row.name} above a white floor. Hold something black under {place}"
     if not tester.instruct(row.name, f"cover{number + 1}", text, hold):
         return None
     tester.wait(COVER_S)

@@ -16,7 +16,7 @@ from robotcore.description import RobotDescription
 from robotcore.errors import DeviceError
 from robotcore.hal.clock import Clock
 from robotcore.hardware import DeviceContext, Drivers, PolledRangeSensor
-from robotcore.hardware.polled_samples import RangeSampler, RangeSensorDriver, require_timely
+from robotcore.hardware.polled_samples import RangeSampler, require_timely
 from robotcore.kinds.range_sensor import RangeSensor, RangeSensorDescription
 
 Status = Literal["target", "too near", "beyond", "no light", "broken"]
@@ -27,7 +27,7 @@ dark target. "broken" means that the chip's own check of its laser failed.
 """
 
 
-class TimeOfFlight(ChipDriver, RangeSensorDriver):
+class TimeOfFlight(ChipDriver):
     """The base class of the drivers of both chips. A chip measures continuously after `begin`.
 
     A distance is `inf` if the chip reports a target beyond its range, or after ``echo_free_cycles`` measurements with
@@ -36,6 +36,7 @@ class TimeOfFlight(ChipDriver, RangeSensorDriver):
     `begin`, `clear` and `stop` raise the errors of Adafruit's libraries.
     """
 
+    described = RangeSensorDescription
     extra = "tof"
     lock = threading.Lock()
     remedy = "On the Pi: pip install 'robotcore[tof]'"
@@ -178,7 +179,7 @@ class Lidar(PolledRangeSensor):
     """
 
     def __init__(self, description: RangeSensorDescription, settings: TimeOfFlight, clock: Clock) -> None:
-        super().__init__(description, RangeSampler(description, settings.echo_free_cycles, settings.zero_offset_m))
+        super().__init__(description, RangeSampler(description, settings.echo_free_cycles))
         self._settings, self._clock = settings, clock
         self._library: Any = None
         self._read_at = self._measured_at = 0.0

@@ -18,8 +18,8 @@ from drivers.raspberrypi.pins import stop_edge_detection, translate_pin_errors
 from drivers.raspberrypi.ranging.echo_timer import EchoTimer
 from robotcore.description import RobotDescription
 from robotcore.hal.clock import Clock, PeriodicTask
-from robotcore.hardware import Connection, DeviceContext, Drivers, PolledRangeSensor
-from robotcore.hardware.polled_samples import RangeSampler, RangeSensorDriver, require_timely
+from robotcore.hardware import Connection, DeviceContext, DeviceDriver, Drivers, PolledRangeSensor
+from robotcore.hardware.polled_samples import RangeSampler, require_timely
 from robotcore.kinds.range_sensor import RangeSensor, RangeSensorDescription
 
 REACH_M = 4.0
@@ -37,7 +37,7 @@ LEVEL = (
 """The note that `robotcore wiring` prints for an ultrasonic module."""
 
 
-class Ultrasonic(RangeSensorDriver):
+class Ultrasonic(DeviceDriver):
     """Opens ultrasonic modules. The kernel's timestamps of the echo line's edges give the length of a pulse.
 
     The time of a sample is the time of its trigger. A distance is `inf` after an echo from beyond ``max_range_m``, or
@@ -50,6 +50,7 @@ class Ultrasonic(RangeSensorDriver):
 
     name = "hc-sr04"
     summary = "HC-SR04 and compatible modules: ultrasonic, on a trigger and an echo pin"
+    described = RangeSensorDescription
     aliases = ("ultrasonic", "sonar", "rcwl-1601")
     modules = ("gpiozero",)
     connector = "GPIO"
@@ -110,7 +111,7 @@ class Sonar(PolledRangeSensor):
     """An ultrasonic sensor. The scheduler triggers its module, and the length of the echo pulse gives the distance."""
 
     def __init__(self, description: RangeSensorDescription, settings: Ultrasonic, context: DeviceContext) -> None:
-        super().__init__(description, RangeSampler(description, settings.echo_free_cycles, settings.zero_offset_m))
+        super().__init__(description, RangeSampler(description, settings.echo_free_cycles))
         self._settings, self._host = settings, context
         speed = speed_of_sound(settings.air_temperature_c)
         self._timer = EchoTimer(description.name, self._sampler, speed, settings.cycle_s, context.pins.ticks_diff)

@@ -37,7 +37,7 @@ from robotcore.kinds.encoder import Encoder, EncoderDescription
 from robotcore.kinds.led import Led
 from robotcore.kinds.line_sensor import THRESHOLD, LineSensor
 from robotcore.kinds.motor import Motor, MotorDescription
-from robotcore.kinds.range_sensor import RangeSensor, RangeSensorDescription
+from robotcore.kinds.range_sensor import RangeSensor
 from robotcore.kinds.servo import Servo
 
 PI_4B = "c03115"
@@ -253,6 +253,16 @@ def read_phase_and_enable(phase: float, enable: float) -> float:
     return -enable if phase else enable
 
 
+def connect_motor(driver: MotorDriver, motor: Motor, pins: VirtualPins) -> None:
+    """Connect the simulator's motor to the pins of its driver."""
+    match driver:
+        case HBridge() as on:
+            lines = (on.forward, on.backward, on.pwm, on.enable)
+            wire_motor(motor, on.model, [pins.pin(line) for line in lines if line is not None], read_two_inputs)
+        case PhaseEnable() as on:
+            wire_motor(motor, on.model, [pins.pin(on.phase), pins.pin(on.enable)], read_phase_and_enable)
+
+
 def wire_servo(
     servo: Servo, driver: PulseDriver, output: VirtualPin | VirtualChannel, frequency_hz: Callable[[], float]
 ) -> None:
@@ -270,22 +280,23 @@ def wire_servo(
     output.on_change(turn)
 
 
-def wire_light(light: Led, pins: Sequence[VirtualPin], active_high: bool) -> None:  # noqa: FBT001
-    """Connect a light to the pins of its colours, or to its only pin. A person sees what it shows."""
+def wire_shown(shown: Led | Buzzer, pins: Sequence[VirtualPin], active_high: bool = True) -> None:  # noqa: FBT001, FBT002
+    """Connect a light to the pins of its colours, or to its only pin; or a buzzer to its pin.
+
+    A simulated person sees and hears them.
+    """
 
     def show() -> None:
+        if isinstance(shown, Buzzer):
+            shown.play(float(pins[0].frequency or 0.0) if pins[0].state else 0.0)
+            return
         parts = [float(pin.state) if active_high else 1 - float(pin.state) for pin in pins]
         red, green, blue = parts if len(parts) > 1 else parts * 3
-        light.set_colour(red, green, blue)
+        shown.set_colour(red, green, blue)
 
     for pin in pins:
         pin.on_change(show)
     show()
-
-
-def wire_buzzer(buzzer: Buzzer, pin: VirtualPin) -> None:
-    """Connect a passive buzzer to its pin. A person hears its tone."""
-    pin.on_change(lambda: buzzer.play(float(pin.frequency or 0.0) if pin.state else 0.0))
 
 
 def connect_channels(driver: ChannelDriver, actuator: Motor | Servo, pins: VirtualPins) -> None:
@@ -338,13 +349,12 @@ def connect_pins(binding: DeviceBinding, simulated: Robot, pins: VirtualPins, is
     """
     pin, clock = pins.pin, simulated.clock
     match binding.driver, binding.description, simulated.devices[binding.name]:
-        case HBridge() as on, _, Motor() as motor:
-            lines = (on.forward, on.backward, on.pwm, on.enable)
-            wire_motor(motor, on.model, [pin(line) for line in lines if line is not None], read_two_inputs)
-        case PhaseEnable() as on, _, Motor() as motor:
-            wire_motor(motor, on.model, [pin(on.phase), pin(on.enable)], read_phase_and_enable)
+        case MotorDriver() as on, _, Motor() as motor:
+            connect_motor(on, motor, pins)
         case ChannelDriver() as on, _, Motor() | Servo() as actuator:
             connect_channels(on, actuator, pins)
+        case PinServoDriver() as on, _, Servo() as servo:
+            wire_servo(servo, on, pin(on.gpio), lambda: FRAME_HZ)
         case Quadrature() | Pulses() as on, EncoderDescription() as description, Encoder() as encoder:
             numbers, levels = ((on.a, on.b), QUADRATURE) if isinstance(on, Quadrature) else ((on.gpio,), SLOTS)
             disc = Disc(encoder, math.tau / on.edges_per_turn(description), levels, [pin(each) for each in numbers])
@@ -358,12 +368,9 @@ def connect_pins(binding: DeviceBinding, simulated: Robot, pins: VirtualPins, is
             update = partial(drive_outputs, row, [pin(each) for each in on.gpios], on.active_high)
             update()
             clock.call_every(_step_of(clock), update, "line-sensors")
-        case PinServoDriver() as on, _, Servo() as servo:
-            wire_servo(servo, on, pin(on.gpio), lambda: FRAME_HZ)
-        case LightDriver() as on, _, Led() as light:
-            wire_light(light, [pin(each) for each in on.gpios], on.active_high)
-        case PinBuzzerDriver() as on, _, Buzzer() as buzzer:
-            wire_buzzer(buzzer, pin(on.gpio))
+        case LightDriver() | PinBuzzerDriver() as on, _, Led() | Buzzer() as shown:
+            outputs = on.gpios if isinstance(on, LightDriver) else (on.gpio,)
+            wire_shown(shown, [pin(each) for each in outputs], getattr(on, "active_high", True))
         case _:
             return False
     return True
@@ -389,8 +396,8 @@ def find_unmodelled(bindings: Iterable[DeviceBinding]) -> list[DeviceBinding]:
 def describe_hardware(binding: DeviceBinding) -> DeviceDescription:
     """Return the description of a device's hardware, for the simulator.
 
-    An encoder's counts are all of its edges. An ultrasonic module also measures walls beyond its ``max_range_m``, its
-    driver decides when it measures, and it has the offset that its driver subtracts. A motor turns at full duty as fast as its model states.
+    An encoder's counts are all of its edges. An ultrasonic module also measures walls beyond its ``max_range_m``, and
+    its driver decides when it measures. A motor turns at full duty as fast as its model states.
     """
     match binding.driver, binding.description:
         case (MotorDriver() | ChannelMotorDriver()) as driver, MotorDescription() as description:
@@ -398,13 +405,6 @@ def describe_hardware(binding: DeviceBinding) -> DeviceDescription:
             return description.model_copy(update={"max_velocity_rad_s": fastest})
         case EncoderDriver() as driver, EncoderDescription() as description:
             return description.model_copy(update={"counts_per_turn": driver.edges_per_turn(description)})
-        case Ultrasonic() as driver, RangeSensorDescription() as description:
-            return description.model_copy(
-                update={
-                    "max_range_m": MAX_ECHO_M,
-                    "offset_m": description.offset_m + driver.zero_offset_m,
-                    "latency_s": 0.0,
-                    "rate_hz": None,
-                }
-            )
+        case Ultrasonic(), description:
+            return description.model_copy(update={"max_range_m": MAX_ECHO_M, "latency_s": 0.0, "rate_hz": None})
     return binding.description

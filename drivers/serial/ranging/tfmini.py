@@ -16,7 +16,7 @@ from drivers.serial.ranging.protocol import Detection, Parser, Reading
 from drivers.serial.ranging.sensor import LineRangeSensor
 from robotcore.description import RobotDescription
 from robotcore.hardware import DeviceContext, Drivers
-from robotcore.hardware.polled_samples import RangeSampler, RangeSensorDriver, require_timely
+from robotcore.hardware.polled_samples import RangeSampler, require_timely
 from robotcore.kinds.range_sensor import RangeSensor, RangeSensorDescription
 
 
@@ -101,7 +101,7 @@ class LightSensor(LineRangeSensor):
         super()._start()
 
 
-class TFmini(SerialDriver, RangeSensorDriver):
+class TFmini(SerialDriver):
     """Opens sensors with factory settings, which periodically send frames of nine bytes in centimetres.
 
     The time of a sample is the arrival of its frame. The measurement was up to ``cycle_s`` earlier. The distance is
@@ -111,6 +111,7 @@ class TFmini(SerialDriver, RangeSensorDriver):
 
     name = "tfmini"
     summary = "TFmini, TFmini-S, TFmini Plus, TF-Luna: ranging by light up to 8 m, on a serial line"
+    described = RangeSensorDescription
     aliases = ("tf-luna", "tfluna", "tfmini-s", "tfmini-plus", "benewake")
     supply = ("5 V", "ground")
     protocol_name = "TFmini"
@@ -138,7 +139,7 @@ class TFmini(SerialDriver, RangeSensorDriver):
         return (_LEVEL, _UNIT)
 
     def open(self, description: RangeSensorDescription, context: DeviceContext) -> RangeSensor:
-        sampler = RangeSampler(description, self.echo_free_cycles, self.zero_offset_m)
+        sampler = RangeSampler(description, self.echo_free_cycles)
         protocol = TFminiProtocol(sampler, self.effective_baud, max(_SILENCE_S, _SILENT_CYCLES * self.cycle_s))
         line = Line(self.port, protocol, context.clock)
         sensor = LightSensor(description, sampler, line, self.cycle_s * (self.echo_free_cycles + _EXTRA_CYCLES))

@@ -1,4 +1,4 @@
-"""Measures the delay of a camera: the robot turns, and its rotation in the pictures is compared with that of a sensor."""
+"""Measures the delay of a camera: compares the rotation in the pictures of a turning robot with that of a sensor."""
 
 from __future__ import annotations
 
@@ -154,7 +154,7 @@ def _measure_turn(first: Image, second: Image, intrinsics: Intrinsics) -> float 
         return None
     moved, is_found, _ = cv2.calcOpticalFlowPyrLK(first, second, points, points.copy())
     back, is_back, _ = cv2.calcOpticalFlowPyrLK(second, first, moved, points.copy())
-    is_good = (is_found & is_back).ravel().astype(bool)
+    is_good = np.ravel(is_found).astype(bool) & np.ravel(is_back).astype(bool)
     is_good &= np.linalg.norm((back - points).reshape(-1, 2), axis=1) < MAX_RETURN_PX
     if is_good.sum() < MIN_POINTS:
         return None
@@ -212,8 +212,8 @@ def fit_delay(record: TurnRecord, horizontal_fov_rad: float, tick_s: float) -> D
     deviation = math.sqrt(2 * middle / max(len(pairs) - 2, 1) / curvature)
     if deviation > MAX_DEVIATION_S:
         raise CalibrationError(
-            f"the delay is uncertain by {deviation:.3f} s, and the limit is {MAX_DEVIATION_S:g} s. Give the camera more "
-            "light and details",
+            f"the delay is uncertain by {deviation:.3f} s, and the limit is {MAX_DEVIATION_S:g} s. Give the camera "
+            "more light and details",
             kind="uncertain-delay",
             deviation_s=deviation,
         )

@@ -252,27 +252,18 @@ def build_description_values(fit: IntrinsicsFit, camera: CameraDescription) -> d
         )
     centre = tuple((each + 0.5) * scale - 0.5 for each in fit.centre_px)
     spreads = [each * scale for each in fit.deviations[1:3]]
-    values = {
-        "horizontal_fov_rad": round_measured(fit.horizontal_fov_rad, fit.fov_deviation_rad),
-        "centre_px": [round_measured(*pair) for pair in zip(centre, spreads, strict=True)],
-        "distortion": [
-            round_measured(*pair) if pair[1] else 0.0 for pair in zip(fit.distortion, fit.deviations[3:], strict=True)
-        ],
-    }
-    distorted = Intrinsics(
-        camera.width_px,
-        camera.height_px,
-        values["horizontal_fov_rad"],
-        tuple(values["centre_px"]),
-        tuple(values["distortion"]),
-    )
+    fov = round_measured(fit.horizontal_fov_rad, fit.fov_deviation_rad)
+    column, row = (round_measured(*pair) for pair in zip(centre, spreads, strict=True))
+    pairs = zip(fit.distortion, fit.deviations[3:], strict=True)
+    distortion = [round_measured(*pair) if pair[1] else 0.0 for pair in pairs]
+    distorted = Intrinsics(camera.width_px, camera.height_px, fov, (column, row), tuple(distortion))
     if not is_invertible(distorted):
         raise CalibrationError(
             "by the fit, the lens shows a direction twice. The distortion is wrong where no board was. Hold the board "
             "in each corner of the picture",
             kind="distortion-not-invertible",
         )
-    return values
+    return {"horizontal_fov_rad": fov, "centre_px": [column, row], "distortion": distortion}
 
 
 def draw_views(selection: ViewSelection, camera: str) -> Plot:

@@ -31,7 +31,7 @@ LEAST, MOST = 1.0, 99.0
 """The percentiles that are the limits of a range."""
 
 MARGIN_FACTOR, MARGIN_DEGREES = 1.25, 4.0
-"""The tolerance is the measured half range, multiplied by the factor, plus the degrees: light changes with the place."""
+"""The tolerance is the measured half range times the factor, plus the degrees: light changes with the place."""
 
 MIN_TOLERANCE, MAX_TOLERANCE = 15.0, 60.0
 """The limits of the tolerance, in degrees. Beyond 60 degrees, the range would contain another primary colour."""
@@ -150,7 +150,7 @@ def measure_hue(pictures: Sequence[Image], colour: str | float, intrinsics: Intr
 
 
 def _list_pixels(picture: Image, blob: Blob, hue: float) -> Array:
-    """Return hue in degrees, saturation and value of the pixels inside a blob, (n, 3). Mixed ones at its edge are left out.
+    """Return hue in degrees, saturation and value of the pixels inside a blob, (n, 3), but of those at its edge.
 
     The value is from 0 to 255.
     """

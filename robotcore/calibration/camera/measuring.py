@@ -41,7 +41,7 @@ BRIGHT_ENOUGH = 2.0
 """A picture whose grey levels have a smaller standard deviation shows nothing."""
 
 
-def take_pictures(robot: Robot, camera: Camera, count: int) -> Routine[list[Image]]:
+def take_pictures(camera: Camera, count: int) -> Routine[list[Image]]:
     """Wait for the next pictures of a camera, and return them."""
     frames = [camera.read()]
     while len(frames) < count:
@@ -158,8 +158,8 @@ def find_heading_source(robot: Robot) -> str:
     """Return the name of the sensor that measures turns: an IMU, or else an encoder; ``""`` if there is none."""
     if not robot.has(Role.DRIVE):
         return ""
-    sensors = [*robot.all(Imu), *robot.all(Encoder)]
-    return sensors[0].name if sensors else ""
+    names = [*(imu.name for imu in robot.all(Imu)), *(encoder.name for encoder in robot.all(Encoder))]
+    return names[0] if names else ""
 
 
 def _find_heading_sensor(robot: Robot) -> Callable[[], Heading]:

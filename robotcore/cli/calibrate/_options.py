@@ -19,10 +19,8 @@ BENCH = "bench"
 """The world of simulators, without --world."""
 
 _OPTIONS = (
-    click.option("--robot", default="rover", show_default=True, help="A robot's name, or its .toml file."),
-    click.option(
-        "--backend", default="kinematic", show_default=True, help="The simulator or robot. List: `robotcore backends`."
-    ),
+    click.option("--robot", required=True, help="The robot's .toml file, or the name of a robot."),
+    click.option("--backend", required=True, help="The robot or simulator. List: `robotcore backends`."),
     click.option("--world", help=f"A world's name, or its .toml file. Default in simulators: {BENCH}."),
     click.option("--seed", type=int, help="The seed of the world's random variations, and of the noise."),
     port_option,
@@ -75,3 +73,20 @@ def load_calibrated_robot(
         world = BENCH
     arguments = {"robot": robot, "backend": backend, "world": world, "seed": seed, "options": merged}
     return CalibratedSetup(description, loaded, Capability.POSE in loaded.capabilities, arguments)
+
+
+def find_described(description: RobotDescription, kind: str, name: str | None) -> Any:
+    """Return the description of a device of a kind: the one with a name, or the first one.
+
+    Raises UsageError if the robot has none, and UnknownNameError if it has none with this name.
+    """
+    from robotcore.errors import UnknownNameError, UsageError
+
+    words = kind.replace("_", " ")
+    found = {device.name: device for device in description.all_of(kind)}
+    if not found:
+        text = f'{description.source} has no {words}. Add one: [[devices]] with kind = "{kind}"'
+        raise UsageError(text, kind=f"no-{words.replace(' ', '-')}")
+    if name is not None and name not in found:
+        raise UnknownNameError(words, name, list(found))
+    return found[name] if name else next(iter(found.values()))

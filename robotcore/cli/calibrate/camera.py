@@ -1,4 +1,4 @@
-"""``robotcore calibrate camera`` measures the lens, the noise and the delay of a camera, and the colour of an object."""
+"""``robotcore calibrate camera`` measures a camera's lens, noise and delay, and the colour of an object before it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from robotcore.cli.calibrate._options import calibrated_robot_options, load_calibrated_robot
+from robotcore.cli.calibrate._options import (
+    CalibratedSetup,
+    calibrated_robot_options,
+    find_described,
+    load_calibrated_robot,
+)
 from robotcore.cli.command_classes import AnsweringCommand
 from robotcore.cli.live_session import open_live_robot
 from robotcore.cli.options import FolderType
@@ -21,7 +26,7 @@ from robotcore.cli.robot_changes import RobotChanges, write_option
 from robotcore.errors import CalibrationError, UsageError
 
 if TYPE_CHECKING:
-    from robotcore.calibration.camera.board import ViewSelection
+    from robotcore.calibration.camera.board import Board, ViewSelection
     from robotcore.calibration.plot import Plot
     from robotcore.description import RobotDescription
     from robotcore.interactive.live_robot import LiveRobot
@@ -120,7 +125,7 @@ def command(
 
     chessboard = Board.parse(board, square)
     setup = load_calibrated_robot(robot, backend, world, seed, options, port=port)
-    camera = _find_camera(setup.description, name)
+    camera: CameraDescription = find_described(setup.description, "camera", name)
     if pictures and recording:
         raise UsageError("give --pictures or --recording, not both", kind="two-sources")
     if plot:
@@ -128,38 +133,17 @@ def command(
 
         require_writable(plot)
     results = Results(RobotChanges(robot, is_writing=is_writing))
-    reasons = _find_reasons(
-        setup.description, camera, is_simulated=setup.is_simulated, has_files=bool(pictures or recording)
-    )
+    reasons = _find_reasons(setup.description, is_simulated=setup.is_simulated, has_files=bool(pictures or recording))
     for part in parts:
         if reason := reasons.get(part):
             raise UsageError(f"--only {part}: {reason}", kind="part-not-possible", part=part)
     chosen = [part for part in PARTS if part in (parts or PARTS) and part not in reasons]
     results.skipped = {part: reasons[part] for part in PARTS if part in reasons and not parts}
-    run = partial(_run_part, results)
     with redirect_prints(as_json=as_json):
         if pictures or recording:
-            from robotcore.calibration.camera.measuring import read_folder, read_recording
-
-            source = read_folder(pictures) if pictures else read_recording(recording or Path(), camera.name)
-            run(INTRINSICS, lambda: _measure_files(results, camera, chessboard, source))
+            _run_part(results, INTRINSICS, lambda: _measure_files(results, camera, chessboard, pictures, recording))
         else:
-            wants = setup.list_drive_needs() if DELAY in chosen else frozenset()
-            with open_live_robot(**setup.arguments, rate_hz=RATE_HZ, needs={camera.name}, wants=wants) as live:
-                prompt = partial(_prompt, is_simulated=setup.is_simulated, is_confirmed=is_confirmed)
-                device: Any = live[camera.name]
-                _require_pictures(live, device)
-                if NOISE in chosen:
-                    run(NOISE, lambda: _measure_noise(results, camera, live, device))
-                if COLOUR in chosen:
-                    prompt(f"Hold the {colour} object before the camera")
-                    run(COLOUR, lambda: _measure_colour(results, colour, live, device))
-                if INTRINSICS in chosen:
-                    prompt("Take the chessboard, and hold it before the camera")
-                    run(INTRINSICS, lambda: _measure_board(results, camera, chessboard, live, device))
-                if DELAY in chosen:
-                    prompt("Put the robot on the floor with free space around it: it turns to and fro for 8 s")
-                    run(DELAY, lambda: _measure_delay(results, camera, live, device))
+            _measure_live(results, setup, camera, chessboard, colour, chosen, is_confirmed=is_confirmed)
     results.changes.finish(setup.backend)
     if plot and results.plots:
         from robotcore.calibration.plot import save_plots
@@ -168,22 +152,7 @@ def command(
     return _write_results(results, setup.description, camera, as_json=as_json)
 
 
-def _find_camera(description: RobotDescription, name: str | None) -> CameraDescription:
-    """Return the camera with a name, or the first one. Raises UsageError if there is none."""
-    from robotcore.errors import UnknownNameError
-
-    cameras = {camera.name: camera for camera in description.all_of("camera")}
-    if not cameras:
-        text = f'{description.source} has no camera. Add one: [[devices]] with kind = "camera"'
-        raise UsageError(text, kind="no-camera")
-    if name is not None and name not in cameras:
-        raise UnknownNameError("camera", name, list(cameras))
-    return cameras[name] if name else next(iter(cameras.values()))
-
-
-def _find_reasons(
-    description: RobotDescription, camera: CameraDescription, *, is_simulated: bool, has_files: bool
-) -> dict[str, str]:
+def _find_reasons(description: RobotDescription, *, is_simulated: bool, has_files: bool) -> dict[str, str]:
     """Return the reason for each part that cannot run."""
     if has_files:
         return {part: "pictures of a board give only the intrinsics" for part in PARTS if part != INTRINSICS}
@@ -200,9 +169,38 @@ def _find_reasons(
     return reasons
 
 
-def _prompt(instruction: str, *, is_simulated: bool, is_confirmed: bool) -> None:
-    if not is_simulated:
-        require_ready(instruction, is_confirmed=is_confirmed)
+def _measure_live(
+    results: Results,
+    setup: CalibratedSetup,
+    camera: CameraDescription,
+    board: Board,
+    colour: str,
+    parts: Sequence[str],
+    *,
+    is_confirmed: bool,
+) -> None:
+    """Open the robot, and measure parts one after the other. The person prepares each of them."""
+    measures: dict[str, tuple[str, Callable[[LiveRobot, Camera], None]]] = {
+        NOISE: ("", partial(_measure_noise, results, camera)),
+        COLOUR: (f"Hold the {colour} object before the camera", partial(_measure_colour, results, colour)),
+        INTRINSICS: (
+            "Take the chessboard, and hold it before the camera",
+            partial(_measure_board, results, camera, board),
+        ),
+        DELAY: (
+            "Put the robot on the floor with free space around it: it turns to and fro for 8 s",
+            partial(_measure_delay, results, camera),
+        ),
+    }
+    wants = setup.list_drive_needs() if DELAY in parts else frozenset()
+    with open_live_robot(**setup.arguments, rate_hz=RATE_HZ, needs={camera.name}, wants=wants) as live:
+        device: Any = live[camera.name]
+        _require_pictures(live, device)
+        for part in parts:
+            instruction, measure = measures[part]
+            if instruction and not setup.is_simulated:
+                require_ready(instruction, is_confirmed=is_confirmed)
+            _run_part(results, part, partial(measure, live, device))
 
 
 def _run_part(results: Results, part: str, measure: Callable[[], None]) -> None:
@@ -217,14 +215,14 @@ def _run_part(results: Results, part: str, measure: Callable[[], None]) -> None:
 def _require_pictures(live: LiveRobot, camera: Camera) -> None:
     from robotcore.calibration.camera.measuring import require_content, take_pictures
 
-    require_content(live.run(take_pictures(live, camera, 2)))
+    require_content(live.run(take_pictures(camera, 2)))
 
 
 def _measure_noise(results: Results, camera: CameraDescription, live: LiveRobot, device: Camera) -> None:
     from robotcore.calibration.camera.light import measure_noise
     from robotcore.calibration.camera.measuring import take_pictures
 
-    noise = round(measure_noise(live.run(take_pictures(live, device, PICTURES))), 2)
+    noise = round(measure_noise(live.run(take_pictures(device, PICTURES))), 2)
     results.changes.set_device(camera.name, {"noise_levels": noise})
     results.add(NOISE, {"noise_levels": noise}, f"{noise:g} grey levels (standard deviation of a pixel)")
 
@@ -235,7 +233,7 @@ def _measure_colour(results: Results, colour: str, live: LiveRobot, device: Came
     from robotcore.calibration.camera.light import measure_hue
     from robotcore.calibration.camera.measuring import take_pictures
 
-    fit = measure_hue(live.run(take_pictures(live, device, PICTURES)), colour, device.intrinsics)
+    fit = measure_hue(live.run(take_pictures(device, PICTURES)), colour, device.intrinsics)
     values = {**asdict(fit), "hues": fit.hues, "saturations": fit.saturations, "values": fit.values}
     results.add(
         COLOUR,
@@ -249,14 +247,18 @@ def _measure_colour(results: Results, colour: str, live: LiveRobot, device: Came
     )
 
 
-def _measure_files(results: Results, camera: CameraDescription, board: Any, pictures: Any) -> None:
+def _measure_files(
+    results: Results, camera: CameraDescription, board: Board, folder: Path | None, recording: Path | None
+) -> None:
     from robotcore.calibration.camera.intrinsics import collect_views
+    from robotcore.calibration.camera.measuring import read_folder, read_recording
 
+    pictures = read_folder(folder) if folder else read_recording(recording or Path(), camera.name)
     selection, without = collect_views(pictures, board)
     _add_intrinsics(results, camera, board, selection, without)
 
 
-def _measure_board(results: Results, camera: CameraDescription, board: Any, live: LiveRobot, device: Camera) -> None:
+def _measure_board(results: Results, camera: CameraDescription, board: Board, live: LiveRobot, device: Camera) -> None:
     from robotcore.calibration.camera.measuring import BoardWatch
 
     write_line(
@@ -274,7 +276,7 @@ def _measure_board(results: Results, camera: CameraDescription, board: Any, live
 
 
 def _add_intrinsics(
-    results: Results, camera: CameraDescription, board: Any, selection: ViewSelection, without: Sequence[Image]
+    results: Results, camera: CameraDescription, board: Board, selection: ViewSelection, without: Sequence[Image]
 ) -> None:
     from robotcore.calibration.camera.intrinsics import (
         build_description_values,

@@ -10,18 +10,21 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from robotcore.cli.calibrate._options import CalibratedSetup, calibrated_robot_options, load_calibrated_robot
+from robotcore.cli.calibrate._options import (
+    CalibratedSetup,
+    calibrated_robot_options,
+    find_described,
+    load_calibrated_robot,
+)
 from robotcore.cli.command_classes import AnsweringCommand
 from robotcore.cli.live_session import open_live_robot
 from robotcore.cli.output import as_json, redirect_prints, write_json, write_line, write_table
 from robotcore.cli.person import has_terminal, read_number, require_ready
 from robotcore.cli.robot_changes import RobotChanges, write_option
-from robotcore.errors import UnknownNameError, UsageError
+from robotcore.errors import UsageError
 
 if TYPE_CHECKING:
     from robotcore.calibration.range_sensor import RangeFit, Stop
-    from robotcore.description import RobotDescription
-    from robotcore.hal.backend import Backend
     from robotcore.interactive.live_robot import LiveRobot
     from robotcore.kinds.range_sensor import RangeSensorDescription
 
@@ -35,7 +38,7 @@ NEAR_M = 0.25
 """The distance to the wall at which a driving robot turns back at the latest, in metres. The range guard is nearer."""
 
 SIGNIFICANT = 2.0
-"""An offset is written if it is this many times its standard deviation."""
+"""A change of the offset is written if it is this many times its standard deviation."""
 
 
 def _parse_distances(_context: click.Context, _parameter: click.Parameter, value: str | None) -> tuple[float, ...]:
@@ -95,13 +98,12 @@ def command(
     Repeat it at four or more distances between the shortest and the longest range. With --drive, the robot drives
     towards the wall itself. In a simulator it does so too, and the true distance takes the place of the tape.
 
-    The driver of a real sensor subtracts the offset: it is written as zero_offset_m to the sensor's table of the
-    backend. The noise and the lost echoes are written to the description, which simulators simulate.
+    The results are written to the sensor's description. A run subtracts the offset, and simulators simulate all three.
     """
     from robotcore.calibration.range_sensor import draw_errors, fit_range
 
     setup = load_calibrated_robot(robot, backend, world, seed, options, port=port)
-    sensor = _find_sensor(setup.description, name)
+    sensor: RangeSensorDescription = find_described(setup.description, "range_sensor", name)
     if distances and start is not None:
         raise UsageError("give --distances or --drive, not both", kind="two-sources")
     if plot:
@@ -118,7 +120,7 @@ def command(
     with redirect_prints(as_json=as_json):
         stops = _measure(setup, sensor, distances, start, seconds, is_driving=is_driving, is_confirmed=is_confirmed)
     fit = fit_range(stops, sensor)
-    changed = _apply(changes, setup.backend, setup.description, sensor, fit)
+    notes = _apply(changes, sensor, fit)
     changes.finish(setup.backend)
     if plot:
         from robotcore.calibration.plot import save_plots
@@ -129,19 +131,9 @@ def command(
         answer = {"robot": setup.description.name, "sensor": sensor.name, **measured, "values": changes.values}
         write_json({**answer, "diff": changes.diff, "is_written": changes.is_written, "exit_status": 0})
     else:
-        _write_fit(fit, sensor, changed)
+        _write_fit(fit, sensor, notes)
         changes.show()
     return 0
-
-
-def _find_sensor(description: RobotDescription, name: str | None) -> RangeSensorDescription:
-    sensors = {sensor.name: sensor for sensor in description.all_of("range_sensor")}
-    if not sensors:
-        text = f'{description.source} has no range sensor. Add one: [[devices]] with kind = "range_sensor"'
-        raise UsageError(text, kind="no-range-sensor")
-    if name is not None and name not in sensors:
-        raise UnknownNameError("range sensor", name, list(sensors))
-    return sensors[name] if name else next(iter(sensors.values()))
 
 
 def _measure(
@@ -219,32 +211,13 @@ def _ask_distances(
         write_line(f"  {len(stop.readings)} samples, the last one {reading:.3f} m", is_error=True)
 
 
-def _apply(
-    changes: RobotChanges,
-    backend: Backend,
-    description: RobotDescription,
-    sensor: RangeSensorDescription,
-    fit: RangeFit,
-) -> list[str]:
+def _apply(changes: RobotChanges, sensor: RangeSensorDescription, fit: RangeFit) -> list[str]:
     """Add the changes of the file, and return sentences about them."""
     from robotcore.calibration.range_sensor import build_description_values
-    from robotcore.hardware import HardwareBackend
 
     values, notes = build_description_values(fit), []
-    is_significant = abs(fit.offset_m) > SIGNIFICANT * fit.offset_deviation_m
-    offset = round(fit.offset_m, 4) if is_significant else 0.0
-    section, before = None, 0.0
-    if isinstance(backend, HardwareBackend):
-        for binding in backend.bind(description, {sensor.name}):
-            if "zero_offset_m" in type(binding.driver).model_fields:
-                section, before = backend.section, binding.driver.zero_offset_m
-    if section is None:
-        values["offset_m"] = offset
-    elif offset:
-        changes.set_section(section, sensor.name, {"zero_offset_m": round(before + offset, 4)})
-        notes.append("From now on, the driver subtracts zero_offset_m.")
-    if section is not None and sensor.offset_m:
-        values["offset_m"] = 0.0
+    if abs(fit.offset_m) > SIGNIFICANT * fit.offset_deviation_m:
+        values["offset_m"] = round(sensor.offset_m + fit.offset_m, 4)  # a run subtracts the described offset already
     if fit.max_range_m is not None and fit.max_range_m < sensor.max_range_m:
         notes.append(
             f"The sensor saw the wall at {fit.max_range_m:.2f} m, but not farther away. max_range_m is "
@@ -268,13 +241,13 @@ def _write_fit(fit: RangeFit, sensor: RangeSensorDescription, notes: list[str]) 
     write_table(("distance, m", "measured, m", "error, m", "noise, m", "lost"), rows)
     write_line()
     write_line(
-        f"{sensor.name}: offset {fit.offset_m:+.4f} m ± {fit.offset_deviation_m:.4f} m, noise {fit.noise_m:.4f} m, lost "
-        f"echoes {fit.loss:.1%}; the fit leaves {fit.error_m:.4f} m"
+        f"{sensor.name}: offset {fit.offset_m:+.4f} m ± {fit.offset_deviation_m:.4f} m, noise {fit.noise_m:.4f} m, "
+        f"lost echoes {fit.loss:.1%}; the fit leaves {fit.error_m:.4f} m"
     )
     if fit.scale:
         write_line(
-            f"The error grows by {fit.scale:.1%} of the distance. No setting corrects that, but air_temperature_c of an "
-            "ultrasonic module: 10 °C are 1.8 %. Check the tape too."
+            f"The error grows by {fit.scale:.1%} of the distance. No setting corrects that, but air_temperature_c of "
+            "an ultrasonic module: 10 °C are 1.8 %. Check the tape too."
         )
     for note in notes:
         write_line(note)

@@ -54,7 +54,8 @@ def _compare_with_truth(tester: DeviceTester, sensor: Any, sensors: Sequence[Any
 def _hold_before(tester: DeviceTester, sensor: Any, sensors: Sequence[Any]) -> str | None:
     before = _read(tester, sensors)
     low, high = HELD_M
-    text = f"Hold something flat {low + 0.1:.1f} to {high - 0.05:.1f} m before {sensor.name}, and nothing before the others"
+    place = f"{low + 0.1:.1f} to {high - 0.05:.1f} m before {sensor.name}"
+    text = f"Hold something flat {place}, and nothing before the others"
     if not tester.instruct(sensor.name, "hold", text):
         if math.isfinite(before[sensor.name]):
             tester.confirm(sensor.name, f"reads {before[sensor.name]:.2f} m; no person has held anything before it")

@@ -147,7 +147,8 @@ def _ask_angle(tester: DeviceTester, name: str, command: float) -> float | None:
     def answer(state: SimulationState) -> float:
         return math.degrees(state.joints[name].angle)
 
-    text = f"What angle does {name} show, in degrees from straight ahead, positive to the left? It should be {math.degrees(command):.0f}"
+    text = f"What angle does {name} show, in degrees from straight ahead, positive to the left? "
+    text += f"It should be {math.degrees(command):.0f}"
     shown = tester.ask(name, Question(f"angle{math.degrees(command):.0f}", text, answer=answer))
     return None if shown is None else math.radians(float(shown))
 

@@ -1,4 +1,4 @@
-"""A robot with a device of each kind that `robotcore test-devices` tests, and mistakes in its file, drawn from a seed."""
+"""A robot with a device of each kind that `robotcore test-devices` tests, and mistakes in its file from a seed."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ from robotcore.errors import DeviceError
 from robotcore.hardware import DeviceContext, Drivers
 from robotcore.hardware.motor_control import Control, open_motor, require_drivable
 from robotcore.hardware.motor_model import Model
-from robotcore.hardware.polled_samples import RangeSampler, RangeSensorDriver, require_timely
+from robotcore.hardware.polled_samples import RangeSampler, require_timely
 from robotcore.kinds.battery import Battery, BatteryDescription, Voltage
 from robotcore.kinds.encoder import Encoder, EncoderDescription
 from robotcore.kinds.motor import Motor, MotorDescription
@@ -200,7 +200,7 @@ class ArduinoEncoder(ArduinoDriver, EncoderDriver):
         return math.tau / edges_per_turn(description, self.counts)
 
 
-class ArduinoSonar(ArduinoDriver, RangeSensorDriver):
+class ArduinoSonar(ArduinoDriver):
     """Opens ultrasonic modules on an Arduino.
 
     robotcore_bridge measures periodically. ROSArduinoBridge measures on request, and processes no other request until
@@ -209,6 +209,7 @@ class ArduinoSonar(ArduinoDriver, RangeSensorDriver):
 
     name = "ros-arduino-sonar"
     summary = "an ultrasonic module on an Arduino with ROSArduinoBridge or robotcore_bridge, on a serial line"
+    described = RangeSensorDescription
     part_key = "pin"
     aliases: ClassVar[tuple[str, ...]] = ("arduino", "sonar", "ultrasonic", "hc-sr04")
 
@@ -243,7 +244,7 @@ class ArduinoSonar(ArduinoDriver, RangeSensorDriver):
 
     def open(self, description: RangeSensorDescription, context: DeviceContext) -> RangeSensor:
         board = self.open_board(description.name, context)
-        sampler = RangeSampler(description, self.cycles, self.zero_offset_m)
+        sampler = RangeSampler(description, self.cycles)
         if self.pin is None:
             instead = f"set the module's pin in the robot's file, such as pin = 4 in [serial.{description.name}]"
             self.require_robotcore_bridge(board, description.name, "needs the module's pin in each request", instead)
