@@ -32,7 +32,7 @@ class CameraOptions(StrictModel):
     """The options of a backend whose engine has a renderer."""
 
     camera: Literal["rendered", "painted"] | None = None
-    """Whether the engine renders the pictures, or robotcore paints them. Painting is fast, and needs no OpenGL.
+    """Whether the engine renders the pictures, or robotcore paints them. Painting needs no OpenGL.
 
     None: the engine renders them. If it finds no OpenGL, they are painted, and the run has a note.
     """
