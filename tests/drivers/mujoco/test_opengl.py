@@ -56,6 +56,14 @@ def test_without_opengl_the_pictures_are_painted_and_a_note_names_the_packages_t
     assert not robot.notes
 
 
+def test_the_pictures_are_painted_if_the_variable_disables_opengl(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MUJOCO_GL", "disable")
+    with MujocoBackend().open(setup(world(ball(0.6)))) as robot:
+        robot.camera.read()
+    (note,) = robot.notes
+    assert {"painted", "MUJOCO_GL"} <= set(re.findall(r"\w+", note))
+
+
 @pytest.mark.usefixtures("no_opengl")
 def test_the_result_of_a_run_has_the_note_about_painted_pictures() -> None:
     result = run(RunRequest("green-search", "mujoco", world="open", seed=1, timeout_s=0.1))
