@@ -37,7 +37,7 @@ class RangeSensorDescription(SensorDescription):
     cone_rad: Annotated[float, Field(ge=0, lt=math.pi)]
     """The full opening angle of the cone, in radians."""
     offset_m: Annotated[float, Field(ge=-1, le=1), Ideal(0.0)] = 0.0
-    """The constant error of the measured distances, in metres."""
+    """The constant error of the measured distances, in metres. A run compensates it."""
     noise_m: Annotated[float, Field(ge=0, le=1), Ideal(0.0)] = 0.0
     """The standard deviation of the measured distances, in metres."""
     loss: Annotated[float, Field(ge=0, le=1), Ideal(0.0)] = 0.0
