@@ -225,13 +225,26 @@ VARIABLE = "MUJOCO_GL"
 CONTEXTS: Mapping[str, type[Context]] = {context.name: context for context in (EglContext, OsmesaContext)}
 
 
+_DISABLED = {"", "disable", "disabled", "off", "false", "0"}
+"""The values of the variable with which MuJoCo's Python package loads no OpenGL library."""
+
+
+def is_opengl_requested() -> bool:
+    """Return whether MUJOCO_GL names an OpenGL library."""
+    return _read_variable() not in _DISABLED
+
+
+def _read_variable() -> str:
+    return os.environ.get(VARIABLE, "").strip().lower()
+
+
 def open_context() -> Context:
     """Create and return an OpenGL context that needs no screen.
 
     Tries EGL, then OSMesa. If the environment variable MUJOCO_GL names one of them, tries only this one. Raises
     NoOpenGL, with the command that installs a library, if no context can be created.
     """
-    named = os.environ.get(VARIABLE, "").strip().lower()
+    named = _read_variable()
     if named and named not in CONTEXTS:
         raise NoOpenGL(
             f"{VARIABLE} is {named!r}, which cannot draw without a window. "

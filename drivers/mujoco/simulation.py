@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from contextlib import ExitStack
 from functools import cached_property, partial
 
@@ -11,7 +10,7 @@ import numpy as np
 from drivers.mujoco.body import Body
 from drivers.mujoco.devices import MujocoMotor, Steering, cast_rays
 from drivers.mujoco.model import build, compile_model
-from drivers.mujoco.opengl import VARIABLE
+from drivers.mujoco.opengl import is_opengl_requested
 from drivers.mujoco.rendering import Renderer, build_renderer
 from drivers.mujoco.window import Window
 from robotcore.description import AckermannDrive, DeviceDescription, WorldDescription
@@ -57,7 +56,7 @@ class Simulation:
         self._ignored = {self._box, *np.flatnonzero(self.model.geom_type == mjtGeom.mjGEOM_PLANE).tolist()}
         self._contacts = ContactCounter()
         self._steering = self._open_steering()
-        choice = camera or ("rendered" if os.environ.get(VARIABLE) else None)  # the variable asks for OpenGL
+        choice = camera or ("rendered" if is_opengl_requested() else None)
         self.cameras = CameraSet(choice, self.simulation_state)
         self._closing = ExitStack()
         self._closing.callback(self.cameras.close)

@@ -63,9 +63,11 @@ class Bullet:
         if not callable(attribute):
             return attribute
 
-        return _translate_errors(
+        function = _translate_errors(
             partial(attribute, physicsClientId=self._client), self._library.error, self._make_error
         )
+        setattr(self, name, function)  # the next access finds it without this method
+        return function
 
 
 def _make_backend_error(text: str) -> BackendError:

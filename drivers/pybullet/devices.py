@@ -17,7 +17,7 @@ from robotcore.hal.clock import Clock
 from robotcore.hal.joint import Joint
 from robotcore.kinds.encoder import EncoderDescription, SimulatedEncoder
 from robotcore.kinds.motor import Motor, MotorDescription
-from robotcore.optics import CameraView, Image
+from robotcore.optics import CameraView, Image, Intrinsics
 from robotcore.simulation.rigid_body import Array, ObjectIds
 
 
@@ -105,6 +105,7 @@ class BulletRenderer:
 
     def __init__(self, bullet: Bullet, scene: BulletScene) -> None:
         self._bullet, self._light, self.things = bullet, scene.light, scene.things
+        self._projections: dict[Intrinsics, list[float]] = {}
 
     def picture(self, view: CameraView) -> Image:
         """Return the picture of a view, (height, width, 3), BGR."""
@@ -124,7 +125,7 @@ class BulletRenderer:
             size.width,
             size.height,
             viewMatrix=_view_matrix(view),
-            projectionMatrix=self._projection_matrix(view),
+            projectionMatrix=self._find_projection(view.intrinsics),
             lightDirection=light.direction,
             lightColor=(1.0, 1.0, 1.0),
             lightAmbientCoeff=light.ambient * light.brightness,
@@ -135,17 +136,17 @@ class BulletRenderer:
         )
         return rgba, ids
 
-    def _projection_matrix(self, view: CameraView) -> list[float]:
+    def _find_projection(self, lens: Intrinsics) -> list[float]:
         """Return the projection matrix of a pinhole camera, moved by half a pixel.
 
         Bullet samples a pixel at its lower left corner, not at its centre.
         """
-        size = view.intrinsics
-        pixel = NEAR_M / size.focal_length
-        right, top = size.width / 2 * pixel, size.height / 2 * pixel
-        edges = (pixel / 2 - right, pixel / 2 + right, pixel / 2 - top, pixel / 2 + top)
-        matrix: list[float] = self._bullet.computeProjectionMatrix(*edges, NEAR_M, FAR_M)
-        return matrix
+        if lens not in self._projections:
+            pixel = NEAR_M / lens.focal_length
+            right, top = lens.width / 2 * pixel, lens.height / 2 * pixel
+            edges = (pixel / 2 - right, pixel / 2 + right, pixel / 2 - top, pixel / 2 + top)
+            self._projections[lens] = self._bullet.computeProjectionMatrix(*edges, NEAR_M, FAR_M)
+        return self._projections[lens]
 
 
 def build_renderer(world: WorldDescription) -> BulletRenderer:

@@ -24,11 +24,15 @@ ROUNDING = 1e-6
 """A latency counts as a tick if it is shorter by at most this part of a tick."""
 
 
+MAX_PICTURES = 32
+"""The greatest number of pictures of a camera in the memory of the process that renders them."""
+
+
 class CameraOptions(StrictModel):
     """The options of a backend whose engine has a renderer."""
 
     camera: Literal["rendered", "painted"] | None = None
-    """Whether the engine renders the pictures, or robotcore paints them. Painting is fast, and needs no OpenGL.
+    """Whether the engine renders the pictures, or robotcore paints them. Painting needs no OpenGL.
 
     None: the engine renders them. If it finds no OpenGL, they are painted, and the run has a note.
     """
@@ -107,10 +111,15 @@ class CameraSet:
         build_renderer: Callable[[], Renderer],
         tick_hz: float,
     ) -> None:
-        """Let another process render the pictures of a camera, if their latency is a tick or more."""
-        if description.latency_s * tick_hz >= 1 - ROUNDING and has_free_core():
+        """Let another process render the pictures of a camera, if their latency is a tick or more.
+
+        An app reads at most one picture in a tick. So this process renders those of a faster camera.
+        """
+        rate_hz = description.rate_hz or tick_hz
+        pictures = math.ceil(description.latency_s * rate_hz) + 2
+        is_late, is_fast = description.latency_s * tick_hz >= 1 - ROUNDING, rate_hz > tick_hz
+        if is_late and not is_fast and pictures <= MAX_PICTURES and has_free_core():
             self._worker = self._worker or RenderWorker(build_renderer)
-            pictures = math.ceil(description.latency_s * (description.rate_hz or tick_hz)) + 2
             camera.begin_picture = PictureQueue(self._worker, camera.picture, camera.lens.pinhole, pictures).begin
 
     def _open_renderer(self, description: CameraDescription, open_renderer: Callable[[], Renderer]) -> Renderer:

@@ -13,6 +13,7 @@ from drivers.mujoco import opengl as egl
 from drivers.mujoco import opengl as osmesa
 from drivers.mujoco.backend import MujocoBackend
 from drivers.mujoco.opengl import EglContext, load_library, open_context
+from robotcore import RunRequest, run
 from robotcore.errors import DeviceError, DeviceGroupError
 from robotcore.simulation.rigid_body import NoOpenGL
 from tests.drivers.physics.worlds import ball, setup, world
@@ -53,6 +54,20 @@ def test_without_opengl_the_pictures_are_painted_and_a_note_names_the_packages_t
     with MujocoBackend().open(setup(world(ball(0.6)), options={"camera": "painted"})) as robot:
         assert (robot.camera.read().image == painted).all()
     assert not robot.notes
+
+
+def test_the_pictures_are_painted_if_the_variable_disables_opengl(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MUJOCO_GL", "disable")
+    with MujocoBackend().open(setup(world(ball(0.6)))) as robot:
+        robot.camera.read()
+    (note,) = robot.notes
+    assert {"painted", "MUJOCO_GL"} <= set(re.findall(r"\w+", note))
+
+
+@pytest.mark.usefixtures("no_opengl")
+def test_the_result_of_a_run_has_the_note_about_painted_pictures() -> None:
+    result = run(RunRequest("green-search", "mujoco", world="open", seed=1, timeout_s=0.1))
+    assert sum("painted" in note for note in result.notes) == 1
 
 
 @pytest.mark.usefixtures("no_opengl")

@@ -162,16 +162,25 @@ class RenderingAhead(EngineTests):
             assert np.array_equal(ours, theirs)
         assert len({picture.tobytes() for picture in pictures[0]}) == 9
 
-    def test_a_latency_of_less_than_a_tick_starts_no_process(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        taken = wait_for_workers(monkeypatch)
+    @pytest.mark.parametrize(
+        "latency_s, rate_hz",
+        [(0.04, None), (0.05, 30.0), (4.0, None)],
+        ids=["less than a tick", "many pictures a tick", "much memory"],
+    )
+    def test_a_camera_that_gains_nothing_starts_no_process(
+        self, latency_s: float, rate_hz: float | None, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
         monkeypatch.setattr(body_cameras, "has_free_core", lambda: True)
-        assert len(self.watch(world(ball(0.8)), 0.04, "painted")) == 10
-        assert not taken
+        monkeypatch.setattr(body_cameras, "RenderWorker", None)
+        assert len(self.watch(world(ball(0.8)), latency_s, "painted", rate_hz)) == 10
 
-    def watch(self, described: WorldDescription, latency_s: float, choice: str) -> list[np.ndarray]:
-        """Return the pictures of ten ticks of a robot that turns, with the camera of this latency."""
+    def watch(
+        self, described: WorldDescription, latency_s: float, choice: str, rate_hz: float | None = None
+    ) -> list[np.ndarray]:
+        """Return the pictures of ten ticks of a robot that turns, with a camera of this latency and rate."""
+        late_eye = {"latency_s": latency_s, "rate_hz": rate_hz}
         devices = [
-            device.model_copy(update={"latency_s": latency_s}) if isinstance(device, CameraDescription) else device
+            device.model_copy(update=late_eye) if isinstance(device, CameraDescription) else device
             for device in ROVER.devices
         ]
         late = ROVER.model_copy(update={"devices": tuple(devices)})
