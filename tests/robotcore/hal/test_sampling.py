@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import pytest
 
 from robotcore.hal.clock import SteppedClock
 from robotcore.hal.sampling import DelayedSamples
+from robotcore.kinds.encoder import Angle
 
 
 class Probe:
@@ -16,17 +19,17 @@ class Probe:
         self.measured: list[float] = []
         self.made: list[float] = []
 
-    def capture(self, time: float, sequence: int) -> object:
+    def capture(self, time: float, sequence: int) -> Callable[[], Angle]:
         self.measured.append(time)
 
-        def make() -> tuple[float, int]:
+        def make() -> Angle:
             self.made.append(time)
-            return time, sequence
+            return Angle(0.0, time, sequence)
 
         return make
 
-    def open(self, latency_s: float, rate_hz: float | None = None) -> DelayedSamples[tuple[float, int]]:
-        return DelayedSamples(self.clock, self.capture, latency_s, rate_hz)  # type: ignore[arg-type]
+    def open(self, latency_s: float, rate_hz: float | None = None) -> DelayedSamples[Angle]:
+        return DelayedSamples(self.clock, self.capture, latency_s, rate_hz)
 
     def step(self, ticks: int = 1) -> None:
         self.clock.sleep_until(self.clock.now() + ticks / 20)
@@ -40,9 +43,9 @@ def test_each_tick_has_a_new_sample_of_the_latency_without_a_rate(latency_s: flo
     ages, sequences = [], []
     for _ in range(5):
         probe.step()
-        time, sequence = read()
-        ages.append(probe.clock.now() - time)
-        sequences.append(sequence)
+        sample = read()
+        ages.append(probe.clock.now() - sample.time)
+        sequences.append(sample.sequence)
     assert ages == pytest.approx([latency_s] * 5, abs=probe.clock.step / 2 + 1e-9)
     assert sequences == list(range(sequences[0], sequences[0] + 5))
 
@@ -52,21 +55,21 @@ def test_a_sample_is_taken_at_its_exact_time_between_two_ticks() -> None:
     read = probe.open(0.0, rate_hz=30)
     probe.step(4)
     assert probe.measured == pytest.approx([0.0, *(k / 30 for k in range(1, 7))])
-    assert read()[0] == pytest.approx(0.2)
+    assert read().time == pytest.approx(0.2)
 
 
 def test_a_slow_sensor_repeats_its_newest_sample() -> None:
     probe = Probe()
     read = probe.open(0.05, rate_hz=4)
     probe.step(6)
-    assert read() == (0.25, 1)
+    assert read() == Angle(0.0, 0.25, 1)
     assert read() is read()
     probe.step(5)
-    assert read() == (0.5, 2)
+    assert read() == Angle(0.0, 0.5, 2)
 
 
 def test_the_first_sample_is_available_at_once() -> None:
-    assert Probe().open(0.5)() == (0.0, 0)
+    assert Probe().open(0.5)() == Angle(0.0, 0.0, 0)
 
 
 def test_a_sample_that_nothing_reads_is_not_made() -> None:
