@@ -12,6 +12,7 @@ from robotcore.description import DeviceDescription, Ideal
 from robotcore.errors import InvalidCommandError, Mistake
 from robotcore.hal.device import Actuator, build_invalid_command
 from robotcore.hal.kind import Kind
+from robotcore.kinds.device_tests.wheels import test_motors
 
 MIN_LAG_S = 1e-4
 """The shortest lag other than 0, in seconds. Simulators have longer time steps, so a shorter lag has no effect."""
@@ -30,13 +31,16 @@ Gain = Annotated[float, Field(ge=0.1, le=2), Ideal(1.0)]
 class MotorDescription(DeviceDescription):
     """A motor of a wheel. The wheel's velocity follows the command with a first-order lag.
 
-    The dead band and the gains are the errors that remain behind the motor's driver. Simulators simulate them.
+    The dead band and the gains are the errors that remain behind the motor's driver. Simulators simulate them, and a
+    run compensates them, in a simulator and on a robot.
 
     >>> motor = MotorDescription(
     ...     kind="motor", name="left_motor", max_velocity_rad_s=10.0, dead_band_rad_s=2.0, backward_gain=0.9
     ... )
     >>> motor.respond(6.0), motor.respond(-10.0), motor.respond(1.5)
     (5.0, -9.0, 0.0)
+    >>> motor.compensate(5.0), motor.compensate(-9.0)
+    (6.0, -10.0)
     """
 
     kind: Literal["motor"]
@@ -68,12 +72,37 @@ class MotorDescription(DeviceDescription):
 
         rad_s: the commanded velocity in rad/s.
         """
-        gain = self.forward_gain if rad_s > 0 else self.backward_gain
         if not self.dead_band_rad_s:
-            return gain * rad_s
+            return self._select_gain(rad_s) * rad_s
         above = max(0.0, abs(rad_s) - self.dead_band_rad_s)
-        reach = self.max_velocity_rad_s / (self.max_velocity_rad_s - self.dead_band_rad_s)
-        return math.copysign(gain * reach * above, rad_s) if above else 0.0
+        return math.copysign(self._select_gain(rad_s) * above / self._linear_share, rad_s) if above else 0.0
+
+    def compensate(self, rad_s: float) -> float:
+        """Return the command, in rad/s, for which the wheel turns at a velocity: the inverse of `respond`.
+
+        rad_s: the velocity of the wheel in rad/s. The command for 0 is 0.
+        """
+        if not rad_s:
+            return 0.0
+        above = abs(rad_s) / self._select_gain(rad_s) * self._linear_share
+        return math.copysign(self.dead_band_rad_s + above, rad_s)
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether the wheel turns at the commanded velocity, apart from the lag."""
+        return not self.dead_band_rad_s and self.forward_gain == self.backward_gain == 1.0
+
+    @property
+    def reach_rad_s(self) -> float:
+        """The greatest velocity of the wheel that it reaches forward and backward, in rad/s."""
+        return self.max_velocity_rad_s * min(self.forward_gain, self.backward_gain)
+
+    @property
+    def _linear_share(self) -> float:
+        return 1 - self.dead_band_rad_s / self.max_velocity_rad_s
+
+    def _select_gain(self, direction: float) -> float:
+        return self.forward_gain if direction > 0 else self.backward_gain
 
 
 class Motor(Actuator[float], ABC):
@@ -130,4 +159,4 @@ def invalid_velocity(name: str, rad_s: float) -> InvalidCommandError:
     return build_invalid_command(name, f"a velocity of {rad_s} rad/s", ", and all motors were stopped")
 
 
-KIND = Kind("a motor of a wheel", MotorDescription, Motor)
+KIND = Kind("a motor of a wheel", MotorDescription, Motor, test_devices=test_motors)

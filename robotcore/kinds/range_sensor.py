@@ -19,6 +19,7 @@ from robotcore.hal.noise import draw_noise, random_at
 from robotcore.hal.sample_text import format_fields
 from robotcore.hal.sampling import capture_at_once, delay_samples
 from robotcore.hal.simulation_state import SimulationState
+from robotcore.kinds.device_tests.ranges import test_ranges
 from robotcore.raycast import FAN_SETBACK_M, Fan
 
 RAYS = 9
@@ -37,7 +38,7 @@ class RangeSensorDescription(SensorDescription):
     cone_rad: Annotated[float, Field(ge=0, lt=math.pi)]
     """The full opening angle of the cone, in radians."""
     offset_m: Annotated[float, Field(ge=-1, le=1), Ideal(0.0)] = 0.0
-    """The constant error of the measured distances, in metres."""
+    """The constant error of the measured distances, in metres. A run compensates it."""
     noise_m: Annotated[float, Field(ge=0, le=1), Ideal(0.0)] = 0.0
     """The standard deviation of the measured distances, in metres."""
     loss: Annotated[float, Field(ge=0, le=1), Ideal(0.0)] = 0.0
@@ -204,4 +205,5 @@ KIND = Kind(
     simulate,
     default_reading=lambda _sensor: math.inf,
     validate_sample=validate_sample,
+    test_devices=test_ranges,
 )

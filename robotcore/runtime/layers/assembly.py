@@ -18,9 +18,10 @@ from robotcore.hal.joint import Joint, Joints
 from robotcore.hal.robot import Robot
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.kinds.display import Display
-from robotcore.kinds.motor import Motor, invalid_velocity
+from robotcore.kinds.motor import Motor, MotorDescription, invalid_velocity
 from robotcore.runtime.layers.base import Layer, MotorOutput, Reader, Send, Tap
 from robotcore.runtime.layers.checks import CallMonitorLayer, MaxAgeLayer
+from robotcore.runtime.layers.compensation import CompensationLayer
 from robotcore.runtime.layers.devices import AppMotor, wrap_actuator, wrap_sensor
 from robotcore.runtime.layers.drive import build_drive, build_output
 from robotcore.runtime.layers.guardian import GuardianLayer
@@ -112,6 +113,7 @@ def assemble(
         *([guard] if guard else []),
         ImperfectionLayer(conditions, seed, description.drive),
         *faults,
+        CompensationLayer(description),
         *taps,
         MaxAgeLayer(ticks, safety.max_age_s, safety.watchdog_s, latch),
         *([timer] if timer else []),
@@ -124,6 +126,9 @@ def assemble(
     joints = Joints(description, ticks)
     devices = {device.name: _wrap_device(device, ticks, layers, joints, latch) for device in raw.devices.values()}
     _set_properties(devices, description, joints)
+    reach = {name: motor.max_velocity for name, motor in raw.motors.items()}
+    for described in description.all_of(MotorDescription):
+        reach[described.name] = min(described.reach_rad_s, reach.get(described.name, math.inf))
     motor_stops = StopGroup.create(*motors.values(), reserve=reserve)
     latch.add_stop(motor_stops.apply_apart)
     drive, guarded = description.drive, None
@@ -134,7 +139,7 @@ def assemble(
         guarded = build_drive(
             devices,
             build_output(drive, motors, steer),
-            min(raw.motors[name].max_velocity for name in drive.motors),
+            min(reach[name] for name in drive.motors),
             description,
             drive,
             ticks,
@@ -153,7 +158,7 @@ def assemble(
         else:
             lease = safety.lease_ticks / rate_hz
             stops = motor_stops.select(motors[name])
-            lone = StandaloneGuard(motors[name], motor.max_velocity, ticks, lease, latch, stops)
+            lone = StandaloneGuard(motors[name], reach[name], ticks, lease, latch, stops)
             output = reduce(lambda output, tap: tap.standalone_motor(output), taps, lone.output)
             output = timer.standalone_motor(output) if timer else output
             suspend_functions.append(lone.suspend)

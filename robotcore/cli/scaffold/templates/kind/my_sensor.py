@@ -6,13 +6,13 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from robotcore.description import DeviceDescription
+from robotcore.description import SensorDescription
 from robotcore.hal.device import Sensor, Unit
 from robotcore.hal.simulation_state import SimulationState
 from robotcore.hal.kind import Kind
 
 
-class MySensorDescription(DeviceDescription):
+class MySensorDescription(SensorDescription):
     """The table of a speed sensor in a robot's file."""
 
     kind: Literal["my_sensor"]

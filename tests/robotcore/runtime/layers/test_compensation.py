@@ -1,0 +1,92 @@
+"""A run compensates the constant errors that a robot's file describes, in a simulator and on a robot."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from robotcore import Behaviour, Robot, Role, RunRequest, Status, run
+from robotcore.description import RobotDescription, load_robot
+from robotcore.hal.clock import SteppedClock
+from robotcore.kinds.motor import MotorDescription
+from robotcore.kinds.range_sensor import Range
+from robotcore.runtime.layers.base import MotorOutput
+from robotcore.runtime.layers.compensation import CompensationLayer
+from tests.robotcore.description.files import ROVER
+from tests.robotcore.fakes import NullRange
+
+WORN = {"dead_band_rad_s": 2.0, "forward_gain": 0.9, "backward_gain": 1.2}
+
+
+def describe(**changes: dict[str, float]) -> RobotDescription:
+    rover = load_robot("rover")
+    devices = tuple(device.model_copy(update=changes.get(device.name, {})) for device in rover.devices)
+    return rover.model_copy(update={"devices": devices})
+
+
+def command(description: RobotDescription, rad_s: float) -> tuple[float, float]:
+    """Return the command that reaches the motor, and the velocity that the layer returns."""
+    sent: list[float] = []
+
+    def accept(velocity: float) -> float:
+        sent.append(max(-12.0, min(velocity, 12.0)))
+        return sent[-1]
+
+    layer = CompensationLayer(description)
+    output = layer.motor(MotorOutput("left_motor", accept, lambda: None))
+    returned = output.set_velocity(rad_s)
+    return sent[0], returned
+
+
+@pytest.mark.parametrize("rad_s", [0.05, 3.0, 10.0, -0.05, -6.0, -12.0])
+def test_the_wheel_turns_as_commanded(rad_s: float) -> None:
+    description = describe(left_motor=WORN)
+    motor: MotorDescription = next(each for each in description.all_of(MotorDescription) if each.name == "left_motor")
+    sent, returned = command(description, rad_s)
+    assert motor.respond(sent) == pytest.approx(rad_s)
+    assert returned == pytest.approx(rad_s)
+
+
+def test_a_stop_stays_a_stop() -> None:
+    assert command(describe(left_motor=WORN), 0.0) == (0.0, 0.0)
+
+
+def test_a_velocity_beyond_the_reach_returns_the_velocity_of_the_wheel() -> None:
+    assert command(describe(left_motor=WORN), 12.0) == pytest.approx((12.0, 10.8))
+
+
+def test_a_motor_without_errors_gets_the_command_itself() -> None:
+    output = MotorOutput("left_motor", float, lambda: None)
+    assert CompensationLayer(load_robot("rover")).motor(output) is output
+
+
+def test_the_offset_of_a_range_sensor_is_subtracted() -> None:
+    clock = SteppedClock(20, lambda steps: None)
+    layer, nose = CompensationLayer(describe(nose={"offset_m": 0.03})), NullRange(clock)
+    readings = iter((1.03, 0.03, math.inf))
+    read = layer.sensor(nose, lambda: Range(next(readings), 0.0, 0))
+    assert [read().distance for _ in range(3)] == pytest.approx([1.0, nose.min_range, math.inf])
+
+
+class Straight(Behaviour):
+    """Drives straight ahead for two seconds."""
+
+    needs = frozenset({Role.DRIVE})
+
+    def step(self, robot: Robot) -> Status:
+        robot.drive.set_velocity(0.2, 0.0)
+        pose = robot.drive.pose
+        self.reason = f"{pose.x:.4f} {pose.y:.4f}"
+        return Status.SUCCESS if robot.clock.now() >= 2.0 else Status.RUNNING
+
+
+@pytest.mark.parametrize("backend", ["kinematic", "mujoco"])
+def test_a_robot_with_uneven_motors_drives_straight(backend: str, tmp_path_factory: pytest.TempPathFactory) -> None:
+    file = tmp_path_factory.mktemp("worn") / "worn.toml"
+    keys = "\n".join(f"{key} = {value}" for key, value in WORN.items())
+    file.write_text(ROVER.replace('name = "left_motor"\n', f'name = "left_motor"\n{keys}\n', 1))
+    result = run(RunRequest(Straight, backend, robot=str(file), world="open"))
+    x, y = map(float, result.reason.split())
+    assert x == pytest.approx(0.38, abs=0.03)
+    assert abs(y) < 0.005
