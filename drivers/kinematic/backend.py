@@ -40,7 +40,7 @@ class KinematicBackend(SimulatorBackend):
     summary = "built in: exact motion, ray-cast ranges and painted pictures, without mass and friction"
     capabilities = frozenset({Capability.CONTACTS, Capability.POSE, Capability.LOCKSTEP})
     needs_world = True
-    encoder_rate_hz = 200.0
+    encoder_rate_hz = 120.0  # at 20 ticks a second, after every second step
 
     def open(self, setup: Setup) -> Robot:
         if setup.world is None:

@@ -26,7 +26,7 @@ class MujocoBackend(SimulatorBackend):
     summary = "MuJoCo rigid-body physics, in process, on Python 3.10 to 3.13, also on 64-bit ARM"
     capabilities = frozenset({Capability.CONTACTS, Capability.POSE, Capability.LOCKSTEP})
     needs_world = True
-    encoder_rate_hz = 200.0
+    encoder_rate_hz = 120.0  # at 20 ticks a second, after every second step
     has_gui = True
     brings_physics = True
     exports = ("mjcf",)

@@ -34,7 +34,7 @@ class PyBulletBackend(SimulatorBackend):
     summary = "Bullet rigid-body physics, in process"
     capabilities = frozenset({Capability.CONTACTS, Capability.POSE, Capability.LOCKSTEP})
     needs_world = True
-    encoder_rate_hz = 200.0
+    encoder_rate_hz = 120.0  # at 20 ticks a second, after every second step
     has_gui = True
     brings_physics = True
     modules = ("pybullet",)

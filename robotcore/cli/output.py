@@ -51,6 +51,11 @@ def write_line(text: str = "", *, is_error: bool = False, is_styled: bool = Fals
         click.echo(line, err=is_error)
 
 
+def write_prompt(text: str) -> None:
+    """Write a text on stderr without a line break, for an answer behind it."""
+    click.echo(escape(text), err=True, nl=False)
+
+
 def write_lines(text: str, *, indent: str = "", is_error: bool = False) -> None:
     """Write each line of a text, with ``indent`` before it."""
     for line in text.split("\n"):

@@ -120,7 +120,7 @@ class Odometry:
 
     >>> path = WheelPath(Wheels(1.0, 3.0), between=(Wheels(1.0, 1.0),))  # straight on, and then to the left
     >>> Odometry(DifferentialGeometry(wheel_radius=0.05, track=0.2), lambda: path).pose()
-    Pose(x=0.0979 m, y=0.0123 m, heading=0.5 rad)
+    Pose(x=0.0979 m, y=0.0122 m, heading=0.5 rad)
     """
 
     def __init__(self, geometry: DifferentialGeometry, read_path: Callable[[], WheelPath]) -> None:

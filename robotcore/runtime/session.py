@@ -461,7 +461,7 @@ def run(
     >>> result.outcome.value, result.verified
     ('success', True)
     >>> result.milestones
-    {'search': 0.0, 'seen': 7.25, 'approach': 7.95, 'arrived': 21.6}
+    {'search': 0.0, 'seen': 7.25, 'approach': 7.95, 'arrived': 21.4}
     """
     plan = Plan.resolve(request)
     with SignalGuard() as signals:

@@ -44,6 +44,7 @@ BOUNDED = {
     "detector": "--frames 4",
     "fidelity": "--robots 1 --simulators kinematic",
     "flight_recorder": "--hours 0.01 --last 10 --kills 1 --ring 1",
+    "fast_odometry": "--runs 2 --seconds 2.0 --backends kinematic --pairs 1 --search 1.0",
     "floor_pictures": "--pairs 1 --ticks 1",
     "guardian": "--trials 1",
     "hostile_clients": "--minutes 0.05 --messages 20",

@@ -12,7 +12,7 @@ import click
 
 from robotcore.cli.command_classes import AnsweringCommand
 from robotcore.cli.options import backend_option, host_option, merge_options, port_option
-from robotcore.cli.output import write_content, write_line
+from robotcore.cli.output import write_content, write_line, write_prompt
 from robotcore.errors import UsageError
 
 if TYPE_CHECKING:
@@ -73,9 +73,9 @@ class TerminalPerson:
                 write_line(f"{answer!r} is not a number. Write a number such as 1.024", is_error=True)
 
     def _read(self, prompt: str) -> str:
-        click.echo(f"{prompt}: ", err=True, nl=False)
+        write_prompt(f"{prompt}: ")
         if not (line := sys.stdin.readline() if sys.stdin else ""):
-            click.echo(err=True)
+            write_line(is_error=True)
             text = "the calibration needs an answer, but standard input has ended. Run the command in a terminal"
             raise UsageError(text, kind="no-answer")
         return line

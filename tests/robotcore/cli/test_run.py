@@ -144,7 +144,7 @@ def test_defaults_are_those_of_a_request(cli: Cli, monkeypatch: pytest.MonkeyPat
 
 def test_every_field_of_a_request_has_an_option() -> None:
     names = {parameter.name for parameter in command.params}
-    assert set(RunRequest.__dataclass_fields__) - {"has_operator"} <= names
+    assert set(RunRequest.__dataclass_fields__) - {"has_operator", "has_separate_motors"} <= names
     assert "keys" in names  # which adds the operator
 
 

@@ -194,10 +194,10 @@ def weave(robot: AssembledRobot, raw: Robot, ticks: int = 40) -> list[Pose]:
     return poses
 
 
-def weave_on_kinematic(description: RobotDescription, encoder_rate_hz: float | None) -> tuple[list[Pose], float]:
+def weave_on(backend: str, description: RobotDescription, encoder_rate_hz: float | None) -> tuple[list[Pose], float]:
     """Return the true poses, and the distance between the last one and the pose of the odometry."""
     description = change_drive(description, max_acceleration_rad_s2=None)
-    raw = load_backend("kinematic").open(Setup(description, FIELD, needed_devices(description, [Role.DRIVE]), 10))
+    raw = load_backend(backend).open(Setup(description, FIELD, needed_devices(description, [Role.DRIVE]), 10))
     robot = assemble(raw, description, 10, encoder_rate_hz=encoder_rate_hz)
     poses = weave(robot, raw)
     pose, start, end = robot.robot.drive.latest_pose, poses[0], poses[-1]
@@ -207,7 +207,32 @@ def weave_on_kinematic(description: RobotDescription, encoder_rate_hz: float | N
 
 @pytest.mark.parametrize("description", DRIVES.values(), ids=DRIVES)
 def test_polls_make_the_odometry_exact_and_do_not_change_the_simulated_motion(description: RobotDescription) -> None:
-    poses, error = weave_on_kinematic(description, 200.0)
-    same_poses, slow_error = weave_on_kinematic(description, None)
+    poses, error = weave_on("kinematic", description, 200.0)
+    same_poses, slow_error = weave_on("kinematic", description, None)
     assert poses == same_poses
     assert error < slow_error / 3
+
+
+@pytest.mark.parametrize("backend", ["mujoco", "pybullet"])
+def test_polls_do_not_change_the_motion_in_a_physics_engine(backend: str) -> None:
+    pytest.importorskip(backend)
+    poses, same_poses = (weave_on(backend, load_robot("rover"), rate_hz)[0] for rate_hz in (120.0, None))
+    assert poses == same_poses
+    poses, same_poses = (weave_on(backend, load_robot("picar"), rate_hz)[0] for rate_hz in (120.0, None))
+    assert poses == [pytest.approx(pose, abs=1e-9) for pose in same_poses]  # the servo's angle has rounding errors
+
+
+def test_encoders_on_virtual_pins_are_polled() -> None:
+    description = load_robot("rover")
+    (poses, error), (same_poses, slow_error) = (weave_on("virtualpi", description, rate) for rate in (200.0, None))
+    assert poses == same_poses
+    assert error < slow_error / 10
+
+
+@pytest.mark.parametrize(
+    "backend, rate_hz",
+    [("raspberrypi", 200), ("serial", 200), ("virtualpi", 200), ("kinematic", 120), ("mujoco", 120), ("pybullet", 120)]
+    + [(backend, None) for backend in ("coppeliasim", "vrep", "replay", "mock")],
+)
+def test_encoders_are_read_once_a_tick_if_a_read_is_slow(backend: str, rate_hz: float | None) -> None:
+    assert load_backend(backend).encoder_rate_hz == rate_hz
