@@ -38,6 +38,7 @@ from robotcore.runtime.needs import needed_devices
 from robotcore.runtime.plan import RunRequest
 from robotcore.runtime.session import run
 from robotcore.simulation.render_worker import has_free_core
+from robotcore.simulation.render_worker.client import FIRST_PICTURES
 
 SEED = 1
 START_S = 4.0
@@ -106,7 +107,7 @@ def _build_cases(ticks: int, search_s: float) -> Iterator[Case]:
     yield Case("the loop on MuJoCo, against PyBullet", pybullet, mujoco, 3.0)
     if has_free_core():
         late = make_framework_block("mujoco", _delay_camera(robot), world)
-        late(2)
+        late(FIRST_PICTURES + 2)
         sleep(START_S)
         claim = "the loop on MuJoCo with a latency of a tick, on two cores, against the same by hand"
         timers = make_timer(mujoco_by_hand, ticks, perf_counter), make_timer(late, ticks, perf_counter)

@@ -20,6 +20,9 @@ from robotcore.optics import CameraView, Image, Intrinsics
 from robotcore.simulation.render_worker.protocol import DONE, READY, count_bytes, pack_view
 from robotcore.simulation.rigid_body import Renderer
 
+FIRST_PICTURES = 20
+"""The number of pictures that an app reads before the process starts. So a short run starts no process."""
+
 ANSWER_S = 10
 """The longest wait for a picture, in seconds. After it, the worker counts as hung."""
 
@@ -108,7 +111,8 @@ class RenderWorker:
 class PictureQueue:
     """Renders the pictures of one camera in a worker, from their capture until they are read.
 
-    An app may leave pictures unread. So the worker renders the next ones only if the app has read one of the last.
+    The worker starts after `FIRST_PICTURES`. An app may leave pictures unread. So the worker renders the next ones only
+    if the app has read one of the last.
 
     render: renders a picture in this process. The result is equal to the bit.
     """
@@ -119,16 +123,18 @@ class PictureQueue:
         """Reserve memory in the worker: see `RenderWorker.reserve`."""
         worker.reserve(lens, pictures)
         self._worker, self._render = worker, render
-        self._pictures = self._unread = pictures
+        self._pictures, self._unread, self._read = pictures, 0, 0
 
     def begin(self, view: CameraView) -> Render:
         """Let the worker render the picture of a view, and return the function that returns the picture."""
-        number = self._worker.submit(view) if self._unread < self._pictures else None
+        is_wanted = self._read >= FIRST_PICTURES and self._unread < self._pictures
+        number = self._worker.submit(view) if is_wanted else None
         self._unread += 1
         return partial(self._finish, view, number)
 
     def _finish(self, view: CameraView, number: int | None) -> Image:
         self._unread = 0
+        self._read += 1
         image = None if number is None else self._worker.take(number, view.intrinsics)
         return self._render(view) if image is None else image
 
