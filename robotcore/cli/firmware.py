@@ -30,7 +30,7 @@ _sketch = click.option(
 
 @click.group("firmware")
 def command() -> None:
-    """Put robotcore's program on an Arduino that drives the wheels."""
+    """Put robotcore's program on an Arduino that drives wheels."""
 
 
 @command.command("copy")

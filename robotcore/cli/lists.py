@@ -22,7 +22,7 @@ The faults lost and stall also take every=SECONDS, the interval at which they re
 @click.command("apps")
 @as_json
 def apps(*, as_json: bool) -> None:
-    """List the apps, the devices that they need and their settings."""
+    """List the apps, their settings, and the devices they need."""
     from robotcore.plugins import app_names
 
     rows = [_app_row(name) for name in app_names()]

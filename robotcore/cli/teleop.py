@@ -27,7 +27,7 @@ class TeleopCommand(RunCommand):
 
 
 def _drive(**values: Any) -> Any:
-    """Drive a robot by hand: from a web page, by keys or by a gamepad.
+    """Drive a robot by hand: by web page, keys or gamepad.
 
     With --view, drive from the web page whose link is printed. With --keys, drive by the keys of this terminal. Without
     them, drive by the gamepad in the robot's file. The robot stands until a person drives. A simulator follows real

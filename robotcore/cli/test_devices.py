@@ -85,9 +85,9 @@ def command(
     is_writing: bool,
     as_json: bool,
 ) -> int:
-    """Test a robot's devices one at a time, with its wheels off the ground, and correct its file.
+    """Test each device of a robot, and correct its file.
 
-    It finds swapped sides and directions of motors and encoders, dead devices, wrong colours and mirrored pictures of
+    The wheels must be off the ground. It finds swapped sides and directions of motors and encoders, dead devices, wrong colours and mirrored pictures of
     cameras, directions and limits of servos, buttons, bumpers, lights, buzzers, line sensors, range sensors and IMUs.
     It moves each device slowly and for a short time, says what should happen, and asks what has happened. Encoders
     measure what they can. Press Enter to skip a question. In a terminal, the space bar stops everything.
