@@ -45,7 +45,7 @@ def test_parameters_stay_within_their_limits() -> None:
     assert fit.parameters == pytest.approx([0.0])
 
 
-def test_no_value_is_rounded_to_fewer_than_its_meaningful_digits() -> None:
-    assert Estimate(0.0500049, 1e-6).rounded == 0.050005
+def test_a_value_is_rounded_to_its_meaningful_digits() -> None:
+    assert (Estimate(0.0500049, 1e-6).rounded, Estimate(0.16004, 1e-9).rounded) == (0.05, 0.16)
     assert Estimate(12.3456, 0.2).rounded == 12.35
     assert Estimate(2.0, 0.1).scale(-2) == (-4.0, 0.2)

@@ -58,6 +58,15 @@ def test_velocity_control_is_off_and_the_greatest_duty_holds(tmp_path: Path) -> 
     assert kept.safety == own.description.safety
 
 
+def test_a_run_compensates_no_described_error_of_a_motor_that_takes_duties(tmp_path: Path) -> None:
+    file = tmp_path / "own.toml"
+    file.write_text(read_shipped("rover").replace("lag_s = 0.05", "forward_gain = 0.9\ndead_band_rad_s = 0.5"))
+    own = load(str(file))
+    assert not own.description.first_of("motor").is_exact
+    assert read_probing(own).first_of("motor").is_exact
+    assert not read_probing(own, takes_duties=False).first_of("motor").is_exact
+
+
 def test_a_servo_that_steers_stays() -> None:
     assert {each.kind for each in read_probing(load("picar")).devices} == {"motor", "encoder", "servo"}
 
