@@ -56,6 +56,12 @@ MIN_FIT = 0.8
 DEGREE = 5
 """The degree of the polynomial that relates the headings in the pictures to those of the sensor."""
 
+ROBUST_PASSES, HUBER = 3, 1.345
+"""The number of fits. After each, a turn with an error above this many standard deviations gets a lower weight (Huber).
+
+Some turns are wrong, because the tracked points are on the edge of a near body, which moves on.
+"""
+
 MAX_DELAY_S, MIN_DELAY_S, STEP_S = 0.6, -0.1, 0.002
 """The delays that are tried, and their distance, in seconds. A negative delay shows that the sensor itself is late."""
 
@@ -188,11 +194,15 @@ def fit_delay(record: TurnRecord, horizontal_fov_rad: float, tick_s: float) -> D
             kind="no-turn",
         )
     shifts = np.arange(MIN_DELAY_S, MAX_DELAY_S, STEP_S)
-    fits = [_fit_scale(starts - shift, ends - shift, turned, times, angles) for shift in shifts]
-    errors = np.array([error for _, error in fits])
-    best = int(errors.argmin())
-    scale = fits[best][0]
-    share = 1 - errors[best] / float(turned @ turned)
+    weights = np.ones(len(turned))
+    for _ in range(ROBUST_PASSES):
+        fits = [_fit_scale(starts - shift, ends - shift, turned, weights, times, angles) for shift in shifts]
+        errors = np.array([float(weights @ difference**2) for _, difference in fits])
+        best = int(errors.argmin())
+        scale, difference = fits[best]
+        spread = 1.4826 * float(np.median(np.abs(difference)))
+        weights = 1 / np.maximum(1.0, np.abs(difference) / max(HUBER * spread, 1e-9))
+    share = 1 - errors[best] / float(weights @ turned**2)
     if share < MIN_FIT or scale <= 0:
         mirrored = " The picture seems to be mirrored." if scale < 0 and share >= MIN_FIT else ""
         raise CalibrationError(
@@ -241,8 +251,10 @@ def _smooth(headings: Sequence[Heading]) -> tuple[Array, Array]:
     return times, (second * level - first * slope) / determinant
 
 
-def _fit_scale(starts: Array, ends: Array, turned: Array, times: Array, angles: Array) -> tuple[float, float]:
-    """Return the mean scale of the sensor's rotation that fits best, and the sum of the squared errors in rad².
+def _fit_scale(
+    starts: Array, ends: Array, turned: Array, weights: Array, times: Array, angles: Array
+) -> tuple[float, Array]:
+    """Return the mean scale of the sensor's rotation that fits best, and the error of each turn in radians.
 
     A robot that turns on the spot has the same view whenever it has the same heading. So the rotation in the pictures
     is a function of the heading, with a slope that depends on the distance of the things in view: a polynomial.
@@ -252,11 +264,12 @@ def _fit_scale(starts: Array, ends: Array, turned: Array, times: Array, angles: 
         legendre.legvander((np.interp(when, times, angles) - middle) / half, DEGREE)[:, 1:] for when in (ends, starts)
     ]
     steps = powers[0] - powers[1]
-    factors = np.linalg.lstsq(steps, turned, rcond=None)[0]
+    roots = np.sqrt(weights)
+    factors = np.linalg.lstsq(steps * roots[:, None], turned * roots, rcond=None)[0]
     difference = turned - steps @ factors
     whole_turn = 2 * half
     ways = legendre.legval(np.array((1.0, -1.0)), np.array((0.0, *factors)))
-    return float(ways[0] - ways[1]) / whole_turn, float(difference @ difference)
+    return float(ways[0] - ways[1]) / whole_turn, difference
 
 
 def _find_age(record: TurnRecord, tick_s: float) -> float:

@@ -25,7 +25,7 @@ from robotcore.text import pluralize
 SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
 """The suffixes of the picture files that a folder may have."""
 
-TURN_S = 8.0
+TURN_S = 12.0
 """The time for which the robot turns to and fro, in seconds."""
 
 MAX_TURN_RAD_S = 1.2

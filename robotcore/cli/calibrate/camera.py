@@ -188,7 +188,7 @@ def _measure_live(
             partial(_measure_board, results, camera, board),
         ),
         DELAY: (
-            "Put the robot on the floor with free space around it: it turns to and fro for 8 s",
+            "Put the robot on the floor with free space around it: it turns to and fro for 12 s",
             partial(_measure_delay, results, camera),
         ),
     }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import asdict
 from functools import partial
@@ -127,7 +128,8 @@ def command(
 
         save_plots([draw_errors(fit, sensor.name)], plot)
     if as_json:
-        measured = {**asdict(fit), "stops": [{**asdict(each), "loss": each.loss} for each in fit.stops]}
+        stops = [{**_drop_nan(asdict(each)), "loss": each.loss} for each in fit.stops]
+        measured = {**asdict(fit), "stops": stops}
         answer = {"robot": setup.description.name, "sensor": sensor.name, **measured, "values": changes.values}
         write_json({**answer, "diff": changes.diff, "is_written": changes.is_written, "exit_status": 0})
     else:
@@ -225,6 +227,11 @@ def _apply(changes: RobotChanges, sensor: RangeSensorDescription, fit: RangeFit)
         )
     changes.set_device(sensor.name, values)
     return notes
+
+
+def _drop_nan(values: dict[str, Any]) -> dict[str, Any]:
+    """Return values with None in place of NaN, which JSON does not have."""
+    return {key: None if isinstance(value, float) and math.isnan(value) else value for key, value in values.items()}
 
 
 def _write_fit(fit: RangeFit, sensor: RangeSensorDescription, notes: list[str]) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotcore.calibration.camera.board import Board
-from robotcore.optics import Image
+from robotcore.optics import Image, Intrinsics
 
 Array = NDArray[np.float64]
 
@@ -38,13 +38,14 @@ class TrueCamera:
     """The standard deviation of a pixel's noise, in grey levels."""
 
     @property
-    def matrix(self) -> Array:
-        u, v = self.centre
-        return np.array(((self.focal_length, 0.0, u), (0.0, self.focal_length, v), (0.0, 0.0, 1.0)))
+    def intrinsics(self) -> Intrinsics:
+        """The camera as the project describes it."""
+        fov = 2 * math.atan(self.width / 2 / self.focal_length)
+        return Intrinsics(self.width, self.height, fov, self.centre, self.distortion)
 
     @property
     def horizontal_fov(self) -> float:
-        return 2 * math.atan(self.width / 2 / self.focal_length)
+        return self.intrinsics.horizontal_fov
 
     @classmethod
     def draw(cls, random_: random.Random, width: int = 640, height: int = 480) -> TrueCamera:
@@ -61,19 +62,11 @@ class TrueCamera:
     @cached_property
     def rays(self) -> NDArray[np.float32]:
         """The undistorted direction of each fine pixel, (height, width, 2)."""
-        s, (k1, k2, p1, p2, k3) = SUPERSAMPLING, self.distortion
+        s, i = SUPERSAMPLING, self.intrinsics
         u, v = np.meshgrid(np.arange(self.width * s), np.arange(self.height * s))
-        distorted = (np.stack((u, v), axis=-1) + 0.5) / s - 0.5 - self.centre
-        bent_x, bent_y = np.moveaxis(distorted / self.focal_length, -1, 0)
-        x, y = bent_x, bent_y
-        for _ in range(30):  # the inverse of OpenCV's model has no formula
-            r2 = x * x + y * y
-            radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
-            x, y = (
-                (bent_x - 2 * p1 * x * y - p2 * (r2 + 2 * x * x)) / radial,
-                (bent_y - p1 * (r2 + 2 * y * y) - 2 * p2 * x * y) / radial,
-            )
-        return np.stack((x, y), axis=-1).astype(np.float32)
+        pixels = i.undistort((np.stack((u.ravel(), v.ravel()), axis=1) + 0.5) / s - 0.5)
+        rays = (pixels - (i.cx, i.cy)) / i.focal_length
+        return rays.astype(np.float32).reshape(self.height * s, self.width * s, 2)
 
     def render(self, board: Board, rotation: Array, position: Array, random_: random.Random) -> Image:
         """Return a grey picture of a board.
