@@ -62,7 +62,15 @@ class Simulation:
     def simulation_state(self) -> SimulationState:
         """The state from which kinds of devices are simulated."""
         return SimulationState(
-            self._robot, self.world, self.clock, self.pose, self.twist, self._cast, self._list_touched, self._seed
+            self._robot,
+            self.world,
+            self.clock,
+            self.pose,
+            self.twist,
+            self._cast,
+            self._list_touched,
+            self._seed,
+            self._measure_wheels,
         )
 
     def _cast(self, origin: Array, directions: Array, _reach_m: float) -> Array:
@@ -73,6 +81,9 @@ class Simulation:
         if z not in self._slices:
             self._slices[z] = WorldSlice(self.world, z)
         return self._slices[z].cast(x, y, cos * dx - sin * dy, sin * dx + cos * dy)
+
+    def _measure_wheels(self) -> dict[str, float]:
+        return {name: self.wheels[name].angle for name in (self._robot.drive.motors if self._robot.drive else ())}
 
     def _list_touched(self) -> list[str]:
         bodies = (*self.world.prisms, *self.world.targets)

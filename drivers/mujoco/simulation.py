@@ -94,8 +94,20 @@ class Simulation:
     def simulation_state(self) -> SimulationState:
         """The state from which kinds of devices are simulated."""
         return SimulationState(
-            self._robot, self._world, self.clock, self.pose, self.twist, self._cast, self._list_touched, self._seed
+            self._robot,
+            self._world,
+            self.clock,
+            self.pose,
+            self.twist,
+            self._cast,
+            self._list_touched,
+            self._seed,
+            self._measure_wheels,
         )
+
+    def _measure_wheels(self) -> dict[str, float]:
+        motors = self._robot.drive.motors if self._robot.drive else ()
+        return {motor: self._body.angle(self._body.find_joints(motor)) for motor in motors}
 
     def _open_steering(self) -> Steering | None:
         if not isinstance(drive := self._robot.drive, AckermannDrive):

@@ -83,6 +83,10 @@ class Body:
             )
         return tuple(self._links[name_wheel_link(wheel.name)] for wheel in wheels)
 
+    def angle(self, joints: tuple[int, ...]) -> float:
+        """Return the mean angle of wheels in radians. ``joints`` are indices of `find_joints`."""
+        return sum(float(self._bullet.getJointState(self.body_id, joint)[0]) for joint in joints) / len(joints)
+
     def find_steering_joints(self) -> tuple[int, ...]:
         """Return Bullet's indices of the joints that steer the left and the right front wheel, if they are steered."""
         wheels = self._drive.wheels if self._drive else ()

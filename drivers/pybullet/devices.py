@@ -79,12 +79,10 @@ class Steering:
             self._control(self._body, joint, self._velocity_control, targetVelocity=velocity, force=STEERING_TORQUE_NM)
 
 
-def open_encoder(bullet: Bullet, description: EncoderDescription, clock: Clock, body: Body) -> SimulatedEncoder:
+def open_encoder(description: EncoderDescription, clock: Clock, body: Body) -> SimulatedEncoder:
     """Open the encoder of a wheel. Raises DeviceError if the encoder is on no wheel."""
-    joints, joint_state = body.find_joints(description.name), bullet.getJointState
-    return SimulatedEncoder(
-        description, clock, lambda: sum(float(joint_state(body.body_id, joint)[0]) for joint in joints) / len(joints)
-    )
+    joints = body.find_joints(description.name)
+    return SimulatedEncoder(description, clock, lambda: body.angle(joints))
 
 
 def cast_rays(bullet: Bullet, start: Array, rays: Array, length_m: float) -> Array:

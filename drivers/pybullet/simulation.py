@@ -69,7 +69,7 @@ class Simulation:
             self._motors.append(motor)
             return motor
         if isinstance(description, EncoderDescription):
-            return open_encoder(bullet, description, self.clock, body)
+            return open_encoder(description, self.clock, body)
         locate = self.simulation_state.joints.locate
         if isinstance(description, CameraDescription):
             renderer = BulletRenderer(bullet, self._scene.light)
@@ -90,8 +90,20 @@ class Simulation:
     def simulation_state(self) -> SimulationState:
         """The state from which kinds of devices are simulated."""
         return SimulationState(
-            self._robot, self._world, self.clock, self.pose, self.twist, self._cast, self._list_touched, self._seed
+            self._robot,
+            self._world,
+            self.clock,
+            self.pose,
+            self.twist,
+            self._cast,
+            self._list_touched,
+            self._seed,
+            self._measure_wheels,
         )
+
+    def _measure_wheels(self) -> dict[str, float]:
+        motors = self._robot.drive.motors if self._robot.drive else ()
+        return {motor: self._body.angle(self._body.find_joints(motor)) for motor in motors}
 
     def _open_steering(self) -> Steering | None:
         if not isinstance(drive := self._robot.drive, AckermannDrive):

@@ -7,7 +7,7 @@ from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from threading import Lock
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
@@ -16,6 +16,7 @@ from drivers.raspberrypi.pins import stop_edge_detection, translate_pin_errors
 from robotcore.description import RobotDescription
 from robotcore.hal.clock import Clock
 from robotcore.hal.device import Device
+from robotcore.hal.device_tester import REVERSED
 from robotcore.hal.sampling import SampleCache
 from robotcore.hardware import Connection, DeviceContext, DeviceDriver, Drivers, motor_of
 from robotcore.kinds.encoder import Angle, Encoder, EncoderDescription
@@ -142,6 +143,9 @@ class Quadrature(EncoderDriver):
     def connections(self) -> Sequence[Connection]:
         return gpio("a", self.a), gpio("b", self.b)
 
+    def correct(self, mistake: str, observed: Any = None) -> Mapping[str, Any] | None:
+        return {"a": self.b, "b": self.a} if mistake == REVERSED else None
+
     def build_counter(
         self, description: EncoderDescription, inputs: Sequence[InputDevice], context: DeviceContext
     ) -> tuple[QuadratureDecoder, Sequence[OnEdge]]:
@@ -197,6 +201,7 @@ class Pulses(EncoderDriver):
     summary = "a wheel's encoder with one channel on a GPIO; the motor's command gives the direction"
     aliases = ("slotted", "light-barrier")
     edges_per_cycle = 2
+    has_own_direction = False
 
     gpio: Gpio
     """The GPIO of the channel, whose rising and falling edges are counted."""

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from typing import Any, ClassVar
 
 from drivers.raspberrypi.header import Gpio, gpio
 from drivers.raspberrypi.pins import PWM_HZ, open_output
 from robotcore.description import RobotDescription
+from robotcore.hal.device_tester import IN_OTHER_ORDER, INVERTED
 from robotcore.hardware import Connection, DeviceContext, DeviceDriver, Drivers
 from robotcore.kinds.led import Brightness, Led, LedDescription
 
@@ -66,6 +67,9 @@ class LightDriver(DeviceDriver):
     def notes(self, description: LedDescription) -> Sequence[str]:
         return (RESISTOR,)
 
+    def correct(self, mistake: str, observed: Any = None) -> Mapping[str, Any] | None:
+        return {"active_high": not self.active_high} if mistake == INVERTED else None
+
     def open(self, description: LedDescription, context: DeviceContext) -> Led:
         with ExitStack() as opened:
             name, pins, active_high = description.name, context.pins, self.active_high
@@ -109,6 +113,11 @@ class RgbLedDriver(LightDriver):
     @property
     def gpios(self) -> Sequence[int]:
         return self.red, self.green, self.blue
+
+    def correct(self, mistake: str, observed: Any = None) -> Mapping[str, Any] | None:
+        if mistake != IN_OTHER_ORDER:
+            return super().correct(mistake, observed)
+        return dict(zip(("red", "green", "blue"), (self.gpios[number] for number in observed), strict=True))
 
     def connections(self) -> Sequence[Connection]:
         return gpio("red", self.red), gpio("green", self.green), gpio("blue", self.blue)

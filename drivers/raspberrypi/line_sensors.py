@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from threading import Lock
 from typing import Annotated, Any
@@ -14,6 +14,7 @@ from drivers.raspberrypi.pins import translate_pin_errors
 from robotcore.description import RobotDescription
 from robotcore.errors import Mistake
 from robotcore.hal.clock import Clock
+from robotcore.hal.device_tester import IN_OTHER_ORDER, INVERTED
 from robotcore.hal.sampling import SampleCache
 from robotcore.hardware import Connection, DeviceContext, DeviceDriver, Drivers
 from robotcore.kinds.line_sensor import Darkness, LineSensor, LineSensorDescription
@@ -85,6 +86,11 @@ class PinLineSensorDriver(DeviceDriver):
             number = pluralize(len(self.gpios), "GPIO")
             problem = f"gpios has {number}, and {description.name} has count = {description.count}"
             raise Mistake(problem, "Name a GPIO for each sensor", kind="wrong-count")
+
+    def correct(self, mistake: str, observed: Any = None) -> Mapping[str, Any] | None:
+        if mistake == INVERTED:
+            return {"active_high": not self.active_high}
+        return {"gpios": [self.gpios[number] for number in observed]} if mistake == IN_OTHER_ORDER else None
 
     def notes(self, description: LineSensorDescription) -> Sequence[str]:
         return (SUPPLY,)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
@@ -12,6 +12,7 @@ from pydantic import Field
 from drivers.raspberrypi.i2c import ChipDriver
 from robotcore.errors import DeviceError
 from robotcore.hal.clock import Clock
+from robotcore.hal.device_tester import REVERSED
 from robotcore.hardware.polled_samples import NewestSample
 from robotcore.kinds.imu import Imu, ImuDescription, ImuSample
 
@@ -39,6 +40,9 @@ class ImuDriver(ChipDriver):
 
     def notes(self, description: ImuDescription) -> Sequence[str]:
         return (f"Mount the chip level, with its {self.forward_axis} axis forward.",)
+
+    def correct(self, mistake: str, observed: Any = None) -> Mapping[str, Any] | None:
+        return {"is_upside_down": not self.is_upside_down} if mistake == REVERSED else None
 
     @abstractmethod
     def begin(self, bus: Any) -> Any:

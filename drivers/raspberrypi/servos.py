@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from typing import Annotated, Any
 
@@ -12,6 +12,7 @@ from drivers.raspberrypi.header import Gpio, gpio
 from drivers.raspberrypi.pins import open_output
 from robotcore.description import RobotDescription
 from robotcore.errors import Mistake
+from robotcore.hal.device_tester import AT_OTHER_ANGLES, REVERSED
 from robotcore.hardware import Connection, DeviceContext, DeviceDriver, Drivers
 from robotcore.kinds.servo import Servo, ServoDescription
 
@@ -110,6 +111,17 @@ class PulseDriver(DeviceDriver):
 
     def notes(self, description: ServoDescription) -> Sequence[str]:
         return (SUPPLY,)
+
+    def correct(self, mistake: str, observed: Any = None) -> Mapping[str, Any] | None:
+        if mistake == REVERSED:
+            return {"min_pulse_s": self.max_pulse_s, "max_pulse_s": self.min_pulse_s}
+        if mistake != AT_OTHER_ANGLES:
+            return None
+        span = self.max_pulse_s - self.min_pulse_s
+        widths = [round(self.min_pulse_s + share * span, 6) for share in observed]
+        if not all(MIN_PULSE_S <= width <= MAX_PULSE_S for width in widths):
+            return None
+        return dict(zip(("min_pulse_s", "max_pulse_s"), widths, strict=True))
 
     def check(self, description: ServoDescription, robot: RobotDescription, drivers: Drivers) -> None:
         if self.min_pulse_s == self.max_pulse_s:

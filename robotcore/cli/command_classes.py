@@ -44,7 +44,7 @@ class LazyGroup(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         if cmd_name not in self._places:
             return None
-        module, _, function = self._places[cmd_name].partition(":")
+        module, _, function = self._places[cmd_name].replace("-", "_").partition(":")
         command: click.Command = getattr(import_module(f"{self._package}.{module}"), function or "command")
         return command
 

@@ -55,6 +55,8 @@ OUTPUT_FAILED = 1
         "wiring",
         "calibrate",
         "doctor",
+        "test-devices",
+        "calibrate",
         "firmware",
         "deploy",
         "stop",

@@ -97,6 +97,17 @@ class RobotEditor:
         """
         self._set((section, device), values)
 
+    def replace_section(self, section: str, device: str, table: Mapping[str, Any]) -> None:
+        """Replace the table of a device in a backend's section. Keys with an equal value keep their format.
+
+        Raises UsageError if the file has no such table.
+        """
+        self._set((section, device), table)
+        for tree in (self._document, self._expected):
+            present = tree[section][device]
+            for key in [key for key in present if key not in table]:
+                del present[key]
+
     def _set(self, path: tuple[str | int, ...], values: Mapping[str, Any]) -> None:
         for tree in (self._document, self._expected):
             table = tree

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cache, partial
 from typing import TYPE_CHECKING, Any, cast
@@ -23,6 +23,7 @@ from robotcore.hal.sampling import capture_at_once, delay_samples
 from robotcore.plugins import KINDS, load_registered
 
 if TYPE_CHECKING:
+    from robotcore.hal.device_tester import DeviceTester
     from robotcore.hal.simulation_state import SimulationState
 
 
@@ -68,6 +69,12 @@ class Kind:
     """
     is_optional: bool = False
     """Whether a robot runs without the device if its backend has no table for it."""
+    test_devices: Callable[[DeviceTester, Sequence[Any]], None] | None = None
+    """Tests the wiring and the mounting of all open devices of the kind, for `robotcore test-devices`.
+
+    Its arguments are the tester, and the descriptions of the devices in the order of the robot's file. With None, a
+    sensor is read, and an actuator is reported as not tested.
+    """
 
     def __post_init__(self) -> None:
         """Raise UsageError if the classes of the kind do not fit together."""

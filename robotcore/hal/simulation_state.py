@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,6 +47,15 @@ class SimulationState:
     """Returns the names of the bodies that the robot touches now."""
     seed: int
     """The seed of the run."""
+    measure_wheels: Callable[[], Mapping[str, float]] = dict
+    """Returns the true angle of the wheel of each motor of the drive, in radians, by the name of the motor."""
+    shown: dict[str, Any] = field(default_factory=dict)
+    """The last command of each actuator that a person only sees or hears, such as a light, by its name."""
+    touched: dict[str, int] = field(default_factory=dict)
+    """The devices that a simulated person touches, such as a pressed button, by name.
+
+    The value is the part that is touched: 0, or the number of the sensor of a row that a dark object covers.
+    """
 
     def draw_noise(self, key: str, sigma: float, time: float) -> float:
         """Return normal noise with the standard deviation ``sigma`` at a time in seconds.

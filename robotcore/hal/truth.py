@@ -10,6 +10,7 @@ import numpy as np
 from robotcore.description import Ball, Mount, RobotDescription, WorldDescription
 from robotcore.geometry import Pose, Twist
 from robotcore.hal.line_progress import LineProgress
+from robotcore.hal.simulation_state import SimulationState
 from robotcore.optics import CameraView
 from robotcore.raycast import cast, edges_of
 
@@ -41,13 +42,18 @@ class Truth:
 
     def __init__(self, source: TruthSource, robot: RobotDescription, world: WorldDescription) -> None:
         self._source, self._world = source, world
-        state = getattr(source, "simulation_state", None)  # its robot may differ from the robot's file
-        self._robot = robot = state.robot if state else robot
+        state = self.state
+        self._robot = robot = state.robot if state else robot  # the simulated robot may differ from the robot's file
         camera, ball = robot.first_of("camera"), world.target
         tall = max(camera.mount.z_m if camera else 0.0, 2 * ball.radius_m if ball else 0.0)
         self.line = LineProgress(world.lines[0]) if world.lines else None
         """How the robot has followed the first line of the world since the start; None in a world without lines."""
         self._edges = edges_of(prism.outline for prism in world.prisms if prism.height_m >= tall)
+
+    @property
+    def state(self) -> SimulationState | None:
+        """The state from which the devices are simulated; None if another program simulates them."""
+        return getattr(self._source, "simulation_state", None)
 
     def update(self) -> None:
         """Measure the robot's way along the line. A run calls this once in each tick."""
@@ -108,8 +114,7 @@ class Truth:
         return bool((view.shows(points) & (reach > 1)).any())
 
     def _locate(self, mount: Mount) -> Mount:
-        state = getattr(self._source, "simulation_state", None)  # only simulators in this process have servos
-        return state.joints.locate(mount) if state else mount
+        return self.state.joints.locate(mount) if self.state else mount  # only simulators in this process have servos
 
 
 def _points_across(ball: Ball, view: CameraView) -> np.ndarray:

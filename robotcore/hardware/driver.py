@@ -146,6 +146,8 @@ class DeviceDriver(StrictModel, ABC):
     """Whether the driver's motors have the property ``direction``, as `DutyMotor` has."""
     duty_steps: ClassVar[int] = 0
     """The number of duties in each direction to which the output of a motor rounds; 0 if the mean duty is exact."""
+    has_own_direction: ClassVar[bool] = True
+    """Whether the driver's encoders measure the direction. It is False if they take that of the motor's command."""
 
     @abstractmethod
     def open(self, description: Any, context: DeviceContext) -> Device:
@@ -174,6 +176,16 @@ class DeviceDriver(StrictModel, ABC):
     def warnings(self) -> Sequence[str]:
         """Return warnings about dangerous connections. Each is a sentence with the danger and one with the remedy."""
         return ()
+
+    def correct(self, mistake: str, observed: Any = None) -> Mapping[str, Any] | None:
+        """Return the settings that correct a mistake of the wiring or the mounting; None if no setting corrects it.
+
+        `robotcore test-devices` calls it, and writes the settings to the device's table.
+
+        mistake: a name from `robotcore.hal.device_tester`, such as `REVERSED`, or one of the device's kind.
+        observed: what the test has observed, as the name's documentation says.
+        """
+        return None
 
     def cutoffs(self, description: Any, context: DeviceContext) -> Sequence[CutoffSpec]:
         """Return the specifications of the cutoffs that stop the device; none for a device that moves nothing.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from contextlib import ExitStack, closing, suppress
 from math import inf
@@ -119,7 +119,8 @@ def open(  # noqa: A001  users write robotcore.open
             ideal=ideal,
             faults=specifications,
         )
-        return _open(request, _build_recorder(record, record_last_s, is_forced=force), view, foxglove)
+        recorder = _build_recorder(record, record_last_s, is_forced=force)
+        return open_request(request, recorder=recorder, view=view, foxglove=foxglove)
     except RobotcoreError as error:
         raise name_arguments(error).with_traceback(None) from None
 
@@ -139,20 +140,29 @@ def _build_recorder(record: str | Path | None, last_s: float | None, *, is_force
     return Recorder(Path(record), last_s=last_s)
 
 
-def _open(
+def open_request(
     request: RunRequest,
-    recorder: Recorder | None,
-    view: bool | str,  # noqa: FBT001  of `open`
-    foxglove: bool | int,  # noqa: FBT001  of `open`
+    observers: Sequence[Observer] = (),
+    *,
+    recorder: Recorder | None = None,
+    view: bool | str = False,
+    foxglove: bool | int = False,
 ) -> LiveRobot:
+    """Open the robot of a request whose app is a `LiveApp`. The other parameters of a run are those of the request.
+
+    observers: objects that get the description of the session, the record of each tick, and the result.
+    recorder, view, foxglove: see `open`.
+
+    Raises the errors of `open`.
+    """
     plan = Plan.resolve(request)
     keeper, signals = _ContextKeeper(), SignalGuard()
     with ExitStack() as opened:
         server = opened.enter_context(closing(_open_foxglove(foxglove))) if foxglove is not False else None
         page = opened.enter_context(closing(_open_page(view))) if view else None
-        observers: list[Observer] = [each for each in (keeper, recorder, page, server) if each]
+        own: list[Observer] = [each for each in (keeper, recorder, page, server) if each]
         taps = [each.layer for each in (recorder, server) if each]
-        session = RunSession(plan, observers, taps, signals, print_reason, 1.0)
+        session = RunSession(plan, [*own, *observers], taps, signals, print_reason, 1.0)
 
         def finish(result: RunResult) -> RunResult:
             if recorder and recorder.failure:

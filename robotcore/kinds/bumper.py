@@ -14,6 +14,7 @@ from robotcore.geometry import wrap_angle
 from robotcore.hal.device import Sensor, Unit
 from robotcore.hal.kind import Kind
 from robotcore.hal.simulation_state import SimulationState
+from robotcore.kinds.device_tests.contacts import test_contacts
 
 
 class BumperDescription(SensorDescription):
@@ -60,9 +61,10 @@ def simulate(bumper: BumperDescription, state: SimulationState) -> Callable[[flo
 
     def take(time: float, sequence: int) -> Touch:
         offsets = (wrap_angle(bearing - bumper.direction_rad) for bearing in state.list_contact_bearings())
-        return Touch(any(abs(offset) <= bumper.width_rad / 2 for offset in offsets), time, sequence)
+        is_pressed = bumper.name in state.touched or any(abs(offset) <= bumper.width_rad / 2 for offset in offsets)
+        return Touch(is_pressed, time, sequence)
 
     return take
 
 
-KIND = Kind("a sensor of contacts", BumperDescription, Bumper, Touch, simulate)
+KIND = Kind("a sensor of contacts", BumperDescription, Bumper, Touch, simulate, test_devices=test_contacts)

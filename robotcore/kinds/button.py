@@ -10,6 +10,7 @@ from robotcore.description import DeviceDescription
 from robotcore.hal.device import Sensor, Unit
 from robotcore.hal.kind import Kind
 from robotcore.hal.simulation_state import SimulationState
+from robotcore.kinds.device_tests.contacts import test_contacts
 
 
 class ButtonDescription(DeviceDescription):
@@ -36,9 +37,9 @@ class Button(Sensor[Press]):
     kind = "button"
 
 
-def simulate(_button: ButtonDescription, _state: SimulationState) -> Callable[[float, int], Press]:
-    """Return a function that takes a sample. No person presses a simulated button; the fault ``stuck=1`` does."""
-    return lambda time, sequence: Press(False, time, sequence)
+def simulate(button: ButtonDescription, state: SimulationState) -> Callable[[float, int], Press]:
+    """Return a function that takes a sample: whether a simulated person presses the button. In a run, no one does."""
+    return lambda time, sequence: Press(button.name in state.touched, time, sequence)
 
 
-KIND = Kind("a button that a person presses", ButtonDescription, Button, Press, simulate)
+KIND = Kind("a button that a person presses", ButtonDescription, Button, Press, simulate, test_devices=test_contacts)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from abc import ABC
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Annotated, Any, Literal
 
 from pydantic import Field
@@ -11,8 +13,10 @@ from pydantic import Field
 from robotcore.description import DeviceDescription
 from robotcore.geometry import to_float
 from robotcore.hal.device import Actuator, build_invalid_command
+from robotcore.hal.device_tester import YES_OR_NO, DeviceTester, Question
 from robotcore.hal.kind import Kind, assert_limited, assert_refused
 from robotcore.hal.robot import Robot
+from robotcore.hal.simulation_state import SimulationState
 
 SILENCE = 0.0
 """The frequency of no tone, in Hz."""
@@ -71,6 +75,11 @@ class Buzzer(Actuator[float], ABC):
         return SILENCE if command == SILENCE else max(MIN_FREQUENCY_HZ, min(command, self.max_frequency))
 
 
+def simulate(buzzer: BuzzerDescription, state: SimulationState) -> Callable[[float], None]:
+    """Return a function that stores the frequency that a simulated person hears."""
+    return partial(state.shown.__setitem__, buzzer.name)
+
+
 def check_commands(_robot: Robot, buzzer: Buzzer) -> None:
     """Check that a buzzer refuses a frequency without a meaning, and limits others."""
     assert_refused(buzzer, math.nan, math.inf, -1.0)
@@ -78,4 +87,37 @@ def check_commands(_robot: Robot, buzzer: Buzzer) -> None:
     assert_limited(buzzer, limits)
 
 
-KIND = Kind("a buzzer, which plays tones", BuzzerDescription, Buzzer, rules=(check_commands,), is_optional=True)
+TONE_HZ, TONE_S = 880.0, 0.5
+"""The tone that a test plays, and its duration in seconds."""
+
+
+def test_buzzers(tester: DeviceTester, buzzers: Sequence[Any]) -> None:
+    """Play a tone, and ask the person whether it sounds."""
+    for buzzer in buzzers:
+        device = tester.robot.devices[buzzer.name]
+        assert isinstance(device, Buzzer)
+        tester.repeat(partial(device.play, TONE_HZ), TONE_S)
+        heard = Question("tone", f"Does {buzzer.name} play a tone now?", YES_OR_NO, partial(_hear, buzzer.name))
+        answer = tester.ask(buzzer.name, heard)
+        device.stop()
+        if answer == "y":
+            tester.confirm(buzzer.name, f"plays a tone of {TONE_HZ:g} Hz")
+        elif answer == "n":
+            tester.fail(buzzer.name, "plays no tone", "Check its wires and its pin", "buzzer-dead")
+        else:
+            tester.skip(buzzer.name, "no person has heard it")
+
+
+def _hear(name: str, state: SimulationState) -> str:
+    return "y" if state.shown.get(name, SILENCE) > SILENCE else "n"
+
+
+KIND = Kind(
+    "a buzzer, which plays tones",
+    BuzzerDescription,
+    Buzzer,
+    simulate=simulate,
+    rules=(check_commands,),
+    is_optional=True,
+    test_devices=test_buzzers,
+)

@@ -17,6 +17,7 @@ from robotcore.hal.device import Sensor
 from robotcore.hal.kind import Kind, raise_not_simulated
 from robotcore.hal.noise import Noise, build_noise_effect
 from robotcore.hal.sampling import delay_samples
+from robotcore.kinds.device_tests.cameras import test_cameras
 from robotcore.lens import Lens, is_invertible
 from robotcore.optics import Image, Intrinsics
 
@@ -195,4 +196,5 @@ KIND = Kind(
     raise_not_simulated,
     default_reading=draw_grey,
     validate_sample=validate_sample,
+    test_devices=test_cameras,
 )

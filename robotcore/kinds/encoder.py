@@ -14,6 +14,7 @@ from robotcore.hal.clock import Clock
 from robotcore.hal.device import Sensor, Unit
 from robotcore.hal.kind import Kind, raise_not_simulated
 from robotcore.hal.sampling import SampleCache
+from robotcore.kinds.device_tests.wheels import test_encoders
 
 
 class EncoderDescription(DeviceDescription):
@@ -66,4 +67,6 @@ class SimulatedEncoder(Encoder):
         return self._newest_at()
 
 
-KIND = Kind("an encoder on a wheel", EncoderDescription, Encoder, Angle, raise_not_simulated)
+KIND = Kind(
+    "an encoder on a wheel", EncoderDescription, Encoder, Angle, raise_not_simulated, test_devices=test_encoders
+)

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Annotated, Literal
+from functools import partial
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
 from robotcore.description import Ideal, SensorDescription
 from robotcore.geometry import wrap_angle
 from robotcore.hal.device import Sensor, Unit
+from robotcore.hal.device_tester import REVERSED, DeviceTester
 from robotcore.hal.kind import Kind
 from robotcore.hal.simulation_state import SimulationState
 
@@ -101,4 +103,70 @@ def simulate(imu: ImuDescription, state: SimulationState) -> Callable[[float, in
     return ImuSimulation(imu, state)
 
 
-KIND = Kind("a sensor of turn rate, acceleration and heading", ImuDescription, Imu, ImuSample, simulate)
+TURN_S = 3.0
+"""The time for which the person turns the robot, in seconds."""
+
+LEAST_TURN_RAD = 0.15
+"""A smaller turn shows nothing, in radians."""
+
+PUSH_SHARE, PUSH_S = 0.2, 0.6
+"""The velocity of one motor that turns a simulated robot, as a share of its greatest, and the duration in seconds."""
+
+
+def test_imus(tester: DeviceTester, imus: Sequence[Any]) -> None:
+    """Let the person turn the robot to the left by hand, and compare the heading of each IMU."""
+    for imu in imus:
+        device = tester.robot.devices[imu.name]
+        assert isinstance(device, Imu)
+        before = device.read().heading
+        text = f"Press Enter, and then turn the whole robot to the left by about 90° within {TURN_S:g} s"
+        if not tester.instruct(imu.name, "turn", text, lambda _state: None):
+            tester.skip(imu.name, "no person turns the robot")
+            continue
+        direction, undo = _turn_simulated(tester) if tester.state else _wait(tester)
+        turned = wrap_angle(device.read().heading - before)
+        undo()
+        if direction == 0:
+            tester.skip(imu.name, "no motor turns the simulated robot")
+        elif abs(turned) < LEAST_TURN_RAD:
+            tester.fail(imu.name, "does not measure the turn", "Check its wires and its address", "imu-dead")
+        elif turned * direction > 0:
+            tester.confirm(imu.name, "measures turns positive to the left")
+        else:
+            remedy = "Turn the chip over, or change is_upside_down"
+            tester.correct(
+                imu.name, "measures turns to the left as negative", REVERSED, remedy=remedy, kind="imu-reversed"
+            )
+
+
+def _wait(tester: DeviceTester) -> tuple[int, Callable[[], None]]:
+    tester.wait(TURN_S)
+    return 1, lambda: None
+
+
+def _turn_simulated(tester: DeviceTester) -> tuple[int, Callable[[], None]]:
+    """Turn a simulated robot by one of its motors.
+
+    Return 1 if it has turned to the left, -1 if to the right, else 0, and a function that turns it back.
+    """
+    state = tester.state
+    assert state
+    for motor in tester.robot.motors.values():
+        before = state.pose().heading
+        push = partial(_push, tester, motor)
+        push(PUSH_SHARE)
+        turned = wrap_angle(state.pose().heading - before)
+        if abs(turned) > LEAST_TURN_RAD:
+            return 1 if turned > 0 else -1, partial(push, -PUSH_SHARE)
+    return 0, lambda: None
+
+
+def _push(tester: DeviceTester, motor: Any, share: float) -> None:
+    tester.repeat(partial(motor.set_velocity, share * motor.max_velocity), PUSH_S)
+    motor.stop()
+    tester.wait(PUSH_S / 2)
+
+
+KIND = Kind(
+    "a sensor of turn rate, acceleration and heading", ImuDescription, Imu, ImuSample, simulate, test_devices=test_imus
+)

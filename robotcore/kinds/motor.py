@@ -12,6 +12,7 @@ from robotcore.description import DeviceDescription, Ideal
 from robotcore.errors import InvalidCommandError, Mistake
 from robotcore.hal.device import Actuator, build_invalid_command
 from robotcore.hal.kind import Kind
+from robotcore.kinds.device_tests.wheels import test_motors
 
 MIN_LAG_S = 1e-4
 """The shortest lag other than 0, in seconds. Simulators have longer time steps, so a shorter lag has no effect."""
@@ -158,4 +159,4 @@ def invalid_velocity(name: str, rad_s: float) -> InvalidCommandError:
     return build_invalid_command(name, f"a velocity of {rad_s} rad/s", ", and all motors were stopped")
 
 
-KIND = Kind("a motor of a wheel", MotorDescription, Motor)
+KIND = Kind("a motor of a wheel", MotorDescription, Motor, test_devices=test_motors)

@@ -19,6 +19,7 @@ from robotcore.hal.noise import draw_noise, random_at
 from robotcore.hal.sample_text import format_fields
 from robotcore.hal.sampling import capture_at_once, delay_samples
 from robotcore.hal.simulation_state import SimulationState
+from robotcore.kinds.device_tests.ranges import test_ranges
 from robotcore.raycast import FAN_SETBACK_M, Fan
 
 RAYS = 9
@@ -204,4 +205,5 @@ KIND = Kind(
     simulate,
     default_reading=lambda _sensor: math.inf,
     validate_sample=validate_sample,
+    test_devices=test_ranges,
 )

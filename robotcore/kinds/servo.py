@@ -17,6 +17,7 @@ from robotcore.hal.device import Actuator, build_invalid_command
 from robotcore.hal.kind import Kind, assert_limited, assert_refused
 from robotcore.hal.robot import Robot
 from robotcore.hal.simulation_state import SimulationState
+from robotcore.kinds.device_tests.servos import test_servos
 
 
 class ServoDescription(DeviceDescription):
@@ -100,5 +101,10 @@ def check_commands(_robot: Robot, servo: Servo) -> None:
 
 
 KIND = Kind(
-    "a servo, which turns to an angle and holds it", ServoDescription, Servo, simulate=simulate, rules=(check_commands,)
+    "a servo, which turns to an angle and holds it",
+    ServoDescription,
+    Servo,
+    simulate=simulate,
+    rules=(check_commands,),
+    test_devices=test_servos,
 )

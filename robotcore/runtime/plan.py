@@ -115,6 +115,8 @@ class Plan:
         backend.require_installed()
         robot = description.with_conditions(world.conditions) if world and builds_world else description
         setup = Setup(robot, world, devices, request.rate_hz, request.seed or 0, request.gui, request.options)
+        if request.has_separate_motors:
+            description = description.model_copy(update={"drive": None})
         judge = behaviour if judge is None else judge
         notes = list(backend.notes(setup))
         if world and not builds_world and Capability.POSE in backend.capabilities:

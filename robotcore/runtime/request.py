@@ -60,6 +60,11 @@ class RunRequest:
     """The specifications of the faults to inject."""
     has_operator: bool = False
     """Whether a person may drive the robot in place of the app, by ``RunContext.operator``."""
+    has_separate_motors: bool = False
+    """Whether the app commands each motor and the steering servo separately. The robot then has no drive.
+
+    No rule compares the wheels with the commands, and no range guard limits them. It is for robots off the ground.
+    """
 
     def __post_init__(self) -> None:
         """Raise UsageError if a value has the wrong type."""

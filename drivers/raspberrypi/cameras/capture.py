@@ -15,6 +15,7 @@ from pydantic import Field
 
 from robotcore.errors import DeviceError, ResourceError
 from robotcore.hal.clock import Clock
+from robotcore.hal.device_tester import MIRRORED, RED_AND_BLUE_SWAPPED, ROTATED, UPSIDE_DOWN
 from robotcore.hardware import DeviceContext, DeviceDriver, NewestSample
 from robotcore.kinds.camera import Camera, CameraDescription, Frame
 from robotcore.optics import Image
@@ -253,13 +254,12 @@ class FrameConverter:
 
     def __init__(self, description: CameraDescription, settings: CameraDriver) -> None:
         self._description = description
-        self._rows = slice(None, None, -1 if settings.flip_vertical != settings.rotate_180 else 1)
-        self._columns = slice(None, None, -1 if settings.flip_horizontal != settings.rotate_180 else 1)
+        self._parts = tuple(slice(None, None, -1 if is_reversed else 1) for is_reversed in settings.transformation)
         self._count = 0
 
     def convert(self, shot: Shot) -> Frame:
         """Return a picture as the next frame; raises DeviceError if its aspect ratio differs from the description's."""
-        image = np.ascontiguousarray(self._resize(shot.image)[self._rows, self._columns])
+        image = np.ascontiguousarray(self._resize(shot.image)[self._parts])
         image.flags.writeable = False
         frame = Frame(image, shot.time, self._count)
         self._count += 1
@@ -281,6 +281,15 @@ class FrameConverter:
 
         size = (description.width_px, description.height_px)
         return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+
+
+CORRECTED_BY = {
+    MIRRORED: "flip_horizontal",
+    UPSIDE_DOWN: "flip_vertical",
+    ROTATED: "rotate_180",
+    RED_AND_BLUE_SWAPPED: "swap_red_blue",
+}
+"""The setting that corrects each mistake of a camera."""
 
 
 class CameraDriver(DeviceDriver):
@@ -306,6 +315,18 @@ class CameraDriver(DeviceDriver):
 
     flip_horizontal: bool = False
     flip_vertical: bool = False
+
+    swap_red_blue: bool = False
+    """Whether the camera gives red in place of blue."""
+
+    @property
+    def transformation(self) -> tuple[bool, bool, bool]:
+        """Whether the rows, the columns and the colours of the camera's pictures are reversed."""
+        return self.flip_vertical != self.rotate_180, self.flip_horizontal != self.rotate_180, self.swap_red_blue
+
+    def correct(self, mistake: str, observed: Any = None) -> Mapping[str, Any] | None:
+        key = CORRECTED_BY.get(mistake)
+        return {key: not getattr(self, key)} if key else None
 
     def open(self, description: CameraDescription, context: DeviceContext) -> CapturingCamera:
         camera = CapturingCamera(self.source(description, self, context.clock))

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
-from typing import Annotated, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
@@ -16,6 +16,7 @@ from drivers.raspberrypi.motors.bridge import Bridge
 from drivers.raspberrypi.pins import open_output
 from robotcore.description import RobotDescription
 from robotcore.hal.cutoff import CutoffSpec
+from robotcore.hal.device_tester import REVERSED
 from robotcore.hardware import Connection, DeviceContext, DeviceDriver, Drivers
 from robotcore.hardware.motor_control import Control, open_motor, require_drivable
 from robotcore.hardware.motor_model import Model
@@ -206,6 +207,9 @@ class HBridge(MotorDriver):
     def wires(self) -> Sequence[Connection]:
         remedy = "use the key 'standby' in place of 'enable', because motors may share a standby line"
         return [replace(wire, remedy=remedy if wire.signal == "enable" else "") for wire in super().wires()]
+
+    def correct(self, mistake: str, observed: Any = None) -> Mapping[str, Any] | None:
+        return {"forward": self.backward, "backward": self.forward} if mistake == REVERSED else None
 
     def levels(self, duty: float) -> Mapping[int, float]:
         if self.pwm is None:

@@ -18,6 +18,7 @@ from drivers.raspberrypi.pwm.chip import MAX_HZ, MIN_HZ, PwmChip
 from drivers.raspberrypi.pwm.settings import SUPPLY, Channel, ChannelDriver, is_virtual
 from robotcore.description import RobotDescription
 from robotcore.hal.cutoff import CutoffSpec
+from robotcore.hal.device_tester import REVERSED
 from robotcore.hardware import Connection, DeviceContext, Drivers
 from robotcore.hardware.motor_control import Control, open_motor, require_drivable
 from robotcore.hardware.motor_model import Model, Output
@@ -156,6 +157,9 @@ class HBridgeChannelDriver(ChannelMotorDriver):
             return table
         return {**build_motor_settings(table.get("board"), table.get("motor")), **table}
 
+    def correct(self, mistake: str, observed: Any = None) -> Mapping[str, Any] | None:
+        return {"forward": self.backward, "backward": self.forward} if mistake == REVERSED else None
+
     def duties(self, duty: float) -> Mapping[int, float]:
         if self.pwm is None:
             first, last = (self.backward, self.forward) if duty > 0 else (self.forward, self.backward)
@@ -195,6 +199,9 @@ class PhaseChannelDriver(ChannelMotorDriver):
 
     forward_is_high: bool = False
     """Whether the GPIO ``phase`` is high to turn forward, and low to turn backward."""
+
+    def correct(self, mistake: str, observed: Any = None) -> Mapping[str, Any] | None:
+        return {"forward_is_high": not self.forward_is_high} if mistake == REVERSED else None
 
     def duties(self, duty: float) -> Mapping[int, float]:
         return {self.pwm: abs(duty)}

@@ -120,6 +120,7 @@ class VirtualPiBackend(RaspberryPiBackend):
     def open(self, setup: Setup) -> Robot:
         from drivers.raspberrypi.virtual.hardware import adopt_devices, describe_own_hardware, load_true_hardware
         from drivers.raspberrypi.virtual.models import MODELLED_DRIVERS, VirtualPins, connect_pins
+        from drivers.raspberrypi.virtual.mountings import mount_device
 
         options = setup.options_as(VirtualPiOptions)
         simulator = self._load_simulator(options.simulator)
@@ -141,7 +142,9 @@ class VirtualPiBackend(RaspberryPiBackend):
             own = {name: device for name, device in robot.devices.items() if name not in on_pins}
             if options.truth is not None:
                 described = {each.name: each for each in setup.chosen_devices if each.name not in on_pins}
-                own = {device.name: device for device in adopt_devices(described, own)}
+                drivers, true = ({each.name: each.driver for each in side} for side in (bindings, hardware.bindings))
+                adopted = list(adopt_devices(described, own))
+                own = {each.name: mount_device(each, described[each.name], drivers, true) for each in adopted}
             release = undo.pop_all().close
         return open_robot(setup, bindings, robot.clock, pins=pins, release=release, truth=robot.truth, opened=own)
 

@@ -32,7 +32,9 @@ from robotcore.hardware import DeviceBinding
 from robotcore.hardware.motor_model import MotorModel
 from robotcore.kinds.bumper import Bumper
 from robotcore.kinds.button import Button
+from robotcore.kinds.buzzer import Buzzer
 from robotcore.kinds.encoder import Encoder, EncoderDescription
+from robotcore.kinds.led import Led
 from robotcore.kinds.line_sensor import THRESHOLD, LineSensor
 from robotcore.kinds.motor import Motor, MotorDescription
 from robotcore.kinds.range_sensor import RangeSensor
@@ -251,6 +253,16 @@ def read_phase_and_enable(phase: float, enable: float) -> float:
     return -enable if phase else enable
 
 
+def connect_motor(driver: MotorDriver, motor: Motor, pins: VirtualPins) -> None:
+    """Connect the simulator's motor to the pins of its driver."""
+    match driver:
+        case HBridge() as on:
+            lines = (on.forward, on.backward, on.pwm, on.enable)
+            wire_motor(motor, on.model, [pins.pin(line) for line in lines if line is not None], read_two_inputs)
+        case PhaseEnable() as on:
+            wire_motor(motor, on.model, [pins.pin(on.phase), pins.pin(on.enable)], read_phase_and_enable)
+
+
 def wire_servo(
     servo: Servo, driver: PulseDriver, output: VirtualPin | VirtualChannel, frequency_hz: Callable[[], float]
 ) -> None:
@@ -266,6 +278,25 @@ def wire_servo(
             servo.set_angle(servo.min_angle + share * (servo.max_angle - servo.min_angle))
 
     output.on_change(turn)
+
+
+def wire_shown(shown: Led | Buzzer, pins: Sequence[VirtualPin], active_high: bool = True) -> None:  # noqa: FBT001, FBT002
+    """Connect a light to the pins of its colours, or to its only pin; or a buzzer to its pin.
+
+    A simulated person sees and hears them.
+    """
+
+    def show() -> None:
+        if isinstance(shown, Buzzer):
+            shown.play(float(pins[0].frequency or 0.0) if pins[0].state else 0.0)
+            return
+        parts = [float(pin.state) if active_high else 1 - float(pin.state) for pin in pins]
+        red, green, blue = parts if len(parts) > 1 else parts * 3
+        shown.set_colour(red, green, blue)
+
+    for pin in pins:
+        pin.on_change(show)
+    show()
 
 
 def connect_channels(driver: ChannelDriver, actuator: Motor | Servo, pins: VirtualPins) -> None:
@@ -318,13 +349,12 @@ def connect_pins(binding: DeviceBinding, simulated: Robot, pins: VirtualPins, is
     """
     pin, clock = pins.pin, simulated.clock
     match binding.driver, binding.description, simulated.devices[binding.name]:
-        case HBridge() as on, _, Motor() as motor:
-            lines = (on.forward, on.backward, on.pwm, on.enable)
-            wire_motor(motor, on.model, [pin(line) for line in lines if line is not None], read_two_inputs)
-        case PhaseEnable() as on, _, Motor() as motor:
-            wire_motor(motor, on.model, [pin(on.phase), pin(on.enable)], read_phase_and_enable)
+        case MotorDriver() as on, _, Motor() as motor:
+            connect_motor(on, motor, pins)
         case ChannelDriver() as on, _, Motor() | Servo() as actuator:
             connect_channels(on, actuator, pins)
+        case PinServoDriver() as on, _, Servo() as servo:
+            wire_servo(servo, on, pin(on.gpio), lambda: FRAME_HZ)
         case Quadrature() | Pulses() as on, EncoderDescription() as description, Encoder() as encoder:
             numbers, levels = ((on.a, on.b), QUADRATURE) if isinstance(on, Quadrature) else ((on.gpio,), SLOTS)
             disc = Disc(encoder, math.tau / on.edges_per_turn(description), levels, [pin(each) for each in numbers])
@@ -338,10 +368,9 @@ def connect_pins(binding: DeviceBinding, simulated: Robot, pins: VirtualPins, is
             update = partial(drive_outputs, row, [pin(each) for each in on.gpios], on.active_high)
             update()
             clock.call_every(_step_of(clock), update, "line-sensors")
-        case PinServoDriver() as on, _, Servo() as servo:
-            wire_servo(servo, on, pin(on.gpio), lambda: FRAME_HZ)
-        case LightDriver() | PinBuzzerDriver(), _, _:
-            pass  # nothing reacts to a light or a tone
+        case LightDriver() | PinBuzzerDriver() as on, _, Led() | Buzzer() as shown:
+            outputs = on.gpios if isinstance(on, LightDriver) else (on.gpio,)
+            wire_shown(shown, [pin(each) for each in outputs], getattr(on, "active_high", True))
         case _:
             return False
     return True

@@ -56,7 +56,7 @@ class Board:
         if not 0 < square_m < 10:
             text = f"the side of a square is {square_m:g} m. Give it in metres, such as --square 0.025"
             raise UsageError(text, kind="wrong-square", square_m=square_m)
-        return cls(*numbers, square_m)
+        return cls(numbers[0], numbers[1], square_m)
 
     def __str__(self) -> str:
         return f"{self.columns}x{self.rows}"

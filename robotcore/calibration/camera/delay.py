@@ -1,4 +1,4 @@
-"""Measures the delay of a camera: the robot turns, and its rotation in the pictures is compared with that of a sensor."""
+"""Measures the delay of a camera: compares the rotation in the pictures of a turning robot with that of a sensor."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
+from robotcore.calibration.plot import Plot, Series
+from robotcore.canvas import SERIES
 from robotcore.errors import CalibrationError
 from robotcore.kinds.camera import Frame
 from robotcore.optics import Image, Intrinsics
@@ -152,7 +154,7 @@ def _measure_turn(first: Image, second: Image, intrinsics: Intrinsics) -> float 
         return None
     moved, is_found, _ = cv2.calcOpticalFlowPyrLK(first, second, points, points.copy())
     back, is_back, _ = cv2.calcOpticalFlowPyrLK(second, first, moved, points.copy())
-    is_good = (is_found & is_back).ravel().astype(bool)
+    is_good = np.ravel(is_found).astype(bool) & np.ravel(is_back).astype(bool)
     is_good &= np.linalg.norm((back - points).reshape(-1, 2), axis=1) < MAX_RETURN_PX
     if is_good.sum() < MIN_POINTS:
         return None
@@ -210,8 +212,8 @@ def fit_delay(record: TurnRecord, horizontal_fov_rad: float, tick_s: float) -> D
     deviation = math.sqrt(2 * middle / max(len(pairs) - 2, 1) / curvature)
     if deviation > MAX_DEVIATION_S:
         raise CalibrationError(
-            f"the delay is uncertain by {deviation:.3f} s, and the limit is {MAX_DEVIATION_S:g} s. Give the camera more "
-            "light and details",
+            f"the delay is uncertain by {deviation:.3f} s, and the limit is {MAX_DEVIATION_S:g} s. Give the camera "
+            "more light and details",
             kind="uncertain-delay",
             deviation_s=deviation,
         )
@@ -279,3 +281,11 @@ def list_turn_rates(ticks: int, tick_s: float, limit_rad_s: float) -> Iterator[f
         envelope = min(1.0, 4 * time / duration, 4 * (1 - time / duration))
         wave = 0.6 * math.sin(math.tau * 0.5 * time) + 0.4 * math.sin(math.tau * 0.83 * time)
         yield limit_rad_s * envelope * wave
+
+
+def draw_delay(fit: DelayFit, camera: str) -> Plot:
+    """Return a chart of the error at each delay that was tried."""
+    points = [(shift, math.degrees(error)) for shift, error in zip(fit.shifts_s, fit.errors_rad, strict=True)]
+    chosen = [(fit.stamp_error_s, 0.0), (fit.stamp_error_s, max(error for _, error in points))]
+    series = (Series("error of the rotation", points, True), Series("best delay", chosen, True, SERIES[1]))
+    return Plot(f"Delay of {camera} after its time stamps", "delay in s", "degrees", series)

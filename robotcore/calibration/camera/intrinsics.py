@@ -5,14 +5,20 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from robotcore.calibration.camera.board import Board, Corners, ViewSelection
+from robotcore.calibration.plot import Plot, Series
+from robotcore.canvas import SERIES
+from robotcore.description.editing import round_measured
 from robotcore.errors import CalibrationError
-from robotcore.optics import Image
+from robotcore.kinds.camera import CameraDescription
+from robotcore.lens import is_invertible
+from robotcore.optics import Image, Intrinsics
 from robotcore.text import pluralize
 
 MIN_VIEWS = 8
@@ -227,3 +233,43 @@ def _calibrate(views: Sequence[Corners], board: Board, size: tuple[int, int], fl
         float(error),
         np.ravel(view_errors),
     )
+
+
+def build_description_values(fit: IntrinsicsFit, camera: CameraDescription) -> dict[str, Any]:
+    """Return the keys of a camera's table for a fit, with as many digits as the fit allows.
+
+    Raises CalibrationError if the pictures have another aspect ratio than the camera, or if the distortion cannot be
+    inverted in the whole picture.
+    """
+    (width, height), scale = fit.size, camera.width_px / fit.size[0]
+    if abs(height * scale - camera.height_px) > 1:
+        raise CalibrationError(
+            f"the pictures have {width}x{height} px, and the description of {camera.name} has "
+            f"{camera.width_px}x{camera.height_px} px: another aspect ratio, so another field of view. Take pictures "
+            "of this camera with the size of the description",
+            kind="other-aspect-ratio",
+            device=camera.name,
+        )
+    centre = tuple((each + 0.5) * scale - 0.5 for each in fit.centre_px)
+    spreads = [each * scale for each in fit.deviations[1:3]]
+    fov = round_measured(fit.horizontal_fov_rad, fit.fov_deviation_rad)
+    column, row = (round_measured(*pair) for pair in zip(centre, spreads, strict=True))
+    pairs = zip(fit.distortion, fit.deviations[3:], strict=True)
+    distortion = [round_measured(*pair) if pair[1] else 0.0 for pair in pairs]
+    distorted = Intrinsics(camera.width_px, camera.height_px, fov, (column, row), tuple(distortion))
+    if not is_invertible(distorted):
+        raise CalibrationError(
+            "by the fit, the lens shows a direction twice. The distortion is wrong where no board was. Hold the board "
+            "in each corner of the picture",
+            kind="distortion-not-invertible",
+        )
+    return {"horizontal_fov_rad": fov, "centre_px": [column, row], "distortion": distortion}
+
+
+def draw_views(selection: ViewSelection, camera: str) -> Plot:
+    """Return a chart of the corners in all views, in the picture of a camera."""
+    width, height = selection.size
+    corners = [(float(u), height - 1 - float(v)) for view in selection.views for u, v in view]
+    frame = [(0.0, 0.0), (width - 1.0, 0.0), (width - 1.0, height - 1.0), (0.0, height - 1.0), (0.0, 0.0)]
+    series = (Series("corners of the board", corners), Series("edge of the picture", frame, True, SERIES[1]))
+    return Plot(f"Views of the board by {camera}", "columns", "rows", series)

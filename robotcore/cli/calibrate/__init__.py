@@ -12,11 +12,14 @@ from robotcore.cli.output import write_lines
     "calibrate",
     cls=LazyGroup,
     package="robotcore.cli.calibrate",
-    commands=("motors", "drive"),
+    commands=("motors", "drive", "camera", "range"),
     invoke_without_command=True,
 )
 @click.pass_context
 def command(context: click.Context) -> None:
-    """Measure the parts of a robot, and correct its file."""
+    """Measure the parts of a robot, and correct its file.
+
+    Without --write, a command prints the changes and leaves the file as it is.
+    """
     if context.invoked_subcommand is None:
         write_lines(context.get_help())

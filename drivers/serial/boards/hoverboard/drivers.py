@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import Annotated, Literal
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
 from drivers.serial.boards.drivers import BatteryDriver, BoardDriver, EncoderDriver, MotorDriver
 from drivers.serial.boards.hoverboard.protocol import LIMIT, STANDING, STOP, HoverboardProtocol, Mixer
 from robotcore.description import RobotDescription
+from robotcore.hal.device_tester import REVERSED
 from robotcore.hardware import Connection, DeviceContext, Drivers
 from robotcore.hardware.motor_control import Control, open_motor, require_drivable
 from robotcore.hardware.motor_model import Model, OutputMotor
@@ -67,6 +68,9 @@ class HoverboardMotor(HoverboardDriver, MotorDriver):
     """The velocity of the wheel at each duty, for mode "duty"."""
     control: Control | None = None
     """The settings of velocity control by the wheel's encoder, for mode "duty"."""
+
+    def correct(self, mistake: str, observed: Any = None) -> Mapping[str, Any] | None:
+        return {"inverted": not self.inverted} if mistake == REVERSED else None
 
     @property
     def mixer(self) -> Mixer:
@@ -127,6 +131,9 @@ class HoverboardEncoder(HoverboardDriver, EncoderDriver):
 
     inverted: bool = False
     """Whether the wheel's angle changes its sign, because it counts the wrong way."""
+
+    def correct(self, mistake: str, observed: Any = None) -> Mapping[str, Any] | None:
+        return {"inverted": not self.inverted} if mistake == REVERSED else None
 
     def rad_per_unit(self, description: EncoderDescription, robot: RobotDescription) -> float:
         # The right motor is mounted the other way round.

@@ -91,10 +91,10 @@ class TrueCamera:
         v = (b / c * scale + 2 * TEXEL_PX - 0.5).astype(np.float32)
         u[c <= 0] = -1e6
         fine = cv2.remap(_draw_texture(board), u, v, cv2.INTER_LINEAR, borderValue=110)
-        small = cv2.resize(fine, (self.width, self.height), interpolation=cv2.INTER_AREA).astype(np.float64)
-        small = cv2.GaussianBlur(small, (0, 0), 0.6)
+        size = (self.width, self.height)
+        small = cv2.GaussianBlur(np.asarray(cv2.resize(fine, size, interpolation=cv2.INTER_AREA), float), (0, 0), 0.6)
         noise = np.random.default_rng(random_.getrandbits(64)).normal(0.0, self.noise, small.shape)
-        return np.clip(np.rint(small + noise), 0, 255).astype(np.uint8)
+        return np.asarray(np.clip(np.rint(small + noise), 0, 255), np.uint8)
 
     def render_views(self, board: Board, count: int, random_: random.Random) -> Iterator[Image]:
         """Yield pictures of a board that a person moves: near and far, tilted, and in all parts of the picture."""
@@ -115,4 +115,4 @@ def _draw_texture(board: Board) -> Image:
     columns, rows = board.columns + 1, board.rows + 1
     cells = np.add.outer(np.arange(rows), np.arange(columns)) % 2
     squares = np.kron(np.where(cells, 235, 25), np.ones((TEXEL_PX, TEXEL_PX))).astype(np.uint8)
-    return np.asarray(cv2.copyMakeBorder(squares, *[TEXEL_PX] * 4, cv2.BORDER_CONSTANT, value=235), np.uint8)
+    return np.pad(squares, TEXEL_PX, constant_values=235)

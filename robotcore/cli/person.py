@@ -1,0 +1,80 @@
+"""Asks the person at the terminal. Without a terminal, no question is asked."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+
+from robotcore.cli.output import write_line
+from robotcore.errors import UsageError
+from robotcore.text import escape
+
+
+def has_terminal() -> bool:
+    """Return whether a person can answer: standard input is a terminal."""
+    return sys.stdin is not None and not sys.stdin.closed and sys.stdin.isatty()
+
+
+def read_answer(prompt: str) -> str | None:
+    """Return the line that the person types after a prompt on stderr; None without a terminal, and after Ctrl-D."""
+    if not has_terminal():
+        return None
+    with suppress(OSError):
+        sys.stderr.write(f"{escape(prompt)} ")
+        sys.stderr.flush()
+    line = sys.stdin.readline()
+    if not line:
+        write_line(is_error=True)
+        return None
+    return line.strip()
+
+
+def choose(prompt: str, choices: Mapping[str, str]) -> str | None:
+    """Return the key of a choice; None without a terminal, after Ctrl-D, and if the person does not know.
+
+    choices: the meanings of the answers, by what the person types.
+    """
+    listed = ", ".join(f"{key} = {meaning}" for key, meaning in choices.items())
+    while (answer := read_answer(f"{prompt} [{listed}, Enter = skip]")) is not None:
+        if not answer:
+            return None
+        if answer.lower() in choices:
+            return answer.lower()
+        write_line(f"{answer!r} is no answer. Type one of: {', '.join(choices)}", is_error=True)
+    return None
+
+
+def read_number(prompt: str, check: Callable[[float], str]) -> float | None:
+    """Return a number that the person types; None for an empty line, without a terminal, and after Ctrl-D.
+
+    check: returns the problem of a number; ``""`` for a valid one.
+    """
+    while answer := read_answer(prompt):
+        try:
+            value = float(answer.replace(",", "."))
+        except ValueError:
+            problem = f"{answer!r} is no number"
+        else:
+            problem = check(value)
+            if not problem:
+                return value
+        write_line(f"{problem}. Type another number, or press Enter to end", is_error=True)
+    return None
+
+
+def require_ready(instruction: str, *, is_confirmed: bool) -> None:
+    """Wait until the person has followed an instruction and presses Enter.
+
+    is_confirmed: whether the person has confirmed it before, by ``--yes``.
+
+    Raises UsageError if no person can confirm it.
+    """
+    if is_confirmed:
+        return
+    if not has_terminal():
+        text = f"no terminal to confirm this: {instruction}. Run the command in a terminal, or add --yes"
+        raise UsageError(text, kind="not-confirmed")
+    if read_answer(f"{instruction}. Then press Enter.") is None:
+        text = "standard input was closed before the robot moved. Repeat the command"
+        raise UsageError(text, kind="not-confirmed")
