@@ -1,6 +1,7 @@
 """Measure how far simulations part from robots whose files are wrong, and after the calibration of their files.
 
     python -m benchmarks.fidelity --robots 10 --simulators kinematic,mujoco --seed 1
+    python -m benchmarks.fidelity --robots 4 --simulators mujoco --torque 1.0
 
 Each robot is a simulated rover on `virtualpi`. Its motors, lags, track and wheels differ from the shipped rover by
 errors that a seed draws. The shipped file is its user's file. The robot drives a winding way of 5 m, and
@@ -60,12 +61,12 @@ class Errors(NamedTuple):
 
 def main() -> int:
     """Measure all robots on all cores, and print the results."""
-    options = parse_options(__doc__, robots=10, simulators="kinematic,mujoco", seed=1)
+    options = parse_options(__doc__, robots=10, simulators="kinematic,mujoco", seed=1, torque=0.08)
     rows, is_missed = [], False
     for simulator in options.simulators.split(","):
         seeds = [f"{options.seed}/{number}" for number in range(options.robots)]
         with ProcessPoolExecutor(count_cores()) as pool:
-            errors = list(pool.map(partial(measure_robot, simulator), seeds))
+            errors = list(pool.map(partial(measure_robot, simulator, options.torque), seeds))
         before = [each.before for each in errors]
         rows.append((simulator, "before", *_build_cells(before), "", ""))
         for name in ("after", "again"):
@@ -83,12 +84,15 @@ def _build_cells(values: Iterable[float]) -> tuple[str, str]:
     return f"{median(found):.3f}", f"{max(found):.3f}"
 
 
-def measure_robot(simulator: str, seed: str) -> Errors:
-    """Record a drive of a robot, correct its file, and record another drive."""
+def measure_robot(simulator: str, torque_nm: float, seed: str) -> Errors:
+    """Record a drive of a robot, correct its file, and record another drive.
+
+    torque_nm: the greatest torque of the motors, in N·m. The simulator kinematic has no torques.
+    """
     with TemporaryDirectory() as folder:
         truth, own, world = (Path(folder, name) for name in ("true.toml", "my_robot.toml", "hall.toml"))
-        truth.write_text(draw_truth(Random(seed)), encoding="utf-8")
-        own.write_text(read_rover(), encoding="utf-8")
+        truth.write_text(draw_truth(read_rover(torque_nm), Random(seed)), encoding="utf-8")
+        own.write_text(read_rover(torque_nm), encoding="utf-8")
         world.write_text(WORLD, encoding="utf-8")
         options = {"truth": str(truth), "simulator": simulator}
         first = record_drive(Path(folder, "first.mcap"), own, world, options)
@@ -101,14 +105,17 @@ def measure_robot(simulator: str, seed: str) -> Errors:
     )
 
 
-def read_rover() -> str:
+def read_rover(torque_nm: float) -> str:
     """Return the file of the shipped rover, with a body that is wide enough for each track that is drawn."""
-    return ROVER.read_text(encoding="utf-8").replace("width_m = 0.185", "width_m = 0.195")
+    text = ROVER.read_text(encoding="utf-8").replace("width_m = 0.185", "width_m = 0.195")
+    return text.replace("max_torque_nm = 0.08", f"max_torque_nm = {torque_nm}")
 
 
-def draw_truth(draw: Random) -> str:
-    """Return the file of a rover with errors of its motors, its track and its wheels."""
-    text = read_rover()
+def draw_truth(text: str, draw: Random) -> str:
+    """Return the file of a rover with errors of its motors, its track and its wheels.
+
+    text: the file of the rover without the errors.
+    """
     for _ in range(2):
         band, forward, backward = draw.uniform(0.05, 0.18), draw.uniform(12.6, 15.4), draw.uniform(12.6, 15.4)
         model = f"{{ dead_band = {band:.4f}, forward_rad_s = {forward:.3f}, backward_rad_s = {backward:.3f} }}"

@@ -87,10 +87,11 @@ def command(
 ) -> int:
     """Test each device of a robot, and correct its file.
 
-    The wheels must be off the ground. It finds swapped sides and directions of motors and encoders, dead devices, wrong colours and mirrored pictures of
-    cameras, directions and limits of servos, buttons, bumpers, lights, buzzers, line sensors, range sensors and IMUs.
-    It moves each device slowly and for a short time, says what should happen, and asks what has happened. Encoders
-    measure what they can. Press Enter to skip a question. In a terminal, the space bar stops everything.
+    The wheels must be off the ground. It finds swapped sides and directions of motors and encoders, dead devices, wrong
+    colours and mirrored pictures of cameras, directions and limits of servos, buttons, bumpers, lights, buzzers, line
+    sensors, range sensors and IMUs. It moves each device slowly and for a short time, says what should happen, and asks
+    what has happened. Encoders measure what they can. Press Enter to skip a question. In a terminal, the space bar
+    stops everything.
 
     In a simulator, the truth answers. On virtualpi, --option truth=FILE is a robot whose wires differ from its file.
 
