@@ -127,12 +127,14 @@ def measure_run(
     gains: tuple[float, float] = (1.0, 1.0),
 ) -> Run:
     """Drive manoeuvres one after the other. ``gains`` are those of the left and the right wheel."""
-    raw = load_backend(backend).open(Setup(robot, FIELD, needed_devices(robot, [Role.DRIVE]), rate_hz))
+    opener = load_backend(backend)
+    raw = opener.open(Setup(robot, FIELD, needed_devices(robot, [Role.DRIVE]), rate_hz))
     assert raw.truth, f"{backend} does not provide the true pose"
     app, check = MeasuredManoeuvres(manoeuvres, raw.truth), LimitCheck(robot, rate_hz)
     conditions = Conditions(wheel_gain_left=gains[0], wheel_gain_right=gains[1])
     try:
-        Loop(assemble(raw, robot, rate_hz, conditions=conditions), app, rate_hz, math.inf, [check]).run()
+        assembled = assemble(raw, robot, rate_hz, conditions=conditions, encoder_rate_hz=opener.encoder_rate_hz)
+        Loop(assembled, app, rate_hz, math.inf, [check]).run()
     finally:
         raw.close()
     return Run(app.errors, app.closing, check.excesses)

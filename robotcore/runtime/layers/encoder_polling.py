@@ -97,8 +97,8 @@ class EncoderPolling(Layer):
         """Remove the polls before ``until``, and return those of them after ``since``. Both are times in seconds."""
         points, taken = self._points, []
         while points and points[0].time < until:
-            point = points.popleft()
-            if point.time > since:
+            point = points.popleft()  # of a full queue, the thread may have removed the one that was the oldest
+            if since < point.time < until:
                 taken.append(point)
         return taken
 
