@@ -17,7 +17,6 @@ The exit status is 1 if an error exceeds 1 % or 10 ms.
 
 from __future__ import annotations
 
-import math
 import random
 import sys
 from collections.abc import Iterator
@@ -35,7 +34,6 @@ from robotcore.calibration.camera.measuring import record_turn
 from robotcore.description import read_shipped
 from robotcore.errors import CalibrationError
 from robotcore.hal.robot import Role
-from robotcore.kinds.imu import Imu
 from robotcore.optics import Intrinsics
 from tests.robotcore.calibration.camera.rendered_boards import TrueCamera
 from tests.robotcore.calibration.camera.simulated_boards import take_floor_pictures
@@ -104,7 +102,9 @@ def _compare_directions(fit: IntrinsicsFit, truth: Intrinsics) -> float:
     u, v = np.meshgrid(np.linspace(0, width - 1, 17), np.linspace(0, height - 1, 13))
     pixels = np.stack((u.ravel(), v.ravel()), axis=1)
     measured = Intrinsics(width, height, fit.horizontal_fov_rad, fit.centre_px, fit.distortion)
-    angles = [np.arctan((each.undistort(pixels) - (each.cx, each.cy)) / each.focal_length) for each in (measured, truth)]
+    angles = [
+        np.arctan((each.undistort(pixels) - (each.cx, each.cy)) / each.focal_length) for each in (measured, truth)
+    ]
     return float(np.abs(angles[0] - angles[1]).max() / (truth.horizontal_fov / 2))
 
 

@@ -106,7 +106,7 @@ class CalibratedRobot:
 
         takes_duties: whether the velocity `FULL_RAD_S` is the duty 1 of a motor with a model, without a dead band and
             without velocity control. Otherwise the motors and the limits stay as they are.
-        kinds: the kinds of the devices that the robot keeps. A servo that steers stays too.
+        kinds: the kinds of the devices that the robot keeps. Servos that steer or carry them stay too.
         """
         import tomlkit
 
@@ -124,6 +124,7 @@ class CalibratedRobot:
         table = read_toml(self.description.source, content or read_shipped(self.robot).encode())
         assert self.description.drive
         kept = {each.name for each in self.description.devices if each.kind in kinds}
+        kept |= {carrier for name in kept for carrier in self.description.list_carriers(name)}
         kept |= {*filter(None, [self.description.drive.steering_servo])}
         table["devices"] = [each for each in table["devices"] if each["name"] in kept]
         used = {self.backend.name, self.section}

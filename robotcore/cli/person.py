@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -54,11 +55,10 @@ def read_number(prompt: str, check: Callable[[float], str]) -> float | None:
         try:
             value = float(answer.replace(",", "."))
         except ValueError:
-            problem = f"{answer!r} is no number"
-        else:
-            problem = check(value)
-            if not problem:
-                return value
+            value = math.nan
+        problem = check(value) if math.isfinite(value) else f"{answer!r} is no number"
+        if not problem:
+            return value
         write_line(f"{problem}. Type another number, or press Enter to end", is_error=True)
     return None
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
@@ -50,12 +51,20 @@ class TerminalPerson:
             return read_number(f"{question.text} (Enter = skip):", lambda _number: "")
         if question.choices and given not in question.choices:
             raise UnknownNameError(f"answer to {device}.{question.topic}", given, list(question.choices))
-        return given if question.choices else float(given)
+        return given if question.choices else _parse_number(device, question.topic, given)
 
     def follow(self, device: str, topic: str, instruction: str) -> bool:
         if (given := self._answers.get(f"{device}.{topic}")) is not None:
             return given != "skip"
         return read_answer(f"{instruction}. [Enter = ready, s = skip]") == ""
+
+
+def _parse_number(device: str, topic: str, answer: str) -> float:
+    with suppress(ValueError):
+        if math.isfinite(number := float(answer)):
+            return number
+    text = f"the answer to {device}.{topic} is {answer!r}, which is no number. Give a number such as 0.5"
+    raise UsageError(text, kind="no-number", device=device, answer=answer)
 
 
 @click.command("test-devices", cls=AnsweringCommand)

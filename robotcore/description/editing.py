@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import difflib
 import math
 import os
@@ -103,10 +104,8 @@ class RobotEditor:
         Raises UsageError if the file has no such table.
         """
         self._set((section, device), table)
-        for tree in (self._document, self._expected):
-            present = tree[section][device]
-            for key in [key for key in present if key not in table]:
-                del present[key]
+        _remove_others(self._document[section][device], table)
+        self._expected[section][device] = copy.deepcopy(dict(table))
 
     def _set(self, path: tuple[str | int, ...], values: Mapping[str, Any]) -> None:
         for tree in (self._document, self._expected):
@@ -195,6 +194,15 @@ def _update(table: Any, values: Mapping[str, Any]) -> None:
             table[key] = value
         else:
             _add(table, key, value)
+
+
+def _remove_others(table: Any, kept: Mapping[str, Any]) -> None:
+    """Remove the keys of a table of tomlkit, and of its inner tables, that another mapping does not have."""
+    for key in [key for key in table if key not in kept]:
+        del table[key]
+    for key, value in kept.items():
+        if isinstance(value, Mapping):
+            _remove_others(table[key], value)
 
 
 def _add(table: Any, key: str, value: Any) -> None:

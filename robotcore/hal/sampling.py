@@ -15,7 +15,8 @@ from robotcore.hal.device import SampleT
 class SampleCache(Generic[SampleT]):
     """Returns the sample of the clock's present time.
 
-    The first call at a time of the clock takes the sample. Further calls at this time return the same sample.
+    The first call at a time of the clock takes the sample. Further calls at this time return the same sample. Any
+    thread may call it.
 
     clock: the robot's clock.
     take: takes a sample. Its arguments are the time in seconds and the sequence number, which begins at 0.
@@ -32,13 +33,15 @@ class SampleCache(Generic[SampleT]):
         self._clock = clock
         self._take = take
         self._sample: SampleT | None = None
+        self._lock = Lock()
 
     def __call__(self) -> SampleT:
-        now = self._clock.now()
-        last = self._sample
-        if last is None or last.time != now:
-            self._sample = last = self._take(now, 0 if last is None else last.sequence + 1)
-        return last
+        with self._lock:
+            now = self._clock.now()
+            last = self._sample
+            if last is None or last.time != now:
+                self._sample = last = self._take(now, 0 if last is None else last.sequence + 1)
+            return last
 
     def close(self) -> None:
         """Do nothing, because only a read takes a sample."""

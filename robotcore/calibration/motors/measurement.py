@@ -10,7 +10,13 @@ from enum import Enum
 import numpy as np
 
 from robotcore.calibration.least_squares import Array
-from robotcore.calibration.motors.plans import IMU_REST_S, list_levels, plan_for_encoders, plan_for_imu
+from robotcore.calibration.motors.plans import (
+    IMU_REST_S,
+    list_levels,
+    plan_for_encoders,
+    plan_for_imu,
+    plan_wheel_check,
+)
 from robotcore.calibration.motors.response import Response, fit_response, shorten_rests
 from robotcore.calibration.motors.tape_fit import PresentMotor, TapeDrive, fit_tape
 from robotcore.calibration.motors.velocity_curve import CurvePoint, VelocityCurve, fit_velocity_curve
@@ -90,9 +96,11 @@ def _measure_by_encoders(probing: Probing) -> list[MotorResult]:
     if not all(encoders.values()):
         raise _refuse(Method.ENCODER, "[drive] names no encoders")
     on_spot = not robot.min_turn_radius_m
-    probe = probing.run_probe(plan_for_encoders(probing.robot.max_command, turns_on_spot=on_spot))
     resolutions = {each.name: math.tau / each.counts_per_turn for each in robot.all_of(EncoderDescription)}
-    check_wheels(probe.log, encoders, resolutions, is_alone=on_spot)
+    # First, because a robot with a reversed motor would drive away in place of turning on the spot.
+    check = probing.run_probe(plan_wheel_check(probing.robot.max_command, turns_on_spot=on_spot))
+    check_wheels(check.log, encoders, resolutions, is_alone=on_spot)
+    probe = probing.run_probe(plan_for_encoders(probing.robot.max_command, turns_on_spot=on_spot))
     found = {}
     for side in SIDES:
         for motor, encoder in encoders[side].items():

@@ -35,21 +35,23 @@ def list_levels(max_command: float, shares: Sequence[float] = LEVELS) -> list[fl
     return [math.floor(100 * max_command * share + 1e-9) / 100 for share in shares]
 
 
+def plan_wheel_check(max_command: float, *, turns_on_spot: bool) -> list[ProbeStep]:
+    """Return the plan that checks that the encoders count. `check_wheels` reads its log.
+
+    turns_on_spot: whether each side turns alone. Otherwise both turn together, forward and then backward.
+    """
+    check, rest = min(CHECK_COMMAND, max_command), ProbeStep(REST_S)
+    if turns_on_spot:
+        return [rest, ProbeStep(CHECK_S, left=check), rest, ProbeStep(CHECK_S, right=check), rest]
+    return [rest, ProbeStep(CHECK_S, check, check), rest, ProbeStep(CHECK_S, -check, -check), rest]
+
+
 def plan_for_encoders(max_command: float, *, turns_on_spot: bool) -> list[ProbeStep]:
     """Return the plan in which all wheels turn at each level, forward and backward.
 
-    At first, each side turns alone, to check that its encoders count.
-
     turns_on_spot: whether the sides turn in opposite directions, so that the robot stays where it is.
     """
-    check = min(CHECK_COMMAND, max_command)
-    steps = [ProbeStep(REST_S)]
-    if turns_on_spot:
-        steps += [ProbeStep(CHECK_S, left=check), ProbeStep(REST_S), ProbeStep(CHECK_S, right=check)]
-    else:
-        steps += [ProbeStep(CHECK_S, check, check), ProbeStep(REST_S), ProbeStep(CHECK_S, -check, -check)]
-    steps.append(ProbeStep(REST_S))
-    opposite = -1 if turns_on_spot else 1
+    steps, opposite = [ProbeStep(REST_S)], -1 if turns_on_spot else 1
     for level in list_levels(max_command):
         for command in (level, -level):
             steps += [ProbeStep(STEP_S, command, opposite * command), ProbeStep(REST_S)]

@@ -22,7 +22,7 @@ def check_wheels(
 ) -> None:
     """Raise CalibrationError if an encoder does not count, counts backward, or counts the wheel of the other side.
 
-    log: the log of a plan of `plan_for_encoders`.
+    log: the log of the plan `plan_wheel_check`.
     encoders: for each side its motors, and the encoder of each.
     resolutions: the angle of a count of each encoder, in radians.
     is_alone: whether each side turned alone. Otherwise both turned together, at first forward and then backward.

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack, closing
+from contextlib import ExitStack, closing, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -67,10 +68,10 @@ class TerminalPerson:
     def ask(self, question: str) -> float:
         while True:
             answer = self._read(question).strip().replace(",", ".")
-            try:
-                return float(answer)
-            except ValueError:
-                write_line(f"{answer!r} is not a number. Write a number such as 1.024", is_error=True)
+            with suppress(ValueError):
+                if math.isfinite(number := float(answer)):
+                    return number
+            write_line(f"{answer!r} is not a number. Write a number such as 1.024", is_error=True)
 
     def _read(self, prompt: str) -> str:
         write_prompt(f"{prompt}: ")

@@ -112,6 +112,9 @@ def command(
 
         require_writable(plot)
     changes = RobotChanges(robot, is_writing=is_writing)
+    if distances and setup.is_simulated:
+        text = "in a simulator, the true distances take the place of the tape. Leave --distances out"
+        raise UsageError(text, kind="distances-in-simulator")
     is_driving = start is not None or (setup.is_simulated and setup.description.drive is not None)
     if is_driving and setup.description.drive is None:
         raise UsageError(f"{setup.description.source} has no drive. Leave --drive out", kind="no-drive")
@@ -128,8 +131,8 @@ def command(
 
         save_plots([draw_errors(fit, sensor.name)], plot)
     if as_json:
-        stops = [{**_drop_nan(asdict(each)), "loss": each.loss} for each in fit.stops]
-        measured = {**asdict(fit), "stops": stops}
+        listed = [{**_drop_nan(asdict(each)), "loss": each.loss} for each in fit.stops]
+        measured = {**asdict(fit), "stops": listed}
         answer = {"robot": setup.description.name, "sensor": sensor.name, **measured, "values": changes.values}
         write_json({**answer, "diff": changes.diff, "is_written": changes.is_written, "exit_status": 0})
     else:
@@ -159,7 +162,7 @@ def _measure(
                 )
                 require_ready(instruction, is_confirmed=is_confirmed)
             return [*_drive_to_wall(live, sensor, start, seconds)]
-        return [*_ask_distances(live, sensor, distances, seconds)]
+        return [*_ask_distances(live, sensor, distances, seconds, is_confirmed=is_confirmed)]
 
 
 def _drive_to_wall(
@@ -193,14 +196,19 @@ def _drive_to_wall(
 
 
 def _ask_distances(
-    live: LiveRobot, sensor: RangeSensorDescription, distances: tuple[float, ...], seconds: float
+    live: LiveRobot,
+    sensor: RangeSensorDescription,
+    distances: tuple[float, ...],
+    seconds: float,
+    *,
+    is_confirmed: bool,
 ) -> Iterator[Stop]:
     from robotcore.calibration.range_sensor import listen
 
     device: Any = live[sensor.name]
     listen_at = partial(listen, live, device, seconds=seconds)
     for distance in distances:
-        require_ready(f"Put the sensor {distance:g} m before the wall", is_confirmed=False)
+        require_ready(f"Put the sensor {distance:g} m before the wall", is_confirmed=is_confirmed)
         yield live.run(listen_at(distance))
     while not distances:
         prompt = "Distance from the sensor to the wall in metres (Enter = end):"

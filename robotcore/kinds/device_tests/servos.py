@@ -59,6 +59,7 @@ def _test(tester: DeviceTester, servo: Any) -> None:
     if float(np.ptp(angles)) < STILL_RAD:
         text = "does not turn"
         tester.fail(servo.name, text, "Check its supply, its wires and its pin", "servo-dead")
+        _turn(tester, device, start)
         return
     slope, offset = (float(each) for each in np.polyfit(commands, angles, 1))
     needed = [

@@ -73,9 +73,13 @@ class RenderWorker:
         """
         if self._can_start:
             self._can_start = False
-            with suppress(OSError):
+            with suppress(OSError, pickle.PicklingError, TypeError, AttributeError):
                 self._process = _Process(self._build_renderer, self._slots, self._slot_bytes)
-        if not (self._process and self._process.is_ready()):
+        if self._process is None:
+            return None
+        if not self._process.is_ready():
+            if self._process.has_ended:
+                self.close()
             return None
         if not self._process.send(pack_view(self._submitted % self._slots, view)):
             self.close()
@@ -145,7 +149,7 @@ class _Process:
     def __init__(self, build_renderer: Callable[[], Renderer], slots: int, slot_bytes: int) -> None:
         """Start the process. Raises OSError if the operating system refuses it."""
         packed = pickle.dumps(build_renderer)
-        self._is_ready = False
+        self._is_ready = self.has_ended = False
         with ExitStack() as cleanup:
             file = os.memfd_create("robotcore-pictures")
             cleanup.callback(os.close, file)
@@ -173,7 +177,8 @@ class _Process:
         """Return whether the process has built its renderer, without waiting."""
         if not self._is_ready:
             with suppress(OSError):
-                self._is_ready = self._link.recv(1, socket.MSG_DONTWAIT) == READY
+                message = self._link.recv(1, socket.MSG_DONTWAIT)
+                self._is_ready, self.has_ended = message == READY, not message
         return self._is_ready
 
     def send(self, message: bytes) -> bool:

@@ -21,17 +21,21 @@ Usually the end of its socket ends the worker. A process that the run has forked
 
 
 def main(handle: int, memory_file: int, slots: int, slot_bytes: int) -> NoReturn:
-    """Render the views that the run sends, until the run ends. An error ends the process too.
+    """Render the views that the run sends, until the run ends. An error is written on stderr, and ends the process.
 
     handle: the file descriptor of the worker's end of the pair of sockets.
     memory_file: the file descriptor of the shared memory: the slots, and then the pickled function that builds the
         renderer.
     """
+    status = 0
     try:
         with suppress(OSError):  # the run has ended
             _serve(socket(fileno=handle), mmap.mmap(memory_file, 0), slots, slot_bytes)
+    except Exception as error:  # noqa: BLE001  the run renders the pictures itself
+        status = 1
+        os.write(2, f"note: the run renders its pictures itself, because {type(error).__name__}: {error}\n".encode())
     finally:
-        os._exit(0)  # without the output of libraries at exit, such as that of OpenGL
+        os._exit(status)  # without the output of libraries at exit, such as that of OpenGL
 
 
 def _serve(link: socket, memory: mmap.mmap, slots: int, slot_bytes: int) -> None:

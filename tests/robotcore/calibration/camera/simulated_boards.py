@@ -27,7 +27,7 @@ VIEWS = 30
 def take_floor_pictures(random_: random.Random, views: int = VIEWS) -> tuple[Iterator[Image], Intrinsics, Board]:
     """Return grey pictures, the true intrinsics of the camera, and the board."""
     width, height = SIZE
-    camera = {
+    camera: dict[str, Any] = {
         "width_px": width,
         "height_px": height,
         "horizontal_fov_rad": random_.uniform(0.9, 1.2),
@@ -81,5 +81,3 @@ def _write_scene(folder: Path, robot: dict[str, Any], camera: dict[str, Any], ra
         "light": {"ambient": 1.0, "diffuse": 0.0},
     }
     (folder / "world.toml").write_text(tomlkit.dumps(world))
-
-

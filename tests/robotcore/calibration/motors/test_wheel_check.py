@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import pytest
 
-from robotcore.calibration.motors.plans import plan_for_encoders
+from robotcore.calibration.motors.plans import plan_wheel_check
 from robotcore.calibration.motors.wheel_check import check_wheels
 from robotcore.calibration.probe import ProbeLog, ProbeStep, Side
 from robotcore.errors import CalibrationError
@@ -21,7 +21,7 @@ Turn = Callable[[ProbeStep], float]
 def log_checks(left: Turn, right: Turn, *, is_alone: bool = True) -> ProbeLog:
     """Return the log of the first steps of a plan. ``left`` and ``right`` return the velocity of an encoder."""
     log, time, angles = ProbeLog(), 0.0, [0.0, 0.0]
-    for step in plan_for_encoders(1.0, turns_on_spot=is_alone)[:5]:
+    for step in plan_wheel_check(1.0, turns_on_spot=is_alone):
         log.begin(time, step)
         for _ in range(round(step.duration_s / 0.01)):
             for number, (name, turn) in enumerate((("left_encoder", left), ("right_encoder", right))):
