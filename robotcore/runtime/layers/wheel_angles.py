@@ -70,8 +70,6 @@ class PolledAngles:
             return (TimedAngles(now, angles),)
         left, right = samples
         present = TimedAngles(max(now, *(each.time for each in (*left, *right))), angles)
-        if last and present.time <= last.time:
-            return (present,)
         polled, last_polled = compute_present_angles(left, right, self._commanded), self._last_polled
         self._last, self._last_polled = present, polled
         return (*self._list_between(last, last_polled, present, polled), present) if last else (present,)

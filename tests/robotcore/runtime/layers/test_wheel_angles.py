@@ -7,15 +7,17 @@ from collections.abc import Callable, Sequence
 
 import pytest
 
+from robotcore.description import RobotDescription
 from robotcore.errors import DeviceError
 from robotcore.geometry import DifferentialGeometry, Pose, Wheels
-from robotcore.hal.clock import SteppedClock
+from robotcore.hal.clock import SteppedClock, TickClock
 from robotcore.hal.drive import CommandIntegrator, Odometry, WheelPath
 from robotcore.hal.joint import Joint
 from robotcore.hal.robot import Robot
 from robotcore.kinds.encoder import Encoder
 from robotcore.runtime.faults import plan_faults
 from robotcore.runtime.layers import AssembledRobot, assemble
+from robotcore.runtime.layers.base import Tap
 from robotcore.runtime.layers.encoder_polling import TimedAngles
 from robotcore.runtime.layers.wheel_angles import (
     PolledAngles,
@@ -121,6 +123,21 @@ def test_late_samples_are_corrected_by_the_commands() -> None:
     assert course[-1].angles.right == pytest.approx((1.1 - 0.02) ** 2)
 
 
+def test_course_ends_at_samples_that_are_newer_than_the_begin_of_their_tick() -> None:
+    bench = PolledBench()
+    ticks = TickClock(bench.layered)
+    bench.read_course = PolledAngles(bench.read, bench.polling, bench.commanded, ticks)
+    courses = []
+    for end in (0.05, 0.1, 0.15):
+        ticks.sleep_until(end)
+        bench.layered.sleep_until(end + 0.02)  # the tick has begun, but reads the encoders later
+        bench.polling.sleep_until(bench.clock, end + 0.02)
+        courses.append(bench.read_course())
+    assert [course[-1].time for course in courses] == pytest.approx([0.07, 0.12, 0.17], abs=1 / 240)
+    times = [time for course in courses for time, _ in course]
+    assert times == sorted(set(times))
+
+
 def test_steering_angle_between_two_ticks_counts() -> None:
     clock = SteppedClock(20, lambda _: None)
     joint = Joint(clock, 0.0, 4.0)
@@ -172,15 +189,20 @@ RATE = 10.0
 """The rate at which the wheels of the spinning rover reach their velocities, in 1/s."""
 
 
-def open_rover(encoder_rate_hz: float | None, faults: Sequence[str] = ()) -> AssembledRobot:
+def open_rover(
+    encoder_rate_hz: float | None,
+    faults: Sequence[str] = (),
+    description: RobotDescription = FAST,
+    taps: Sequence[Tap] = (),
+) -> AssembledRobot:
     """Open a rover that drives straight on, and then turns to the left ever faster."""
     clock = SteppedClock(10, lambda _: None)
     left = TurningEncoder("left_encoder", clock, lambda time: 8 * (1 - math.exp(-RATE * time)) / RATE)
     right = TurningEncoder("right_encoder", clock, lambda time: 8 * time)
     motors = NullMotor("left_motor"), NullMotor("right_motor")
     raw = Robot("rig", clock, [*motors, left, right, NullRange(clock)])
-    planned = [fault.layer(clock, 1) for fault in plan_faults(faults, FAST, raw.devices)]
-    return assemble(raw, FAST, 10, faults=planned, encoder_rate_hz=encoder_rate_hz)
+    planned = [fault.layer(clock, 1) for fault in plan_faults(faults, description, raw.devices)]
+    return assemble(raw, description, 10, faults=planned, taps=taps, encoder_rate_hz=encoder_rate_hz)
 
 
 def drive_rover(robot: AssembledRobot, seconds: float = 1.0) -> Pose:
@@ -222,6 +244,30 @@ def test_fault_of_an_encoder_changes_the_heading_with_polls_as_without() -> None
     without, polled = (drive_rover(open_rover(rate_hz, faults)) for rate_hz in (None, 200.0))
     assert polled.heading == pytest.approx(without.heading, abs=1e-12)
     assert polled.distance_to(without.x, without.y) < 0.01
+
+
+class PathTap(Tap):
+    """Counts the paths of the odometry with angles between two readings."""
+
+    def __init__(self) -> None:
+        self.bent = 0
+
+    def wheel_path(self, read: Callable[[], WheelPath]) -> Callable[[], WheelPath]:
+        def read_counted() -> WheelPath:
+            path = read()
+            self.bent += bool(path.between)
+            return path
+
+        return read_counted
+
+
+@pytest.mark.parametrize("counts_per_turn, is_bent", [(960, True), (4, False)])
+def test_counts_of_the_encoders_limit_the_paths(counts_per_turn: int, *, is_bent: bool) -> None:
+    coarse = {"counts_per_turn": counts_per_turn}
+    devices = [each.model_copy(update=coarse) if each.kind == "encoder" else each for each in FAST.devices]
+    tap = PathTap()
+    drive_rover(open_rover(200.0, description=FAST.model_copy(update={"devices": tuple(devices)}), taps=[tap]))
+    assert bool(tap.bent) is is_bent
 
 
 def test_each_encoder_has_one_sample_a_tick_with_polls() -> None:
