@@ -30,8 +30,11 @@ class OcclusionPlanes:
 
     def __init__(self, outlines: Sequence[Outline], discs: Array) -> None:
         planes = (_compute_side_planes(outlines, discs), _compute_tangent_planes(outlines, discs))
-        normals, offsets, behind, before = (np.concatenate(both) for both in zip(*planes, strict=True))
-        self._normals, self._offsets, self._behind, self._before = normals, offsets, behind, before
+        self._normals, self._offsets, behind, self._before = (
+            np.concatenate(both) for both in zip(*planes, strict=True)
+        )
+        self._behind = behind.T.astype(np.float32)  # NumPy multiplies matrices of truth values slowly
+        self._latest: tuple[bytes, Matrix] | None = None
 
     def find_hidden_pairs(self, eye: Array) -> Matrix:
         """Return a matrix, (parts, parts). It is True at [a, b] if part b may hide part a, and a cannot hide b.
@@ -39,8 +42,14 @@ class OcclusionPlanes:
         eye: the camera's position. Its height has no effect.
         """
         is_before = self._normals @ eye[:2] > self._offsets
-        nearer = self._behind.T @ (self._before & is_before[:, None])
-        farther = self._behind.T @ (self._before & ~is_before[:, None])
+        sides = is_before.tobytes()
+        if not self._latest or self._latest[0] != sides:  # from picture to picture, the eye seldom passes a plane
+            self._latest = sides, self._compute_hidden_pairs(is_before[:, None])
+        return self._latest[1]
+
+    def _compute_hidden_pairs(self, is_before: NDArray[np.bool_]) -> Matrix:
+        nearer = self._behind @ (self._before & is_before) > 0
+        farther = self._behind @ (self._before & ~is_before) > 0
         may_hide: Matrix = nearer | farther.T
         return may_hide & ~may_hide.T
 
@@ -51,13 +60,14 @@ def sort_back_to_front(hidden: Matrix) -> list[int]:
     If the camera is tilted, some parts may hide one another in a cycle. Then the next part is the one that hides the
     fewest of the parts that are not yet in the order.
     """
-    waits_for = hidden.sum(axis=0)
-    order: list[int] = []
-    for _ in range(len(waits_for)):
-        chosen = int(waits_for.argmin())
+    rows: list[list[bool]] = hidden.tolist()  # of a few parts, lists are faster than arrays
+    waits_for = [sum(column) for column in zip(*rows, strict=True)]
+    rest, order = list(range(len(rows))), list[int]()
+    while rest:
+        chosen = min(rest, key=waits_for.__getitem__)
+        rest.remove(chosen)
         order.append(chosen)
-        waits_for -= hidden[chosen]
-        waits_for[chosen] = 2 * len(waits_for)
+        waits_for = [count - is_hidden for count, is_hidden in zip(waits_for, rows[chosen], strict=True)]
     return order
 
 

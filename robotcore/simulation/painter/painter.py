@@ -88,7 +88,7 @@ class Painter:
         for stroke in self._strokes(view):
             shown[stroke.part].append(stroke)
         parts = list(shown)
-        hidden = self._planes.find_hidden_pairs(view.eye)[np.ix_(parts, parts)]
+        hidden = self._planes.find_hidden_pairs(view.eye)[parts][:, parts]
         are_apart = find_disjoint_columns([[stroke.columns for stroke in shown[part]] for part in parts])
         for index in sort_back_to_front(hidden & ~are_apart):
             yield from shown[parts[index]]
@@ -136,6 +136,8 @@ def _paint_marks(view: CameraView, marks: Iterable[Mark], palette: Palette) -> P
 def _create_canvas(view: CameraView, palette: Palette) -> PixelBuffer:
     i = view.intrinsics  # a camera has no roll, so each row is either sky or ground
     rises = (np.arange(i.height) - i.cy) * view.rotation[1, 2] + i.focal_length * view.rotation[2, 2]
+    is_ground = rises < 0
+    horizon = np.count_nonzero(is_ground == is_ground[0])
     canvas = np.empty((i.height, i.width), dtype=np.uint32)
-    canvas[:] = np.where(rises < 0, palette.ground, palette.sky)[:, None]
+    canvas[:horizon], canvas[horizon:] = np.where((is_ground[0], is_ground[-1]), palette.ground, palette.sky)
     return canvas

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,19 +19,17 @@ BAND_ROWS = 32
 """The greatest number of rows of a `Band`. It is so small that a band's arrays stay in the processor's cache."""
 
 
-@dataclass(frozen=True)
-class Band:
-    """A stroke with up to `BAND_ROWS` rows of a ball.
-
-    ``window`` is the rectangle of the picture that contains the band. ``is_hit`` is True for the pixels of the window
-    that show the ball. ``cosines`` holds for each pixel the cosine of the angle between the ball's normal and the
-    direction to the lamp. ``part`` is the number of the ball.
-    """
+class Band(NamedTuple):
+    """A stroke with up to `BAND_ROWS` rows of a ball."""
 
     window: tuple[slice, slice]
+    """The rectangle of the picture that contains the band."""
     is_hit: NDArray[np.bool_]
+    """Whether each pixel of the window shows the ball."""
     cosines: NDArray[np.float32]
+    """The cosine of the angle between the ball's normal and the direction to the lamp, for each pixel of the window."""
     part: int
+    """The number of the ball."""
 
     @property
     def columns(self) -> tuple[float, float]:
