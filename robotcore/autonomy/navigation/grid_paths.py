@@ -149,7 +149,7 @@ def are_straight_ways(open_cells: Mask, starts: ArrayLike, goals: ArrayLike, cor
 Angles = NDArray[np.float64]
 Cells = NDArray[np.intp]
 
-Rays = tuple[Cells, Cells]
+Rays = tuple[NDArray[np.float64], NDArray[np.float64]]
 """The rows and the columns of the cells along rays, relative to the rays' start, each (angles, radii)."""
 
 
@@ -159,8 +159,7 @@ def compute_ray_offsets(angles: Angles, radii: Cells) -> Rays:
     angles: the directions of the rays in radians. The column grows in the direction 0, the row in the direction π/2.
     radii: the distances of a ray's cells from its start, in cells.
     """
-    rows, columns = (np.rint(part[:, None] * radii).astype(np.intp) for part in (np.sin(angles), np.cos(angles)))
-    return rows, columns
+    return np.rint(np.sin(angles)[:, None] * radii), np.rint(np.cos(angles)[:, None] * radii)
 
 
 def cut_out(array: NDArray[Scalar], low: Cell, high: Cell) -> NDArray[Scalar]:

@@ -6,12 +6,10 @@ import math
 from functools import lru_cache
 from typing import NamedTuple
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from robotcore.autonomy.navigation.grid_paths import (
-    SQUARE,
     UNREACHED,
     Angles,
     Cell,
@@ -68,7 +66,8 @@ class Coverage:
         self._grid = grid
         self._reach = round(VIEW_M / grid.cell)
         self._angles = np.linspace(0.0, math.tau, COARSE_RAYS, endpoint=False, dtype=np.float64)
-        self._coarse_rays = self._compute_rays(self._angles, COARSE_CELLS)
+        self._radii = np.arange(1, self._reach + 1)
+        self._coarse_rays = compute_ray_offsets(self._angles, self._radii[COARSE_CELLS - 1 :: COARSE_CELLS])
 
     def add_view(self, eye: Pose, field_of_view: float) -> None:
         """Mark the free cells in a camera's field of view as seen.
@@ -78,19 +77,21 @@ class Coverage:
         eye: the camera's pose.
         field_of_view: the camera's horizontal field of view in radians.
         """
-        (row, column), reach = self._grid.cell_of(eye.x, eye.y), self._reach
-        low = row - reach, column - reach
-        is_free = cut_out(self._grid.evidence, low, (row + reach, column + reach)) < 0
-        set_outside(is_free, low, self.seen.shape, False)
-        rows, columns = rays = self._compute_rays(eye.heading + _spread_angles(field_of_view), 1)
-        is_hidden = mask_hidden(~is_free.take((rows + reach) * len(is_free) + (columns + reach)))
-        self._mark_seen((row, column), rays, ~is_hidden)
+        (row, column), count = self._grid.cell_of(eye.x, eye.y), self._grid.count
+        rows, columns = compute_ray_offsets(eye.heading + _spread_angles(field_of_view), self._radii)
+        cells = (rows * count + columns + (row * count + column)).astype(np.intp)
+        is_free = self._grid.evidence.take(cells, mode="clip") < 0
+        if not self._reach <= min(row, column) <= max(row, column) < count - self._reach:
+            is_free &= (rows >= -row) & (rows < count - row) & (columns >= -column) & (columns < count - column)
+        self.seen.reshape(-1)[cells[np.logical_and.accumulate(is_free, axis=1)]] = True
 
     def add_full_turn(self, x: float, y: float) -> None:
         """Mark all cells as seen that the camera may have seen in a full turn at a point. Call it after the turn."""
-        here = self._grid.cell_of(x, y)
-        rays = self._compute_rays(np.linspace(0.0, math.tau, math.ceil(math.tau / FINE_RAD)), 1)
-        self._mark_seen(here, rays, self._view_probabilities(np.array([here]), rays, 1)[0] > 0)
+        row, column = self._grid.cell_of(x, y)
+        rays = compute_ray_offsets(np.linspace(0.0, math.tau, math.ceil(math.tau / FINE_RAD)), self._radii)
+        is_seen = self._view_probabilities(np.array([(row, column)]), rays, 1)[0] > 0
+        rows, columns = (each.astype(np.intp) for each in rays)
+        self.seen[rows[is_seen] + row, columns[is_seen] + column] = True
 
     def unseen_bearings(self, pose: Pose) -> Angles:
         """Return the bearings from a pose at which at least `MIN_TURN_M2` of unseen area is visible, in [-π, π)."""
@@ -124,10 +125,10 @@ class Coverage:
         low = starts.min(axis=0) - self._reach
         codes = self._encode_cells(low, starts.max(axis=0) + self._reach)
         first = (starts - low) @ (codes.shape[1], 1)
-        along = codes.take(first[:, None, None] + (rays[0] * codes.shape[1] + rays[1]))
+        along = codes.take(first[:, None, None] + (rays[0] * codes.shape[1] + rays[1]).astype(np.intp))
         opacity = along & OPACITY_BITS
         is_near = np.arange(along.shape[2]) < round(CLOSE_M / self._grid.cell / step)
-        unknown = np.cumsum(along & UNKNOWN_BIT > 0, axis=2) * (step * self._grid.cell)
+        unknown = np.cumsum(along & UNKNOWN_BIT > 0, axis=2, dtype=np.uint8) * (step * self._grid.cell)
         is_new = (unknown <= GUESS_M) & (along & SEEN_BIT == 0)
         chances = np.where(mask_hidden(opacity > is_near), 0.0, GAP_PROBABILITY)
         return np.asarray(np.where(mask_hidden(opacity > 0), chances, 1.0) * is_new)
@@ -143,18 +144,13 @@ class Coverage:
         evidence, nearest_echo = (cut_out(each, *wider) for each in (self._grid.evidence, self._grid.nearest_echo))
         walls = evidence > 0
         set_outside(walls, wider[0], self.seen.shape, False)
-        opacity = cv2.dilate(walls.view(np.uint8) + (walls & (nearest_echo <= CLOSE_M)), SQUARE)[1:-1, 1:-1]
+        opacity = walls.view(np.uint8) + (walls & (nearest_echo <= CLOSE_M))
+        opacity = np.maximum(np.maximum(opacity[:-2], opacity[1:-1]), opacity[2:])
+        opacity = np.maximum(np.maximum(opacity[:, :-2], opacity[:, 1:-1]), opacity[:, 2:])
         is_unknown, is_seen = evidence[1:-1, 1:-1] >= 0, cut_out(self.seen, (top, left), (bottom, right))
         codes = opacity + UNKNOWN_BIT * is_unknown.view(np.uint8) + SEEN_BIT * is_seen.view(np.uint8)
         set_outside(codes, (top, left), self.seen.shape, 2 + UNKNOWN_BIT)
         return codes
-
-    def _compute_rays(self, angles: Angles, step: int) -> Rays:
-        return compute_ray_offsets(angles, np.arange(step, self._reach + 1, step))
-
-    def _mark_seen(self, start: Cell, rays: Rays, is_seen: Mask) -> None:
-        rows, columns = rays
-        self.seen[rows[is_seen] + start[0], columns[is_seen] + start[1]] = True
 
 
 @lru_cache(maxsize=1)

@@ -196,7 +196,7 @@ class OccupancyGrid:
             evidence[is_echo] += OCCUPIED_EVIDENCE
             echo = rows[is_echo], columns[is_echo]
             self.nearest_echo[echo] = np.minimum(self.nearest_echo[echo], distance)
-        self.evidence[cells] = np.clip(evidence, -EVIDENCE_LIMIT, EVIDENCE_LIMIT)
+        self.evidence[cells] = np.minimum(np.maximum(evidence, -EVIDENCE_LIMIT), EVIDENCE_LIMIT)
 
     def add_free_disc(self, x: float, y: float, radius: float, certain: float) -> None:
         """Mark the cells around a point as free, such as the floor under the robot.
@@ -270,22 +270,21 @@ class OccupancyGrid:
         Near the sensor, the cone is as wide as a cell. Some of the cells are a little farther away than ``reach``. They
         lie in the square around the sensor whose sides are ``2 * reach`` metres long.
         """
+        (x, y, _), cos, sin = sensor, math.cos(sensor.heading), math.sin(sensor.heading)
         slope, narrow, far = math.tan(cone / 2), self.cell / 2, reach + self.cell
-        wide = max(far * slope, narrow)
-        # The rectangle around the cone is far smaller than the square.
-        corners = [sensor.to_world(*corner) for corner in ((0.0, narrow), (0.0, -narrow), (far, wide), (far, -wide))]
-        (west, *_, east), (south, *_, north) = map(sorted, zip(*corners, strict=True))
+        # The rectangle around the cone's four corners is far smaller than the square.
+        wide, tip_x, tip_y = max(far * slope, narrow), x + far * cos, y + far * sin
         rows, columns = self._find_rectangle(
-            max(west, sensor.x - reach),
-            max(south, sensor.y - reach),
-            min(east, sensor.x + reach),
-            min(north, sensor.y + reach),
+            max(x - reach, min(x - narrow * abs(sin), tip_x - wide * abs(sin))),
+            max(y - reach, min(y - narrow * abs(cos), tip_y - wide * abs(cos))),
+            min(x + reach, max(x + narrow * abs(sin), tip_x + wide * abs(sin))),
+            min(y + reach, max(y + narrow * abs(cos), tip_y + wide * abs(cos))),
         )
-        dx, dy = self._xs[columns] - sensor.x, (self._ys[rows] - sensor.y)[:, None]
-        cos, sin = math.cos(sensor.heading), math.sin(sensor.heading)
+        dx, dy = self._xs[columns] - x, (self._ys[rows] - y)[:, None]
         ahead, aside = dx * cos + dy * sin, np.abs(dy * cos - dx * sin)
-        in_cone = ((ahead > 0) & (aside <= np.maximum(ahead * slope, narrow))).nonzero()
-        return (in_cone[0] + rows.start, in_cone[1] + columns.start), np.hypot(ahead[in_cone], aside[in_cone])
+        in_cone = np.flatnonzero((ahead > 0) & (aside <= np.maximum(ahead * slope, narrow)))
+        row, column = np.divmod(in_cone, max(ahead.shape[1], 1))
+        return (row + rows.start, column + columns.start), np.hypot(ahead.take(in_cone), aside.take(in_cone))
 
     def _mask_echo(self, occupied: Mask, beyond: NDArray[np.float64]) -> Mask:
         """Return for each cell of a cone whether it may have caused an echo, (n,).

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +29,7 @@ class Area(NamedTuple):
     rectangles: Sequence[Sequence[int]]
     """Rectangles that together are the polygon: the first row, the row after the last one, and the same of columns."""
 
-    def fill(self, canvas: NDArray[np.uint32], value: int) -> None:
+    def fill(self, canvas: NDArray[Any], value: int) -> None:
         """Write a value to all pixels of the polygon."""
         for top, bottom, left, right in self.rectangles:
             canvas[top:bottom, left:right] = value
@@ -54,6 +54,13 @@ class _Lines(NamedTuple):
     """The index of the polygon's first line among the lines of all polygons."""
     total: int
     """The number of lines of all polygons."""
+
+
+def fill(canvas: NDArray[Any], polygon: Sequence[Sequence[float]], value: int) -> None:
+    """Write a value to all pixels of a convex polygon. The corners, (u, v), are clockwise in the picture."""
+    height, width = canvas.shape
+    (area,) = rasterize(np.array(polygon, dtype=np.float64).T[:, :, None], width, height)
+    area.fill(canvas, value)
 
 
 def rasterize(polygons: Array, width: int, height: int) -> list[Area]:
